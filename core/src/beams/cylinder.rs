@@ -1,0 +1,248 @@
+//! A cone against the curved side of a cylinder or capsule: a search along one angle that cannot miss.
+//!
+//! For one angle around the cylinder's axis the surface is a straight line, and its nearest point that counts has a
+//! closed form. Over an interval of angles the surface lies within a known offset of a flat strip; the nearest
+//! point of that strip in a cone widened by the offset, less the offset, is a lower bound. Intervals whose bound
+//! does not undercut the best point so far are dropped, the others halved. The offset falls with the square of
+//! the width, so a handful of intervals stays at each level, and what is dropped cannot hold a nearer
+//! point: the result is the global minimum to within [`TOLERANCE`].
+//!
+//! The common case, a convex cone and a solid seen from outside, is settled before that by a tangent plane
+//! ([`Side::proven`]).
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use nalgebra::Vector3;
+
+use super::beam::Faces;
+use super::planar::{Nearest, edge, plane, polygon};
+use super::sight::{Cone, Sight};
+
+/// How far the distance may exceed the true minimum, in metres.
+const TOLERANCE: f64 = 2e-10;
+/// How far the point of a proof may lie beside the line of contact, as a part of the radius.
+const PROVEN: f64 = 1e-10;
+/// Intervals of one level. More means that a whole stretch is equally near (the apex on the axis, say):
+/// then the search stops, and the samples, dense by now, decide.
+const WIDEST: usize = 256;
+/// After so many halvings the samples are closer than rounding.
+const DEEPEST: usize = 44;
+
+/// A cylinder's side as seen from a cone's apex, in the cylinder's frame.
+pub(super) struct Side {
+    cone: Cone,
+    radius: f64,
+    half_length: f64,
+    skip_back: bool,
+}
+
+/// A point of the side: distance, place relative to the apex, outward normal.
+pub(super) type OnSide = (f64, Vector3<f64>, Vector3<f64>);
+
+/// What tangent planes say about a convex solid.
+pub(super) enum Proof {
+    /// No point of the solid counts.
+    Nothing,
+    /// This is its nearest point.
+    Nearest(OnSide),
+    /// Nothing certain.
+    Open,
+}
+
+impl Side {
+    /// With `skip_back`, surface facing away is passed over, because something nearer always covers it.
+    pub fn new(cone: &Cone, radius: f64, half_length: f64, skip_back: bool) -> Self {
+        let mut cone = *cone;
+        // A little further, so that a best distance known from elsewhere never changes how the search runs.
+        cone.sight.far += 2.0 * TOLERANCE;
+        Self {
+            cone,
+            radius,
+            half_length,
+            skip_back,
+        }
+    }
+
+    /// The nearest point that counts.
+    pub fn nearest(&self) -> Option<OnSide> {
+        let mut level = [0.0; WIDEST];
+        let mut next = [0.0; WIDEST];
+        // The front first: it usually holds the answer.
+        let mut best = (f64::INFINITY, Vector3::zeros(), Vector3::zeros());
+        for (start, end) in self.arcs().into_iter().flatten() {
+            let pieces = ((end - start) / FRAC_PI_2).ceil().max(2.0);
+            let mut half_width = 0.5 * (end - start) / pieces;
+            let mut count = pieces as usize;
+            for (i, middle) in level[..count].iter_mut().enumerate() {
+                *middle = start + half_width * (2 * i + 1) as f64;
+                self.sample(*middle, &mut best);
+            }
+            for _ in 0..DEEPEST {
+                let strip = Strip::new(self.radius, half_width);
+                let mut next_count = 0;
+                for &middle in &level[..count] {
+                    if self.bound(middle, &strip) >= best.0 - TOLERANCE {
+                        continue;
+                    }
+                    for child in [middle - 0.5 * half_width, middle + 0.5 * half_width] {
+                        self.sample(child, &mut best);
+                        if next_count < WIDEST {
+                            next[next_count] = child;
+                        }
+                        next_count += 1;
+                    }
+                }
+                if next_count == 0 || next_count > WIDEST {
+                    break;
+                }
+                (level, count) = (next, next_count);
+                half_width *= 0.5;
+            }
+        }
+        (best.0 <= self.cone.sight.far - 2.0 * TOLERANCE).then_some(best)
+    }
+
+    /// The nearest point of a convex solid whose side this is, if it is on the side and a tangent plane proves it.
+    ///
+    /// The solid lies behind each of its tangent planes, so what the cone sees of the plane is no further than what it
+    /// sees of the solid. At the solid's nearest point both distances are the same. The search looks for that plane.
+    pub fn proven(&self) -> Proof {
+        let [Some((mut low, mut high)), None] = self.arcs() else {
+            return Proof::Open;
+        };
+        let (mut at_low, mut at_high) = (None, None);
+        let mut went_up = false;
+        for round in 0..40 {
+            let angle = match (at_low, at_high) {
+                (Some(a), Some(b)) if round % 8 != 7 => (low * b - high * a) / (b - a),
+                _ => 0.5 * (low + high),
+            };
+            let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
+            let foot = normal * self.radius - self.cone.sight.origin.coords;
+            let Some((bound, point)) = plane(&self.cone, normal.dot(&foot), &normal) else {
+                return Proof::Nothing;
+            };
+            // How far the plane's nearest point lies beside the line in which the plane touches.
+            let beside = Vector3::new(-normal.y, normal.x, 0.0).dot(&(point - foot));
+            if beside.abs() < PROVEN * self.radius {
+                // On the line beyond the side's end, the answer is at that end.
+                let on_side = (point.z + self.cone.sight.origin.z).abs() <= self.half_length;
+                let nearest = Proof::Nearest((bound, point, normal));
+                return if on_side { nearest } else { Proof::Open };
+            }
+            // A side kept twice in a row counts half, or false position would creep.
+            if beside > 0.0 {
+                at_high = at_high.map(|x: f64| if went_up { 0.5 * x } else { x });
+                (low, at_low, went_up) = (angle, Some(beside), true);
+            } else {
+                at_low = at_low.map(|x: f64| if went_up { x } else { 0.5 * x });
+                (high, at_high, went_up) = (angle, Some(beside), false);
+            }
+        }
+        Proof::Open
+    }
+
+    /// The ranges of angles whose surface shows its front, and its back, to the apex.
+    fn arcs(&self) -> [Option<(f64, f64)>; 2] {
+        let Sight { origin, faces, .. } = &self.cone.sight;
+        let away = origin.x.hypot(origin.y);
+        let toward = origin.y.atan2(origin.x);
+        let edge = if away > self.radius {
+            (self.radius / away).acos()
+        } else {
+            0.0
+        };
+        let front = edge > 0.0 && faces.front;
+        let back = faces.back && !self.skip_back;
+        [
+            front.then_some((toward - edge, toward + edge)),
+            back.then_some((toward + edge, toward + TAU - edge)),
+        ]
+    }
+
+    /// Takes the nearest point on the straight line at one angle.
+    fn sample(&self, angle: f64, best: &mut OnSide) {
+        let sight = &self.cone.sight;
+        let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
+        let foot = normal * self.radius - sight.origin.coords;
+        let rise = Vector3::new(0.0, 0.0, self.half_length);
+        let mut nearest = Nearest::new(sight.near, sight.reach(normal.dot(&foot).abs()));
+        edge(&self.cone, &(foot - rise), &(foot + rise), &mut nearest);
+        if nearest.distance < best.0 {
+            *best = (nearest.distance, nearest.point, normal);
+        }
+    }
+
+    /// No point that counts at the angles of a strip around `middle` is nearer than this.
+    fn bound(&self, middle: f64, strip: &Strip) -> f64 {
+        let Cone {
+            sight,
+            cos,
+            sin,
+            half_angle,
+        } = &self.cone;
+        let offset = strip.offset;
+        let normal = Vector3::new(middle.cos(), middle.sin(), 0.0);
+        let tangent = Vector3::new(-normal.y, normal.x, 0.0);
+        let centre = normal * (self.radius - offset) - sight.origin.coords;
+        let beside = (centre.dot(&tangent).abs() - strip.reach).max(0.0);
+        let above = (centre.z.abs() - self.half_length).max(0.0);
+        let least = Vector3::new(centre.dot(&normal), beside, above).norm();
+        if least <= 2.0 * offset {
+            return (least - offset).max(0.0);
+        }
+        // A point this far away turns by at most `turn` when it moves by `offset`.
+        let (sin_turn, turn) = (offset / least, (offset / least).asin());
+        let cos_turn = (1.0 - sin_turn * sin_turn).sqrt();
+        let mut widened = Cone {
+            half_angle: half_angle + turn,
+            cos: cos * cos_turn - sin * sin_turn,
+            sin: sin * cos_turn + cos * sin_turn,
+            sight: Sight {
+                near: (sight.near - offset).max(0.0),
+                far: sight.far + offset,
+                faces: Faces::BOTH,
+                ..*sight
+            },
+        };
+        if widened.half_angle >= PI {
+            widened = Cone::new(widened.sight, PI);
+        }
+        if sight.cos_incidence > 0.0 {
+            let max_incidence = sight.cos_incidence.acos() + strip.half_width + turn;
+            widened.sight.cos_incidence = max_incidence.min(FRAC_PI_2).cos().max(0.0);
+        }
+        let (across, along) = (
+            tangent * strip.reach,
+            Vector3::new(0.0, 0.0, self.half_length),
+        );
+        let corners = [
+            centre - across - along,
+            centre + across - along,
+            centre + across + along,
+            centre - across + along,
+        ];
+        polygon(&widened, &corners, &normal)
+            .map_or(f64::INFINITY, |(distance, _)| distance - offset)
+    }
+}
+
+/// What the flat strips of one level share: each lies halfway between the chord and the tangent of its arc.
+struct Strip {
+    half_width: f64,
+    /// The surface is within this of the strip.
+    offset: f64,
+    /// Half of the strip's width in metres.
+    reach: f64,
+}
+
+impl Strip {
+    fn new(radius: f64, half_width: f64) -> Self {
+        let offset = radius * (0.5 * half_width).sin().powi(2);
+        Self {
+            half_width,
+            offset,
+            reach: radius * half_width.sin(),
+        }
+    }
+}

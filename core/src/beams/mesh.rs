@@ -1,0 +1,108 @@
+//! The triangles of one mesh in a tree, built once and shared by all its targets.
+
+use nalgebra::Vector3;
+
+use super::planar::polygon;
+use super::ray;
+use super::sight::{Found, Probe};
+use super::tree::{Aabb, Tree};
+use crate::geometry::Mesh;
+
+#[derive(Debug, Clone, Copy)]
+struct Triangle {
+    corners: [Vector3<f64>; 3],
+    normal: Vector3<f64>,
+    primitive: u32,
+}
+
+/// A mesh ready for beams. Triangles without area, or with corners that are missing or not finite, are left out.
+#[derive(Debug)]
+pub(super) struct MeshTree {
+    /// In the order of the tree's leaves.
+    triangles: Vec<Triangle>,
+    tree: Tree,
+    pub aabb: Aabb,
+}
+
+impl MeshTree {
+    pub fn new(mesh: &Mesh) -> Self {
+        let all: Vec<Triangle> = (0..mesh.triangles.len())
+            .filter_map(|i| triangle(mesh, i))
+            .collect();
+        let boxes: Vec<Aabb> = all.iter().map(|t| Aabb::around(&t.corners)).collect();
+        let mut tree = Tree::default();
+        tree.build(0..all.len() as u32, &boxes, 4);
+        let triangles = tree.order.iter().map(|&i| all[i as usize]).collect();
+        Self {
+            triangles,
+            tree,
+            aabb: boxes.iter().fold(Aabb::EMPTY, |a, b| a.merge(b)),
+        }
+    }
+
+    /// The nearest point that counts; the probe is given in the mesh's frame.
+    pub fn cast(&self, probe: &Probe) -> Option<Found> {
+        let mut best = None;
+        let far = match probe {
+            Probe::Ray(sight) => sight.far,
+            Probe::Cone(cone) => cone.sight.far,
+        };
+        self.tree.walk(probe, far, |place, limit| {
+            best = Found::nearer(best, self.triangles[place].cast(probe, limit));
+            best.map_or(limit, |found| found.distance)
+        });
+        best
+    }
+}
+
+impl Triangle {
+    fn cast(&self, probe: &Probe, limit: f64) -> Option<Found> {
+        let Self {
+            corners,
+            normal,
+            primitive,
+        } = self;
+        match probe {
+            Probe::Ray(sight) => {
+                let corners = corners.map(|c| c - sight.origin.coords);
+                let mut best = None;
+                if let Some(t) = ray::triangle(&sight.axis, &corners, normal) {
+                    ray::offer(&mut best, sight, t, *normal, *primitive);
+                }
+                best
+            }
+            Probe::Cone(cone) => {
+                let corners = corners.map(|c| c - cone.sight.origin.coords);
+                // Most triangles end here: their plane is beyond what is known.
+                if normal.dot(&corners[0]).abs() > limit {
+                    return None;
+                }
+                let (distance, point) = polygon(cone, &corners, normal)?;
+                Some(Found {
+                    distance,
+                    point,
+                    normal: *normal,
+                    primitive: *primitive,
+                })
+            }
+        }
+    }
+}
+
+fn triangle(mesh: &Mesh, index: usize) -> Option<Triangle> {
+    let mut corners = [Vector3::zeros(); 3];
+    for (corner, vertex) in corners.iter_mut().zip(mesh.triangles[index]) {
+        *corner = mesh.vertices.get(vertex as usize)?.coords;
+    }
+    let [a, b, c] = &corners;
+    let normal = (b - a).cross(&(c - a)).try_normalize(1e-300)?;
+    let finite = normal
+        .iter()
+        .chain(corners.iter().flatten())
+        .all(|x| x.is_finite());
+    finite.then_some(Triangle {
+        corners,
+        normal,
+        primitive: index as u32,
+    })
+}

@@ -1,0 +1,287 @@
+//! A cone against flat faces: the nearest point, in closed form.
+//!
+//! The nearest point of a convex polygon inside the cone is one of a few candidates: the foot of the
+//! perpendicular; the nearest point of the conic in which the cone cuts the plane; on each edge its nearest
+//! point, its ends and its crossings with the cone; and where the near limit is inside the polygon, a point
+//! on its circle. Every local minimum of the distance is among them, for any cone.
+
+use nalgebra::Vector3;
+
+use super::sight::Cone;
+
+/// The nearest candidate so far, relative to the apex.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Nearest {
+    pub distance: f64,
+    pub point: Vector3<f64>,
+    pub near: f64,
+    pub reach: f64,
+}
+
+impl Nearest {
+    pub fn new(near: f64, reach: f64) -> Self {
+        Self {
+            distance: f64::INFINITY,
+            point: Vector3::zeros(),
+            near,
+            reach,
+        }
+    }
+
+    /// Takes a point that lies on the face and in the cone, if the limits on distance allow it.
+    pub fn offer(&mut self, point: Vector3<f64>) {
+        self.offer_at(point.norm(), point);
+    }
+
+    /// The same with a distance that is known exactly.
+    pub fn offer_at(&mut self, distance: f64, point: Vector3<f64>) {
+        if distance >= self.near && distance <= self.reach && distance < self.distance {
+            self.distance = distance;
+            self.point = point;
+        }
+    }
+
+    pub fn found(self) -> Option<(f64, Vector3<f64>)> {
+        (self.distance < f64::INFINITY).then_some((self.distance, self.point))
+    }
+}
+
+/// The nearest point of a convex polygon that counts; corners relative to the apex, counter-clockwise around `normal`.
+pub(super) fn polygon<const N: usize>(
+    cone: &Cone,
+    corners: &[Vector3<f64>; N],
+    normal: &Vector3<f64>,
+) -> Option<(f64, Vector3<f64>)> {
+    let inside = |p: &Vector3<f64>| {
+        (0..N).all(|i| {
+            (corners[(i + 1) % N] - corners[i])
+                .cross(&(p - corners[i]))
+                .dot(normal)
+                >= 0.0
+        })
+    };
+    let mut best = match interior(cone, normal.dot(&corners[0]), normal, inside) {
+        Interior::Nothing => return None,
+        Interior::Nearest(nearest) => return nearest.found(),
+        Interior::Maybe(nearest) => nearest,
+    };
+    for i in 0..N {
+        edge(cone, &corners[i], &corners[(i + 1) % N], &mut best);
+    }
+    best.found()
+}
+
+/// The nearest point of a whole plane; `h` is its height above the apex along `normal`.
+pub(super) fn plane(cone: &Cone, h: f64, normal: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
+    match interior(cone, h, normal, |_| true) {
+        Interior::Nothing => None,
+        Interior::Nearest(nearest) | Interior::Maybe(nearest) => nearest.found(),
+    }
+}
+
+/// What the inside of a flat face says before its boundary is looked at.
+pub(super) enum Interior {
+    /// No point of the face counts.
+    Nothing,
+    /// This is the answer.
+    Nearest(Nearest),
+    /// The best of the inside; the boundary may be nearer.
+    Maybe(Nearest),
+}
+
+/// The candidates that do not lie on the boundary of a flat face.
+pub(super) fn interior(
+    cone: &Cone,
+    h: f64,
+    normal: &Vector3<f64>,
+    inside: impl Fn(&Vector3<f64>) -> bool,
+) -> Interior {
+    let sight = &cone.sight;
+    let height = h.abs();
+    let reach = sight.reach(height);
+    // A height that is no number shows no side.
+    if height > reach || !sight.sees_side(h) {
+        return Interior::Nothing;
+    }
+    let mut best = Nearest::new(sight.near, reach);
+    let toward = if h < 0.0 { -normal } else { *normal };
+
+    // The foot of the perpendicular: nothing on the plane is nearer.
+    let foot = toward * height;
+    let foot_in_cone = cone.contains(&foot);
+    if foot_in_cone && height >= sight.near && inside(&foot) {
+        best.offer_at(height, foot);
+        return Interior::Nearest(best);
+    }
+
+    // The conic's nearest point: the axis turned toward the perpendicular by the half angle.
+    let axis_rise = toward.dot(&sight.axis);
+    let across = toward - sight.axis * axis_rise;
+    let turn = across
+        .try_normalize(1e-300)
+        .unwrap_or_else(|| any_perpendicular(&sight.axis));
+    if cone.wide() {
+        for side in [1.0, -1.0] {
+            let along = sight.axis * cone.cos + turn * (side * cone.sin);
+            let rise = along.dot(&toward);
+            if rise > 0.0 {
+                let point = along * (height / rise);
+                if inside(&point) {
+                    best.offer_at(height / rise, point);
+                }
+            }
+        }
+    } else if !foot_in_cone {
+        let along = sight.axis * cone.cos + turn * cone.sin;
+        let rise = along.dot(&toward);
+        // In a convex cone nothing on the plane is nearer than this point.
+        if rise <= 0.0 || height / rise > reach {
+            return Interior::Nothing;
+        }
+        let point = along * (height / rise);
+        if height / rise >= sight.near && inside(&point) {
+            best.offer_at(height / rise, point);
+            return Interior::Nearest(best);
+        }
+    }
+
+    if sight.near > height && sight.near <= reach {
+        near_circle(cone, height, &toward, inside, &mut best);
+    }
+    Interior::Maybe(best)
+}
+
+/// Points of the plane at exactly the near limit that are not on the boundary of the face.
+///
+/// They form a circle around the foot. The part of it that counts either ends on the cone (tried here), ends
+/// on the boundary of the face (tried there), or is the whole circle, of which one point is enough.
+fn near_circle(
+    cone: &Cone,
+    height: f64,
+    toward: &Vector3<f64>,
+    inside: impl Fn(&Vector3<f64>) -> bool,
+    best: &mut Nearest,
+) {
+    let near = cone.sight.near;
+    let axis = &cone.sight.axis;
+    let radius = (near * near - height * height).sqrt();
+    let rise = axis.dot(toward);
+    let flat = (axis - toward * rise)
+        .try_normalize(1e-300)
+        .unwrap_or_else(|| any_perpendicular(toward));
+    let side = toward.cross(&flat);
+    let point = |cos: f64, sin: f64| toward * height + (flat * cos + side * sin) * radius;
+
+    // The point nearest to the axis.
+    let first = point(1.0, 0.0);
+    if cone.contains(&first) && inside(&first) {
+        best.offer_at(near, first);
+        return;
+    }
+    // The crossings with the cone: axis . p = cos(half angle) near.
+    let cos = (cone.cos * near - rise * height) / (axis.dot(&flat) * radius);
+    if cos.abs() <= 1.0 {
+        let sin = (1.0 - cos * cos).sqrt();
+        for sin in [sin, -sin] {
+            let crossing = point(cos, sin);
+            if inside(&crossing) {
+                best.offer_at(near, crossing);
+            }
+        }
+    }
+}
+
+/// The candidates on the edge from `a` to `b`.
+pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut Nearest) {
+    let along = b - a;
+    let length_squared = along.norm_squared();
+    if length_squared <= 0.0 || length_squared.is_nan() {
+        return;
+    }
+    let at = |t: f64| a + along * t;
+
+    // The edge's nearest point: if it counts, it is the answer here; if it is too far, so is the edge.
+    let closest = at((-a.dot(&along) / length_squared).clamp(0.0, 1.0));
+    let least = closest.norm();
+    if least > best.reach || least >= best.distance {
+        return;
+    }
+    if least >= best.near && cone.contains(&closest) {
+        best.offer_at(least, closest);
+        return;
+    }
+    for end in [a, b] {
+        if cone.contains(end) {
+            best.offer(*end);
+        }
+    }
+
+    // Crossings with the cone: sin^2 (axis part)^2 = cos^2 (part across)^2, then one step on the unsquared form.
+    let axis = &cone.sight.axis;
+    let (a0, a1) = (axis.dot(a), axis.dot(&along));
+    let (c0, c1) = (a - axis * a0, along - axis * a1);
+    let (s2, k2) = (cone.sin * cone.sin, cone.cos * cone.cos);
+    let roots = quadratic(
+        s2 * a1 * a1 - k2 * c1.norm_squared(),
+        2.0 * (s2 * a0 * a1 - k2 * c0.dot(&c1)),
+        s2 * a0 * a0 - k2 * c0.norm_squared(),
+    );
+    let excess = |t: f64| cone.excess(a0 + a1 * t, (c0 + c1 * t).norm());
+    for root in roots.into_iter().flatten() {
+        // The squared form also holds on the cone's mirror image.
+        if (a0 + a1 * root) * cone.cos < 0.0 && cone.cos.abs() > 1e-12 {
+            continue;
+        }
+        let across = c0 + c1 * root;
+        let slope = cone.sin * a1 - cone.cos * across.dot(&c1) / across.norm();
+        let better = root - excess(root) / slope;
+        let t = if excess(better).abs() < excess(root).abs() {
+            better
+        } else {
+            root
+        };
+        if (0.0..=1.0).contains(&t) {
+            best.offer(at(t));
+        }
+    }
+
+    // Crossings with the near limit.
+    if least < best.near && best.near < best.distance {
+        let roots = quadratic(
+            length_squared,
+            2.0 * a.dot(&along),
+            a.norm_squared() - best.near * best.near,
+        );
+        for t in roots.into_iter().flatten() {
+            let point = at(t);
+            if (0.0..=1.0).contains(&t) && cone.contains(&point) {
+                best.offer_at(best.near, point);
+            }
+        }
+    }
+}
+
+/// The real roots of `a x^2 + b x + c`; a pair that only rounding keeps from being real counts as a double root.
+pub(super) fn quadratic(a: f64, b: f64, c: f64) -> [Option<f64>; 2] {
+    let discriminant = b * b - 4.0 * a * c;
+    let noise = 1e-13 * (b * b + (4.0 * a * c).abs());
+    if discriminant < -noise || discriminant.is_nan() {
+        return [None, None];
+    }
+    // The form that never subtracts nearly equal numbers.
+    let q = -0.5 * (b + discriminant.max(0.0).sqrt().copysign(b));
+    let finite = |x: f64| x.is_finite().then_some(x);
+    [finite(q / a), finite(c / q)]
+}
+
+/// Some unit vector at right angles to `v`.
+pub(super) fn any_perpendicular(v: &Vector3<f64>) -> Vector3<f64> {
+    let other = if v.x.abs() < 0.6 {
+        Vector3::x()
+    } else {
+        Vector3::y()
+    };
+    v.cross(&other)
+        .try_normalize(0.0)
+        .unwrap_or_else(Vector3::x)
+}

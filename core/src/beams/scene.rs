@@ -1,0 +1,220 @@
+//! All detectable targets of a scene, and the cast of many beams against them.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Point3};
+use rayon::prelude::*;
+
+use super::beam::{Beam, Hit};
+use super::mesh::MeshTree;
+use super::sight::{Found, Probe};
+use super::tree::{Aabb, Tree};
+use super::{ray, solid};
+use crate::geometry::{Form, Mesh};
+
+/// One form that beams can hit. An object of several forms has several targets with the same tag.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// The caller's tag, returned in hits.
+    pub object: u64,
+    /// What [`Beam::skip_group`] compares: the model it belongs to, say.
+    pub group: u32,
+    /// The form's place.
+    pub world_from_target: Isometry3<f64>,
+    /// The form.
+    pub form: Form,
+}
+
+/// Beams of one task of the thread pool.
+const CHUNK: usize = 64;
+
+/// What beams are cast against.
+///
+/// A beam's hit depends only on the beam and the targets: not on the other beams, the number of threads or earlier poses.
+#[derive(Debug, Default)]
+pub struct BeamScene {
+    targets: Vec<Target>,
+    /// For each target, its mesh's tree.
+    pub(super) trees: Vec<Option<Arc<MeshTree>>>,
+    /// Each mesh in use, by address; holding the mesh keeps the address from being used again.
+    pub(super) meshes: HashMap<usize, (Arc<Mesh>, Arc<MeshTree>)>,
+    /// For each target, its box in the world; an empty one for a form without end.
+    boxes: Vec<Aabb>,
+    /// Targets without end, tried for every beam.
+    unbounded: Vec<u32>,
+    top: Tree,
+}
+
+impl BeamScene {
+    /// Replaces all targets. Meshes seen before keep their trees.
+    pub fn set(&mut self, targets: impl IntoIterator<Item = Target>) {
+        self.targets.clear();
+        self.targets.extend(targets);
+        let mut before = std::mem::take(&mut self.meshes);
+        self.trees.clear();
+        for target in &self.targets {
+            let Form::Mesh { mesh, .. } = &target.form else {
+                self.trees.push(None);
+                continue;
+            };
+            let address = Arc::as_ptr(mesh) as usize;
+            let (_, tree) = self.meshes.entry(address).or_insert_with(|| {
+                before
+                    .remove(&address)
+                    .unwrap_or_else(|| (mesh.clone(), Arc::new(MeshTree::new(mesh))))
+            });
+            self.trees.push(Some(tree.clone()));
+        }
+
+        self.unbounded.clear();
+        self.unbounded.extend(
+            (0..self.targets.len() as u32)
+                .filter(|&i| matches!(self.targets[i as usize].form, Form::Plane)),
+        );
+        self.boxes.clear();
+        for index in 0..self.targets.len() {
+            let aabb = self.box_of(index);
+            self.boxes.push(aabb);
+        }
+        self.rebuild();
+    }
+
+    /// The targets, in the order they were set.
+    pub fn targets(&self) -> &[Target] {
+        &self.targets
+    }
+
+    /// Moves targets, named by their place in [`targets`](Self::targets), and refits the tree once at the end.
+    ///
+    /// # Panics
+    /// If a place is out of range.
+    pub fn update_poses(&mut self, poses: impl IntoIterator<Item = (usize, Isometry3<f64>)>) {
+        for (index, pose) in poses {
+            self.targets[index].world_from_target = pose;
+            self.boxes[index] = self.box_of(index);
+        }
+        let area = self.top.refit(&self.boxes);
+        if self.top.worn(area) {
+            self.rebuild();
+        }
+    }
+
+    /// Casts `beams` on rayon's current pool; `hits[i]` becomes the answer to `beams[i]`.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn cast(&self, beams: &[Beam], hits: &mut [Hit]) {
+        assert_eq!(
+            beams.len(),
+            hits.len(),
+            "each beam needs a place for its hit"
+        );
+        beams
+            .par_chunks(CHUNK)
+            .zip(hits.par_chunks_mut(CHUNK))
+            .for_each(|(beams, hits)| {
+                for (beam, hit) in beams.iter().zip(hits) {
+                    *hit = self.cast_one(beam);
+                }
+            });
+    }
+
+    /// Casts one beam.
+    pub fn cast_one(&self, beam: &Beam) -> Hit {
+        let Some(probe) = Probe::new(beam) else {
+            return Hit::NONE;
+        };
+        let mut best: Option<(Found, u32)> = None;
+        let mut visit = |index: u32, limit: f64| {
+            let target = &self.targets[index as usize];
+            let wanted = beam.skip_group != Some(target.group)
+                && beam
+                    .only_object
+                    .is_none_or(|object| object == target.object);
+            if wanted && let Some(found) = self.cast_at(index as usize, &probe, limit) {
+                let rank = |found: &Found, index: u32| {
+                    (
+                        found.distance,
+                        self.targets[index as usize].object,
+                        found.primitive,
+                        index,
+                    )
+                };
+                if best
+                    .as_ref()
+                    .is_none_or(|(old, at)| rank(&found, index) < rank(old, *at))
+                {
+                    best = Some((found, index));
+                }
+            }
+            best.as_ref().map_or(limit, |(found, _)| found.distance)
+        };
+
+        let mut limit = beam.far;
+        for &index in &self.unbounded {
+            limit = visit(index, limit);
+        }
+        self.top.walk(&probe, limit, |place, limit| {
+            visit(self.top.order[place], limit)
+        });
+        best.map_or(Hit::NONE, |(found, index)| {
+            self.hit(beam, &found, index as usize)
+        })
+    }
+
+    /// The nearest point of one target, no further than `limit`, in the target's frame.
+    fn cast_at(&self, index: usize, probe: &Probe, limit: f64) -> Option<Found> {
+        let Target {
+            world_from_target,
+            form,
+            ..
+        } = &self.targets[index];
+        let probe = match probe {
+            Probe::Ray(sight) => Probe::Ray(sight.in_form(world_from_target, limit)),
+            Probe::Cone(cone) => Probe::Cone(cone.in_form(world_from_target, limit)),
+        };
+        match (&self.trees[index], &probe) {
+            (Some(tree), probe) => tree.cast(probe),
+            (None, Probe::Ray(sight)) => ray::cast(sight, form),
+            (None, Probe::Cone(cone)) => solid::cast(cone, form),
+        }
+    }
+
+    /// A point found on a target, as the beam reports it.
+    fn hit(&self, beam: &Beam, found: &Found, index: usize) -> Hit {
+        let target = &self.targets[index];
+        let beam_from_target =
+            beam.world_from_beam.rotation.inverse() * target.world_from_target.rotation;
+        let facing = if found.normal.dot(&found.point) > 0.0 {
+            -found.normal
+        } else {
+            found.normal
+        };
+        Hit {
+            distance: found.distance,
+            point: Point3::from(beam_from_target * found.point),
+            normal: beam_from_target * facing,
+            object: target.object,
+            primitive: found.primitive,
+        }
+    }
+
+    fn box_of(&self, index: usize) -> Aabb {
+        let Target {
+            world_from_target,
+            form,
+            ..
+        } = &self.targets[index];
+        match &self.trees[index] {
+            Some(tree) => tree.aabb.moved(world_from_target),
+            None => Aabb::of_form(form, world_from_target).unwrap_or(Aabb::EMPTY),
+        }
+    }
+
+    fn rebuild(&mut self) {
+        let bounded = (0..self.targets.len() as u32)
+            .filter(|&i| !matches!(self.targets[i as usize].form, Form::Plane));
+        self.top.build(bounded, &self.boxes, 2);
+    }
+}

@@ -1,0 +1,173 @@
+//! A cone against a sphere, or the half of it that ends a capsule: the nearest point, in closed form.
+//!
+//! The points of a sphere at a distance `d` from the apex form a circle around the line to the centre, seen
+//! under the angle `spread` from it. Every limit of a beam is a condition on `d` alone: near, far, side and incidence
+//! directly, the cone as a range for `spread`. So the distances that count form intervals, and the nearest is
+//! the least of their ends that passes all conditions.
+
+use nalgebra::Vector3;
+
+use super::planar::any_perpendicular;
+use super::sight::Cone;
+
+/// Slack for conditions that a candidate meets exactly but for rounding.
+const SLACK: f64 = 1e-12;
+
+/// The nearest point of a sphere that counts; `centre` relative to the apex.
+///
+/// With `half`, only the part on that side of the centre. Its rim is then left to whoever continues the surface there.
+pub(super) fn sphere(
+    cone: &Cone,
+    centre: &Vector3<f64>,
+    radius: f64,
+    half: Option<&Vector3<f64>>,
+) -> Option<(f64, Vector3<f64>)> {
+    let view = View::new(cone, centre, radius);
+    let sight = &cone.sight;
+    let (r, c) = (radius, sight.cos_incidence);
+    let mut best: Option<(f64, Vector3<f64>)> = None;
+    let mut offer = |d: f64, spread: f64| {
+        if best.is_none_or(|(least, _)| d < least)
+            && let Some(point) = view.point(d, spread, half)
+        {
+            best = Some((d, point));
+        }
+    };
+
+    // The nearest and the farthest point.
+    offer(
+        (view.away - r).abs(),
+        if view.away >= r {
+            0.0
+        } else {
+            std::f64::consts::PI
+        },
+    );
+    offer(view.away + r, 0.0);
+    // Where the cone begins to contain the circle.
+    for spread in [
+        view.off_axis - cone.half_angle,
+        view.off_axis + cone.half_angle,
+    ] {
+        if (0.0..=std::f64::consts::PI).contains(&spread) {
+            let middle = view.away * spread.cos();
+            let root = (middle * middle - view.power).sqrt();
+            offer(middle - root, spread);
+            offer(middle + root, spread);
+        }
+    }
+    // The near limit.
+    offer(sight.near, view.spread(sight.near));
+    // The silhouette, and the ends of the incidence limit on the front and on the back.
+    if view.power > 0.0 {
+        let d = view.power.sqrt();
+        offer(d, view.spread(d));
+    }
+    let root = (r * r * c * c + view.power).sqrt();
+    for d in [root - r * c, r * c + root, r * c - root] {
+        offer(d, view.spread(d));
+    }
+    best
+}
+
+/// A sphere as the apex sees it.
+struct View<'a> {
+    cone: &'a Cone,
+    centre: Vector3<f64>,
+    radius: f64,
+    /// Distance of the centre.
+    away: f64,
+    /// `away^2 - radius^2`: the product of near and far distance on any line.
+    power: f64,
+    /// Direction of the centre.
+    ahead: Vector3<f64>,
+    /// At right angles to it, on the side of the axis.
+    beside: Vector3<f64>,
+    /// Angle of the centre from the axis.
+    off_axis: f64,
+}
+
+impl<'a> View<'a> {
+    fn new(cone: &'a Cone, centre: &Vector3<f64>, radius: f64) -> Self {
+        let axis = cone.sight.axis;
+        let away = centre.norm();
+        let ahead = centre.try_normalize(0.0).unwrap_or(axis);
+        let along = ahead.dot(&axis);
+        let across = axis - ahead * along;
+        Self {
+            cone,
+            centre: *centre,
+            radius,
+            away,
+            power: (away - radius) * (away + radius),
+            ahead,
+            beside: across
+                .try_normalize(1e-300)
+                .unwrap_or_else(|| any_perpendicular(&ahead)),
+            off_axis: across.norm().atan2(along),
+        }
+    }
+
+    /// The angle from the centre at which points at distance `d` are seen.
+    fn spread(&self, d: f64) -> f64 {
+        ((d * d + self.power) / (2.0 * self.away * d))
+            .clamp(-1.0, 1.0)
+            .acos()
+    }
+
+    /// The point at distance `d` and angle `spread` nearest to the axis, if it counts.
+    fn point(&self, d: f64, spread: f64, half: Option<&Vector3<f64>>) -> Option<Vector3<f64>> {
+        let sight = &self.cone.sight;
+        let size = self.away + self.radius;
+        let on_sphere =
+            d >= (self.away - self.radius).abs() - SLACK * size && d <= size * (1.0 + SLACK);
+        if !(d >= sight.near && d <= sight.far && d > 0.0 && on_sphere) {
+            return None;
+        }
+        // Positive on the front: the cosine of the incidence.
+        let cos = (self.power - d * d) / (2.0 * self.radius * d);
+        let slack = SLACK * size / self.radius;
+        let front = sight.faces.front && cos >= sight.cos_incidence - slack;
+        let back = sight.faces.back && -cos >= sight.cos_incidence - slack;
+        // Cosines blur small angles; the candidates that need to be exact come with an exact spread.
+        let in_cone = (self.off_axis - spread).abs() <= self.cone.half_angle + SLACK;
+        if !(front || back) || !in_cone {
+            return None;
+        }
+        match half {
+            None => Some(self.at(d, spread, 0.0)),
+            Some(side) => self.on_half(d, spread, side),
+        }
+    }
+
+    /// The point of the circle at an angle around it, counted from the place nearest to the axis.
+    fn at(&self, d: f64, spread: f64, turn: f64) -> Vector3<f64> {
+        let around = self.beside * turn.cos() + self.ahead.cross(&self.beside) * turn.sin();
+        (self.ahead * spread.cos() + around * spread.sin()) * d
+    }
+
+    /// The point of the circle on one side of the centre that is nearest to the axis, if it is in the cone.
+    fn on_half(&self, d: f64, spread: f64, side: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let first = self.at(d, spread, 0.0);
+        if (first - self.centre).dot(side) >= 0.0 {
+            return Some(first);
+        }
+        // side . (p - centre) = even + swing cos(turn - lean)
+        let even = side.dot(&(self.ahead * (d * spread.cos()) - self.centre));
+        let (x, y) = (
+            side.dot(&self.beside),
+            side.dot(&self.ahead.cross(&self.beside)),
+        );
+        let swing = d * spread.sin() * x.hypot(y);
+        let width = (-even / swing).acos();
+        let lean = y.atan2(x);
+        // NaN, when no point of the circle is on that side, fails the test for the cone.
+        let turn = if lean >= 0.0 {
+            lean - width
+        } else {
+            lean + width
+        };
+        let point = self.at(d, spread, turn);
+        (turn.is_finite() && self.cone.contains(&point)).then_some(point)
+    }
+}

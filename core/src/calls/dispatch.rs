@@ -1,0 +1,296 @@
+//! Calling a command: arguments as declared, the frame filled, errors framed.
+
+use std::ffi::c_void;
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Value, ValueRef},
+};
+
+use super::{Caller, Wait, bytes, waits};
+use crate::{
+    error::{Fault, FaultKind},
+    host::{CommandEntry, Declared, check_value},
+    world::WorldCell,
+};
+
+/// What a running command may ask about its call.
+pub(crate) static CALL_API: tatu_call_api = tatu_call_api {
+    size: size_of::<tatu_call_api>() as u32,
+    reserved: 0,
+    alloc: Some(alloc),
+    wait: Some(wait),
+};
+
+unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
+    // SAFETY: a running call of a living world.
+    let Some(world) = (unsafe { WorldCell::of((*call).world) }) else { return std::ptr::null_mut() };
+    world.calls.arena.borrow_mut().alloc(n as usize).cast()
+}
+
+unsafe extern "C" fn wait(
+    call: *mut tatu_call,
+    until: u32,
+    value: f64,
+    name: tatu_str,
+    resume: u64,
+) -> tatu_status {
+    // SAFETY: a running call of a living world; the name is valid during the call.
+    let (Some(world), call, name) = (unsafe { (WorldCell::of((*call).world), &mut *call, bytes(name)) }) else {
+        return TATU_ERR;
+    };
+    let fail = |status: tatu_status, text: &str| {
+        // SAFETY: the call's own error object.
+        if let Some(say) = unsafe { call.error.as_ref() }.and_then(|e| e.say) {
+            // SAFETY: as above.
+            unsafe { say(call.error, status, super::raw(text.as_bytes())) };
+        }
+        status
+    };
+    if call.wait_token == 0 {
+        let entry = world.registry.commands.get((call.command as usize).wrapping_sub(1));
+        let text = entry.and_then(|e| e.no_wait.clone()).unwrap_or_else(|| {
+            "cannot wait here: call it from a coroutine, or from the script's thread function".into()
+        });
+        return fail(TATU_ERR_BUSY, &text);
+    }
+    if resume == 0 {
+        return fail(TATU_ERR_ARGUMENT, "the resume word of a wait is not 0");
+    }
+    match waits::parse(until, value, name, world.clock.step.get()) {
+        Ok(due) => {
+            world.calls.waits.borrow_mut().asked = Some((call.wait_token, due, resume));
+            TATU_WAIT
+        }
+        Err(text) => fail(TATU_ERR_ARGUMENT, text),
+    }
+}
+
+/// Calls a command. The frame's arrays, command, alias and wait token are the caller's; the rest is filled here.
+/// `resume`: the word of a wait that is over, or 0.
+///
+/// # Safety
+/// The frame and its arrays are valid.
+pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resume: u64) -> tatu_status {
+    // SAFETY: as promised.
+    let f = unsafe { &mut *frame };
+    f.n_results = 0;
+    let calls = &world.calls;
+    let Some(entry) = world.registry.commands.get((f.command as usize).wrapping_sub(1)) else {
+        f.error = calls.error_at(calls.depth.get());
+        return say(f.error, TATU_ERR_UNKNOWN, &format!("there is no command {}", f.command));
+    };
+    let Some(level) = calls.enter() else {
+        f.error = calls.error_at(calls.depth.get());
+        let text = format!(
+            "{}: calls nest more than {} deep; the innermost caller is {}",
+            entry_name(entry, f.alias),
+            super::MAX_DEPTH,
+            world.caller_name()
+        );
+        return say(f.error, TATU_ERR_BUSY, &text);
+    };
+    let Some(call) = entry.raw.call else { return TATU_ERR_UNSUPPORTED };
+    let caller = calls.caller.get();
+    f.error = calls.error_at(level.depth);
+    f.world = world.raw();
+    f.self_ = world.registry.plugins[entry.plugin].me;
+    f.instance = world.instance(entry.plugin);
+    f.state = world.instance_state(entry.plugin);
+    f.user = entry.raw.user;
+    f.api = &raw const CALL_API;
+    f.resume = resume;
+    f.caller = caller.instance;
+    f.caller_object = caller.object;
+    f.caller_script = caller.script;
+    f.caller_dialect = caller.dialect;
+    f.caller_kind = caller.kind;
+    let status = if entry.raw_args || resume != 0 {
+        TATU_OK
+    } else {
+        check_args(world, entry, f)
+    };
+    let status = if status < 0 {
+        status
+    } else {
+        calls.caller.set(Caller { kind: TATU_CALLER_NATIVE, ..caller });
+        // SAFETY: the plugin's function; no borrow of the world is alive here.
+        unsafe { call(frame) }
+    };
+    drop(level);
+    // SAFETY: the frame again, after the plugin wrote its results.
+    let f = unsafe { &mut *frame };
+    match status {
+        TATU_WAIT => begin_wait(world, entry, f, caller),
+        0.. => {
+            f.n_results = f.n_results.min(f.results_cap);
+            TATU_OK
+        }
+        _ => failed(world, entry, f, status),
+    }
+}
+
+/// The command waits on behalf of the calling script.
+fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller: Caller) -> tatu_status {
+    let mut waits = world.calls.waits.borrow_mut();
+    match waits.asked.take() {
+        Some((token, due, resume)) if token == f.wait_token && token != 0 => {
+            let (command, alias, script) = (f.command, f.alias, caller.instance);
+            waits.begin(Wait { script, token, command, alias, resume, due });
+            TATU_WAIT
+        }
+        _ => say(
+            f.error,
+            TATU_ERR,
+            &format!("{}: answered that it waits, but for nothing", entry_name(entry, f.alias)),
+        ),
+    }
+}
+
+/// Arguments as declared: converted where types allow it, defaults filled in; else the error.
+fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call) -> tatu_status {
+    // SAFETY: the frame's arguments are valid.
+    let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
+    let as_it_is = |(i, p): (usize, &Declared)| match args.get(i) {
+        Some(a) => is_exact(p, *a),
+        None => p.flags & TATU_PARAM_OPTIONAL != 0 && p.fallback == Value::Nil,
+    };
+    if entry.params.iter().enumerate().all(as_it_is) {
+        return TATU_OK;
+    }
+    match convert_args(world, entry, args) {
+        Ok((args, n)) => {
+            (f.args, f.n_args) = (args, n);
+            TATU_OK
+        }
+        Err(text) => say(f.error, TATU_ERR_ARGUMENT, &text),
+    }
+}
+
+/// Whether an argument can be handed on without a look at its content.
+fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
+    if p.flags & TATU_PARAM_ANY != 0 {
+        return true;
+    }
+    if a.is_nil() {
+        return p.flags & TATU_PARAM_OPTIONAL != 0 && p.fallback == Value::Nil;
+    }
+    let unbounded = p.lowest == f64::NEG_INFINITY && p.highest == f64::INFINITY && p.choices.is_empty();
+    a.tag() == p.kind && unbounded && (p.count == 0 || a.len() == p.count as usize)
+}
+
+fn convert_args(
+    world: &WorldCell,
+    entry: &CommandEntry,
+    args: &[ValueRef<'_>],
+) -> Result<(*const tatu_value, u32), String> {
+    let mut out: Vec<tatu_value> = args.iter().map(|a| a.raw()).collect();
+    let mut arena = world.calls.arena.borrow_mut();
+    let mut alloc = |n: usize| arena.alloc(n);
+    let space = || "the arguments are too large".to_owned();
+    for (i, p) in entry.params.iter().enumerate() {
+        let given = args.get(i).copied().unwrap_or(ValueRef::NIL);
+        let name = || format!("argument {} `{}`", i + 1, p.key);
+        if given.is_nil() && p.flags & TATU_PARAM_ANY == 0 {
+            if p.fallback != Value::Nil {
+                while out.len() <= i {
+                    out.push(ValueRef::NIL.raw());
+                }
+                out[i] = p.fallback.to_raw(&mut alloc).ok_or_else(space)?;
+            } else if p.flags & TATU_PARAM_OPTIONAL == 0 {
+                return Err(if i >= args.len() {
+                    format!("{}: expected {}, but only {} were given", name(), p.expectation(), args.len())
+                } else {
+                    format!("{}: expected {}, found nil", name(), p.expectation())
+                });
+            }
+        } else if !is_exact(p, given) {
+            let value = given.to_value().map_err(|e| format!("{}: {}", name(), e.text()))?;
+            let value = check_value(p, value).map_err(|e| format!("{}: {e}", name()))?;
+            out[i] = value.to_raw(&mut alloc).ok_or_else(space)?;
+        }
+    }
+    let n = out.len();
+    let room = alloc(n * size_of::<tatu_value>()).cast::<tatu_value>();
+    if room.is_null() {
+        return Err(space());
+    }
+    // SAFETY: room for exactly `n` values.
+    unsafe { std::ptr::copy_nonoverlapping(out.as_ptr(), room, n) };
+    Ok((room, n as u32))
+}
+
+/// Frames the error of a command; an old-style name logs it and returns its values instead.
+#[cold]
+fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: tatu_status) -> tatu_status {
+    let plugin = &world.registry.plugins[entry.plugin];
+    let name = entry_name(entry, f.alias);
+    // SAFETY: the host's own error objects.
+    let said = unsafe {
+        if (*f.error).code == TATU_OK {
+            let last = world.calls.last.borrow_mut().raw();
+            if (*last).code == status {
+                super::errors::copy(last, f.error);
+            }
+        }
+        match (*f.error).code {
+            TATU_OK => "failed and gave no reason".to_owned(),
+            _ => super::text((*f.error).text).into_owned(),
+        }
+    };
+    let text = match status {
+        TATU_ERR_PANIC => format!("{name}: plugin `{}` {said}", plugin.id),
+        _ => format!("{name}: {said}"),
+    };
+    // SAFETY: as above.
+    let help = unsafe { super::text((*f.error).help).into_owned() };
+    let old = entry.names.get(f.alias as usize).and_then(|n| n.on_error.as_ref());
+    match old {
+        Some(values) if status != TATU_ERR_PANIC => {
+            let mut fault = Fault::new(FaultKind::of(status), text);
+            fault.plugin = Some(plugin.id.clone());
+            fault.help = (!help.is_empty()).then_some(help);
+            world.blame_caller(&mut fault);
+            world.report(fault);
+            give_back(world, f, values);
+            TATU_OK
+        }
+        _ => {
+            say(f.error, status, &text);
+            if !help.is_empty() {
+                // SAFETY: as above.
+                if let Some(add) = unsafe { (*f.error).add } {
+                    // SAFETY: as above.
+                    unsafe { add(f.error, TATU_PART_HELP, super::raw(help.as_bytes()), 0) };
+                }
+            }
+            status
+        }
+    }
+}
+
+fn give_back(world: &WorldCell, f: &mut tatu_call, values: &[Value]) {
+    let mut arena = world.calls.arena.borrow_mut();
+    f.n_results = 0;
+    for v in values.iter().take(f.results_cap as usize) {
+        if let Some(raw) = v.to_raw(&mut |n| arena.alloc(n)) {
+            // SAFETY: within the caller's array.
+            unsafe { *f.results.add(f.n_results as usize) = raw };
+            f.n_results += 1;
+        }
+    }
+}
+
+fn entry_name(entry: &CommandEntry, alias: u32) -> &str {
+    entry.names.get(alias as usize).or(entry.names.first()).map_or("?", |n| n.name.as_str())
+}
+
+/// Fills an error object of the host; gives the status back.
+pub(crate) fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
+    // SAFETY: an error object of the host, or null.
+    if let Some(say) = unsafe { error.as_ref() }.and_then(|e| e.say) {
+        // SAFETY: as above; the text is copied.
+        unsafe { say(error, status, super::raw(text.as_bytes())) };
+    }
+    status
+}

@@ -1,0 +1,141 @@
+//! Calls across the border: commands, scripts' functions, and what they need on the way.
+//!
+//! No Rust borrow of the world is held while a plugin runs: a command may call a script that calls the command.
+//!
+//! - [`Calls`]: per world: the arena, the caller, depth, errors, waits;
+//! - `arena`: memory of values in flight;
+//! - `dispatch`: calling a command;
+//! - `errors`: the host's error objects;
+//! - `waits`: commands that go on later.
+
+mod arena;
+mod dispatch;
+mod errors;
+mod waits;
+
+use std::cell::{Cell, RefCell};
+
+use tatu_plugin_api::abi::*;
+
+pub(crate) use arena::Arena;
+pub(crate) use dispatch::{CALL_API, call_command, say};
+pub(crate) use errors::{ErrorSlot, copy as copy_error};
+pub(crate) use waits::{Due, Wait, Waits};
+
+/// Border crossings of any kind that may nest.
+pub const MAX_DEPTH: u32 = 64;
+
+/// The state of calls of one world.
+pub(crate) struct Calls {
+    pub arena: RefCell<Arena>,
+    /// Who calls now.
+    pub caller: Cell<Caller>,
+    pub depth: Cell<u32>,
+    /// One per depth, made when first needed; addresses stay.
+    slots: RefCell<Vec<Box<ErrorSlot>>>,
+    /// What the last refusal of a service said.
+    pub last: RefCell<Box<ErrorSlot>>,
+    pub waits: RefCell<Waits>,
+}
+
+/// Who calls: filled by the host from its own stack, whatever a plugin wrote.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Caller {
+    pub kind: u32,
+    pub instance: u64,
+    pub object: tatu_object,
+    pub script: tatu_object,
+    pub dialect: tatu_str,
+}
+
+impl Caller {
+    pub const HOST: Caller = Caller {
+        kind: TATU_CALLER_HOST,
+        instance: 0,
+        object: 0,
+        script: 0,
+        dialect: tatu_str { ptr: std::ptr::null(), len: 0 },
+    };
+}
+
+impl Calls {
+    pub fn new() -> Self {
+        Calls {
+            arena: RefCell::new(Arena::default()),
+            caller: Cell::new(Caller::HOST),
+            depth: Cell::new(0),
+            slots: RefCell::new(Vec::new()),
+            last: RefCell::new(Box::new(ErrorSlot::new())),
+            waits: RefCell::new(Waits::default()),
+        }
+    }
+
+    /// The error object of a depth, empty.
+    pub fn error_at(&self, depth: u32) -> *mut tatu_error {
+        let mut slots = self.slots.borrow_mut();
+        while slots.len() <= depth as usize {
+            slots.push(Box::new(ErrorSlot::new()));
+        }
+        slots[depth as usize].fresh()
+    }
+
+    /// Goes one border crossing deeper; `None` at the limit.
+    pub fn enter(&self) -> Option<Depth<'_>> {
+        let depth = self.depth.get();
+        if depth >= MAX_DEPTH {
+            return None;
+        }
+        self.depth.set(depth + 1);
+        Some(Depth { calls: self, depth, caller: self.caller.get() })
+    }
+
+    /// Records what a service refused.
+    #[cold]
+    pub fn refuse(&self, status: tatu_status, text: &str) -> tatu_status {
+        if let Ok(mut last) = self.last.try_borrow_mut() {
+            last.set(status, text);
+        }
+        status
+    }
+}
+
+/// One border crossing; leaving it restores depth and caller.
+pub(crate) struct Depth<'a> {
+    calls: &'a Calls,
+    /// Of the call inside, from 0.
+    pub depth: u32,
+    caller: Caller,
+}
+
+impl Drop for Depth<'_> {
+    fn drop(&mut self) {
+        self.calls.depth.set(self.depth);
+        self.calls.caller.set(self.caller);
+    }
+}
+
+/// Bytes of a border text; empty for null.
+///
+/// # Safety
+/// `s` points to `len` bytes that live for `'a`, or is empty.
+pub(crate) unsafe fn bytes<'a>(s: tatu_str) -> &'a [u8] {
+    if s.ptr.is_null() || s.len == 0 {
+        return &[];
+    }
+    // SAFETY: as promised.
+    unsafe { std::slice::from_raw_parts(s.ptr.cast(), s.len as usize) }
+}
+
+/// A border text as UTF-8; other bytes are replaced.
+///
+/// # Safety
+/// As for [`bytes`].
+pub(crate) unsafe fn text<'a>(s: tatu_str) -> std::borrow::Cow<'a, str> {
+    // SAFETY: as promised.
+    String::from_utf8_lossy(unsafe { bytes(s) })
+}
+
+/// A Rust text for the border.
+pub(crate) fn raw(s: &[u8]) -> tatu_str {
+    tatu_str { ptr: s.as_ptr().cast(), len: s.len() as u64 }
+}

@@ -1,0 +1,220 @@
+//! Writing a document: every property is checked against its row.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use nalgebra::{Isometry3, Point3};
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{DeviceSpec, Document, ObjectSpec, ScriptSpec};
+use crate::{
+    error::{Error, Place, Result},
+    geometry::Mesh,
+    host::{Declared, Registry, check_value},
+    scene::rows::{KINDS, ROWS, Row, kind_name, rows_of},
+};
+
+/// Writes into a document.
+pub struct Builder<'a> {
+    /// What plugins offer.
+    pub registry: &'a Registry,
+    /// The document.
+    pub document: &'a mut Document,
+    /// Number shared by objects that come together; see [`ObjectSpec::group`].
+    pub group: usize,
+    /// What the objects added next are described by.
+    pub place: Option<Place>,
+}
+
+/// What a key of an object means.
+pub enum Target {
+    /// One of the core's rows.
+    Row(Row),
+    /// A parameter of its device.
+    Param(Declared),
+}
+
+impl<'a> Builder<'a> {
+    /// Adds an object; its index.
+    pub fn object(&mut self, kind: &str, parent: Option<usize>, alias: &str) -> Result<usize> {
+        let Some((_, number)) = KINDS.iter().find(|(n, _)| *n == kind) else {
+            let known: Vec<_> = KINDS.iter().map(|(n, _)| *n).collect();
+            return Err(Error::new("E102", format!("there is no kind of object `{kind}`"))
+                .expected(format!("one of {}", known.join(", ")))
+                .nearest(kind, known));
+        };
+        if parent.is_some_and(|p| p >= self.document.objects.len()) {
+            return Err(Error::new("E110", format!("the parent of `{alias}` is not there")));
+        }
+        let alias = if alias.is_empty() { kind } else { alias };
+        if alias.contains('/') {
+            return Err(Error::new("E102", format!("`{alias}` cannot be an alias")).expected("text without `/`"));
+        }
+        self.document.objects.push(ObjectSpec {
+            kind: *number,
+            alias: alias.to_owned(),
+            parent,
+            rows: Vec::new(),
+            device: None,
+            scripts: Vec::new(),
+            placement: Isometry3::identity(),
+            group: self.group,
+            place: self.place.clone(),
+        });
+        Ok(self.document.objects.len() - 1)
+    }
+
+    /// The declarations that an object's keys may mean: the core's rows, then its device's parameters.
+    pub fn declared(&self, object: usize) -> Vec<(Declared, Target)> {
+        let spec = &self.document.objects[object];
+        let rows = rows_of(Some(spec.kind)).map(|r| (r.param(), Target::Row(row(r.key))));
+        let params = spec.device.iter().flat_map(|d| &self.registry.sensors[d.kind].params);
+        rows.chain(params.map(|p| (p.clone(), Target::Param(p.clone())))).collect()
+    }
+
+    /// Sets a property by key, with or without its kind's prefix; SI units.
+    pub fn set(&mut self, object: usize, key: &str, value: Value) -> Result {
+        let Some(spec) = self.document.objects.get(object) else {
+            return Err(Error::new("E110", "there is no such object in this build"));
+        };
+        let kind = kind_name(spec.kind);
+        let short = match key.split_once('.') {
+            Some((prefix, short)) if prefix == kind || prefix == "object" => short,
+            Some((prefix, short))
+                if spec.device.as_ref().is_some_and(|d| self.registry.sensors[d.kind].id == prefix) =>
+            {
+                short
+            }
+            Some(_) => "",
+            None => key,
+        };
+        let declared = self.declared(object);
+        let Some((declared, target)) = declared.iter().find(|(d, _)| d.key == short) else {
+            let known: Vec<_> = declared.iter().map(|(d, _)| d.key.as_str()).collect();
+            return Err(Error::new("E101", format!("a {kind} has no property `{key}`"))
+                .expected(known.join(", "))
+                .nearest(short, known.iter().copied()));
+        };
+        self.put(object, declared, target, value)
+    }
+
+    /// Sets what a key was found to mean.
+    pub fn put(&mut self, object: usize, declared: &Declared, target: &Target, value: Value) -> Result {
+        if declared.flags & TATU_PARAM_READ_ONLY != 0 {
+            return Err(Error::new("E102", format!("`{}` is told, not set", declared.key)));
+        }
+        let value =
+            check_value(declared, value).map_err(|e| Error::new("E102", format!("`{}`: {e}", declared.key)))?;
+        let spec = &mut self.document.objects[object];
+        match target {
+            Target::Row(Row::Alias) => {
+                if let Value::Text(t) = &value {
+                    spec.alias = String::from_utf8_lossy(t).into_owned();
+                }
+            }
+            Target::Row(row) => {
+                self.try_row(object, *row, &value)?;
+                self.document.objects[object].rows.push((*row, value));
+            }
+            Target::Param(p) => {
+                if let Some(d) = &mut spec.device {
+                    d.params.push((p.key.clone(), value));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Tries a row on a blank object of the kind, so that what a live object would refuse is refused here.
+    fn try_row(&self, object: usize, row: Row, value: &Value) -> Result {
+        if matches!(row, Row::Parent | Row::Name) {
+            return Err(Error::new("E102", format!("`{}` is not set in a scene: use `parent`", row.info().key)));
+        }
+        if row == Row::Mesh {
+            let there = matches!(value, Value::Int(i) if *i >= 1 && *i as usize <= self.document.meshes.len());
+            return if there { Ok(()) } else { Err(Error::new("E102", "there is no mesh of that number")) };
+        }
+        let blank = Document {
+            objects: vec![ObjectSpec {
+                parent: None,
+                rows: Vec::new(),
+                scripts: Vec::new(),
+                ..self.document.objects[object].clone()
+            }],
+            ..Default::default()
+        };
+        let (mut scene, slots) = blank.instantiate();
+        crate::scene::set(&mut scene, slots[0], row, value)
+            .map(drop)
+            .map_err(|e| Error::new("E102", format!("`{}`: {}", row.info().short(), e.1)))
+    }
+
+    /// Makes a sensor one of a kind or of a schema's provider.
+    pub fn device(&mut self, object: usize, kind_or_schema: &str) -> Result {
+        let providers: &BTreeMap<_, _> = &self.document.settings.providers;
+        let kind = self.registry.sensor(kind_or_schema, providers)?;
+        let spec = &mut self.document.objects[object];
+        if spec.kind != TATU_KIND_SENSOR {
+            return Err(Error::new("E102", format!("`{}` is a {}, not a sensor", spec.alias, kind_name(spec.kind))));
+        }
+        spec.device = Some(DeviceSpec { kind, params: Vec::new() });
+        Ok(())
+    }
+
+    /// Adds a mesh; its number. Equal meshes are stored once.
+    pub fn mesh(&mut self, mesh: Mesh) -> Result<usize> {
+        let n = mesh.vertices.len();
+        if mesh.triangles.iter().flatten().any(|i| *i as usize >= n) {
+            return Err(Error::new("E102", "a triangle of a mesh names a point that is not there"));
+        }
+        if mesh.vertices.iter().any(|v: &Point3<f64>| !v.coords.iter().all(|x| x.is_finite())) {
+            return Err(Error::new("E102", "a point of a mesh is not finite"));
+        }
+        if let Some(i) = self.document.meshes.iter().position(|m| **m == mesh) {
+            return Ok(i + 1);
+        }
+        self.document.meshes.push(Arc::new(mesh));
+        Ok(self.document.meshes.len())
+    }
+
+    /// Adds a script to an object.
+    pub fn script(&mut self, object: usize, script: ScriptSpec) -> Result {
+        match self.document.objects.get_mut(object) {
+            Some(o) => {
+                o.scripts.push(script);
+                Ok(())
+            }
+            None => Err(Error::new("E110", "there is no such object in this build")),
+        }
+    }
+
+    /// Places a model: builds it with these parameters; the index of its base.
+    pub fn model(
+        &mut self,
+        model: usize,
+        params: &[(String, Value)],
+        parent: Option<usize>,
+        placement: Isometry3<f64>,
+    ) -> Result<usize> {
+        let first = self.document.objects.len();
+        let group = self.document.objects.iter().map(|o| o.group).max().unwrap_or(0) + 1;
+        let outer = std::mem::replace(&mut self.group, group);
+        let built = super::border::run_model(self, model, params, parent);
+        self.group = outer;
+        built?;
+        let id = &self.registry.models[model].id;
+        let Some(base) = self.document.objects.get_mut(first) else {
+            return Err(Error::new("E111", format!("the model `{id}` built nothing")));
+        };
+        base.placement = placement;
+        if !base.rows.iter().any(|(r, _)| *r == Row::ModelBase) {
+            base.rows.push((Row::ModelBase, Value::Bool(true)));
+        }
+        self.document.models.push(super::ModelInstance { model, base: first });
+        Ok(first)
+    }
+}
+
+/// A row by its key.
+fn row(key: &str) -> Row {
+    ROWS.iter().position(|r| r.key == key).map_or(Row::None, |i| Row::of(i as u32))
+}

@@ -1,0 +1,131 @@
+//! Keys and values of scene files: places, types, units.
+
+use std::{
+    ops::Range,
+    path::{Path, PathBuf},
+};
+
+use tatu_plugin_api::{abi::TATU_PARAM_READ_ONLY, safe::Value};
+use toml_edit::{Item, TableLike};
+
+use super::units;
+use crate::{
+    error::{Error, Place, Result, nearest},
+    host::Declared,
+};
+
+/// A file's text, for places.
+pub struct Text<'a> {
+    /// The file.
+    pub file: &'a Path,
+    /// Its text.
+    pub text: &'a str,
+}
+
+impl Text<'_> {
+    /// The place of some bytes.
+    pub fn place(&self, span: Option<Range<usize>>) -> Place {
+        let span = span.unwrap_or(0..0);
+        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
+        let line = before.iter().filter(|b| **b == b'\n').count() + 1;
+        let column = before.iter().rev().take_while(|b| **b != b'\n').count() + 1;
+        Place { file: PathBuf::from(self.file), line, column, span }
+    }
+    /// The place of a key of a table.
+    pub fn key(&self, table: &dyn TableLike, key: &str) -> Place {
+        self.place(table.key(key).and_then(|k| k.span()))
+    }
+    /// The place of a value of a table.
+    pub fn value(&self, table: &dyn TableLike, key: &str) -> Place {
+        self.place(table.get(key).and_then(Item::span).or_else(|| table.key(key).and_then(|k| k.span())))
+    }
+}
+
+/// A TOML value as one of ours, numbers multiplied by the factor of their unit.
+pub fn to_value(item: &Item, factor: f64) -> Result<Value> {
+    match item {
+        Item::Value(v) => value(v, factor),
+        Item::None => Ok(Value::Nil),
+        _ => Err(Error::new("E102", "expected a value, found a table")),
+    }
+}
+
+fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
+    use toml_edit::Value as T;
+    Ok(match v {
+        T::String(s) => Value::text(s.value()),
+        T::Integer(i) if factor == 1.0 => Value::Int(*i.value()),
+        T::Integer(i) => Value::Float(*i.value() as f64 * factor),
+        T::Float(f) => Value::Float(*f.value() * factor),
+        T::Boolean(b) => Value::Bool(*b.value()),
+        T::Datetime(d) => Value::text(d.value().to_string()),
+        T::Array(a) => {
+            let items = a.iter().map(|v| value(v, factor)).collect::<Result<Vec<_>>>()?;
+            let number = |v: &Value| match v {
+                Value::Int(i) => Some(*i as f64),
+                Value::Float(f) => Some(*f),
+                _ => None,
+            };
+            match items.iter().map(number).collect::<Option<Vec<_>>>() {
+                Some(numbers) if !numbers.is_empty() => Value::Floats(numbers),
+                _ => Value::List(items),
+            }
+        }
+        T::InlineTable(t) => part(t)?,
+    })
+}
+
+/// A part of a compound: its keys carry units like all others.
+fn part(table: &toml_edit::InlineTable) -> Result<Value> {
+    const KEYS: &[(&str, &str)] =
+        &[("primitive", ""), ("size", "m"), ("position", "m"), ("orientation", "rad"), ("color", "")];
+    let mut entries = Vec::new();
+    for (written, v) in table.iter() {
+        let found = KEYS.iter().find_map(|(k, u)| units::factor(written, k, Some(u)).map(|f| (*k, f)));
+        let Some((key, factor)) = found else {
+            let known: Vec<String> = KEYS.iter().map(|(k, u)| units::written(k, Some(u))).collect();
+            return Err(Error::new("E101", format!("a part has no key `{written}`"))
+                .expected(known.join(", "))
+                .nearest(written, known.iter().map(String::as_str)));
+        };
+        entries.push((Value::text(key), value(v, factor)?));
+    }
+    Ok(Value::Map(entries))
+}
+
+/// What a written key means among declarations, and the factor of its unit.
+pub fn find<'d, T>(written: &str, declared: &'d [(Declared, T)], owner: &str) -> Result<(&'d (Declared, T), f64)> {
+    for entry in declared {
+        if let Some(factor) = units::factor(written, &entry.0.key, entry.0.unit.as_deref()) {
+            return Ok((entry, factor));
+        }
+    }
+    for (d, _) in declared {
+        if units::wrong_unit(written, &d.key, d.unit.as_deref()) {
+            let right = units::written(&d.key, d.unit.as_deref());
+            return Err(Error::new("E103", format!("`{written}` has the wrong unit"))
+                .expected(match &d.unit {
+                    Some(unit) => format!("`{right}`: {} is kept in {unit}", d.key),
+                    None => format!("`{right}`, which has no unit"),
+                })
+                .help(format!("write `{right}`")));
+        }
+    }
+    let known: Vec<String> = declared
+        .iter()
+        .filter(|(d, _)| d.flags & TATU_PARAM_READ_ONLY == 0)
+        .map(|(d, _)| units::written(&d.key, d.unit.as_deref()))
+        .collect();
+    let error = Error::new("E101", format!("unknown key `{written}` for {owner}")).expected(known.join(", "));
+    // Without its unit a misspelt key is nearer to what it means.
+    let stem = written.rsplit_once('_').map_or(written, |(s, _)| s);
+    let near = nearest(written, known.iter().map(String::as_str)).map(str::to_owned).or_else(|| {
+        nearest(stem, declared.iter().map(|(d, _)| d.key.as_str()))
+            .and_then(|k| declared.iter().find(|(d, _)| d.key == k))
+            .map(|(d, _)| units::written(&d.key, d.unit.as_deref()))
+    });
+    Err(match near {
+        Some(near) => error.help(format!("did you mean `{near}`?")),
+        None => error,
+    })
+}

@@ -1,0 +1,190 @@
+//! What a scene file, a model or an importer describes: nothing here is live.
+//!
+//! - [`Document`]: objects, scripts, settings;
+//! - [`Builder`]: writes one, checking every property against its row;
+//! - `border`: the same builder for plugins;
+//! - `toml`: scene files; `keys`: their keys and values; `units`: the units in keys;
+//! - `overrides`: `[set]`, `--set`, `--script`.
+
+mod border;
+mod build;
+mod keys;
+mod overrides;
+mod toml;
+pub mod units;
+
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+
+use nalgebra::{Isometry3, Vector3};
+use tatu_plugin_api::safe::Value;
+
+pub use build::Builder;
+pub use overrides::{Override, ScriptOverride};
+pub use toml::{Options, load, plugin_folders};
+
+use crate::{
+    error::Place,
+    geometry::Mesh,
+    scene::{Data, Joint, Scene, SensorData, Shape, rows::Row},
+};
+
+/// Numbers of the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Length of a step, s.
+    pub dt: f64,
+    /// Length of a physics step, s.
+    pub physics_dt: f64,
+    /// m/s^2.
+    pub gravity: Vector3<f64>,
+    /// Of all that is random.
+    pub seed: u64,
+    /// For scripts that do not tell theirs; empty: from their text.
+    pub dialect: String,
+    /// Who is meant by a schema or language.
+    pub providers: BTreeMap<String, String>,
+    /// Instructions that one call of a script may use.
+    pub budget: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            dt: 0.05,
+            physics_dt: 0.01,
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            seed: 0,
+            dialect: String::new(),
+            providers: BTreeMap::new(),
+            budget: 100_000_000,
+        }
+    }
+}
+
+/// A script of an object.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScriptSpec {
+    /// Index of its language.
+    pub language: usize,
+    /// Its dialect; empty: the scene's, or from the text.
+    pub dialect: String,
+    /// "child", "customization", "main".
+    pub kind: String,
+    /// For messages: the file it came from, if any.
+    pub name: String,
+    /// The text.
+    pub text: Vec<u8>,
+}
+
+/// A sensor's kind and parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeviceSpec {
+    /// Index of the kind.
+    pub kind: usize,
+    /// Parameters given, by key.
+    pub params: Vec<(String, Value)>,
+}
+
+/// One object.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectSpec {
+    /// `TATU_KIND_*`
+    pub kind: i32,
+    /// Its alias.
+    pub alias: String,
+    /// Index of the object above.
+    pub parent: Option<usize>,
+    /// Rows set, in order.
+    pub rows: Vec<(Row, Value)>,
+    /// Of a sensor.
+    pub device: Option<DeviceSpec>,
+    /// Its scripts.
+    pub scripts: Vec<ScriptSpec>,
+    /// Where a model was placed: composed before the object's own pose.
+    pub placement: Isometry3<f64>,
+    /// Objects with one number came together and share the suffix of their unique names.
+    pub group: usize,
+    /// Where it is described.
+    pub place: Option<Place>,
+}
+
+/// A model that the document placed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelInstance {
+    /// Index of the model.
+    pub model: usize,
+    /// Its base, by object.
+    pub base: usize,
+}
+
+/// A whole scene, described.
+#[derive(Debug, Clone, Default)]
+pub struct Document {
+    /// The file it came from.
+    pub file: Option<PathBuf>,
+    /// Numbers of the world.
+    pub settings: Settings,
+    /// Objects; parents before children.
+    pub objects: Vec<ObjectSpec>,
+    /// Meshes, by the numbers (from 1) that shapes use.
+    pub meshes: Vec<Arc<Mesh>>,
+    /// Models placed, in order.
+    pub models: Vec<ModelInstance>,
+    /// What builders told.
+    pub reports: Vec<String>,
+}
+
+impl Document {
+    /// The live tree that it describes, and the slot of each object.
+    pub fn instantiate(&self) -> (Scene, Vec<u32>) {
+        let mut scene = Scene::default();
+        let mut slots = Vec::with_capacity(self.objects.len());
+        for spec in &self.objects {
+            use tatu_plugin_api::abi::*;
+            let data = match spec.kind {
+                TATU_KIND_SHAPE => Data::Shape(Box::new(self.shape(spec))),
+                TATU_KIND_JOINT => Data::Joint(Box::new(Joint::default())),
+                TATU_KIND_SENSOR => Data::Sensor(SensorData {
+                    kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
+                    explicit: false,
+                    device: usize::MAX,
+                }),
+                TATU_KIND_FORCE_SENSOR => Data::ForceSensor,
+                _ => Data::Dummy,
+            };
+            let parent = spec.parent.and_then(|p| slots.get(p).copied()).unwrap_or(0);
+            let slot = scene.add(parent, &spec.alias, Isometry3::identity(), data).unwrap_or(0);
+            slots.push(slot);
+            for (row, value) in &spec.rows {
+                // Checked when the document was written.
+                let _ = crate::scene::set(&mut scene, slot, *row, value);
+            }
+            if spec.placement != Isometry3::identity() {
+                if let Some(local) = scene.get(slot).map(|o| spec.placement * o.local) {
+                    scene.set_local(slot, local);
+                }
+            }
+        }
+        let groups = self.objects.iter().map(|o| o.group).max().map_or(0, |g| g + 1);
+        for group in 0..groups {
+            let members: Vec<u32> =
+                self.objects.iter().zip(&slots).filter(|(o, _)| o.group == group).map(|(_, s)| *s).collect();
+            if group == 0 {
+                // Objects of the scene itself come one by one.
+                members.iter().for_each(|m| scene.make_unique(&[*m]));
+            } else {
+                scene.make_unique(&members);
+            }
+        }
+        scene.refresh(0);
+        (scene, slots)
+    }
+
+    fn shape(&self, spec: &ObjectSpec) -> Shape {
+        let number = spec.rows.iter().rev().find_map(|(r, v)| match (r, v) {
+            (Row::Mesh, Value::Int(i)) => usize::try_from(*i).ok(),
+            _ => None,
+        });
+        Shape { mesh: number.and_then(|n| self.meshes.get(n.wrapping_sub(1)).cloned()), ..Default::default() }
+    }
+}

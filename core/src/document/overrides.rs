@@ -1,0 +1,151 @@
+//! Changes by path: `[set]` in scenes, `--set` and `--script` of a run.
+
+use std::path::PathBuf;
+
+use tatu_plugin_api::safe::Value;
+use toml_edit::Item;
+
+use super::{Builder, Document, ScriptSpec, keys, toml};
+use crate::{
+    error::{Error, Place, Result},
+    host::{Registry, check_value},
+    scene::rows::kind_name,
+};
+
+/// A property to set.
+#[derive(Debug, Clone)]
+pub struct Override {
+    /// What relative paths start from.
+    pub from: Option<usize>,
+    /// Path of the object, or "scene".
+    pub path: String,
+    /// Key, with its unit.
+    pub key: String,
+    /// Value.
+    pub item: Item,
+    /// Where it is written.
+    pub place: Option<Place>,
+}
+
+impl Override {
+    /// From "PATH.KEY=VALUE"; the value is TOML, or else a text.
+    pub fn parse(text: &str) -> Result<Self> {
+        let wrong = || {
+            Error::new("E102", format!("`{text}` sets nothing"))
+                .expected("PATH.PROPERTY=VALUE")
+                .help("for instance `/Robot/leftMotor.max_force_nm=2`, or `scene.dt_s=0.01`")
+        };
+        let (left, value) = text.split_once('=').ok_or_else(wrong)?;
+        let (path, key) = left.rsplit_once('.').ok_or_else(wrong)?;
+        let item = value
+            .trim()
+            .parse::<toml_edit::Value>()
+            .map(Item::Value)
+            .unwrap_or_else(|_| Item::Value(toml_edit::Value::from(value)));
+        Ok(Override { from: None, path: path.trim().into(), key: key.trim().into(), item, place: None })
+    }
+}
+
+/// A script to put in place of an object's own.
+#[derive(Debug, Clone)]
+pub struct ScriptOverride {
+    /// Path of the object.
+    pub path: String,
+    /// The file.
+    pub file: PathBuf,
+}
+
+impl ScriptOverride {
+    /// From "OBJECT=FILE".
+    pub fn parse(text: &str) -> Result<Self> {
+        let (path, file) = text.split_once('=').ok_or_else(|| {
+            Error::new("E102", format!("`{text}` names no file")).expected("OBJECT=FILE")
+        })?;
+        Ok(ScriptOverride { path: path.into(), file: file.into() })
+    }
+}
+
+/// The object of a path, by index.
+pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usize> {
+    let (scene, slots) = document.instantiate();
+    let base = from.and_then(|f| slots.get(f).copied()).unwrap_or(0);
+    // Below a model, a plain name means one of its parts.
+    let plain = !path.starts_with(['/', '.', ':']);
+    let found = match (plain, base) {
+        (true, b) if b != 0 => scene.find(b, &format!("./{path}")).or_else(|| scene.find(b, path)),
+        _ => scene.find(base, path),
+    };
+    let index = found.and_then(|slot| slots.iter().position(|s| *s == slot));
+    index.ok_or_else(|| {
+        let error = Error::new("E110", format!("there is no object `{path}`"));
+        match scene.nearest(path) {
+            Some(near) => error.help(format!("did you mean `{near}`?")),
+            None => error,
+        }
+    })
+}
+
+/// Applies overrides in order. `Some`: one of them is a parameter of a model, which must be built with it.
+pub(super) fn apply(
+    document: &mut Document,
+    registry: &Registry,
+    all: &[Override],
+    known: &[(usize, String, Value)],
+) -> Result<Option<(usize, String, Value)>> {
+    for o in all {
+        let at = |e: Error| e.at(o.place.clone());
+        if o.path == "scene" {
+            let declared = toml::scene_keys();
+            let (entry, factor) = keys::find(&o.key, &declared, "scene").map_err(at)?;
+            let value = keys::to_value(&o.item, factor).map_err(at)?;
+            let value = check_value(&entry.0, value).map_err(|e| at(Error::new("E102", format!("`{}`: {e}", o.key))))?;
+            toml::apply_scene(&mut document.settings, &entry.0.key, &value);
+            continue;
+        }
+        let object = find(document, o.from, &o.path).map_err(at)?;
+        if let Some((number, key, value)) = model_param(document, registry, object, o).map_err(at)? {
+            if known.iter().any(|(n, k, v)| (*n, k, v) == (number, &key, &value)) {
+                continue;
+            }
+            return Ok(Some((number, key, value)));
+        }
+        let mut builder = Builder { registry, document, group: 0, place: None };
+        let declared = builder.declared(object);
+        let owner = format!("`{}`, a {}", o.path, kind_name(builder.document.objects[object].kind));
+        let ((declared, target), factor) = keys::find(&o.key, &declared, &owner).map_err(at)?;
+        let value = keys::to_value(&o.item, factor).map_err(at)?;
+        builder.put(object, declared, target, value).map_err(at)?;
+    }
+    Ok(None)
+}
+
+/// Whether an override means a parameter of the model whose base the object is.
+fn model_param(
+    document: &Document,
+    registry: &Registry,
+    object: usize,
+    o: &Override,
+) -> Result<Option<(usize, String, Value)>> {
+    let Some(number) = document.models.iter().position(|m| m.base == object) else { return Ok(None) };
+    let declared: Vec<_> =
+        registry.models[document.models[number].model].params.iter().map(|p| (p.clone(), ())).collect();
+    let Ok((entry, factor)) = keys::find(&o.key, &declared, "") else { return Ok(None) };
+    let value = keys::to_value(&o.item, factor)?;
+    let value = check_value(&entry.0, value).map_err(|e| Error::new("E102", format!("`{}`: {e}", o.key)))?;
+    Ok(Some((number, entry.0.key.clone(), value)))
+}
+
+/// Puts scripts in place of others: all scripts of the object go.
+pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all: &[ScriptOverride]) -> Result {
+    for o in all {
+        let object = find(document, None, &o.path)?;
+        let text = std::fs::read(&o.file).map_err(|e| {
+            Error::new("E105", format!("cannot read the script {}: {e}", o.file.display()))
+        })?;
+        let name = o.file.display().to_string();
+        let language = registry.language(&name)?;
+        let spec = ScriptSpec { language, dialect: String::new(), kind: "child".into(), name, text };
+        document.objects[object].scripts = vec![spec];
+    }
+    Ok(())
+}

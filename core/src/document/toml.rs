@@ -1,0 +1,517 @@
+//! Scene files.
+//!
+//! `[scene]` holds the numbers of the world, `[[model]]` places models, `[[object]]` single objects, `[set]` changes
+//! properties by path, `[providers]` tells who is meant by a schema or language.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Isometry3, Vector3};
+use tatu_plugin_api::{abi::*, safe::Value};
+use toml_edit::{Item, TableLike};
+
+use super::{
+    Builder, Document, ScriptSpec, Settings, keys,
+    overrides::{self, Override, ScriptOverride},
+};
+use crate::{
+    error::{Error, Place, Result},
+    host::{Declared, Registry},
+    scene::{from_euler, pose_from_array, rows::KINDS},
+};
+
+/// What a run changes in a scene.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Seed, instead of the file's.
+    pub seed: Option<u64>,
+    /// `--set`
+    pub set: Vec<Override>,
+    /// `--script`
+    pub scripts: Vec<ScriptOverride>,
+}
+
+/// Folders with plugins that a scene names; looked up before anything else is read.
+pub fn plugin_folders(file: &Path) -> Result<Vec<PathBuf>> {
+    let text = read_text(file)?;
+    let Ok(doc) = toml_edit::Document::parse(text.as_str()) else { return Ok(Vec::new()) };
+    let here = file.parent().unwrap_or(Path::new(""));
+    let list = doc.get("scene").and_then(|s| s.get("plugins")).and_then(Item::as_array);
+    Ok(list.into_iter().flatten().filter_map(|v| v.as_str()).map(|s| here.join(s)).collect())
+}
+
+/// Reads a scene file into a document.
+pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Document> {
+    // A property set on a model may be one of its parameters: then the model is built again with it.
+    let mut model_params: Vec<(usize, String, Value)> = Vec::new();
+    for _ in 0..=options.set.len() {
+        let (mut document, set) = Reader::read(file, registry, &model_params)?;
+        if let Some(seed) = options.seed {
+            document.settings.seed = seed;
+        }
+        let all: Vec<Override> = set.into_iter().chain(options.set.iter().cloned()).collect();
+        match overrides::apply(&mut document, registry, &all, &model_params)? {
+            Some(more) => model_params.push(more),
+            None => {
+                overrides::replace_scripts(&mut document, registry, &options.scripts)?;
+                return Ok(document);
+            }
+        }
+    }
+    Err(Error::new("E102", "the settings of model parameters change which models there are"))
+}
+
+fn read_text(file: &Path) -> Result<String> {
+    std::fs::read_to_string(file).map_err(|e| {
+        Error::new("E105", format!("cannot read the scene {}: {e}", file.display()))
+            .help("give the path of a scene file, for instance one in `scenes/`")
+    })
+}
+
+struct Reader<'a> {
+    text: keys::Text<'a>,
+    registry: &'a Registry,
+    model_params: &'a [(usize, String, Value)],
+    set: Vec<Override>,
+    /// Files that are being read, outermost first: a scene used as a model must not contain itself.
+    chain: Vec<PathBuf>,
+}
+
+impl<'a> Reader<'a> {
+    fn read(
+        file: &Path,
+        registry: &'a Registry,
+        model_params: &'a [(usize, String, Value)],
+    ) -> Result<(Document, Vec<Override>)> {
+        let mut document = Document { file: Some(file.to_owned()), ..Default::default() };
+        let mut builder = Builder { registry, document: &mut document, group: 0, place: None };
+        let text = read_text(file)?;
+        let mut reader = Reader {
+            text: keys::Text { file, text: &text },
+            registry,
+            model_params,
+            set: Vec::new(),
+            chain: vec![canonical(file)],
+        };
+        reader.file(&mut builder, None, true)?;
+        let set = std::mem::take(&mut reader.set);
+        Ok((document, set))
+    }
+
+    /// Reads the file at hand; objects without a parent go below `parent`.
+    fn file(&mut self, b: &mut Builder<'_>, parent: Option<usize>, top: bool) -> Result {
+        let doc = toml_edit::Document::parse(self.text.text).map_err(|e| {
+            Error::new("E100", format!("not a TOML file: {}", e.message())).at(Some(self.text.place(e.span())))
+        })?;
+        let root = doc.as_table();
+        const KNOWN: &[&str] = &["format", "scene", "providers", "plugin", "model", "object", "set"];
+        for (key, _) in root.iter() {
+            if !KNOWN.contains(&key) {
+                return Err(Error::new("E101", format!("unknown key `{key}`"))
+                    .expected(KNOWN.join(", "))
+                    .nearest(key, KNOWN.iter().copied())
+                    .at(Some(self.text.key(root, key))));
+            }
+        }
+        match root.get("format").and_then(Item::as_integer) {
+            Some(1) => {}
+            Some(n) => {
+                return Err(Error::new("E102", format!("format {n} is not known"))
+                    .expected("format = 1")
+                    .at(Some(self.text.value(root, "format"))));
+            }
+            None => {
+                return Err(Error::new("E104", "the file does not tell its format")
+                    .expected("format = 1")
+                    .help("write `format = 1` on top")
+                    .at(Some(self.text.place(None))));
+            }
+        }
+        if let Some(scene) = self.table(root, "scene")? {
+            self.scene(scene, &mut b.document.settings, top)?;
+        }
+        if let Some(providers) = self.table(root, "providers")? {
+            for (key, item) in providers.iter() {
+                let value = self.string(providers, key, item)?;
+                b.document.settings.providers.insert(key.to_owned(), value);
+            }
+        }
+        for (what, table) in self.in_order(root)? {
+            b.place = Some(self.text.place(table_span(table)));
+            match what {
+                "model" => self.model(b, table, parent)?,
+                _ => self.object(b, table, parent)?,
+            };
+        }
+        if let Some(set) = self.table(root, "set")? {
+            self.overrides(set, parent)?;
+        }
+        Ok(())
+    }
+
+    /// `[[model]]` and `[[object]]` in the order in which they stand, so that objects can hang on models and back.
+    fn in_order<'t>(&self, root: &'t toml_edit::Table) -> Result<Vec<(&'static str, &'t dyn TableLike)>> {
+        let mut out: Vec<(usize, &'static str, &dyn TableLike)> = Vec::new();
+        for what in ["model", "object"] {
+            match root.get(what) {
+                None => {}
+                Some(Item::ArrayOfTables(list)) => {
+                    out.extend(list.iter().map(|t| (t.span().map_or(0, |s| s.start), what, t as &dyn TableLike)));
+                }
+                Some(_) => {
+                    return Err(Error::new("E102", format!("`{what}` is not a list of tables"))
+                        .expected(format!("[[{what}]]"))
+                        .at(Some(self.text.key(root, what))));
+                }
+            }
+        }
+        out.sort_by_key(|(at, _, _)| *at);
+        Ok(out.into_iter().map(|(_, w, t)| (w, t)).collect())
+    }
+
+    fn table<'t>(&self, root: &'t toml_edit::Table, key: &str) -> Result<Option<&'t dyn TableLike>> {
+        match root.get(key) {
+            None => Ok(None),
+            Some(item) => item.as_table_like().map(Some).ok_or_else(|| {
+                Error::new("E102", format!("`{key}` is not a table"))
+                    .expected(format!("[{key}]"))
+                    .at(Some(self.text.key(root, key)))
+            }),
+        }
+    }
+
+    fn string(&self, table: &dyn TableLike, key: &str, item: &Item) -> Result<String> {
+        item.as_str().map(str::to_owned).ok_or_else(|| {
+            Error::new("E102", format!("`{key}`: expected a text")).at(Some(self.text.value(table, key)))
+        })
+    }
+
+    fn scene(&self, table: &dyn TableLike, settings: &mut Settings, top: bool) -> Result {
+        let declared = scene_keys();
+        for (key, item) in table.iter() {
+            let place = || Some(self.text.value(table, key));
+            let (entry, factor) =
+                keys::find(key, &declared, "[scene]").map_err(|e| e.at(Some(self.text.key(table, key))))?;
+            let value = keys::to_value(item, factor).map_err(|e| e.at(place()))?;
+            let value = crate::host::check_value(&entry.0, value)
+                .map_err(|e| Error::new("E102", format!("`{key}`: {e}")).at(place()))?;
+            if top {
+                apply_scene(settings, &entry.0.key, &value);
+            }
+        }
+        Ok(())
+    }
+
+    fn model(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result {
+        let Some(item) = table.get("model") else {
+            return Err(Error::new("E104", "a [[model]] without `model`")
+                .expected("model = \"<id>\"")
+                .at(Some(self.text.place(table_span(table)))));
+        };
+        let id = self.string(table, "model", item)?;
+        let at = Some(self.text.value(table, "model"));
+        let placement = self.placement(table)?;
+        let parent = self.parent(b, table, parent)?;
+        if id.ends_with(".toml") {
+            return self.included(b, table, &id, placement, parent, at);
+        }
+        let model = self.registry.model(&id).map_err(|e| e.at(at.clone()))?;
+        let index = self.registry.models.iter().position(|m| m.id == model.id).unwrap_or(0);
+        let declared: Vec<(Declared, ())> = model.params.iter().map(|p| (p.clone(), ())).collect();
+        let mut params = Vec::new();
+        for (key, item) in table.iter().filter(|(k, _)| !MODEL_KEYS.contains(k)) {
+            let owner = format!("the model `{id}`");
+            let (entry, factor) = keys::find(key, &declared, &owner).map_err(|e| {
+                let also = MODEL_KEYS.join(", ");
+                let expected = e.expected.clone().map_or(also.clone(), |x| format!("{x}; of every model: {also}"));
+                Error { expected: Some(expected), ..e }.at(Some(self.text.key(table, key)))
+            })?;
+            let place = || Some(self.text.value(table, key));
+            let value = keys::to_value(item, factor).map_err(|e| e.at(place()))?;
+            let value = crate::host::check_value(&entry.0, value)
+                .map_err(|e| Error::new("E102", format!("`{key}`: {e}")).at(place()))?;
+            params.push((entry.0.key.clone(), value));
+        }
+        let number = b.document.models.len();
+        params.extend(self.model_params.iter().filter(|(n, _, _)| *n == number).map(|(_, k, v)| (k.clone(), v.clone())));
+        let base = b.model(index, &params, parent, placement).map_err(|e| e.at(at))?;
+        self.finish(b, table, base)
+    }
+
+    /// A scene file as a model: its objects below a base of their own.
+    fn included(
+        &mut self,
+        b: &mut Builder<'_>,
+        table: &dyn TableLike,
+        id: &str,
+        placement: Isometry3<f64>,
+        parent: Option<usize>,
+        at: Option<Place>,
+    ) -> Result {
+        let file = self.text.file.parent().unwrap_or(Path::new("")).join(id);
+        let full = canonical(&file);
+        if self.chain.contains(&full) {
+            let chain: Vec<String> = self.chain.iter().chain([&full]).map(|p| p.display().to_string()).collect();
+            return Err(Error::new("E106", format!("the model `{id}` contains itself"))
+                .expected("models without a cycle")
+                .help(format!("the chain is {}", chain.join(" > ")))
+                .at(at));
+        }
+        let text = std::fs::read_to_string(&file).map_err(|e| {
+            Error::new("E105", format!("cannot read the model `{id}`: {e}"))
+                .expected(format!("a file {}", file.display()))
+                .at(at)
+        })?;
+        let alias = Path::new(id).file_stem().map_or("model".into(), |s| s.to_string_lossy().into_owned());
+        let group = b.document.objects.iter().map(|o| o.group).max().unwrap_or(0) + 1;
+        let outer = std::mem::replace(&mut b.group, group);
+        let base = b.object("dummy", parent, &alias)?;
+        b.document.objects[base].placement = placement;
+        b.set(base, "model_base", Value::Bool(true))?;
+        let mut inner = Reader {
+            text: keys::Text { file: &file, text: &text },
+            registry: self.registry,
+            model_params: &[],
+            set: Vec::new(),
+            chain: self.chain.iter().cloned().chain([full]).collect(),
+        };
+        inner.file(b, Some(base), false)?;
+        self.set.append(&mut inner.set);
+        b.group = outer;
+        if let Some((key, _)) = table.iter().find(|(k, _)| !MODEL_KEYS.contains(k)) {
+            return Err(Error::new("E101", format!("unknown key `{key}`: a scene file has no parameters"))
+                .expected(MODEL_KEYS.join(", "))
+                .at(Some(self.text.key(table, key))));
+        }
+        self.finish(b, table, base)
+    }
+
+    /// What every model may have: another alias, scripts, changed properties.
+    fn finish(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, base: usize) -> Result {
+        if let Some(item) = table.get("alias") {
+            b.document.objects[base].alias = self.string(table, "alias", item)?;
+        }
+        self.scripts(b, table, base)?;
+        if let Some(set) = table.get("set") {
+            let set = set.as_table_like().ok_or_else(|| {
+                Error::new("E102", "`set` is not a table").at(Some(self.text.key(table, "set")))
+            })?;
+            self.overrides(set, Some(base))?;
+        }
+        Ok(())
+    }
+
+    fn object(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result {
+        let Some(item) = table.get("kind") else {
+            let known: Vec<_> = KINDS.iter().map(|(n, _)| *n).collect();
+            return Err(Error::new("E104", "an [[object]] without `kind`")
+                .expected(format!("kind = one of {}", known.join(", ")))
+                .at(Some(self.text.place(table_span(table)))));
+        };
+        let kind = self.string(table, "kind", item)?;
+        let alias = match table.get("alias") {
+            Some(item) => self.string(table, "alias", item)?,
+            None => String::new(),
+        };
+        let parent = self.parent(b, table, parent)?;
+        let at = self.text.value(table, "kind");
+        let object = b.object(&kind, parent, &alias).map_err(|e| e.at(Some(at.clone())))?;
+        if b.document.objects[object].kind == TATU_KIND_SENSOR {
+            let Some(item) = table.get("sensor") else {
+                return Err(Error::new("E104", "a sensor without its kind")
+                    .expected("sensor = \"<kind or schema>\"")
+                    .help("`tatu list sensors` shows the kinds")
+                    .at(Some(at)));
+            };
+            let sensor = self.string(table, "sensor", item)?;
+            b.device(object, &sensor).map_err(|e| e.at(Some(self.text.value(table, "sensor"))))?;
+        }
+        let owner = format!("a {kind}");
+        let declared = b.declared(object);
+        for (key, item) in table.iter() {
+            const OTHERS: &[&str] = &["kind", "alias", "parent", "sensor", "script", "scripts"];
+            if OTHERS.contains(&key) {
+                continue;
+            }
+            let place = || Some(self.text.value(table, key));
+            let ((declared, target), factor) =
+                keys::find(key, &declared, &owner).map_err(|e| e.at(Some(self.text.key(table, key))))?;
+            let value = keys::to_value(item, factor).map_err(|e| e.at(place()))?;
+            b.put(object, declared, target, value).map_err(|e| e.at(place()))?;
+        }
+        self.scripts(b, table, object)
+    }
+
+    fn placement(&self, table: &dyn TableLike) -> Result<Isometry3<f64>> {
+        let numbers = |key: &str, n: usize, factor: f64| -> Result<Option<Vec<f64>>> {
+            let Some(item) = table.get(key) else { return Ok(None) };
+            match keys::to_value(item, factor) {
+                Ok(Value::Floats(v)) if v.len() == n => Ok(Some(v)),
+                _ => Err(Error::new("E102", format!("`{key}`: expected {n} numbers"))
+                    .at(Some(self.text.value(table, key)))),
+            }
+        };
+        let mut pose = Isometry3::identity();
+        if let Some(v) = numbers("position_m", 3, 1.0)? {
+            pose.translation.vector = Vector3::new(v[0], v[1], v[2]);
+        }
+        if let Some(v) = numbers("orientation_deg", 3, std::f64::consts::PI / 180.0)? {
+            pose.rotation = from_euler([v[0], v[1], v[2]]);
+        }
+        if let Some(v) = numbers("quaternion", 4, 1.0)? {
+            pose.rotation = pose_from_array(&[0.0, 0.0, 0.0, v[0], v[1], v[2], v[3]])
+                .ok_or_else(|| {
+                    Error::new("E102", "`quaternion`: expected x y z w, not all 0")
+                        .at(Some(self.text.value(table, "quaternion")))
+                })?
+                .rotation;
+        }
+        Ok(pose)
+    }
+
+    fn parent(&self, b: &Builder<'_>, table: &dyn TableLike, outer: Option<usize>) -> Result<Option<usize>> {
+        let Some(item) = table.get("parent") else { return Ok(outer) };
+        let path = self.string(table, "parent", item)?;
+        overrides::find(b.document, outer, &path).map(Some).map_err(|e| {
+            e.help("objects stand in the file after what they hang on").at(Some(self.text.value(table, "parent")))
+        })
+    }
+
+    /// `script = "file"`, `script = { ... }`, `scripts = [ ... ]`.
+    fn scripts(&self, b: &mut Builder<'_>, table: &dyn TableLike, owner: usize) -> Result {
+        for key in ["script", "scripts"] {
+            let Some(item) = table.get(key) else { continue };
+            let place = self.text.value(table, key);
+            match item {
+                Item::Value(toml_edit::Value::Array(list)) => {
+                    for v in list {
+                        self.script(b, owner, &Item::Value(v.clone()), place.clone())?;
+                    }
+                }
+                item => self.script(b, owner, item, place)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn script(&self, b: &mut Builder<'_>, owner: usize, item: &Item, place: Place) -> Result {
+        let mut file = item.as_str().map(str::to_owned);
+        let (mut text, mut language, mut dialect, mut kind) = (None, None, String::new(), "child".to_owned());
+        if file.is_none() {
+            let wanted = "a file name, or { file or text, language, dialect, kind }";
+            let wrong = |what: String| Error::new("E102", what).expected(wanted).at(Some(place.clone()));
+            let table = item.as_table_like().ok_or_else(|| wrong("a script is a text or a table".into()))?;
+            for (key, item) in table.iter() {
+                let value = item.as_str().ok_or_else(|| wrong(format!("`{key}` of a script is a text")))?.to_owned();
+                match key {
+                    "file" => file = Some(value),
+                    "text" => text = Some(value.into_bytes()),
+                    "language" => language = Some(value),
+                    "dialect" => dialect = value,
+                    "kind" if matches!(value.as_str(), "child" | "customization" | "main") => kind = value,
+                    "kind" => return Err(wrong(format!("a script of kind `{value}`")).expected("child, customization or main")),
+                    other => return Err(wrong(format!("unknown key `{other}` of a script"))),
+                }
+            }
+        }
+        let (name, text) = match (file, text) {
+            (Some(file), None) => {
+                let path = self.text.file.parent().unwrap_or(Path::new("")).join(&file);
+                let bytes = std::fs::read(&path).map_err(|e| {
+                    Error::new("E105", format!("cannot read the script `{file}`: {e}"))
+                        .expected(format!("a file {}", path.display()))
+                        .at(Some(place.clone()))
+                })?;
+                (path.display().to_string(), bytes)
+            }
+            (None, Some(text)) => (b.document.objects[owner].alias.clone(), text),
+            _ => {
+                return Err(Error::new("E104", "a script without a text, or with two")
+                    .expected("`file` or `text`")
+                    .at(Some(place)));
+            }
+        };
+        let wanted = language.clone().unwrap_or_else(|| name.clone());
+        let providers = &b.document.settings.providers;
+        let wanted = providers.get(&wanted).cloned().unwrap_or(wanted);
+        let index = match (&language, self.registry.languages.as_slice()) {
+            // A text without a name to go by is in the only language there is.
+            (None, [_]) if !name.contains('.') => 0,
+            _ => self.registry.language(&wanted).map_err(|e| e.at(Some(place)))?,
+        };
+        b.script(owner, ScriptSpec { language: index, dialect, kind, name, text })
+    }
+
+    fn overrides(&mut self, table: &dyn TableLike, from: Option<usize>) -> Result {
+        for (key, item) in table.iter() {
+            let place = self.text.key(table, key);
+            let Some((path, written)) = key.rsplit_once('.') else {
+                return Err(Error::new("E101", format!("`{key}` names no property"))
+                    .expected("\"path.property\"")
+                    .at(Some(place)));
+            };
+            self.set.push(Override {
+                from,
+                path: path.to_owned(),
+                key: written.to_owned(),
+                item: item.clone(),
+                place: Some(place),
+            });
+        }
+        Ok(())
+    }
+}
+
+const MODEL_KEYS: &[&str] =
+    &["model", "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set"];
+
+fn table_span(table: &dyn TableLike) -> Option<std::ops::Range<usize>> {
+    // The span of a table begins at its header; its first key is the better place to point to.
+    let first = table.iter().next().map(|(k, _)| k.to_owned())?;
+    table.key(&first).and_then(|k| k.span())
+}
+
+fn canonical(p: &Path) -> PathBuf {
+    std::fs::canonicalize(p).unwrap_or_else(|_| p.to_owned())
+}
+
+/// The keys of `[scene]`.
+pub(super) fn scene_keys() -> Vec<(Declared, ())> {
+    let of = |key: &str, kind, unit: Option<&str>, lowest: f64, count| Declared {
+        key: key.to_owned(),
+        kind,
+        count,
+        flags: 0,
+        unit: unit.map(str::to_owned),
+        lowest,
+        highest: f64::INFINITY,
+        fallback: Value::Nil,
+        choices: Vec::new(),
+        text: String::new(),
+    };
+    let any = f64::NEG_INFINITY;
+    [
+        of("text", TATU_TEXT, None, any, 0),
+        of("dialect", TATU_TEXT, None, any, 0),
+        of("dt", TATU_F64, Some("s"), 1e-6, 0),
+        of("physics_dt", TATU_F64, Some("s"), 1e-6, 0),
+        of("gravity", TATU_F64S, Some("m/s^2"), any, 3),
+        of("seed", TATU_I64, None, 0.0, 0),
+        of("plugins", TATU_LIST, None, any, 0),
+        of("script_budget", TATU_I64, None, 0.0, 0),
+    ]
+    .into_iter()
+    .map(|d| (d, ()))
+    .collect()
+}
+
+pub(super) fn apply_scene(settings: &mut Settings, key: &str, value: &Value) {
+    match (key, value) {
+        ("dialect", Value::Text(t)) => settings.dialect = String::from_utf8_lossy(t).into_owned(),
+        ("dt", Value::Float(x)) => settings.dt = *x,
+        ("physics_dt", Value::Float(x)) => settings.physics_dt = *x,
+        ("gravity", Value::Floats(v)) => settings.gravity = Vector3::new(v[0], v[1], v[2]),
+        ("seed", Value::Int(i)) => settings.seed = *i as u64,
+        ("script_budget", Value::Int(i)) => settings.budget = *i as u64,
+        _ => {}
+    }
+}

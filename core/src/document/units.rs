@@ -1,0 +1,61 @@
+//! Units of scene files: a key carries its unit, inside everything is SI and radians.
+
+/// How a key of a scene file is written for a unit: suffix, and the factor to SI. The first is the one to suggest.
+pub fn suffixes(unit: &str) -> &'static [(&'static str, f64)] {
+    const DEG: f64 = std::f64::consts::PI / 180.0;
+    match unit {
+        "m" => &[("_m", 1.0)],
+        "rad" => &[("_deg", DEG), ("_rad", 1.0)],
+        "s" => &[("_s", 1.0)],
+        "kg" => &[("_kg", 1.0)],
+        "Hz" => &[("_hz", 1.0)],
+        "N" => &[("_n", 1.0)],
+        "N m" => &[("_nm", 1.0)],
+        "m/s" => &[("_m_s", 1.0)],
+        "rad/s" => &[("_deg_s", DEG), ("_rad_s", 1.0)],
+        "m/s^2" => &[("_m_s2", 1.0)],
+        "kg m^2" => &[("_kg_m2", 1.0)],
+        // Joints turn or slide: the key says which.
+        "rad|m" => &[("_deg", DEG), ("_rad", 1.0), ("_m", 1.0)],
+        "rad/s|m/s" => &[("_rad_s", 1.0), ("_deg_s", DEG), ("_m_s", 1.0)],
+        "N m|N" => &[("_nm", 1.0), ("_n", 1.0)],
+        _ => &[("", 1.0)],
+    }
+}
+
+/// The key to suggest for a parameter.
+pub fn written(key: &str, unit: Option<&str>) -> String {
+    format!("{key}{}", suffixes(unit.unwrap_or("")).first().map_or("", |s| s.0))
+}
+
+/// Whether a written key means the parameter; the factor to SI if so.
+pub fn factor(written: &str, key: &str, unit: Option<&str>) -> Option<f64> {
+    let rest = written.strip_prefix(key)?;
+    suffixes(unit.unwrap_or("")).iter().find(|(s, _)| *s == rest).map(|(_, f)| *f)
+}
+
+/// Whether a written key is the parameter with a unit that it does not have (`range_cm`, or none at all).
+pub fn wrong_unit(written: &str, key: &str, unit: Option<&str>) -> bool {
+    const KNOWN: &[&str] = &[
+        "", "_m", "_cm", "_mm", "_km", "_in", "_ft", "_deg", "_rad", "_s", "_ms", "_us", "_kg", "_g", "_hz", "_khz", "_n",
+        "_kn", "_nm", "_m_s", "_cm_s", "_km_h", "_deg_s", "_rad_s", "_rpm", "_m_s2", "_g0", "_kg_m2",
+    ];
+    factor(written, key, unit).is_none()
+        && written.strip_prefix(key).is_some_and(|rest| KNOWN.contains(&rest.to_lowercase().as_str()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_carries_its_unit() {
+        assert_eq!(factor("range_m", "range", Some("m")), Some(1.0));
+        assert_eq!(factor("angle_deg", "angle", Some("rad")), Some(std::f64::consts::PI / 180.0));
+        assert_eq!(factor("angle", "angle", Some("rad")), None);
+        assert_eq!(factor("preset", "preset", None), Some(1.0));
+        assert!(wrong_unit("range_cm", "range", Some("m")));
+        assert!(wrong_unit("range", "range", Some("m")));
+        assert!(!wrong_unit("range_max", "range", Some("m")));
+    }
+}

@@ -1,0 +1,72 @@
+//! `tatu.host.files`: names that scripts give, within the folders that the run allows.
+
+use std::path::{Component, Path, PathBuf};
+
+use tatu_plugin_api::abi::*;
+
+use super::{busy, on};
+use crate::{calls::text, world::WorldCell};
+
+pub static TABLE: tatu_host_files =
+    tatu_host_files { size: size_of::<tatu_host_files>() as u32, reserved: 0, resolve: Some(resolve) };
+
+unsafe extern "C" fn resolve(w: *mut tatu_world, name: tatu_str, mode: u32, out: *mut tatu_str) -> tatu_status {
+    // SAFETY: by the contract: pointers are valid during the call.
+    unsafe {
+        on(w, |world| {
+            let name = text(name);
+            let path = match allowed(world, Path::new(name.as_ref()), mode) {
+                Ok(p) => p,
+                Err(why) => return world.calls.refuse(TATU_ERR_MISSING, &why),
+            };
+            let Some(path) = path.to_str() else {
+                return world.calls.refuse(TATU_ERR_MISSING, "the path is not UTF-8");
+            };
+            let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return busy(world) };
+            let room = arena.alloc(path.len());
+            if room.is_null() {
+                return TATU_ERR_SPACE;
+            }
+            std::ptr::copy_nonoverlapping(path.as_ptr(), room, path.len());
+            *out = tatu_str { ptr: room.cast(), len: path.len() as u64 };
+            TATU_OK
+        })
+    }
+}
+
+fn allowed(world: &WorldCell, name: &Path, mode: u32) -> Result<PathBuf, String> {
+    let here = std::env::current_dir().map_err(|e| format!("the working folder cannot be read: {e}"))?;
+    let scene = world.document.file.as_ref().and_then(|f| f.parent()).map(|p| here.join(p));
+    let roots: Vec<PathBuf> = match mode {
+        TATU_FILE_WRITE => vec![here.clone()],
+        _ => std::iter::once(here.clone()).chain(scene).collect(),
+    };
+    let inside = |p: &Path| roots.iter().any(|r| p.starts_with(r));
+    for root in &roots {
+        let full = normal(&root.join(name));
+        // A link inside must not lead outside.
+        let real = full.parent().and_then(|p| std::fs::canonicalize(p).ok()).unwrap_or_default();
+        let real_roots = roots.iter().filter_map(|r| std::fs::canonicalize(r).ok());
+        let stays = inside(&full) && real_roots.into_iter().any(|r| real.starts_with(r));
+        if stays && (mode == TATU_FILE_WRITE || full.exists()) {
+            return Ok(full);
+        }
+    }
+    let list: Vec<_> = roots.iter().map(|r| r.display().to_string()).collect();
+    Err(format!("there is no file `{}` in the folders that scripts may use: {}", name.display(), list.join(", ")))
+}
+
+/// Without `.` and `..`.
+fn normal(p: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for c in p.components() {
+        match c {
+            Component::ParentDir => {
+                out.pop();
+            }
+            Component::CurDir => {}
+            c => out.push(c),
+        }
+    }
+    out
+}

@@ -1,0 +1,182 @@
+//! The host's side of the border: one file per table.
+//!
+//! Every function looks its world up, borrows one part of it, acts, and lets it go. A borrow that is refused (the
+//! caller is inside a measure, say) is an error, never a panic.
+
+mod bodies;
+mod commands;
+mod files;
+mod log;
+mod readings;
+mod scene;
+mod scripts;
+mod session;
+mod signals;
+
+use std::{
+    collections::BTreeMap,
+    ffi::{CStr, c_char, c_void},
+    sync::Mutex,
+};
+
+use tatu_plugin_api::abi::*;
+
+use crate::{scene::rows::ROWS, world::WorldCell};
+
+/// The tables that plugins of one host get, and the keys that they interned.
+pub struct HostTables {
+    raw: Box<tatu_host>,
+    keys: Box<Mutex<Interner>>,
+}
+
+// SAFETY: the raw table is constant; the keys are behind a lock.
+unsafe impl Send for HostTables {}
+// SAFETY: as above.
+unsafe impl Sync for HostTables {}
+
+/// Keys and their numbers; those of the core's rows come first, in their order.
+#[derive(Default)]
+pub struct Interner {
+    numbers: BTreeMap<String, u32>,
+    keys: Vec<String>,
+}
+
+impl Interner {
+    fn new() -> Self {
+        let mut i = Interner::default();
+        for row in ROWS {
+            i.number(row.key);
+        }
+        i
+    }
+    fn number(&mut self, key: &str) -> u32 {
+        if let Some(n) = self.numbers.get(key) {
+            return *n;
+        }
+        let n = self.keys.len() as u32;
+        self.numbers.insert(key.to_owned(), n);
+        self.keys.push(key.to_owned());
+        n
+    }
+}
+
+impl HostTables {
+    /// The tables.
+    pub fn new() -> Self {
+        let keys = Box::new(Mutex::new(Interner::new()));
+        let raw = Box::new(tatu_host {
+            size: size_of::<tatu_host>() as u32,
+            abi_minor: TATU_ABI_MINOR.into(),
+            ctx: (&raw const *keys).cast_mut().cast(),
+            service: Some(service),
+        });
+        HostTables { raw, keys }
+    }
+    pub(crate) fn raw(&self) -> *const tatu_host {
+        &raw const *self.raw
+    }
+    /// A service's table, or null.
+    pub(crate) fn find(&self, id: &str) -> *const c_void {
+        std::ffi::CString::new(id).map_or(std::ptr::null(), |id| table(&id))
+    }
+    /// The number of a key.
+    pub fn number(&self, key: &str) -> u32 {
+        self.keys.lock().map_or(0, |mut k| k.number(key))
+    }
+    /// The key of a number.
+    pub fn key(&self, number: u32) -> Option<String> {
+        self.keys.lock().ok()?.keys.get(number as usize).cloned()
+    }
+}
+
+unsafe extern "C" fn service(_: *const tatu_host, id: *const c_char) -> *const c_void {
+    if id.is_null() {
+        return std::ptr::null();
+    }
+    // SAFETY: NUL-terminated, by the contract.
+    table(unsafe { CStr::from_ptr(id) })
+}
+
+fn table(id: &CStr) -> *const c_void {
+    match id {
+        id if id == TATU_HOST_SCENE => (&raw const scene::TABLE).cast(),
+        id if id == TATU_HOST_READINGS => (&raw const readings::TABLE).cast(),
+        id if id == TATU_HOST_BODIES => (&raw const bodies::TABLE).cast(),
+        id if id == TATU_HOST_COMMANDS => (&raw const commands::TABLE).cast(),
+        id if id == TATU_HOST_SCRIPTS => (&raw const scripts::TABLE).cast(),
+        id if id == TATU_HOST_SIGNALS => (&raw const signals::TABLE).cast(),
+        id if id == TATU_HOST_SESSION => (&raw const session::TABLE).cast(),
+        id if id == TATU_HOST_STAGE => (&raw const session::STAGE).cast(),
+        id if id == TATU_HOST_LOG => (&raw const log::TABLE).cast(),
+        id if id == TATU_HOST_FILES => (&raw const files::TABLE).cast(),
+        _ => std::ptr::null(),
+    }
+}
+
+/// The keys behind a host pointer.
+///
+/// # Safety
+/// `host` is null or one that [`HostTables`] gave out.
+unsafe fn interner<'a>(host: *const tatu_host) -> Option<&'a Mutex<Interner>> {
+    // SAFETY: as promised.
+    unsafe { host.as_ref()?.ctx.cast::<Mutex<Interner>>().as_ref() }
+}
+
+/// Runs `f` on a world; null gives an error.
+///
+/// # Safety
+/// `world` is null or a living world of this host.
+unsafe fn on(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> tatu_status) -> tatu_status {
+    // SAFETY: as promised.
+    unsafe { WorldCell::of(world) }.map_or(TATU_ERR_ARGUMENT, f)
+}
+
+/// Another part of the same world is in use by a caller further up.
+fn busy(world: &WorldCell) -> tatu_status {
+    world.calls.refuse(TATU_ERR_BUSY, "not possible from within this call")
+}
+
+/// The slot of an object that a caller names, or the refusal.
+fn slot(world: &WorldCell, scene: &crate::scene::Scene, object: tatu_object) -> Result<u32, tatu_status> {
+    scene.resolve(object).map_err(|last| {
+        let n = object & 0xF_FFFF;
+        match last {
+            Some(name) => world.calls.refuse(TATU_ERR_GONE, &format!("object {n} (it was `{name}`) has been removed")),
+            None if object == 0 => world.calls.refuse(TATU_ERR_MISSING, "the world itself is no object of the scene"),
+            None => world.calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")),
+        }
+    })
+}
+
+/// Copies a list into a caller's array as far as it fits, and tells the full count.
+///
+/// # Safety
+/// `out` has room for `cap`, or is null; `n` is null or writable.
+unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: *mut u32) -> tatu_status {
+    // SAFETY: as promised.
+    unsafe {
+        if !out.is_null() {
+            std::ptr::copy_nonoverlapping(all.as_ptr(), out, all.len().min(cap as usize));
+        }
+        if let Some(n) = n.as_mut() {
+            *n = all.len() as u32;
+        }
+    }
+    TATU_OK
+}
+
+/// Puts a value into the world's arena and writes its border form.
+///
+/// # Safety
+/// `out` is writable.
+unsafe fn give(world: &WorldCell, value: &tatu_plugin_api::safe::Value, out: *mut tatu_value) -> tatu_status {
+    let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return busy(world) };
+    match (value.to_raw(&mut |n| arena.alloc(n)), out.is_null()) {
+        (Some(raw), false) => {
+            // SAFETY: as promised.
+            unsafe { *out = raw };
+            TATU_OK
+        }
+        _ => world.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory"),
+    }
+}

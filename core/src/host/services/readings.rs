@@ -1,0 +1,128 @@
+//! `tatu.host.readings`: what sensors measured.
+
+use std::ffi::{CStr, c_char};
+
+use tatu_plugin_api::abi::*;
+
+use super::{busy, fill, on, slot};
+use crate::{step::sense_some, world::WorldCell};
+
+pub static TABLE: tatu_host_readings = tatu_host_readings {
+    size: size_of::<tatu_host_readings>() as u32,
+    reserved: 0,
+    field: Some(field),
+    sense_now: Some(sense_now),
+    reset: Some(reset),
+    list: Some(list),
+};
+
+/// The device of a sensor that a caller names, by index.
+fn device(world: &WorldCell, sensor: tatu_object) -> Result<usize, tatu_status> {
+    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let slot = slot(world, &scene, sensor)?;
+    let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+    sensing.devices.iter().position(|d| d.slot == slot).ok_or_else(|| {
+        let kind = scene.get(slot).map_or("nothing", |o| crate::scene::rows::kind_name(o.kind()));
+        let text = format!("object {slot} `{}` is a {kind}, and measures nothing", scene.path(slot));
+        world.calls.refuse(TATU_ERR_MISSING, &text)
+    })
+}
+
+unsafe extern "C" fn field(
+    w: *mut tatu_world,
+    sensor: tatu_object,
+    field: tatu_prop,
+    out: *mut tatu_field_view,
+) -> tatu_status {
+    // SAFETY: by the contract, here and below: pointers are valid during the call.
+    unsafe {
+        on(w, |world| {
+            let i = match device(world, sensor) {
+                Ok(i) => i,
+                Err(status) => return status,
+            };
+            let Ok(sensing) = world.sensing.try_borrow() else { return busy(world) };
+            let d = &sensing.devices[i];
+            let kind = &world.registry.sensors[d.kind];
+            match kind.field_props.iter().position(|p| *p == field) {
+                Some(k) => {
+                    *out = d.view(kind, k);
+                    TATU_OK
+                }
+                None => {
+                    let key = world.registry.host().key(field).unwrap_or_default();
+                    let text = format!("a sensor of kind `{}` has no field `{key}`", kind.id);
+                    world.calls.refuse(TATU_ERR_MISSING, &text)
+                }
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn sense_now(w: *mut tatu_world, sensor: tatu_object, only: tatu_object) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let i = match device(world, sensor) {
+                Ok(i) => i,
+                Err(status) => return status,
+            };
+            let only = match only {
+                0 => None,
+                o => {
+                    let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
+                    match slot(world, &scene, o) {
+                        Ok(s) => Some(scene.id(s)),
+                        Err(status) => return status,
+                    }
+                }
+            };
+            let (kind, off) = {
+                let Ok(sensing) = world.sensing.try_borrow_mut() else { return busy(world) };
+                (sensing.devices[i].kind, sensing.devices[i].off)
+            };
+            if off {
+                return world.calls.refuse(TATU_ERR_GONE, "the sensor has been switched off after a fault");
+            }
+            sense_some(world, kind, &[i], only);
+            TATU_OK
+        })
+    }
+}
+
+unsafe extern "C" fn reset(w: *mut tatu_world, sensor: tatu_object) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let i = match device(world, sensor) {
+                Ok(i) => i,
+                Err(status) => return status,
+            };
+            let Ok(mut sensing) = world.sensing.try_borrow_mut() else { return busy(world) };
+            sensing.devices[i].sequence = 0;
+            TATU_OK
+        })
+    }
+}
+
+unsafe extern "C" fn list(
+    w: *mut tatu_world,
+    schema: *const c_char,
+    out: *mut tatu_object,
+    cap: u32,
+    n: *mut u32,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let schema = if schema.is_null() { "".into() } else { CStr::from_ptr(schema).to_string_lossy() };
+            let (Ok(sensing), Ok(scene)) = (world.sensing.try_borrow(), world.scene.try_borrow()) else {
+                return busy(world);
+            };
+            let fills = |kind: usize| world.registry.sensors[kind].schemas.iter().any(|s| *s == schema);
+            let found: Vec<_> =
+                sensing.devices.iter().filter(|d| fills(d.kind)).map(|d| scene.id(d.slot)).filter(|id| *id != 0).collect();
+            fill(&found, out, cap, n)
+        })
+    }
+}

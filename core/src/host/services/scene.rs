@@ -1,0 +1,517 @@
+//! `tatu.host.scene`: objects and their properties.
+
+use std::ffi::{CStr, c_char};
+
+use nalgebra::Isometry3;
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Value, ValueRef},
+};
+
+use super::{busy, fill, give, interner, on, slot};
+use crate::{
+    calls::text,
+    host::check_value,
+    scene::{
+        self, Changed, Data, Joint, Refusal, Scene, Shape, pose_from_array, pose_to_array,
+        rows::{KINDS, Of, Row, kind_name},
+    },
+    world::WorldCell,
+};
+
+pub static TABLE: tatu_host_scene = tatu_host_scene {
+    size: size_of::<tatu_host_scene>() as u32,
+    reserved: 0,
+    prop: Some(prop),
+    get: Some(get),
+    set: Some(set),
+    get_f64: Some(get_f64),
+    set_f64: Some(set_f64),
+    get_f64_many: Some(get_f64_many),
+    set_f64_many: Some(set_f64_many),
+    pose: Some(pose),
+    set_pose: Some(set_pose),
+    look: Some(look),
+    find: Some(find),
+    create: Some(create),
+    remove: Some(remove),
+    list: Some(list),
+};
+
+unsafe extern "C" fn prop(host: *const tatu_host, key: *const c_char) -> tatu_prop {
+    // SAFETY: by the contract, here and below: pointers are valid during the call.
+    unsafe {
+        let (Some(keys), false) = (interner(host), key.is_null()) else { return 0 };
+        let key = CStr::from_ptr(key).to_string_lossy();
+        keys.lock().map_or(0, |mut k| k.number(&key))
+    }
+}
+
+fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
+    world.calls.refuse(r.0, &r.1)
+}
+
+unsafe extern "C" fn get(w: *mut tatu_world, object: tatu_object, prop: tatu_prop, out: *mut tatu_value) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let value = match read(world, object, prop) {
+                Ok(v) => v,
+                Err(status) => return status,
+            };
+            give(world, &value, out)
+        })
+    }
+}
+
+fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
+    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let row = Row::of(prop);
+    if object == 0 || row.info().of == Of::World && row != Row::None {
+        return read_world(world, row);
+    }
+    let slot = slot(world, &scene, object)?;
+    match (row, scene.get(slot).map(|o| &o.data)) {
+        (Row::None, _) => read_param(world, slot, prop),
+        (Row::SensorKind, Some(Data::Sensor(s))) => {
+            Ok(Value::text(world.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
+        }
+        (Row::ScriptLanguage | Row::ScriptDialect | Row::ScriptKind | Row::ScriptName | Row::ScriptCalls, Some(Data::Script)) => {
+            let script = world.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
+            let Some(s) = script else { return Err(world.calls.refuse(TATU_ERR_GONE, "the script has ended")) };
+            Ok(match row {
+                Row::ScriptLanguage => Value::text(&world.registry.languages[s.language].id),
+                // SAFETY: the dialect lives as long as the script's instance, which is there.
+                Row::ScriptDialect => Value::text(unsafe { crate::calls::bytes(s.dialect.get()) }),
+                Row::ScriptKind => Value::text(&s.kind),
+                Row::ScriptName => Value::text(&s.name),
+                _ => Value::Int(s.calls.get() as i64),
+            })
+        }
+        _ => scene::get(&scene, slot, row).map_err(|r| refusal(world, r)),
+    }
+}
+
+fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_status> {
+    let settings = world.settings.try_borrow().map_err(|_| busy(world))?;
+    let stopping = world.requests.get() & (1 << TATU_REQUEST_STOP) != 0;
+    Ok(match row {
+        Row::Time => Value::Float(world.clock.time.get()),
+        Row::Dt => Value::Float(world.clock.dt.get()),
+        Row::PhysicsDt => Value::Float(settings.physics_dt),
+        Row::Step => Value::Int(world.clock.step.get() as i64),
+        Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),
+        Row::Seed => Value::Int(settings.seed as i64),
+        Row::SceneFile => {
+            Value::text(world.document.file.as_ref().map_or(String::new(), |f| f.display().to_string()))
+        }
+        Row::Running => Value::Bool(world.running.get()),
+        Row::Stopping => Value::Bool(stopping),
+        _ => return Err(world.calls.refuse(TATU_ERR_MISSING, "the world has no such property")),
+    })
+}
+
+/// A parameter of a device, by the key "<kind>.<parameter>".
+fn read_param(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Value, tatu_status> {
+    let key = world.registry.host().key(prop).unwrap_or_default();
+    let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+    let found = sensing.device(slot).and_then(|d| {
+        let kind = &world.registry.sensors[d.kind];
+        let short = key.strip_prefix(kind.id.as_str())?.strip_prefix('.')?;
+        let i = kind.params.iter().position(|p| p.key == short)?;
+        d.params.get(i).cloned()
+    });
+    found.ok_or_else(|| world.calls.refuse(TATU_ERR_MISSING, &format!("object {slot} has no property `{key}`")))
+}
+
+unsafe extern "C" fn set(
+    w: *mut tatu_world,
+    object: tatu_object,
+    prop: tatu_prop,
+    value: *const tatu_value,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let Some(raw) = value.as_ref() else { return TATU_ERR_ARGUMENT };
+            match ValueRef::new(*raw).to_value() {
+                Ok(v) => write(world, object, prop, v).err().unwrap_or(TATU_OK),
+                Err(e) => world.calls.refuse(e.code(), e.text()),
+            }
+        })
+    }
+}
+
+fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Result<(), tatu_status> {
+    let row = Row::of(prop);
+    if row == Row::None {
+        let key = world.registry.host().key(prop).unwrap_or_default();
+        let text = format!("`{key}` is not changed while the world lives; set it in the scene");
+        return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
+    }
+    let value = check_value(&row.info().param(), value)
+        .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
+    if row.info().of == Of::World {
+        return write_world(world, row, &value);
+    }
+    let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+    let slot = slot(world, &scene, object)?;
+    let changed = scene::set(&mut scene, slot, row, &value).map_err(|r| refusal(world, r))?;
+    after_change(world, &scene, slot, changed)
+}
+
+fn write_world(world: &WorldCell, row: Row, value: &Value) -> Result<(), tatu_status> {
+    match (row, value) {
+        (Row::Gravity, Value::Floats(v)) => {
+            let mut settings = world.settings.try_borrow_mut().map_err(|_| busy(world))?;
+            settings.gravity = nalgebra::Vector3::new(v[0], v[1], v[2]);
+            let engine = crate::physics::EngineSettings {
+                gravity: settings.gravity,
+                step: settings.physics_dt.min(settings.dt),
+            };
+            world.dynamics.try_borrow_mut().map_err(|_| busy(world))?.configure(engine);
+            Ok(())
+        }
+        _ => Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &format!("`{}` is not changed by plugins", row.info().key))),
+    }
+}
+
+fn after_change(world: &WorldCell, _: &Scene, slot: u32, changed: Changed) -> Result<(), tatu_status> {
+    let mut dynamics = world.dynamics.try_borrow_mut().map_err(|_| busy(world))?;
+    match changed {
+        Changed::Moved => dynamics.moved(slot),
+        Changed::Drive => dynamics.drive_changed(slot),
+        Changed::Value | Changed::Rebuild => {}
+    }
+    Ok(())
+}
+
+unsafe extern "C" fn get_f64(
+    w: *mut tatu_world,
+    object: tatu_object,
+    prop: tatu_prop,
+    out: *mut f64,
+    n: u32,
+) -> tatu_status {
+    // SAFETY: as above; `out` has room for `n`.
+    unsafe { on(w, |world| read_numbers(world, object, prop, std::slice::from_raw_parts_mut(out, n as usize))) }
+}
+
+fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, out: &mut [f64]) -> tatu_status {
+    let row = Row::of(prop);
+    if let ([x], Row::Time) = (&mut *out, row) {
+        *x = world.clock.time.get();
+        return TATU_OK;
+    }
+    let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
+    if object != 0 {
+        let slot = match slot(world, &scene, object) {
+            Ok(s) => s,
+            Err(status) => return status,
+        };
+        if let Some(o) = scene.get(slot) {
+            if scene::numbers(o, row, out) == Some(out.len()) {
+                return TATU_OK;
+            }
+        }
+    }
+    drop(scene);
+    match read(world, object, prop) {
+        Ok(Value::Float(x)) if out.len() == 1 => out[0] = x,
+        Ok(Value::Int(i)) if out.len() == 1 => out[0] = i as f64,
+        Ok(Value::Floats(v)) if v.len() == out.len() => out.copy_from_slice(&v),
+        Ok(_) => {
+            let key = world.registry.host().key(prop).unwrap_or_default();
+            return world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}` is not {} numbers", out.len()));
+        }
+        Err(status) => return status,
+    }
+    TATU_OK
+}
+
+unsafe extern "C" fn set_f64(
+    w: *mut tatu_world,
+    object: tatu_object,
+    prop: tatu_prop,
+    values: *const f64,
+    n: u32,
+) -> tatu_status {
+    // SAFETY: as above; `values` has `n`.
+    unsafe { on(w, |world| write_numbers(world, object, prop, std::slice::from_raw_parts(values, n as usize))) }
+}
+
+fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, v: &[f64]) -> tatu_status {
+    let row = Row::of(prop);
+    {
+        let Ok(mut scene) = world.scene.try_borrow_mut() else { return busy(world) };
+        if object != 0 {
+            let slot = match slot(world, &scene, object) {
+                Ok(s) => s,
+                Err(status) => return status,
+            };
+            match scene::set_numbers(&mut scene, slot, row, v) {
+                Some(Ok(changed)) => return after_change(world, &scene, slot, changed).err().unwrap_or(TATU_OK),
+                Some(Err(r)) => return refusal(world, r),
+                None => {}
+            }
+        }
+    }
+    let value = match v {
+        [x] if row.info().kind == TATU_F64 => Value::Float(*x),
+        _ => Value::Floats(v.to_vec()),
+    };
+    write(world, object, prop, value).err().unwrap_or(TATU_OK)
+}
+
+unsafe extern "C" fn get_f64_many(
+    w: *mut tatu_world,
+    objects: *const tatu_object,
+    count: u32,
+    prop: tatu_prop,
+    out: *mut f64,
+    n: u32,
+) -> tatu_status {
+    // SAFETY: as above; `out` has room for `n` each.
+    unsafe {
+        on(w, |world| {
+            for i in 0..count as usize {
+                let to = std::slice::from_raw_parts_mut(out.add(i * n as usize), n as usize);
+                let status = read_numbers(world, *objects.add(i), prop, to);
+                if status < 0 {
+                    return status;
+                }
+            }
+            TATU_OK
+        })
+    }
+}
+
+unsafe extern "C" fn set_f64_many(
+    w: *mut tatu_world,
+    objects: *const tatu_object,
+    count: u32,
+    prop: tatu_prop,
+    values: *const f64,
+    n: u32,
+) -> tatu_status {
+    // SAFETY: as above; `values` has `n` each.
+    unsafe {
+        on(w, |world| {
+            for i in 0..count as usize {
+                let from = std::slice::from_raw_parts(values.add(i * n as usize), n as usize);
+                let status = write_numbers(world, *objects.add(i), prop, from);
+                if status < 0 {
+                    return status;
+                }
+            }
+            TATU_OK
+        })
+    }
+}
+
+/// The frame that a caller names: 0 is the world, a joint means its moved frame.
+fn frame_of(world: &WorldCell, scene: &Scene, frame: tatu_object) -> Result<Isometry3<f64>, tatu_status> {
+    if frame == 0 {
+        return Ok(Isometry3::identity());
+    }
+    let slot = slot(world, scene, frame)?;
+    Ok(scene.get(slot).map_or(Isometry3::identity(), scene::Object::frame))
+}
+
+unsafe extern "C" fn pose(w: *mut tatu_world, object: tatu_object, frame: tatu_object, out: *mut f64) -> tatu_status {
+    // SAFETY: as above; `out` has room for 7.
+    unsafe {
+        on(w, |world| {
+            let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
+            let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
+                (Ok(s), Ok(f)) => (s, f),
+                (Err(status), _) | (_, Err(status)) => return status,
+            };
+            let world_pose = scene.get(s).map_or(Isometry3::identity(), |o| o.world);
+            let relative = if frame == 0 { world_pose } else { f.inverse() * world_pose };
+            std::ptr::copy_nonoverlapping(pose_to_array(&relative).as_ptr(), out, 7);
+            TATU_OK
+        })
+    }
+}
+
+unsafe extern "C" fn set_pose(
+    w: *mut tatu_world,
+    object: tatu_object,
+    frame: tatu_object,
+    pose: *const f64,
+) -> tatu_status {
+    // SAFETY: as above; `pose` has 7.
+    unsafe {
+        on(w, |world| {
+            let Some(p) = pose_from_array(&*pose.cast::<[f64; 7]>()) else {
+                return world.calls.refuse(TATU_ERR_ARGUMENT, "a pose is 7 finite numbers with a quaternion that is not 0");
+            };
+            let Ok(mut scene) = world.scene.try_borrow_mut() else { return busy(world) };
+            let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
+                (Ok(s), Ok(f)) => (s, f),
+                (Err(status), _) | (_, Err(status)) => return status,
+            };
+            scene.set_world(s, f * p);
+            after_change(world, &scene, s, Changed::Moved).err().unwrap_or(TATU_OK)
+        })
+    }
+}
+
+unsafe extern "C" fn look(
+    w: *mut tatu_world,
+    object: tatu_object,
+    full: *mut tatu_object,
+    kind: *mut i32,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
+            match slot(world, &scene, object) {
+                Ok(s) => {
+                    if let Some(full) = full.as_mut() {
+                        *full = scene.id(s);
+                    }
+                    if let Some(kind) = kind.as_mut() {
+                        *kind = scene.get(s).map_or(-1, |o| o.kind());
+                    }
+                    TATU_OK
+                }
+                Err(status) => status,
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn find(
+    w: *mut tatu_world,
+    from: tatu_object,
+    path: tatu_str,
+    out: *mut tatu_object,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let path = text(path);
+            let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
+            let base = scene.resolve(from).unwrap_or(0);
+            match scene.find(base, &path) {
+                Some(s) => {
+                    *out = scene.id(s);
+                    TATU_OK
+                }
+                None => {
+                    let near = scene.nearest(&path).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+                    world.calls.refuse(TATU_ERR_MISSING, &format!("there is no object `{path}`{near}"))
+                }
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn create(
+    w: *mut tatu_world,
+    kind: *const c_char,
+    parent: tatu_object,
+    alias: tatu_str,
+    out: *mut tatu_object,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let kind = if kind.is_null() { "".into() } else { CStr::from_ptr(kind).to_string_lossy() };
+            let data = match KINDS.iter().find(|(n, _)| *n == kind).map(|(_, k)| *k) {
+                Some(TATU_KIND_SHAPE) => Data::Shape(Box::<Shape>::default()),
+                Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
+                Some(TATU_KIND_DUMMY) => Data::Dummy,
+                Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor,
+                Some(k) => {
+                    let text = format!("a {} is not made while the world lives", kind_name(k));
+                    return world.calls.refuse(TATU_ERR_UNSUPPORTED, &text);
+                }
+                None => return world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no kind of object `{kind}`")),
+            };
+            let Ok(mut scene) = world.scene.try_borrow_mut() else { return busy(world) };
+            let parent = if parent == 0 {
+                0
+            } else {
+                match slot(world, &scene, parent) {
+                    Ok(s) => s,
+                    Err(status) => return status,
+                }
+            };
+            let alias = text(alias);
+            let alias = if alias.is_empty() { kind } else { alias };
+            match scene.add(parent, &alias, Isometry3::identity(), data) {
+                Some(s) => {
+                    scene.make_unique(&[s]);
+                    *out = scene.id(s);
+                    TATU_OK
+                }
+                None => world.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more"),
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn remove(w: *mut tatu_world, objects: *const tatu_object, n: u32) -> tatu_status {
+    // SAFETY: as above; `objects` has `n`.
+    unsafe {
+        on(w, |world| {
+            let Ok(mut scene) = world.scene.try_borrow_mut() else { return busy(world) };
+            let objects = std::slice::from_raw_parts(objects, n as usize);
+            let mut slots = Vec::with_capacity(objects.len());
+            for o in objects {
+                match slot(world, &scene, *o) {
+                    Ok(s) => slots.push(s),
+                    Err(status) => return status,
+                }
+            }
+            for s in slots {
+                for script in scene.scripts(s) {
+                    scene.remove(script);
+                }
+                scene.remove(s);
+            }
+            TATU_OK
+        })
+    }
+}
+
+unsafe extern "C" fn list(
+    w: *mut tatu_world,
+    base: tatu_object,
+    kinds: u32,
+    flags: u32,
+    out: *mut tatu_object,
+    cap: u32,
+    n: *mut u32,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
+            let base = if base == 0 {
+                0
+            } else {
+                match slot(world, &scene, base) {
+                    Ok(s) => s,
+                    Err(status) => return status,
+                }
+            };
+            let mut slots = if flags & TATU_LIST_CHILDREN != 0 {
+                let own = if base == 0 { None } else { Some(base) };
+                own.into_iter().chain(scene.children(base).iter().copied()).collect()
+            } else {
+                scene.tree(base)
+            };
+            if flags & TATU_LIST_SKIP_BASE != 0 && base != 0 {
+                slots.remove(0);
+            }
+            let wanted = |s: &u32| kinds == 0 || scene.get(*s).is_some_and(|o| kinds & (1 << o.kind()) != 0);
+            let ids: Vec<_> = slots.into_iter().filter(wanted).map(|s| scene.id(s)).collect();
+            fill(&ids, out, cap, n)
+        })
+    }
+}

@@ -1,0 +1,74 @@
+//! `tatu.host.session` and `tatu.host.stage`: requests, and stages for drivers.
+
+use tatu_plugin_api::abi::*;
+
+use super::on;
+use crate::{step, world::WorldCell};
+
+pub static TABLE: tatu_host_session = tatu_host_session {
+    size: size_of::<tatu_host_session>() as u32,
+    reserved: 0,
+    request: Some(request),
+    // Sessions come with services; until then a plugin finds null here, which means "not offered".
+    wake: None,
+    worlds: None,
+};
+
+pub static STAGE: tatu_host_stage =
+    tatu_host_stage { size: size_of::<tatu_host_stage>() as u32, reserved: 0, run: Some(run) };
+
+unsafe extern "C" fn request(w: *mut tatu_world, what: u32) -> tatu_status {
+    // SAFETY: by the contract.
+    unsafe {
+        on(w, |world| match what {
+            TATU_REQUEST_STOP | TATU_REQUEST_QUIT => {
+                world.requests.set(world.requests.get() | 1 << what);
+                TATU_OK
+            }
+            // A running world is started already.
+            TATU_REQUEST_START if world.running.get() => TATU_OK,
+            TATU_REQUEST_PAUSE | TATU_REQUEST_START => {
+                world.calls.refuse(TATU_ERR_UNSUPPORTED, "this run cannot pause: nobody could lift the pause")
+            }
+            _ => world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}")),
+        })
+    }
+}
+
+unsafe extern "C" fn run(w: *mut tatu_world, stage: u32, dt: f64) -> tatu_status {
+    // SAFETY: by the contract.
+    unsafe { on(w, |world| run_stage(world, stage, dt)) }
+}
+
+fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
+    let bit = 1u32 << stage.min(31);
+    if world.stage.get() & bit != 0 {
+        let text = format!("stage {stage} was asked for from within itself, by {}", world.caller_name());
+        return world.calls.refuse(TATU_ERR_BUSY, &text);
+    }
+    if !(dt.is_finite() && dt >= 0.0) {
+        return world.calls.refuse(TATU_ERR_ARGUMENT, "a stage takes a finite time");
+    }
+    world.stage.set(world.stage.get() | bit);
+    let status = match stage {
+        TATU_STAGE_ACTUATE => {
+            step::actuate(world);
+            TATU_OK
+        }
+        TATU_STAGE_PHYSICS => {
+            step::physics(world, dt);
+            TATU_OK
+        }
+        TATU_STAGE_SENSE => {
+            step::sense(world);
+            TATU_OK
+        }
+        TATU_STAGE_REACT => {
+            step::react(world);
+            TATU_OK
+        }
+        _ => world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no stage {stage}")),
+    };
+    world.stage.set(world.stage.get() & !bit);
+    status
+}

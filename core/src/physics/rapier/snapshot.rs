@@ -1,0 +1,37 @@
+//! The whole state as bytes: a head that names the layout, a checksum, and rapier's world with our tables.
+
+use rapier3d::pipeline::PhysicsWorld;
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::Tables;
+
+/// Names the layout. It changes with rapier's version and with our tables.
+const HEAD: &[u8; 16] = b"tatu rapier0361a";
+const HEAD_AND_SUM: usize = HEAD.len() + 8;
+
+pub(super) fn write(world: &PhysicsWorld, tables: &Tables) -> Vec<u8> {
+    let mut bytes = HEAD.to_vec();
+    bytes.extend_from_slice(&[0; 8]);
+    let mut bytes = postcard::to_extend(&(world, tables), bytes)
+        .expect("a vector takes all that is written to it");
+    let sum = xxh3_64(&bytes[HEAD_AND_SUM..]);
+    bytes[HEAD.len()..HEAD_AND_SUM].copy_from_slice(&sum.to_le_bytes());
+    bytes
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<(PhysicsWorld, Tables), String> {
+    let (head, rest) = bytes
+        .split_at_checked(HEAD.len())
+        .ok_or("physics snapshot: too short")?;
+    if head != HEAD {
+        return Err("physics snapshot: written by another engine or version".to_string());
+    }
+    let (sum, state) = rest
+        .split_first_chunk::<8>()
+        .ok_or("physics snapshot: too short")?;
+    // Rapier trusts the indices in its state; damaged ones must not get that far.
+    if xxh3_64(state) != u64::from_le_bytes(*sum) {
+        return Err("physics snapshot: damaged (checksum differs)".to_string());
+    }
+    postcard::from_bytes(state).map_err(|e| format!("physics snapshot: {e}"))
+}

@@ -1,0 +1,347 @@
+//! Which objects become bodies and joints of the engine, and how their states come back.
+//!
+//! The rule (V-REP's): a dynamic shape below a joint or force sensor that is below a shape is tied to that shape, by
+//! the joint or rigidly; any other dynamic shape is free, wherever it hangs. A respondable static shape collides; it
+//! is carried along when something above it can move.
+
+use nalgebra::{Matrix3, Point3};
+
+use super::{Control, Data, Scene, Shape, collision_parts, default_inertia, default_mass};
+use crate::physics::{
+    BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointId, JointKind, MassProps, Motion, Rapier,
+    Respond, Twist,
+};
+
+/// A body and the object it stands for, as that was when the body was made.
+struct BodyRecord {
+    id: BodyId,
+    slot: u32,
+    uid: u64,
+    version: u64,
+    motion: Motion,
+}
+
+/// A joint and the objects that it is made of.
+struct JointRecord {
+    id: JointId,
+    tie: u32,
+    child: u32,
+    version: u64,
+    bodies: (BodyId, BodyId),
+}
+
+/// The engine and what stands for what in it.
+pub struct Dynamics {
+    engine: Box<dyn Engine>,
+    /// In order of ids.
+    bodies: Vec<BodyRecord>,
+    /// In order of ids.
+    joints: Vec<JointRecord>,
+    /// Joints whose drive changed since the last step.
+    drives: Vec<u32>,
+    built: u64,
+    moved: Vec<u32>,
+    settings: EngineSettings,
+    contacts: Vec<crate::physics::Contact>,
+}
+
+impl Dynamics {
+    /// An empty engine.
+    pub fn new(settings: EngineSettings) -> Self {
+        Dynamics {
+            engine: Box::new(Rapier::new(settings)),
+            bodies: Vec::new(),
+            joints: Vec::new(),
+            drives: Vec::new(),
+            built: 0,
+            moved: Vec::new(),
+            settings,
+            contacts: Vec::new(),
+        }
+    }
+
+    /// Brings bodies and joints up to the scene: only what changed is made anew, so that the rest does not notice.
+    pub fn settle(&mut self, scene: &mut Scene) {
+        scene.settle();
+        if self.built == scene.shape_version {
+            return;
+        }
+        self.built = scene.shape_version;
+        let twists: Vec<(u32, Twist)> = self.bodies.iter().map(|b| (b.slot, self.engine.twist(b.id))).collect();
+        let kept = |b: &BodyRecord| {
+            scene.get(b.slot).is_some_and(|o| o.uid == b.uid && o.version == b.version)
+                && motion_of(scene, b.slot) == Some(b.motion)
+        };
+        let gone: Vec<_> = self.bodies.iter().filter(|b| !kept(b)).map(|b| (b.id, b.slot, b.uid)).collect();
+        let alive = |id: BodyId| !gone.iter().any(|g| g.0 == id);
+        let tied = |j: &JointRecord| {
+            alive(j.bodies.0)
+                && alive(j.bodies.1)
+                && scene.get(j.tie).is_some_and(|o| o.version == j.version)
+                && tie_of(scene, j.child).is_some_and(|(_, tie)| tie == j.tie)
+        };
+        let loose: Vec<_> = self.joints.iter().filter(|j| !tied(j)).map(|j| (j.id, j.tie)).collect();
+        for (id, tie) in loose {
+            self.engine.remove_joint(id);
+            self.joints.retain(|j| j.id != id);
+            forget(scene, tie);
+        }
+        for (id, slot, uid) in gone {
+            self.engine.remove_body(id);
+            self.bodies.retain(|b| b.id != id);
+            if scene.get(slot).is_some_and(|o| o.uid == uid) {
+                forget(scene, slot);
+            }
+        }
+        for slot in scene.order() {
+            self.add_body(scene, slot, &twists);
+        }
+        for slot in scene.order() {
+            self.add_tie(scene, slot);
+        }
+    }
+
+    fn add_body(&mut self, scene: &mut Scene, slot: u32, twists: &[(u32, Twist)]) {
+        let Some(motion) = motion_of(scene, slot) else { return };
+        let Some(o) = scene.get(slot) else { return };
+        let Some(shape) = o.shape().filter(|s| s.body.0.is_none()) else { return };
+        let twist = twists.iter().find(|(s, _)| *s == slot).map(|(_, t)| *t).unwrap_or_default();
+        let desc = BodyDesc {
+            pose: o.world,
+            motion,
+            mass: mass_props(shape),
+            linear_velocity: twist.linear,
+            angular_velocity: twist.angular,
+            parts: if shape.respondable { collision_parts(shape) } else { Vec::new() },
+            friction: shape.friction,
+            restitution: shape.restitution,
+            respond: Respond { mask: if shape.respondable { shape.mask } else { 0 }, tree: top_shape(scene, slot) },
+        };
+        let id = self.engine.add_body(&desc);
+        self.bodies.push(BodyRecord { id, slot, uid: o.uid, version: o.version, motion });
+        if let Some(Data::Shape(s)) = scene.get_mut(slot).map(|o| &mut o.data) {
+            s.body.0 = Some(id);
+        }
+    }
+
+    fn add_tie(&mut self, scene: &mut Scene, slot: u32) {
+        let Some((above, tie)) = tie_of(scene, slot) else { return };
+        let body = |s: u32| scene.get(s).and_then(|o| o.shape()).and_then(|s| s.body.0);
+        let (Some(a), Some(b), Some(child), Some(parent), Some(joint)) =
+            (body(above), body(slot), scene.get(slot), scene.get(above), scene.get(tie))
+        else {
+            return;
+        };
+        if self.joints.iter().any(|j| j.child == slot) {
+            return;
+        }
+        let (kind, limits) = match &joint.data {
+            Data::Joint(j) => (
+                if j.kind == super::JointType::Revolute { JointKind::Revolute } else { JointKind::Prismatic },
+                j.limits,
+            ),
+            _ => (JointKind::Fixed, None),
+        };
+        let desc = JointDesc {
+            a,
+            b,
+            frame_in_a: parent.world.inverse() * joint.world,
+            // The child hangs on the moved frame: at position 0 that frame is the joint's own.
+            frame_in_b: child.world.inverse() * joint.frame(),
+            kind,
+            limits,
+        };
+        let Some(id) = self.engine.add_joint(&desc) else { return };
+        self.joints.push(JointRecord { id, tie, child: slot, version: joint.version, bodies: (a, b) });
+        if let Some(Data::Joint(j)) = scene.get_mut(tie).map(|o| &mut o.data) {
+            j.id = Some(id);
+            self.drives.push(tie);
+        }
+    }
+
+    /// A joint's drive changed: told to the engine before the next step.
+    pub fn drive_changed(&mut self, slot: u32) {
+        self.drives.push(slot);
+    }
+
+    /// An object was placed by hand: it, and the bodies below it, are put there before the next step.
+    pub fn moved(&mut self, slot: u32) {
+        self.moved.push(slot);
+    }
+
+    fn apply_changes(&mut self, scene: &Scene) {
+        for slot in std::mem::take(&mut self.moved) {
+            for s in scene.tree(slot) {
+                let Some(o) = scene.get(s) else { continue };
+                if let Some(id) = o.shape().and_then(|s| s.body.0) {
+                    self.engine.set_pose(id, &o.world);
+                }
+            }
+        }
+        for slot in std::mem::take(&mut self.drives) {
+            let Some(j) = scene.get(slot).and_then(|o| o.joint()) else { continue };
+            let Some(id) = j.id else { continue };
+            let drive = match j.control {
+                Control::Free => Drive::Free,
+                Control::Velocity => Drive::Velocity { target: j.target_velocity, max_force: j.max_force.abs() },
+                Control::Position => Drive::Position {
+                    target: j.target_position,
+                    max_force: j.max_force.abs(),
+                    max_velocity: j.max_velocity.abs(),
+                },
+                Control::Force => Drive::Force(j.max_force),
+            };
+            self.engine.drive(id, drive);
+        }
+        for b in self.bodies.iter().filter(|b| b.motion == Motion::Kinematic) {
+            if let Some(o) = scene.get(b.slot) {
+                self.engine.set_pose(b.id, &o.world);
+            }
+        }
+    }
+
+    /// Lets `dt` pass in engine steps, then copies poses and joint states back. Objects whose bodies were lost.
+    pub fn advance(&mut self, scene: &mut Scene, dt: f64) -> Vec<u32> {
+        self.apply_changes(scene);
+        let steps = (dt / self.settings.step).round().max(1.0) as u32;
+        self.engine.advance(steps);
+        let lost = self.engine.quarantined();
+        self.copy_back(scene);
+        self.contacts.clear();
+        self.engine.contacts(&mut self.contacts);
+        lost.iter().filter_map(|b| self.object_of(*b)).collect()
+    }
+
+    /// Parents come before children, so each child finds its frame already moved.
+    fn copy_back(&mut self, scene: &mut Scene) {
+        for record in &self.joints {
+            let state = self.engine.joint_state(record.id);
+            if let Some(Data::Joint(j)) = scene.get_mut(record.tie).map(|o| &mut o.data) {
+                (j.position, j.velocity, j.effort) = (state.position, state.velocity, state.effort);
+            }
+        }
+        for slot in scene.order() {
+            let frame = scene.parent_frame(slot);
+            let Some(o) = scene.get_mut(slot) else { continue };
+            let body = match &o.data {
+                Data::Shape(s) if s.dynamic => s.body.0,
+                _ => None,
+            };
+            match body {
+                Some(id) => {
+                    o.world = self.engine.pose(id);
+                    o.local = frame.inverse() * o.world;
+                }
+                None => o.world = frame * o.local,
+            }
+        }
+    }
+
+    fn object_of(&self, body: BodyId) -> Option<u32> {
+        // Bodies are made in ascending order of ids.
+        self.bodies.binary_search_by_key(&body, |b| b.id).ok().map(|i| self.bodies[i].slot)
+    }
+
+    /// Velocity of a shape that has a body.
+    pub fn twist(&self, shape: &Shape) -> Option<Twist> {
+        shape.body.0.map(|b| self.engine.twist(b))
+    }
+    /// Sets it.
+    pub fn set_twist(&mut self, body: BodyId, twist: &Twist) {
+        self.engine.set_twist(body, twist);
+    }
+    /// Force N and torque N m, world, for the next advance.
+    pub fn push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
+        self.engine.push(body, force, torque);
+    }
+    /// Contacts after the last step, as objects.
+    pub fn contacts(&self) -> impl Iterator<Item = (u32, u32, &crate::physics::Contact)> {
+        self.contacts.iter().filter_map(|c| Some((self.object_of(c.bodies.0)?, self.object_of(c.bodies.1)?, c)))
+    }
+    /// Changes gravity or the length of an engine step.
+    pub fn configure(&mut self, settings: EngineSettings) {
+        self.settings = settings;
+        self.engine.configure(settings);
+    }
+    /// Velocities of all dynamic bodies with their objects, in order of bodies.
+    pub fn twists(&self) -> impl Iterator<Item = (u32, Twist)> + '_ {
+        self.bodies
+            .iter()
+            .filter(|b| b.motion == Motion::Dynamic)
+            .map(|b| (b.slot, self.engine.twist(b.id)))
+    }
+}
+
+/// How a shape's body moves; `None`: it needs none. A shape that only carries joints of dynamic shapes needs one too,
+/// so that they have something to hold.
+fn motion_of(scene: &Scene, slot: u32) -> Option<Motion> {
+    let shape = scene.get(slot)?.shape()?;
+    match shape.dynamic {
+        true => Some(Motion::Dynamic),
+        false if !shape.respondable && !carries_tie(scene, slot) => None,
+        false if is_carried(scene, slot) => Some(Motion::Kinematic),
+        false => Some(Motion::Static),
+    }
+}
+
+fn forget(scene: &mut Scene, slot: u32) {
+    match scene.get_mut(slot).map(|o| &mut o.data) {
+        Some(Data::Shape(s)) => s.body.0 = None,
+        Some(Data::Joint(j)) => j.id = None,
+        _ => {}
+    }
+}
+
+/// The shape that a dynamic shape is tied to, and the joint or force sensor between them.
+fn tie_of(scene: &Scene, slot: u32) -> Option<(u32, u32)> {
+    let child = scene.get(slot)?;
+    if !child.shape()?.dynamic {
+        return None;
+    }
+    let tie = scene.get(child.parent)?;
+    match &tie.data {
+        Data::Joint(j) if j.dynamic => {}
+        Data::ForceSensor => {}
+        _ => return None,
+    }
+    scene.get(tie.parent)?.shape()?;
+    Some((tie.parent, child.parent))
+}
+
+fn carries_tie(scene: &Scene, slot: u32) -> bool {
+    scene.children(slot).iter().any(|tie| {
+        scene.children(*tie).iter().any(|c| tie_of(scene, *c).is_some_and(|(above, _)| above == slot))
+    })
+}
+
+/// Whether something above can move it: a dynamic shape, or a joint.
+fn is_carried(scene: &Scene, slot: u32) -> bool {
+    let mut at = scene.get(slot).map_or(0, |o| o.parent);
+    while let Some(o) = scene.get(at) {
+        if matches!(&o.data, Data::Joint(_)) || o.shape().is_some_and(|s| s.dynamic) {
+            return true;
+        }
+        at = o.parent;
+    }
+    false
+}
+
+/// The topmost shape above an object: shapes that share it are of one tree.
+fn top_shape(scene: &Scene, slot: u32) -> u32 {
+    let (mut at, mut top) = (slot, slot);
+    while let Some(o) = scene.get(at) {
+        if o.shape().is_some() {
+            top = at;
+        }
+        at = o.parent;
+    }
+    top
+}
+
+/// Mass properties of a shape, defaults filled in.
+pub(crate) fn mass_props(shape: &Shape) -> MassProps {
+    let mass = shape.mass.unwrap_or_else(|| default_mass(shape));
+    let inertia =
+        shape.inertia.map_or_else(|| default_inertia(shape, mass), |i| Matrix3::from_row_slice(&i));
+    MassProps { mass, com: Point3::from(shape.com), inertia }
+}

@@ -1,0 +1,285 @@
+//! The tree: slots with generations, parents and children, world poses.
+
+use std::collections::VecDeque;
+
+use nalgebra::Isometry3;
+use tatu_plugin_api::abi::tatu_object;
+
+use super::{Data, Object};
+
+/// An object's id at the border: generation << 20 | slot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Handle(pub tatu_object);
+
+impl Handle {
+    /// The slot: what scripts see.
+    pub fn slot(self) -> u32 {
+        (self.0 & 0xF_FFFF) as u32
+    }
+    /// 0: whatever is in the slot now.
+    pub fn generation(self) -> u64 {
+        self.0 >> 20
+    }
+}
+
+#[derive(Debug, Clone)]
+struct Slot {
+    generation: u64,
+    object: Option<Object>,
+    /// Unique name of the last object here, for messages about stale ids.
+    last: String,
+}
+
+/// The live tree.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// Slot 0 is the world itself and always empty.
+    slots: Vec<Slot>,
+    free: VecDeque<u32>,
+    roots: Vec<u32>,
+    /// All objects, parents before children; made anew when the tree changes.
+    order: Vec<u32>,
+    next_uid: u64,
+    /// Grows with every change of the tree or of what the engine and beams are made of.
+    pub shape_version: u64,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Scene {
+            slots: vec![Slot { generation: 1, object: None, last: String::new() }],
+            free: VecDeque::new(),
+            roots: Vec::new(),
+            order: Vec::new(),
+            next_uid: 1,
+            shape_version: 1,
+        }
+    }
+}
+
+impl Scene {
+    /// Adds an object below `parent` (0: the world). Its slot; `None` when all are taken.
+    pub fn add(&mut self, parent: u32, alias: &str, local: Isometry3<f64>, data: Data) -> Option<u32> {
+        // A slot is used again only when many are free: a stale number in a script then rarely meets a new object.
+        let slot = if self.free.len() > 1024 { self.free.pop_front()? } else {
+            let slot = u32::try_from(self.slots.len()).ok().filter(|s| *s < 0x10_0000);
+            match slot {
+                Some(s) => {
+                    self.slots.push(Slot { generation: 0, object: None, last: String::new() });
+                    s
+                }
+                None => self.free.pop_front()?,
+            }
+        };
+        let attached = matches!(data, Data::Script);
+        let world = self.get(parent).map_or(local, |p| p.frame() * local);
+        let object = Object {
+            alias: alias.to_owned(),
+            suffix: -1,
+            parent,
+            children: Vec::new(),
+            local,
+            world,
+            uid: self.next_uid,
+            version: 0,
+            model_base: false,
+            visible: true,
+            layer: 1,
+            data,
+        };
+        self.next_uid += 1;
+        let place = &mut self.slots[slot as usize];
+        place.generation += 1;
+        place.object = Some(object);
+        if !attached {
+            self.siblings_mut(parent).push(slot);
+        }
+        self.reorder();
+        Some(slot)
+    }
+
+    fn siblings_mut(&mut self, parent: u32) -> &mut Vec<u32> {
+        match self.slots.get_mut(parent as usize).and_then(|s| s.object.as_mut()) {
+            Some(p) => &mut p.children,
+            None => &mut self.roots,
+        }
+    }
+
+    /// Removes an object; its children go to its parent and keep their places in the world.
+    pub fn remove(&mut self, slot: u32) -> bool {
+        let Some(object) = self.slots.get_mut(slot as usize).and_then(|s| s.object.take()) else { return false };
+        for child in object.children {
+            self.attach(child, object.parent);
+        }
+        self.siblings_mut(object.parent).retain(|s| *s != slot);
+        self.slots[slot as usize].last = object.alias;
+        self.free.push_back(slot);
+        self.reorder();
+        true
+    }
+
+    fn attach(&mut self, slot: u32, parent: u32) {
+        let frame = self.get(parent).map_or(Isometry3::identity(), Object::frame);
+        if let Some(o) = self.get_mut(slot) {
+            o.parent = parent;
+            o.local = frame.inverse() * o.world;
+            o.version += 1;
+        }
+        self.siblings_mut(parent).push(slot);
+    }
+
+    /// Puts an object below another, in place. `false`: the new parent is below the object.
+    pub fn set_parent(&mut self, slot: u32, parent: u32) -> bool {
+        let mut up = parent;
+        while up != 0 {
+            if up == slot {
+                return false;
+            }
+            up = self.get(up).map_or(0, |o| o.parent);
+        }
+        let Some(old) = self.get(slot).map(|o| o.parent) else { return false };
+        self.siblings_mut(old).retain(|s| *s != slot);
+        self.attach(slot, parent);
+        for s in self.tree(slot) {
+            self.touch(s);
+        }
+        self.reorder();
+        true
+    }
+
+    /// What the engine and the beams made of an object must be made anew.
+    pub fn touch(&mut self, slot: u32) {
+        self.shape_version += 1;
+        if let Some(o) = self.get_mut(slot) {
+            o.version += 1;
+        }
+    }
+
+    fn reorder(&mut self) {
+        self.shape_version += 1;
+        self.order.clear();
+    }
+
+    /// Makes the order of traversal anew, if the tree has changed.
+    pub fn settle(&mut self) {
+        if !self.order.is_empty() {
+            return;
+        }
+        self.order.extend(&self.roots);
+        let mut at = 0;
+        while at < self.order.len() {
+            if let Some(o) = self.slots[self.order[at] as usize].object.as_ref() {
+                self.order.extend(&o.children);
+            }
+            at += 1;
+        }
+    }
+
+    /// All objects of the tree (not scripts), breadth first.
+    pub fn order(&self) -> Vec<u32> {
+        if !self.order.is_empty() {
+            return self.order.clone();
+        }
+        self.tree(0)
+    }
+
+    /// An object and all below it, breadth first; 0: everything.
+    pub fn tree(&self, base: u32) -> Vec<u32> {
+        let mut out = if base == 0 { self.roots.clone() } else { vec![base] };
+        let mut at = 0;
+        while at < out.len() {
+            if let Some(o) = self.get(out[at]) {
+                out.extend(&o.children);
+            }
+            at += 1;
+        }
+        out
+    }
+
+    /// Every slot that holds an object, scripts included, in order of slots.
+    pub fn slots(&self) -> impl Iterator<Item = (u32, &Object)> {
+        self.slots.iter().enumerate().filter_map(|(i, s)| s.object.as_ref().map(|o| (i as u32, o)))
+    }
+
+    /// Objects without a parent.
+    pub fn roots(&self) -> &[u32] {
+        &self.roots
+    }
+    /// The children of an object; of the world for 0.
+    pub fn children(&self, slot: u32) -> &[u32] {
+        if slot == 0 { &self.roots } else { self.get(slot).map_or(&[], |o| &o.children) }
+    }
+    /// The object in a slot.
+    pub fn get(&self, slot: u32) -> Option<&Object> {
+        self.slots.get(slot as usize).and_then(|s| s.object.as_ref())
+    }
+    /// The object in a slot.
+    pub fn get_mut(&mut self, slot: u32) -> Option<&mut Object> {
+        self.slots.get_mut(slot as usize).and_then(|s| s.object.as_mut())
+    }
+    /// The full id of the object in a slot; 0 if there is none.
+    pub fn id(&self, slot: u32) -> tatu_object {
+        match self.slots.get(slot as usize) {
+            Some(s) if s.object.is_some() => s.generation << 20 | u64::from(slot),
+            _ => 0,
+        }
+    }
+    /// The slot of an id, if its object is still there; else the name it had, if it ever was.
+    pub fn resolve(&self, id: tatu_object) -> Result<u32, Option<&str>> {
+        let handle = Handle(id);
+        let Some(slot) = self.slots.get(handle.slot() as usize) else { return Err(None) };
+        let here = slot.object.is_some() && (handle.generation() == 0 || handle.generation() == slot.generation);
+        if here {
+            Ok(handle.slot())
+        } else if slot.last.is_empty() {
+            Err(None)
+        } else {
+            Err(Some(&slot.last))
+        }
+    }
+
+    /// Sets the place of an object in its parent's frame, and moves what is below.
+    pub fn set_local(&mut self, slot: u32, local: Isometry3<f64>) {
+        if let Some(o) = self.get_mut(slot) {
+            o.local = local;
+        }
+        self.refresh(slot);
+    }
+    /// Sets the place of an object in the world, and moves what is below.
+    pub fn set_world(&mut self, slot: u32, world: Isometry3<f64>) {
+        let frame = self.parent_frame(slot);
+        self.set_local(slot, frame.inverse() * world);
+    }
+    /// The frame that an object hangs on.
+    pub fn parent_frame(&self, slot: u32) -> Isometry3<f64> {
+        self.get(slot).and_then(|o| self.get(o.parent)).map_or(Isometry3::identity(), Object::frame)
+    }
+    /// Computes the world poses of an object and of all below from the places in their parents.
+    pub fn refresh(&mut self, slot: u32) {
+        for s in self.tree(slot) {
+            let frame = self.parent_frame(s);
+            if let Some(o) = self.get_mut(s) {
+                o.world = frame * o.local;
+            }
+        }
+    }
+
+    /// The nearest model base at or above an object; 0: none.
+    pub fn model_of(&self, slot: u32) -> u32 {
+        let mut at = slot;
+        while let Some(o) = self.get(at) {
+            if o.model_base {
+                return at;
+            }
+            at = o.parent;
+        }
+        0
+    }
+    /// The scripts of an object, in order of creation; 0: of all.
+    pub fn scripts(&self, owner: u32) -> Vec<u32> {
+        self.slots()
+            .filter(|(_, o)| matches!(o.data, Data::Script) && (owner == 0 || o.parent == owner))
+            .map(|(s, _)| s)
+            .collect()
+    }
+}

@@ -1,0 +1,396 @@
+//! Scripts: their states, callbacks, waits and functions.
+//!
+//! - [`Scripts`]: the world's scripts and the order in which they are called;
+//! - `enter`: one way into a script's language, with budget, caller and errors.
+
+mod enter;
+
+use std::{cell::Cell, ffi::c_void, rc::Rc};
+
+use tatu_plugin_api::abi::*;
+
+pub(crate) use enter::{call_func, call_function, drop_func, keep_func};
+
+use crate::{
+    calls::{Caller, Due, ErrorSlot, call_command, raw},
+    error::{Fault, FaultKind},
+    host::Registry,
+    scene::Data,
+    world::WorldCell,
+};
+
+/// One script. Its instance exists while the world runs.
+pub(crate) struct Script {
+    pub slot: u32,
+    pub language: usize,
+    pub kind: String,
+    /// For messages: its file, if it has one.
+    pub name: String,
+    text: Rc<[u8]>,
+    wanted_dialect: String,
+    /// Instance number; 0: not made.
+    pub id: Cell<u64>,
+    data: Cell<*mut c_void>,
+    /// The dialect chosen; owned by the instance.
+    pub dialect: Cell<tatu_str>,
+    initialised: Cell<bool>,
+    /// Its text could not be loaded, or it used up its budget.
+    dead: Cell<bool>,
+    callbacks: Cell<Callbacks>,
+    pub calls: Cell<u64>,
+    pub instructions: Cell<u64>,
+}
+
+/// The language's numbers for a script's callbacks; 0: it has none.
+#[derive(Clone, Copy, Default)]
+struct Callbacks {
+    actuation: u32,
+    sensing: u32,
+    cleanup: u32,
+    thread: u32,
+}
+
+/// All scripts of a world, in the order in which they are called.
+#[derive(Default)]
+pub(crate) struct Scripts {
+    list: Vec<Rc<Script>>,
+}
+
+impl Scripts {
+    /// Takes the scripts of the document: each becomes an object that belongs to its owner.
+    pub fn declare(world: &WorldCell, slots: &[u32]) {
+        for (spec, owner) in world.document.objects.iter().zip(slots) {
+            for s in &spec.scripts {
+                let local = nalgebra::Isometry3::identity();
+                let Some(slot) = world.scene.borrow_mut().add(*owner, "script", local, Data::Script) else { continue };
+                let default = world.settings.borrow().dialect.clone();
+                world.scripts.borrow_mut().list.push(Rc::new(Script {
+                    slot,
+                    language: s.language,
+                    kind: s.kind.clone(),
+                    name: s.name.clone(),
+                    text: s.text.clone().into(),
+                    wanted_dialect: if s.dialect.is_empty() { default } else { s.dialect.clone() },
+                    id: Cell::new(0),
+                    data: Cell::new(std::ptr::null_mut()),
+                    dialect: Cell::new(raw(&[])),
+                    initialised: Cell::new(false),
+                    dead: Cell::new(false),
+                    callbacks: Cell::default(),
+                    calls: Cell::new(0),
+                    instructions: Cell::new(0),
+                }));
+            }
+        }
+    }
+
+    /// The `i`-th script, copied out so that the list is free while the script runs.
+    fn nth(world: &WorldCell, i: usize) -> Option<Rc<Script>> {
+        world.scripts.try_borrow().ok()?.list.get(i).cloned()
+    }
+    /// A script by its instance.
+    pub fn by_id(&self, id: u64) -> Option<Rc<Script>> {
+        self.list.iter().find(|s| id != 0 && s.id.get() == id).cloned()
+    }
+    /// A script by its object.
+    pub fn by_slot(&self, slot: u32) -> Option<Rc<Script>> {
+        self.list.iter().find(|s| s.slot == slot).cloned()
+    }
+
+    /// Makes the states of all scripts and loads their texts.
+    pub fn begin(world: &WorldCell) {
+        let mut i = 0;
+        while let Some(script) = Self::nth(world, i) {
+            i += 1;
+            script.begin(world);
+        }
+    }
+
+    /// Actuation: a script that is new is initialised first; waits that are over go on before its own callback.
+    pub fn actuate(world: &WorldCell) {
+        Self::each(world, |script| {
+            if !script.initialised.get() {
+                script.initialise(world);
+            }
+            script.resume_waits(world);
+            script.callback(world, script.callbacks.get().actuation);
+        });
+    }
+
+    /// Sensing.
+    pub fn react(world: &WorldCell) {
+        Self::each(world, |script| {
+            if !script.initialised.get() {
+                script.initialise(world);
+            }
+            script.callback(world, script.callbacks.get().sensing);
+        });
+    }
+
+    /// All scripts that are there, in order; the list may grow meanwhile.
+    fn each(world: &WorldCell, f: impl Fn(&Rc<Script>)) {
+        let mut i = 0;
+        while let Some(script) = Self::nth(world, i) {
+            i += 1;
+            if script.is_there(world) && script.kind != "main" {
+                f(&script);
+            }
+        }
+    }
+
+    /// Calls a callback by name in all scripts that have it, but one.
+    pub fn broadcast(world: &WorldCell, name: &[u8], args: &[tatu_value], except: u32) {
+        Self::each(world, |script| {
+            if script.slot != except && script.initialised.get() {
+                let id = script.find(world, TATU_FIND_CALLBACK, name);
+                if id != 0 {
+                    script.callback_with(world, id, args);
+                }
+            }
+        });
+    }
+
+    /// Ends the instances of scripts whose objects are gone.
+    pub fn reap(world: &WorldCell) {
+        let gone: Vec<Rc<Script>> = {
+            let (Ok(mut scripts), Ok(scene)) = (world.scripts.try_borrow_mut(), world.scene.try_borrow()) else { return };
+            let (keep, gone) = std::mem::take(&mut scripts.list).into_iter().partition(|s| scene.get(s.slot).is_some());
+            scripts.list = keep;
+            gone
+        };
+        for script in gone {
+            script.end(world);
+        }
+    }
+
+    /// Clean-up of all, then the end of their states.
+    pub fn end(world: &WorldCell) {
+        Self::each(world, |script| {
+            if script.initialised.get() {
+                script.callback(world, script.callbacks.get().cleanup);
+            }
+        });
+        let mut i = 0;
+        while let Some(script) = Self::nth(world, i) {
+            i += 1;
+            script.end(world);
+        }
+    }
+}
+
+impl Script {
+    fn is_there(&self, world: &WorldCell) -> bool {
+        !self.data.get().is_null()
+            && !self.dead.get()
+            && world.scene.try_borrow().is_ok_and(|s| s.get(self.slot).is_some())
+    }
+
+    fn raw<'r>(&self, registry: &'r Registry) -> &'r tatu_language {
+        &registry.languages[self.language].raw
+    }
+
+    fn begin(&self, world: &WorldCell) {
+        let language = &world.registry.languages[self.language];
+        let plugin = &world.registry.plugins[language.plugin];
+        let (owner, uid) = {
+            let scene = world.scene.borrow();
+            (scene.id(self.slot), scene.get(self.slot).map_or(0, |o| o.uid))
+        };
+        self.id.set(world.new_instance());
+        let info = tatu_instance {
+            size: size_of::<tatu_instance>() as u32,
+            n_params: 0,
+            world: world.raw(),
+            owner,
+            id: self.id.get(),
+            seed: world.seed_of(uid),
+            params: std::ptr::null(),
+            state: std::ptr::null_mut(),
+        };
+        let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
+        world.calls.caller.set(self.as_caller(world));
+        // SAFETY: by the contract; `info` lives through the call.
+        let status = language.life.create.map_or(TATU_ERR, |f| unsafe { f(plugin.me, &info, &mut data, error.raw()) });
+        if status < 0 {
+            world.calls.caller.set(Caller::HOST);
+            return self.fail(world, status, error.raw());
+        }
+        self.data.set(data);
+        self.initialised.set(false);
+        self.dead.set(false);
+        self.callbacks.set(Callbacks::default());
+        self.calls.set(0);
+        let mut chosen = raw(&[]);
+        let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
+        // SAFETY: as above.
+        let status = language.raw.load.map_or(TATU_ERR, |f| unsafe {
+            f(data, text, name, dialect, &mut chosen, error.fresh())
+        });
+        world.calls.caller.set(Caller::HOST);
+        if status < 0 {
+            self.dead.set(true);
+            return self.fail(world, status, error.raw());
+        }
+        self.dialect.set(chosen);
+    }
+
+    /// Runs `init` and asks which callbacks there are; the thread function begins.
+    fn initialise(self: &Rc<Self>, world: &WorldCell) {
+        self.initialised.set(true);
+        let init = self.find(world, TATU_FIND_CALLBACK, b"init");
+        self.callback(world, init);
+        self.find_callbacks(world);
+        let thread = self.callbacks.get().thread;
+        if thread != 0 && self.is_there(world) {
+            self.callback(world, thread);
+        }
+    }
+
+    fn find_callbacks(&self, world: &WorldCell) {
+        let find = |name: &[u8]| self.find(world, TATU_FIND_CALLBACK, name);
+        self.callbacks.set(Callbacks {
+            actuation: find(b"actuation"),
+            sensing: find(b"sensing"),
+            cleanup: find(b"cleanup"),
+            thread: find(b"thread"),
+        });
+    }
+
+    pub fn find(&self, world: &WorldCell, how: u32, name: &[u8]) -> u32 {
+        if self.data.get().is_null() || self.dead.get() {
+            return 0;
+        }
+        // SAFETY: by the contract; the name lives through the call.
+        self.raw(&world.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) })
+    }
+
+    fn callback(self: &Rc<Self>, world: &WorldCell, id: u32) {
+        self.callback_with(world, id, &[]);
+    }
+
+    /// Calls a callback; an error is a fault of this script, and it may have other callbacks afterwards.
+    fn callback_with(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
+        let Some(call) = self.raw(&world.registry).call.filter(|_| id != 0 && self.is_there(world)) else { return };
+        self.calls.set(self.calls.get() + 1);
+        let mark = world.calls.arena.borrow().mark();
+        let mut room = enter::Room::new();
+        let mut frame = room.frame(args);
+        // SAFETY: the frame lives through the call.
+        let status = enter::enter(world, self, &mut frame, |data, frame, budget, used, error| unsafe {
+            call(data, id, frame, budget, used, error)
+        });
+        if status < 0 {
+            self.fail(world, status, frame.error);
+            self.find_callbacks(world);
+        }
+        world.calls.arena.borrow_mut().release(mark);
+    }
+
+    /// Commands that waited for this script and need not wait any more: they are called again, and their results go
+    /// to the coroutine.
+    fn resume_waits(self: &Rc<Self>, world: &WorldCell) {
+        let (step, time) = (world.clock.step.get(), world.clock.time.get());
+        let id = self.id.get();
+        let over = |due: &Due| match due {
+            Due::Step(s) => step >= *s,
+            Due::Time(t) => time >= *t - 1e-9,
+            Due::Signal(name) => world.signals.borrow().keys().any(|(_, n)| n == name),
+            Due::Poll => true,
+        };
+        let due = {
+            let mut waits = world.calls.waits.borrow_mut();
+            waits.take_due(id, over)
+        };
+        for wait in due {
+            if !self.is_there(world) {
+                return;
+            }
+            let mark = world.calls.arena.borrow().mark();
+            let mut room = enter::Room::new();
+            let mut frame = room.frame(&[]);
+            (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
+            world.calls.caller.set(self.as_caller(world));
+            // SAFETY: the frame and its room live through the call.
+            let status = unsafe { call_command(world, &mut frame, wait.resume) };
+            world.calls.caller.set(Caller::HOST);
+            if status != TATU_WAIT {
+                self.resume(world, wait.token, status, &frame);
+            }
+            world.calls.arena.borrow_mut().release(mark);
+        }
+    }
+
+    fn resume(self: &Rc<Self>, world: &WorldCell, token: u64, failed: tatu_status, done: &tatu_call) {
+        let Some(resume) = self.raw(&world.registry).resume else { return };
+        let mut room = enter::Room::new();
+        // SAFETY: the results of the command, which are still in the arena.
+        let results = unsafe { std::slice::from_raw_parts(done.results, done.n_results as usize) };
+        let mut frame = room.frame(results);
+        // The command's error object is used again by the call below: keep what it says.
+        let mut carried = ErrorSlot::new();
+        if failed < 0 {
+            // SAFETY: both are error objects of the host.
+            unsafe { crate::calls::copy_error(done.error, carried.fresh()) };
+        }
+        let carried = carried.raw();
+        let status = enter::enter_with_error(world, self, &mut frame, carried, |data, frame, budget, used, error| {
+            // SAFETY: the frame lives through the call.
+            unsafe { resume(data, token, failed.min(0), frame, budget, used, error) }
+        });
+        if status < 0 {
+            self.fail(world, status, frame.error);
+        }
+    }
+
+    fn end(&self, world: &WorldCell) {
+        let data = self.data.replace(std::ptr::null_mut());
+        if data.is_null() {
+            return;
+        }
+        world.calls.waits.borrow_mut().forget(self.id.get());
+        self.initialised.set(false);
+        self.dialect.set(raw(&[]));
+        self.id.set(0);
+        if let Some(destroy) = world.registry.languages[self.language].life.destroy {
+            // SAFETY: made by `create`, given back once.
+            unsafe { destroy(data) };
+        }
+    }
+
+    pub fn as_caller(&self, world: &WorldCell) -> Caller {
+        let (script, object) = match world.scene.try_borrow() {
+            Ok(scene) => {
+                (scene.id(self.slot), scene.id(scene.get(self.slot).map_or(0, |o| o.parent)))
+            }
+            Err(_) => (0, 0),
+        };
+        Caller { kind: TATU_CALLER_SCRIPT, instance: self.id.get(), object, script, dialect: self.dialect.get() }
+    }
+
+    /// An error that left the script: told once per place.
+    fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
+        let kind = FaultKind::of(status);
+        // SAFETY: an error object of the host.
+        let (text, help, file, traceback, line) = unsafe {
+            let e = &*error;
+            let of = |s| Some(crate::calls::text(s).into_owned()).filter(|s: &String| !s.is_empty());
+            (of(e.text), of(e.help), of(e.file), of(e.traceback), e.line)
+        };
+        let mut fault = Fault::new(kind, text.unwrap_or_else(|| "failed and gave no reason".into()));
+        fault.script = Some(self.name.clone());
+        if let Ok(scene) = world.scene.try_borrow() {
+            fault.object = scene.get(self.slot).map(|o| scene.path(o.parent));
+        }
+        (fault.help, fault.traceback) = (help, traceback);
+        fault.line = (line > 0).then_some(line);
+        fault.file = file.filter(|_| line > 0);
+        if kind == FaultKind::Plugin {
+            let plugin = world.registry.languages[self.language].plugin;
+            fault.plugin = Some(world.registry.plugins[plugin].id.clone());
+        }
+        if kind == FaultKind::Budget {
+            self.dead.set(true);
+        }
+        world.report(fault);
+    }
+}

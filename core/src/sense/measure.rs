@@ -1,0 +1,203 @@
+//! One batch per kind: the beams of all its due sensors are cast together, and the plugin is called once.
+
+use std::ffi::c_void;
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use tatu_plugin_api::abi::*;
+
+use super::Sensing;
+use crate::{
+    beams::{Beam, Hit},
+    calls::ErrorSlot,
+    host::Registry,
+    scene::{Scene, pose_to_array},
+};
+
+/// Buffers used again in every step.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    beams: Vec<Beam>,
+    hits: Vec<Hit>,
+    distance: Vec<f64>,
+    point: Vec<[f64; 3]>,
+    normal: Vec<[f64; 3]>,
+    object: Vec<tatu_object>,
+    pose: Vec<[f64; 7]>,
+    twist: Vec<[f64; 6]>,
+    first_beam: Vec<u64>,
+    data: Vec<*mut c_void>,
+    state: Vec<*mut c_void>,
+    sensor: Vec<tatu_object>,
+    fields: Vec<*mut c_void>,
+    status: Vec<tatu_status>,
+}
+
+/// A sensor, or a whole kind, that failed: device, and what it said.
+pub struct Failed {
+    /// Slot of the sensor.
+    pub slot: u32,
+    /// Its kind.
+    pub kind: usize,
+    /// What the plugin said.
+    pub text: String,
+    /// Whether it panicked.
+    pub status: tatu_status,
+}
+
+/// When a measure takes place.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment {
+    /// Simulation time, s.
+    pub time: f64,
+    /// Number of the step.
+    pub step: u64,
+}
+
+/// Handles sensors of one kind. `devices`: indices of [`Sensing::devices`]; `only`: see only this object; `twist`:
+/// velocity of an object.
+pub fn measure(
+    sensing: &mut Sensing,
+    scene: &Scene,
+    registry: &Registry,
+    kind: usize,
+    devices: &[usize],
+    only: Option<tatu_object>,
+    moment: Moment,
+    twist: &dyn Fn(u32) -> [f64; 6],
+) -> Vec<Failed> {
+    let kind_info = &registry.sensors[kind];
+    let inputs = kind_info.raw.inputs;
+    let Sensing { devices: all, targets, scratch: s } = sensing;
+    s.clear();
+    for i in devices {
+        let d = &mut all[*i];
+        let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);
+        let skip_group = d.plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
+        s.first_beam.push(s.beams.len() as u64);
+        for dir in &d.plan.directions {
+            s.beams.push(Beam {
+                world_from_beam: world * look_along(*dir),
+                volume: d.plan.volume,
+                near: d.plan.near,
+                far: d.plan.far,
+                max_incidence: d.plan.max_incidence,
+                faces: d.plan.faces,
+                skip_group,
+                only_object: only,
+            });
+        }
+        s.data.push(d.data);
+        s.state.push(d.state.as_mut_ptr().cast());
+        s.sensor.push(scene.id(d.slot));
+        for f in &mut d.fields {
+            f.fill(0);
+            s.fields.push(f.as_mut_ptr().cast());
+        }
+        if inputs & TATU_IN_POSE != 0 {
+            s.pose.push(pose_to_array(&world));
+        }
+        if inputs & TATU_IN_TWIST != 0 {
+            s.twist.push(twist(d.slot));
+        }
+        d.sequence += 1;
+        d.time = moment.time;
+    }
+    s.first_beam.push(s.beams.len() as u64);
+    s.hits.resize(s.beams.len(), Hit::NONE);
+    targets.beams.cast(&s.beams, &mut s.hits);
+    s.spread(inputs, devices.iter().map(|i| all[*i].plan.directions.as_slice()));
+    s.status.resize(devices.len(), TATU_OK);
+    let batch = s.batch(devices.len(), kind_info.fields.len(), moment);
+    let mut error = ErrorSlot::new();
+    let me = registry.plugins[kind_info.plugin].me;
+    // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
+    let status = kind_info.raw.measure.map_or(TATU_OK, |f| unsafe { f(me, &batch, error.raw()) });
+    let failed = |i: &usize, status| Failed { slot: all[*i].slot, kind, text: error.text(), status };
+    if status < 0 {
+        return devices.iter().map(|i| failed(i, status)).collect();
+    }
+    let statuses = s.status.iter();
+    devices.iter().zip(statuses).filter(|(_, st)| **st < 0).map(|(i, st)| failed(i, *st)).collect()
+}
+
+/// The turn that makes +z look along a direction, with the least twist.
+fn look_along(d: [f64; 3]) -> Isometry3<f64> {
+    let d = Vector3::from(d);
+    let q = UnitQuaternion::rotation_between(&Vector3::z(), &d)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+    Isometry3::from_parts(Default::default(), q)
+}
+
+impl Scratch {
+    fn clear(&mut self) {
+        self.beams.clear();
+        self.hits.clear();
+        self.distance.clear();
+        self.point.clear();
+        self.normal.clear();
+        self.object.clear();
+        self.pose.clear();
+        self.twist.clear();
+        self.first_beam.clear();
+        self.data.clear();
+        self.state.clear();
+        self.sensor.clear();
+        self.fields.clear();
+        self.status.clear();
+    }
+
+    /// Hits into the arrays that the kind asked for; points and normals into the sensor's frame.
+    fn spread<'a>(&mut self, inputs: u32, directions: impl Iterator<Item = &'a [[f64; 3]]>) {
+        if inputs & TATU_IN_DISTANCE != 0 {
+            self.distance.extend(self.hits.iter().map(|h| h.distance));
+        }
+        if inputs & TATU_IN_OBJECT != 0 {
+            self.object.extend(self.hits.iter().map(|h| if h.is_some() { h.object } else { 0 }));
+        }
+        if inputs & (TATU_IN_POINT | TATU_IN_NORMAL) == 0 {
+            return;
+        }
+        let mut hits = self.hits.iter();
+        for dir in directions.flatten() {
+            let Some(hit) = hits.next() else { return };
+            let turn = look_along(*dir);
+            let (p, n) = if hit.is_some() {
+                (turn * hit.point, turn * hit.normal)
+            } else {
+                (nalgebra::Point3::origin(), Vector3::zeros())
+            };
+            if inputs & TATU_IN_POINT != 0 {
+                self.point.push([p.x, p.y, p.z]);
+            }
+            if inputs & TATU_IN_NORMAL != 0 {
+                self.normal.push([n.x, n.y, n.z]);
+            }
+        }
+    }
+
+    fn batch(&mut self, n: usize, n_fields: usize, moment: Moment) -> tatu_sensor_batch {
+        fn some<T>(v: &[T]) -> *const T {
+            if v.is_empty() { std::ptr::null() } else { v.as_ptr() }
+        }
+        tatu_sensor_batch {
+            size: size_of::<tatu_sensor_batch>() as u32,
+            n: n as u32,
+            n_fields: n_fields as u32,
+            reserved: 0,
+            time: moment.time,
+            step: moment.step,
+            data: some(&self.data),
+            state: some(&self.state),
+            sensor: some(&self.sensor),
+            first_beam: some(&self.first_beam),
+            distance: some(&self.distance),
+            point: some(&self.point).cast(),
+            normal: some(&self.normal).cast(),
+            object: some(&self.object),
+            pose: some(&self.pose).cast(),
+            twist: some(&self.twist).cast(),
+            fields: some(&self.fields),
+            status: self.status.as_mut_ptr(),
+        }
+    }
+}

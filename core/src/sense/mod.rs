@@ -1,0 +1,284 @@
+//! Sensors: who is due, their beams, their readings.
+//!
+//! - [`Sensing`]: the world's devices and their host-owned readings;
+//! - `targets`: the scene as beams see it;
+//! - `measure`: one batch per kind: beams cast together, one call of the plugin.
+
+mod measure;
+mod targets;
+
+use std::ffi::c_void;
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::Value,
+};
+
+pub use measure::{Moment, measure};
+pub use targets::Targets;
+
+use crate::{
+    beams::{Faces, Volume},
+    calls::ErrorSlot,
+    host::{Registry, SensorKind},
+};
+
+/// What a device sends out.
+#[derive(Debug, Clone)]
+pub(crate) struct BeamPlan {
+    pub volume: Volume,
+    /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for a sensor without beams.
+    pub directions: Vec<[f64; 3]>,
+    pub near: f64,
+    pub far: f64,
+    pub max_incidence: f64,
+    pub faces: Faces,
+    pub skip_model: bool,
+}
+
+/// One sensor's instance and its last reading.
+pub(crate) struct Device {
+    pub slot: u32,
+    pub kind: usize,
+    pub id: u64,
+    pub data: *mut c_void,
+    pub state: Vec<u64>,
+    pub params: Vec<Value>,
+    pub plan: BeamPlan,
+    /// One buffer per field, 8-byte aligned.
+    pub fields: Vec<Vec<u64>>,
+    /// Elements of each field.
+    pub lens: Vec<usize>,
+    pub sequence: u64,
+    pub time: f64,
+    /// Switched off after a fault.
+    pub off: bool,
+}
+
+/// The sensors of a world.
+#[derive(Default)]
+pub struct Sensing {
+    pub(crate) devices: Vec<Device>,
+    pub(crate) targets: Targets,
+    pub(crate) scratch: measure::Scratch,
+}
+
+impl Sensing {
+    /// The device of a sensor.
+    pub(crate) fn device(&self, slot: u32) -> Option<&Device> {
+        self.devices.iter().find(|d| d.slot == slot)
+    }
+    /// Ends the instances of sensors that are gone.
+    pub(crate) fn take_gone(&mut self, alive: impl Fn(u32, &Device) -> bool) -> Vec<Device> {
+        let (keep, gone) = std::mem::take(&mut self.devices).into_iter().partition(|d| alive(d.slot, d));
+        self.devices = keep;
+        gone
+    }
+    /// Forgets all readings.
+    pub(crate) fn reset(&mut self) {
+        for d in &mut self.devices {
+            d.reset();
+        }
+    }
+}
+
+impl Device {
+    /// Makes the instance of a sensor and asks for its beams. Must be called without any borrow of the world.
+    pub fn create(
+        registry: &Registry,
+        kind_index: usize,
+        slot: u32,
+        instance: tatu_instance,
+        params: Vec<Value>,
+    ) -> Result<Self, String> {
+        let kind = &registry.sensors[kind_index];
+        let plugin = &registry.plugins[kind.plugin];
+        let mut room: Vec<Vec<u64>> = Vec::new();
+        let raw: Vec<tatu_value> = params
+            .iter()
+            .filter_map(|p| {
+                p.to_raw(&mut |n| {
+                    room.push(vec![0; n.div_ceil(8).max(1)]);
+                    room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+                })
+            })
+            .collect();
+        let mut state = vec![0u64; (kind.life.state_bytes as usize).div_ceil(8)];
+        let info = tatu_instance {
+            n_params: raw.len() as u32,
+            params: raw.as_ptr(),
+            state: state.as_mut_ptr().cast(),
+            ..instance
+        };
+        let mut data = std::ptr::null_mut();
+        let mut error = ErrorSlot::new();
+        if let Some(create) = kind.life.create {
+            // SAFETY: by the contract of the extension; `info` and what it points to live through the call.
+            if unsafe { create(plugin.me, &info, &mut data, error.raw()) } < 0 {
+                return Err(error.text());
+            }
+        }
+        let mut device = Device {
+            slot,
+            kind: kind_index,
+            id: info.id,
+            data,
+            state,
+            params,
+            plan: NO_BEAMS,
+            fields: Vec::new(),
+            lens: Vec::new(),
+            sequence: 0,
+            time: 0.0,
+            off: false,
+        };
+        device.plan = device.ask_beams(kind)?;
+        device.lens = kind
+            .fields
+            .iter()
+            .map(|f| {
+                f.dims.iter().map(|d| if *d == 0 { device.plan.directions.len() } else { *d as usize }).product()
+            })
+            .collect();
+        device.fields = kind
+            .fields
+            .iter()
+            .zip(&device.lens)
+            .map(|(f, n)| vec![0u64; (n * element_size(f.elem)).div_ceil(8).max(1)])
+            .collect();
+        Ok(device)
+    }
+
+    fn ask_beams(&self, kind: &SensorKind) -> Result<BeamPlan, String> {
+        let Some(ask) = kind.raw.beams else { return Ok(NO_BEAMS) };
+        let mut raw = tatu_beams {
+            size: size_of::<tatu_beams>() as u32,
+            form: TATU_BEAMS_NONE,
+            count: [0, 0],
+            near_m: 0.0,
+            far_m: f64::INFINITY,
+            dims: [0.0; 6],
+            max_incidence: std::f64::consts::FRAC_PI_2,
+            directions: std::ptr::null(),
+            flags: 0,
+            reserved: 0,
+        };
+        let mut error = ErrorSlot::new();
+        // SAFETY: by the contract; `[setup]`.
+        if unsafe { ask(self.data, &mut raw, error.raw()) } < 0 {
+            return Err(error.text());
+        }
+        let (volume, directions) = match raw.form {
+            TATU_BEAMS_NONE => (Volume::Ray, Vec::new()),
+            TATU_BEAMS_CONE if (0.0..=std::f64::consts::PI).contains(&raw.dims[0]) => {
+                (Volume::Cone { half_angle: raw.dims[0] }, vec![[0.0, 0.0, 1.0]])
+            }
+            TATU_BEAMS_CONE => return Err(format!("a half angle of {} rad; expected 0 to pi", raw.dims[0])),
+            TATU_BEAMS_RAYS if !raw.directions.is_null() => {
+                // SAFETY: 3 numbers per ray, by the contract.
+                let all = unsafe { std::slice::from_raw_parts(raw.directions.cast(), raw.count[0] as usize) };
+                (Volume::Ray, all.to_vec())
+            }
+            TATU_BEAMS_RAYS => return Err("rays without directions".into()),
+            form => return Err(format!("beams of form {form} are not cast by this host yet; expected rays or a cone")),
+        };
+        if !(raw.near_m >= 0.0 && raw.far_m >= raw.near_m) {
+            return Err(format!("beams from {} m to {} m", raw.near_m, raw.far_m));
+        }
+        Ok(BeamPlan {
+            volume,
+            directions,
+            near: raw.near_m,
+            far: raw.far_m,
+            max_incidence: raw.max_incidence,
+            faces: Faces {
+                front: raw.flags & TATU_BEAMS_NO_FRONT == 0,
+                back: raw.flags & TATU_BEAMS_NO_BACK == 0,
+            },
+            skip_model: raw.flags & TATU_BEAMS_SKIP_MODEL != 0,
+        })
+    }
+
+    /// Ends the instance. Must be called without any borrow of the world.
+    pub fn destroy(self, registry: &Registry) {
+        if let Some(destroy) = registry.sensors[self.kind].life.destroy {
+            // SAFETY: made by `create`, given back once.
+            unsafe { destroy(self.data) };
+        }
+    }
+
+    /// Forgets the reading.
+    pub fn reset(&mut self) {
+        self.sequence = 0;
+        self.state.fill(0);
+        self.off = false;
+        for f in &mut self.fields {
+            f.fill(0);
+        }
+    }
+
+    /// A look at one field.
+    pub fn view(&self, kind: &SensorKind, field: usize) -> tatu_field_view {
+        let info = &kind.fields[field];
+        let beams = self.plan.directions.len() as u32;
+        tatu_field_view {
+            ptr: self.fields[field].as_ptr().cast(),
+            len: self.lens[field] as u64,
+            elem: info.elem,
+            dims: info.dims.map(|d| if d == 0 { beams } else { d }),
+            time: self.time,
+            sequence: self.sequence,
+        }
+    }
+
+    /// A field's content as a value, for traces.
+    pub fn value(&self, kind: &SensorKind, field: usize) -> Value {
+        let (n, bytes) = (self.lens[field], self.fields[field].as_ptr());
+        // SAFETY: the buffer has `n` elements of the declared type.
+        unsafe {
+            match kind.fields[field].elem {
+                TATU_ELEM_F64 => Value::Floats(std::slice::from_raw_parts(bytes.cast(), n).to_vec()),
+                TATU_ELEM_F32 => {
+                    Value::Floats(std::slice::from_raw_parts(bytes.cast::<f32>(), n).iter().map(|x| f64::from(*x)).collect())
+                }
+                TATU_ELEM_I32 => {
+                    Value::Ints(std::slice::from_raw_parts(bytes.cast::<i32>(), n).iter().map(|x| i64::from(*x)).collect())
+                }
+                TATU_ELEM_U16 => {
+                    Value::Ints(std::slice::from_raw_parts(bytes.cast::<u16>(), n).iter().map(|x| i64::from(*x)).collect())
+                }
+                TATU_ELEM_OBJECT => Value::Ints(
+                    std::slice::from_raw_parts(bytes.cast::<u64>(), n).iter().map(|x| (x & 0xF_FFFF) as i64).collect(),
+                ),
+                _ => Value::Bytes(std::slice::from_raw_parts(bytes.cast::<u8>(), n).to_vec()),
+            }
+        }
+    }
+}
+
+const NO_BEAMS: BeamPlan = BeamPlan {
+    volume: Volume::Ray,
+    directions: Vec::new(),
+    near: 0.0,
+    far: 0.0,
+    max_incidence: std::f64::consts::FRAC_PI_2,
+    faces: Faces::BOTH,
+    skip_model: false,
+};
+
+fn element_size(elem: u32) -> usize {
+    match elem {
+        TATU_ELEM_F64 | TATU_ELEM_OBJECT => 8,
+        TATU_ELEM_F32 | TATU_ELEM_I32 => 4,
+        TATU_ELEM_U16 => 2,
+        _ => 1,
+    }
+}
+
+/// Values of a sensor's parameters from what a document gives, defaults filled in.
+pub(crate) fn filled(kind: &SensorKind, given: &[(String, Value)]) -> Vec<Value> {
+    kind.params
+        .iter()
+        .map(|p| given.iter().rev().find(|(k, _)| *k == p.key).map_or_else(|| p.fallback.clone(), |(_, v)| v.clone()))
+        .collect()
+}

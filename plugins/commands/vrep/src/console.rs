@@ -1,0 +1,264 @@
+//! Text for the user: status bar, log, auxiliary consoles.
+//!
+//! There is no window here. What a script prints on a console collects until a line is finished; the line then goes to
+//! the log, with the console's title before it.
+
+use std::collections::BTreeMap;
+
+use crate::{Vrep, kit::*, state::state};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.addStatusbarMessage", |c| {
+            say(c, TATU_LOG_STATUS, 0)?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .old_name("simAddStatusbarMessage", MINUS)
+        .param(
+            Param::string("text")
+                .optional()
+                .text("nil: empties the status bar"),
+        )
+        .returns(Param::int("done"))
+        .text("Writes a line to the status bar.")
+        .example("sim.addStatusbarMessage('ready')"),
+    );
+    offer.command(
+        Cmd::new("sim.addLog", |c| {
+            let level = c.i64(0)? & 0xFFF;
+            say(c, log_level(level), 1)?;
+            if level == SCRIPT_ERROR && c.has(1) {
+                return Err(Fail::with_code(TATU_ERR_SCRIPT, c.text(1)?));
+            }
+            Ok(())
+        })
+        .param(
+            Param::int("verbosity")
+                .text("sim.verbosity_...; sim.verbosity_scripterrors also raises an error"),
+        )
+        .param(
+            Param::string("text")
+                .optional()
+                .text("nil: empties the status bar"),
+        )
+        .text("Writes a line to the log.")
+        .example("sim.addLog(sim.verbosity_scriptinfos, 'ready')"),
+    );
+    offer.command(
+        Cmd::new("sim.auxiliaryConsoleOpen", |c| {
+            let title = c.bytes(0)?.to_vec();
+            let console = state(c)?.consoles.open(title);
+            c.ret(console);
+            Ok(())
+        })
+        .old_name("simAuxiliaryConsoleOpen", MINUS)
+        .param(Param::string("title"))
+        .param(
+            Param::int("maxLines")
+                .default(100)
+                .optional()
+                .text("ignored"),
+        )
+        .param(
+            Param::int("mode")
+                .default(0)
+                .optional()
+                .text("ignored: consoles of scripts close when the simulation ends"),
+        )
+        .param(Param::any("position").optional().text("ignored"))
+        .param(Param::any("size").optional().text("ignored"))
+        .param(Param::any("textColor").optional().text("ignored"))
+        .param(Param::any("backgroundColor").optional().text("ignored"))
+        .returns(Param::int("console"))
+        .text("Opens a console, whose lines go to the log.")
+        .example("console = sim.auxiliaryConsoleOpen('Sensors', 1000, 0)"),
+    );
+    offer.command(
+        Cmd::new("sim.auxiliaryConsolePrint", |c| {
+            let console = c.i64(0)?;
+            let text = c.has(1).then(|| c.bytes(1)).transpose()?;
+            change(c, |consoles, tell| consoles.print(console, text, tell))
+        })
+        .old_name("simAuxiliaryConsolePrint", MINUS)
+        .param(Param::int("console"))
+        .param(
+            Param::string("text")
+                .optional()
+                .text("nil: empties the console"),
+        )
+        .returns(Param::int("done").text("1; 0: there is no such console any more"))
+        .text("Prints text on a console, without a line feed of its own.")
+        .example("sim.auxiliaryConsolePrint(console, 'distance ' .. d .. '\\n')"),
+    );
+    offer.command(
+        Cmd::new("sim.auxiliaryConsoleShow", |c| {
+            let console = c.i64(0)?;
+            let there = state(c)?.consoles.has(console);
+            c.ret(i64::from(there));
+            Ok(())
+        })
+        .old_name("simAuxiliaryConsoleShow", MINUS)
+        .param(Param::int("console"))
+        .param(
+            Param::any("show")
+                .default(true)
+                .optional()
+                .text("without a window there is nothing to show or hide"),
+        )
+        .returns(Param::int("done").text("1; 0: there is no such console any more"))
+        .text("Shows or hides a console.")
+        .example("sim.auxiliaryConsoleShow(console, true)"),
+    );
+    offer.command(
+        Cmd::new("sim.auxiliaryConsoleClose", |c| {
+            let console = c.i64(0)?;
+            change(c, |consoles, tell| consoles.close(console, tell))
+        })
+        .old_name("simAuxiliaryConsoleClose", MINUS)
+        .param(Param::int("console"))
+        .returns(Param::int("done").text("1; 0: there is no such console any more"))
+        .text("Closes a console; a line that was not finished is told now.")
+        .example("sim.auxiliaryConsoleClose(console)"),
+    );
+}
+
+const SCRIPT_ERROR: i64 = 420;
+
+/// Where lines of a verbosity go.
+fn log_level(verbosity: i64) -> u32 {
+    match verbosity {
+        200 | SCRIPT_ERROR => TATU_LOG_ERROR,
+        300 | 430 => TATU_LOG_WARNING,
+        600.. => TATU_LOG_DEBUG,
+        _ => TATU_LOG_STATUS,
+    }
+}
+
+/// Writes argument `i`, or empties the status bar without it.
+fn say(c: &Ctx<'_>, level: u32, i: usize) -> Result {
+    if c.has(i) {
+        c.world().log(level, c.bytes(i)?);
+    } else {
+        c.world().log(TATU_LOG_CLEAR, b"");
+    }
+    Ok(())
+}
+
+/// Prints or closes, tells the lines that this has finished, and answers whether the console was there.
+fn change(c: &mut Ctx<'_>, work: impl FnOnce(&mut Consoles, Tell<'_>) -> bool) -> Result {
+    let mut lines = Vec::new();
+    let there = work(&mut state(c)?.consoles, &mut |line| {
+        lines.push(line.to_vec())
+    });
+    for line in lines {
+        c.world().log(TATU_LOG_INFO, &line);
+    }
+    c.ret(i64::from(there));
+    Ok(())
+}
+
+/// Takes finished lines.
+type Tell<'a> = &'a mut dyn FnMut(&[u8]);
+
+/// All consoles of a world.
+#[derive(Default)]
+pub(crate) struct Consoles {
+    open: BTreeMap<i64, Console>,
+    opened: i64,
+}
+
+struct Console {
+    title: Vec<u8>,
+    line: Vec<u8>,
+}
+
+/// Longer lines are cut: some scripts print numbers for hours without a line feed.
+const LONGEST_LINE: usize = 1000;
+
+impl Console {
+    fn finish(&mut self, tell: Tell<'_>) {
+        let line = std::mem::take(&mut self.line);
+        tell(&[b"[", self.title.as_slice(), b"] ", &line].concat());
+    }
+}
+
+impl Consoles {
+    fn open(&mut self, title: Vec<u8>) -> i64 {
+        self.opened += 1;
+        self.open.insert(
+            self.opened,
+            Console {
+                title,
+                line: Vec::new(),
+            },
+        );
+        self.opened
+    }
+    fn has(&self, console: i64) -> bool {
+        self.open.contains_key(&console)
+    }
+    fn print(&mut self, console: i64, text: Option<&[u8]>, tell: Tell<'_>) -> bool {
+        let Some(console) = self.open.get_mut(&console) else {
+            return false;
+        };
+        let Some(text) = text else {
+            console.line.clear();
+            return true;
+        };
+        for b in text {
+            match b {
+                b'\n' => console.finish(tell),
+                b'\r' => {}
+                _ => console.line.push(*b),
+            }
+            if console.line.len() == LONGEST_LINE {
+                console.finish(tell);
+            }
+        }
+        true
+    }
+    fn close(&mut self, console: i64, tell: Tell<'_>) -> bool {
+        let Some(mut console) = self.open.remove(&console) else {
+            return false;
+        };
+        if !console.line.is_empty() {
+            console.finish(tell);
+        }
+        true
+    }
+    pub(crate) fn close_all(&mut self, tell: Tell<'_>) {
+        while let Some((console, _)) = self.open.first_key_value() {
+            self.close(*console, tell);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_told_when_finished() {
+        let (mut consoles, mut told) = (Consoles::default(), Vec::new());
+        let mut tell = |line: &[u8]| told.push(String::from_utf8_lossy(line).into_owned());
+        let a = consoles.open(b"A".to_vec());
+        assert!(consoles.print(a, Some(b"S["), &mut tell));
+        assert!(consoles.print(a, Some(b"1] \nnext"), &mut tell));
+        assert!(consoles.print(a, None, &mut tell), "nil empties it");
+        assert!(consoles.print(a, Some(b"rest"), &mut tell));
+        assert!(consoles.close(a, &mut tell));
+        assert!(!consoles.print(a, Some(b"x\n"), &mut tell));
+        assert!(!consoles.close(a, &mut tell));
+        assert_eq!(told, ["[A] S[1] ", "[A] rest"]);
+    }
+
+    #[test]
+    fn endless_lines_are_cut() {
+        let (mut consoles, mut lines) = (Consoles::default(), 0);
+        let a = consoles.open(b"A".to_vec());
+        let mut tell = |_: &[u8]| lines += 1;
+        consoles.print(a, Some(&[b'x'; 2500]), &mut tell);
+        assert_eq!(lines, 2);
+    }
+}

@@ -1,0 +1,83 @@
+//! The V-REP script API as commands: `sim.getObjectHandle`, `simGetObjectHandle` and their kin, with the constants.
+//!
+//! One file per subject; each ends up in [`Plugin::offer`] below. Begin with `joints.rs`, which is short, then `kit.rs`,
+//! which holds what all share: arguments, dialects, messages. Nothing here knows a script language but `prelude.lua`.
+
+mod algebra;
+mod aliases;
+mod console;
+mod constants;
+mod forces;
+mod joints;
+mod kit;
+mod math;
+mod messages;
+mod names;
+mod objects;
+mod packing;
+mod parameters;
+mod poses;
+mod prelude;
+mod properties;
+mod proximity;
+mod scripts;
+mod shapes;
+mod signals;
+mod simulation;
+mod state;
+mod threads;
+mod tree;
+mod tubes;
+
+use tatu_plugin_api::safe::{Host, Offer, Plugin, Result, World};
+
+/// The plugin: its interned property keys.
+pub struct Vrep {
+    p: kit::Props,
+}
+
+impl Plugin for Vrep {
+    type World = state::State;
+
+    fn start(host: &Host) -> Result<Self> {
+        Ok(Vrep {
+            p: kit::Props::new(host),
+        })
+    }
+
+    fn world(&self, world: &World<'_>) -> Result<state::State> {
+        Ok(state::State::new(*world.host()))
+    }
+
+    fn offer(offer: &mut Offer<Self>) {
+        objects::offer(offer);
+        aliases::offer(offer);
+        tree::offer(offer);
+        poses::offer(offer);
+        joints::offer(offer);
+        shapes::offer(offer);
+        forces::offer(offer);
+        properties::offer(offer);
+        proximity::offer(offer);
+        signals::offer(offer);
+        tubes::offer(offer);
+        packing::offer(offer);
+        console::offer(offer);
+        messages::offer(offer);
+        simulation::offer(offer);
+        parameters::offer(offer);
+        scripts::offer(offer);
+        threads::offer(offer);
+        math::offer(offer);
+        constants::offer(offer);
+        prelude::offer(offer);
+    }
+}
+
+tatu_plugin_api::tatu_plugin! {
+    plugin: Vrep,
+    id: "tatu.commands.vrep",
+    name: "V-REP script API",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

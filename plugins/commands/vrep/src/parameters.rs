@@ -1,0 +1,270 @@
+//! Parameters of the simulator by number: `sim.getInt32Param(sim.intparam_program_version)` and its kin.
+//!
+//! A parameter that cannot change may be "set" to the value that it has.
+
+use crate::{Vrep, kit::*, state::state};
+
+/// The parameters of one type: its name in commands, older names, one of its parameters for the example, and the
+/// functions that read and set.
+struct Family {
+    name: &'static str,
+    olds: &'static [&'static str],
+    sample: &'static str,
+    get: Get,
+    set: Option<Set>,
+}
+
+type Get = fn(&Ctx<'_>, i64) -> Result<Option<Value>>;
+/// Sets it, or says that it is none that can be set.
+type Set = fn(&Ctx<'_>, i64) -> Result<bool>;
+
+const FAMILIES: [Family; 5] = [
+    Family {
+        name: "Bool",
+        olds: &["Bool", "Boolean"],
+        sample: "sim.boolparam_headless",
+        get: get_bool,
+        set: None,
+    },
+    Family {
+        name: "Int32",
+        olds: &["Int32", "Integer"],
+        sample: "sim.intparam_program_version",
+        get: get_int,
+        set: Some(set_int),
+    },
+    Family {
+        name: "Float",
+        olds: &["Float", "Floating"],
+        sample: "sim.floatparam_simulation_time_step",
+        get: get_float,
+        set: None,
+    },
+    Family {
+        name: "String",
+        olds: &["String"],
+        sample: "sim.stringparam_scene_name",
+        get: get_string,
+        set: None,
+    },
+    Family {
+        name: "Array",
+        olds: &["Array"],
+        sample: "sim.arrayparam_gravity",
+        get: get_array,
+        set: Some(set_array),
+    },
+];
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    for family in &FAMILIES {
+        get_and_set(offer, family);
+    }
+    offer.command(
+        Cmd::new("sim.getRandom", |c| {
+            let x = random(c)?;
+            c.ret(x);
+            Ok(())
+        })
+        .param(
+            Param::any("seed")
+                .optional()
+                .text("ignored: the scene's seed counts"),
+        )
+        .returns(Param::float("x").text("0 <= x < 1"))
+        .text("Gives a random number; the same ones in every run of a scene and seed.")
+        .example("x = sim.getRandom()"),
+    );
+}
+
+fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
+    let Family { name, sample, .. } = *family;
+    let value = match name {
+        "Bool" => Param::any("value").text("true or false"),
+        "Int32" => Param::int("value"),
+        "Float" => Param::float("value"),
+        "String" => Param::string("value"),
+        _ => table("value", "numbers"),
+    };
+    let id = || Param::int("parameter").text("a number from the tables of constants");
+    let names = |verb: &str, on_error: [Value; 1], mut command: Cmd| {
+        for old in family.olds {
+            command = command.old_name(format!("sim{verb}{old}Parameter"), on_error.clone());
+        }
+        command.alias(format!("sim.{}{name}Parameter", verb.to_lowercase()))
+    };
+    let get = Cmd::new(format!("sim.get{name}Param"), |c| {
+        let v = read(c, family)?;
+        c.ret::<Value>(v);
+        Ok(())
+    });
+    offer.command(
+        names("Get", NIL, get)
+            .param(id())
+            .returns(value.clone())
+            .text("Gives a parameter of the simulator.")
+            .example(format!("v = sim.get{name}Param({sample})")),
+    );
+    let set = Cmd::new(format!("sim.set{name}Param"), |c| {
+        let (n, wanted) = (c.i64(0)?, c.arg(1).to_value()?);
+        let set = match family.set {
+            Some(set) => set(c, n)?,
+            None => false,
+        };
+        if !set && !same(&read(c, family)?, &wanted) {
+            let text = format!("parameter {n} cannot be changed here");
+            return Err(Fail::unsupported(text));
+        }
+        c.ret(1_i64);
+        Ok(())
+    });
+    offer.command(
+        names("Set", MINUS, set)
+            .param(id())
+            .param(value)
+            .returns(Param::int("done"))
+            .text("Sets a parameter of the simulator.")
+            .example(format!(
+                "sim.set{name}Param({sample}, sim.get{name}Param({sample}))"
+            )),
+    );
+}
+
+fn read(c: &Ctx<'_>, family: &Family) -> Result<Value> {
+    let n = c.i64(0)?;
+    (family.get)(c, n)?
+        .ok_or_else(|| Fail::unsupported(format!("there is no parameter {n} of this type")))
+}
+
+/// Whether a value is the one that is there; of truth values, as scripts see them.
+fn same(is: &Value, wanted: &Value) -> bool {
+    match is {
+        Value::Bool(b) => *b == !matches!(wanted, Value::Nil | Value::Bool(false)),
+        _ => is == wanted,
+    }
+}
+
+fn get_bool(_: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
+    Ok(match n {
+        // Handling of dynamics and proximity sensors; no window.
+        6 | 9 | 34 => Some(Value::Bool(true)),
+        // Windows, display, information text, real time, full screen, exit request.
+        0 | 1 | 12 | 16 | 17 | 18 | 25 | 33 | 41 => Some(Value::Bool(false)),
+        _ => None,
+    })
+}
+
+fn get_int(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
+    let n = match n {
+        0 => state(c)?.error_report_mode,
+        1 => {
+            if version(c).0 < 4 {
+                30_203
+            } else {
+                40_900
+            }
+        }
+        2 => 1,
+        19 => {
+            if cfg!(windows) {
+                0
+            } else if cfg!(target_os = "macos") {
+                1
+            } else {
+                2
+            }
+        }
+        30 => 0,
+        _ => return Ok(None),
+    };
+    Ok(Some(Value::Int(n)))
+}
+
+fn set_int(c: &Ctx<'_>, n: i64) -> Result<bool> {
+    if n == 0 {
+        // Kept for those who put it back; messages are told in any case.
+        let mode = c.i64(1)?;
+        state(c)?.error_report_mode = mode;
+    }
+    Ok(n == 0)
+}
+
+fn get_float(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
+    Ok(match n {
+        0 => Some(Value::Float(random(c)?)),
+        1 => Some(Value::Float(c.world().f64(0, c.plugin().p.dt)?)),
+        _ => None,
+    })
+}
+
+fn get_string(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
+    let file = || text_of(c, 0, c.plugin().p.file);
+    let parts = |file: &str| match file.rsplit_once(['/', '\\']) {
+        Some((folder, name)) => (folder.to_owned(), name.to_owned()),
+        None => (String::new(), file.to_owned()),
+    };
+    let text = match n {
+        // Arguments of the command line: none are handed through.
+        2..=10 => String::new(),
+        13 => file()?,
+        14 => parts(&file()?).0,
+        15 => {
+            let name = parts(&file()?).1;
+            name.rsplit_once('.')
+                .map_or(name.clone(), |(stem, _)| stem.into())
+        }
+        _ => return Ok(None),
+    };
+    Ok(Some(Value::text(text)))
+}
+
+fn get_array(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
+    Ok(match n {
+        0 => Some(c.world().f64s::<3>(0, c.plugin().p.gravity)?.into()),
+        _ => None,
+    })
+}
+
+fn set_array(c: &Ctx<'_>, n: i64) -> Result<bool> {
+    if n == 0 {
+        let g: [f64; 3] = numbers(c, 1)?;
+        c.world().set_f64s(0, c.plugin().p.gravity, &g)?;
+    }
+    Ok(n == 0)
+}
+
+/// The next random number of the world.
+fn random(c: &Ctx<'_>) -> Result<f64> {
+    let seed = int_of(c, 0, c.plugin().p.seed)? as u64;
+    let mut state = state(c)?;
+    state.drawn += 1;
+    Ok(mixed(seed, state.drawn))
+}
+
+/// The `n`-th number of a seed's sequence (SplitMix64), 0 <= x < 1.
+fn mixed(seed: u64, n: u64) -> f64 {
+    let mut z = seed.wrapping_add(n.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn random_numbers_are_even_and_repeat() {
+        let mean = (1..=1000).map(|n| mixed(7, n)).sum::<f64>() / 1000.0;
+        assert!((mean - 0.5).abs() < 0.05);
+        assert_eq!(mixed(7, 3), mixed(7, 3));
+        assert_ne!(mixed(7, 3), mixed(8, 3));
+    }
+
+    #[test]
+    fn unchanging_ones_may_be_set_to_what_they_are() {
+        assert!(same(&Value::Bool(false), &Value::Bool(false)));
+        assert!(same(&Value::Bool(true), &Value::Int(1)));
+        assert!(!same(&Value::Bool(false), &Value::Bool(true)));
+    }
+}

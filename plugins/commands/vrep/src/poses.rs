@@ -1,0 +1,228 @@
+//! Poses of objects and velocities: position, orientation, quaternion, matrix.
+
+use crate::{
+    Vrep,
+    algebra::{self as al, Pose},
+    kit::*,
+};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        getter("Position", |c, p| c.ret::<[f64]>(&p[..3]))
+            .returns(Param::floats("position", 3).unit("m"))
+            .text("Gives where an object is: {x, y, z}.")
+            .example("p = sim.getObjectPosition(robot, -1)"),
+    );
+    offer.command(
+        getter("Orientation", |c, p| {
+            let e = al::to_euler(al::rotation(p));
+            c.ret::<[f64]>(&e[..]);
+        })
+        .returns(Param::floats("angles", 3).unit("rad"))
+        .text(
+            "Gives how an object is turned: {alpha, beta, gamma} about its own x, y \
+            and z axis, in this order.",
+        )
+        .example("heading = sim.getObjectOrientation(robot, -1)[3]"),
+    );
+    offer.command(
+        getter("Quaternion", |c, p| {
+            let flags = c.arg(0).as_i64().unwrap_or(0);
+            let [x, y, z, w] = al::rotation(p);
+            let q = if flags & WXYZ != 0 {
+                [w, x, y, z]
+            } else {
+                [x, y, z, w]
+            };
+            c.ret::<[f64]>(&q[..]);
+        })
+        .returns(Param::floats("quaternion", 4))
+        .text(
+            "Gives how an object is turned: {x, y, z, w}; with \
+            sim.handleflag_wxyzquat {w, x, y, z}.",
+        )
+        .example("q = sim.getObjectQuaternion(robot, -1)"),
+    );
+    offer.command(
+        getter("Matrix", |c, p| {
+            let m = al::matrix(p);
+            c.ret::<[f64]>(&m[..]);
+        })
+        .returns(Param::floats("matrix", 12))
+        .text(
+            "Gives the frame of an object: 12 numbers, rows of {x axis, y axis, z axis, position}.",
+        )
+        .example("m = sim.getObjectMatrix(robot, -1)"),
+    );
+    offer.command(
+        getter("Pose", |c, p| c.ret::<[f64]>(&p[..]))
+            .returns(Param::floats("pose", 7))
+            .text("Gives position and quaternion of an object: {x, y, z, qx, qy, qz, qw}.")
+            .example("pose = sim.getObjectPose(robot)"),
+    );
+    offer.command(
+        setter("Position", |c, v, i, p| {
+            let [x, y, z] = numbers_of::<3>(v, i)?;
+            let _ = c;
+            p[..3].copy_from_slice(&[x, y, z]);
+            Ok(())
+        })
+        .text(
+            "Moves an object, with all that hangs below it; both orders of the last \
+            two arguments are known.",
+        )
+        .example("sim.setObjectPosition(box, {0, 0, 0.5}, -1)"),
+    );
+    offer.command(
+        setter("Orientation", |_, v, i, p| {
+            let q = al::from_euler(numbers_of::<3>(v, i)?);
+            p[3..].copy_from_slice(&q);
+            Ok(())
+        })
+        .text(
+            "Turns an object to Euler angles {alpha, beta, gamma}, rad; both orders \
+            of the last two arguments are known.",
+        )
+        .example("sim.setObjectOrientation(box, {0, 0, math.pi / 2}, -1)"),
+    );
+    offer.command(
+        setter("Quaternion", |c, v, i, p| {
+            let mut q = numbers_of::<4>(v, i)?;
+            if c.arg(0).as_i64().unwrap_or(0) & WXYZ != 0 {
+                q.rotate_left(1);
+            }
+            p[3..].copy_from_slice(&unit(q, i)?);
+            Ok(())
+        })
+        .text(
+            "Turns an object to a quaternion {x, y, z, w}; both orders of the last \
+            two arguments are known.",
+        )
+        .example("sim.setObjectQuaternion(box, {0, 0, 0, 1}, -1)"),
+    );
+    offer.command(
+        setter("Matrix", |_, v, i, p| {
+            *p = al::of_matrix(&numbers_of::<12>(v, i)?);
+            Ok(())
+        })
+        .text(
+            "Places an object by a matrix of 12 numbers; both orders of the last two \
+            arguments are known.",
+        )
+        .example("sim.setObjectMatrix(box, sim.getObjectMatrix(target, -1), -1)"),
+    );
+    offer.command(
+        setter("Pose", |_, v, i, p| {
+            let given: Pose = numbers_of(v, i)?;
+            *p = al::pose(al::position(&given), unit(al::rotation(&given), i)?);
+            Ok(())
+        })
+        .text(
+            "Places an object by {x, y, z, qx, qy, qz, qw}; both orders of the last \
+            two arguments are known.",
+        )
+        .example("sim.setObjectPose(box, {0, 0, 1, 0, 0, 0, 1})"),
+    );
+    offer.command(
+        Cmd::new("sim.getObjectVelocity", |c| {
+            let id = id(c, 0)?;
+            let t = c.world().twist(id).map_err(|e| explain_any(c, id, e))?;
+            c.ret::<[f64]>(&t[..3]);
+            c.ret::<[f64]>(&t[3..]);
+            Ok(())
+        })
+        .old_name("simGetObjectVelocity", NIL)
+        .param(flagged("object"))
+        .returns(Param::floats("linear", 3).unit("m/s"))
+        .returns(Param::floats("angular", 3).unit("rad/s"))
+        .text("Gives how fast an object moves and turns, in the world's frame.")
+        .example("v, w = sim.getObjectVelocity(robot)"),
+    );
+}
+
+const WXYZ: i64 = 0x100_0000;
+const FROM_JOINT_BASE: i64 = 0x40_0000;
+
+/// A frame to give poses in.
+enum Frame {
+    /// An object's (0: the world's); a joint's moved one.
+    Of(tatu_object),
+    /// A joint's own, which does not move with it.
+    Base(tatu_object),
+}
+
+fn getter(what: &str, give: impl Fn(&mut Ctx<'_>, &Pose) + 'static) -> Cmd {
+    Cmd::new(format!("sim.getObject{what}"), move |c| {
+        let id = id(c, 0)?;
+        let frame = frame(c, c.arg(1), 1, id)?;
+        let pose = pose(c, id, &frame)?;
+        give(c, &pose);
+        Ok(())
+    })
+    .old_name(format!("simGetObject{what}"), NIL)
+    .param(flagged("object"))
+    .param(frame_param())
+}
+
+/// A setter: `put` reads the value, argument `i`, into the pose that the object has now.
+fn setter(
+    what: &str,
+    put: impl Fn(&Ctx<'_>, ValueRef<'_>, usize, &mut Pose) -> Result + 'static,
+) -> Cmd {
+    let value = what.to_lowercase();
+    Cmd::new(format!("sim.setObject{what}"), move |c| {
+        let id = id(c, 0)?;
+        // The new order puts the value first.
+        let (value, relative) = if is_table(c.arg(1)) { (1, 2) } else { (2, 1) };
+        let frame = frame(c, c.arg(relative), relative, id)?;
+        let mut to = pose(c, id, &frame)?;
+        put(c, c.arg(value), value, &mut to)?;
+        let w = c.world();
+        match frame {
+            Frame::Of(f) => w.set_pose(id, f, &to),
+            Frame::Base(j) => w.set_pose(id, 0, &al::compose(&w.pose(j, 0)?, &to)),
+        }
+        .map_err(|e| explain_any(c, id, e))?;
+        done(c)
+    })
+    .old_name(format!("simSetObject{what}"), MINUS)
+    .param(flagged("object"))
+    .param(Param::any(&value).text("a table; old scripts give the frame here, and the table last"))
+    .param(
+        Param::any("relativeTo")
+            .optional()
+            .text("-1 or nil: the world, sim.handle_parent: its parent, or an object"),
+    )
+}
+
+/// The frame that argument `i` asks for, for a pose of `of`.
+fn frame(c: &Ctx<'_>, v: ValueRef<'_>, i: usize, of: tatu_object) -> Result<Frame> {
+    match v.as_i64() {
+        None if v.is_nil() => Ok(Frame::Of(0)),
+        Some(-1) => Ok(Frame::Of(0)),
+        Some(HANDLE_PARENT) => Ok(Frame::Of(parent(c, of)?)),
+        Some(n) if n > 0 && n & FROM_JOINT_BASE != 0 => Ok(Frame::Base(id_of(v, i)?)),
+        _ => Ok(Frame::Of(id_of(v, i)?)),
+    }
+}
+
+fn pose(c: &Ctx<'_>, id: tatu_object, frame: &Frame) -> Result<Pose> {
+    let w = c.world();
+    match *frame {
+        Frame::Of(f) => w.pose(id, f).map_err(|e| {
+            let e = explain_any(c, id, e);
+            if f == 0 { e } else { explain_any(c, f, e) }
+        }),
+        Frame::Base(j) => {
+            let base = w.pose(j, 0).map_err(|e| explain_any(c, j, e))?;
+            let own = w.pose(id, 0).map_err(|e| explain_any(c, id, e))?;
+            Ok(al::compose(&al::inverse(&base), &own))
+        }
+    }
+}
+
+/// A quaternion of length 1.
+pub(crate) fn unit(q: al::Quaternion, i: usize) -> Result<al::Quaternion> {
+    al::normalized(q)
+        .ok_or_else(|| Fail::argument(format!("argument {}: the quaternion is zero", i + 1)))
+}

@@ -1,0 +1,290 @@
+//! Parameters of objects by number: `sim.getObjectInt32Param(box, sim.shapeintparam_static)` and its kin.
+//!
+//! A number that an object has nothing for gives no value; old names give 0 alone, and 1 before a value.
+
+use crate::{Vrep, algebra as al, kit::*};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    family(
+        offer,
+        "Int32",
+        "IntParameter",
+        get_int,
+        set_int,
+        Param::int("value"),
+    );
+    family(
+        offer,
+        "Float",
+        "FloatParameter",
+        get_float,
+        set_float,
+        Param::float("value"),
+    );
+    offer.command(
+        Cmd::new("sim.getObjectSpecialProperty", |c| {
+            let o = living(c, 0)?;
+            let seen = o.kind == TATU_KIND_SHAPE && bool_of(c, o.id, c.plugin().p.detectable)?;
+            c.ret(if seen { DETECTABLE } else { 0 });
+            Ok(())
+        })
+        .old_name("simGetObjectSpecialProperty", MINUS)
+        .param(object("object"))
+        .returns(Param::int("property").text("sim.objectspecialproperty_detectable_all, or 0"))
+        .text("Tells whether proximity sensors see an object.")
+        .example("seen = sim.getObjectSpecialProperty(box) ~= 0"),
+    );
+    offer.command(
+        Cmd::new("sim.setObjectSpecialProperty", |c| {
+            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
+            let seen = c.i64(1)? & DETECTABLE != 0;
+            c.world()
+                .set(shape, c.plugin().p.detectable, &Value::Bool(seen))?;
+            done(c)
+        })
+        .old_name("simSetObjectSpecialProperty", MINUS)
+        .param(object("object"))
+        .param(Param::int("property").text("any of the detectable bits; others are ignored"))
+        .text("Chooses whether proximity sensors see an object.")
+        .example("sim.setObjectSpecialProperty(box, sim.objectspecialproperty_detectable_all)"),
+    );
+}
+
+const DETECTABLE: i64 = 0x1F0;
+
+type Get<T> = fn(&Ctx<'_>, Object, i64) -> Result<Option<T>>;
+type Set<T> = fn(&Ctx<'_>, Object, i64, T) -> Result<bool>;
+
+/// The commands of one type of value.
+fn family<T: Number>(
+    offer: &mut Offer<Vrep>,
+    name: &str,
+    old: &str,
+    get: Get<T>,
+    set: Set<T>,
+    value: Param,
+) {
+    let id = || Param::int("parameter").text("a number from the tables of constants");
+    let read = move |c: &Ctx<'_>| -> Result<Option<T>> {
+        let (o, n) = (living(c, 0)?, c.i64(1)?);
+        get(c, o, n)
+    };
+    let write = move |c: &Ctx<'_>| -> Result<bool> {
+        let (o, n, value) = (living(c, 0)?, c.i64(1)?, T::read(c, 2)?);
+        set(c, o, n, value)
+    };
+    offer.command(
+        Cmd::new(format!("sim.getObject{name}Param"), move |c| {
+            if let Some(x) = read(c)? {
+                x.give(c);
+            }
+            Ok(())
+        })
+        .param(object("object"))
+        .param(id())
+        .returns(
+            value
+                .clone()
+                .text("nothing if the object has no such parameter"),
+        )
+        .text("Gives a parameter of an object.")
+        .example(format!("v = sim.getObject{name}Param(box, 3005)")),
+    );
+    offer.command(
+        Cmd::new(format!("sim.setObject{name}Param"), move |c| {
+            if !write(c)? {
+                let (o, n) = (living(c, 0)?, c.i64(1)?);
+                return Err(Fail::argument(format!(
+                    "object {} `{}` has no parameter {n} that could be set",
+                    o.handle(),
+                    path(c, o.id)
+                )));
+            }
+            done(c)
+        })
+        .param(object("object"))
+        .param(id())
+        .param(value.clone())
+        .text("Sets a parameter of an object.")
+        .example(format!("sim.setObject{name}Param(box, 3005, 1)")),
+    );
+    let mut getter = Cmd::new(format!("sim.getObject{name}Parameter"), move |c| {
+        match read(c)? {
+            Some(x) => {
+                c.ret(1_i64);
+                x.give(c);
+            }
+            None => c.ret(0_i64),
+        }
+        Ok(())
+    })
+    .old_name(format!("simGetObject{name}Parameter"), MINUS);
+    let mut setter = Cmd::new(format!("sim.setObject{name}Parameter"), move |c| {
+        let done = write(c)?;
+        c.ret(i64::from(done));
+        Ok(())
+    })
+    .old_name(format!("simSetObject{name}Parameter"), MINUS);
+    if !old.starts_with(name) {
+        getter = getter.old_name(format!("simGetObject{old}"), MINUS);
+        setter = setter.old_name(format!("simSetObject{old}"), MINUS);
+    }
+    offer.command(
+        getter
+            .param(object("object"))
+            .param(id())
+            .returns(Param::int("result").text("1; 0 alone: the object has no such parameter"))
+            .returns(value.clone())
+            .text("Gives whether an object has a parameter, and its value.")
+            .example(format!(
+                "result, v = sim.getObject{name}Parameter(box, 3005)"
+            )),
+    );
+    offer.command(
+        setter
+            .param(object("object"))
+            .param(id())
+            .param(value)
+            .returns(Param::int("result").text("1; 0: the object has no such parameter"))
+            .text("Sets a parameter of an object, if it has it.")
+            .example(format!("sim.setObject{name}Parameter(box, 3005, 1)")),
+    );
+}
+
+/// An integer or a float.
+trait Number: Copy + 'static {
+    fn read(c: &Ctx<'_>, i: usize) -> Result<Self>;
+    fn give(self, c: &mut Ctx<'_>);
+}
+impl Number for i64 {
+    fn read(c: &Ctx<'_>, i: usize) -> Result<Self> {
+        c.i64(i)
+    }
+    fn give(self, c: &mut Ctx<'_>) {
+        c.ret(self);
+    }
+}
+impl Number for f64 {
+    fn read(c: &Ctx<'_>, i: usize) -> Result<Self> {
+        c.f64(i)
+    }
+    fn give(self, c: &mut Ctx<'_>) {
+        c.ret(self);
+    }
+}
+
+fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
+    let (id, p) = (o.id, &c.plugin().p);
+    let yes = |prop| bool_of(c, id, prop).map(i64::from);
+    Ok(Some(match (o.kind, n) {
+        (_, 10) => int_of(c, id, p.layer)?,
+        (_, 36) => yes(p.visible)?,
+        (TATU_KIND_JOINT, 2000) => i64::from(control(c, id)? != "free"),
+        (TATU_KIND_JOINT, 2001) => i64::from(control(c, id)? == "position"),
+        (TATU_KIND_JOINT, 2039) => match control(c, id)?.as_str() {
+            "force" => 1,
+            "velocity" => 4,
+            "position" => 8,
+            _ => 0,
+        },
+        (TATU_KIND_SHAPE, 3003) => 1 - yes(p.dynamic)?,
+        (TATU_KIND_SHAPE, 3004) => yes(p.respondable)?,
+        (TATU_KIND_SHAPE, 3016) => i64::from(text_of(c, id, p.primitive)? == "compound"),
+        (TATU_KIND_SHAPE, 3017) => yes(p.convex)?,
+        (TATU_KIND_SHAPE, 3019) => int_of(c, id, p.respondable_mask)?,
+        _ => return Ok(None),
+    }))
+}
+
+fn set_int(c: &Ctx<'_>, o: Object, n: i64, value: i64) -> Result<bool> {
+    let (id, p, w) = (o.id, &c.plugin().p, c.world());
+    let yes = Value::Bool(value != 0);
+    match (o.kind, n) {
+        (_, 10) => w.set(id, p.layer, &Value::Int(value))?,
+        (_, 36) => w.set(id, p.visible, &yes)?,
+        (TATU_KIND_JOINT, 2000 | 2001 | 2039) => {
+            let now = control(c, id)?;
+            let next = controlled(&now, n, value)
+                .ok_or_else(|| Fail::unsupported(format!("joints have no control mode {value}")))?;
+            if next != now {
+                w.set(id, p.joint_control, &next.into())?;
+            }
+        }
+        (TATU_KIND_SHAPE, 3003) => w.set(id, p.dynamic, &Value::Bool(value == 0))?,
+        (TATU_KIND_SHAPE, 3004) => w.set(id, p.respondable, &yes)?,
+        (TATU_KIND_SHAPE, 3019) => w.set(id, p.respondable_mask, &Value::Int(value))?,
+        _ => return Ok(false),
+    }
+    Ok(true)
+}
+
+fn control(c: &Ctx<'_>, joint: tatu_object) -> Result<String> {
+    text_of(c, joint, c.plugin().p.joint_control)
+}
+
+/// What a joint's control becomes: 2000 switches the motor, 2001 its position control, 2039 chooses.
+fn controlled(now: &str, n: i64, value: i64) -> Option<&str> {
+    Some(match (n, value) {
+        (2000, 0) => "free",
+        (2000, _) if now == "free" => "velocity",
+        (2001, 0) if now == "position" => "velocity",
+        (2000, _) | (2001, 0) => now,
+        (2001, _) => "position",
+        (2039, 0) => "free",
+        (2039, 1) => "force",
+        (2039, 4) => "velocity",
+        (2039, 8) => "position",
+        _ => return None,
+    })
+}
+
+fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
+    let (id, p, w) = (o.id, &c.plugin().p, c.world());
+    Ok(Some(match (o.kind, n) {
+        (_, 11..=13) => w.twist(id)?[(n - 11) as usize],
+        (_, 14) => {
+            let t = w.twist(id)?;
+            al::length([t[3], t[4], t[5]])
+        }
+        // The box of a shape lies about its origin.
+        (TATU_KIND_SHAPE, 15..=17) => -w.f64s::<3>(id, p.size)?[(n - 15) as usize] / 2.0,
+        (TATU_KIND_SHAPE, 18..=20) => w.f64s::<3>(id, p.size)?[(n - 18) as usize] / 2.0,
+        (_, 34) => 1.0,
+        (TATU_KIND_JOINT, 2005..=2011) => w.f64s::<7>(id, p.local_pose)?[(n - 2005) as usize],
+        (TATU_KIND_JOINT, 2012) => w.f64(id, p.joint_velocity)?,
+        (TATU_KIND_SHAPE, 3005) => w.f64(id, p.mass)?,
+        _ => return Ok(None),
+    }))
+}
+
+fn set_float(c: &Ctx<'_>, o: Object, n: i64, value: f64) -> Result<bool> {
+    let (id, p, w) = (o.id, &c.plugin().p, c.world());
+    match (o.kind, n) {
+        (TATU_KIND_SHAPE, 3005) => w.set_f64s(id, p.mass, &[value.max(1e-7)])?,
+        // Initial velocities; there is no reset to wait for, so they act now.
+        (TATU_KIND_SHAPE, 3000..=3002 | 3020..=3022) => {
+            let mut t = w.twist(id)?;
+            t[if n < 3020 { n - 3000 } else { n - 3017 } as usize] = value;
+            w.set_twist(id, &t)?;
+        }
+        _ => return Ok(false),
+    }
+    Ok(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::controlled;
+
+    #[test]
+    fn motors_are_switched() {
+        assert_eq!(controlled("free", 2000, 1), Some("velocity"));
+        assert_eq!(controlled("position", 2000, 1), Some("position"));
+        assert_eq!(controlled("velocity", 2000, 0), Some("free"));
+        assert_eq!(controlled("velocity", 2001, 1), Some("position"));
+        assert_eq!(controlled("position", 2001, 0), Some("velocity"));
+        assert_eq!(controlled("free", 2001, 0), Some("free"));
+        assert_eq!(controlled("free", 2039, 8), Some("position"));
+        assert_eq!(controlled("free", 2039, 12), None);
+    }
+}

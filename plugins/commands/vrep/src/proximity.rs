@@ -1,0 +1,264 @@
+//! Proximity sensors: read, handle, check, reset.
+
+use crate::{Vrep, kit::*};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| {
+        Cmd::new(format!("sim.{name}ProximitySensor"), run).old_name(
+            format!(
+                "sim{}{}ProximitySensor",
+                name[..1].to_uppercase(),
+                &name[1..]
+            ),
+            MINUS,
+        )
+    };
+    let answers = |command: Cmd| {
+        command
+            .returns(Param::int("result").text(
+                "1: seen, 0: nothing; old scripts get nothing else when nothing is seen, \
+                    and -1 before the first time",
+            ))
+            .returns(
+                Param::float("distance")
+                    .unit("m")
+                    .text("from the sensor's origin"),
+            )
+            .returns(Param::floats("point", 3).unit("m").text("sensor frame"))
+            .returns(Param::int("object").text("-1: none"))
+            .returns(Param::floats("normal", 3).text("of the surface, sensor frame"))
+    };
+    offer.command(
+        answers(command("read", |c| {
+            let sensor = id(c, 0)?;
+            let sight = last(c, sensor)?;
+            give(c, sight);
+            Ok(())
+        }))
+        .param(object("sensor"))
+        .text("Gives what a proximity sensor saw when it was last handled.")
+        .example("result, distance = sim.readProximitySensor(sonar)"),
+    );
+    offer.command(
+        answers(command("handle", handle_now))
+            .param(
+                Param::int("sensor")
+                    .text("a handle, sim.handle_all or sim.handle_all_except_explicit"),
+            )
+            .text("Lets a proximity sensor look now; of several, gives the nearest detection.")
+            .example("result, distance = sim.handleProximitySensor(laser)"),
+    );
+    offer.command(
+        answers(command("check", |c| {
+            let sensor = id(c, 0)?;
+            let only = if c.i64(1)? == HANDLE_ALL {
+                0
+            } else {
+                living(c, 1)?.id
+            };
+            let sight = look(c, sensor, only)?;
+            give(c, sight);
+            Ok(())
+        }))
+        .param(object("sensor"))
+        .param(Param::int("entity").text("an object, or sim.handle_all"))
+        .text(
+            "Looks for one object, or all, with a proximity sensor; the answer also \
+            becomes the sensor's reading.",
+        )
+        .example("result, distance = sim.checkProximitySensor(sonar, ball)"),
+    );
+    offer.command(
+        command("reset", |c| {
+            for sensor in sensors(c)? {
+                c.world()
+                    .reset_reading(sensor)
+                    .map_err(|e| not_proximity(c, sensor, e))?;
+            }
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(
+            Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"),
+        )
+        .returns(Param::int("done"))
+        .text("Forgets what a proximity sensor saw.")
+        .example("sim.resetProximitySensor(sonar)"),
+    );
+}
+
+/// What a sensor saw.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Sight {
+    Never,
+    Nothing,
+    Seen {
+        distance: f64,
+        point: [f64; 3],
+        object: i64,
+        normal: [f64; 3],
+    },
+}
+
+/// Whether a caller gets only one value when nothing is seen: flat names, and scripts of versions before 4.7.
+fn short(flat: bool, version: impl FnOnce() -> (u32, u32)) -> bool {
+    flat || version() < (4, 7)
+}
+
+/// Distance, point, object and normal.
+type Rest = (f64, [f64; 3], i64, [f64; 3]);
+
+/// The first value of an answer, and the four that follow, if they do.
+fn shape(short: bool, sight: Sight) -> (i64, Option<Rest>) {
+    match sight {
+        Sight::Seen {
+            distance,
+            point,
+            object,
+            normal,
+        } => (1, Some((distance, point, object, normal))),
+        Sight::Nothing if short => (0, None),
+        Sight::Never if short => (-1, None),
+        _ => (0, Some((0.0, [0.0; 3], -1, [0.0; 3]))),
+    }
+}
+
+fn give(c: &mut Ctx<'_>, sight: Sight) {
+    let (first, rest) = shape(short(flat(c), || version(c)), sight);
+    c.ret(first);
+    if let Some((distance, point, object, normal)) = rest {
+        c.ret(distance);
+        c.ret::<[f64]>(&point[..]);
+        c.ret(object);
+        c.ret::<[f64]>(&normal[..]);
+    }
+}
+
+/// The last reading of a sensor.
+fn last(c: &Ctx<'_>, sensor: tatu_object) -> Result<Sight> {
+    let (w, p) = (c.world(), &c.plugin().p);
+    let detected = w
+        .reading(sensor, p.detected)
+        .map_err(|e| not_proximity(c, sensor, e))?;
+    if detected.sequence() == 0 {
+        return Ok(Sight::Never);
+    }
+    if detected.i32s().first() != Some(&1) {
+        return Ok(Sight::Nothing);
+    }
+    let three = |prop| -> Result<[f64; 3]> {
+        let reading = w.reading(sensor, prop)?;
+        Ok(reading.f64s().first_chunk().copied().unwrap_or_default())
+    };
+    Ok(Sight::Seen {
+        distance: w
+            .reading(sensor, p.distance)?
+            .f64s()
+            .first()
+            .copied()
+            .unwrap_or(0.0),
+        point: three(p.point)?,
+        object: w
+            .reading(sensor, p.seen_object)?
+            .objects()
+            .first()
+            .map_or(-1, |o| handle(*o)),
+        normal: three(p.normal)?,
+    })
+}
+
+fn look(c: &Ctx<'_>, sensor: tatu_object, only: tatu_object) -> Result<Sight> {
+    c.world()
+        .sense_now(sensor, only)
+        .map_err(|e| not_proximity(c, sensor, e))?;
+    last(c, sensor)
+}
+
+fn handle_now(c: &mut Ctx<'_>) -> Result {
+    let far = |s: &Sight| match s {
+        Sight::Seen { distance, .. } => *distance,
+        _ => f64::INFINITY,
+    };
+    let mut nearest = Sight::Nothing;
+    for sensor in sensors(c)? {
+        let sight = look(c, sensor, 0)?;
+        if far(&sight) < far(&nearest) {
+            nearest = sight;
+        }
+    }
+    give(c, nearest);
+    Ok(())
+}
+
+/// The sensors that the first argument means.
+fn sensors(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
+    let which = c.i64(0)?;
+    if !matches!(which, HANDLE_ALL | HANDLE_ALL_EXCEPT_EXPLICIT) {
+        return Ok(vec![id(c, 0)?]);
+    }
+    let mut all = c.world().sensors("proximity/1")?;
+    if which == HANDLE_ALL_EXCEPT_EXPLICIT {
+        all.retain(|s| !bool_of(c, *s, c.plugin().p.sensor_explicit).unwrap_or(false));
+    }
+    Ok(all)
+}
+
+/// Why a reading could not be had.
+#[cold]
+fn not_proximity(c: &Ctx<'_>, sensor: tatu_object, fail: Fail) -> Fail {
+    let p = &c.plugin().p;
+    match c.world().look(sensor) {
+        Ok(o) if o.kind == TATU_KIND_SENSOR && c.world().reading(o.id, p.detected).is_err() => {
+            Fail::argument(format!(
+                "object {} `{}` is a sensor of kind `{}`, not a proximity sensor",
+                o.handle(),
+                path(c, o.id),
+                text_of(c, o.id, p.sensor_kind).unwrap_or_default()
+            ))
+        }
+        Ok(o) if o.kind == TATU_KIND_SENSOR => fail,
+        _ => {
+            let e = explain(c, sensor, TATU_KIND_SENSOR, fail);
+            Fail::with_code(
+                e.code(),
+                e.text()
+                    .replace(", not a sensor", ", not a proximity sensor"),
+            )
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SEEN: Sight = Sight::Seen {
+        distance: 0.5,
+        point: [0.0, 0.0, 0.5],
+        object: 7,
+        normal: [0.0, 0.0, -1.0],
+    };
+    const EMPTY: Rest = (0.0, [0.0; 3], -1, [0.0; 3]);
+
+    #[test]
+    fn who_gets_short_answers() {
+        assert!(short(true, || (4, 9)));
+        assert!(short(false, || (3, 2)));
+        assert!(short(false, || (4, 6)));
+        assert!(!short(false, || (4, 7)));
+        assert!(!short(false, || version_of(b"")));
+    }
+
+    #[test]
+    fn shapes_of_answers() {
+        assert_eq!(shape(true, Sight::Never), (-1, None));
+        assert_eq!(shape(true, Sight::Nothing), (0, None));
+        assert_eq!(shape(false, Sight::Never), (0, Some(EMPTY)));
+        assert_eq!(shape(false, Sight::Nothing), (0, Some(EMPTY)));
+        for form in [true, false] {
+            let (first, rest) = shape(form, SEEN);
+            assert_eq!(first, 1);
+            assert_eq!(rest, Some((0.5, [0.0, 0.0, 0.5], 7, [0.0, 0.0, -1.0])));
+        }
+    }
+}

@@ -1,0 +1,316 @@
+//! Scripts: whose they are, calling their functions, their own parameters.
+
+use crate::{Vrep, kit::*, names, state::state};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.getObjectAssociatedWithScript", |c| {
+            let owner = match c.i64(0)? {
+                HANDLE_SELF => c.caller_object(),
+                _ => parent(c, of_kind(c, 0, TATU_KIND_SCRIPT)?)?,
+            };
+            c.ret(handle(owner));
+            Ok(())
+        })
+        .old_name("simGetObjectAssociatedWithScript", MINUS)
+        .param(Param::int("script").text("a handle, or sim.handle_self"))
+        .returns(Param::int("object").text("-1: none"))
+        .text("Gives the object that a script belongs to.")
+        .example("robot = sim.getObjectAssociatedWithScript(sim.handle_self)"),
+    );
+    for (name, kind, text) in [
+        (
+            "getScriptAssociatedWithObject",
+            "child",
+            "Gives the child script of an object.",
+        ),
+        (
+            "getCustomizationScriptAssociatedWithObject",
+            "customization",
+            "Gives the customization script of an object.",
+        ),
+    ] {
+        offer.command(
+            Cmd::new(format!("sim.{name}"), move |c| {
+                let script = script_of(c, living(c, 0)?.id, kind)?;
+                c.ret(handle(script));
+                Ok(())
+            })
+            .old_name(format!("simG{}", &name[1..]), MINUS)
+            .param(object("object"))
+            .returns(Param::int("script").text("-1: none"))
+            .text(text)
+            .example(format!("script = sim.{name}(robot)")),
+        );
+    }
+    offer.command(
+        Cmd::new("sim.getScript", |c| {
+            let kind = c.i64(0)?;
+            let script = match (c.arg(1), kind) {
+                (v, 0) if v.is_nil() => main_script(c)?,
+                (v, HANDLE_SELF) if v.is_nil() => c.caller_script(),
+                (v, _) => {
+                    let owner = match v.as_str() {
+                        Some(name) => names::find(c, &name)?,
+                        None => living(c, 1)?.id,
+                    };
+                    let kind = kind_of(kind).ok_or_else(|| {
+                        Fail::unsupported(format!("there are no scripts of type {kind}"))
+                    })?;
+                    script_of(c, owner, kind)?
+                }
+            };
+            c.ret(handle(script));
+            Ok(())
+        })
+        .param(
+            Param::int("type")
+                .text("sim.scripttype_...; or sim.handle_self alone: the calling script"),
+        )
+        .param(
+            Param::any("object")
+                .optional()
+                .text("a handle, path or name"),
+        )
+        .returns(Param::int("script").text("-1: none"))
+        .text("Gives the script of a type that an object has.")
+        .example("script = sim.getScript(sim.scripttype_childscript, robot)"),
+    );
+    offer.command(
+        Cmd::new("sim.getScriptHandle", |c| {
+            let text = if c.has(0) { c.text(0)? } else { String::new() };
+            let script = if text.is_empty() {
+                main_script(c)?
+            } else {
+                let (kind, name) = text.split_once('@').unwrap_or(("child", &text));
+                script_of(c, names::find(c, name)?, kind)?
+            };
+            c.ret(handle(script));
+            Ok(())
+        })
+        .old_name("simGetScriptHandle", MINUS)
+        .param(
+            Param::string("name")
+                .optional()
+                .text("of the object; `customization@name` for that kind; none: the main script"),
+        )
+        .returns(Param::int("script").text("-1: none"))
+        .text("Finds a script by the name of its object.")
+        .example("script = sim.getScriptHandle('robot')"),
+    );
+    offer.command(
+        Cmd::new("sim.getScriptName", |c| {
+            let script = self_or(c, 0)?;
+            let name = text_of(c, parent(c, script)?, c.plugin().p.name)?;
+            c.ret::<str>(name.as_str());
+            Ok(())
+        })
+        .old_name("simGetScriptName", NIL)
+        .param(Param::int("script").text("a handle, or sim.handle_self"))
+        .returns(Param::string("name"))
+        .text("Gives the name of the object that a script belongs to.")
+        .example("name = sim.getScriptName(sim.handle_self)"),
+    );
+    offer.command(
+        Cmd::new("sim.callScriptFunction", call)
+            .old_name("simCallScriptFunction", MINUS)
+            .param(
+                Param::string("function")
+                    .text("its name; old scripts add `@` and the name of the script's object"),
+            )
+            .param(
+                Param::int("script")
+                    .text("a handle, sim.handle_self, or a script type where the object is named"),
+            )
+            .param(Param::any("arguments").rest())
+            .returns(Param::any("results").text("what the function returns"))
+            .text("Calls a function of another script.")
+            .example("x = sim.callScriptFunction('grasp', script, 0.5)"),
+    );
+    offer.command(
+        Cmd::new("sim.getScriptExecutionCount", |c| {
+            let calls = match c.caller_script() {
+                0 => 0,
+                script => int_of(c, script, c.plugin().p.script_calls)?,
+            };
+            c.ret(calls);
+            Ok(())
+        })
+        .old_name("simGetScriptExecutionCount", MINUS)
+        .returns(Param::int("count").text("0 in the first"))
+        .text("Gives how often the calling script has run before.")
+        .example("if sim.getScriptExecutionCount() == 0 then end"),
+    );
+    offer.command(
+        Cmd::new("sim.isScriptExecutionThreaded", |c| {
+            let threaded = c.can_wait();
+            c.ret(i64::from(threaded));
+            Ok(())
+        })
+        .alias("sim.isScriptRunningInThread")
+        .old_name("simIsScriptExecutionThreaded", MINUS)
+        .old_name("simIsScriptRunningInThread", MINUS)
+        .returns(Param::int("threaded").text("1 or 0"))
+        .text("Tells whether the calling script can wait.")
+        .example("threaded = sim.isScriptExecutionThreaded() == 1"),
+    );
+    offer.command(
+        Cmd::new("sim.getScriptSimulationParameter", |c| {
+            let key = (self_or(c, 0)?, c.bytes(1)?.to_vec());
+            let found = state(c)?.parameters.get(&key).cloned();
+            if let Some(text) = found {
+                let value = if c.arg(2).truthy() {
+                    Value::Text(text)
+                } else {
+                    typed(text)
+                };
+                c.ret::<Value>(value);
+            }
+            Ok(())
+        })
+        .old_name("simGetScriptSimulationParameter", NIL)
+        .param(Param::int("script").text("a handle, or sim.handle_self"))
+        .param(Param::string("name"))
+        .param(
+            Param::any("asText")
+                .optional()
+                .text("true: as text, whatever it holds"),
+        )
+        .returns(
+            Param::any("value").text("a truth value, number or text; nothing if it is not set"),
+        )
+        .text("Gives a parameter of a script that another script has set.")
+        .example("speed = sim.getScriptSimulationParameter(sim.handle_self, 'speed')"),
+    );
+    offer.command(
+        Cmd::new("sim.setScriptSimulationParameter", |c| {
+            let key = (self_or(c, 0)?, c.bytes(1)?.to_vec());
+            let value = c.bytes(2)?.to_vec();
+            state(c)?.parameters.insert(key, value);
+            done(c)
+        })
+        .old_name("simSetScriptSimulationParameter", MINUS)
+        .param(Param::int("script").text("a handle, or sim.handle_self"))
+        .param(Param::string("name"))
+        .param(Param::string("value"))
+        .text("Sets a parameter of a script, until the simulation ends.")
+        .example("sim.setScriptSimulationParameter(script, 'speed', 2)"),
+    );
+    offer.command(
+        Cmd::new("sim.handleChildScripts", |c| {
+            let script = c.caller_script();
+            if script != 0 && text_of(c, script, c.plugin().p.script_kind)? == "main" {
+                return Err(Fail::unsupported(
+                    "the host calls child scripts; a main script cannot",
+                ));
+            }
+            c.ret(0_i64);
+            Ok(())
+        })
+        .alias("sim.handleSimulationScripts")
+        .old_name("simHandleChildScripts", MINUS)
+        .old_name("simHandleChildScript", MINUS)
+        .param(Param::any("callType").optional())
+        .param(Param::any("arguments").rest())
+        .returns(Param::int("count").text("0"))
+        .text(
+            "Calls the child scripts below that were not called in this pass: none, \
+            for the host calls each by itself.",
+        )
+        .example("sim.handleChildScripts(sim_call_type)"),
+    );
+}
+
+/// The script of a kind that belongs to an object; 0: none.
+fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object> {
+    let all = c.world().scripts(owner)?;
+    let of_kind =
+        |s: &&tatu_object| text_of(c, **s, c.plugin().p.script_kind).is_ok_and(|k| k == kind);
+    Ok(all.iter().find(of_kind).copied().unwrap_or(0))
+}
+
+fn main_script(c: &Ctx<'_>) -> Result<tatu_object> {
+    script_of(c, 0, "main")
+}
+
+/// The kind of a script type, if the number is one.
+fn kind_of(kind: i64) -> Option<&'static str> {
+    match kind {
+        0 => Some("main"),
+        // The second one is sim_scripttype_childscript + sim_scripttype_threaded.
+        1 | 241 => Some("child"),
+        6 => Some("customization"),
+        _ => None,
+    }
+}
+
+/// Argument `i`: a script, or the calling one.
+fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
+    if c.i64(i)? == HANDLE_SELF {
+        return match c.caller_script() {
+            0 => Err(Fail::missing("the caller is no script")),
+            script => Ok(script),
+        };
+    }
+    of_kind(c, i, TATU_KIND_SCRIPT)
+}
+
+/// A parameter as what it looks like: nil, a truth value, a number or text.
+fn typed(text: Vec<u8>) -> Value {
+    match text.as_slice() {
+        b"nil" => Value::Nil,
+        b"true" => Value::Bool(true),
+        b"false" => Value::Bool(false),
+        t => match std::str::from_utf8(t)
+            .ok()
+            .and_then(|t| t.trim().parse::<f64>().ok())
+        {
+            Some(x) if x.is_finite() => Value::Float(x),
+            _ => Value::Text(text),
+        },
+    }
+}
+
+fn call(c: &mut Ctx<'_>) -> Result {
+    let text = c.text(0)?;
+    let (function, owner) = text.split_once('@').unwrap_or((&text, ""));
+    let which = c.i64(1)?;
+    let script = match (owner.is_empty(), kind_of(which)) {
+        (true, Some("main")) => main_script(c)?,
+        (true, _) if which == HANDLE_MAIN_SCRIPT => main_script(c)?,
+        (false, Some(kind)) => script_of(c, names::find(c, owner)?, kind)?,
+        _ => self_or(c, 1)?,
+    };
+    if script == 0 {
+        return Err(Fail::missing(format!("there is no script for `{text}`")));
+    }
+    // The arguments go on as they came, the results are copied into the memory of this call.
+    let args = c.args().get(2..).unwrap_or_default();
+    let mut results = [ValueRef::NIL.raw(); 16];
+    // SAFETY: an all-zero frame is a valid empty one.
+    let mut frame: tatu_call = unsafe { std::mem::zeroed() };
+    frame.size = size_of::<tatu_call>() as u32;
+    (frame.args, frame.n_args) = (args.as_ptr().cast(), args.len() as u32);
+    (frame.results, frame.results_cap) = (results.as_mut_ptr(), results.len() as u32);
+    // SAFETY: both arrays outlive the call, and are as long as told; `ValueRef` is transparent over `tatu_value`.
+    unsafe { c.world().call_script(script, function, &mut frame)? };
+    // SAFETY: the results live until our own call returns.
+    for v in unsafe { ValueRef::slice(frame.results, frame.n_results as usize) } {
+        c.ret::<ValueRef<'_>>(*v);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_look_like_what_they_are() {
+        assert_eq!(typed(b"0.5".to_vec()), Value::Float(0.5));
+        assert_eq!(typed(b"true".to_vec()), Value::Bool(true));
+        assert_eq!(typed(b"nil".to_vec()), Value::Nil);
+        assert_eq!(typed(b"left".to_vec()), Value::text("left"));
+        assert_eq!(typed(b"inf".to_vec()), Value::text("inf"));
+    }
+}

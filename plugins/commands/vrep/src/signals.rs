@@ -1,0 +1,98 @@
+//! Signals: named values of the world, one name space per kind.
+
+use crate::{Vrep, kit::*};
+
+/// Kinds of signals, with the numbers that `getSignalName` uses.
+pub(crate) const KINDS: [u32; 3] = [0, 1, 2];
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    kind(offer, 0, "Int32", &["Integer"], Param::int("value"));
+    kind(offer, 1, "Float", &[], Param::float("value"));
+    kind(
+        offer,
+        2,
+        "String",
+        &[],
+        Param::string("value").text("any bytes"),
+    );
+    offer.command(
+        Cmd::new("sim.getSignalName", |c| {
+            let (index, kind) = (c.i64(0)?, c.i64(1)?);
+            let (Ok(index), Ok(kind)) = (u32::try_from(index), u32::try_from(kind)) else {
+                return Ok(());
+            };
+            if let Some(name) = c.world().signal_name(kind, index)? {
+                c.ret::<[u8]>(name.as_slice());
+            }
+            Ok(())
+        })
+        .old_name("simGetSignalName", NIL)
+        .param(Param::int("index").text("from 0, in order of names"))
+        .param(Param::int("type").text("0: integer, 1: float, 2: string"))
+        .returns(Param::string("name").text("nothing past the end"))
+        .text("Gives the name of one of the signals that are set.")
+        .example("name = sim.getSignalName(0, 1)"),
+    );
+}
+
+/// The three commands of a kind. `name` is the present word for it, `others` are words that are still understood.
+fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: Param) {
+    let old = others.first().copied().unwrap_or(name);
+    let named = |verb: &str, on_error: [Value; 1], run: fn(&mut Ctx<'_>, u32) -> Result| {
+        let upper = verb[..1].to_uppercase() + &verb[1..];
+        let mut command = Cmd::new(format!("sim.{verb}{name}Signal"), move |c| run(c, kind))
+            .old_name(format!("sim{upper}{old}Signal"), on_error);
+        for other in others {
+            command = command.alias(format!("sim.{verb}{other}Signal"));
+        }
+        command
+    };
+    let word = match name {
+        "Int32" => "integer",
+        "Float" => "float",
+        _ => "string",
+    };
+    offer.command(
+        named("set", MINUS, |c, kind| {
+            c.world().set_signal(kind, c.bytes(0)?, c.arg(1))?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(Param::string("name"))
+        .param(value.clone())
+        .returns(Param::int("done"))
+        .text(format!(
+            "Sets the {word} signal of a name, for all scripts."
+        ))
+        .example(format!("sim.set{name}Signal('state', '3')")),
+    );
+    offer.command(
+        named("get", NIL, |c, kind| {
+            let v = c.world().signal(kind, c.bytes(0)?)?;
+            if !v.is_nil() {
+                c.ret::<ValueRef<'_>>(v);
+            }
+            Ok(())
+        })
+        .param(Param::string("name"))
+        .returns(value.text("nothing if the signal is not set"))
+        .text(format!("Gives the {word} signal of a name."))
+        .example(format!("v = sim.get{name}Signal('state')")),
+    );
+    offer.command(
+        named("clear", MINUS, |c, kind| {
+            let w = c.world();
+            let n = match c.has(0).then(|| c.bytes(0)).transpose()? {
+                Some(b"") => 0,
+                Some(name) => w.clear_signal(kind, name)?,
+                None => w.clear_signal(kind, b"")?,
+            };
+            c.ret(i64::from(n));
+            Ok(())
+        })
+        .param(Param::string("name").optional().text("nil: all of them"))
+        .returns(Param::int("count").text("how many were set"))
+        .text(format!("Removes the {word} signal of a name."))
+        .example(format!("sim.clear{name}Signal('state')")),
+    );
+}

@@ -1,0 +1,158 @@
+//! The simulation: time, state, start and stop.
+
+use crate::{Vrep, kit::*};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.getSimulationTime", |c| {
+            let t = c.world().f64(0, c.plugin().p.time)?;
+            c.ret(t);
+            Ok(())
+        })
+        .old_name("simGetSimulationTime", NIL)
+        .returns(Param::float("time").unit("s"))
+        .text("Gives the simulation time: 0 in the first step.")
+        .example("t = sim.getSimulationTime()"),
+    );
+    offer.command(
+        Cmd::new("sim.getSimulationTimeStep", |c| {
+            let dt = c.world().f64(0, c.plugin().p.dt)?;
+            c.ret(dt);
+            Ok(())
+        })
+        .old_name("simGetSimulationTimeStep", NIL)
+        .returns(Param::float("dt").unit("s"))
+        .text("Gives by how much the time grows with each step.")
+        .example("dt = sim.getSimulationTimeStep()"),
+    );
+    offer.command(
+        Cmd::new("sim.getSimulationState", |c| {
+            let state = state_now(c)?;
+            c.ret(state);
+            Ok(())
+        })
+        .old_name("simGetSimulationState", MINUS)
+        .returns(Param::int("state").text("sim.simulation_..."))
+        .text(
+            "Gives whether the simulation is stopped (0), in its first step (16), \
+            running (17) or about to stop (21).",
+        )
+        .example("if sim.getSimulationState() == sim.simulation_advancing_running then end"),
+    );
+    offer.command(
+        Cmd::new("sim.getSimulationStopping", |c| {
+            let p = &c.plugin().p;
+            let stopping = bool_of(c, 0, p.stopping)? || !bool_of(c, 0, p.running)?;
+            c.ret(stopping);
+            Ok(())
+        })
+        .returns(Param::bool("stopping"))
+        .text("Whether the simulation is about to stop, or has.")
+        .example("while not sim.getSimulationStopping() do sim.step() end"),
+    );
+    offer.command(
+        Cmd::new("sim.getRealTimeSimulation", |c| {
+            c.ret(0_i64);
+            Ok(())
+        })
+        .old_name("simGetRealTimeSimulation", MINUS)
+        .returns(Param::int("on").text("0"))
+        .text(
+            "Tells whether the simulation keeps pace with a clock: scripts must not \
+            know, so that runs repeat.",
+        )
+        .example("on = sim.getRealTimeSimulation()"),
+    );
+    for (name, what, text) in [
+        (
+            "startSimulation",
+            TATU_REQUEST_START,
+            "Asks for the simulation to start, or to go on after a pause.",
+        ),
+        (
+            "pauseSimulation",
+            TATU_REQUEST_PAUSE,
+            "Asks for the simulation to pause after this step.",
+        ),
+        (
+            "stopSimulation",
+            TATU_REQUEST_STOP,
+            "Asks for the simulation to stop after this step.",
+        ),
+        (
+            "quitSimulator",
+            TATU_REQUEST_QUIT,
+            "Asks for the program to end.",
+        ),
+    ] {
+        offer.command(
+            Cmd::new(format!("sim.{name}"), move |c| {
+                c.world().request(what)?;
+                done(c)
+            })
+            .old_name(
+                format!("sim{}{}", name[..1].to_uppercase(), &name[1..]),
+                MINUS,
+            )
+            .param(Param::any("unused").optional())
+            .text(text)
+            .example(format!("sim.{name}()")),
+        );
+    }
+    offer.command(
+        Cmd::new("sim.getModuleName", |_| Ok(()))
+            .alias("sim.getPluginName")
+            .old_name("simGetModuleName", NIL)
+            .param(Param::int("index").text("from 0"))
+            .returns(Param::string("name").text("nothing past the end"))
+            .text("Gives the name of one of the V-REP plugins that are loaded: there are none.")
+            .example("name = sim.getModuleName(0)"),
+    );
+    offer.command(
+        Cmd::new("sim.getSystemTime", |c| {
+            let t = c.world().f64(0, c.plugin().p.time)?;
+            c.ret(t);
+            Ok(())
+        })
+        .old_name("simGetSystemTime", NIL)
+        .returns(Param::float("time").unit("s"))
+        .text("Gives the simulation time, in place of a clock's, so that runs repeat.")
+        .example("t = sim.getSystemTime()"),
+    );
+    offer.command(
+        Cmd::new("sim.getSystemTimeInMs", |c| {
+            let t = c.world().f64(0, c.plugin().p.time)?;
+            let ms = (t * 1000.0).round() as i64;
+            let since = int_or(c, 0, -1)?;
+            c.ret(if since >= 0 { ms - since } else { ms });
+            Ok(())
+        })
+        .old_name("simGetSystemTimeInMs", MINUS)
+        .old_name("simGetSystemTimeInMilliseconds", MINUS)
+        .param(
+            Param::int("since")
+                .default(-1)
+                .optional()
+                .text("an earlier time; -1 or -2: none"),
+        )
+        .returns(Param::int("time").text("ms"))
+        .text(
+            "Gives the simulation time in milliseconds, in place of a clock's, or how \
+            much has passed since another.",
+        )
+        .example("elapsed = sim.getSystemTimeInMs(before)"),
+    );
+}
+
+fn state_now(c: &Ctx<'_>) -> Result<i64> {
+    let p = &c.plugin().p;
+    Ok(if !bool_of(c, 0, p.running)? {
+        0
+    } else if bool_of(c, 0, p.stopping)? {
+        21
+    } else if int_of(c, 0, p.step)? == 0 {
+        16
+    } else {
+        17
+    })
+}

@@ -1,0 +1,78 @@
+//! What the plugin keeps per world: consoles, tubes, messages, name suffixes.
+
+use std::{
+    cell::{RefCell, RefMut},
+    collections::BTreeMap,
+};
+
+use crate::{console::Consoles, kit::*, messages::Messages, tubes::Tubes};
+
+/// The instance of a world. Commands may enter each other: borrow it briefly, never across a call to the host.
+pub struct State(RefCell<Inner>);
+
+/// What is in it.
+pub(crate) struct Inner {
+    host: Host,
+    step: i64,
+    pub(crate) consoles: Consoles,
+    pub(crate) tubes: Tubes,
+    pub(crate) messages: Messages,
+    /// What scripts asked for with `setNameSuffix`.
+    pub(crate) suffixes: BTreeMap<tatu_object, i64>,
+    /// Script simulation parameters: script and name.
+    pub(crate) parameters: BTreeMap<(tatu_object, Vec<u8>), Vec<u8>>,
+    /// Names of signals that are waited for.
+    pub(crate) waits: BTreeMap<u64, Vec<u8>>,
+    /// How many random numbers were drawn.
+    pub(crate) drawn: u64,
+    pub(crate) error_report_mode: i64,
+}
+
+impl State {
+    pub(crate) fn new(host: Host) -> Self {
+        State(RefCell::new(Inner::new(host)))
+    }
+}
+
+impl Inner {
+    fn new(host: Host) -> Self {
+        Inner {
+            host,
+            step: 0,
+            consoles: Consoles::default(),
+            tubes: Tubes::default(),
+            messages: Messages::default(),
+            suffixes: BTreeMap::new(),
+            parameters: BTreeMap::new(),
+            waits: BTreeMap::new(),
+            drawn: 0,
+            error_report_mode: 1,
+        }
+    }
+}
+
+/// When a simulation ends, consoles and tubes of scripts close; half a line that a console holds is told then.
+impl Drop for Inner {
+    fn drop(&mut self) {
+        let host = self.host;
+        self.consoles.close_all(&mut |line| {
+            host.log(TATU_LOG_INFO, &String::from_utf8_lossy(line));
+        });
+    }
+}
+
+/// The instance of the caller's world. The host does not tell when a simulation starts: a step number that is lower
+/// than before means a new one.
+pub(crate) fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Inner>> {
+    let step = int_of(c, 0, c.plugin().p.step)?;
+    let mut inner = c
+        .instance()
+        .0
+        .try_borrow_mut()
+        .map_err(|_| Fail::with_code(TATU_ERR_BUSY, "called from within itself"))?;
+    if step < inner.step {
+        *inner = Inner::new(inner.host);
+    }
+    inner.step = step;
+    Ok(inner)
+}

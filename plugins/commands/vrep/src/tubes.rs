@@ -1,0 +1,220 @@
+//! Communication tubes: packets between two scripts, in order.
+
+use std::collections::VecDeque;
+
+use crate::{Vrep, kit::*, state::state};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.tubeOpen", |c| {
+            let (header, name, room) = (c.i64(0)?, c.bytes(1)?.to_vec(), int_or(c, 2, 1)?);
+            let tube = state(c)?.tubes.open(header, name, room);
+            c.ret(tube.unwrap_or(-1));
+            Ok(())
+        })
+        .old_name("simTubeOpen", MINUS)
+        .param(Param::int("header").text("any number; it and the name find the partner"))
+        .param(Param::string("name"))
+        .param(
+            Param::int("readBufferSize")
+                .default(1)
+                .optional()
+                .text("packets that wait at this end; the oldest is dropped"),
+        )
+        .param(Param::any("unused").optional())
+        .returns(Param::int("tube").text("-1: both ends are taken"))
+        .text("Opens one end of a tube; the second script that asks for it gets the other end.")
+        .example("tube = sim.tubeOpen(0, 'robot_2D_SCANNER_DATA', 1)"),
+    );
+    offer.command(
+        Cmd::new("sim.tubeWrite", |c| {
+            let (tube, data) = (c.i64(0)?, c.bytes(1)?.to_vec());
+            let sent = state(c)?.tubes.write(tube, data);
+            c.ret(i64::from(sent));
+            Ok(())
+        })
+        .old_name("simTubeWrite", MINUS)
+        .param(Param::int("tube"))
+        .param(Param::string("data").text("any bytes"))
+        .returns(Param::int("sent").text("1; 0: nobody has opened the other end"))
+        .text("Sends a packet to the other end of a tube; without a partner it is silently lost.")
+        .example("sim.tubeWrite(tube, sim.packFloatTable(points))"),
+    );
+    offer.command(
+        Cmd::new("sim.tubeRead", read)
+            .old_name("simTubeRead", NIL)
+            .param(Param::int("tube"))
+            .param(
+                Param::any("blocking")
+                    .optional()
+                    .text("true: waits for a packet, where waiting is possible"),
+            )
+            .returns(Param::string("data").text("nothing if no packet waits"))
+            .text("Takes the oldest packet that waits at this end of a tube.")
+            .example("data = sim.tubeRead(tube)"),
+    );
+    offer.command(
+        Cmd::new("sim.tubeStatus", |c| {
+            let tube = c.i64(0)?;
+            let status = state(c)?.tubes.status(tube);
+            if let Some((connected, here, there)) = status {
+                c.ret(i64::from(connected));
+                c.ret(here as i64);
+                c.ret(there as i64);
+            }
+            Ok(())
+        })
+        .old_name("simTubeStatus", NIL)
+        .param(Param::int("tube"))
+        .returns(Param::int("connected").text("1 or 0; nothing if there is no such tube"))
+        .returns(Param::int("readable").text("packets that wait at this end"))
+        .returns(Param::int("written").text("packets that wait at the other end"))
+        .text("Tells whether a tube has a partner, and how many packets wait.")
+        .example("connected = sim.tubeStatus(tube)"),
+    );
+    offer.command(
+        Cmd::new("sim.tubeClose", |c| {
+            let tube = c.i64(0)?;
+            let was_open = state(c)?.tubes.close(tube);
+            c.ret(i64::from(was_open));
+            Ok(())
+        })
+        .old_name("simTubeClose", MINUS)
+        .param(Param::int("tube"))
+        .returns(Param::int("closed").text("1 or 0"))
+        .text("Closes one end of a tube.")
+        .example("sim.tubeClose(tube)"),
+    );
+}
+
+fn read(c: &mut Ctx<'_>) -> Result<Outcome> {
+    // Called again while it waits: the word is the tube's number, plus one.
+    let tube = match c.resumed() {
+        0 => c.i64(0)?,
+        word => word as i64 - 1,
+    };
+    let blocking = c.resumed() != 0 || c.arg(1).truthy();
+    let packet = state(c)?.tubes.read(tube);
+    match packet {
+        Some(data) => c.ret::<[u8]>(data.as_slice()),
+        None if blocking && tube >= 0 && c.can_wait() => return c.wait_poll(tube as u64 + 1),
+        None => {}
+    }
+    Ok(Outcome::Done)
+}
+
+/// All tubes of a world.
+#[derive(Default)]
+pub(crate) struct Tubes {
+    tubes: Vec<Tube>,
+    next: i64,
+}
+
+struct Tube {
+    header: i64,
+    name: Vec<u8>,
+    ends: [End; 2],
+}
+
+#[derive(Default)]
+struct End {
+    /// 0, 2, 4, ...; none while nobody has it.
+    handle: Option<i64>,
+    room: usize,
+    packets: VecDeque<Vec<u8>>,
+}
+
+impl Tubes {
+    fn open(&mut self, header: i64, name: Vec<u8>, room: i64) -> Option<i64> {
+        let known = self
+            .tubes
+            .iter()
+            .position(|t| t.header == header && t.name == name);
+        let tube = match known {
+            Some(i) => &mut self.tubes[i],
+            None => {
+                self.tubes.push(Tube {
+                    header,
+                    name,
+                    ends: Default::default(),
+                });
+                self.tubes.last_mut()?
+            }
+        };
+        let end = tube.ends.iter_mut().find(|e| e.handle.is_none())?;
+        end.handle = Some(self.next);
+        end.room = room.clamp(1, 10_000) as usize;
+        end.packets.clear();
+        self.next += 2;
+        end.handle
+    }
+    /// The tube and which of its ends a handle is.
+    fn find(&mut self, handle: i64) -> Option<(&mut Tube, usize)> {
+        self.tubes.iter_mut().find_map(|t| {
+            let end = t.ends.iter().position(|e| e.handle == Some(handle))?;
+            Some((t, end))
+        })
+    }
+    fn write(&mut self, handle: i64, data: Vec<u8>) -> bool {
+        let Some((tube, end)) = self.find(handle) else {
+            return false;
+        };
+        let other = &mut tube.ends[1 - end];
+        if other.handle.is_none() || data.is_empty() {
+            return false;
+        }
+        if other.packets.len() == other.room {
+            other.packets.pop_front();
+        }
+        other.packets.push_back(data);
+        true
+    }
+    fn read(&mut self, handle: i64) -> Option<Vec<u8>> {
+        let (tube, end) = self.find(handle)?;
+        tube.ends[end].packets.pop_front()
+    }
+    fn status(&mut self, handle: i64) -> Option<(bool, usize, usize)> {
+        let (tube, end) = self.find(handle)?;
+        let (here, there) = (&tube.ends[end], &tube.ends[1 - end]);
+        Some((
+            there.handle.is_some(),
+            here.packets.len(),
+            there.packets.len(),
+        ))
+    }
+    /// What was written before stays readable at the other end.
+    fn close(&mut self, handle: i64) -> bool {
+        let Some((tube, end)) = self.find(handle) else {
+            return false;
+        };
+        tube.ends[end] = End::default();
+        self.tubes
+            .retain(|t| t.ends.iter().any(|e| e.handle.is_some()));
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_ends_and_no_third() {
+        let mut t = Tubes::default();
+        let a = t.open(0, b"x".to_vec(), 1).unwrap();
+        assert!(!t.write(a, b"lost".to_vec()));
+        let b = t.open(0, b"x".to_vec(), 2).unwrap();
+        assert_ne!(a, b);
+        assert_eq!(t.open(0, b"x".to_vec(), 1), None);
+        assert!(t.open(1, b"x".to_vec(), 1).is_some());
+        for packet in [b"1", b"2", b"3"] {
+            assert!(t.write(a, packet.to_vec()));
+        }
+        assert_eq!(t.status(a), Some((true, 0, 2)));
+        assert_eq!(t.read(b), Some(b"2".to_vec()), "the oldest was dropped");
+        assert!(t.close(a));
+        assert_eq!(t.read(b), Some(b"3".to_vec()));
+        assert!(!t.write(a, b"gone".to_vec()));
+        assert_eq!(t.status(b), Some((false, 0, 0)));
+    }
+}

@@ -1,0 +1,214 @@
+//! What the plugin declares, read over the border as a host reads it; no host is needed.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    ffi::{CStr, c_char, c_void},
+    ptr::{null, null_mut},
+};
+
+use tatu_plugin_api::abi::*;
+
+/// One declared command.
+struct Declared {
+    names: Vec<String>,
+    params: Vec<String>,
+    returns: Vec<String>,
+    text: String,
+    example: String,
+}
+
+unsafe extern "C" fn no_service(_: *const tatu_host, _: *const c_char) -> *const c_void {
+    null()
+}
+
+unsafe fn text(p: *const c_char) -> String {
+    assert!(!p.is_null());
+    // SAFETY: the plugin's texts are NUL-terminated and live until shutdown.
+    unsafe { CStr::from_ptr(p) }.to_str().unwrap().to_owned()
+}
+
+unsafe fn list<T>(p: *const *const T) -> Vec<*const T> {
+    // SAFETY: lists are null-terminated.
+    (0..)
+        .map(|i| unsafe { *p.add(i) })
+        .take_while(|t| !t.is_null())
+        .collect()
+}
+
+/// A parameter as the table shows it: optional ones in brackets, "..." for any number.
+unsafe fn shown(p: *const tatu_param) -> String {
+    // SAFETY: a parameter of the plugin's tables.
+    unsafe {
+        let key = text((*p).key);
+        if (*p).flags & TATU_PARAM_REST != 0 {
+            "...".into()
+        } else if (*p).flags & TATU_PARAM_OPTIONAL != 0 {
+            format!("[{key}]")
+        } else {
+            key
+        }
+    }
+}
+
+fn declared() -> (Vec<Declared>, Vec<String>) {
+    let host = tatu_host {
+        size: size_of::<tatu_host>() as u32,
+        abi_minor: 0,
+        ctx: null_mut(),
+        service: Some(no_service),
+    };
+    let plugin = &tatu_commands_vrep::tatu_plugin.0;
+    let mut me = null_mut();
+    // SAFETY: used as the header tells: init, extension, read, shutdown.
+    unsafe {
+        assert_eq!(plugin.init.unwrap()(&host, &mut me, null_mut()), TATU_OK);
+        let ext = plugin.extension.unwrap()(me, TATU_COMMAND.as_ptr()).cast::<tatu_ext_command>();
+        let commands = list((*ext).commands)
+            .into_iter()
+            .map(|c| Declared {
+                names: list((*c).names)
+                    .into_iter()
+                    .map(|n| text((*n).name))
+                    .collect(),
+                params: list((*c).params).into_iter().map(|p| shown(p)).collect(),
+                returns: list((*c).returns)
+                    .into_iter()
+                    .map(|p| text((*p).key))
+                    .collect(),
+                text: text((*c).text),
+                example: text((*c).example),
+            })
+            .collect();
+        let constants = list((*ext).constants)
+            .into_iter()
+            .map(|c| text((*c).name))
+            .collect();
+        plugin.shutdown.unwrap()(me);
+        (commands, constants)
+    }
+}
+
+#[test]
+fn names_are_unique() {
+    let (commands, constants) = declared();
+    let mut seen = BTreeSet::new();
+    for name in commands.iter().flat_map(|c| &c.names).chain(&constants) {
+        assert!(seen.insert(name), "{name} is declared twice");
+    }
+}
+
+#[test]
+fn every_command_tells_what_it_does() {
+    for c in declared().0 {
+        let name = &c.names[0];
+        assert!(c.text.ends_with('.'), "{name}: no sentence: {}", c.text);
+        assert!(c.example.contains(name.as_str()), "{name}: {}", c.example);
+    }
+}
+
+/// Old names follow the rule `simAbc` -> `sim.abc`, but for those of the reference's table.
+#[test]
+fn old_names_follow_the_rule() {
+    let irregular = BTreeMap::from([
+        ("simJointGetForce", "sim.getJointForce"),
+        ("simTransformVector", "sim.multiplyVector"),
+        ("simHandleChildScript", "sim.handleChildScripts"),
+        (
+            "simIsScriptRunningInThread",
+            "sim.isScriptExecutionThreaded",
+        ),
+        ("simGetObjectUniqueIdentifier", "sim.getObjectUid"),
+        ("simGetSystemTimeInMilliseconds", "sim.getSystemTimeInMs"),
+    ]);
+    for c in declared().0 {
+        let new = &c.names[0];
+        for old in c.names.iter().filter(|n| !n.contains('.')) {
+            let rest = old.strip_prefix("sim").unwrap();
+            let regular = format!("sim.{}{}", rest[..1].to_lowercase(), &rest[1..]);
+            let known = *new == regular
+                || irregular.get(old.as_str()) == Some(&new.as_str())
+                || ["Signal", "Param", "Table", "32"]
+                    .iter()
+                    .any(|end| new.ends_with(end) || new.ends_with(&format!("{end}eter")));
+            assert!(known, "{old} -> {new}");
+        }
+    }
+}
+
+/// The functions that the scripts of the seeds call.
+#[test]
+fn seeds_find_their_functions() {
+    let (commands, constants) = declared();
+    let names: BTreeSet<_> = commands
+        .iter()
+        .flat_map(|c| c.names.iter())
+        .chain(&constants)
+        .collect();
+    for wanted in [
+        "simGetObjectHandle",
+        "simReadProximitySensor",
+        "simHandleProximitySensor",
+        "simSetJointTargetVelocity",
+        "simSetJointTargetPosition",
+        "simSetJointPosition",
+        "simSetJointForce",
+        "simAddStatusbarMessage",
+        "simAuxiliaryConsoleOpen",
+        "simAuxiliaryConsoleShow",
+        "simAuxiliaryConsolePrint",
+        "simGetSimulatorMessage",
+        "simSetFloatSignal",
+        "simGetFloatSignal",
+        "simTubeOpen",
+        "simTubeWrite",
+        "simPackFloats",
+        "simGetObjectAssociatedWithScript",
+        "simGetObjectName",
+        "simGetObjectPosition",
+        "simGetObjectOrientation",
+        "sim_childscriptcall_initialization",
+        "sim_childscriptcall_actuation",
+        "sim_childscriptcall_sensing",
+        "sim_childscriptcall_cleanup",
+        "sim_handle_self",
+        "sim_message_keypress",
+    ] {
+        assert!(names.iter().any(|n| *n == wanted), "{wanted}");
+    }
+}
+
+/// The table in README.md is this one; `TATU_WRITE_README=1` writes it anew.
+#[test]
+fn readme_lists_every_command() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
+    let readme = std::fs::read_to_string(path).unwrap();
+    let (begin, end) = ("<!-- commands -->\n", "<!-- end -->\n");
+    let (head, rest) = readme.split_once(begin).unwrap();
+    let (table, tail) = rest.split_once(end).unwrap();
+    let expected = render();
+    if std::env::var_os("TATU_WRITE_README").is_some() {
+        std::fs::write(path, [head, begin, &expected, end, tail].concat()).unwrap();
+    } else {
+        assert!(
+            table == expected,
+            "set TATU_WRITE_README=1 and run this test again"
+        );
+    }
+}
+
+fn render() -> String {
+    let mut out =
+        String::from("| Command | Other names | Gives | What it does |\n|---|---|---|---|\n");
+    for c in declared().0 {
+        let others: Vec<_> = c.names[1..].iter().map(|n| format!("`{n}`")).collect();
+        out += &format!(
+            "| `{}({})` | {} | {} | {} |\n",
+            c.names[0],
+            c.params.join(", "),
+            others.join(" "),
+            c.returns.join(", "),
+            c.text
+        );
+    }
+    out
+}

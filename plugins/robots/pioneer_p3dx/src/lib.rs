@@ -1,0 +1,114 @@
+//! The Pioneer P3-DX: two driven wheels, a caster and a ring of sixteen sonars.
+//!
+//! `presets` has the numbers, `sonar` the ring, `parts` what moves and collides, `look` what is seen.
+//! The base frame lies 44.5 mm behind the axle and 0.1388 m above the floor, x forward, y left.
+
+mod look;
+mod parts;
+mod presets;
+mod sonar;
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+
+use tatu_plugin_api::{
+    safe::{Builder, Host, Model, Offer, Param, Params, Plugin, Result, World},
+    tatu_plugin,
+};
+
+/// The plugin; it keeps nothing.
+pub struct Pioneers;
+
+impl Plugin for Pioneers {
+    type World = ();
+
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Pioneers)
+    }
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.model::<PioneerP3dx>();
+    }
+}
+
+/// The model "pioneer_p3dx".
+pub struct PioneerP3dx;
+
+impl Model for PioneerP3dx {
+    type Plugin = Pioneers;
+    const ID: &'static str = "pioneer_p3dx";
+    const TEXT: &'static str =
+        "Pioneer P3-DX: two driven wheels, a caster, sixteen sonars; stands on z = 0, heading +x.";
+    const SLOTS: &'static [&'static str] = parts::SLOTS;
+
+    fn params() -> Vec<Param> {
+        vec![
+            Param::string("preset")
+                .choices(presets::NAMES)
+                .default(presets::NAMES[0])
+                .text(
+                    "Which numbers: those of V-REP's library model, or those of data sheets and the maker's software.",
+                ),
+            Param::float("sonar_range")
+                .unit("m")
+                .range(0.1, 5.0)
+                .optional()
+                .text("How far the sonars see; left out: 1 as V-REP, 5 as the data sheet."),
+            Param::float("sonar_angle")
+                .unit("rad")
+                .range(0.01, PI)
+                .default(PI / 6.0)
+                .text("Full opening angle of a sonar's cone."),
+            Param::float("sonar_max_incidence")
+                .unit("rad")
+                .range(0.0, FRAC_PI_2)
+                .default(FRAC_PI_4)
+                .text(
+                    "Greatest angle between a sonar's line of sight and the surface normal; a quarter turn switches \
+                     the limit off. The original model has it switched on at 45 degrees: this is what keeps the floor \
+                     out of the cones, which reach the ground 0.77 m away from 0.207 m up, whereas a wall is still \
+                     seen. Whoever switches it off sees the floor at any range above 0.8 m.",
+                ),
+            Param::float("sonar_min_range")
+                .unit("m")
+                .range(0.0, 1.0)
+                .default(0.05)
+                .text("A sonar whose nearest echo is nearer than this reports nothing."),
+            Param::floats("color", 3)
+                .range(0.0, 1.0)
+                .default([0.72, 0.04, 0.05])
+                .text("Red, green and blue of the body, 0 to 1."),
+        ]
+    }
+
+    fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result {
+        let robot = presets::named(&params.string("preset")?)?;
+        let beam = sonar::Beam {
+            range: params
+                .get("sonar_range")?
+                .as_f64()
+                .unwrap_or(robot.sonar_range),
+            angle: params.f64("sonar_angle")?,
+            max_incidence: params.f64("sonar_max_incidence")?,
+            min_range: params.f64("sonar_min_range")?,
+        };
+        let base = parts::base(builder, &robot)?;
+        parts::drive(builder, base, &robot)?;
+        parts::caster(builder, base, &robot)?;
+        let body = look::body(builder, base, &robot, params.array("color")?)?;
+        sonar::ring(builder, body, &robot, &beam)?;
+        parts::slots(builder, base)
+    }
+}
+
+tatu_plugin! {
+    plugin: Pioneers,
+    id: "tatu.robot.pioneer_p3dx",
+    name: "Pioneer P3-DX",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,224 @@
+//! A host that has nothing, and a builder that writes down what it is told.
+
+use std::{
+    cell::RefCell,
+    collections::BTreeMap,
+    ffi::{CStr, c_char, c_void},
+    ptr::null,
+};
+
+use tatu_plugin_api::{abi::*, safe::Value, safe::ValueRef};
+
+/// An object as it was described.
+#[derive(Debug, Default)]
+pub struct Object {
+    pub kind: String,
+    pub alias: String,
+    /// 0: none; else the number of an object, from 1.
+    pub parent: usize,
+    pub device: Option<String>,
+    pub properties: BTreeMap<String, Value>,
+}
+
+impl Object {
+    pub fn numbers(&self, key: &str) -> Vec<f64> {
+        match self.properties.get(key) {
+            Some(Value::Floats(x)) => x.clone(),
+            Some(Value::Float(x)) => vec![*x],
+            Some(Value::Int(x)) => vec![*x as f64],
+            other => panic!("{}: {key} is {other:?}", self.alias),
+        }
+    }
+    pub fn number(&self, key: &str) -> f64 {
+        self.numbers(key)[0]
+    }
+    pub fn is(&self, key: &str) -> bool {
+        self.properties.get(key) == Some(&Value::Bool(true))
+    }
+    pub fn text(&self, key: &str) -> String {
+        match self.properties.get(key) {
+            Some(Value::Text(t)) => String::from_utf8_lossy(t).into_owned(),
+            other => panic!("{}: {key} is {other:?}", self.alias),
+        }
+    }
+}
+
+/// What a build has told.
+#[derive(Debug, Default)]
+pub struct Record {
+    pub objects: Vec<Object>,
+    pub meshes: Vec<crate::look::Mesh>,
+}
+
+impl Record {
+    pub fn get(&self, alias: &str) -> &Object {
+        let found = self.objects.iter().find(|o| o.alias == alias);
+        found.unwrap_or_else(|| panic!("no object {alias}"))
+    }
+    pub fn parent(&self, object: &Object) -> Option<&Object> {
+        object.parent.checked_sub(1).map(|i| &self.objects[i])
+    }
+}
+
+unsafe fn record<'a>(b: *const tatu_builder) -> &'a RefCell<Record> {
+    // SAFETY: `ctx` is the record of `build`, which outlives the builder.
+    unsafe { &*(*b).ctx.cast() }
+}
+
+unsafe fn text(s: *const c_char) -> String {
+    // SAFETY: NUL-terminated, as the header says.
+    unsafe { CStr::from_ptr(s) }.to_string_lossy().into_owned()
+}
+
+unsafe extern "C" fn object(
+    b: *const tatu_builder,
+    kind: *const c_char,
+    parent: u32,
+    alias: tatu_str,
+) -> u32 {
+    // SAFETY: valid during the call, as the header says, here and below.
+    unsafe {
+        let alias = std::slice::from_raw_parts(alias.ptr.cast(), alias.len as usize);
+        let mut r = record(b).borrow_mut();
+        r.objects.push(Object {
+            kind: text(kind),
+            alias: String::from_utf8_lossy(alias).into_owned(),
+            parent: parent as usize,
+            ..Object::default()
+        });
+        r.objects.len() as u32
+    }
+}
+
+unsafe extern "C" fn set(
+    b: *const tatu_builder,
+    object: u32,
+    key: *const c_char,
+    value: *const tatu_value,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        let value = ValueRef::new(*value).to_value().unwrap();
+        let mut r = record(b).borrow_mut();
+        r.objects[object as usize - 1]
+            .properties
+            .insert(text(key), value);
+    }
+    TATU_OK
+}
+
+unsafe extern "C" fn mesh(
+    b: *const tatu_builder,
+    points: *const f64,
+    n: u64,
+    triangles: *const u32,
+    m: u64,
+) -> u64 {
+    // SAFETY: as above.
+    unsafe {
+        let points = std::slice::from_raw_parts(points.cast(), n as usize).to_vec();
+        let triangles = std::slice::from_raw_parts(triangles.cast(), m as usize).to_vec();
+        let mut r = record(b).borrow_mut();
+        r.meshes.push((points, triangles));
+        r.meshes.len() as u64
+    }
+}
+
+unsafe extern "C" fn device(
+    b: *const tatu_builder,
+    object: u32,
+    kind: *const c_char,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe { record(b).borrow_mut().objects[object as usize - 1].device = Some(text(kind)) };
+    TATU_OK
+}
+
+unsafe extern "C" fn no_service(_: *const tatu_host, _: *const c_char) -> *const c_void {
+    null()
+}
+
+unsafe extern "C" fn say(e: *mut tatu_error, _: tatu_status, text: tatu_str) {
+    // SAFETY: `ctx` is the string of `build`.
+    unsafe {
+        let bytes = std::slice::from_raw_parts(text.ptr.cast(), text.len as usize);
+        *(*e).ctx.cast::<String>() = String::from_utf8_lossy(bytes).into_owned();
+    }
+}
+
+/// Builds the model through the library's C tables, with its defaults but for `given`.
+pub fn build(given: &[(&str, Value)]) -> Result<Record, String> {
+    let mut said = String::new();
+    let empty = tatu_str {
+        ptr: null(),
+        len: 0,
+    };
+    let mut error = tatu_error {
+        size: size_of::<tatu_error>() as u32,
+        code: 0,
+        ctx: (&raw mut said).cast(),
+        say: Some(say),
+        add: None,
+        text: empty,
+        help: empty,
+        file: empty,
+        traceback: empty,
+        line: 0,
+    };
+    let host = tatu_host {
+        size: size_of::<tatu_host>() as u32,
+        abi_minor: TATU_ABI_MINOR.into(),
+        ctx: std::ptr::null_mut(),
+        service: Some(no_service),
+    };
+    let kept = RefCell::new(Record::default());
+    let builder = tatu_builder {
+        size: size_of::<tatu_builder>() as u32,
+        reserved: 0,
+        ctx: (&raw const kept).cast_mut().cast(),
+        object: Some(object),
+        set: Some(set),
+        mesh: Some(mesh),
+        image: None,
+        script: None,
+        device: Some(device),
+        report: None,
+        file: None,
+    };
+    let plugin = &crate::tatu_plugin.0;
+    let mut me = std::ptr::null_mut();
+    let mut room: Vec<Vec<u64>> = Vec::new();
+    // SAFETY: the calls follow the header: init, extension, build, shutdown; all tables live until the end.
+    let status = unsafe {
+        assert_eq!(plugin.init.unwrap()(&host, &mut me, &mut error), TATU_OK);
+        // Starting sends panic messages to the host's log; a test wants to see them.
+        drop(std::panic::take_hook());
+        let extension: *const tatu_ext_model =
+            plugin.extension.unwrap()(me, TATU_MODEL.as_ptr()).cast();
+        let model = &**(*extension).models;
+        let mut values = Vec::new();
+        for i in 0.. {
+            let param = *model.params.add(i);
+            if param.is_null() {
+                break;
+            }
+            let key = text((*param).key);
+            let found = given.iter().find(|(k, _)| *k == key);
+            values.push(found.map_or((*param).fallback, |(_, v)| {
+                v.to_raw(&mut |bytes| {
+                    room.push(vec![0; bytes.div_ceil(8).max(1)]);
+                    room.last_mut().unwrap().as_mut_ptr().cast()
+                })
+                .unwrap()
+            }));
+        }
+        let status = model.build.unwrap()(me, &builder, values.as_ptr(), &mut error);
+        plugin.shutdown.unwrap()(me);
+        status
+    };
+    if status == TATU_OK {
+        Ok(kept.into_inner())
+    } else {
+        Err(said)
+    }
+}

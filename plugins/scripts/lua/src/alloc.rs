@@ -1,0 +1,233 @@
+//! Memory of a Lua state: a slot of its own, whose addresses have the same low 32 bits in every run.
+//!
+//! Lua hashes tables, functions and threads by the low 32 bits of their addresses; the order in which `pairs` visits
+//! such keys is therefore the same in each run only if these bits are. A slot begins at a multiple of 4 GiB, and what
+//! lies where in it depends only on what the script does. The allocator keeps one free list per size class and takes
+//! new blocks from the end; blocks are never split or joined. Where the system reserves no address space the system's
+//! allocator takes over, and only that order is lost.
+
+use std::{
+    alloc::{Layout, alloc, dealloc},
+    cell::Cell,
+    ffi::c_void,
+    ptr::{copy_nonoverlapping, null_mut},
+};
+
+use crate::system;
+
+/// Bytes of a slot, and the memory limit of a script that is given none.
+pub(crate) const SLOT_BYTES: usize = 256 << 20;
+const ALIGN: usize = 4 << 30;
+/// Below the size of a huge page, so that a small state does not get one.
+const COMMIT: usize = 256 << 10;
+const SMALL: usize = 512;
+const CLASSES: usize = 32 + 4 * 20;
+
+/// The memory of one state. Boxed: Lua keeps its address.
+pub(crate) struct Slot {
+    /// What was reserved; null: the system's allocator is used.
+    mapped: *mut u8,
+    base: *mut u8,
+    top: Cell<usize>,
+    committed: Cell<usize>,
+    used: Cell<usize>,
+    limit: Cell<usize>,
+    free: [Cell<*mut u8>; CLASSES],
+}
+
+/// The class of a size, and the size of its blocks: steps of 16 bytes, then four per doubling.
+fn class(bytes: usize) -> (usize, usize) {
+    if bytes <= SMALL {
+        let c = bytes.div_ceil(16).max(1);
+        return (c - 1, c * 16);
+    }
+    let k = (bytes - 1).ilog2() as usize;
+    let quarter = ((bytes - 1) >> (k - 2)) & 3;
+    (
+        32 + (k - 9) * 4 + quarter,
+        (1 << k) + ((quarter + 1) << (k - 2)),
+    )
+}
+
+impl Slot {
+    pub(crate) fn new() -> Box<Slot> {
+        let mapped = system::reserve(ALIGN + SLOT_BYTES);
+        let pad = mapped.align_offset(ALIGN);
+        Box::new(Slot {
+            mapped,
+            base: mapped.wrapping_add(if mapped.is_null() { 0 } else { pad }),
+            top: Cell::new(0),
+            committed: Cell::new(0),
+            used: Cell::new(0),
+            limit: Cell::new(SLOT_BYTES),
+            free: [const { Cell::new(null_mut()) }; CLASSES],
+        })
+    }
+    /// Whether the state can be thrown away without freeing its blocks one by one.
+    pub(crate) fn is_mapped(&self) -> bool {
+        !self.mapped.is_null()
+    }
+    /// Sets the memory limit; 0: the whole slot.
+    pub(crate) fn set_limit(&self, bytes: u64) {
+        let bytes = usize::try_from(bytes).unwrap_or(SLOT_BYTES);
+        self.limit.set(match bytes {
+            0 => SLOT_BYTES,
+            n => n.min(SLOT_BYTES),
+        });
+    }
+    /// The limit, bytes.
+    pub(crate) fn limit(&self) -> usize {
+        self.limit.get()
+    }
+
+    fn take(&self, bytes: usize, force: bool) -> *mut u8 {
+        let (c, size) = class(bytes);
+        let used = self.used.get() + size;
+        if used > self.limit.get() && !force {
+            return null_mut();
+        }
+        let block = if !self.is_mapped() {
+            // SAFETY: the size is not 0.
+            Layout::from_size_align(size, 16).map_or(null_mut(), |l| unsafe { alloc(l) })
+        } else if c < CLASSES && !self.free[c].get().is_null() {
+            let block = self.free[c].get();
+            // SAFETY: a free block holds the address of the next one.
+            self.free[c].set(unsafe { *block.cast::<*mut u8>() });
+            block
+        } else {
+            self.grow(size)
+        };
+        if !block.is_null() {
+            self.used.set(used);
+        }
+        block
+    }
+
+    fn grow(&self, size: usize) -> *mut u8 {
+        let at = self.top.get();
+        let end = at + size;
+        if end > SLOT_BYTES {
+            return null_mut();
+        }
+        let committed = self.committed.get();
+        if end > committed {
+            let more = (end - committed).next_multiple_of(COMMIT);
+            // SAFETY: whole pages of the slot, which is a multiple of COMMIT long.
+            if !unsafe { system::commit(self.base.add(committed), more) } {
+                return null_mut();
+            }
+            self.committed.set(committed + more);
+        }
+        self.top.set(end);
+        // SAFETY: within the slot.
+        unsafe { self.base.add(at) }
+    }
+
+    /// # Safety
+    /// `block` was taken with this size and is not used any more.
+    unsafe fn give(&self, block: *mut u8, bytes: usize) {
+        let (c, size) = class(bytes);
+        self.used.set(self.used.get() - size);
+        if self.is_mapped() {
+            *block.cast::<*mut u8>() = self.free[c].get();
+            self.free[c].set(block);
+        } else {
+            dealloc(block, Layout::from_size_align_unchecked(size, 16));
+        }
+    }
+}
+
+impl Drop for Slot {
+    fn drop(&mut self) {
+        if self.is_mapped() {
+            // SAFETY: the state that lived here has ended.
+            unsafe { system::free(self.mapped, ALIGN + SLOT_BYTES) };
+        }
+    }
+}
+
+/// Lua's allocation function.
+///
+/// # Safety
+/// `slot` is the state's; `block` and `old` are what Lua got from here.
+pub(crate) unsafe extern "C" fn lua_alloc(
+    slot: *mut c_void,
+    block: *mut c_void,
+    old: usize,
+    new: usize,
+) -> *mut c_void {
+    let slot = &*slot.cast::<Slot>();
+    let block = block.cast::<u8>();
+    if new == 0 {
+        if !block.is_null() {
+            slot.give(block, old);
+        }
+        return null_mut();
+    }
+    if block.is_null() {
+        return slot.take(new, false).cast();
+    }
+    let (from, to) = (class(old), class(new));
+    if from.0 == to.0 {
+        return block.cast();
+    }
+    let shrinks = new < old;
+    let fresh = slot.take(new, shrinks);
+    if fresh.is_null() {
+        if !shrinks {
+            return null_mut();
+        }
+        // Lua relies on shrinking: the block goes on as a smaller one, its tail is lost until the state ends.
+        if slot.is_mapped() {
+            slot.used.set(slot.used.get() - from.1 + to.1);
+        }
+        return block.cast();
+    }
+    copy_nonoverlapping(block, fresh, old.min(new));
+    slot.give(block, old);
+    fresh.cast()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn classes_hold_their_sizes() {
+        let mut last = (0, 16);
+        for bytes in 1..200_000 {
+            let (c, size) = class(bytes);
+            assert!(size >= bytes && size % 16 == 0 && size <= bytes * 5 / 4 + 16);
+            assert!((c, size) == last || (c == last.0 + 1 && size > last.1));
+            last = (c, size);
+        }
+        assert!(class(SLOT_BYTES).0 < CLASSES);
+    }
+
+    #[test]
+    fn addresses_repeat_and_the_limit_holds() {
+        let run = || {
+            let slot = Slot::new();
+            let ud = (&raw const *slot).cast_mut().cast();
+            slot.set_limit(1 << 20);
+            let mut seen = Vec::new();
+            // SAFETY: blocks are handed back with the sizes they have.
+            unsafe {
+                let a = lua_alloc(ud, null_mut(), 0, 100);
+                let b = lua_alloc(ud, null_mut(), 0, 3000);
+                let a = lua_alloc(ud, a, 100, 900);
+                let c = lua_alloc(ud, null_mut(), 0, 100);
+                seen.extend([a, b, c].map(|p| p as usize as u32));
+                assert!(lua_alloc(ud, null_mut(), 0, 2 << 20).is_null());
+                assert!(!lua_alloc(ud, b, 3000, 30).is_null());
+            }
+            (slot.is_mapped(), seen)
+        };
+        let (mapped, first) = run();
+        if mapped {
+            assert_eq!(first, run().1);
+        } else {
+            println!("skipped: this system reserves no address space");
+        }
+    }
+}

@@ -1,0 +1,302 @@
+//! Commands, constants and name spaces: found when a script first uses their names.
+//!
+//! The globals, and each table of names such as that of "gripper.", look into a cache table, which asks the host for
+//! what it lacks. The script's own tables stay as the script made them.
+
+use std::{mem::MaybeUninit, ptr::null_mut};
+
+use mlua::ffi::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use crate::{
+    convert::{self, Reader, Room, word},
+    errors, functions,
+    state::{self, State, border, bytes, push, reg, registry},
+    threads,
+};
+
+/// Arguments and results of a call that need no memory but the stack's.
+const ARGS: usize = 16;
+const RESULTS: usize = 64;
+
+const FRAME: tatu_call = tatu_call {
+    size: size_of::<tatu_call>() as u32,
+    command: 0,
+    alias: 0,
+    n_args: 0,
+    args: std::ptr::null(),
+    results: null_mut(),
+    results_cap: RESULTS as u32,
+    n_results: 0,
+    world: null_mut(),
+    self_: null_mut(),
+    instance: null_mut(),
+    state: null_mut(),
+    user: std::ptr::null(),
+    api: std::ptr::null(),
+    error: null_mut(),
+    wait_token: 0,
+    resume: 0,
+    caller: 0,
+    caller_object: 0,
+    caller_script: 0,
+    caller_dialect: tatu_str {
+        ptr: std::ptr::null(),
+        len: 0,
+    },
+    caller_kind: 0,
+    reserved: 0,
+};
+
+/// What is called.
+#[derive(Clone, Copy)]
+pub(crate) enum Target {
+    /// A command: id << 8 | alias.
+    Command(u32),
+    /// A function of another script.
+    Function(u64),
+}
+
+/// A command as a Lua function; upvalue 1: id << 8 | alias.
+unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
+    let packed = lua_tointegerx(l, lua_upvalueindex(1), null_mut()) as u32;
+    run(l, Target::Command(packed))
+}
+
+/// Calls a command with the arguments on the stack.
+///
+/// # Safety
+/// Called as the whole of a C function of Lua.
+#[inline(always)]
+pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
+    let s = state::of(l);
+    let n = lua_gettop(l);
+    let mut args = MaybeUninit::<[tatu_value; ARGS]>::uninit();
+    let mut results = MaybeUninit::<[tatu_value; RESULTS]>::uninit();
+    let lent = s.borrowed.get();
+    let mut reader = Reader {
+        l,
+        s,
+        room: Room::World,
+        what: "argument",
+        took: false,
+    };
+    let mut first = args.as_mut_ptr().cast::<tatu_value>();
+    if n as usize > ARGS {
+        first = many(&mut reader, n as usize);
+    }
+    for i in 0..n {
+        reader.read(i + 1, i as u32 + 1, first.add(i as usize));
+    }
+    let mut frame = FRAME;
+    frame.n_args = n as u32;
+    frame.args = first;
+    frame.results = results.as_mut_ptr().cast();
+    if lua_isyieldable(l) != 0 {
+        frame.wait_token = s.token.get() + 1;
+        s.token.set(frame.wait_token);
+    }
+    let outer = s.running.replace(l);
+    let status = match target {
+        Target::Command(packed) => {
+            frame.command = packed >> 8;
+            frame.alias = packed & 0xFF;
+            (s.commands.call)(s.world, &mut frame)
+        }
+        Target::Function(func) => (s.commands.call_func)(s.world, func, &mut frame),
+    };
+    s.running.set(outer);
+    if status != TATU_OK {
+        return other(l, s, status, &frame, lent);
+    }
+    let n = frame.n_results.min(RESULTS as u32);
+    if n > 8 {
+        luaL_checkstack(l, n as i32 + 4, std::ptr::null());
+    }
+    let mut took = reader.took;
+    for i in 0..n as usize {
+        let value = &*frame.results.add(i);
+        took |= value.tag >= TATU_TEXT && value.tag < TATU_FUNC;
+        convert::put(l, value);
+    }
+    if took {
+        (s.commands.release)(s.world, s.mark.get());
+    }
+    if s.borrowed.get() != lent {
+        functions::unlend(l, s, lent);
+    }
+    n as i32
+}
+
+/// Room for more arguments than fit on the stack.
+#[cold]
+unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
+    reader.took = true;
+    let room = (reader.s.commands.alloc)(reader.s.world, (n * size_of::<tatu_value>()) as u64);
+    if room.is_null() {
+        errors::raise(
+            reader.l,
+            Fail::with_code(TATU_ERR_SPACE, format!("{n} arguments are too many")),
+        );
+    }
+    luaL_checkstack(reader.l, 8, std::ptr::null());
+    room.cast()
+}
+
+/// A call that waits, or that failed.
+#[cold]
+unsafe fn other(
+    l: *mut lua_State,
+    s: &State,
+    status: tatu_status,
+    frame: &tatu_call,
+    lent: u32,
+) -> i32 {
+    if s.borrowed.get() != lent {
+        luaL_checkstack(l, 4, std::ptr::null());
+        functions::unlend(l, s, lent);
+    }
+    if status == TATU_WAIT && frame.wait_token != 0 {
+        return threads::suspend(l, s, frame.wait_token);
+    }
+    errors::raise(l, failure(s, status, frame))
+}
+
+fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
+    if status >= 0 {
+        return Fail::unsupported("this command waits, which is not possible here").help(
+            "call it from a thread callback or a coroutine, not inside a sort or a metamethod",
+        );
+    }
+    // SAFETY: the host's error lives until its next refusal.
+    let fail = unsafe { Fail::read(status, frame.error) };
+    // SAFETY: reading ended above; the arena goes back to where this call began.
+    unsafe { (s.commands.release)(s.world, s.mark.get()) };
+    fail
+}
+
+/// Asks the host for a name; upvalue 1: its prefix.
+unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
+    if lua_type(l, 2) != LUA_TSTRING {
+        return 0;
+    }
+    let s = state::of(l);
+    lua_settop(l, 2);
+    lua_pushvalue(l, lua_upvalueindex(1));
+    lua_pushvalue(l, 2);
+    lua_concat(l, 2); // 3: the full name
+    let found = (s.commands.find)(s.world, border(bytes(l, 3)));
+    let mut value = word(TATU_NIL, 0);
+    if found != 0 {
+        lua_pushinteger(l, i64::from(found));
+        lua_pushcclosure(l, command, 1);
+    } else if (s.commands.constant)(s.world, border(bytes(l, 3)), &mut value) == TATU_OK {
+        convert::put(l, &value);
+    } else {
+        lua_pushvalue(l, 3);
+        push(l, b".");
+        lua_concat(l, 2); // 4: the name as a prefix
+        if (s.commands.find)(s.world, border(bytes(l, 4))) == 0 {
+            missed(s, bytes(l, 3));
+            return 0;
+        }
+        scope(l, 4);
+    }
+    lua_pushvalue(l, 2);
+    lua_pushvalue(l, -2);
+    lua_rawset(l, 1);
+    1
+}
+
+fn missed(s: &State, name: &[u8]) {
+    let missed = &mut s.errors.borrow_mut().missed;
+    missed.clear();
+    missed.extend_from_slice(name);
+}
+
+/// Pushes the table of names of the prefix at `prefix`; the same one each time.
+unsafe fn scope(l: *mut lua_State, prefix: i32) {
+    registry(l, reg::SCOPES);
+    lua_pushvalue(l, prefix);
+    if lua_rawget(l, -2) == LUA_TTABLE {
+        return;
+    }
+    lua_pop(l, 1);
+    lua_newtable(l);
+    lua_pushvalue(l, prefix);
+    lua_pushvalue(l, -2);
+    lua_rawset(l, -4);
+    attach(l, prefix);
+}
+
+/// Gives the table on top a metatable whose `__index` is a cache of names with the prefix at `prefix`.
+///
+/// # Safety
+/// Six free places on the stack; may raise.
+unsafe fn attach(l: *mut lua_State, prefix: i32) {
+    lua_newtable(l); // metatable
+    lua_newtable(l); // cache
+    lua_newtable(l); // metatable of the cache
+    lua_pushvalue(l, prefix);
+    lua_pushcclosure(l, index, 1);
+    lua_setfield(l, -2, c"__index".as_ptr());
+    lua_setmetatable(l, -2);
+    lua_setfield(l, -2, c"__index".as_ptr());
+    lua_setmetatable(l, -2);
+}
+
+/// Makes the globals find names.
+///
+/// # Safety
+/// Called once, while the state is made; may raise.
+pub(crate) unsafe fn open(l: *mut lua_State) {
+    luaL_checkstack(l, 12, std::ptr::null());
+    push(l, b"");
+    let prefix = lua_gettop(l);
+    registry(l, reg::SCOPES);
+    lua_pushvalue(l, prefix);
+    lua_pushglobaltable(l);
+    attach(l, prefix);
+    lua_rawset(l, -3);
+    lua_settop(l, prefix - 1);
+}
+
+/// Forgets found names when commands were added or removed; tables of names stay the same tables.
+///
+/// # Safety
+/// May raise.
+pub(crate) unsafe fn refresh(l: *mut lua_State, s: &State) {
+    let now = (s.commands.generation)(s.world);
+    if now == s.generation.get() {
+        return;
+    }
+    s.generation.set(now);
+    luaL_checkstack(l, 12, std::ptr::null());
+    registry(l, reg::SCOPES);
+    let scopes = lua_gettop(l);
+    lua_pushnil(l);
+    while lua_next(l, scopes) != 0 {
+        if lua_getmetatable(l, -1) != 0 {
+            lua_getfield(l, -1, c"__index".as_ptr());
+            forget(l, lua_gettop(l));
+        }
+        lua_settop(l, scopes + 1);
+    }
+    lua_settop(l, scopes - 1);
+}
+
+unsafe fn forget(l: *mut lua_State, cache: i32) {
+    if lua_type(l, cache) != LUA_TTABLE {
+        return;
+    }
+    lua_pushnil(l);
+    while lua_next(l, cache) != 0 {
+        let table = lua_type(l, -1) == LUA_TTABLE;
+        lua_pop(l, 1);
+        if !table {
+            lua_pushvalue(l, -1);
+            lua_pushnil(l);
+            lua_rawset(l, cache);
+        }
+    }
+}

@@ -1,0 +1,335 @@
+//! The life of a script: which callbacks it has, and how each is run.
+//!
+//! A script is of one of two styles, seen after its text has run once, in the callback `init`: with functions, one
+//! for each callback; or as a whole, run again for each callback with a global that tells which.
+
+use std::rc::Rc;
+
+use mlua::ffi::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use crate::{
+    bind,
+    convert::{put_args, take_results},
+    load::{Rerun, Rules},
+    state::{Script, State, bytes, push, reg, registry},
+    threads,
+};
+
+/// How a script's callbacks are run.
+#[derive(Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Style {
+    /// Its text has not run yet.
+    #[default]
+    NotRun,
+    /// By functions; also a text without any.
+    Functions,
+    /// By running the text again.
+    Rerun,
+}
+
+/// The callback in which the text runs for the first time.
+const INIT: &[u8] = b"init";
+/// The callback that runs as a coroutine.
+const THREAD: &[u8] = b"thread";
+
+/// One call of the host, from its begin to its end, however it ends.
+struct Entry<'a> {
+    s: &'a State,
+    outer: (u64, u64),
+    mark: u64,
+    done: bool,
+}
+
+impl<'a> Entry<'a> {
+    fn begin(s: &'a State, budget: Budget) -> Self {
+        s.depth.set(s.depth.get() + 1);
+        s.slot.set_limit(budget.memory);
+        // SAFETY: the world lives, and this is a call of its.
+        let now = unsafe { (s.commands.mark)(s.world) };
+        Entry {
+            s,
+            outer: s.budget.begin(budget.instructions),
+            mark: s.mark.replace(now),
+            done: false,
+        }
+    }
+    fn end(mut self) -> u64 {
+        self.done = true;
+        self.s.budget.end(self.outer)
+    }
+}
+
+impl Drop for Entry<'_> {
+    fn drop(&mut self) {
+        self.s.mark.set(self.mark);
+        self.s.depth.set(self.s.depth.get() - 1);
+        if !self.done {
+            // A panic went through Lua's frames: nothing there can be trusted any more.
+            self.s.broken.set(true);
+        }
+    }
+}
+
+/// Runs `body` as one call of the host: budget, arena, names, errors.
+pub(crate) fn enter(
+    s: &Script,
+    frame: &mut Frame<'_>,
+    budget: Budget,
+    used: &mut u64,
+    body: &mut dyn FnMut(*mut lua_State, *mut tatu_call) -> Flow,
+) -> Result<Flow> {
+    if let Some(refusal) = s.budget.refusal() {
+        return Err(refusal);
+    }
+    if s.broken.get() {
+        return Err(Fail::with_code(
+            TATU_ERR_PANIC,
+            "the script's state was damaged by an earlier panic",
+        ));
+    }
+    let frame: *mut tatu_call = frame.raw();
+    // SAFETY: the host's frame, valid during the call.
+    unsafe { (*frame).n_results = 0 };
+    let entry = Entry::begin(s, budget);
+    let mut flow = Flow::Done;
+    // SAFETY: protected.
+    let result = s.protect(&mut |l| unsafe {
+        bind::refresh(l, s);
+        if s.depth.get() == 1 {
+            crate::functions::unlend_all(l, s);
+        }
+        flow = body(l, frame);
+    });
+    *used = entry.end();
+    result.map(|()| flow)
+}
+
+/// Calls the function on top of the stack with the frame's arguments.
+///
+/// # Safety
+/// Protected; the frame is valid.
+pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
+    let base = lua_gettop(l) - 1;
+    let n = put_args(l, frame);
+    lua_call(l, n, LUA_MULTRET);
+    take_results(l, s, frame, lua_gettop(l) - base);
+    Flow::Done
+}
+
+/// A number for something callable, or 0.
+pub(crate) fn find(s: &Script, how: u32, name: &[u8]) -> u32 {
+    let (style, rules) = {
+        let text = s.text.borrow();
+        (text.style, text.rules.clone())
+    };
+    let mut there = false;
+    match how {
+        TATU_FIND_CALLBACK if name == INIT => there = true,
+        TATU_FIND_CALLBACK => match style {
+            Style::NotRun => {}
+            Style::Rerun => there = rules.rerun.as_ref().is_some_and(|r| r.value(name).is_some()),
+            Style::Functions => {
+                // SAFETY: protected.
+                let _ = s.protect(&mut |l| unsafe { there = callback(l, &rules, name) });
+            }
+        },
+        TATU_FIND_FUNCTION => {
+            // SAFETY: protected.
+            let _ = s.protect(&mut |l| unsafe { there = function(l, name) });
+        }
+        _ => {}
+    }
+    if !there {
+        return 0;
+    }
+    let names = &mut s.text.borrow_mut().names;
+    let at = names.iter().position(|n| n.0 == how && *n.1 == *name);
+    (at.unwrap_or_else(|| {
+        names.push((how, name.into()));
+        names.len() - 1
+    }) + 1) as u32
+}
+
+/// Pushes the function of a callback; false, with nil pushed, if there is none.
+unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> bool {
+    luaL_checkstack(l, 8, std::ptr::null());
+    let top = lua_gettop(l);
+    lua_pushglobaltable(l);
+    for (before, after) in &rules.functions {
+        push(l, before);
+        push(l, name);
+        push(l, after);
+        lua_concat(l, 3);
+        if lua_rawget(l, top + 1) == LUA_TFUNCTION {
+            lua_replace(l, top + 1);
+            return true;
+        }
+        lua_pop(l, 1);
+    }
+    lua_settop(l, top);
+    lua_pushnil(l);
+    false
+}
+
+/// Pushes a function by its own name, dots included; false, with something else pushed, if there is none.
+unsafe fn function(l: *mut lua_State, name: &[u8]) -> bool {
+    luaL_checkstack(l, 4, std::ptr::null());
+    lua_pushglobaltable(l);
+    for part in name.split(|b| *b == b'.') {
+        if lua_type(l, -1) != LUA_TTABLE {
+            return false;
+        }
+        push(l, part);
+        lua_rawget(l, -2);
+        lua_replace(l, -2);
+    }
+    lua_type(l, -1) == LUA_TFUNCTION
+}
+
+/// Calls something found.
+pub(crate) fn call(
+    s: &Script,
+    callable: u32,
+    frame: &mut Frame<'_>,
+    budget: Budget,
+    used: &mut u64,
+) -> Result<Flow> {
+    let (how, name, style, rules, may_rerun) = {
+        let text = s.text.borrow();
+        let at = (callable as usize).wrapping_sub(1);
+        let (how, name) = text
+            .names
+            .get(at)
+            .cloned()
+            .ok_or_else(|| Fail::with_code(TATU_ERR_GONE, "no such callable"))?;
+        (how, name, text.style, text.rules.clone(), text.may_rerun)
+    };
+    let name: &[u8] = &name;
+    let rules: &Rc<Rules> = &rules;
+    let mut missing = false;
+    // SAFETY: protected; what has a destructor belongs to this function, which no Lua error leaves.
+    let result = enter(s, frame, budget, used, &mut |l, frame| unsafe {
+        luaL_checkstack(l, 12, std::ptr::null());
+        if how == TATU_FIND_FUNCTION {
+            if function(l, name) {
+                return run(l, s, frame);
+            }
+            missing = true;
+            return Flow::Done;
+        }
+        match (style, &rules.rerun) {
+            (Style::NotRun, _) => first(l, s, rules, may_rerun, frame),
+            (Style::Rerun, Some(rerun)) => {
+                set(l, s, rerun, rerun.value(name));
+                registry(l, reg::CHUNK);
+                go(l, s, name, frame)
+            }
+            _ if callback(l, rules, name) => go(l, s, name, frame),
+            _ => Flow::Done,
+        }
+    });
+    if style == Style::NotRun && result.is_err() && how == TATU_FIND_CALLBACK {
+        // The text failed: its callbacks, above all the last one, are those that it has so far.
+        // SAFETY: protected.
+        let _ = s.protect(&mut |l| unsafe {
+            settle(l, s, rules, may_rerun);
+        });
+    }
+    if missing {
+        let name = String::from_utf8_lossy(name);
+        return Err(Fail::missing(format!(
+            "the script has no function `{name}`"
+        )));
+    }
+    result
+}
+
+unsafe fn go(l: *mut lua_State, s: &State, name: &[u8], frame: *mut tatu_call) -> Flow {
+    if name == THREAD {
+        threads::start(l, s, frame)
+    } else {
+        run(l, s, frame)
+    }
+}
+
+/// The first run of the text, which is also the callback `init`.
+unsafe fn first(
+    l: *mut lua_State,
+    s: &State,
+    rules: &Rules,
+    may_rerun: bool,
+    frame: *mut tatu_call,
+) -> Flow {
+    let base = lua_gettop(l);
+    if let Some(rerun) = &rules.rerun {
+        set(l, s, rerun, rerun.value(INIT));
+    }
+    if registry(l, reg::CHUNK) != LUA_TFUNCTION {
+        return Flow::Done;
+    }
+    let n = put_args(l, frame);
+    lua_call(l, n, LUA_MULTRET);
+    if settle(l, s, rules, may_rerun) == Style::Rerun {
+        take_results(l, s, frame, lua_gettop(l) - base);
+        return Flow::Done;
+    }
+    lua_settop(l, base);
+    if let Some(rerun) = &rules.rerun {
+        set(l, s, rerun, None);
+    }
+    if callback(l, rules, INIT) {
+        return run(l, s, frame);
+    }
+    Flow::Done
+}
+
+/// Decides the style, once the text has run.
+unsafe fn settle(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool) -> Style {
+    let style = if may_rerun && !any_callback(l, rules) {
+        Style::Rerun
+    } else {
+        Style::Functions
+    };
+    s.text.borrow_mut().style = style;
+    style
+}
+
+/// Whether some global function has the name of a callback.
+unsafe fn any_callback(l: *mut lua_State, rules: &Rules) -> bool {
+    luaL_checkstack(l, 6, std::ptr::null());
+    let top = lua_gettop(l);
+    lua_pushglobaltable(l);
+    lua_pushnil(l);
+    let mut found = false;
+    while !found && lua_next(l, top + 1) != 0 {
+        if lua_type(l, -1) == LUA_TFUNCTION && lua_type(l, -2) == LUA_TSTRING {
+            let name = bytes(l, -2);
+            found = rules.functions.iter().any(|(before, after)| {
+                name.len() > before.len() + after.len()
+                    && name.starts_with(before)
+                    && name.ends_with(after)
+            });
+        }
+        lua_pop(l, 1);
+    }
+    lua_settop(l, top);
+    found
+}
+
+/// Sets the globals that tell a text which callback it runs for.
+unsafe fn set(l: *mut lua_State, s: &State, rerun: &Rerun, value: Option<i64>) {
+    lua_pushglobaltable(l);
+    push(l, &rerun.variable);
+    match value {
+        Some(value) => lua_pushinteger(l, value),
+        None => lua_pushnil(l),
+    }
+    lua_rawset(l, -3);
+    for name in &rerun.script {
+        push(l, name);
+        lua_pushinteger(l, (s.instance.owner & 0xF_FFFF) as i64);
+        lua_rawset(l, -3);
+    }
+    lua_pop(l, 1);
+}

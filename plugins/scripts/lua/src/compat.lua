@@ -1,0 +1,54 @@
+-- Names that left the language. Arguments: whether the script is of an old dialect, and three helpers.
+local old, truncating, getfenv51, setfenv51 = ...
+
+unpack = unpack or table.unpack
+math.pow = math.pow or function(x, y) return x ^ y end
+math.atan2 = math.atan2 or function(y, x) return math.atan(y, x) end
+math.log10 = math.log10 or function(x) return math.log(x, 10) end
+
+if not old then return end
+
+-- Lua 5.1, and what it still had of 5.0.
+loadstring = load
+getfenv, setfenv = getfenv51, setfenv51
+math.mod = math.fmod
+math.cosh = math.cosh or function(x) return (math.exp(x) + math.exp(-x)) / 2 end
+math.sinh = math.sinh or function(x) return (math.exp(x) - math.exp(-x)) / 2 end
+math.tanh = math.tanh or function(x) return 1 - 2 / (math.exp(2 * x) + 1) end
+math.ldexp = math.ldexp or function(x, e) return x * 2.0 ^ e end
+math.frexp = math.frexp or function(x)
+  if x == 0 or x ~= x or x == math.huge or x == -math.huge then return x, 0 end
+  local e = 0
+  while math.abs(x) >= 1 do x, e = x / 2, e + 1 end
+  while math.abs(x) < 0.5 do x, e = x * 2, e - 1 end
+  return x, e
+end
+string.gfind = string.gmatch
+
+function table.getn(t) return #t end
+function table.maxn(t)
+  local most = 0
+  for k in pairs(t) do
+    if type(k) == "number" and k > most then most = k end
+  end
+  return most
+end
+function table.foreach(t, f)
+  for k, v in pairs(t) do
+    local r = f(k, v)
+    if r ~= nil then return r end
+  end
+end
+function table.foreachi(t, f)
+  for i = 1, #t do
+    local r = f(i, t[i])
+    if r ~= nil then return r end
+  end
+end
+
+-- Fractions where an integer is wanted were cut off.
+math.random = truncating(math.random)
+string.rep = truncating(string.rep)
+string.sub = truncating(string.sub)
+string.byte = truncating(string.byte)
+string.char = truncating(string.char)

@@ -1,0 +1,119 @@
+//! What older Luas had: a few names for all scripts, Lua 5.1 for scripts of old dialects.
+
+use mlua::ffi::*;
+use tatu_plugin_api::safe::*;
+
+use crate::{
+    errors,
+    state::Script,
+    text,
+};
+
+const TEXT: &[u8] = include_bytes!("compat.lua");
+
+/// Adds the names to the state of a script.
+pub(crate) fn open(s: &Script, old: bool) -> Result {
+    // SAFETY: protected.
+    s.protect(&mut |l| unsafe {
+        luaL_checkstack(l, 12, std::ptr::null());
+        if luaL_loadbufferx(
+            l,
+            TEXT.as_ptr().cast(),
+            TEXT.len(),
+            c"=compat".as_ptr(),
+            c"t".as_ptr(),
+        ) != LUA_OK
+        {
+            lua_error(l);
+        }
+        lua_pushboolean(l, i32::from(old));
+        for f in [truncating as lua_CFunction, getfenv, setfenv] {
+            lua_pushinteger(l, 0);
+            lua_pushcclosure(l, f, 1);
+        }
+        lua_call(l, 4, 0);
+    })
+}
+
+/// Wraps a library function: floats with fractions among its arguments are cut to integers.
+unsafe extern "C-unwind" fn truncating(l: *mut lua_State) -> i32 {
+    luaL_checktype(l, 1, LUA_TFUNCTION);
+    lua_settop(l, 1);
+    lua_pushcclosure(l, truncated, 1);
+    1
+}
+
+unsafe extern "C-unwind" fn truncated(l: *mut lua_State) -> i32 {
+    let n = lua_gettop(l);
+    luaL_checkstack(l, 4, std::ptr::null());
+    for i in 1..=n {
+        text::truncate_at(l, i);
+    }
+    lua_pushvalue(l, lua_upvalueindex(1));
+    lua_insert(l, 1);
+    lua_call(l, n, LUA_MULTRET);
+    lua_gettop(l)
+}
+
+/// Pushes the function that argument 1 tells: itself, or a level of the calls.
+unsafe fn function_of(l: *mut lua_State) {
+    if lua_type(l, 1) == LUA_TFUNCTION {
+        lua_pushvalue(l, 1);
+        return;
+    }
+    let level = luaL_optinteger(l, 1, 1);
+    let mut ar = std::mem::zeroed::<lua_Debug>();
+    if !(0..1000).contains(&level) || lua_getstack(l, level as i32, &mut ar) == 0 {
+        errors::raise_text(l, "invalid level");
+    }
+    lua_getinfo(l, c"f".as_ptr(), &mut ar);
+}
+
+/// The upvalue of the function on top that holds its globals; 0: it uses none.
+unsafe fn environment(l: *mut lua_State) -> i32 {
+    for n in 1..=255 {
+        let name = lua_getupvalue(l, -1, n);
+        if name.is_null() {
+            return 0;
+        }
+        lua_pop(l, 1);
+        if std::ffi::CStr::from_ptr(name) == c"_ENV" {
+            return n;
+        }
+    }
+    0
+}
+
+unsafe extern "C-unwind" fn getfenv(l: *mut lua_State) -> i32 {
+    if lua_type(l, 1) == LUA_TNUMBER && lua_tonumber(l, 1) == 0.0 {
+        lua_pushglobaltable(l);
+        return 1;
+    }
+    function_of(l);
+    match environment(l) {
+        0 => {
+            lua_pushglobaltable(l);
+        }
+        n => {
+            lua_getupvalue(l, -1, n);
+        }
+    }
+    1
+}
+
+unsafe extern "C-unwind" fn setfenv(l: *mut lua_State) -> i32 {
+    luaL_checktype(l, 2, LUA_TTABLE);
+    lua_settop(l, 2);
+    function_of(l);
+    let n = environment(l);
+    if n != 0 {
+        // The function gets an upvalue of its own: the old one is shared with the rest of its text.
+        luaL_loadbufferx(l, c"".as_ptr(), 0, c"=env".as_ptr(), c"t".as_ptr());
+        lua_pushvalue(l, 2);
+        lua_setupvalue(l, -2, 1);
+        lua_upvaluejoin(l, 3, n, -1, 1);
+        lua_pop(l, 1);
+    }
+    lua_settop(l, 3);
+    1
+}

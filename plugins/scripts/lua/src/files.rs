@@ -1,0 +1,192 @@
+//! The open files of a script. They live beside the Lua state, so that they are closed when it ends in whatever way.
+
+use std::{
+    fs::{File, OpenOptions},
+    io::{self, Read, Seek, SeekFrom, Write},
+};
+
+const BLOCK: usize = 8 << 10;
+
+/// A script's files, by number.
+#[derive(Default)]
+pub(crate) struct Files(Vec<Option<Open>>);
+
+impl Files {
+    /// Adds a file; its number.
+    pub(crate) fn add(&mut self, file: Open) -> usize {
+        match self.0.iter().position(Option::is_none) {
+            Some(free) => {
+                self.0[free] = Some(file);
+                free
+            }
+            None => {
+                self.0.push(Some(file));
+                self.0.len() - 1
+            }
+        }
+    }
+    /// The file of a number.
+    pub(crate) fn get(&mut self, number: usize) -> Option<&mut Open> {
+        self.0.get_mut(number)?.as_mut()
+    }
+    /// Closes it, writing what is left.
+    pub(crate) fn close(&mut self, number: usize) -> io::Result<()> {
+        match self.0.get_mut(number).and_then(Option::take) {
+            Some(mut file) => file.flush(),
+            None => Ok(()),
+        }
+    }
+}
+
+/// An open file.
+pub(crate) struct Open {
+    file: File,
+    /// Written, not yet in the file.
+    unwritten: Vec<u8>,
+    /// Read ahead, and how much of it was handed out.
+    ahead: Vec<u8>,
+    at: usize,
+    /// The last result.
+    pub out: Vec<u8>,
+}
+
+/// How to open a file: Lua's mode text.
+pub(crate) fn options(mode: &[u8]) -> Option<(OpenOptions, bool)> {
+    let (kind, rest) = mode.split_first()?;
+    let plus = rest.contains(&b'+');
+    if rest.iter().any(|b| !b"+b".contains(b)) {
+        return None;
+    }
+    let mut o = OpenOptions::new();
+    match kind {
+        b'r' => o.read(true).write(plus),
+        b'w' => o.write(true).create(true).truncate(true).read(plus),
+        b'a' => o.append(true).create(true).read(plus),
+        _ => return None,
+    };
+    Some((o, *kind != b'r' || plus))
+}
+
+impl Open {
+    pub(crate) fn new(file: File) -> Self {
+        Open {
+            file,
+            unwritten: Vec::new(),
+            ahead: Vec::new(),
+            at: 0,
+            out: Vec::new(),
+        }
+    }
+    pub(crate) fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        if self.at < self.ahead.len() {
+            let back = self.ahead.len() - self.at;
+            self.file.seek(SeekFrom::Current(-(back as i64)))?;
+        }
+        self.ahead.clear();
+        self.at = 0;
+        self.unwritten.extend_from_slice(bytes);
+        if self.unwritten.len() >= BLOCK {
+            self.flush()?;
+        }
+        Ok(())
+    }
+    pub(crate) fn flush(&mut self) -> io::Result<()> {
+        let done = self.file.write_all(&self.unwritten);
+        self.unwritten.clear();
+        done
+    }
+    /// Moves; the new place, from the start.
+    pub(crate) fn seek(&mut self, whence: u8, offset: i64) -> io::Result<u64> {
+        self.flush()?;
+        let back = (self.ahead.len() - self.at) as i64;
+        self.ahead.clear();
+        self.at = 0;
+        self.file.seek(match whence {
+            b's' => SeekFrom::Start(
+                u64::try_from(offset).map_err(|_| io::Error::from(io::ErrorKind::InvalidInput))?,
+            ),
+            b'e' => SeekFrom::End(offset),
+            _ => SeekFrom::Current(offset - back),
+        })
+    }
+    /// Reads ahead; false at the end of the file.
+    fn fill(&mut self) -> io::Result<bool> {
+        if self.at < self.ahead.len() {
+            return Ok(true);
+        }
+        if !self.unwritten.is_empty() {
+            self.flush()?;
+        }
+        self.ahead.resize(BLOCK, 0);
+        self.at = 0;
+        let n = self.file.read(&mut self.ahead);
+        self.ahead.truncate(*n.as_ref().unwrap_or(&0));
+        Ok(n? > 0)
+    }
+    /// A line into `out`; false at the end.
+    pub(crate) fn read_line(&mut self, keep_end: bool) -> io::Result<bool> {
+        self.out.clear();
+        while self.fill()? {
+            let rest = &self.ahead[self.at..];
+            let end = rest.iter().position(|b| *b == b'\n');
+            self.out.extend_from_slice(&rest[..end.unwrap_or(rest.len())]);
+            self.at += end.map_or(rest.len(), |e| e + 1);
+            if end.is_some() {
+                if keep_end {
+                    self.out.push(b'\n');
+                }
+                return Ok(true);
+            }
+        }
+        Ok(!self.out.is_empty())
+    }
+    /// At most `n` bytes into `out`; false at the end.
+    pub(crate) fn read_bytes(&mut self, n: usize) -> io::Result<bool> {
+        self.out.clear();
+        let mut more = self.fill()?;
+        while more && self.out.len() < n {
+            let rest = &self.ahead[self.at..];
+            let part = rest.len().min(n - self.out.len());
+            self.out.extend_from_slice(&rest[..part]);
+            self.at += part;
+            more = self.out.len() < n && self.fill()?;
+        }
+        Ok(!self.out.is_empty() || (n == 0 && more))
+    }
+    /// What looks like a number into `out`.
+    pub(crate) fn read_number(&mut self) -> io::Result<bool> {
+        self.out.clear();
+        while self.fill()? {
+            let byte = self.ahead[self.at];
+            if self.out.is_empty() && byte.is_ascii_whitespace() {
+                self.at += 1;
+                continue;
+            }
+            if !(byte.is_ascii_alphanumeric() || b"+-.".contains(&byte)) || self.out.len() >= 200 {
+                break;
+            }
+            self.out.push(byte);
+            self.at += 1;
+        }
+        Ok(!self.out.is_empty())
+    }
+}
+
+impl Drop for Open {
+    fn drop(&mut self) {
+        let _ = self.flush();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes() {
+        for (mode, writes) in [("r", false), ("rb", false), ("r+", true), ("a", true), ("w+b", true)] {
+            assert_eq!(options(mode.as_bytes()).map(|o| o.1), Some(writes));
+        }
+        assert!(options(b"x").is_none() && options(b"rw").is_none() && options(b"").is_none());
+    }
+}

@@ -1,0 +1,117 @@
+//! Lua 5.4 as a script language, with a layer for scripts written for Lua 5.1.
+//!
+//! One Lua state per script, spoken to through Lua's own C interface: a command call costs no allocation. Begin with
+//! [`state`] (what a script's state holds) and [`callbacks`] (how the host's calls run); `README.md` tells what
+//! scripts get.
+//!
+//! Rule of the whole crate: Lua errors and yields are jumps that skip destructors. A function that Lua calls keeps
+//! nothing with a destructor, and no `RefCell` guard, alive across a Lua function that may raise.
+#![allow(
+    unsafe_op_in_unsafe_fn,
+    reason = "every function over the raw Lua interface has one contract, told at the function"
+)]
+
+mod alloc;
+mod bind;
+mod budget;
+mod callbacks;
+mod compat;
+mod convert;
+mod errors;
+mod files;
+mod functions;
+mod io;
+mod load;
+mod modules;
+mod seed;
+mod sort;
+mod state;
+mod stdlib;
+mod system;
+mod text;
+mod threads;
+mod time;
+
+use tatu_plugin_api::{abi::TATU_LOG_ERROR, safe::*};
+
+/// The plugin: it keeps nothing, every script is an instance of the language.
+struct Lua;
+
+impl Plugin for Lua {
+    type World = ();
+    fn start(host: &Host) -> Result<Self> {
+        if !seed::pinned() {
+            host.log(
+                TATU_LOG_ERROR,
+                "Lua's hash seed is not pinned: `pairs` may give another order in each run. Build from the repository's \
+                 folder, whose .cargo/config.toml sets CFLAGS=-Dluai_makeseed(L)=0x5EED, after `cargo clean -p mlua-sys`",
+            );
+        }
+        Ok(Lua)
+    }
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.language::<state::Script>();
+    }
+}
+
+impl Language for state::Script {
+    type Plugin = Lua;
+    const ID: &'static str = "lua";
+    const TEXT: &'static str = "Lua 5.4, and Lua 5.1 for scripts of old dialects.";
+    const SUFFIXES: &'static [&'static str] = &[".lua"];
+
+    fn create(host: &Host, world: &World<'_>, instance: Instance) -> Result<Self> {
+        state::Script::new(host, world, instance)
+    }
+    fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
+        load::load(self, text, chunk, dialect)
+    }
+    fn find(&self, how: u32, name: &[u8]) -> u32 {
+        callbacks::find(self, how, name)
+    }
+    fn call(
+        &self,
+        callable: u32,
+        frame: &mut Frame<'_>,
+        budget: Budget,
+        used: &mut u64,
+    ) -> Result<Flow> {
+        callbacks::call(self, callable, frame, budget, used)
+    }
+    fn resume(
+        &self,
+        token: u64,
+        failed: Option<Fail>,
+        frame: &mut Frame<'_>,
+        budget: Budget,
+        used: &mut u64,
+    ) -> Result<Flow> {
+        threads::resume(self, token, failed, frame, budget, used)
+    }
+    fn keep_func(&self, local: u32) -> u32 {
+        functions::keep(self, local)
+    }
+    fn drop_func(&self, local: u32) {
+        functions::drop(self, local);
+    }
+    fn call_func(
+        &self,
+        local: u32,
+        frame: &mut Frame<'_>,
+        budget: Budget,
+        used: &mut u64,
+    ) -> Result<Flow> {
+        functions::call(self, local, frame, budget, used)
+    }
+}
+
+tatu_plugin_api::tatu_plugin! {
+    plugin: Lua,
+    id: "tatu.script.lua",
+    name: "Lua scripts",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

@@ -1,0 +1,333 @@
+//! Taking a script's text: preludes, dialect, compilation.
+
+use std::{ffi::CString, rc::Rc};
+
+use mlua::ffi::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use crate::{
+    callbacks::Style,
+    compat, errors,
+    state::{Script, bytes, push, reg},
+};
+
+/// How a text is called that runs as a whole for each callback.
+pub(crate) struct Rerun {
+    /// The global that tells which callback it is.
+    pub variable: Vec<u8>,
+    /// Its value for each callback that there is.
+    pub values: Vec<(Vec<u8>, i64)>,
+    /// Globals that hold the script's own handle.
+    pub script: Vec<Vec<u8>>,
+}
+
+impl Rerun {
+    /// The value of a callback.
+    pub(crate) fn value(&self, callback: &[u8]) -> Option<i64> {
+        self.values
+            .iter()
+            .find(|(name, _)| name == callback)
+            .map(|v| v.1)
+    }
+}
+
+/// What preludes tell about the scripts of their commands.
+#[derive(Default)]
+pub(crate) struct Rules {
+    /// What stands before and after a callback's name in its function's name.
+    pub functions: Vec<(Vec<u8>, Vec<u8>)>,
+    pub rerun: Option<Rerun>,
+    api: Vec<Vec<u8>>,
+    old_marks: Vec<Vec<u8>>,
+    old_dialect: Option<String>,
+    new_dialect: Option<String>,
+}
+
+/// What is known of a script's text.
+#[derive(Default)]
+pub(crate) struct Text {
+    chunk: String,
+    pub rules: Rc<Rules>,
+    pub style: Style,
+    /// Whether the text can be one that runs as a whole.
+    pub may_rerun: bool,
+    /// Callables that were asked for: how, name.
+    pub names: Vec<(u32, Rc<[u8]>)>,
+}
+
+impl Text {
+    /// The text's name in messages.
+    pub(crate) fn name(&self) -> String {
+        self.chunk.clone()
+    }
+    /// The command that a message complains about, if a script called one that does not exist.
+    pub(crate) fn unknown(&self, message: &str, missed: &[u8]) -> Option<String> {
+        let rest = message.strip_prefix("attempt to call a nil value (")?;
+        let missed = String::from_utf8_lossy(missed);
+        let name = if let Some(rest) = rest.strip_prefix("global '") {
+            rest.split('\'').next()?.to_owned()
+        } else {
+            let field = rest.strip_prefix("field '")?.split('\'').next()?;
+            let (_, last) = missed.rsplit_once('.')?;
+            (last == field).then(|| missed.clone().into_owned())?
+        };
+        self.rules
+            .api
+            .iter()
+            .any(|p| name.as_bytes().starts_with(p))
+            .then_some(name)
+    }
+}
+
+/// Takes a script's text; the dialect chosen.
+pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
+    let mut rules = Rules::default();
+    let dialect = if dialect.is_empty() {
+        // Marks are needed before the dialect is known: a first pass, whose errors show up in the second.
+        let mut first = Rules::default();
+        let _ = preludes(s, None, &mut first);
+        let old = first.old_marks.iter().any(|m| has_word(text, m));
+        let chosen = if old {
+            first.old_dialect
+        } else {
+            first.new_dialect
+        };
+        chosen.unwrap_or_default()
+    } else {
+        dialect.to_owned()
+    };
+    let old = version(&dialect).is_some_and(|v| v < (4, 2));
+    s.old.set(old);
+    compat::open(s, old)?;
+    preludes(s, Some(&dialect), &mut rules)?;
+    if rules.functions.is_empty() {
+        rules.functions.push((Vec::new(), Vec::new()));
+    }
+    let may_rerun = rules
+        .rerun
+        .as_ref()
+        .is_some_and(|r| old || has_word(text, &r.variable));
+    *s.text.borrow_mut() = Text {
+        chunk: chunk.to_owned(),
+        rules: Rc::new(rules),
+        style: Style::NotRun,
+        may_rerun,
+        names: Vec::new(),
+    };
+    compile(s, text, chunk)?;
+    Ok(dialect)
+}
+
+fn compile(s: &Script, text: &[u8], chunk: &str) -> Result {
+    let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
+    // A first line such as "#!/usr/bin/lua" is skipped; its line break stays, for the numbers of the others.
+    let skip = match text.first() {
+        Some(b'#') => text.iter().position(|b| *b == b'\n').unwrap_or(text.len()),
+        _ => 0,
+    };
+    let text = &text[skip..];
+    let name = CString::new(format!("@{chunk}").replace('\0', "")).unwrap_or_default();
+    let mut message = None;
+    // SAFETY: protected; text and name outlive the call.
+    s.protect(&mut |l| unsafe {
+        let status = luaL_loadbufferx(
+            l,
+            text.as_ptr().cast(),
+            text.len(),
+            name.as_ptr(),
+            c"t".as_ptr(),
+        );
+        if status == LUA_OK {
+            lua_rawseti(l, LUA_REGISTRYINDEX, reg::CHUNK);
+        } else {
+            message = Some(bytes(l, -1).to_vec());
+        }
+    })?;
+    match message {
+        None => Ok(()),
+        Some(m) => Err(syntax(&m, chunk)),
+    }
+}
+
+/// An error of the compiler: "file:12: '=' expected near 'x'".
+fn syntax(message: &[u8], chunk: &str) -> Fail {
+    // Lua shortens long names from the left.
+    let tail = message
+        .windows(2)
+        .position(|w| w[0] == b':' && w[1].is_ascii_digit())
+        .unwrap_or(0);
+    let (line, text) = errors::mark(message, &message[..tail]).unwrap_or((0, message));
+    let fail = Fail::with_code(TATU_ERR_SCRIPT, String::from_utf8_lossy(text).into_owned());
+    if line > 0 {
+        fail.at(chunk, line)
+    } else {
+        fail
+    }
+}
+
+/// Runs all preludes without a module name; gathers what they return.
+fn preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
+    let Some(next) = s.host.commands_table().and_then(|t| t.prelude) else {
+        return Ok(());
+    };
+    for index in 0.. {
+        let (mut module, mut text) = (crate::state::border(b""), crate::state::border(b""));
+        // SAFETY: valid pointers; texts of preludes live as long as their plugin.
+        let (module, text) = unsafe {
+            if next(s.world, c"lua".as_ptr(), index, &mut module, &mut text) != TATU_OK {
+                break;
+            }
+            (slice(module), slice(text))
+        };
+        if !module.is_empty() {
+            continue;
+        }
+        // SAFETY: protected; what is gathered belongs to the caller.
+        s.protect(&mut |l| unsafe {
+            luaL_checkstack(l, 20, std::ptr::null());
+            if luaL_loadbufferx(
+                l,
+                text.as_ptr().cast(),
+                text.len(),
+                c"=prelude".as_ptr(),
+                c"t".as_ptr(),
+            ) != LUA_OK
+            {
+                lua_error(l);
+            }
+            lua_newtable(l);
+            if let Some(dialect) = dialect {
+                push(l, dialect.as_bytes());
+                lua_setfield(l, -2, c"dialect".as_ptr());
+            }
+            lua_call(l, 1, 1);
+            if lua_type(l, -1) == LUA_TTABLE {
+                gather(l, rules);
+            }
+        })?;
+    }
+    Ok(())
+}
+
+/// # Safety
+/// A text of the host that lives for `'a`.
+pub(crate) unsafe fn slice<'a>(s: tatu_str) -> &'a [u8] {
+    if s.ptr.is_null() {
+        return b"";
+    }
+    std::slice::from_raw_parts(s.ptr.cast(), s.len as usize)
+}
+
+/// Reads the table of a prelude, which is on top.
+unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
+    unsafe fn field(l: *mut lua_State, name: &std::ffi::CStr) -> bool {
+        lua_getfield(l, -1, name.as_ptr()) != LUA_TNIL
+    }
+    unsafe fn texts(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
+        for i in 1..=lua_rawlen(l, -1) {
+            lua_rawgeti(l, -1, i as i64);
+            out.push(bytes(l, -1).to_vec());
+            lua_pop(l, 1);
+        }
+    }
+    if field(l, c"functions") {
+        let pattern = bytes(l, -1);
+        if let Some(at) = pattern.windows(2).position(|w| w == b"%s") {
+            let parts = (pattern[..at].to_vec(), pattern[at + 2..].to_vec());
+            rules.functions.push(parts);
+        }
+    }
+    lua_pop(l, 1);
+    if field(l, c"api") && lua_type(l, -1) == LUA_TTABLE {
+        texts(l, &mut rules.api);
+    }
+    lua_pop(l, 1);
+    if field(l, c"old_marks") && lua_type(l, -1) == LUA_TTABLE {
+        texts(l, &mut rules.old_marks);
+    }
+    lua_pop(l, 1);
+    for (name, place) in [
+        (c"old_dialect", &mut rules.old_dialect),
+        (c"new_dialect", &mut rules.new_dialect),
+    ] {
+        if field(l, name) && place.is_none() {
+            *place = Some(String::from_utf8_lossy(bytes(l, -1)).into_owned());
+        }
+        lua_pop(l, 1);
+    }
+    if field(l, c"rerun") && lua_type(l, -1) == LUA_TTABLE && rules.rerun.is_none() {
+        rules.rerun = Some(Rerun {
+            variable: Vec::new(),
+            values: Vec::new(),
+            script: Vec::new(),
+        });
+        if let Some(rerun) = rules.rerun.as_mut() {
+            gather_rerun(l, rerun);
+        }
+    }
+    lua_pop(l, 1);
+}
+
+unsafe fn gather_rerun(l: *mut lua_State, rerun: &mut Rerun) {
+    lua_getfield(l, -1, c"variable".as_ptr());
+    rerun.variable.extend_from_slice(bytes(l, -1));
+    lua_pop(l, 1);
+    if lua_getfield(l, -1, c"values".as_ptr()) == LUA_TTABLE {
+        lua_pushnil(l);
+        while lua_next(l, -2) != 0 {
+            if lua_type(l, -2) == LUA_TSTRING {
+                let value = lua_tointeger(l, -1);
+                rerun.values.push((bytes(l, -2).to_vec(), value));
+            }
+            lua_pop(l, 1);
+        }
+    }
+    lua_pop(l, 1);
+    if lua_getfield(l, -1, c"extra".as_ptr()) == LUA_TTABLE {
+        lua_pushnil(l);
+        while lua_next(l, -2) != 0 {
+            if lua_type(l, -2) == LUA_TSTRING && bytes(l, -1) == b"script" {
+                rerun.script.push(bytes(l, -2).to_vec());
+            }
+            lua_pop(l, 1);
+        }
+    }
+    lua_pop(l, 1);
+}
+
+/// Whether a text holds a word, with no letter, digit or underscore beside it.
+fn has_word(text: &[u8], word: &[u8]) -> bool {
+    let part = |b: Option<&u8>| b.is_some_and(|b| b.is_ascii_alphanumeric() || *b == b'_');
+    let (Some(first), Some(last)) = (word.first(), word.last()) else {
+        return false;
+    };
+    let (open, close) = (part(Some(first)), part(Some(last)));
+    text.windows(word.len()).enumerate().any(|(i, w)| {
+        w == word
+            && !(open && i > 0 && part(text.get(i - 1)))
+            && !(close && part(text.get(i + word.len())))
+    })
+}
+
+/// "4.10.1" as (4, 10).
+fn version(dialect: &str) -> Option<(u32, u32)> {
+    let mut parts = dialect.split('.').map(|p| p.trim().parse::<u32>().ok());
+    Some((parts.next()??, parts.next().flatten().unwrap_or(0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_and_versions() {
+        assert!(has_word(b"if (call_type==x)", b"call_type"));
+        assert!(!has_word(b"my_call_type = 1", b"call_type"));
+        assert!(has_word(b"x=simGet(1)", b"simGet"));
+        assert!(!has_word(b"x=simGetter(1)", b"simGet"));
+        assert!(has_word(b"simGetter(1)", b"simGetter("));
+        assert!(version("3.2") < version("4.2"));
+        assert!(version("4.10") > version("4.2"));
+        assert_eq!(version("modern"), None);
+    }
+}

@@ -1,0 +1,228 @@
+//! `require`, `dofile`, `loadfile`: modules of command plugins, tables of names, files in allowed folders.
+
+use mlua::ffi::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use crate::{
+    errors,
+    load::slice,
+    state::{self, State, border, bytes, push, push_scratch, reg, registry},
+    stdlib::set,
+};
+
+/// # Safety
+/// Protected, while the state is made.
+pub(crate) unsafe fn open(l: *mut lua_State) {
+    lua_pushglobaltable(l);
+    set(l, c"require", require);
+    set(l, c"dofile", dofile);
+    set(l, c"loadfile", loadfile);
+    lua_createtable(l, 0, 4);
+    registry(l, reg::LOADED);
+    lua_setfield(l, -2, c"loaded".as_ptr());
+    lua_newtable(l);
+    lua_setfield(l, -2, c"preload".as_ptr());
+    for name in [c"path", c"cpath"] {
+        push(l, b"");
+        lua_setfield(l, -2, name.as_ptr());
+    }
+    lua_setfield(l, -2, c"package".as_ptr());
+    lua_pop(l, 1);
+}
+
+/// The text of a module of a command plugin.
+fn prelude(s: &State, name: &[u8]) -> Option<&'static [u8]> {
+    let next = s.host.commands_table()?.prelude?;
+    for index in 0.. {
+        let (mut module, mut text) = (border(b""), border(b""));
+        // SAFETY: valid pointers; texts of preludes live as long as their plugin.
+        unsafe {
+            if next(s.world, c"lua".as_ptr(), index, &mut module, &mut text) != TATU_OK {
+                return None;
+            }
+            if !name.is_empty() && slice(module) == name {
+                return Some(slice(text));
+            }
+        }
+    }
+    None
+}
+
+/// Reads a file into the scratch room; false, with the reason there, if that is refused.
+fn read(s: &State, name: &[u8]) -> bool {
+    let read = s
+        .world()
+        .file(name, TATU_FILE_READ)
+        .map_err(|fail| fail.to_string())
+        .and_then(|path| {
+            std::fs::read(String::from_utf8_lossy(&path).as_ref()).map_err(|e| e.to_string())
+        });
+    let (done, content) = match read {
+        Ok(content) => (true, content),
+        Err(reason) => {
+            let name = String::from_utf8_lossy(name);
+            (false, format!("cannot open {name}: {reason}").into_bytes())
+        }
+    };
+    *s.scratch.borrow_mut() = content;
+    done
+}
+
+/// Compiles the file named at `idx`: pushes a function, or nil and the reason.
+unsafe fn compile(l: *mut lua_State, idx: i32) -> bool {
+    let s = state::of(l);
+    if !read(s, bytes(l, idx)) {
+        lua_pushnil(l);
+        push_scratch(l, s);
+        return false;
+    }
+    push(l, b"@");
+    lua_pushvalue(l, idx);
+    lua_concat(l, 2);
+    let (mut ptr, mut len) = {
+        let text = s.scratch.borrow();
+        (text.as_ptr(), text.len())
+    };
+    if len > 0 && *ptr == b'#' {
+        while len > 0 && *ptr != b'\n' {
+            (ptr, len) = (ptr.add(1), len - 1);
+        }
+    }
+    let name = lua_tolstring(l, -1, std::ptr::null_mut());
+    if luaL_loadbufferx(l, ptr.cast(), len, name, c"t".as_ptr()) != LUA_OK {
+        lua_pushnil(l);
+        lua_insert(l, -2);
+        return false;
+    }
+    true
+}
+
+unsafe extern "C-unwind" fn loadfile(l: *mut lua_State) -> i32 {
+    luaL_checklstring(l, 1, std::ptr::null_mut());
+    if compile(l, 1) {
+        if lua_type(l, 3) == LUA_TTABLE {
+            lua_pushvalue(l, 3);
+            lua_setupvalue(l, -2, 1);
+        }
+        return 1;
+    }
+    2
+}
+
+unsafe extern "C-unwind" fn dofile(l: *mut lua_State) -> i32 {
+    luaL_checklstring(l, 1, std::ptr::null_mut());
+    lua_settop(l, 1);
+    if !compile(l, 1) {
+        lua_error(l);
+    }
+    lua_replace(l, 1);
+    lua_settop(l, 1);
+    lua_callk(l, 0, LUA_MULTRET, 0, Some(dofile_done));
+    dofile_done(l, 0, 0)
+}
+
+unsafe extern "C-unwind" fn dofile_done(l: *mut lua_State, _: i32, _: lua_KContext) -> i32 {
+    lua_gettop(l)
+}
+
+unsafe extern "C-unwind" fn require(l: *mut lua_State) -> i32 {
+    luaL_checklstring(l, 1, std::ptr::null_mut());
+    lua_settop(l, 1);
+    registry(l, reg::LOADED); // 2
+    lua_pushvalue(l, 1);
+    if lua_rawget(l, 2) != LUA_TNIL {
+        return 1;
+    }
+    lua_settop(l, 2);
+    if !find(l) {
+        return missing(l);
+    }
+    // 3: what was found; a function is the module's text.
+    if lua_type(l, 3) == LUA_TFUNCTION {
+        lua_pushvalue(l, 1);
+        lua_call(l, 1, 1);
+        if lua_type(l, 3) == LUA_TNIL {
+            lua_pushvalue(l, 1);
+            if lua_rawget(l, 2) == LUA_TNIL {
+                lua_pushboolean(l, 1);
+            }
+            lua_replace(l, 3);
+            lua_settop(l, 3);
+        }
+    }
+    lua_pushvalue(l, 1);
+    lua_pushvalue(l, 3);
+    lua_rawset(l, 2);
+    1
+}
+
+/// Pushes at 3 what a module's name stands for: a text of a plugin, a table of names, a file.
+unsafe fn find(l: *mut lua_State) -> bool {
+    let s = state::of(l);
+    // What the script put into package.preload comes first.
+    lua_getglobal(l, c"package".as_ptr());
+    if lua_type(l, 3) == LUA_TTABLE {
+        lua_getfield(l, 3, c"preload".as_ptr());
+        if lua_type(l, 4) == LUA_TTABLE {
+            lua_pushvalue(l, 1);
+            if lua_rawget(l, 4) == LUA_TFUNCTION {
+                lua_replace(l, 3);
+                lua_settop(l, 3);
+                return true;
+            }
+        }
+    }
+    lua_settop(l, 2);
+    if let Some(text) = prelude(s, bytes(l, 1)) {
+        push(l, b"=");
+        lua_pushvalue(l, 1);
+        lua_concat(l, 2);
+        let name = lua_tolstring(l, 3, std::ptr::null_mut());
+        if luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name, c"t".as_ptr()) != LUA_OK {
+            lua_error(l);
+        }
+        lua_replace(l, 3);
+        return true;
+    }
+    lua_pushvalue(l, 1);
+    push(l, b".");
+    lua_concat(l, 2);
+    if (s.commands.find)(s.world, border(bytes(l, 3))) != 0 {
+        lua_settop(l, 2);
+        lua_pushglobaltable(l);
+        lua_pushvalue(l, 1);
+        lua_gettable(l, 3);
+        lua_replace(l, 3);
+        if lua_type(l, 3) == LUA_TTABLE {
+            return true;
+        }
+    }
+    lua_settop(l, 2);
+    let path = luaL_gsub(l, lua_tolstring(l, 1, std::ptr::null_mut()), c".".as_ptr(), c"/".as_ptr());
+    debug_assert!(!path.is_null());
+    push(l, b".lua");
+    lua_concat(l, 2);
+    lua_insert(l, 3);
+    if compile(l, 3) {
+        lua_replace(l, 3);
+        lua_settop(l, 3);
+        return true;
+    }
+    if s.scratch.borrow().starts_with(b"cannot open ") {
+        return false;
+    }
+    lua_error(l) // a file that is there, with an error of its own
+}
+
+unsafe fn missing(l: *mut lua_State) -> i32 {
+    errors::raise(l, not_found(bytes(l, 1)))
+}
+
+fn not_found(name: &[u8]) -> Fail {
+    let name = String::from_utf8_lossy(name);
+    Fail::missing(format!(
+        "there is no module `{name}`: no plugin brings it, no command begins with `{name}.`, and no allowed folder \
+         has a file {}.lua",
+        name.replace('.', "/")
+    ))
+}

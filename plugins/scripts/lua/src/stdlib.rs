@@ -1,0 +1,362 @@
+//! What scripts may use of Lua's library, and what stands in for the rest.
+//!
+//! Every C function is registered with one upvalue: without one it is a bare address of the library, which differs
+//! from run to run and would decide the place of such a function as a key of a table.
+
+use std::cell::Cell;
+
+use mlua::ffi::*;
+
+use crate::{
+    bind, budget, errors, io, modules,
+    state::{self, push, reg, registry},
+    text, time,
+};
+
+/// Library functions that ours end in.
+#[derive(Default)]
+pub(crate) struct Originals([Cell<Option<lua_CFunction>>; 5]);
+
+pub(crate) const FORMAT: usize = 0;
+const LOAD: usize = 1;
+const SETMETATABLE: usize = 2;
+const CREATE: usize = 3;
+const WRAP: usize = 4;
+
+impl Originals {
+    /// Goes on in the library's function.
+    ///
+    /// # Safety
+    /// The last thing that a C function of Lua does.
+    pub(crate) unsafe fn call(&self, l: *mut lua_State, which: usize) -> i32 {
+        match self.0[which].get() {
+            Some(f) => f(l),
+            None => 0,
+        }
+    }
+}
+
+/// Opens the library in a new state.
+///
+/// # Safety
+/// Protected.
+pub(crate) unsafe fn open(l: *mut lua_State) {
+    luaL_checkstack(l, 20, std::ptr::null());
+    for place in [
+        reg::BORROWED,
+        reg::KEPT,
+        reg::WAITS,
+        reg::DONE,
+        reg::NUMBERS,
+        reg::SCOPES,
+        reg::THREADS,
+        reg::LOADED,
+    ] {
+        lua_newtable(l);
+        lua_rawseti(l, LUA_REGISTRYINDEX, place);
+    }
+    // Numbers of objects shown as text do not keep them alive.
+    registry(l, reg::NUMBERS);
+    lua_newtable(l);
+    push(l, b"k");
+    lua_setfield(l, -2, c"__mode".as_ptr());
+    lua_setmetatable(l, -2);
+    lua_pop(l, 1);
+
+    let libraries: [(&std::ffi::CStr, lua_CFunction); 6] = [
+        (c"_G", luaopen_base),
+        (c"table", luaopen_table),
+        (c"string", luaopen_string),
+        (c"math", luaopen_math),
+        (c"coroutine", luaopen_coroutine),
+        (c"utf8", luaopen_utf8),
+    ];
+    for (name, open) in libraries {
+        luaL_requiref(l, name.as_ptr(), open, 1);
+        lua_pop(l, 1);
+    }
+    debug(l);
+    base(l);
+    others(l);
+    for (name, _) in libraries {
+        lua_getglobal(l, name.as_ptr());
+        enclose(l);
+        registry(l, reg::LOADED);
+        lua_pushvalue(l, -2);
+        lua_setfield(l, -2, name.as_ptr());
+        lua_pop(l, 2);
+    }
+    push(l, b"");
+    if lua_getmetatable(l, -1) != 0 {
+        enclose(l);
+        lua_pop(l, 1);
+    }
+    lua_pop(l, 1);
+    io::open(l);
+    time::open(l);
+    modules::open(l);
+    bind::open(l);
+}
+
+/// Sets a function of ours in the table on top.
+///
+/// # Safety
+/// Two free places on the stack; may raise.
+pub(crate) unsafe fn set(l: *mut lua_State, name: &std::ffi::CStr, f: lua_CFunction) {
+    lua_pushinteger(l, 0);
+    lua_pushcclosure(l, f, 1);
+    lua_setfield(l, -2, name.as_ptr());
+}
+
+unsafe fn remove(l: *mut lua_State, name: &std::ffi::CStr) {
+    lua_pushnil(l);
+    lua_setfield(l, -2, name.as_ptr());
+}
+
+/// Keeps the address of a library function of the table on top.
+unsafe fn original(l: *mut lua_State, name: &std::ffi::CStr, which: usize) {
+    lua_getfield(l, -1, name.as_ptr());
+    state::of(l).originals.0[which].set(lua_tocfunction(l, -1));
+    lua_pop(l, 1);
+}
+
+/// Registers the bare C functions of the table on top again, with an upvalue.
+unsafe fn enclose(l: *mut lua_State) {
+    lua_pushnil(l);
+    while lua_next(l, -2) != 0 {
+        match lua_tocfunction(l, -1) {
+            Some(f) if lua_getupvalue(l, -1, 1).is_null() => {
+                lua_pop(l, 1);
+                lua_pushvalue(l, -1);
+                lua_pushinteger(l, 0);
+                lua_pushcclosure(l, f, 1);
+                lua_rawset(l, -4);
+            }
+            Some(_) => lua_pop(l, 2),
+            None => lua_pop(l, 1),
+        }
+    }
+}
+
+unsafe fn debug(l: *mut lua_State) {
+    lua_pushcclosure(l, luaopen_debug, 0);
+    lua_call(l, 0, 1);
+    lua_createtable(l, 0, 2);
+    for name in [c"traceback", c"getinfo"] {
+        lua_getfield(l, -2, name.as_ptr());
+        lua_setfield(l, -2, name.as_ptr());
+    }
+    enclose(l);
+    lua_setglobal(l, c"debug".as_ptr());
+    lua_pop(l, 1);
+}
+
+unsafe fn base(l: *mut lua_State) {
+    lua_pushglobaltable(l);
+    original(l, c"load", LOAD);
+    original(l, c"setmetatable", SETMETATABLE);
+    set(l, c"print", text::print);
+    set(l, c"tostring", text::tostring);
+    set(l, c"load", load);
+    set(l, c"setmetatable", setmetatable);
+    set(l, c"collectgarbage", collectgarbage);
+    set(l, c"xpcall", xpcall);
+    remove(l, c"warn");
+    lua_getfield(l, -1, c"next".as_ptr());
+    let next = lua_tocfunction(l, -1).unwrap_or(nothing);
+    lua_pop(l, 1);
+    lua_pushinteger(l, 0);
+    lua_pushcclosure(l, next, 1);
+    lua_pushvalue(l, -1);
+    lua_setfield(l, -3, c"next".as_ptr());
+    lua_pushcclosure(l, pairs, 1);
+    lua_setfield(l, -2, c"pairs".as_ptr());
+    lua_pushinteger(l, 0);
+    lua_pushcclosure(l, ipairs_next, 1);
+    lua_pushcclosure(l, ipairs, 1);
+    lua_setfield(l, -2, c"ipairs".as_ptr());
+    lua_pop(l, 1);
+}
+
+unsafe fn others(l: *mut lua_State) {
+    lua_getglobal(l, c"string".as_ptr());
+    original(l, c"format", FORMAT);
+    set(l, c"format", text::format);
+    remove(l, c"dump");
+    lua_getglobal(l, c"table".as_ptr());
+    set(l, c"sort", crate::sort::sort);
+    lua_getfield(l, -1, c"move".as_ptr());
+    lua_pushcclosure(l, table_move, 1);
+    lua_setfield(l, -2, c"move".as_ptr());
+    lua_getglobal(l, c"coroutine".as_ptr());
+    original(l, c"create", CREATE);
+    original(l, c"wrap", WRAP);
+    set(l, c"create", create);
+    set(l, c"wrap", wrap);
+    lua_getglobal(l, c"math".as_ptr());
+    lua_getfield(l, -1, c"randomseed".as_ptr());
+    lua_pushvalue(l, -1);
+    lua_pushcclosure(l, randomseed, 1);
+    lua_setfield(l, -3, c"randomseed".as_ptr());
+    lua_pushinteger(l, state::of(l).instance.seed as i64);
+    lua_call(l, 1, 0);
+    lua_pop(l, 4);
+}
+
+unsafe extern "C-unwind" fn nothing(_: *mut lua_State) -> i32 {
+    0
+}
+
+unsafe extern "C-unwind" fn pairs(l: *mut lua_State) -> i32 {
+    luaL_checkany(l, 1);
+    if luaL_getmetafield(l, 1, c"__pairs".as_ptr()) != LUA_TNIL {
+        lua_pushvalue(l, 1);
+        lua_callk(l, 1, 3, 0, Some(pairs_done));
+        return 3;
+    }
+    lua_pushvalue(l, lua_upvalueindex(1));
+    lua_pushvalue(l, 1);
+    lua_pushnil(l);
+    3
+}
+
+unsafe extern "C-unwind" fn pairs_done(_: *mut lua_State, _: i32, _: lua_KContext) -> i32 {
+    3
+}
+
+unsafe extern "C-unwind" fn ipairs(l: *mut lua_State) -> i32 {
+    luaL_checkany(l, 1);
+    lua_pushvalue(l, lua_upvalueindex(1));
+    lua_pushvalue(l, 1);
+    lua_pushinteger(l, 0);
+    3
+}
+
+unsafe extern "C-unwind" fn ipairs_next(l: *mut lua_State) -> i32 {
+    let i = luaL_checkinteger(l, 2).wrapping_add(1);
+    lua_pushinteger(l, i);
+    if lua_geti(l, 1, i) == LUA_TNIL { 1 } else { 2 }
+}
+
+/// Text only: compiled chunks can break the machine.
+unsafe extern "C-unwind" fn load(l: *mut lua_State) -> i32 {
+    if lua_gettop(l) < 3 {
+        lua_settop(l, 3);
+    }
+    push(l, b"t");
+    lua_replace(l, 3);
+    state::of(l).originals.call(l, LOAD)
+}
+
+/// Without finalizers: they would run at a time of the collector's choice, where no budget holds.
+unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
+    let s = state::of(l);
+    if lua_type(l, 2) != LUA_TTABLE {
+        return s.originals.call(l, SETMETATABLE);
+    }
+    lua_settop(l, 2);
+    push(l, b"__gc");
+    if lua_rawget(l, 2) == LUA_TNIL {
+        lua_settop(l, 2);
+        return s.originals.call(l, SETMETATABLE);
+    }
+    push(l, b"__gc");
+    lua_pushnil(l);
+    lua_rawset(l, 2);
+    s.originals.call(l, SETMETATABLE);
+    push(l, b"__gc");
+    lua_pushvalue(l, 3);
+    lua_rawset(l, 2);
+    lua_settop(l, 1);
+    1
+}
+
+unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
+    let what = if lua_type(l, 1) == LUA_TSTRING {
+        state::bytes(l, 1)
+    } else {
+        b"collect"
+    };
+    match what {
+        b"count" => {
+            let bytes = lua_gc(l, LUA_GCCOUNT) * 1024 + lua_gc(l, LUA_GCCOUNTB);
+            lua_pushnumber(l, f64::from(bytes) / 1024.0);
+        }
+        b"collect" => {
+            lua_gc(l, LUA_GCCOLLECT);
+            lua_pushinteger(l, 0);
+        }
+        b"isrunning" => lua_pushboolean(l, 1),
+        _ => lua_pushinteger(l, 0),
+    }
+    1
+}
+
+/// A handler of the script does not run once the budget is used up: there it would have no limit.
+unsafe extern "C-unwind" fn xpcall(l: *mut lua_State) -> i32 {
+    let n = lua_gettop(l);
+    luaL_checktype(l, 2, LUA_TFUNCTION);
+    lua_pushvalue(l, 2);
+    lua_pushcclosure(l, handle, 1);
+    lua_replace(l, 2);
+    lua_pushboolean(l, 1);
+    lua_pushvalue(l, 1);
+    lua_rotate(l, 3, 2);
+    let status = lua_pcallk(l, n - 2, LUA_MULTRET, 2, 2, Some(xpcall_done));
+    xpcall_done(l, status, 2)
+}
+
+unsafe extern "C-unwind" fn xpcall_done(l: *mut lua_State, status: i32, extra: lua_KContext) -> i32 {
+    if status != LUA_OK && status != LUA_YIELD {
+        lua_pushboolean(l, 0);
+        lua_pushvalue(l, -2);
+        return 2;
+    }
+    lua_gettop(l) - extra as i32
+}
+
+unsafe extern "C-unwind" fn handle(l: *mut lua_State) -> i32 {
+    lua_settop(l, 1);
+    if !state::of(l).budget.is_dead() {
+        lua_pushvalue(l, lua_upvalueindex(1));
+        lua_insert(l, 1);
+        lua_call(l, 1, 1);
+    }
+    1
+}
+
+unsafe extern "C-unwind" fn create(l: *mut lua_State) -> i32 {
+    let s = state::of(l);
+    budget::charge_coroutine(s);
+    s.originals.call(l, CREATE)
+}
+
+unsafe extern "C-unwind" fn wrap(l: *mut lua_State) -> i32 {
+    let s = state::of(l);
+    budget::charge_coroutine(s);
+    s.originals.call(l, WRAP)
+}
+
+/// The library's own would move numbers for days without looking at the budget.
+unsafe extern "C-unwind" fn table_move(l: *mut lua_State) -> i32 {
+    const MOST: i64 = 50_000_000;
+    let (from, to) = (luaL_checkinteger(l, 2), luaL_checkinteger(l, 3));
+    if to.saturating_sub(from) > MOST {
+        return errors::raise_text(l, "too many elements to move");
+    }
+    lua_pushvalue(l, lua_upvalueindex(1));
+    lua_insert(l, 1);
+    lua_call(l, lua_gettop(l) - 1, 1);
+    1
+}
+
+/// Without a number the script's own seed, never the clock.
+unsafe extern "C-unwind" fn randomseed(l: *mut lua_State) -> i32 {
+    if lua_gettop(l) == 0 {
+        lua_pushinteger(l, state::of(l).instance.seed as i64);
+    }
+    lua_pushvalue(l, lua_upvalueindex(1));
+    lua_insert(l, 1);
+    lua_call(l, lua_gettop(l) - 1, 0);
+    0
+}

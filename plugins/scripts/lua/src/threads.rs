@@ -1,0 +1,180 @@
+//! Coroutines that wait in commands: the plugin's own, for the callback "thread", and those that scripts make.
+//!
+//! A command that waits suspends the coroutine that called it, and the host is told by a token which wait is over.
+//! The plugin's own coroutines are then resumed at once. One that a script made is resumed by the script: it finds
+//! the results if they are there, and otherwise goes on waiting.
+
+use mlua::ffi::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use crate::{
+    callbacks,
+    convert::{put_args, take_results},
+    errors,
+    state::{self, Script, State, reg, registry},
+};
+
+/// Suspends the running coroutine until the host resumes `token`.
+///
+/// # Safety
+/// The last thing that a C function of Lua does, in a thread that can yield.
+pub(crate) unsafe fn suspend(l: *mut lua_State, s: &State, token: u64) -> i32 {
+    luaL_checkstack(l, 4, std::ptr::null());
+    registry(l, reg::WAITS);
+    lua_pushthread(l);
+    lua_rawseti(l, -2, token as i64);
+    lua_settop(l, 0);
+    s.waiting.set((token, l));
+    lua_yieldk(l, 0, token as lua_KContext, Some(go_on))
+}
+
+/// Runs when the coroutine is resumed: results, error, or more waiting.
+unsafe extern "C-unwind" fn go_on(l: *mut lua_State, _: i32, token: lua_KContext) -> i32 {
+    let s = state::of(l);
+    lua_settop(l, 0);
+    registry(l, reg::DONE);
+    let kind = lua_rawgeti(l, 1, token as i64);
+    if kind == LUA_TNIL {
+        lua_settop(l, 0);
+        s.waiting.set((token as u64, l));
+        return lua_yieldk(l, 0, token, Some(go_on));
+    }
+    lua_pushnil(l);
+    lua_rawseti(l, 1, token as i64);
+    if kind != LUA_TTABLE {
+        return failed(l, s, token as u64);
+    }
+    lua_getfield(l, 2, c"n".as_ptr());
+    let n = lua_tointeger(l, -1) as i32;
+    luaL_checkstack(l, n + 2, std::ptr::null());
+    for i in 1..=n {
+        lua_rawgeti(l, 2, i64::from(i));
+    }
+    n
+}
+
+unsafe fn failed(l: *mut lua_State, s: &State, token: u64) -> i32 {
+    let fail = s.failed.borrow_mut().remove(&token);
+    errors::raise(l, fail.unwrap_or_else(|| Fail::new("the wait failed")))
+}
+
+/// Starts a coroutine of the plugin's own with the function on top.
+///
+/// # Safety
+/// Protected; the frame is valid.
+pub(crate) unsafe fn start(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
+    let function = lua_gettop(l);
+    let thread = lua_newthread(l);
+    registry(l, reg::THREADS);
+    lua_pushvalue(l, -2);
+    lua_pushboolean(l, 1);
+    lua_rawset(l, -3);
+    lua_pop(l, 1);
+    lua_pushvalue(l, function);
+    let n = put_args(l, frame);
+    if lua_checkstack(thread, n + 4) == 0 {
+        errors::raise_text(l, "too many arguments");
+    }
+    lua_xmove(l, thread, n + 1);
+    go(l, s, function + 1, n, frame)
+}
+
+/// A wait is over.
+pub(crate) fn resume(
+    s: &Script,
+    token: u64,
+    failed: Option<Fail>,
+    frame: &mut Frame<'_>,
+    budget: Budget,
+    used: &mut u64,
+) -> Result<Flow> {
+    let (mut gone, mut failed) = (false, failed);
+    // SAFETY: protected; the failure belongs to this function, or to the state.
+    let flow = callbacks::enter(s, frame, budget, used, &mut |l, frame| unsafe {
+        luaL_checkstack(l, 12, std::ptr::null());
+        registry(l, reg::WAITS);
+        let waits = lua_gettop(l);
+        if lua_rawgeti(l, waits, token as i64) != LUA_TTHREAD {
+            gone = true;
+            return Flow::Done;
+        }
+        lua_pushnil(l);
+        lua_rawseti(l, waits, token as i64);
+        registry(l, reg::DONE);
+        match failed.take() {
+            Some(fail) => {
+                s.failed.borrow_mut().insert(token, fail);
+                lua_pushboolean(l, 0);
+            }
+            None => pack(l, frame),
+        }
+        lua_rawseti(l, -2, token as i64);
+        registry(l, reg::THREADS);
+        lua_pushvalue(l, waits + 1);
+        let own = lua_rawget(l, -2) != LUA_TNIL;
+        let thread = lua_tothread(l, waits + 1);
+        if !own || lua_status(thread) != LUA_YIELD {
+            return Flow::Done;
+        }
+        go(l, s, waits + 1, 0, frame)
+    })?;
+    if gone {
+        return Err(Fail::with_code(
+            TATU_ERR_GONE,
+            "nothing in the script waits under this number",
+        ));
+    }
+    Ok(flow)
+}
+
+/// Pushes the frame's arguments as one table.
+unsafe fn pack(l: *mut lua_State, frame: *mut tatu_call) {
+    let n = (*frame).n_args as i32;
+    lua_createtable(l, n, 1);
+    let table = lua_gettop(l);
+    put_args(l, frame);
+    for i in (1..=n).rev() {
+        lua_rawseti(l, table, i64::from(i));
+    }
+    lua_pushinteger(l, i64::from(n));
+    lua_setfield(l, table, c"n".as_ptr());
+}
+
+/// Runs the coroutine at `at`, one of the plugin's own, until it ends or waits.
+unsafe fn go(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *mut tatu_call) -> Flow {
+    let thread = lua_tothread(l, at);
+    s.waiting.set((0, std::ptr::null_mut()));
+    let mut results = 0;
+    let status = lua_resume(thread, l, n, &mut results);
+    if status == LUA_YIELD && s.waiting.get().1 == thread {
+        lua_pop(thread, results);
+        return Flow::Waiting;
+    }
+    registry(l, reg::THREADS);
+    lua_pushvalue(l, at);
+    lua_pushnil(l);
+    lua_rawset(l, -3);
+    lua_pop(l, 1);
+    if status == LUA_OK {
+        luaL_checkstack(l, results + 4, std::ptr::null());
+        lua_xmove(thread, l, results);
+        take_results(l, s, frame, results);
+        return Flow::Done;
+    }
+    if status == LUA_YIELD {
+        lua_closethread(thread, l);
+        errors::raise(
+            l,
+            Fail::with_code(
+                TATU_ERR_SCRIPT,
+                "the thread called coroutine.yield, after which nothing would resume it",
+            )
+            .help("use a command that waits, such as one that waits for the next step"),
+        );
+    }
+    luaL_checkstack(l, 8, std::ptr::null());
+    lua_xmove(thread, l, 1);
+    errors::note(l, thread, s);
+    lua_closethread(thread, l);
+    lua_error(l)
+}

@@ -1,0 +1,565 @@
+//! A small host inside the test: commands, arena, log, files, time; and scripts that are spoken to over the border.
+#![allow(
+    unsafe_op_in_unsafe_fn,
+    clippy::undocumented_unsafe_blocks,
+    reason = "the test plays the host: every pointer is its own, or the plugin's answer"
+)]
+#![allow(
+    dead_code,
+    missing_docs,
+    reason = "each test file uses a part"
+)]
+
+use std::{
+    cell::{Cell, RefCell},
+    ffi::{CStr, c_char, c_void},
+    ptr::{null, null_mut},
+};
+
+use tatu_plugin_api::{abi::*, safe::*};
+
+pub type Command = fn(&Host, &mut tatu_call) -> tatu_status;
+
+#[repr(C)]
+pub struct Error {
+    pub raw: tatu_error,
+    pub code: i32,
+    pub text: String,
+    pub help: String,
+    pub file: String,
+    pub line: u64,
+    pub traceback: String,
+}
+
+/// The world and its services in one; leaked, so that every pointer stays good.
+#[repr(C)]
+pub struct Host {
+    pub table: tatu_host,
+    pub names: RefCell<Vec<(String, Command)>>,
+    pub constants: RefCell<Vec<(String, tatu_value)>>,
+    pub preludes: RefCell<Vec<(String, String)>>,
+    pub log: RefCell<Vec<(u32, String)>>,
+    pub calls: RefCell<Vec<String>>,
+    pub time: Cell<f64>,
+    pub generation: Cell<u64>,
+    pub folder: RefCell<String>,
+    pub kept: Cell<u32>,
+    pub tokens: RefCell<Vec<u64>>,
+    pub script: Cell<*const Script>,
+    arena: RefCell<Vec<Box<[u64]>>>,
+    path: RefCell<String>,
+    error: RefCell<Box<Error>>,
+    language: Cell<*const tatu_language>,
+    plugin: Cell<*mut c_void>,
+}
+
+pub struct Script {
+    pub host: &'static Host,
+    pub data: *mut c_void,
+    pub used: Cell<u64>,
+    pub budget: Cell<(u64, u64)>,
+    pub id: u64,
+}
+
+unsafe fn text(s: tatu_str) -> String {
+    if s.len == 0 {
+        return String::new();
+    }
+    String::from_utf8_lossy(std::slice::from_raw_parts(s.ptr.cast(), s.len as usize)).into_owned()
+}
+
+pub fn raw(s: &str) -> tatu_str {
+    tatu_str {
+        ptr: s.as_ptr().cast(),
+        len: s.len() as u64,
+    }
+}
+
+unsafe extern "C" fn say(e: *mut tatu_error, code: tatu_status, t: tatu_str) {
+    let e = &mut *e.cast::<Error>();
+    *e = *Error::new();
+    e.code = code;
+    e.text = text(t);
+    e.raw.code = code;
+    e.raw.text = raw(&e.text);
+}
+unsafe extern "C" fn add(e: *mut tatu_error, part: u32, t: tatu_str, line: u64) {
+    let e = &mut *e.cast::<Error>();
+    let t = text(t);
+    match part {
+        TATU_PART_HELP => {
+            e.help = t;
+            e.raw.help = raw(&e.help);
+        }
+        TATU_PART_FILE => {
+            e.file = t;
+            e.line = line;
+            e.raw.file = raw(&e.file);
+            e.raw.line = line;
+        }
+        _ => {
+            e.traceback = t;
+            e.raw.traceback = raw(&e.traceback);
+        }
+    }
+}
+
+impl Error {
+    pub fn new() -> Box<Error> {
+        let none = tatu_str {
+            ptr: null(),
+            len: 0,
+        };
+        Box::new(Error {
+            raw: tatu_error {
+                size: size_of::<tatu_error>() as u32,
+                code: 0,
+                ctx: null_mut(),
+                say: Some(say),
+                add: Some(add),
+                text: none,
+                help: none,
+                file: none,
+                traceback: none,
+                line: 0,
+            },
+            code: 0,
+            text: String::new(),
+            help: String::new(),
+            file: String::new(),
+            line: 0,
+            traceback: String::new(),
+        })
+    }
+}
+
+unsafe fn host<'a>(w: WorldPtr) -> &'a Host {
+    &*w.cast::<Host>()
+}
+unsafe extern "C" fn find(w: WorldPtr, name: tatu_str) -> u32 {
+    let (h, name) = (host(w), text(name));
+    if name.ends_with('.') {
+        return u32::from(
+            h.names.borrow().iter().any(|n| n.0.starts_with(&name))
+                || h.constants.borrow().iter().any(|n| n.0.starts_with(&name)),
+        );
+    }
+    let at = h.names.borrow().iter().position(|n| n.0 == name);
+    at.map_or(0, |i| ((i as u32 + 1) << 8) | 3)
+}
+unsafe extern "C" fn call(w: WorldPtr, frame: *mut tatu_call) -> tatu_status {
+    let (h, frame) = (host(w), &mut *frame);
+    assert_eq!(frame.alias, 3);
+    let f = h.names.borrow()[frame.command as usize - 1].1;
+    frame.world = w;
+    frame.api = &raw const API;
+    f(h, frame)
+}
+unsafe extern "C" fn generation(w: WorldPtr) -> u64 {
+    host(w).generation.get()
+}
+unsafe extern "C" fn constant(w: WorldPtr, name: tatu_str, out: *mut tatu_value) -> tatu_status {
+    let name = text(name);
+    match host(w).constants.borrow().iter().find(|c| c.0 == name) {
+        Some(c) => {
+            *out = c.1;
+            TATU_OK
+        }
+        None => TATU_ERR_MISSING,
+    }
+}
+unsafe extern "C" fn prelude(
+    w: WorldPtr,
+    language: *const c_char,
+    index: u32,
+    module: *mut tatu_str,
+    out: *mut tatu_str,
+) -> tatu_status {
+    assert_eq!(CStr::from_ptr(language), c"lua");
+    match host(w).preludes.borrow().get(index as usize) {
+        Some((m, t)) => {
+            (*module, *out) = (raw(m), raw(t));
+            TATU_OK
+        }
+        None => TATU_ERR_MISSING,
+    }
+}
+unsafe extern "C" fn mark(w: WorldPtr) -> u64 {
+    host(w).arena.borrow().len() as u64
+}
+unsafe extern "C" fn alloc(w: WorldPtr, bytes: u64) -> *mut c_void {
+    let mut block = vec![0u64; (bytes as usize).div_ceil(8).max(1)].into_boxed_slice();
+    let ptr = block.as_mut_ptr().cast();
+    host(w).arena.borrow_mut().push(block);
+    ptr
+}
+unsafe extern "C" fn release(w: WorldPtr, mark: u64) {
+    host(w).arena.borrow_mut().truncate(mark as usize);
+}
+unsafe extern "C" fn frame_alloc(frame: *mut tatu_call, bytes: u64) -> *mut c_void {
+    alloc((*frame).world, bytes)
+}
+unsafe extern "C" fn call_func(w: WorldPtr, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
+    let s = &*host(w).script.get();
+    assert_eq!(func >> 32, s.id);
+    let mut error = Error::new();
+    let (f, mut used) = ((*host(w).language.get()).call_func.unwrap(), 0);
+    let status = f(
+        s.data,
+        func as u32,
+        frame,
+        &s.raw_budget(),
+        &mut used,
+        &mut error.raw,
+    );
+    *host(w).error.borrow_mut() = error;
+    (*frame).error = &raw mut host(w).error.borrow_mut().raw;
+    status
+}
+static API: tatu_call_api = tatu_call_api {
+    size: size_of::<tatu_call_api>() as u32,
+    reserved: 0,
+    alloc: Some(frame_alloc),
+    wait: None,
+};
+static COMMANDS: tatu_host_commands = tatu_host_commands {
+    size: size_of::<tatu_host_commands>() as u32,
+    reserved: 0,
+    find: Some(find),
+    count: None,
+    describe: None,
+    call: Some(call),
+    generation: Some(generation),
+    constant: Some(constant),
+    prelude: Some(prelude),
+    mark: Some(mark),
+    alloc: Some(alloc),
+    release: Some(release),
+    retain: None,
+    drop: None,
+    call_func: Some(call_func),
+};
+unsafe extern "C" fn prop(_: *const tatu_host, key: *const c_char) -> tatu_prop {
+    u32::from(CStr::from_ptr(key) == c"scene.time")
+}
+unsafe extern "C" fn get_f64(
+    w: WorldPtr,
+    _: tatu_object,
+    p: tatu_prop,
+    out: *mut f64,
+    _: u32,
+) -> tatu_status {
+    assert_eq!(p, 1);
+    *out = host(w).time.get();
+    TATU_OK
+}
+unsafe extern "C" fn write(h: *const tatu_host, _: WorldPtr, level: u32, line: tatu_str) {
+    let h = &*(*h).ctx.cast::<Host>();
+    h.log.borrow_mut().push((level, text(line)));
+}
+unsafe extern "C" fn last_error(w: WorldPtr) -> *const tatu_error {
+    &raw const host(w).error.borrow().raw
+}
+static LOG: tatu_host_log = tatu_host_log {
+    size: size_of::<tatu_host_log>() as u32,
+    reserved: 0,
+    write: Some(write),
+    last_error: Some(last_error),
+};
+unsafe extern "C" fn resolve(w: WorldPtr, name: tatu_str, _: u32, out: *mut tatu_str) -> tatu_status {
+    let (h, name) = (host(w), text(name));
+    if name.contains("..") || name.starts_with('/') {
+        return h.refuse(TATU_ERR_UNSUPPORTED, "outside of the allowed folders");
+    }
+    *h.path.borrow_mut() = format!("{}/{name}", h.folder.borrow());
+    *out = raw(&h.path.borrow());
+    TATU_OK
+}
+static FILES: tatu_host_files = tatu_host_files {
+    size: size_of::<tatu_host_files>() as u32,
+    reserved: 0,
+    resolve: Some(resolve),
+};
+static mut SCENE: std::mem::MaybeUninit<tatu_host_scene> = std::mem::MaybeUninit::zeroed();
+unsafe extern "C" fn service(_: *const tatu_host, id: *const c_char) -> *const c_void {
+    match CStr::from_ptr(id) {
+        id if id == TATU_HOST_COMMANDS => (&raw const COMMANDS).cast(),
+        id if id == TATU_HOST_LOG => (&raw const LOG).cast(),
+        id if id == TATU_HOST_FILES => (&raw const FILES).cast(),
+        id if id == TATU_HOST_SCENE => (&raw const SCENE).cast(),
+        _ => null(),
+    }
+}
+
+impl Host {
+    pub fn new() -> &'static Host {
+        unsafe {
+            let scene = (&raw mut SCENE).cast::<tatu_host_scene>();
+            (*scene).size = size_of::<tatu_host_scene>() as u32;
+            (*scene).prop = Some(prop);
+            (*scene).get_f64 = Some(get_f64);
+        }
+        let h: &'static mut Host = Box::leak(Box::new(Host {
+            table: tatu_host {
+                size: size_of::<tatu_host>() as u32,
+                abi_minor: 1,
+                ctx: null_mut(),
+                service: Some(service),
+            },
+            names: RefCell::default(),
+            constants: RefCell::default(),
+            preludes: RefCell::default(),
+            log: RefCell::default(),
+            calls: RefCell::default(),
+            time: Cell::new(0.0),
+            generation: Cell::new(1),
+            folder: RefCell::default(),
+            kept: Cell::new(0),
+            tokens: RefCell::default(),
+            script: Cell::new(null()),
+            arena: RefCell::default(),
+            path: RefCell::default(),
+            error: RefCell::new(Error::new()),
+            language: Cell::new(null()),
+            plugin: Cell::new(null_mut()),
+        }));
+        h.table.ctx = (&raw mut *h).cast();
+        let h: &'static Host = h;
+        let p = &tatu_scripts_lua::tatu_plugin.0;
+        let mut me = null_mut();
+        let mut error = Error::new();
+        unsafe {
+            assert_eq!(p.init.unwrap()(&h.table, &mut me, &mut error.raw), TATU_OK);
+            // The plugin's hook sends panics to the log; tests want to see them.
+            drop(std::panic::take_hook());
+            h.plugin.set(me);
+            let ext = p.extension.unwrap()(me, TATU_SCRIPT.as_ptr()).cast::<tatu_ext_script>();
+            h.language.set(*(*ext).languages);
+        }
+        h
+    }
+    pub fn command(&self, name: &str, f: Command) {
+        self.names.borrow_mut().push((name.into(), f));
+        self.generation.set(self.generation.get() + 1);
+    }
+    pub fn constant(&self, name: &str, value: tatu_value) {
+        self.constants.borrow_mut().push((name.into(), value));
+    }
+    pub fn refuse(&self, code: tatu_status, t: &str) -> tatu_status {
+        let mut error = Error::new();
+        unsafe { say(&mut error.raw, code, raw(t)) };
+        *self.error.borrow_mut() = error;
+        code
+    }
+    /// As a failing command does: error text, and the frame leads to it.
+    pub fn fail(&self, frame: &mut tatu_call, code: tatu_status, t: &str, help: &str) -> tatu_status {
+        self.refuse(code, t);
+        frame.error = &raw mut self.error.borrow_mut().raw;
+        if !help.is_empty() {
+            unsafe { add(frame.error, TATU_PART_HELP, raw(help), 0) };
+        }
+        code
+    }
+    pub fn lines(&self) -> Vec<String> {
+        self.log.borrow().iter().map(|l| l.1.clone()).collect()
+    }
+    pub fn arena_blocks(&self) -> usize {
+        self.arena.borrow().len()
+    }
+    pub fn script(&'static self, seed: u64) -> Script {
+        let life = unsafe { &*(*self.language.get()).life };
+        let info = tatu_instance {
+            size: size_of::<tatu_instance>() as u32,
+            n_params: 0,
+            world: (&raw const *self).cast_mut().cast(),
+            owner: (1 << 20) | 77,
+            id: 5,
+            seed,
+            params: null(),
+            state: null_mut(),
+        };
+        let (mut data, mut error) = (null_mut(), Error::new());
+        let status =
+            unsafe { life.create.unwrap()(self.plugin.get(), &info, &mut data, &mut error.raw) };
+        assert_eq!(status, TATU_OK, "{}", error.text);
+        Script {
+            host: self,
+            data,
+            used: Cell::new(0),
+            budget: Cell::new((0, 0)),
+            id: 5,
+        }
+    }
+    /// A script that is loaded.
+    pub fn load(&'static self, text: &str) -> Script {
+        let s = self.script(1);
+        s.load(text, "test.lua", "").unwrap();
+        s
+    }
+}
+
+pub fn int(i: i64) -> tatu_value {
+    tatu_value {
+        tag: TATU_I64,
+        reserved: 0,
+        u: tatu_payload { i },
+    }
+}
+pub fn num(f: f64) -> tatu_value {
+    tatu_value {
+        tag: TATU_F64,
+        reserved: 0,
+        u: tatu_payload { f },
+    }
+}
+pub fn ret(frame: &mut tatu_call, v: tatu_value) {
+    assert!(frame.n_results < frame.results_cap);
+    unsafe { *frame.results.add(frame.n_results as usize) = v };
+    frame.n_results += 1;
+}
+pub fn arg(frame: &tatu_call, i: u32) -> ValueRef<'static> {
+    assert!(i < frame.n_args);
+    unsafe { ValueRef::new(*frame.args.add(i as usize)) }
+}
+
+impl Script {
+    fn lang(&self) -> &'static tatu_language {
+        unsafe { &*self.host.language.get() }
+    }
+    fn world(&self) -> *mut tatu_world {
+        (&raw const *self.host).cast_mut().cast()
+    }
+    pub fn raw_budget(&self) -> tatu_budget {
+        let (instructions, memory) = self.budget.get();
+        tatu_budget {
+            size: size_of::<tatu_budget>() as u32,
+            reserved: 0,
+            instructions,
+            memory,
+        }
+    }
+    pub fn load(&self, text_: &str, chunk: &str, dialect: &str) -> Result<String, Box<Error>> {
+        self.host.script.set(self);
+        let mut error = Error::new();
+        let mut chosen = raw("");
+        let status = unsafe {
+            self.lang().load.unwrap()(
+                self.data,
+                raw(text_),
+                raw(chunk),
+                raw(dialect),
+                &mut chosen,
+                &mut error.raw,
+            )
+        };
+        if status == TATU_OK {
+            Ok(unsafe { text(chosen) })
+        } else {
+            Err(error)
+        }
+    }
+    pub fn find(&self, how: u32, name: &str) -> u32 {
+        unsafe { self.lang().find.unwrap()(self.data, how, raw(name)) }
+    }
+    fn enter(
+        &self,
+        args: &[Value],
+        f: impl FnOnce(*mut tatu_call, *const tatu_budget, *mut u64, *mut tatu_error) -> tatu_status,
+    ) -> Result<(i32, Vec<Value>), Box<Error>> {
+        self.host.script.set(self);
+        let before = self.host.arena_blocks() as u64;
+        let mut room = |bytes: usize| unsafe { alloc(self.world(), bytes as u64).cast::<u8>() };
+        let args: Vec<_> = args.iter().map(|a| a.to_raw(&mut room).unwrap()).collect();
+        let mut results = [int(0); 32];
+        let mut error = Error::new();
+        let mut frame = unsafe { std::mem::zeroed::<tatu_call>() };
+        frame.size = size_of::<tatu_call>() as u32;
+        frame.args = args.as_ptr();
+        frame.n_args = args.len() as u32;
+        frame.results = results.as_mut_ptr();
+        frame.results_cap = 32;
+        frame.world = self.world();
+        frame.api = &raw const API;
+        frame.error = &raw mut error.raw;
+        let mut used = 0;
+        let status = f(&mut frame, &self.raw_budget(), &mut used, &mut error.raw);
+        self.used.set(used);
+        let out = results[..frame.n_results as usize]
+            .iter()
+            .map(|v| unsafe { ValueRef::new(*v) }.to_value().unwrap())
+            .collect();
+        unsafe { release(self.world(), before) };
+        if status < 0 {
+            assert_eq!(error.code, status);
+            return Err(error);
+        }
+        Ok((status, out))
+    }
+    pub fn call_id(&self, id: u32, args: &[Value]) -> Result<(i32, Vec<Value>), Box<Error>> {
+        self.enter(args, |frame, budget, used, error| unsafe {
+            self.lang().call.unwrap()(self.data, id, frame, budget, used, error)
+        })
+    }
+    pub fn callback(&self, name: &str, args: &[Value]) -> Result<(i32, Vec<Value>), Box<Error>> {
+        let id = self.find(TATU_FIND_CALLBACK, name);
+        assert_ne!(id, 0, "no callback {name}");
+        self.call_id(id, args)
+    }
+    pub fn init(&self) -> Result<Vec<Value>, Box<Error>> {
+        self.callback("init", &[]).map(|r| r.1)
+    }
+    pub fn function(&self, name: &str, args: &[Value]) -> Result<Vec<Value>, Box<Error>> {
+        let id = self.find(TATU_FIND_FUNCTION, name);
+        assert_ne!(id, 0, "no function {name}");
+        self.call_id(id, args).map(|r| r.1)
+    }
+    pub fn resume(
+        &self,
+        token: u64,
+        failed: Option<&str>,
+        args: &[Value],
+    ) -> Result<(i32, Vec<Value>), Box<Error>> {
+        self.enter(args, |frame, budget, used, error| unsafe {
+            let mut status = TATU_OK;
+            if let Some(t) = failed {
+                status = TATU_ERR_MISSING;
+                say((*frame).error, status, raw(t));
+            }
+            self.lang().resume.unwrap()(self.data, token, status, frame, budget, used, error)
+        })
+    }
+    pub fn keep(&self, local: u32) -> u32 {
+        unsafe { self.lang().keep_func.unwrap()(self.data, local) }
+    }
+    pub fn drop_func(&self, local: u32) {
+        unsafe { self.lang().drop_func.unwrap()(self.data, local) }
+    }
+    pub fn call_func(&self, local: u32, args: &[Value]) -> Result<(i32, Vec<Value>), Box<Error>> {
+        self.enter(args, |frame, budget, used, error| unsafe {
+            self.lang().call_func.unwrap()(self.data, local, frame, budget, used, error)
+        })
+    }
+    /// Runs a text as `init` and gives what its global function `f` returns.
+    pub fn eval(&self, body: &str) -> Result<Vec<Value>, Box<Error>> {
+        self.load(&format!("function f(...) {body}\nend"), "test.lua", "")?;
+        self.init()?;
+        self.function("f", &[])
+    }
+}
+
+impl Drop for Script {
+    fn drop(&mut self) {
+        let life = unsafe { &*self.lang().life };
+        unsafe { life.destroy.unwrap()(self.data) };
+    }
+}
+
+impl std::fmt::Debug for Error {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{} {}:{}: {} ({})\n{}",
+            self.code, self.file, self.line, self.text, self.help, self.traceback
+        )
+    }
+}
