@@ -1,2 +1,19 @@
-//! Placeholder.
-fn main() {}
+//! The program: parse, run, exit code.
+
+mod args;
+mod commands;
+mod report;
+mod trace;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    let args = args::Args::parse();
+    match args.command {
+        args::Command::Run(run) => commands::run::run(&run),
+        args::Command::Check(check) => commands::check::check(&check),
+        args::Command::List(list) => commands::list::list(&list),
+    }
+}

@@ -1,2 +1,67 @@
-//! Placeholder.
-fn main() {}
+//! Long runs: `cargo run --release -p soak`. Prints a table; exit code 1 if a bound is broken.
+//!
+//! Avoidance: a Pioneer in an arena of 10 x 10 m with 8 boxes, every gap at least 1 m, boxes and start heading drawn
+//! from the seed; per seed: least path in a minute, longest contact, greatest roll and pitch.
+
+mod arena;
+mod avoidance;
+
+use std::{path::PathBuf, process::ExitCode, sync::Arc};
+
+use clap::Parser;
+use rayon::prelude::*;
+use tatu_core::host::{Registry, Search};
+
+/// Long runs of Tatu.
+#[derive(Parser)]
+struct Args {
+    /// Seeds to run, from 1.
+    #[arg(long, default_value_t = 10)]
+    seeds: u64,
+    /// Simulated minutes per seed.
+    #[arg(long, default_value_t = 10)]
+    minutes: u32,
+    /// The controller on trial.
+    #[arg(long, default_value = "scenes/first/avoid_walls.lua")]
+    script: PathBuf,
+    /// Its dialect; empty: from its text.
+    #[arg(long, default_value = "")]
+    dialect: String,
+}
+
+/// Libraries of the plugins that this program's manifest lists.
+const PLUGINS: &[&str] =
+    &["tatu_commands_vrep", "tatu_scripts_lua", "tatu_sensors_proximity", "tatu_robots_pioneer_p3dx"];
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    let exe = std::env::current_exe().ok();
+    let registry = Arc::new(Registry::load(Search::standard(exe.as_deref(), None, PLUGINS)));
+    let runs: Vec<_> = (1..=args.seeds)
+        .into_par_iter()
+        .map(|seed| (seed, avoidance::run(&registry, seed, args.minutes, &args.script, &args.dialect)))
+        .collect();
+    println!("seed  least m/min  longest contact s  greatest tilt deg  faults");
+    let mut good = true;
+    for (seed, run) in runs {
+        match run {
+            Ok(r) => {
+                let holds = r.least_path_m >= 3.0 && r.longest_contact_s <= 0.5 && r.greatest_tilt_deg < 3.0;
+                good &= holds && r.faults == 0;
+                println!(
+                    "{seed:>4}  {:>11.2}  {:>17.2}  {:>17.3}  {:>6}{}",
+                    r.least_path_m,
+                    r.longest_contact_s,
+                    r.greatest_tilt_deg,
+                    r.faults,
+                    if holds { "" } else { "  <- out of bounds" }
+                );
+            }
+            Err(e) => {
+                good = false;
+                println!("{seed:>4}  {e}");
+            }
+        }
+    }
+    if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

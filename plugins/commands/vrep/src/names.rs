@@ -83,6 +83,10 @@ pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> R
         return Ok(at);
     }
     let (rest, nth) = ordinal(rest);
+    // Nothing hangs below a script: "./x" can only mean a part of the object that it belongs to.
+    if base.is_none() && at != 0 && at == c.caller_script() {
+        at = c.caller_object();
+    }
     let found = match nth {
         Some(n) => return nth_of_alias(c, at, rest, n),
         None if at == 0 => c.world().find(0, rest),

@@ -66,7 +66,8 @@ pub struct Robot {
     pub sonar_z: f64,
     /// How far the sonars see unless a scene says otherwise.
     pub sonar_range: f64,
-    /// Radius of a cone's tip: it sees nothing nearer, and its range counts from there.
+    /// Radius of a cone's tip: it sees nothing nearer. V-REP counts the range from there, which puts the far end 5 mm
+    /// farther; here, as in the readings that V-REP prints, nothing is seen beyond the range itself.
     pub sonar_tip: f64,
 }
 

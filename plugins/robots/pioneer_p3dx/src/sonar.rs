@@ -55,7 +55,7 @@ pub fn ring(builder: &Builder<'_>, body: Node<'_>, robot: &Robot, beam: &Beam) -
             .set("object.quaternion", looking(heading))?
             .device("proximity")?
             .set("proximity.volume", "cone")?
-            .set("proximity.range", beam.range + robot.sonar_tip)?
+            .set("proximity.range", beam.range)?
             .set("proximity.near", robot.sonar_tip)?
             .set("proximity.min_range", beam.min_range)?
             .set("proximity.angle", beam.angle)?

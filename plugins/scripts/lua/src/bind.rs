@@ -92,7 +92,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     frame.n_args = n as u32;
     frame.args = first;
     frame.results = results.as_mut_ptr().cast();
-    if lua_isyieldable(l) != 0 {
+    if l != s.main && lua_isyieldable(l) != 0 {
         frame.wait_token = s.token.get() + 1;
         s.token.set(frame.wait_token);
     }

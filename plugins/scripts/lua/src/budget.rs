@@ -16,23 +16,38 @@ const COROUTINE: u64 = 500;
 #[derive(Default)]
 pub(crate) struct State {
     used: Cell<u64>,
+    /// The part of it that calls within this one used, and told.
+    told: Cell<u64>,
     limit: Cell<u64>,
     dead: Cell<bool>,
     /// Where it ran out.
     place: RefCell<Option<(String, u64)>>,
 }
 
+/// The budget of the call around a call.
+#[derive(Clone, Copy)]
+pub(crate) struct Outer {
+    used: u64,
+    told: u64,
+    limit: u64,
+}
+
 impl State {
     /// Begins a call; gives back what `end` needs.
-    pub(crate) fn begin(&self, limit: u64) -> (u64, u64) {
-        (self.used.replace(0), self.limit.replace(limit))
+    pub(crate) fn begin(&self, limit: u64) -> Outer {
+        Outer {
+            used: self.used.replace(0),
+            told: self.told.replace(0),
+            limit: self.limit.replace(limit),
+        }
     }
-    /// Ends it: how much it used. A call within a call counts for both.
-    pub(crate) fn end(&self, outer: (u64, u64)) -> u64 {
-        let used = self.used.replace(outer.0);
-        self.used.set(outer.0 + used);
-        self.limit.set(outer.1);
-        used
+    /// Ends it: how much it used itself. What a call within a call uses counts against the budget of both.
+    pub(crate) fn end(&self, outer: Outer) -> u64 {
+        let used = self.used.replace(0);
+        let own = used - self.told.replace(outer.told + used);
+        self.used.set(outer.used + used);
+        self.limit.set(outer.limit);
+        own
     }
     /// The refusal that a script gets once it has used up its budget.
     pub(crate) fn refusal(&self) -> Option<Fail> {
@@ -69,24 +84,66 @@ pub(crate) unsafe fn arm(l: *mut lua_State) {
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, STEP as i32);
 }
 
-unsafe extern "C-unwind" fn hook(l: *mut lua_State, ar: *mut lua_Debug) {
-    let s = state::of(l);
-    let b = &s.budget;
+/// What is left, instructions.
+pub(crate) fn left(s: &state::State) -> u64 {
+    match s.budget.limit.get() {
+        0 => u64::MAX,
+        limit => limit.saturating_sub(s.budget.used.get()),
+    }
+}
+
+/// Counts the work of a library function that may take long.
+///
+/// # Safety
+/// Raises when the budget is used up.
+pub(crate) unsafe fn charge(l: *mut lua_State, instructions: u64) {
+    let b = &state::of(l).budget;
+    let used = b.used.get().saturating_add(instructions);
+    if b.limit.get() == 0 || used < b.limit.get() {
+        b.used.set(used);
+        return;
+    }
+    b.used.set(b.limit.get());
+    end(l);
+}
+
+unsafe extern "C-unwind" fn hook(l: *mut lua_State, _: *mut lua_Debug) {
+    let b = &state::of(l).budget;
     if !b.dead.get() {
         let used = b.used.get() + STEP;
         b.used.set(used);
         if b.limit.get() == 0 || used < b.limit.get() {
             return;
         }
-        b.dead.set(true);
-        lua_getinfo(l, c"Sl".as_ptr(), ar);
-        note(s, &*ar);
+    }
+    end(l);
+}
+
+/// Ends the script's life, and the call.
+unsafe fn end(l: *mut lua_State) {
+    let s = state::of(l);
+    if !s.budget.dead.replace(true) {
+        // The place in a file, even if it ran out in a text that the file made.
+        let mut ar = std::mem::zeroed::<lua_Debug>();
+        let mut level = 0;
+        while lua_getstack(l, level, &mut ar) != 0 {
+            lua_getinfo(l, c"Sl".as_ptr(), &mut ar);
+            let file = ar.currentline > 0 && *ar.source == b'@' as _;
+            if file || level == 0 {
+                note(s, &ar);
+            }
+            if file {
+                break;
+            }
+            level += 1;
+        }
     }
     // Poison: from now on every instruction fails, so that no protected call and no coroutine goes on.
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, 1);
     lua_sethook(s.main, Some(hook), LUA_MASKCOUNT, 1);
+    luaL_checkstack(l, 2, std::ptr::null());
     push(l, b"the script used up its instructions");
-    lua_error(l)
+    lua_error(l);
 }
 
 fn note(s: &state::State, ar: &lua_Debug) {

@@ -9,7 +9,7 @@ use mlua::ffi::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
-    bind,
+    bind, budget,
     convert::{put_args, take_results},
     load::{Rerun, Rules},
     state::{Script, State, bytes, push, reg, registry},
@@ -36,7 +36,7 @@ const THREAD: &[u8] = b"thread";
 /// One call of the host, from its begin to its end, however it ends.
 struct Entry<'a> {
     s: &'a State,
-    outer: (u64, u64),
+    outer: budget::Outer,
     mark: u64,
     done: bool,
 }
@@ -128,7 +128,7 @@ pub(crate) fn find(s: &Script, how: u32, name: &[u8]) -> u32 {
         TATU_FIND_CALLBACK if name == INIT => there = true,
         TATU_FIND_CALLBACK => match style {
             Style::NotRun => {}
-            Style::Rerun => there = rules.rerun.as_ref().is_some_and(|r| r.value(name).is_some()),
+            Style::Rerun => there = rules.rerun.as_ref().is_some_and(|r| r.has(name)),
             Style::Functions => {
                 // SAFETY: protected.
                 let _ = s.protect(&mut |l| unsafe { there = callback(l, &rules, name) });

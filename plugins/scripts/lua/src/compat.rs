@@ -3,11 +3,7 @@
 use mlua::ffi::*;
 use tatu_plugin_api::safe::*;
 
-use crate::{
-    errors,
-    state::Script,
-    text,
-};
+use crate::{errors, state::Script, text};
 
 const TEXT: &[u8] = include_bytes!("compat.lua");
 

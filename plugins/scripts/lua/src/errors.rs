@@ -132,10 +132,7 @@ pub(crate) unsafe fn take(s: &State, l: *mut lua_State, status: i32) -> Fail {
         return with_traceback(fail, caught.as_ref());
     }
     if status == LUA_ERRMEM {
-        return Fail::with_code(
-            TATU_ERR_BUDGET,
-            format!("the script used up its {} bytes of memory", s.slot.limit()),
-        );
+        return no_memory(s);
     }
     let caught = caught.unwrap_or_else(|| Caught {
         text: match lua_type(l, -1) {
@@ -146,6 +143,15 @@ pub(crate) unsafe fn take(s: &State, l: *mut lua_State, status: i32) -> Fail {
         places: Vec::new(),
     });
     describe(s, caught)
+}
+
+fn no_memory(s: &State) -> Fail {
+    let limit = s.slot.limit();
+    Fail::with_code(
+        TATU_ERR_BUDGET,
+        format!("the script used up its {limit} bytes of memory"),
+    )
+    .help("look for a table that grows in each step")
 }
 
 fn describe(s: &State, caught: Caught) -> Fail {
@@ -169,6 +175,9 @@ fn describe(s: &State, caught: Caught) -> Fail {
         );
     }
     let (text, place) = strip(&caught.text, &caught, &chunk);
+    if text == b"not enough memory" {
+        return with_traceback(located(no_memory(s), place, &caught), Some(&caught));
+    }
     let text = String::from_utf8_lossy(text).into_owned();
     let fail = match s.text.borrow().unknown(&text, &errors.missed) {
         Some(name) => Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`"))
@@ -206,11 +215,7 @@ fn with_traceback(fail: Fail, caught: Option<&Caught>) -> Fail {
 }
 
 /// Takes leading `file:line: ` marks of known sources off a text; the last one is the place.
-fn strip<'a>(
-    text: &'a [u8],
-    caught: &Caught,
-    chunk: &str,
-) -> (&'a [u8], Option<(String, u64)>) {
+fn strip<'a>(text: &'a [u8], caught: &Caught, chunk: &str) -> (&'a [u8], Option<(String, u64)>) {
     let (mut text, mut place) = (text, None);
     'again: loop {
         let known = caught

@@ -129,7 +129,8 @@ impl Open {
         while self.fill()? {
             let rest = &self.ahead[self.at..];
             let end = rest.iter().position(|b| *b == b'\n');
-            self.out.extend_from_slice(&rest[..end.unwrap_or(rest.len())]);
+            self.out
+                .extend_from_slice(&rest[..end.unwrap_or(rest.len())]);
             self.at += end.map_or(rest.len(), |e| e + 1);
             if end.is_some() {
                 if keep_end {
@@ -184,7 +185,13 @@ mod tests {
 
     #[test]
     fn modes() {
-        for (mode, writes) in [("r", false), ("rb", false), ("r+", true), ("a", true), ("w+b", true)] {
+        for (mode, writes) in [
+            ("r", false),
+            ("rb", false),
+            ("r+", true),
+            ("a", true),
+            ("w+b", true),
+        ] {
             assert_eq!(options(mode.as_bytes()).map(|o| o.1), Some(writes));
         }
         assert!(options(b"x").is_none() && options(b"rw").is_none() && options(b"").is_none());

@@ -105,7 +105,11 @@ fn open_file(s: &State, name: &[u8], mode: &[u8]) -> Result<usize, i64> {
             if fail.code() != TATU_ERR_MISSING {
                 s.log(TATU_LOG_WARNING, &s.scratch.borrow());
             }
-            return Err(if fail.code() == TATU_ERR_MISSING { 2 } else { 13 });
+            return Err(if fail.code() == TATU_ERR_MISSING {
+                2
+            } else {
+                13
+            });
         }
     };
     match options.open(&path) {

@@ -17,11 +17,27 @@ pub(crate) struct Rerun {
     pub variable: Vec<u8>,
     /// Its value for each callback that there is.
     pub values: Vec<(Vec<u8>, i64)>,
+    /// Words of which a text must have one for a callback to be run, where there are such.
+    needs: Vec<(Vec<u8>, Vec<Vec<u8>>)>,
     /// Globals that hold the script's own handle.
     pub script: Vec<Vec<u8>>,
 }
 
 impl Rerun {
+    /// Whether the text runs for a callback.
+    pub(crate) fn has(&self, callback: &[u8]) -> bool {
+        self.value(callback).is_some()
+    }
+    /// Drops the callbacks that a text lacks the words for.
+    fn fit(&mut self, text: &[u8]) {
+        let needs = std::mem::take(&mut self.needs);
+        self.values.retain(|(callback, _)| {
+            needs
+                .iter()
+                .filter(|(name, _)| name == callback)
+                .all(|(_, words)| words.iter().any(|w| has_word(text, w)))
+        });
+    }
     /// The value of a callback.
     pub(crate) fn value(&self, callback: &[u8]) -> Option<i64> {
         self.values
@@ -103,6 +119,9 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     if rules.functions.is_empty() {
         rules.functions.push((Vec::new(), Vec::new()));
     }
+    if let Some(rerun) = &mut rules.rerun {
+        rerun.fit(text);
+    }
     let may_rerun = rules
         .rerun
         .as_ref()
@@ -158,11 +177,7 @@ fn syntax(message: &[u8], chunk: &str) -> Fail {
         .unwrap_or(0);
     let (line, text) = errors::mark(message, &message[..tail]).unwrap_or((0, message));
     let fail = Fail::with_code(TATU_ERR_SCRIPT, String::from_utf8_lossy(text).into_owned());
-    if line > 0 {
-        fail.at(chunk, line)
-    } else {
-        fail
-    }
+    if line > 0 { fail.at(chunk, line) } else { fail }
 }
 
 /// Runs all preludes without a module name; gathers what they return.
@@ -218,17 +233,19 @@ pub(crate) unsafe fn slice<'a>(s: tatu_str) -> &'a [u8] {
     std::slice::from_raw_parts(s.ptr.cast(), s.len as usize)
 }
 
+/// Reads the texts of the list on top.
+unsafe fn texts(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
+    for i in 1..=lua_rawlen(l, -1) {
+        lua_rawgeti(l, -1, i as i64);
+        out.push(bytes(l, -1).to_vec());
+        lua_pop(l, 1);
+    }
+}
+
 /// Reads the table of a prelude, which is on top.
 unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
     unsafe fn field(l: *mut lua_State, name: &std::ffi::CStr) -> bool {
         lua_getfield(l, -1, name.as_ptr()) != LUA_TNIL
-    }
-    unsafe fn texts(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
-        for i in 1..=lua_rawlen(l, -1) {
-            lua_rawgeti(l, -1, i as i64);
-            out.push(bytes(l, -1).to_vec());
-            lua_pop(l, 1);
-        }
     }
     if field(l, c"functions") {
         let pattern = bytes(l, -1);
@@ -259,6 +276,7 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
         rules.rerun = Some(Rerun {
             variable: Vec::new(),
             values: Vec::new(),
+            needs: Vec::new(),
             script: Vec::new(),
         });
         if let Some(rerun) = rules.rerun.as_mut() {
@@ -278,6 +296,19 @@ unsafe fn gather_rerun(l: *mut lua_State, rerun: &mut Rerun) {
             if lua_type(l, -2) == LUA_TSTRING {
                 let value = lua_tointeger(l, -1);
                 rerun.values.push((bytes(l, -2).to_vec(), value));
+            }
+            lua_pop(l, 1);
+        }
+    }
+    lua_pop(l, 1);
+    if lua_getfield(l, -1, c"needs".as_ptr()) == LUA_TTABLE {
+        lua_pushnil(l);
+        while lua_next(l, -2) != 0 {
+            if lua_type(l, -2) == LUA_TSTRING && lua_type(l, -1) == LUA_TTABLE {
+                rerun.needs.push((bytes(l, -2).to_vec(), Vec::new()));
+                if let Some((_, words)) = rerun.needs.last_mut() {
+                    texts(l, words);
+                }
             }
             lua_pop(l, 1);
         }
@@ -323,9 +354,9 @@ mod tests {
     fn words_and_versions() {
         assert!(has_word(b"if (call_type==x)", b"call_type"));
         assert!(!has_word(b"my_call_type = 1", b"call_type"));
-        assert!(has_word(b"x=simGet(1)", b"simGet"));
-        assert!(!has_word(b"x=simGetter(1)", b"simGet"));
-        assert!(has_word(b"simGetter(1)", b"simGetter("));
+        assert!(has_word(b"x=armGet(1)", b"armGet"));
+        assert!(!has_word(b"x=armGetter(1)", b"armGet"));
+        assert!(has_word(b"armGetter(1)", b"armGetter("));
         assert!(version("3.2") < version("4.2"));
         assert!(version("4.10") > version("4.2"));
         assert_eq!(version("modern"), None);

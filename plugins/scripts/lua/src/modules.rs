@@ -198,7 +198,12 @@ unsafe fn find(l: *mut lua_State) -> bool {
         }
     }
     lua_settop(l, 2);
-    let path = luaL_gsub(l, lua_tolstring(l, 1, std::ptr::null_mut()), c".".as_ptr(), c"/".as_ptr());
+    let path = luaL_gsub(
+        l,
+        lua_tolstring(l, 1, std::ptr::null_mut()),
+        c".".as_ptr(),
+        c"/".as_ptr(),
+    );
     debug_assert!(!path.is_null());
     push(l, b".lua");
     lua_concat(l, 2);

@@ -12,9 +12,9 @@ use tatu_plugin_api::{abi::*, safe::*};
 use crate::{
     alloc::{Slot, lua_alloc},
     budget,
-    load::Text,
     errors::{self, Errors},
     files::Files,
+    load::Text,
     stdlib::{self, Originals},
 };
 

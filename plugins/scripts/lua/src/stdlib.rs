@@ -10,18 +10,21 @@ use mlua::ffi::*;
 use crate::{
     bind, budget, errors, io, modules,
     state::{self, push, reg, registry},
-    text, time,
+    strings, text, time,
 };
 
 /// Library functions that ours end in.
 #[derive(Default)]
-pub(crate) struct Originals([Cell<Option<lua_CFunction>>; 5]);
+pub(crate) struct Originals([Cell<Option<lua_CFunction>>; 8]);
 
 pub(crate) const FORMAT: usize = 0;
 const LOAD: usize = 1;
-const SETMETATABLE: usize = 2;
-const CREATE: usize = 3;
-const WRAP: usize = 4;
+const CREATE: usize = 2;
+const WRAP: usize = 3;
+const INSERT: usize = 4;
+const REMOVE: usize = 5;
+const CONCAT: usize = 6;
+const REP: usize = 7;
 
 impl Originals {
     /// Goes on in the library's function.
@@ -154,7 +157,6 @@ unsafe fn debug(l: *mut lua_State) {
 unsafe fn base(l: *mut lua_State) {
     lua_pushglobaltable(l);
     original(l, c"load", LOAD);
-    original(l, c"setmetatable", SETMETATABLE);
     set(l, c"print", text::print);
     set(l, c"tostring", text::tostring);
     set(l, c"load", load);
@@ -183,8 +185,20 @@ unsafe fn others(l: *mut lua_State) {
     original(l, c"format", FORMAT);
     set(l, c"format", text::format);
     remove(l, c"dump");
+    original(l, c"rep", REP);
+    set(l, c"rep", rep);
+    set(l, c"find", strings::find);
+    set(l, c"match", strings::match_);
+    set(l, c"gmatch", strings::gmatch);
+    set(l, c"gsub", strings::gsub);
     lua_getglobal(l, c"table".as_ptr());
     set(l, c"sort", crate::sort::sort);
+    original(l, c"insert", INSERT);
+    original(l, c"remove", REMOVE);
+    original(l, c"concat", CONCAT);
+    set(l, c"insert", insert);
+    set(l, c"remove", remove_at);
+    set(l, c"concat", concat);
     lua_getfield(l, -1, c"move".as_ptr());
     lua_pushcclosure(l, table_move, 1);
     lua_setfield(l, -2, c"move".as_ptr());
@@ -250,23 +264,32 @@ unsafe extern "C-unwind" fn load(l: *mut lua_State) -> i32 {
 
 /// Without finalizers: they would run at a time of the collector's choice, where no budget holds.
 unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
-    let s = state::of(l);
-    if lua_type(l, 2) != LUA_TTABLE {
-        return s.originals.call(l, SETMETATABLE);
+    luaL_checktype(l, 1, LUA_TTABLE);
+    if lua_type(l, 2) != LUA_TNIL {
+        luaL_checktype(l, 2, LUA_TTABLE);
+    }
+    if luaL_getmetafield(l, 1, c"__metatable".as_ptr()) != LUA_TNIL {
+        return errors::raise_text(l, "cannot change a protected metatable");
     }
     lua_settop(l, 2);
-    push(l, b"__gc");
-    if lua_rawget(l, 2) == LUA_TNIL {
-        lua_settop(l, 2);
-        return s.originals.call(l, SETMETATABLE);
+    if lua_type(l, 2) == LUA_TNIL {
+        lua_setmetatable(l, 1);
+        return 1;
     }
+    // A table is marked for its finalizer when it gets the metatable: hide it for that moment.
     push(l, b"__gc");
-    lua_pushnil(l);
-    lua_rawset(l, 2);
-    s.originals.call(l, SETMETATABLE);
-    push(l, b"__gc");
-    lua_pushvalue(l, 3);
-    lua_rawset(l, 2);
+    if lua_rawget(l, 2) != LUA_TNIL {
+        push(l, b"__gc");
+        lua_pushnil(l);
+        lua_rawset(l, 2);
+    }
+    lua_pushvalue(l, 2);
+    lua_setmetatable(l, 1);
+    if lua_type(l, 3) != LUA_TNIL {
+        push(l, b"__gc");
+        lua_pushvalue(l, 3);
+        lua_rawset(l, 2);
+    }
     lua_settop(l, 1);
     1
 }
@@ -283,6 +306,7 @@ unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
             lua_pushnumber(l, f64::from(bytes) / 1024.0);
         }
         b"collect" => {
+            budget::charge(l, lua_gc(l, LUA_GCCOUNT) as u64);
             lua_gc(l, LUA_GCCOLLECT);
             lua_pushinteger(l, 0);
         }
@@ -306,7 +330,11 @@ unsafe extern "C-unwind" fn xpcall(l: *mut lua_State) -> i32 {
     xpcall_done(l, status, 2)
 }
 
-unsafe extern "C-unwind" fn xpcall_done(l: *mut lua_State, status: i32, extra: lua_KContext) -> i32 {
+unsafe extern "C-unwind" fn xpcall_done(
+    l: *mut lua_State,
+    status: i32,
+    extra: lua_KContext,
+) -> i32 {
     if status != LUA_OK && status != LUA_YIELD {
         lua_pushboolean(l, 0);
         lua_pushvalue(l, -2);
@@ -337,13 +365,60 @@ unsafe extern "C-unwind" fn wrap(l: *mut lua_State) -> i32 {
     s.originals.call(l, WRAP)
 }
 
-/// The library's own would move numbers for days without looking at the budget.
+// C functions run without a look at the budget: those whose work grows with their arguments count it beforehand.
+
+/// Elements that move in the time of one instruction.
+const MOVES: u64 = 4;
+/// Bytes that are copied in the time of one instruction.
+const COPIES: u64 = 64;
+
+/// Counts the elements of the table at 1 from the place at 2 on.
+unsafe fn charge_tail(l: *mut lua_State) {
+    if lua_type(l, 1) == LUA_TTABLE {
+        let n = lua_rawlen(l, 1) as u64;
+        let at = u64::try_from(lua_tointeger(l, 2)).unwrap_or(0);
+        budget::charge(l, n.saturating_sub(at) / MOVES);
+    }
+}
+
+unsafe extern "C-unwind" fn insert(l: *mut lua_State) -> i32 {
+    if lua_gettop(l) > 2 {
+        charge_tail(l);
+    }
+    state::of(l).originals.call(l, INSERT)
+}
+
+unsafe extern "C-unwind" fn remove_at(l: *mut lua_State) -> i32 {
+    if lua_gettop(l) > 1 {
+        charge_tail(l);
+    }
+    state::of(l).originals.call(l, REMOVE)
+}
+
+unsafe extern "C-unwind" fn concat(l: *mut lua_State) -> i32 {
+    if lua_type(l, 1) == LUA_TTABLE {
+        budget::charge(l, lua_rawlen(l, 1) as u64 / MOVES);
+    }
+    state::of(l).originals.call(l, CONCAT)
+}
+
+unsafe extern "C-unwind" fn rep(l: *mut lua_State) -> i32 {
+    let times = u64::try_from(lua_tointeger(l, 2)).unwrap_or(0);
+    let bytes = times.saturating_mul(lua_rawlen(l, 1) as u64);
+    // What does not fit fails at once.
+    if bytes <= crate::alloc::SLOT_BYTES as u64 {
+        budget::charge(l, bytes / COPIES);
+    }
+    state::of(l).originals.call(l, REP)
+}
+
 unsafe extern "C-unwind" fn table_move(l: *mut lua_State) -> i32 {
-    const MOST: i64 = 50_000_000;
     let (from, to) = (luaL_checkinteger(l, 2), luaL_checkinteger(l, 3));
-    if to.saturating_sub(from) > MOST {
+    let n = to.saturating_sub(from);
+    if n > 50_000_000 {
         return errors::raise_text(l, "too many elements to move");
     }
+    budget::charge(l, n.max(0) as u64 / MOVES);
     lua_pushvalue(l, lua_upvalueindex(1));
     lua_insert(l, 1);
     lua_call(l, lua_gettop(l) - 1, 1);

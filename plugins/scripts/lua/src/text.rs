@@ -137,7 +137,10 @@ pub(crate) unsafe extern "C-unwind" fn format(l: *mut lua_State) -> i32 {
         let kind = lua_type(l, arg);
         let mut instead = 0;
         match conversion {
-            b's' if kind > LUA_TSTRING || kind == LUA_TLIGHTUSERDATA || (old && kind == LUA_TNUMBER) => {
+            b's' if kind > LUA_TSTRING
+                || kind == LUA_TLIGHTUSERDATA
+                || (old && kind == LUA_TNUMBER) =>
+            {
                 to_text(l, arg);
                 lua_replace(l, arg);
             }

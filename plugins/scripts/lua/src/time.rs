@@ -98,7 +98,11 @@ unsafe extern "C-unwind" fn time(l: *mut lua_State) -> i32 {
             _ => value.clamp(-1 << 40, 1 << 40),
         }
     };
-    let (year, month, day) = (field(c"year", None), field(c"month", None), field(c"day", None));
+    let (year, month, day) = (
+        field(c"year", None),
+        field(c"month", None),
+        field(c"day", None),
+    );
     let (hour, min, sec) = (
         field(c"hour", Some(12)),
         field(c"min", Some(0)),
@@ -264,10 +268,7 @@ mod tests {
     fn dates() {
         let mut out = String::new();
         assert!(Date::new(EPOCH + 3661).all("%c|%F %X %j %p", &mut out));
-        assert_eq!(
-            out,
-            "Thu Jan  1 01:01:01 2015|2015-01-01 01:01:01 001 AM"
-        );
+        assert_eq!(out, "Thu Jan  1 01:01:01 2015|2015-01-01 01:01:01 001 AM");
         for days in (-800_000..800_000).step_by(97) {
             let (y, m, d) = civil_from_days(days);
             assert_eq!(days_from_civil(y, m, d), days);

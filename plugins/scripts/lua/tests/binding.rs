@@ -19,7 +19,12 @@ fn show(h: &Host, frame: &mut tatu_call) -> tatu_status {
     TATU_OK
 }
 fn missing(h: &Host, frame: &mut tatu_call) -> tatu_status {
-    h.fail(frame, TATU_ERR_MISSING, "no object `/x`", "look at the tree")
+    h.fail(
+        frame,
+        TATU_ERR_MISSING,
+        "no object `/x`",
+        "look at the tree",
+    )
 }
 fn objects(_: &Host, frame: &mut tatu_call) -> tatu_status {
     let mut v = int(0);
@@ -29,7 +34,7 @@ fn objects(_: &Host, frame: &mut tatu_call) -> tatu_status {
     TATU_OK
 }
 fn callback(h: &Host, frame: &mut tatu_call) -> tatu_status {
-    let s = unsafe { &*h.script.get() };
+    let s = h.running();
     let f = arg(frame, 0).as_func().unwrap();
     assert_eq!(f >> 32, 5);
     let args: Vec<_> = (1..frame.n_args)
@@ -48,12 +53,12 @@ fn callback(h: &Host, frame: &mut tatu_call) -> tatu_status {
     }
 }
 fn keep(h: &Host, frame: &mut tatu_call) -> tatu_status {
-    let s = unsafe { &*h.script.get() };
+    let s = h.running();
     h.kept.set(s.keep(arg(frame, 0).as_func().unwrap() as u32));
     TATU_OK
 }
 fn recurse(h: &Host, frame: &mut tatu_call) -> tatu_status {
-    let s = unsafe { &*h.script.get() };
+    let s = h.running();
     match s.function("down", &[arg(frame, 0).to_value().unwrap()]) {
         Ok(v) => {
             if let [Value::Int(i)] = v[..] {
@@ -77,10 +82,9 @@ fn host() -> &'static Host {
     h.command("recurse", recurse);
     h.constant("robot.speed", num(1.5));
     h.constant("limit", int(7));
-    h.preludes.borrow_mut().push((
-        String::new(),
-        "return {api = {'get', 'robot.'}}".to_owned(),
-    ));
+    h.preludes
+        .borrow_mut()
+        .push((String::new(), "return {api = {'get', 'robot.'}}".to_owned()));
     h
 }
 
@@ -172,9 +176,15 @@ fn what_cannot_cross_is_told_with_its_place() {
     let e = s.function("thread", &[]).unwrap_err();
     assert_eq!(e.text, "argument 1: a thread cannot be passed on");
     let e = s.function("deep", &[]).unwrap_err();
-    assert!(e.text.ends_with("the table is nested deeper than 32"), "{e:?}");
+    assert!(
+        e.text.ends_with("the table is nested deeper than 32"),
+        "{e:?}"
+    );
     let e = s.function("key", &[]).unwrap_err();
-    assert!(e.text.contains("neither text, number nor truth value"), "{e:?}");
+    assert!(
+        e.text.contains("neither text, number nor truth value"),
+        "{e:?}"
+    );
 }
 
 #[test]
@@ -199,7 +209,10 @@ fn errors_carry_code_place_and_calls() {
         (TATU_ERR_MISSING, "no object `/x`", "look at the tree")
     );
     assert_eq!((e.file.as_str(), e.line), ("test.lua", 2));
-    assert!(e.traceback.contains("test.lua:2: in function 'command'"), "{e:?}");
+    assert!(
+        e.traceback.contains("test.lua:2: in function 'command'"),
+        "{e:?}"
+    );
     let values = s.function("caught", &[]).unwrap();
     assert_eq!(
         values[1],
@@ -217,7 +230,10 @@ fn errors_carry_code_place_and_calls() {
         (e.code, e.text.as_str()),
         (TATU_ERR_UNKNOWN, "there is no command `getNothing`")
     );
-    assert_eq!(fail("unknown_field").text, "there is no command `robot.fly`");
+    assert_eq!(
+        fail("unknown_field").text,
+        "there is no command `robot.fly`"
+    );
     assert_eq!(fail("plain").code, TATU_ERR_SCRIPT);
     let e = fail("in_coroutine");
     assert_eq!((e.text.as_str(), e.line), ("inside", 14), "{e:?}");
@@ -232,7 +248,10 @@ fn errors_carry_code_place_and_calls() {
     s.load("\n\nfunction f() error 'x' end", &long, "").unwrap();
     s.init().unwrap();
     let e = s.function("f", &[]).unwrap_err();
-    assert_eq!((e.file.as_str(), e.line, e.text.as_str()), (long.as_str(), 3, "x"));
+    assert_eq!(
+        (e.file.as_str(), e.line, e.text.as_str()),
+        (long.as_str(), 3, "x")
+    );
 }
 
 #[test]
@@ -275,8 +294,16 @@ fn a_script_is_entered_ten_deep() {
          function crash(n) if n == 0 then error 'bottom' end return recurse(n - 1) end",
     );
     s.init().unwrap();
-    assert_eq!(s.function("down", &[Value::Int(10)]).unwrap(), [Value::Int(10)]);
-    s.load("function down(n) if n == 0 then error 'bottom' end return (recurse(n - 1)) end", "t.lua", "").unwrap();
+    assert_eq!(
+        s.function("down", &[Value::Int(10)]).unwrap(),
+        [Value::Int(10)]
+    );
+    s.load(
+        "function down(n) if n == 0 then error 'bottom' end return (recurse(n - 1)) end",
+        "t.lua",
+        "",
+    )
+    .unwrap();
     s.init().unwrap();
     let e = s.function("down", &[Value::Int(10)]).unwrap_err();
     assert_eq!((e.code, e.text.as_str()), (TATU_ERR_SCRIPT, "bottom"));

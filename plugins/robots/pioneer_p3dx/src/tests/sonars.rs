@@ -147,7 +147,7 @@ fn beams_are_what_the_parameters_say() {
         assert_eq!(o.device.as_deref(), Some("proximity"));
         assert_eq!(o.text("proximity.volume"), "cone");
         assert!(
-            close(o.number("proximity.range"), 1.005, 1e-12),
+            close(o.number("proximity.range"), 1.0, 1e-12),
             "the far cap of the file"
         );
         assert_eq!(o.number("proximity.near"), 0.005);

@@ -4,11 +4,7 @@
     clippy::undocumented_unsafe_blocks,
     reason = "the test plays the host: every pointer is its own, or the plugin's answer"
 )]
-#![allow(
-    dead_code,
-    missing_docs,
-    reason = "each test file uses a part"
-)]
+#![allow(dead_code, missing_docs, reason = "each test file uses a part")]
 
 use std::{
     cell::{Cell, RefCell},
@@ -266,7 +262,12 @@ static LOG: tatu_host_log = tatu_host_log {
     write: Some(write),
     last_error: Some(last_error),
 };
-unsafe extern "C" fn resolve(w: WorldPtr, name: tatu_str, _: u32, out: *mut tatu_str) -> tatu_status {
+unsafe extern "C" fn resolve(
+    w: WorldPtr,
+    name: tatu_str,
+    _: u32,
+    out: *mut tatu_str,
+) -> tatu_status {
     let (h, name) = (host(w), text(name));
     if name.contains("..") || name.starts_with('/') {
         return h.refuse(TATU_ERR_UNSUPPORTED, "outside of the allowed folders");
@@ -292,6 +293,10 @@ unsafe extern "C" fn service(_: *const tatu_host, id: *const c_char) -> *const c
 }
 
 impl Host {
+    /// The script that was entered last.
+    pub fn running(&self) -> &Script {
+        unsafe { &*self.script.get() }
+    }
     pub fn new() -> &'static Host {
         unsafe {
             let scene = (&raw mut SCENE).cast::<tatu_host_scene>();
@@ -352,7 +357,13 @@ impl Host {
         code
     }
     /// As a failing command does: error text, and the frame leads to it.
-    pub fn fail(&self, frame: &mut tatu_call, code: tatu_status, t: &str, help: &str) -> tatu_status {
+    pub fn fail(
+        &self,
+        frame: &mut tatu_call,
+        code: tatu_status,
+        t: &str,
+        help: &str,
+    ) -> tatu_status {
         self.refuse(code, t);
         frame.error = &raw mut self.error.borrow_mut().raw;
         if !help.is_empty() {
