@@ -75,7 +75,7 @@ pub(crate) struct WorldCell {
     /// World poses of the step before, for velocities of objects that the engine does not move.
     pub before: RefCell<BTreeMap<u32, nalgebra::Isometry3<f64>>>,
     initial: RefCell<Option<Scene>>,
-    pool: Option<Arc<rayon::ThreadPool>>,
+    pool: rayon::ThreadPool,
 }
 
 /// A scene that runs. One thread at a time uses it; different worlds run on different threads.
@@ -173,10 +173,11 @@ impl WorldCell {
     }
     /// Runs `f` with the world's pool of threads.
     pub fn install<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
-        match &self.pool {
-            Some(pool) => pool.install(f),
-            None => f(),
-        }
+        self.pool.install(f)
+    }
+    /// The world's threads.
+    pub fn pool(&self) -> &rayon::ThreadPool {
+        &self.pool
     }
     /// Velocity of an object: from the engine if it moves it, else from its motion in the last step.
     pub fn twist(&self, scene: &Scene, dynamics: &Dynamics, slot: u32) -> [f64; 6] {
@@ -199,20 +200,18 @@ impl WorldCell {
 impl World {
     /// Makes a world of a document: its objects, devices and command instances.
     pub fn new(document: Arc<Document>, registry: Arc<Registry>) -> Result<Self> {
-        Self::with_threads(document, registry, None)
+        Self::with_threads(document, registry, 1)
     }
 
-    /// The same, with its own pool of threads; the results do not depend on their number.
-    pub fn with_threads(document: Arc<Document>, registry: Arc<Registry>, threads: Option<usize>) -> Result<Self> {
-        let pool = match threads {
-            None => None,
-            Some(n) => Some(Arc::new(
-                rayon::ThreadPoolBuilder::new()
-                    .num_threads(n)
-                    .build()
-                    .map_err(|e| Error::new("E401", format!("cannot start {n} threads: {e}")))?,
-            )),
-        };
+    /// The same, with a pool of `threads` threads of its own; the results do not depend on their number.
+    ///
+    /// A world never computes in somebody else's pool: the engine waits there for tasks that it gave to the pool, and
+    /// two worlds that wait in one pool of two would wait for ever.
+    pub fn with_threads(document: Arc<Document>, registry: Arc<Registry>, threads: usize) -> Result<Self> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.max(1))
+            .build()
+            .map_err(|e| Error::new("E401", format!("cannot start {threads} threads: {e}")))?;
         let settings = document.settings.clone();
         let (scene, slots) = document.instantiate();
         let cell = Rc::new(WorldCell {
@@ -343,6 +342,10 @@ impl World {
         }
         Scripts::end(cell);
         cell.running.set(false);
+        self.end_instances();
+        if let Err(e) = self.make_instances() {
+            cell.report(Fault::new(FaultKind::Plugin, e.text));
+        }
         cell.signals.borrow_mut().clear();
         cell.sensing.borrow_mut().reset();
         cell.before.borrow_mut().clear();
@@ -361,6 +364,17 @@ impl World {
                 }
             }
             cell.dynamics.borrow_mut().settle(&mut scene);
+        }
+    }
+
+    /// Ends what command plugins keep for this world.
+    fn end_instances(&self) {
+        let instances = std::mem::take(&mut *self.cell.instances.borrow_mut());
+        for i in instances.into_iter().flatten() {
+            if let Some(destroy) = i.destroy {
+                // SAFETY: made by `create`, given back once.
+                unsafe { destroy(i.data) };
+            }
         }
     }
 
@@ -448,13 +462,7 @@ impl Drop for World {
         for d in devices {
             d.destroy(&cell.registry);
         }
-        let instances = std::mem::take(&mut *cell.instances.borrow_mut());
-        for i in instances.into_iter().flatten() {
-            if let Some(destroy) = i.destroy {
-                // SAFETY: made by `create`, given back once.
-                unsafe { destroy(i.data) };
-            }
-        }
+        self.end_instances();
     }
 }
 

@@ -19,10 +19,21 @@
  *
  * GROWTH
  *   Frozen types (section 1) never change within an ABI major; only these stand in arrays or cross by value.
- *   Tables (everything that begins with `size`) grow at the end. Set `size` to sizeof, or use TATU_TABLE. Lists of
+ *   Tables (everything that begins with `size`) grow at the end. Set `size` to sizeof, leave what you do not use zero. Lists of
  *   tables are null-terminated arrays of pointers. A field exists only if it lies within `size` and is not null:
  *   ask with TATU_HAS before you call through a table that somebody else filled. Tables have no tail padding.
  *   Until release 1.0 every extension and service is a draft, and a draft matches only its own number.
+ *
+ * MEMORY OF VALUES
+ *   Each world has one arena, a stack. What tatu_call_api.alloc and commands.alloc give, and everything that results
+ *   of calls point to, lies in it and lives until somebody releases to an earlier mark. Only callers release; the host
+ *   does so when the outermost call from it returns. So a command may hand on what a nested call gave it, unless it
+ *   released in between. Memory is aligned to 16 bytes; arrays to their elements; `ptr` may be null when `len` is 0.
+ *   Error texts lie elsewhere.
+ *
+ * ERRORS
+ *   A function that returns a negative status has said why through its error object. If it has said nothing, the host
+ *   takes what the last refusal of a service said, if that had the same status: `return status;` passes it on.
  *
  * RULES
  *   No exception, panic or longjmp may leave a plugin function. No function may change floating-point mode, locale
@@ -87,7 +98,9 @@ typedef struct tatu_str {
 typedef uint64_t tatu_object;
 #define TATU_SLOT(o) ((uint32_t)((o) & 0xFFFFFu))
 
-typedef uint64_t tatu_func; /* a script's function: instance id << 32 | local id. Dies with the call unless retained. */
+/* A script's function: instance id << 32 | local id. As an argument it lives during the call, as a result until the
+ * script is entered again; see commands.retain. */
+typedef uint64_t tatu_func;
 typedef uint32_t tatu_prop; /* an interned key of a property ("joint.position") or field ("proximity.distance") */
 
 /* What a value holds. */
@@ -104,7 +117,7 @@ enum {
   TATU_I32S = 9,   /* u.s: array of int32_t */
   TATU_U8S = 10,   /* u.s: array of uint8_t, meant as numbers */
   TATU_LIST = 11,  /* u.s: array of tatu_value */
-  TATU_MAP = 12,   /* u.s: array of tatu_pair, in the order in which they were made */
+  TATU_MAP = 12,   /* u.s: array of tatu_pair; keys are text, numbers or truth values */
   TATU_FUNC = 13,  /* u.u: tatu_func */
   TATU_OBJECT = 14 /* u.u: tatu_object */
 };
@@ -213,7 +226,8 @@ typedef struct tatu_plugin_t {
   const char *version; /* "1.2.0" */
   const char *licence; /* SPDX, "MIT" */
   const tatu_need *const *needs; /* null, or a null-terminated list */
-  /* [setup] Starts the plugin; `*self` is handed back in every later call. May ask for services, may call none. */
+  /* [setup] Starts the plugin; `*self` (may be null) is handed back in every later call. May ask for services, and
+   * call their [any] functions only. Null: nothing to start. */
   tatu_status(TATU_CALL *init)(const tatu_host *, void **self, tatu_error *);
   /* [setup] Ends it; all instances are gone by then. Null: nothing to do. */
   void(TATU_CALL *shutdown)(void *self);
@@ -226,6 +240,7 @@ extern TATU_EXPORT const tatu_plugin_t tatu_plugin;
 /* ================================================================ 4. Parameters and instances ======== */
 
 enum {
+  /* of a sensor or actuator: */
   TATU_PARAM_REBUILDS = 1, /* a change destroys the instance and creates it anew */
   TATU_PARAM_READ_ONLY = 2,
   TATU_PARAM_OPTIONAL = 4, /* of a command: may be left out or nil; then the default, or nil without one */
@@ -234,7 +249,9 @@ enum {
 };
 
 /* One fact that can be set: a property row, a parameter of a command, a result of a command. Scene files write the
- * key with its unit: unit "m" makes `range` the key `range_m`; "rad" is written in degrees, `_deg`. */
+ * key with its unit: unit "m" makes `range` the key `range_m`; "rad" is written in degrees, `_deg`. Values at the
+ * border are always SI and radians. A parameter of type TATU_OBJECT takes the number that a script knows, too, and gives
+ * it as an object of generation 0: whether anything is there, the service that gets it will tell. */
 typedef struct tatu_param {
   uint32_t size;
   uint32_t type;       /* TATU_BOOL, I64, F64, TEXT, BYTES, F64S, LIST, MAP, FUNC or OBJECT */
@@ -242,7 +259,7 @@ typedef struct tatu_param {
   uint32_t flags;      /* TATU_PARAM_* */
   const char *key;     /* "range" */
   const char *unit;    /* "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz", "1"; null: none */
-  double lowest;       /* least value; -HUGE_VAL: no bound */
+  double lowest;       /* least value; -HUGE_VAL: no bound. Both bounds 0: none at all */
   double highest;      /* greatest value; HUGE_VAL: no bound */
   tatu_value fallback; /* the default; nil: must be given (or may be missing, if optional) */
   const char *const *choices; /* allowed texts, null-terminated; null: any */
@@ -269,7 +286,8 @@ typedef struct tatu_writer {
   void(TATU_CALL *write)(const struct tatu_writer *, const void *bytes, uint64_t n);
 } tatu_writer;
 
-/* The life of instances. Every function but `create` and `destroy` may be null. */
+/* The life of instances. Every function but `create` and `destroy` may be null. When a world is stopped and reset, its
+ * instances are destroyed and made anew. */
 typedef struct tatu_life {
   uint32_t size;
   uint32_t state_bytes; /* bytes of the state block: no pointers in it; copied by snapshots, zeroed at reset */
@@ -301,7 +319,8 @@ typedef struct tatu_call_api {
   void *(TATU_CALL *alloc)(tatu_call *, uint64_t bytes);
   /* [step] Then return TATU_WAIT: the command is called again with `resume` and without arguments once `until` holds:
    * STEPS: `value` steps later; TIME: at simulation time `value`, s; SIGNAL: when the signal `name` exists; POLL:
-   * in each step. `resume` (not 0) is yours: find there again what you must keep. Refused when wait_token is 0. */
+   * in each step. `resume` (not 0) is yours: find there again what you must keep. Gives TATU_WAIT, so that
+   * `return call->api->wait(...)` does both. Where the caller cannot wait it fills the error and gives TATU_ERR_BUSY. */
   tatu_status(TATU_CALL *wait)(tatu_call *, uint32_t until, double value, tatu_str name, uint64_t resume);
 } tatu_call_api;
 
@@ -313,7 +332,7 @@ struct tatu_call {
   uint32_t command;       /* id of the command; 0 where none is called */
   uint32_t alias;         /* which of the command's names was used */
   uint32_t n_args;        /* trailing nils count */
-  const tatu_value *args; /* checked and converted to the declared types, unless the command takes them raw */
+  const tatu_value *args; /* checked, converted to the declared types, filled up with defaults; or raw, if so declared */
   tatu_value *results;    /* room of the caller for at least 16 */
   uint32_t results_cap;
   uint32_t n_results;     /* how many there are; never padded */
@@ -324,7 +343,7 @@ struct tatu_call {
   const void *user;       /* tatu_command.user */
   const tatu_call_api *api;
   tatu_error *error;      /* say here what went wrong, then return a negative status; read here after a failed call */
-  uint64_t wait_token;    /* 0: this caller cannot wait */
+  uint64_t wait_token;    /* 0: this caller cannot wait; only script languages and services give another */
   uint64_t resume;        /* not 0: a wait is over */
   uint64_t caller;        /* instance id of the calling script, or 0; filled by the host, like all below */
   tatu_object caller_object; /* the object that the calling script belongs to */
@@ -335,7 +354,7 @@ struct tatu_call {
 };
 
 enum {
-  TATU_COMMAND_RAW = 1,     /* declares no parameters: arguments come as they are */
+  TATU_COMMAND_RAW = 1,     /* arguments come as they are; parameters, if declared, are for people only */
   TATU_NAME_OLD_ERRORS = 1  /* an error goes to the log once per place, and `on_error` is returned instead */
 };
 
@@ -354,8 +373,8 @@ typedef struct tatu_command {
   uint32_t size;
   uint32_t flags;                    /* TATU_COMMAND_* */
   const tatu_name *const *names;     /* at least one */
-  const tatu_param *const *params;   /* null with TATU_COMMAND_RAW */
-  const tatu_param *const *returns;  /* for people and docs */
+  const tatu_param *const *params;   /* null: none */
+  const tatu_param *const *returns;  /* for people and docs; may be null */
   const char *text;                  /* what it does, one sentence */
   const char *example;               /* a call, in Lua */
   const char *no_wait;               /* what to do where waiting is not possible; null: a general sentence */
@@ -814,7 +833,8 @@ typedef struct tatu_host_commands {
   void *(TATU_CALL *alloc)(tatu_world *, uint64_t bytes);
   /* and back to the place: everything allocated since is gone. */
   void(TATU_CALL *release)(tatu_world *, uint64_t mark);
-  /* Keeps a function that a script gave beyond the call: `*kept` stays good until dropped or until its script ends. */
+  /* Keeps a function that a script gave beyond the call: `*kept` stays good until dropped or until its script ends;
+   * nobody has to drop it then. Keeping it twice gives two ids. */
   tatu_status(TATU_CALL *retain)(tatu_world *, tatu_func, tatu_func *kept);
   /* Gives a kept function up. */
   void(TATU_CALL *drop)(tatu_world *, tatu_func);
@@ -954,7 +974,40 @@ static inline double tatu_arg_float(const tatu_call *c, uint32_t i) {
 }
 static inline int64_t tatu_arg_int(const tatu_call *c, uint32_t i) {
   if (i >= c->n_args) return 0;
-  return c->args[i].tag == TATU_F64 ? (int64_t)c->args[i].u.f : c->args[i].tag <= TATU_I64 ? c->args[i].u.i : 0;
+  if (c->args[i].tag == TATU_F64) { /* beyond the range of integers there is none to give */
+    double x = c->args[i].u.f;
+    return x > -9.2e18 && x < 9.2e18 ? (int64_t)x : 0;
+  }
+  return c->args[i].tag == TATU_I64 || c->args[i].tag == TATU_BOOL ? c->args[i].u.i : 0;
+}
+static inline tatu_object tatu_arg_object(const tatu_call *c, uint32_t i) {
+  if (i < c->n_args && c->args[i].tag == TATU_OBJECT) return c->args[i].u.u;
+  return (tatu_object)tatu_arg_int(c, i);
+}
+static inline tatu_func tatu_arg_func(const tatu_call *c, uint32_t i) {
+  return i < c->n_args && c->args[i].tag == TATU_FUNC ? c->args[i].u.u : 0;
+}
+/* The numbers of a TATU_F64S argument, and how many; null and 0 when it is missing. */
+static inline const double *tatu_arg_floats(const tatu_call *c, uint32_t i, uint64_t *n) {
+  int is = i < c->n_args && c->args[i].tag == TATU_F64S;
+  *n = is ? c->args[i].u.s.len : 0;
+  return is ? (const double *)c->args[i].u.s.ptr : 0;
+}
+/* A result, or any value, as a number; 0 if it is none. */
+static inline double tatu_to_float(tatu_value v) {
+  return v.tag == TATU_F64 ? v.u.f : v.tag == TATU_I64 ? (double)v.u.i : 0;
+}
+/* A frame for commands.call and commands.call_func: arguments in, room for at least 16 results. */
+static inline tatu_call tatu_frame(const tatu_value *args, uint32_t n_args, tatu_value *results, uint32_t cap) {
+  tatu_call c;
+  size_t i;
+  for (i = 0; i < sizeof c; i++) ((char *)&c)[i] = 0;
+  c.size = (uint32_t)sizeof c;
+  c.args = args;
+  c.n_args = n_args;
+  c.results = results;
+  c.results_cap = cap;
+  return c;
 }
 static inline tatu_str tatu_arg_text(const tatu_call *c, uint32_t i) {
   tatu_str t = {0, 0};

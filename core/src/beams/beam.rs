@@ -27,20 +27,11 @@ pub struct Faces {
 
 impl Faces {
     /// Both sides.
-    pub const BOTH: Self = Self {
-        front: true,
-        back: true,
-    };
+    pub const BOTH: Self = Self { front: true, back: true };
     /// Only the outside.
-    pub const FRONT: Self = Self {
-        front: true,
-        back: false,
-    };
+    pub const FRONT: Self = Self { front: true, back: false };
     /// Only the inside.
-    pub const BACK: Self = Self {
-        front: false,
-        back: true,
-    };
+    pub const BACK: Self = Self { front: false, back: true };
 }
 
 /// One question to a [`BeamScene`](super::BeamScene).
@@ -85,10 +76,7 @@ impl Beam {
 
     /// A cone of `half_angle` radians to `far` metres, with both sides seen and no other limit.
     pub fn cone(world_from_beam: Isometry3<f64>, half_angle: f64, far: f64) -> Self {
-        Self {
-            volume: Volume::Cone { half_angle },
-            ..Self::ray(world_from_beam, far)
-        }
+        Self { volume: Volume::Cone { half_angle }, ..Self::ray(world_from_beam, far) }
     }
 }
 

@@ -55,12 +55,7 @@ impl Side {
         let mut cone = *cone;
         // A little further, so that a best distance known from elsewhere never changes how the search runs.
         cone.sight.far += 2.0 * TOLERANCE;
-        Self {
-            cone,
-            radius,
-            half_length,
-            skip_back,
-        }
+        Self { cone, radius, half_length, skip_back }
     }
 
     /// The nearest point that counts.
@@ -147,17 +142,10 @@ impl Side {
         let Sight { origin, faces, .. } = &self.cone.sight;
         let away = origin.x.hypot(origin.y);
         let toward = origin.y.atan2(origin.x);
-        let edge = if away > self.radius {
-            (self.radius / away).acos()
-        } else {
-            0.0
-        };
+        let edge = if away > self.radius { (self.radius / away).acos() } else { 0.0 };
         let front = edge > 0.0 && faces.front;
         let back = faces.back && !self.skip_back;
-        [
-            front.then_some((toward - edge, toward + edge)),
-            back.then_some((toward + edge, toward + TAU - edge)),
-        ]
+        [front.then_some((toward - edge, toward + edge)), back.then_some((toward + edge, toward + TAU - edge))]
     }
 
     /// Takes the nearest point on the straight line at one angle.
@@ -175,12 +163,7 @@ impl Side {
 
     /// No point that counts at the angles of a strip around `middle` is nearer than this.
     fn bound(&self, middle: f64, strip: &Strip) -> f64 {
-        let Cone {
-            sight,
-            cos,
-            sin,
-            half_angle,
-        } = &self.cone;
+        let Cone { sight, cos, sin, half_angle } = &self.cone;
         let offset = strip.offset;
         let normal = Vector3::new(middle.cos(), middle.sin(), 0.0);
         let tangent = Vector3::new(-normal.y, normal.x, 0.0);
@@ -212,18 +195,10 @@ impl Side {
             let max_incidence = sight.cos_incidence.acos() + strip.half_width + turn;
             widened.sight.cos_incidence = max_incidence.min(FRAC_PI_2).cos().max(0.0);
         }
-        let (across, along) = (
-            tangent * strip.reach,
-            Vector3::new(0.0, 0.0, self.half_length),
-        );
-        let corners = [
-            centre - across - along,
-            centre + across - along,
-            centre + across + along,
-            centre - across + along,
-        ];
-        polygon(&widened, &corners, &normal)
-            .map_or(f64::INFINITY, |(distance, _)| distance - offset)
+        let (across, along) = (tangent * strip.reach, Vector3::new(0.0, 0.0, self.half_length));
+        let corners =
+            [centre - across - along, centre + across - along, centre + across + along, centre - across + along];
+        polygon(&widened, &corners, &normal).map_or(f64::INFINITY, |(distance, _)| distance - offset)
     }
 }
 
@@ -239,10 +214,6 @@ struct Strip {
 impl Strip {
     fn new(radius: f64, half_width: f64) -> Self {
         let offset = radius * (0.5 * half_width).sin().powi(2);
-        Self {
-            half_width,
-            offset,
-            reach: radius * half_width.sin(),
-        }
+        Self { half_width, offset, reach: radius * half_width.sin() }
     }
 }

@@ -26,9 +26,7 @@ pub(super) fn disc(
 fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, best: &mut Nearest) {
     // Angles count from the rim's nearest point, so |p|^2 = even + swing cos(angle) with swing <= 0.
     let flat = normal * normal.dot(centre) - centre;
-    let first = flat
-        .try_normalize(1e-300)
-        .unwrap_or_else(|| any_perpendicular(normal));
+    let first = flat.try_normalize(1e-300).unwrap_or_else(|| any_perpendicular(normal));
     let second = normal.cross(&first);
     let at = |angle: f64| centre + (first * angle.cos() + second * angle.sin()) * radius;
     let even = centre.norm_squared() + radius * radius;
@@ -48,11 +46,7 @@ fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, b
 
     // (axis . p)^2 = cos^2 |p|^2 is a quartic in the tangent of half the angle.
     let axis = &cone.sight.axis;
-    let (a, b, c) = (
-        axis.dot(centre),
-        radius * axis.dot(&first),
-        radius * axis.dot(&second),
-    );
+    let (a, b, c) = (axis.dot(centre), radius * axis.dot(&first), radius * axis.dot(&second));
     let k2 = cone.cos * cone.cos;
     let quartic = [
         (a + b) * (a + b) - k2 * (even + swing),
@@ -76,11 +70,7 @@ fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, b
         let across = point - axis * height;
         let slope = cone.sin * rise - cone.cos * across.dot(&(tangent - axis * rise)) / width;
         let better = at(angle - excess(&point) / slope);
-        let point = if excess(&better).abs() < excess(&point).abs() {
-            better
-        } else {
-            point
-        };
+        let point = if excess(&better).abs() < excess(&point).abs() { better } else { point };
         best.offer(point);
     };
     let mut reversed = quartic;
@@ -107,11 +97,7 @@ fn roots(quartic: &[f64; 5], mut found: impl FnMut(f64)) {
     let mut levels = [*quartic; 4];
     for i in 1..4 {
         for power in 0..5 {
-            let next = if power < 4 {
-                levels[i - 1][power + 1]
-            } else {
-                0.0
-            };
+            let next = if power < 4 { levels[i - 1][power + 1] } else { 0.0 };
             levels[i][power] = next * (power + 1) as f64;
         }
     }
@@ -149,11 +135,7 @@ fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> Option<f64> {
             break;
         }
         // Every third round halves, so that a flat stretch cannot hold the search.
-        let t = if round % 3 == 2 {
-            0.5 * (low + high)
-        } else {
-            (low * f_high - high * f_low) / (f_high - f_low)
-        };
+        let t = if round % 3 == 2 { 0.5 * (low + high) } else { (low * f_high - high * f_low) / (f_high - f_low) };
         if !(t > low && t < high) {
             break;
         }
@@ -169,9 +151,5 @@ fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> Option<f64> {
             f_high *= 0.5;
         }
     }
-    Some(if f_low.abs() < f_high.abs() {
-        low
-    } else {
-        high
-    })
+    Some(if f_low.abs() < f_high.abs() { low } else { high })
 }

@@ -26,18 +26,12 @@ pub(super) struct MeshTree {
 
 impl MeshTree {
     pub fn new(mesh: &Mesh) -> Self {
-        let all: Vec<Triangle> = (0..mesh.triangles.len())
-            .filter_map(|i| triangle(mesh, i))
-            .collect();
+        let all: Vec<Triangle> = (0..mesh.triangles.len()).filter_map(|i| triangle(mesh, i)).collect();
         let boxes: Vec<Aabb> = all.iter().map(|t| Aabb::around(&t.corners)).collect();
         let mut tree = Tree::default();
         tree.build(0..all.len() as u32, &boxes, 4);
         let triangles = tree.order.iter().map(|&i| all[i as usize]).collect();
-        Self {
-            triangles,
-            tree,
-            aabb: boxes.iter().fold(Aabb::EMPTY, |a, b| a.merge(b)),
-        }
+        Self { triangles, tree, aabb: boxes.iter().fold(Aabb::EMPTY, |a, b| a.merge(b)) }
     }
 
     /// The nearest point that counts; the probe is given in the mesh's frame.
@@ -57,11 +51,7 @@ impl MeshTree {
 
 impl Triangle {
     fn cast(&self, probe: &Probe, limit: f64) -> Option<Found> {
-        let Self {
-            corners,
-            normal,
-            primitive,
-        } = self;
+        let Self { corners, normal, primitive } = self;
         match probe {
             Probe::Ray(sight) => {
                 let corners = corners.map(|c| c - sight.origin.coords);
@@ -78,12 +68,7 @@ impl Triangle {
                     return None;
                 }
                 let (distance, point) = polygon(cone, &corners, normal)?;
-                Some(Found {
-                    distance,
-                    point,
-                    normal: *normal,
-                    primitive: *primitive,
-                })
+                Some(Found { distance, point, normal: *normal, primitive: *primitive })
             }
         }
     }
@@ -96,13 +81,6 @@ fn triangle(mesh: &Mesh, index: usize) -> Option<Triangle> {
     }
     let [a, b, c] = &corners;
     let normal = (b - a).cross(&(c - a)).try_normalize(1e-300)?;
-    let finite = normal
-        .iter()
-        .chain(corners.iter().flatten())
-        .all(|x| x.is_finite());
-    finite.then_some(Triangle {
-        corners,
-        normal,
-        primitive: index as u32,
-    })
+    let finite = normal.iter().chain(corners.iter().flatten()).all(|x| x.is_finite());
+    finite.then_some(Triangle { corners, normal, primitive: index as u32 })
 }

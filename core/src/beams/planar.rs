@@ -20,12 +20,7 @@ pub(super) struct Nearest {
 
 impl Nearest {
     pub fn new(near: f64, reach: f64) -> Self {
-        Self {
-            distance: f64::INFINITY,
-            point: Vector3::zeros(),
-            near,
-            reach,
-        }
+        Self { distance: f64::INFINITY, point: Vector3::zeros(), near, reach }
     }
 
     /// Takes a point that lies on the face and in the cone, if the limits on distance allow it.
@@ -53,12 +48,7 @@ pub(super) fn polygon<const N: usize>(
     normal: &Vector3<f64>,
 ) -> Option<(f64, Vector3<f64>)> {
     let inside = |p: &Vector3<f64>| {
-        (0..N).all(|i| {
-            (corners[(i + 1) % N] - corners[i])
-                .cross(&(p - corners[i]))
-                .dot(normal)
-                >= 0.0
-        })
+        (0..N).all(|i| (corners[(i + 1) % N] - corners[i]).cross(&(p - corners[i])).dot(normal) >= 0.0)
     };
     let mut best = match interior(cone, normal.dot(&corners[0]), normal, inside) {
         Interior::Nothing => return None,
@@ -90,12 +80,7 @@ pub(super) enum Interior {
 }
 
 /// The candidates that do not lie on the boundary of a flat face.
-pub(super) fn interior(
-    cone: &Cone,
-    h: f64,
-    normal: &Vector3<f64>,
-    inside: impl Fn(&Vector3<f64>) -> bool,
-) -> Interior {
+pub(super) fn interior(cone: &Cone, h: f64, normal: &Vector3<f64>, inside: impl Fn(&Vector3<f64>) -> bool) -> Interior {
     let sight = &cone.sight;
     let height = h.abs();
     let reach = sight.reach(height);
@@ -117,9 +102,7 @@ pub(super) fn interior(
     // The conic's nearest point: the axis turned toward the perpendicular by the half angle.
     let axis_rise = toward.dot(&sight.axis);
     let across = toward - sight.axis * axis_rise;
-    let turn = across
-        .try_normalize(1e-300)
-        .unwrap_or_else(|| any_perpendicular(&sight.axis));
+    let turn = across.try_normalize(1e-300).unwrap_or_else(|| any_perpendicular(&sight.axis));
     if cone.wide() {
         for side in [1.0, -1.0] {
             let along = sight.axis * cone.cos + turn * (side * cone.sin);
@@ -166,9 +149,7 @@ fn near_circle(
     let axis = &cone.sight.axis;
     let radius = (near * near - height * height).sqrt();
     let rise = axis.dot(toward);
-    let flat = (axis - toward * rise)
-        .try_normalize(1e-300)
-        .unwrap_or_else(|| any_perpendicular(toward));
+    let flat = (axis - toward * rise).try_normalize(1e-300).unwrap_or_else(|| any_perpendicular(toward));
     let side = toward.cross(&flat);
     let point = |cos: f64, sin: f64| toward * height + (flat * cos + side * sin) * radius;
 
@@ -235,11 +216,7 @@ pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut N
         let across = c0 + c1 * root;
         let slope = cone.sin * a1 - cone.cos * across.dot(&c1) / across.norm();
         let better = root - excess(root) / slope;
-        let t = if excess(better).abs() < excess(root).abs() {
-            better
-        } else {
-            root
-        };
+        let t = if excess(better).abs() < excess(root).abs() { better } else { root };
         if (0.0..=1.0).contains(&t) {
             best.offer(at(t));
         }
@@ -247,11 +224,7 @@ pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut N
 
     // Crossings with the near limit.
     if least < best.near && best.near < best.distance {
-        let roots = quadratic(
-            length_squared,
-            2.0 * a.dot(&along),
-            a.norm_squared() - best.near * best.near,
-        );
+        let roots = quadratic(length_squared, 2.0 * a.dot(&along), a.norm_squared() - best.near * best.near);
         for t in roots.into_iter().flatten() {
             let point = at(t);
             if (0.0..=1.0).contains(&t) && cone.contains(&point) {
@@ -276,12 +249,6 @@ pub(super) fn quadratic(a: f64, b: f64, c: f64) -> [Option<f64>; 2] {
 
 /// Some unit vector at right angles to `v`.
 pub(super) fn any_perpendicular(v: &Vector3<f64>) -> Vector3<f64> {
-    let other = if v.x.abs() < 0.6 {
-        Vector3::x()
-    } else {
-        Vector3::y()
-    };
-    v.cross(&other)
-        .try_normalize(0.0)
-        .unwrap_or_else(Vector3::x)
+    let other = if v.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
+    v.cross(&other).try_normalize(0.0).unwrap_or_else(Vector3::x)
 }

@@ -11,19 +11,10 @@ use crate::geometry::Form;
 pub(super) fn cast(sight: &Sight, form: &Form) -> Option<Found> {
     let mut best = None;
     match form {
-        Form::Plane => offer(
-            &mut best,
-            sight,
-            -sight.origin.z / sight.axis.z,
-            Vector3::z(),
-            0,
-        ),
+        Form::Plane => offer(&mut best, sight, -sight.origin.z / sight.axis.z, Vector3::z(), 0),
         Form::Box { half } => cuboid(sight, half, &mut best),
         Form::Sphere { radius } => ball(sight, 0.0, *radius, |_| Some(0), &mut best),
-        Form::Cylinder {
-            radius,
-            half_length,
-        } => {
+        Form::Cylinder { radius, half_length } => {
             side(sight, *radius, *half_length, &mut best);
             for (primitive, sign) in [(1, 1.0), (2, -1.0)] {
                 let t = (sign * half_length - sight.origin.z) / sight.axis.z;
@@ -33,25 +24,10 @@ pub(super) fn cast(sight: &Sight, form: &Form) -> Option<Found> {
                 }
             }
         }
-        Form::Capsule {
-            radius,
-            half_length,
-        } => {
+        Form::Capsule { radius, half_length } => {
             side(sight, *radius, *half_length, &mut best);
-            ball(
-                sight,
-                *half_length,
-                *radius,
-                |z| (z >= 0.0).then_some(1),
-                &mut best,
-            );
-            ball(
-                sight,
-                -half_length,
-                *radius,
-                |z| (z <= 0.0).then_some(2),
-                &mut best,
-            );
+            ball(sight, *half_length, *radius, |z| (z >= 0.0).then_some(1), &mut best);
+            ball(sight, -half_length, *radius, |z| (z <= 0.0).then_some(2), &mut best);
         }
         Form::Mesh { .. } => {}
     }
@@ -61,44 +37,18 @@ pub(super) fn cast(sight: &Sight, form: &Form) -> Option<Found> {
 /// Where a ray from the origin crosses a triangle, as a distance.
 ///
 /// Neighbours compute the sign for a shared edge from the same numbers, so no ray slips between them.
-pub(super) fn triangle(
-    axis: &Vector3<f64>,
-    corners: &[Vector3<f64>; 3],
-    normal: &Vector3<f64>,
-) -> Option<f64> {
+pub(super) fn triangle(axis: &Vector3<f64>, corners: &[Vector3<f64>; 3], normal: &Vector3<f64>) -> Option<f64> {
     let [a, b, c] = corners;
-    let sides = [
-        axis.dot(&a.cross(b)),
-        axis.dot(&b.cross(c)),
-        axis.dot(&c.cross(a)),
-    ];
+    let sides = [axis.dot(&a.cross(b)), axis.dot(&b.cross(c)), axis.dot(&c.cross(a))];
     let crossed = sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0);
     crossed.then(|| normal.dot(a) / normal.dot(axis))
 }
 
 /// Takes a crossing at distance `t`, if it counts and is nearer.
-pub(super) fn offer(
-    best: &mut Option<Found>,
-    sight: &Sight,
-    t: f64,
-    normal: Vector3<f64>,
-    primitive: u32,
-) {
+pub(super) fn offer(best: &mut Option<Found>, sight: &Sight, t: f64, normal: Vector3<f64>, primitive: u32) {
     let slope = normal.dot(&sight.axis);
-    if t >= sight.near
-        && t <= sight.far
-        && sight.sees_side(slope)
-        && slope.abs() >= sight.cos_incidence
-    {
-        *best = Found::nearer(
-            *best,
-            Some(Found {
-                distance: t,
-                point: sight.axis * t,
-                normal,
-                primitive,
-            }),
-        );
+    if t >= sight.near && t <= sight.far && sight.sees_side(slope) && slope.abs() >= sight.cos_incidence {
+        *best = Found::nearer(*best, Some(Found { distance: t, point: sight.axis * t, normal, primitive }));
     }
 }
 
@@ -114,11 +64,7 @@ fn cuboid(sight: &Sight, half: &Vector3<f64>, best: &mut Option<Found>) {
             continue;
         }
         let (low, high) = ((-half[axis] - x) / slope, (half[axis] - x) / slope);
-        let (first, last) = if slope > 0.0 {
-            (low, high)
-        } else {
-            (high, low)
-        };
+        let (first, last) = if slope > 0.0 { (low, high) } else { (high, low) };
         if first > enter.0 {
             enter = (first, 2 * axis + usize::from(slope < 0.0));
         }
@@ -137,13 +83,7 @@ fn cuboid(sight: &Sight, half: &Vector3<f64>, best: &mut Option<Found>) {
 }
 
 /// The ball around (0, 0, `z`); `primitive` names the part at a height above its centre.
-fn ball(
-    sight: &Sight,
-    z: f64,
-    radius: f64,
-    primitive: impl Fn(f64) -> Option<u32>,
-    best: &mut Option<Found>,
-) {
+fn ball(sight: &Sight, z: f64, radius: f64, primitive: impl Fn(f64) -> Option<u32>, best: &mut Option<Found>) {
     let from_centre = sight.origin.coords - Vector3::new(0.0, 0.0, z);
     let middle = -from_centre.dot(&sight.axis);
     let miss = (from_centre + sight.axis * middle).norm_squared();
@@ -158,21 +98,11 @@ fn ball(
 
 fn side(sight: &Sight, radius: f64, half_length: f64, best: &mut Option<Found>) {
     let (origin, axis) = (sight.origin.xy().coords, sight.axis.xy());
-    let roots = quadratic(
-        axis.norm_squared(),
-        2.0 * origin.dot(&axis),
-        origin.norm_squared() - radius * radius,
-    );
+    let roots = quadratic(axis.norm_squared(), 2.0 * origin.dot(&axis), origin.norm_squared() - radius * radius);
     for t in roots.into_iter().flatten() {
         let point = sight.origin + sight.axis * t;
         if point.z.abs() <= half_length {
-            offer(
-                best,
-                sight,
-                t,
-                unit(&Vector3::new(point.x, point.y, 0.0)),
-                0,
-            );
+            offer(best, sight, t, unit(&Vector3::new(point.x, point.y, 0.0)), 0);
         }
     }
 }

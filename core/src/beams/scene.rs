@@ -60,18 +60,14 @@ impl BeamScene {
             };
             let address = Arc::as_ptr(mesh) as usize;
             let (_, tree) = self.meshes.entry(address).or_insert_with(|| {
-                before
-                    .remove(&address)
-                    .unwrap_or_else(|| (mesh.clone(), Arc::new(MeshTree::new(mesh))))
+                before.remove(&address).unwrap_or_else(|| (mesh.clone(), Arc::new(MeshTree::new(mesh))))
             });
             self.trees.push(Some(tree.clone()));
         }
 
         self.unbounded.clear();
-        self.unbounded.extend(
-            (0..self.targets.len() as u32)
-                .filter(|&i| matches!(self.targets[i as usize].form, Form::Plane)),
-        );
+        self.unbounded
+            .extend((0..self.targets.len() as u32).filter(|&i| matches!(self.targets[i as usize].form, Form::Plane)));
         self.boxes.clear();
         for index in 0..self.targets.len() {
             let aabb = self.box_of(index);
@@ -105,19 +101,12 @@ impl BeamScene {
     /// # Panics
     /// If the lengths differ.
     pub fn cast(&self, beams: &[Beam], hits: &mut [Hit]) {
-        assert_eq!(
-            beams.len(),
-            hits.len(),
-            "each beam needs a place for its hit"
-        );
-        beams
-            .par_chunks(CHUNK)
-            .zip(hits.par_chunks_mut(CHUNK))
-            .for_each(|(beams, hits)| {
-                for (beam, hit) in beams.iter().zip(hits) {
-                    *hit = self.cast_one(beam);
-                }
-            });
+        assert_eq!(beams.len(), hits.len(), "each beam needs a place for its hit");
+        beams.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(beams, hits)| {
+            for (beam, hit) in beams.iter().zip(hits) {
+                *hit = self.cast_one(beam);
+            }
+        });
     }
 
     /// Casts one beam.
@@ -128,23 +117,13 @@ impl BeamScene {
         let mut best: Option<(Found, u32)> = None;
         let mut visit = |index: u32, limit: f64| {
             let target = &self.targets[index as usize];
-            let wanted = beam.skip_group != Some(target.group)
-                && beam
-                    .only_object
-                    .is_none_or(|object| object == target.object);
+            let wanted =
+                beam.skip_group != Some(target.group) && beam.only_object.is_none_or(|object| object == target.object);
             if wanted && let Some(found) = self.cast_at(index as usize, &probe, limit) {
                 let rank = |found: &Found, index: u32| {
-                    (
-                        found.distance,
-                        self.targets[index as usize].object,
-                        found.primitive,
-                        index,
-                    )
+                    (found.distance, self.targets[index as usize].object, found.primitive, index)
                 };
-                if best
-                    .as_ref()
-                    .is_none_or(|(old, at)| rank(&found, index) < rank(old, *at))
-                {
+                if best.as_ref().is_none_or(|(old, at)| rank(&found, index) < rank(old, *at)) {
                     best = Some((found, index));
                 }
             }
@@ -155,21 +134,13 @@ impl BeamScene {
         for &index in &self.unbounded {
             limit = visit(index, limit);
         }
-        self.top.walk(&probe, limit, |place, limit| {
-            visit(self.top.order[place], limit)
-        });
-        best.map_or(Hit::NONE, |(found, index)| {
-            self.hit(beam, &found, index as usize)
-        })
+        self.top.walk(&probe, limit, |place, limit| visit(self.top.order[place], limit));
+        best.map_or(Hit::NONE, |(found, index)| self.hit(beam, &found, index as usize))
     }
 
     /// The nearest point of one target, no further than `limit`, in the target's frame.
     fn cast_at(&self, index: usize, probe: &Probe, limit: f64) -> Option<Found> {
-        let Target {
-            world_from_target,
-            form,
-            ..
-        } = &self.targets[index];
+        let Target { world_from_target, form, .. } = &self.targets[index];
         let probe = match probe {
             Probe::Ray(sight) => Probe::Ray(sight.in_form(world_from_target, limit)),
             Probe::Cone(cone) => Probe::Cone(cone.in_form(world_from_target, limit)),
@@ -184,13 +155,8 @@ impl BeamScene {
     /// A point found on a target, as the beam reports it.
     fn hit(&self, beam: &Beam, found: &Found, index: usize) -> Hit {
         let target = &self.targets[index];
-        let beam_from_target =
-            beam.world_from_beam.rotation.inverse() * target.world_from_target.rotation;
-        let facing = if found.normal.dot(&found.point) > 0.0 {
-            -found.normal
-        } else {
-            found.normal
-        };
+        let beam_from_target = beam.world_from_beam.rotation.inverse() * target.world_from_target.rotation;
+        let facing = if found.normal.dot(&found.point) > 0.0 { -found.normal } else { found.normal };
         Hit {
             distance: found.distance,
             point: Point3::from(beam_from_target * found.point),
@@ -201,11 +167,7 @@ impl BeamScene {
     }
 
     fn box_of(&self, index: usize) -> Aabb {
-        let Target {
-            world_from_target,
-            form,
-            ..
-        } = &self.targets[index];
+        let Target { world_from_target, form, .. } = &self.targets[index];
         match &self.trees[index] {
             Some(tree) => tree.aabb.moved(world_from_target),
             None => Aabb::of_form(form, world_from_target).unwrap_or(Aabb::EMPTY),
@@ -213,8 +175,7 @@ impl BeamScene {
     }
 
     fn rebuild(&mut self) {
-        let bounded = (0..self.targets.len() as u32)
-            .filter(|&i| !matches!(self.targets[i as usize].form, Form::Plane));
+        let bounded = (0..self.targets.len() as u32).filter(|&i| !matches!(self.targets[i as usize].form, Form::Plane));
         self.top.build(bounded, &self.boxes, 2);
     }
 }

@@ -49,11 +49,7 @@ impl Found {
     /// The nearer of two, the lower primitive between equals.
     pub fn nearer(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         match (a, b) {
-            (Some(x), Some(y)) => Some(if (y.distance, y.primitive) < (x.distance, x.primitive) {
-                y
-            } else {
-                x
-            }),
+            (Some(x), Some(y)) => Some(if (y.distance, y.primitive) < (x.distance, x.primitive) { y } else { x }),
             (a, b) => a.or(b),
         }
     }
@@ -66,11 +62,7 @@ impl Probe {
     /// The beam in the world's frame; nothing when its limits leave nothing to see.
     pub fn new(beam: &Beam) -> Option<Self> {
         // Beyond a right angle there is no limit; just below, the cosine is still positive.
-        let cos_incidence = if beam.max_incidence < FRAC_PI_2 {
-            beam.max_incidence.max(0.0).cos()
-        } else {
-            0.0
-        };
+        let cos_incidence = if beam.max_incidence < FRAC_PI_2 { beam.max_incidence.max(0.0).cos() } else { 0.0 };
         let sight = Sight {
             origin: beam.world_from_beam.translation.vector.into(),
             axis: beam.world_from_beam.rotation * Vector3::z(),
@@ -110,31 +102,19 @@ impl Sight {
     ///
     /// On one plane the cosine of the incidence is height over distance, so the incidence limit is a distance limit.
     pub fn reach(&self, height: f64) -> f64 {
-        if self.cos_incidence > 0.0 {
-            self.far.min(height / self.cos_incidence)
-        } else {
-            self.far
-        }
+        if self.cos_incidence > 0.0 { self.far.min(height / self.cos_incidence) } else { self.far }
     }
 }
 
 impl Cone {
     pub fn new(sight: Sight, half_angle: f64) -> Self {
         let half_angle = half_angle.clamp(0.0, PI);
-        Self {
-            sight,
-            half_angle,
-            cos: half_angle.cos(),
-            sin: half_angle.sin(),
-        }
+        Self { sight, half_angle, cos: half_angle.cos(), sin: half_angle.sin() }
     }
 
     /// The same cone in a form's frame, looking no further than `far`.
     pub fn in_form(&self, world_from_form: &Isometry3<f64>, far: f64) -> Self {
-        Self {
-            sight: self.sight.in_form(world_from_form, far),
-            ..*self
-        }
+        Self { sight: self.sight.in_form(world_from_form, far), ..*self }
     }
 
     /// Whether the cone is more than a half space, and so not convex.
@@ -149,8 +129,7 @@ impl Cone {
             return false;
         }
         // sin(half_angle - angle) >= 0, which loses no digits near the edge, unlike a comparison of cosines.
-        self.excess(along, (p - self.sight.axis * along).norm()) >= 0.0
-            || self.half_angle >= PI - 1e-12
+        self.excess(along, (p - self.sight.axis * along).norm()) >= 0.0 || self.half_angle >= PI - 1e-12
     }
 
     /// Positive inside the cone: the distance to its surface, for a point `along` the axis and `across` it.

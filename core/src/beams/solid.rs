@@ -15,32 +15,16 @@ pub(super) fn cast(cone: &Cone, form: &Form) -> Option<Found> {
         Form::Plane => {
             let normal = Vector3::z();
             let (distance, point) = plane(cone, -cone.sight.origin.z, &normal)?;
-            Some(Found {
-                distance,
-                point,
-                normal,
-                primitive: 0,
-            })
+            Some(Found { distance, point, normal, primitive: 0 })
         }
         Form::Box { half } => cuboid(cone, half),
         Form::Sphere { radius } => {
             let centre = -cone.sight.origin.coords;
             let (distance, point) = sphere(cone, &centre, *radius, None)?;
-            Some(Found {
-                distance,
-                point,
-                normal: unit(&(point - centre)),
-                primitive: 0,
-            })
+            Some(Found { distance, point, normal: unit(&(point - centre)), primitive: 0 })
         }
-        Form::Cylinder {
-            radius,
-            half_length,
-        } => cylinder(cone, *radius, *half_length),
-        Form::Capsule {
-            radius,
-            half_length,
-        } => capsule(cone, *radius, *half_length),
+        Form::Cylinder { radius, half_length } => cylinder(cone, *radius, *half_length),
+        Form::Capsule { radius, half_length } => capsule(cone, *radius, *half_length),
         Form::Mesh { .. } => None,
     }
 }
@@ -54,15 +38,7 @@ pub(super) fn face(half: &Vector3<f64>, index: usize) -> ([Vector3<f64>; 4], Vec
     u[(axis + 1) % 3] = half[(axis + 1) % 3];
     v[(axis + 2) % 3] = half[(axis + 2) % 3] * sign;
     let centre = normal * half[axis];
-    (
-        [
-            centre - u - v,
-            centre + u - v,
-            centre + u + v,
-            centre - u + v,
-        ],
-        normal,
-    )
+    ([centre - u - v, centre + u - v, centre + u + v, centre - u + v], normal)
 }
 
 fn cuboid(cone: &Cone, half: &Vector3<f64>) -> Option<Found> {
@@ -75,19 +51,13 @@ fn cuboid(cone: &Cone, half: &Vector3<f64>) -> Option<Found> {
     }
     // From outside, the nearest point of all is on a front face.
     if least > 0.0 && sight.faces.front && least >= sight.near && cone.contains(&closest) {
-        let seen =
-            |i: &usize| closest[*i] != 0.0 && closest[*i].abs() >= sight.cos_incidence * least;
+        let seen = |i: &usize| closest[*i] != 0.0 && closest[*i].abs() >= sight.cos_incidence * least;
         if let Some(axis) = (0..3).find(seen) {
             let side = if origin[axis] > 0.0 { 1.0 } else { -1.0 };
             let mut normal = Vector3::zeros();
             normal[axis] = side;
             let primitive = 2 * axis as u32 + u32::from(side > 0.0);
-            return Some(Found {
-                distance: least,
-                point: closest,
-                normal,
-                primitive,
-            });
+            return Some(Found { distance: least, point: closest, normal, primitive });
         }
     }
     let skip_back = covered(cone, least);
@@ -99,15 +69,7 @@ fn cuboid(cone: &Cone, half: &Vector3<f64>) -> Option<Found> {
             continue;
         }
         if let Some((distance, point)) = polygon(cone, &corners, &normal) {
-            best = Found::nearer(
-                best,
-                Some(Found {
-                    distance,
-                    point,
-                    normal,
-                    primitive: index as u32,
-                }),
-            );
+            best = Found::nearer(best, Some(Found { distance, point, normal, primitive: index as u32 }));
         }
     }
     best
@@ -126,27 +88,16 @@ fn cylinder(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
 
     // From outside, the nearest point of all is on the side, on an end or on the rim between them.
     if least > 0.0 && sight.faces.front && least >= sight.near {
-        let inward = Vector3::new(-origin.x, -origin.y, 0.0)
-            * (beside.max(0.0) / away.max(f64::MIN_POSITIVE));
+        let inward = Vector3::new(-origin.x, -origin.y, 0.0) * (beside.max(0.0) / away.max(f64::MIN_POSITIVE));
         let point = inward - Vector3::new(0.0, 0.0, above.max(0.0).copysign(origin.z));
         if cone.contains(&point) {
             let enough = sight.cos_incidence * least;
             if beside > 0.0 && beside >= enough {
-                return Some(Found {
-                    distance: least,
-                    point,
-                    normal: unit(&-inward),
-                    primitive: 0,
-                });
+                return Some(Found { distance: least, point, normal: unit(&-inward), primitive: 0 });
             }
             if above > 0.0 && above >= enough {
                 let normal = Vector3::new(0.0, 0.0, 1.0_f64.copysign(origin.z));
-                return Some(Found {
-                    distance: least,
-                    point,
-                    normal,
-                    primitive: end,
-                });
+                return Some(Found { distance: least, point, normal, primitive: end });
             }
         }
     }
@@ -154,18 +105,8 @@ fn cylinder(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
     let mut best = None;
     for (primitive, sign) in [(1, 1.0), (2, -1.0)] {
         let normal = Vector3::new(0.0, 0.0, sign);
-        if let Some((distance, point)) =
-            disc(cone, &(normal * half_length - origin), &normal, radius)
-        {
-            best = Found::nearer(
-                best,
-                Some(Found {
-                    distance,
-                    point,
-                    normal,
-                    primitive,
-                }),
-            );
+        if let Some((distance, point)) = disc(cone, &(normal * half_length - origin), &normal, radius) {
+            best = Found::nearer(best, Some(Found { distance, point, normal, primitive }));
         }
     }
     with_side(cone, radius, half_length, least, best)
@@ -174,11 +115,7 @@ fn cylinder(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
 fn capsule(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
     let sight = &cone.sight;
     let origin = sight.origin.coords;
-    let core = Vector3::new(
-        0.0,
-        0.0,
-        origin.z.clamp(-half_length.max(0.0), half_length.max(0.0)),
-    ) - origin;
+    let core = Vector3::new(0.0, 0.0, origin.z.clamp(-half_length.max(0.0), half_length.max(0.0))) - origin;
     let least = core.norm() - radius;
     if least > sight.far {
         return None;
@@ -191,12 +128,7 @@ fn capsule(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
             z if z < -half_length => 2,
             _ => 0,
         };
-        return Some(Found {
-            distance: least,
-            point: toward * least,
-            normal: -toward,
-            primitive,
-        });
+        return Some(Found { distance: least, point: toward * least, normal: -toward, primitive });
     }
 
     let mut best = None;
@@ -205,34 +137,15 @@ fn capsule(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
         let centre = up * half_length - origin;
         if let Some((distance, point)) = sphere(cone, &centre, radius, Some(&up)) {
             let normal = unit(&(point - centre));
-            best = Found::nearer(
-                best,
-                Some(Found {
-                    distance,
-                    point,
-                    normal,
-                    primitive,
-                }),
-            );
+            best = Found::nearer(best, Some(Found { distance, point, normal, primitive }));
         }
     }
     with_side(cone, radius, half_length, least, best)
 }
 
 /// The nearest of the point found on the ends of a cylinder or capsule, which is at distance `least`, and its side.
-fn with_side(
-    cone: &Cone,
-    radius: f64,
-    half_length: f64,
-    least: f64,
-    ends: Option<Found>,
-) -> Option<Found> {
-    let on_side = |(distance, point, normal): OnSide| Found {
-        distance,
-        point,
-        normal,
-        primitive: 0,
-    };
+fn with_side(cone: &Cone, radius: f64, half_length: f64, least: f64, ends: Option<Found>) -> Option<Found> {
+    let on_side = |(distance, point, normal): OnSide| Found { distance, point, normal, primitive: 0 };
     let covered = covered(cone, least);
     let side = Side::new(cone, radius, half_length, covered);
     if covered && !cone.wide() {

@@ -35,20 +35,10 @@ pub(super) fn sphere(
     };
 
     // The nearest and the farthest point.
-    offer(
-        (view.away - r).abs(),
-        if view.away >= r {
-            0.0
-        } else {
-            std::f64::consts::PI
-        },
-    );
+    offer((view.away - r).abs(), if view.away >= r { 0.0 } else { std::f64::consts::PI });
     offer(view.away + r, 0.0);
     // Where the cone begins to contain the circle.
-    for spread in [
-        view.off_axis - cone.half_angle,
-        view.off_axis + cone.half_angle,
-    ] {
+    for spread in [view.off_axis - cone.half_angle, view.off_axis + cone.half_angle] {
         if (0.0..=std::f64::consts::PI).contains(&spread) {
             let middle = view.away * spread.cos();
             let root = (middle * middle - view.power).sqrt();
@@ -101,26 +91,21 @@ impl<'a> View<'a> {
             away,
             power: (away - radius) * (away + radius),
             ahead,
-            beside: across
-                .try_normalize(1e-300)
-                .unwrap_or_else(|| any_perpendicular(&ahead)),
+            beside: across.try_normalize(1e-300).unwrap_or_else(|| any_perpendicular(&ahead)),
             off_axis: across.norm().atan2(along),
         }
     }
 
     /// The angle from the centre at which points at distance `d` are seen.
     fn spread(&self, d: f64) -> f64 {
-        ((d * d + self.power) / (2.0 * self.away * d))
-            .clamp(-1.0, 1.0)
-            .acos()
+        ((d * d + self.power) / (2.0 * self.away * d)).clamp(-1.0, 1.0).acos()
     }
 
     /// The point at distance `d` and angle `spread` nearest to the axis, if it counts.
     fn point(&self, d: f64, spread: f64, half: Option<&Vector3<f64>>) -> Option<Vector3<f64>> {
         let sight = &self.cone.sight;
         let size = self.away + self.radius;
-        let on_sphere =
-            d >= (self.away - self.radius).abs() - SLACK * size && d <= size * (1.0 + SLACK);
+        let on_sphere = d >= (self.away - self.radius).abs() - SLACK * size && d <= size * (1.0 + SLACK);
         if !(d >= sight.near && d <= sight.far && d > 0.0 && on_sphere) {
             return None;
         }
@@ -154,19 +139,12 @@ impl<'a> View<'a> {
         }
         // side . (p - centre) = even + swing cos(turn - lean)
         let even = side.dot(&(self.ahead * (d * spread.cos()) - self.centre));
-        let (x, y) = (
-            side.dot(&self.beside),
-            side.dot(&self.ahead.cross(&self.beside)),
-        );
+        let (x, y) = (side.dot(&self.beside), side.dot(&self.ahead.cross(&self.beside)));
         let swing = d * spread.sin() * x.hypot(y);
         let width = (-even / swing).acos();
         let lean = y.atan2(x);
         // NaN, when no point of the circle is on that side, fails the test for the cone.
-        let turn = if lean >= 0.0 {
-            lean - width
-        } else {
-            lean + width
-        };
+        let turn = if lean >= 0.0 { lean - width } else { lean + width };
         let point = self.at(d, spread, turn);
         (turn.is_finite() && self.cone.contains(&point)).then_some(point)
     }

@@ -22,17 +22,11 @@ impl Aabb {
     };
 
     pub fn around<'a>(points: impl IntoIterator<Item = &'a Vector3<f64>>) -> Self {
-        points.into_iter().fold(Self::EMPTY, |b, p| Self {
-            low: b.low.inf(p),
-            high: b.high.sup(p),
-        })
+        points.into_iter().fold(Self::EMPTY, |b, p| Self { low: b.low.inf(p), high: b.high.sup(p) })
     }
 
     pub fn merge(&self, other: &Self) -> Self {
-        Self {
-            low: self.low.inf(&other.low),
-            high: self.high.sup(&other.high),
-        }
+        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
     /// The box around a form in the world; nothing for a form without end.
@@ -45,14 +39,8 @@ impl Aabb {
             Form::Plane => return None,
             Form::Box { half } => (centre, rotation.abs() * half),
             Form::Sphere { radius } => (centre, Vector3::repeat(*radius)),
-            Form::Capsule {
-                radius,
-                half_length,
-            } => (centre, (along * *half_length).add_scalar(*radius)),
-            Form::Cylinder {
-                radius,
-                half_length,
-            } => {
+            Form::Capsule { radius, half_length } => (centre, (along * *half_length).add_scalar(*radius)),
+            Form::Cylinder { radius, half_length } => {
                 let across = along.map(|x| (1.0 - x * x).max(0.0).sqrt());
                 (centre, along * *half_length + across * *radius)
             }
@@ -61,21 +49,14 @@ impl Aabb {
                 return Some(own.moved(pose));
             }
         };
-        Some(Self {
-            low: centre - half,
-            high: centre + half,
-        })
+        Some(Self { low: centre - half, high: centre + half })
     }
 
     /// The box around this one after a motion.
     pub fn moved(&self, pose: &Isometry3<f64>) -> Self {
         let centre = pose * nalgebra::Point3::from((self.low + self.high) * 0.5);
-        let half =
-            pose.rotation.to_rotation_matrix().matrix().abs() * ((self.high - self.low) * 0.5);
-        Self {
-            low: centre.coords - half,
-            high: centre.coords + half,
-        }
+        let half = pose.rotation.to_rotation_matrix().matrix().abs() * ((self.high - self.low) * 0.5);
+        Self { low: centre.coords - half, high: centre.coords + half }
     }
 
     fn area(&self) -> f64 {
@@ -88,20 +69,13 @@ impl Aabb {
         match probe {
             Probe::Ray(sight) => self.ray_bound(sight),
             Probe::Cone(cone) => {
-                let (low, high) = (
-                    self.low - cone.sight.origin.coords,
-                    self.high - cone.sight.origin.coords,
-                );
+                let (low, high) = (self.low - cone.sight.origin.coords, self.high - cone.sight.origin.coords);
                 let least = low.sup(&-high).map(|x| x.max(0.0)).norm() - SLACK;
                 if least > limit {
                     return f64::INFINITY;
                 }
                 let radius = 0.5 * (high - low).norm() + SLACK;
-                if cone.misses_ball(&((low + high) * 0.5), radius) {
-                    f64::INFINITY
-                } else {
-                    least
-                }
+                if cone.misses_ball(&((low + high) * 0.5), radius) { f64::INFINITY } else { least }
             }
         }
     }
@@ -116,11 +90,7 @@ impl Aabb {
             enter = enter.max(low.min(high));
             leave = leave.min(low.max(high));
         }
-        if enter > leave {
-            f64::INFINITY
-        } else {
-            enter - SLACK
-        }
+        if enter > leave { f64::INFINITY } else { enter - SLACK }
     }
 }
 
@@ -148,23 +118,14 @@ const STACK: usize = 72;
 
 impl Tree {
     /// Builds the tree over `items`, numbers into `boxes`. The same input gives the same tree.
-    pub fn build(
-        &mut self,
-        items: impl IntoIterator<Item = u32>,
-        boxes: &[Aabb],
-        leaf_size: usize,
-    ) {
+    pub fn build(&mut self, items: impl IntoIterator<Item = u32>, boxes: &[Aabb], leaf_size: usize) {
         self.order.clear();
         self.order.extend(items);
         self.nodes.clear();
         if self.order.is_empty() {
             return;
         }
-        let whole = Node {
-            aabb: Aabb::EMPTY,
-            first: 0,
-            count: self.order.len() as u32,
-        };
+        let whole = Node { aabb: Aabb::EMPTY, first: 0, count: self.order.len() as u32 };
         self.nodes.push(whole);
         let mut at = 0;
         while at < self.nodes.len() {
@@ -184,29 +145,16 @@ impl Tree {
         let items = &mut self.order[first as usize..(first + count) as usize];
         let centres: Aabb = items.iter().fold(Aabb::EMPTY, |b, &item| {
             let c = centre(item);
-            Aabb {
-                low: b.low.inf(&c),
-                high: b.high.sup(&c),
-            }
+            Aabb { low: b.low.inf(&c), high: b.high.sup(&c) }
         });
         let axis = (centres.high - centres.low).imax();
         let half = items.len() / 2;
-        items.select_nth_unstable_by(half, |a, b| {
-            centre(*a)[axis].total_cmp(&centre(*b)[axis]).then(a.cmp(b))
-        });
+        items.select_nth_unstable_by(half, |a, b| centre(*a)[axis].total_cmp(&centre(*b)[axis]).then(a.cmp(b)));
         let half = half as u32;
         self.nodes[at].first = self.nodes.len() as u32;
         self.nodes[at].count = 0;
-        self.nodes.push(Node {
-            aabb: Aabb::EMPTY,
-            first,
-            count: half,
-        });
-        self.nodes.push(Node {
-            aabb: Aabb::EMPTY,
-            first: first + half,
-            count: count - half,
-        });
+        self.nodes.push(Node { aabb: Aabb::EMPTY, first, count: half });
+        self.nodes.push(Node { aabb: Aabb::EMPTY, first: first + half, count: count - half });
     }
 
     /// Fits the nodes to boxes that moved; returns the sum of their areas.

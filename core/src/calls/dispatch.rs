@@ -15,12 +15,8 @@ use crate::{
 };
 
 /// What a running command may ask about its call.
-pub(crate) static CALL_API: tatu_call_api = tatu_call_api {
-    size: size_of::<tatu_call_api>() as u32,
-    reserved: 0,
-    alloc: Some(alloc),
-    wait: Some(wait),
-};
+pub(crate) static CALL_API: tatu_call_api =
+    tatu_call_api { size: size_of::<tatu_call_api>() as u32, reserved: 0, alloc: Some(alloc), wait: Some(wait) };
 
 unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
     // SAFETY: a running call of a living world.
@@ -28,13 +24,7 @@ unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
     world.calls.arena.borrow_mut().alloc(n as usize).cast()
 }
 
-unsafe extern "C" fn wait(
-    call: *mut tatu_call,
-    until: u32,
-    value: f64,
-    name: tatu_str,
-    resume: u64,
-) -> tatu_status {
+unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: tatu_str, resume: u64) -> tatu_status {
     // SAFETY: a running call of a living world; the name is valid during the call.
     let (Some(world), call, name) = (unsafe { (WorldCell::of((*call).world), &mut *call, bytes(name)) }) else {
         return TATU_ERR;
@@ -105,11 +95,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     f.caller_script = caller.script;
     f.caller_dialect = caller.dialect;
     f.caller_kind = caller.kind;
-    let status = if entry.raw_args || resume != 0 {
-        TATU_OK
-    } else {
-        check_args(world, entry, f)
-    };
+    let status = if entry.raw_args || resume != 0 { TATU_OK } else { check_args(world, entry, f) };
     let status = if status < 0 {
         status
     } else {
@@ -139,11 +125,9 @@ fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller
             waits.begin(Wait { script, token, command, alias, resume, due });
             TATU_WAIT
         }
-        _ => say(
-            f.error,
-            TATU_ERR,
-            &format!("{}: answered that it waits, but for nothing", entry_name(entry, f.alias)),
-        ),
+        _ => {
+            say(f.error, TATU_ERR, &format!("{}: answered that it waits, but for nothing", entry_name(entry, f.alias)))
+        }
     }
 }
 

@@ -78,11 +78,9 @@ pub(crate) unsafe fn copy(from: *const tatu_error, to: *mut tatu_error) {
     // SAFETY: as promised; `say` and `add` copy.
     unsafe {
         say(to, (*from).code, (*from).text);
-        for (part, s) in [
-            (TATU_PART_HELP, (*from).help),
-            (TATU_PART_FILE, (*from).file),
-            (TATU_PART_TRACEBACK, (*from).traceback),
-        ] {
+        for (part, s) in
+            [(TATU_PART_HELP, (*from).help), (TATU_PART_FILE, (*from).file), (TATU_PART_TRACEBACK, (*from).traceback)]
+        {
             if s.len > 0 {
                 add(to, part, s, (*from).line);
             }

@@ -32,9 +32,9 @@ pub(crate) struct Calls {
     pub caller: Cell<Caller>,
     pub depth: Cell<u32>,
     /// One per depth, made when first needed; addresses stay.
-    slots: RefCell<Vec<Box<ErrorSlot>>>,
+    slots: RefCell<Vec<ErrorSlot>>,
     /// What the last refusal of a service said.
-    pub last: RefCell<Box<ErrorSlot>>,
+    pub last: RefCell<ErrorSlot>,
     pub waits: RefCell<Waits>,
 }
 
@@ -65,7 +65,7 @@ impl Calls {
             caller: Cell::new(Caller::HOST),
             depth: Cell::new(0),
             slots: RefCell::new(Vec::new()),
-            last: RefCell::new(Box::new(ErrorSlot::new())),
+            last: RefCell::new(ErrorSlot::new()),
             waits: RefCell::new(Waits::default()),
         }
     }
@@ -74,7 +74,7 @@ impl Calls {
     pub fn error_at(&self, depth: u32) -> *mut tatu_error {
         let mut slots = self.slots.borrow_mut();
         while slots.len() <= depth as usize {
-            slots.push(Box::new(ErrorSlot::new()));
+            slots.push(ErrorSlot::new());
         }
         slots[depth as usize].fresh()
     }

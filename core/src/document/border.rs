@@ -1,10 +1,6 @@
 //! The builder as plugins see it.
 
-use std::{
-    cell::RefCell,
-    ffi::c_char,
-    path::PathBuf,
-};
+use std::{cell::RefCell, ffi::c_char, path::PathBuf};
 
 use nalgebra::Point3;
 use tatu_plugin_api::{
@@ -168,8 +164,7 @@ unsafe extern "C" fn mesh(
     unsafe {
         let points = std::slice::from_raw_parts(points.cast::<[f64; 3]>(), n_points as usize);
         let triangles = std::slice::from_raw_parts(triangles.cast::<[u32; 3]>(), n_triangles as usize);
-        let mesh =
-            Mesh { vertices: points.iter().map(|p| Point3::from(*p)).collect(), triangles: triangles.to_vec() };
+        let mesh = Mesh { vertices: points.iter().map(|p| Point3::from(*p)).collect(), triangles: triangles.to_vec() };
         with(t, |_, b| b.mesh(mesh)).unwrap_or(0) as u64
     }
 }
@@ -236,9 +231,8 @@ unsafe extern "C" fn file(t: *const tatu_builder, relative: tatu_str, out: *mut 
             let inside = !name.contains("..") && !std::path::Path::new(&name).is_absolute();
             let path = build.folder.as_ref().filter(|_| inside).map(|f| f.join(&name));
             let bytes = path.as_ref().and_then(|p| std::fs::read(p).ok());
-            let bytes = bytes.ok_or_else(|| {
-                Error::new("E105", format!("there is no file `{name}` beside the source"))
-            })?;
+            let bytes =
+                bytes.ok_or_else(|| Error::new("E105", format!("there is no file `{name}` beside the source")))?;
             let mut files = build.files.borrow_mut();
             files.push(bytes);
             // The bytes of a vector stay where they are when the vector of vectors grows.
@@ -253,4 +247,3 @@ unsafe extern "C" fn file(t: *const tatu_builder, relative: tatu_str, out: *mut 
         }
     }
 }
-

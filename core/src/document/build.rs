@@ -102,8 +102,7 @@ impl<'a> Builder<'a> {
         if declared.flags & TATU_PARAM_READ_ONLY != 0 {
             return Err(Error::new("E102", format!("`{}` is told, not set", declared.key)));
         }
-        let value =
-            check_value(declared, value).map_err(|e| Error::new("E102", format!("`{}`: {e}", declared.key)))?;
+        let value = check_value(declared, value).map_err(|e| Error::new("E102", format!("`{}`: {e}", declared.key)))?;
         let spec = &mut self.document.objects[object];
         match target {
             Target::Row(Row::Alias) => {

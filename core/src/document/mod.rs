@@ -165,15 +165,21 @@ impl Document {
                 }
             }
         }
-        let groups = self.objects.iter().map(|o| o.group).max().map_or(0, |g| g + 1);
-        for group in 0..groups {
-            let members: Vec<u32> =
-                self.objects.iter().zip(&slots).filter(|(o, _)| o.group == group).map(|(_, s)| *s).collect();
-            if group == 0 {
-                // Objects of the scene itself come one by one.
-                members.iter().for_each(|m| scene.make_unique(&[*m]));
-            } else {
-                scene.make_unique(&members);
+        // Names are given in the order of the file, so that the first of equal ones keeps its plain name; until then
+        // nobody has one. Objects of the scene itself come one by one, those of a model together.
+        for slot in &slots {
+            if let Some(o) = scene.get_mut(*slot) {
+                o.suffix = i32::MIN;
+            }
+        }
+        let mut named = 0;
+        for (spec, slot) in self.objects.iter().zip(&slots) {
+            if spec.group == 0 {
+                scene.make_unique(&[*slot]);
+            } else if spec.group > named {
+                named = spec.group;
+                let members = self.objects.iter().zip(&slots).filter(|(o, _)| o.group == named);
+                scene.make_unique(&members.map(|(_, s)| *s).collect::<Vec<_>>());
             }
         }
         scene.refresh(0);

@@ -8,7 +8,7 @@ use toml_edit::Item;
 use super::{Builder, Document, ScriptSpec, keys, toml};
 use crate::{
     error::{Error, Place, Result},
-    host::{Registry, check_value},
+    host::{Declared, Registry, check_value},
     scene::rows::kind_name,
 };
 
@@ -58,9 +58,9 @@ pub struct ScriptOverride {
 impl ScriptOverride {
     /// From "OBJECT=FILE".
     pub fn parse(text: &str) -> Result<Self> {
-        let (path, file) = text.split_once('=').ok_or_else(|| {
-            Error::new("E102", format!("`{text}` names no file")).expected("OBJECT=FILE")
-        })?;
+        let (path, file) = text
+            .split_once('=')
+            .ok_or_else(|| Error::new("E102", format!("`{text}` names no file")).expected("OBJECT=FILE"))?;
         Ok(ScriptOverride { path: path.into(), file: file.into() })
     }
 }
@@ -98,7 +98,8 @@ pub(super) fn apply(
             let declared = toml::scene_keys();
             let (entry, factor) = keys::find(&o.key, &declared, "scene").map_err(at)?;
             let value = keys::to_value(&o.item, factor).map_err(at)?;
-            let value = check_value(&entry.0, value).map_err(|e| at(Error::new("E102", format!("`{}`: {e}", o.key))))?;
+            let value =
+                check_value(&entry.0, value).map_err(|e| at(Error::new("E102", format!("`{}`: {e}", o.key))))?;
             toml::apply_scene(&mut document.settings, &entry.0.key, &value);
             continue;
         }
@@ -109,14 +110,26 @@ pub(super) fn apply(
             }
             return Ok(Some((number, key, value)));
         }
+        // A misspelt parameter of the model whose base it is.
+        let meant = params_of(document, registry, object)
+            .and_then(|(_, params)| keys::find(&o.key, &params, &format!("the model `{}`", o.path)).err());
         let mut builder = Builder { registry, document, group: 0, place: None };
         let declared = builder.declared(object);
         let owner = format!("`{}`, a {}", o.path, kind_name(builder.document.objects[object].kind));
-        let ((declared, target), factor) = keys::find(&o.key, &declared, &owner).map_err(at)?;
+        let ((declared, target), factor) = keys::find(&o.key, &declared, &owner)
+            .map_err(|e| if e.help.is_none() { meant.filter(|m| m.help.is_some()).unwrap_or(e) } else { e })
+            .map_err(at)?;
         let value = keys::to_value(&o.item, factor).map_err(at)?;
         builder.put(object, declared, target, value).map_err(at)?;
     }
     Ok(None)
+}
+
+/// The number of the model whose base the object is, and its parameters.
+fn params_of(document: &Document, registry: &Registry, object: usize) -> Option<(usize, Vec<(Declared, ())>)> {
+    let number = document.models.iter().position(|m| m.base == object)?;
+    let params = &registry.models[document.models[number].model].params;
+    Some((number, params.iter().map(|p| (p.clone(), ())).collect()))
 }
 
 /// Whether an override means a parameter of the model whose base the object is.
@@ -126,9 +139,7 @@ fn model_param(
     object: usize,
     o: &Override,
 ) -> Result<Option<(usize, String, Value)>> {
-    let Some(number) = document.models.iter().position(|m| m.base == object) else { return Ok(None) };
-    let declared: Vec<_> =
-        registry.models[document.models[number].model].params.iter().map(|p| (p.clone(), ())).collect();
+    let Some((number, declared)) = params_of(document, registry, object) else { return Ok(None) };
     let Ok((entry, factor)) = keys::find(&o.key, &declared, "") else { return Ok(None) };
     let value = keys::to_value(&o.item, factor)?;
     let value = check_value(&entry.0, value).map_err(|e| Error::new("E102", format!("`{}`: {e}", o.key)))?;
@@ -139,9 +150,8 @@ fn model_param(
 pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all: &[ScriptOverride]) -> Result {
     for o in all {
         let object = find(document, None, &o.path)?;
-        let text = std::fs::read(&o.file).map_err(|e| {
-            Error::new("E105", format!("cannot read the script {}: {e}", o.file.display()))
-        })?;
+        let text = std::fs::read(&o.file)
+            .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", o.file.display())))?;
         let name = o.file.display().to_string();
         let language = registry.language(&name)?;
         let spec = ScriptSpec { language, dialect: String::new(), kind: "child".into(), name, text };

@@ -232,7 +232,8 @@ impl<'a> Reader<'a> {
             params.push((entry.0.key.clone(), value));
         }
         let number = b.document.models.len();
-        params.extend(self.model_params.iter().filter(|(n, _, _)| *n == number).map(|(_, k, v)| (k.clone(), v.clone())));
+        params
+            .extend(self.model_params.iter().filter(|(n, _, _)| *n == number).map(|(_, k, v)| (k.clone(), v.clone())));
         let base = b.model(index, &params, parent, placement).map_err(|e| e.at(at))?;
         self.finish(b, table, base)
     }
@@ -292,9 +293,9 @@ impl<'a> Reader<'a> {
         }
         self.scripts(b, table, base)?;
         if let Some(set) = table.get("set") {
-            let set = set.as_table_like().ok_or_else(|| {
-                Error::new("E102", "`set` is not a table").at(Some(self.text.key(table, "set")))
-            })?;
+            let set = set
+                .as_table_like()
+                .ok_or_else(|| Error::new("E102", "`set` is not a table").at(Some(self.text.key(table, "set"))))?;
             self.overrides(set, Some(base))?;
         }
         Ok(())
@@ -342,14 +343,15 @@ impl<'a> Reader<'a> {
     }
 
     fn placement(&self, table: &dyn TableLike) -> Result<Isometry3<f64>> {
-        let numbers = |key: &str, n: usize, factor: f64| -> Result<Option<Vec<f64>>> {
-            let Some(item) = table.get(key) else { return Ok(None) };
-            match keys::to_value(item, factor) {
-                Ok(Value::Floats(v)) if v.len() == n => Ok(Some(v)),
-                _ => Err(Error::new("E102", format!("`{key}`: expected {n} numbers"))
-                    .at(Some(self.text.value(table, key)))),
-            }
-        };
+        let numbers =
+            |key: &str, n: usize, factor: f64| -> Result<Option<Vec<f64>>> {
+                let Some(item) = table.get(key) else { return Ok(None) };
+                match keys::to_value(item, factor) {
+                    Ok(Value::Floats(v)) if v.len() == n => Ok(Some(v)),
+                    _ => Err(Error::new("E102", format!("`{key}`: expected {n} numbers"))
+                        .at(Some(self.text.value(table, key)))),
+                }
+            };
         let mut pose = Isometry3::identity();
         if let Some(v) = numbers("position_m", 3, 1.0)? {
             pose.translation.vector = Vector3::new(v[0], v[1], v[2]);
@@ -408,7 +410,11 @@ impl<'a> Reader<'a> {
                     "language" => language = Some(value),
                     "dialect" => dialect = value,
                     "kind" if matches!(value.as_str(), "child" | "customization" | "main") => kind = value,
-                    "kind" => return Err(wrong(format!("a script of kind `{value}`")).expected("child, customization or main")),
+                    "kind" => {
+                        return Err(
+                            wrong(format!("a script of kind `{value}`")).expected("child, customization or main")
+                        );
+                    }
                     other => return Err(wrong(format!("unknown key `{other}` of a script"))),
                 }
             }

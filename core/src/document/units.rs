@@ -37,8 +37,8 @@ pub fn factor(written: &str, key: &str, unit: Option<&str>) -> Option<f64> {
 /// Whether a written key is the parameter with a unit that it does not have (`range_cm`, or none at all).
 pub fn wrong_unit(written: &str, key: &str, unit: Option<&str>) -> bool {
     const KNOWN: &[&str] = &[
-        "", "_m", "_cm", "_mm", "_km", "_in", "_ft", "_deg", "_rad", "_s", "_ms", "_us", "_kg", "_g", "_hz", "_khz", "_n",
-        "_kn", "_nm", "_m_s", "_cm_s", "_km_h", "_deg_s", "_rad_s", "_rpm", "_m_s2", "_g0", "_kg_m2",
+        "", "_m", "_cm", "_mm", "_km", "_in", "_ft", "_deg", "_rad", "_s", "_ms", "_us", "_kg", "_g", "_hz", "_khz",
+        "_n", "_kn", "_nm", "_m_s", "_cm_s", "_km_h", "_deg_s", "_rad_s", "_rpm", "_m_s2", "_g0", "_kg_m2",
     ];
     factor(written, key, unit).is_none()
         && written.strip_prefix(key).is_some_and(|rest| KNOWN.contains(&rest.to_lowercase().as_str()))

@@ -39,17 +39,18 @@ impl Loaded {
         // SAFETY: running a library's constructors is what loading a plugin means.
         let library = unsafe { Library::new(path) }.map_err(|e| fail(e.to_string()))?;
         // SAFETY: the symbol is a constant of this type by the contract.
-        let descriptor: *const tatu_plugin_t = unsafe {
-            library.get::<*const tatu_plugin_t>(b"tatu_plugin\0").map(|s| s.try_as_raw_ptr())
-        }
-        .ok()
-        .flatten()
-        .map_or(std::ptr::null(), |p| p.cast::<tatu_plugin_t>().cast_const());
+        let descriptor: *const tatu_plugin_t =
+            unsafe { library.get::<*const tatu_plugin_t>(b"tatu_plugin\0").map(|s| s.try_as_raw_ptr()) }
+                .ok()
+                .flatten()
+                .map_or(std::ptr::null(), |p| p.cast::<tatu_plugin_t>().cast_const());
         // Never unload, see above.
         std::mem::forget(library);
         // SAFETY: the descriptor lives as long as the library.
-        let raw = unsafe { tables::read(descriptor) }
-            .ok_or_else(|| fail("it exports no `tatu_plugin`".into()).help("a plugin exports a `tatu_plugin_t` of that name; in C++ include tatu.h before defining it"))?;
+        let raw = unsafe { tables::read(descriptor) }.ok_or_else(|| {
+            fail("it exports no `tatu_plugin`".into())
+                .help("a plugin exports a `tatu_plugin_t` of that name; in C++ include tatu.h before defining it")
+        })?;
         if raw.abi_major != TATU_ABI_MAJOR {
             return Err(fail(format!(
                 "it was built for ABI {}.{}, this host has {TATU_ABI_MAJOR}.{TATU_ABI_MINOR}",

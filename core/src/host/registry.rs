@@ -1,10 +1,6 @@
 //! Everything that the loaded plugins offer, by id.
 
-use std::{
-    collections::BTreeMap,
-    path::PathBuf,
-    sync::Arc,
-};
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 use tatu_plugin_api::{
     abi::*,
@@ -218,7 +214,9 @@ impl Registry {
     unsafe fn add_sensors(&mut self, plugin: usize) {
         // SAFETY: as promised by the caller, here and in the functions below.
         unsafe {
-            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_sensor>(TATU_SENSOR)) else { return };
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_sensor>(TATU_SENSOR)) else {
+                return;
+            };
             for (_, raw) in tables::list(ext.kinds) {
                 let Some(id) = tables::text(raw.id) else { continue };
                 if raw.measure.is_none() {
@@ -262,7 +260,10 @@ impl Registry {
             for (_, raw) in tables::list(ext.models) {
                 let Some(id) = tables::text(raw.id) else { continue };
                 if raw.build.is_none() || self.models.iter().any(|m| m.id == id) {
-                    self.refuse(plugin, format!("its model `{id}` cannot be built, or another plugin has one of that name"));
+                    self.refuse(
+                        plugin,
+                        format!("its model `{id}` cannot be built, or another plugin has one of that name"),
+                    );
                     continue;
                 }
                 self.models.push(Model {
@@ -280,7 +281,9 @@ impl Registry {
     unsafe fn add_languages(&mut self, plugin: usize) {
         // SAFETY: as above.
         unsafe {
-            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_script>(TATU_SCRIPT)) else { return };
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_script>(TATU_SCRIPT)) else {
+                return;
+            };
             for (_, raw) in tables::list(ext.languages) {
                 let Some(id) = tables::text(raw.id) else { continue };
                 let complete = raw.load.is_some() && raw.find.is_some() && raw.call.is_some();
@@ -303,7 +306,9 @@ impl Registry {
     unsafe fn add_commands(&mut self, plugin: usize) {
         // SAFETY: as above.
         unsafe {
-            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_command>(TATU_COMMAND)) else { return };
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_command>(TATU_COMMAND)) else {
+                return;
+            };
             if let Some(life) = tables::read(ext.per_world) {
                 self.world_lives.push((plugin, life));
             }
@@ -391,9 +396,11 @@ impl Registry {
         }
         let wanted = providers.get(id_or_schema);
         let fills = |s: &&SensorKind| s.schemas.iter().any(|x| x == id_or_schema);
-        let mut found = self.sensors.iter().filter(fills).filter(|s| {
-            wanted.is_none_or(|w| *w == s.id || *w == self.plugins[s.plugin].id)
-        });
+        let mut found = self
+            .sensors
+            .iter()
+            .filter(fills)
+            .filter(|s| wanted.is_none_or(|w| *w == s.id || *w == self.plugins[s.plugin].id));
         found.next().and_then(|f| self.sensors.iter().position(|s| s.id == f.id)).ok_or_else(|| {
             let known: Vec<_> = self.sensors.iter().map(|s| s.id.as_str()).collect();
             self.unknown("E108", "sensor kind", id_or_schema, &known)

@@ -53,10 +53,8 @@ impl Search {
         let mut out = Vec::new();
         for (folder, source) in &self.folders {
             let Ok(entries) = std::fs::read_dir(folder) else { continue };
-            let mut files: Vec<_> = entries
-                .filter_map(|e| e.ok().map(|e| e.path()))
-                .filter(|p| self.may_be_plugin(p, *source))
-                .collect();
+            let mut files: Vec<_> =
+                entries.filter_map(|e| e.ok().map(|e| e.path())).filter(|p| self.may_be_plugin(p, *source)).collect();
             files.sort();
             out.extend(files);
         }

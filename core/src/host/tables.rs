@@ -19,8 +19,22 @@ macro_rules! table {
     };
 }
 table!(
-    tatu_plugin_t, tatu_param, tatu_life, tatu_name, tatu_command, tatu_constant, tatu_prelude, tatu_ext_command,
-    tatu_field, tatu_sensor, tatu_ext_sensor, tatu_model, tatu_ext_model, tatu_language, tatu_ext_script, tatu_beams
+    tatu_plugin_t,
+    tatu_param,
+    tatu_life,
+    tatu_name,
+    tatu_command,
+    tatu_constant,
+    tatu_prelude,
+    tatu_ext_command,
+    tatu_field,
+    tatu_sensor,
+    tatu_ext_sensor,
+    tatu_model,
+    tatu_ext_model,
+    tatu_language,
+    tatu_ext_script,
+    tatu_beams
 );
 
 /// Copies a foreign table into a full-size one of ours: what its maker did not know is zero.

@@ -18,10 +18,7 @@ pub(super) fn vector_back(v: Vector) -> Vector3<f64> {
 
 pub(super) fn pose(p: &Isometry3<f64>) -> Pose {
     let q = &p.rotation.coords;
-    Pose {
-        translation: vector(&p.translation.vector),
-        rotation: Rotation::from_xyzw(q.x, q.y, q.z, q.w),
-    }
+    Pose { translation: vector(&p.translation.vector), rotation: Rotation::from_xyzw(q.x, q.y, q.z, q.w) }
 }
 
 pub(super) fn pose_back(p: &Pose) -> Isometry3<f64> {
@@ -53,25 +50,16 @@ pub(super) fn shape(form: &Form) -> Option<(SharedShape, Pose)> {
     let sized = |sizes: &[f64]| sizes.iter().all(|s| s.is_finite() && *s > 0.0);
     match form {
         Form::Plane => Some((SharedShape::halfspace(Vector::Z), Pose::IDENTITY)),
-        Form::Box { half } => sized(half.as_slice())
-            .then(|| (SharedShape::cuboid(half.x, half.y, half.z), Pose::IDENTITY)),
-        Form::Sphere { radius } => {
-            sized(&[*radius]).then(|| (SharedShape::ball(*radius), Pose::IDENTITY))
+        Form::Box { half } => {
+            sized(half.as_slice()).then(|| (SharedShape::cuboid(half.x, half.y, half.z), Pose::IDENTITY))
         }
-        Form::Cylinder {
-            radius,
-            half_length,
-        } => sized(&[*radius, *half_length])
-            .then(|| (SharedShape::cylinder(*half_length, *radius), y_to_z())),
-        Form::Capsule {
-            radius,
-            half_length,
-        } => sized(&[*radius]).then(|| {
-            (
-                SharedShape::capsule_z(half_length.max(0.0), *radius),
-                Pose::IDENTITY,
-            )
-        }),
+        Form::Sphere { radius } => sized(&[*radius]).then(|| (SharedShape::ball(*radius), Pose::IDENTITY)),
+        Form::Cylinder { radius, half_length } => {
+            sized(&[*radius, *half_length]).then(|| (SharedShape::cylinder(*half_length, *radius), y_to_z()))
+        }
+        Form::Capsule { radius, half_length } => {
+            sized(&[*radius]).then(|| (SharedShape::capsule_z(half_length.max(0.0), *radius), Pose::IDENTITY))
+        }
         Form::Mesh { mesh, convex } => mesh_shape(mesh, *convex).map(|s| (s, Pose::IDENTITY)),
     }
 }
@@ -79,18 +67,12 @@ pub(super) fn shape(form: &Form) -> Option<(SharedShape, Pose)> {
 /// Rapier's cylinders stand on y, ours on z.
 fn y_to_z() -> Pose {
     let half = std::f64::consts::FRAC_1_SQRT_2;
-    Pose {
-        translation: Vector::ZERO,
-        rotation: Rotation::from_xyzw(half, 0.0, 0.0, half),
-    }
+    Pose { translation: Vector::ZERO, rotation: Rotation::from_xyzw(half, 0.0, 0.0, half) }
 }
 
 fn mesh_shape(mesh: &Mesh, convex: bool) -> Option<SharedShape> {
     let count = mesh.vertices.len() as u32;
-    let whole = mesh
-        .vertices
-        .iter()
-        .all(|v| v.coords.iter().all(|c| c.is_finite()))
+    let whole = mesh.vertices.iter().all(|v| v.coords.iter().all(|c| c.is_finite()))
         && mesh.triangles.iter().flatten().all(|i| *i < count);
     if !whole || mesh.triangles.is_empty() {
         return None;
@@ -102,10 +84,5 @@ fn mesh_shape(mesh: &Mesh, convex: bool) -> Option<SharedShape> {
     }
     // Neighbouring triangles share their normals at edges, so that nothing stumbles over the seams of a flat
     // floor; meshes of models are often open, so both sides are solid.
-    SharedShape::trimesh_with_flags(
-        points,
-        mesh.triangles.clone(),
-        TriMeshFlags::FIX_INTERNAL_EDGES_TWO_SIDED,
-    )
-    .ok()
+    SharedShape::trimesh_with_flags(points, mesh.triangles.clone(), TriMeshFlags::FIX_INTERNAL_EDGES_TWO_SIDED).ok()
 }

@@ -26,8 +26,7 @@ use rapier3d::pipeline::PhysicsWorld;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, JointDesc, JointId, JointState,
-    Motion, Twist, convert,
+    BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, JointDesc, JointId, JointState, Motion, Twist, convert,
 };
 use bodies::{BodyRecord, ShapeCache, Tree};
 use joints::{JointRecord, Phase};
@@ -89,11 +88,7 @@ impl Rapier {
             static_contact_softness: spring(STATIC_CONTACT_SOFTNESS),
             ..IntegrationParameters::default()
         };
-        let mut engine = Self {
-            world,
-            tables: Tables::default(),
-            shapes: ShapeCache::default(),
-        };
+        let mut engine = Self { world, tables: Tables::default(), shapes: ShapeCache::default() };
         engine.configure(settings);
         engine
     }
@@ -119,8 +114,7 @@ impl Rapier {
                 continue;
             }
             let (a, b) = (joint.body1(), joint.body2());
-            let needed =
-                joints::iterations(&joint.data, &self.world.bodies[a], &self.world.bodies[b]);
+            let needed = joints::iterations(&joint.data, &self.world.bodies[a], &self.world.bodies[b]);
             if needed > self.world.bodies[b].additional_pgs_iterations() {
                 self.world.bodies[b].set_additional_pgs_iterations(needed);
             }
@@ -218,12 +212,7 @@ impl Engine for Rapier {
     }
 
     fn remove_joint(&mut self, joint: JointId) {
-        if let Some(record) = self
-            .tables
-            .joints
-            .get_mut(joint.0 as usize)
-            .and_then(Option::take)
-        {
+        if let Some(record) = self.tables.joints.get_mut(joint.0 as usize).and_then(Option::take) {
             self.world.remove_impulse_joint(record.handle);
         }
     }
@@ -237,10 +226,7 @@ impl Engine for Rapier {
             return;
         }
         let is_position = |d: Drive| matches!(d, Drive::Position { .. });
-        if is_position(drive)
-            && !is_position(record.drive)
-            && !self.tables.positioned.contains(&joint)
-        {
+        if is_position(drive) && !is_position(record.drive) && !self.tables.positioned.contains(&joint) {
             self.tables.positioned.push(joint);
         }
         record.drive = drive;
@@ -252,8 +238,7 @@ impl Engine for Rapier {
     }
 
     fn set_twist(&mut self, body: BodyId, twist: &Twist) {
-        let Some((handle, Motion::Dynamic)) = self.record(body).map(|r| (r.handle, r.motion))
-        else {
+        let Some((handle, Motion::Dynamic)) = self.record(body).map(|r| (r.handle, r.motion)) else {
             return;
         };
         if !finite(&twist.linear) || !finite(&twist.angular) {
@@ -265,8 +250,7 @@ impl Engine for Rapier {
     }
 
     fn push(&mut self, body: BodyId, force: Vector3<f64>, torque: Vector3<f64>) {
-        let Some((handle, Motion::Dynamic)) = self.record(body).map(|r| (r.handle, r.motion))
-        else {
+        let Some((handle, Motion::Dynamic)) = self.record(body).map(|r| (r.handle, r.motion)) else {
             return;
         };
         if !finite(&force) || !finite(&torque) {
@@ -308,9 +292,7 @@ impl Engine for Rapier {
         };
         // A kinematic body is where it was put, even if the engine has yet to take it there.
         let ahead = self.tables.moving.iter().find(|(id, _, _)| *id == body);
-        convert::pose_back(
-            ahead.map_or(self.world.bodies[record.handle].position(), |(_, _, to)| to),
-        )
+        convert::pose_back(ahead.map_or(self.world.bodies[record.handle].position(), |(_, _, to)| to))
     }
 
     fn twist(&self, body: BodyId) -> Twist {
@@ -318,10 +300,7 @@ impl Engine for Rapier {
             return Twist::default();
         };
         let body = &self.world.bodies[record.handle];
-        Twist {
-            linear: convert::vector_back(body.linvel()),
-            angular: convert::vector_back(body.angvel()),
-        }
+        Twist { linear: convert::vector_back(body.linvel()), angular: convert::vector_back(body.angvel()) }
     }
 
     fn joint_state(&self, joint: JointId) -> JointState {

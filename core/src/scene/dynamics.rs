@@ -8,8 +8,8 @@ use nalgebra::{Matrix3, Point3};
 
 use super::{Control, Data, Scene, Shape, collision_parts, default_inertia, default_mass};
 use crate::physics::{
-    BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointId, JointKind, MassProps, Motion, Rapier,
-    Respond, Twist,
+    BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointId, JointKind, MassProps, Motion, Rapier, Respond,
+    Twist,
 };
 
 /// A body and the object it stands for, as that was when the body was made.
@@ -265,10 +265,7 @@ impl Dynamics {
     }
     /// Velocities of all dynamic bodies with their objects, in order of bodies.
     pub fn twists(&self) -> impl Iterator<Item = (u32, Twist)> + '_ {
-        self.bodies
-            .iter()
-            .filter(|b| b.motion == Motion::Dynamic)
-            .map(|b| (b.slot, self.engine.twist(b.id)))
+        self.bodies.iter().filter(|b| b.motion == Motion::Dynamic).map(|b| (b.slot, self.engine.twist(b.id)))
     }
 }
 
@@ -309,9 +306,10 @@ fn tie_of(scene: &Scene, slot: u32) -> Option<(u32, u32)> {
 }
 
 fn carries_tie(scene: &Scene, slot: u32) -> bool {
-    scene.children(slot).iter().any(|tie| {
-        scene.children(*tie).iter().any(|c| tie_of(scene, *c).is_some_and(|(above, _)| above == slot))
-    })
+    scene
+        .children(slot)
+        .iter()
+        .any(|tie| scene.children(*tie).iter().any(|c| tie_of(scene, *c).is_some_and(|(above, _)| above == slot)))
 }
 
 /// Whether something above can move it: a dynamic shape, or a joint.
@@ -341,7 +339,6 @@ fn top_shape(scene: &Scene, slot: u32) -> u32 {
 /// Mass properties of a shape, defaults filled in.
 pub(crate) fn mass_props(shape: &Shape) -> MassProps {
     let mass = shape.mass.unwrap_or_else(|| default_mass(shape));
-    let inertia =
-        shape.inertia.map_or_else(|| default_inertia(shape, mass), |i| Matrix3::from_row_slice(&i));
+    let inertia = shape.inertia.map_or_else(|| default_inertia(shape, mass), |i| Matrix3::from_row_slice(&i));
     MassProps { mass, com: Point3::from(shape.com), inertia }
 }

@@ -11,9 +11,7 @@ fn form(primitive: Primitive, size: Vector3<f64>, shape: &Shape) -> Option<Form>
         Primitive::Box => Form::Box { half: size / 2.0 },
         Primitive::Sphere => Form::Sphere { radius: size.x / 2.0 },
         Primitive::Cylinder => Form::Cylinder { radius: size.x / 2.0, half_length: size.z / 2.0 },
-        Primitive::Capsule => {
-            Form::Capsule { radius: size.x / 2.0, half_length: ((size.z - size.x) / 2.0).max(0.0) }
-        }
+        Primitive::Capsule => Form::Capsule { radius: size.x / 2.0, half_length: ((size.z - size.x) / 2.0).max(0.0) },
         Primitive::Plane => Form::Plane,
         Primitive::Mesh => Form::Mesh { mesh: shape.mesh.clone()?, convex: shape.convex },
         Primitive::Compound => return None,
@@ -38,10 +36,7 @@ pub fn collision_parts(shape: &Shape) -> Vec<Part> {
         None => visible_parts(shape),
         Some(primitive) => {
             let size = if shape.collide_size == Vector3::zeros() { shape.size } else { shape.collide_size };
-            form(primitive, size, shape)
-                .map(|form| Part { pose: Isometry3::identity(), form })
-                .into_iter()
-                .collect()
+            form(primitive, size, shape).map(|form| Part { pose: Isometry3::identity(), form }).into_iter().collect()
         }
     }
 }
@@ -112,7 +107,8 @@ fn part_inertia(form: &Form, m: f64) -> Matrix3<f64> {
         }
         Form::Mesh { mesh, .. } => {
             // As its bounding box: only used when nobody tells the inertia.
-            let (mut low, mut high) = (Point3::from(Vector3::repeat(f64::MAX)), Point3::from(Vector3::repeat(f64::MIN)));
+            let (mut low, mut high) =
+                (Point3::from(Vector3::repeat(f64::MAX)), Point3::from(Vector3::repeat(f64::MIN)));
             for v in &mesh.vertices {
                 low = low.inf(v);
                 high = high.sup(v);
@@ -143,7 +139,8 @@ mod tests {
             pose: Isometry3::translation(x, 0.0, 0.0),
             color: None,
         };
-        let halves = Shape { primitive: Primitive::Compound, parts: vec![part(-0.25), part(0.25)], ..Default::default() };
+        let halves =
+            Shape { primitive: Primitive::Compound, parts: vec![part(-0.25), part(0.25)], ..Default::default() };
         let whole = Shape { size: Vector3::new(1.0, 0.5, 0.2), ..Default::default() };
         let m = default_mass(&halves);
         assert!((m - default_mass(&whole)).abs() < 1e-9);

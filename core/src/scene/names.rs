@@ -55,10 +55,11 @@ impl Scene {
             .skip(skip)
             .filter(|s| {
                 let Some(o) = self.get(*s) else { return false };
-                fits(o) && sibling.is_none_or(|n| {
-                    let same = self.children(o.parent).iter().filter(|c| self.get(**c).is_some_and(fits));
-                    same.copied().nth(n) == Some(*s)
-                })
+                fits(o)
+                    && sibling.is_none_or(|n| {
+                        let same = self.children(o.parent).iter().filter(|c| self.get(**c).is_some_and(fits));
+                        same.copied().nth(n) == Some(*s)
+                    })
             })
             .nth(index)
     }
@@ -142,15 +143,12 @@ mod tests {
 
     fn scene() -> Scene {
         let mut s = Scene::default();
-        let mut add = |p, a: &str| s.add(p, a, Isometry3::identity(), Data::Dummy).unwrap();
-        let robot = add(0, "robot");
-        let arm = add(robot, "arm");
-        add(arm, "hand");
-        let second = add(0, "robot");
-        add(second, "arm");
-        for r in [robot, second] {
-            s.get_mut(r).unwrap().model_base = true;
-            let tree = s.tree(r);
+        for parts in [&["arm", "hand"][..], &["arm"]] {
+            let add = |s: &mut Scene, p, a: &str| s.add(p, a, Isometry3::identity(), Data::Dummy).unwrap();
+            let robot = add(&mut s, 0, "robot");
+            parts.iter().fold(robot, |above, part| add(&mut s, above, part));
+            s.get_mut(robot).unwrap().model_base = true;
+            let tree = s.tree(robot);
             s.make_unique(&tree);
         }
         s

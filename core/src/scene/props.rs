@@ -1,10 +1,7 @@
 //! Reading and setting the core's property rows on live objects.
 
 use nalgebra::{Matrix3, Vector3};
-use tatu_plugin_api::{
-    abi::*,
-    safe::Value,
-};
+use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{
     Control, Data, Joint, JointType, Object, Primitive, Scene, Shape, ShapePart, default_inertia, default_mass,
@@ -231,7 +228,11 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
     match row {
         Row::Parent => {
             let Value::Object(id) = value else { return refuse(TATU_ERR_ARGUMENT, "expected an object") };
-            let parent = if *id == 0 { 0 } else { scene.resolve(*id).map_err(|_| Refusal(TATU_ERR_GONE, "the new parent is not there".into()))? };
+            let parent = if *id == 0 {
+                0
+            } else {
+                scene.resolve(*id).map_err(|_| Refusal(TATU_ERR_GONE, "the new parent is not there".into()))?
+            };
             return match scene.set_parent(slot, parent) {
                 true => Ok(Changed::Rebuild),
                 false => refuse(TATU_ERR_ARGUMENT, "an object cannot hang below itself"),

@@ -1,9 +1,6 @@
 //! Property rows of the core: one line per fact. Scene files, `--set`, builders, scripts and services use these rows.
 
-use tatu_plugin_api::{
-    abi::*,
-    safe::Value,
-};
+use tatu_plugin_api::{abi::*, safe::Value};
 
 /// Which objects have a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -200,4 +197,3 @@ pub fn kind_name(kind: i32) -> &'static str {
         _ => KINDS.iter().find(|(_, k)| *k == kind).map_or("object", |(n, _)| n),
     }
 }
-

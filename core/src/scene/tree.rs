@@ -61,7 +61,9 @@ impl Scene {
     /// Adds an object below `parent` (0: the world). Its slot; `None` when all are taken.
     pub fn add(&mut self, parent: u32, alias: &str, local: Isometry3<f64>, data: Data) -> Option<u32> {
         // A slot is used again only when many are free: a stale number in a script then rarely meets a new object.
-        let slot = if self.free.len() > 1024 { self.free.pop_front()? } else {
+        let slot = if self.free.len() > 1024 {
+            self.free.pop_front()?
+        } else {
             let slot = u32::try_from(self.slots.len()).ok().filter(|s| *s < 0x10_0000);
             match slot {
                 Some(s) => {

@@ -128,12 +128,7 @@ pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut t
 ///
 /// # Safety
 /// The frame and its arrays are valid.
-pub(crate) unsafe fn call_function(
-    world: &WorldCell,
-    slot: u32,
-    name: &[u8],
-    frame: *mut tatu_call,
-) -> tatu_status {
+pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], frame: *mut tatu_call) -> tatu_status {
     // SAFETY: as promised.
     let f = unsafe { &mut *frame };
     f.n_results = 0;

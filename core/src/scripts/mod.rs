@@ -132,7 +132,7 @@ impl Scripts {
         let mut i = 0;
         while let Some(script) = Self::nth(world, i) {
             i += 1;
-            if script.is_there(world) && script.kind != "main" {
+            if script.is_there(world) {
                 f(&script);
             }
         }
@@ -153,7 +153,9 @@ impl Scripts {
     /// Ends the instances of scripts whose objects are gone.
     pub fn reap(world: &WorldCell) {
         let gone: Vec<Rc<Script>> = {
-            let (Ok(mut scripts), Ok(scene)) = (world.scripts.try_borrow_mut(), world.scene.try_borrow()) else { return };
+            let (Ok(mut scripts), Ok(scene)) = (world.scripts.try_borrow_mut(), world.scene.try_borrow()) else {
+                return;
+            };
             let (keep, gone) = std::mem::take(&mut scripts.list).into_iter().partition(|s| scene.get(s.slot).is_some());
             scripts.list = keep;
             gone
@@ -223,9 +225,8 @@ impl Script {
         let mut chosen = raw(&[]);
         let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
         // SAFETY: as above.
-        let status = language.raw.load.map_or(TATU_ERR, |f| unsafe {
-            f(data, text, name, dialect, &mut chosen, error.fresh())
-        });
+        let status =
+            language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) });
         world.calls.caller.set(Caller::HOST);
         if status < 0 {
             self.dead.set(true);
@@ -359,9 +360,7 @@ impl Script {
 
     pub fn as_caller(&self, world: &WorldCell) -> Caller {
         let (script, object) = match world.scene.try_borrow() {
-            Ok(scene) => {
-                (scene.id(self.slot), scene.id(scene.get(self.slot).map_or(0, |o| o.parent)))
-            }
+            Ok(scene) => (scene.id(self.slot), scene.id(scene.get(self.slot).map_or(0, |o| o.parent))),
             Err(_) => (0, 0),
         };
         Caller { kind: TATU_CALLER_SCRIPT, instance: self.id.get(), object, script, dialect: self.dialect.get() }

@@ -64,6 +64,7 @@ pub fn measure(
     only: Option<tatu_object>,
     moment: Moment,
     twist: &dyn Fn(u32) -> [f64; 6],
+    pool: &rayon::ThreadPool,
 ) -> Vec<Failed> {
     let kind_info = &registry.sensors[kind];
     let inputs = kind_info.raw.inputs;
@@ -104,7 +105,7 @@ pub fn measure(
     }
     s.first_beam.push(s.beams.len() as u64);
     s.hits.resize(s.beams.len(), Hit::NONE);
-    targets.beams.cast(&s.beams, &mut s.hits);
+    pool.install(|| targets.beams.cast(&s.beams, &mut s.hits));
     s.spread(inputs, devices.iter().map(|i| all[*i].plan.directions.as_slice()));
     s.status.resize(devices.len(), TATU_OK);
     let batch = s.batch(devices.len(), kind_info.fields.len(), moment);

@@ -9,10 +9,7 @@ mod targets;
 
 use std::ffi::c_void;
 
-use tatu_plugin_api::{
-    abi::*,
-    safe::Value,
-};
+use tatu_plugin_api::{abi::*, safe::Value};
 
 pub use measure::{Moment, measure};
 pub use targets::Targets;
@@ -136,9 +133,7 @@ impl Device {
         device.lens = kind
             .fields
             .iter()
-            .map(|f| {
-                f.dims.iter().map(|d| if *d == 0 { device.plan.directions.len() } else { *d as usize }).product()
-            })
+            .map(|f| f.dims.iter().map(|d| if *d == 0 { device.plan.directions.len() } else { *d as usize }).product())
             .collect();
         device.fields = kind
             .fields
@@ -191,10 +186,7 @@ impl Device {
             near: raw.near_m,
             far: raw.far_m,
             max_incidence: raw.max_incidence,
-            faces: Faces {
-                front: raw.flags & TATU_BEAMS_NO_FRONT == 0,
-                back: raw.flags & TATU_BEAMS_NO_BACK == 0,
-            },
+            faces: Faces { front: raw.flags & TATU_BEAMS_NO_FRONT == 0, back: raw.flags & TATU_BEAMS_NO_BACK == 0 },
             skip_model: raw.flags & TATU_BEAMS_SKIP_MODEL != 0,
         })
     }
@@ -238,15 +230,15 @@ impl Device {
         unsafe {
             match kind.fields[field].elem {
                 TATU_ELEM_F64 => Value::Floats(std::slice::from_raw_parts(bytes.cast(), n).to_vec()),
-                TATU_ELEM_F32 => {
-                    Value::Floats(std::slice::from_raw_parts(bytes.cast::<f32>(), n).iter().map(|x| f64::from(*x)).collect())
-                }
-                TATU_ELEM_I32 => {
-                    Value::Ints(std::slice::from_raw_parts(bytes.cast::<i32>(), n).iter().map(|x| i64::from(*x)).collect())
-                }
-                TATU_ELEM_U16 => {
-                    Value::Ints(std::slice::from_raw_parts(bytes.cast::<u16>(), n).iter().map(|x| i64::from(*x)).collect())
-                }
+                TATU_ELEM_F32 => Value::Floats(
+                    std::slice::from_raw_parts(bytes.cast::<f32>(), n).iter().map(|x| f64::from(*x)).collect(),
+                ),
+                TATU_ELEM_I32 => Value::Ints(
+                    std::slice::from_raw_parts(bytes.cast::<i32>(), n).iter().map(|x| i64::from(*x)).collect(),
+                ),
+                TATU_ELEM_U16 => Value::Ints(
+                    std::slice::from_raw_parts(bytes.cast::<u16>(), n).iter().map(|x| i64::from(*x)).collect(),
+                ),
                 TATU_ELEM_OBJECT => Value::Ints(
                     std::slice::from_raw_parts(bytes.cast::<u64>(), n).iter().map(|x| (x & 0xF_FFFF) as i64).collect(),
                 ),

@@ -52,7 +52,6 @@ pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
             t.linear.iter().chain(t.angular.iter()).copied().for_each(&mut put);
         }
         let digest = h.digest();
-        total.update(&o.uid.to_le_bytes());
         total.update(&digest.to_le_bytes());
         objects.push((scene.path(slot), digest));
     }

@@ -75,7 +75,8 @@ pub(crate) fn sense(world: &WorldCell) {
     for kind in 0..kinds {
         let due: Vec<usize> = {
             let (sensing, scene) = (world.sensing.borrow(), world.scene.borrow());
-            let explicit = |slot| matches!(scene.get(slot).map(|o| &o.data), Some(crate::scene::Data::Sensor(s)) if s.explicit);
+            let explicit =
+                |slot| matches!(scene.get(slot).map(|o| &o.data), Some(crate::scene::Data::Sensor(s)) if s.explicit);
             let devices = sensing.devices.iter().enumerate();
             devices
                 .filter(|(_, d)| d.kind == kind && !d.off && scene.get(d.slot).is_some() && !explicit(d.slot))
@@ -96,7 +97,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
             (world.sensing.borrow_mut(), world.scene.borrow(), world.dynamics.borrow());
         sensing.targets.follow(&scene);
         let twist = |slot| world.twist(&scene, &dynamics, slot);
-        sense::measure(&mut sensing, &scene, &world.registry, kind, devices, only, moment, &twist)
+        sense::measure(&mut sensing, &scene, &world.registry, kind, devices, only, moment, &twist, world.pool())
     };
     for f in failed {
         if let Some(d) = world.sensing.borrow_mut().devices.iter_mut().find(|d| d.slot == f.slot) {

@@ -197,11 +197,8 @@ pub struct tatu_sensor {
     pub params: *const *const tatu_param,
     pub fields: *const *const tatu_field,
     pub life: *const tatu_life,
-    pub beams:
-        Option<unsafe extern "C" fn(*mut c_void, *mut tatu_beams, *mut tatu_error) -> tatu_status>,
-    pub measure: Option<
-        unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status,
-    >,
+    pub beams: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_beams, *mut tatu_error) -> tatu_status>,
+    pub measure: Option<unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -245,13 +242,7 @@ pub struct tatu_actuator {
     pub params: *const *const tatu_param,
     pub commands: *const *const tatu_param,
     pub life: *const tatu_life,
-    pub apply: Option<
-        unsafe extern "C" fn(
-            *mut c_void,
-            *const tatu_actuator_batch,
-            *mut tatu_error,
-        ) -> tatu_status,
-    >,
+    pub apply: Option<unsafe extern "C" fn(*mut c_void, *const tatu_actuator_batch, *mut tatu_error) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -271,18 +262,9 @@ pub struct tatu_builder {
     pub size: u32,
     pub reserved: u32,
     pub ctx: *mut c_void,
-    pub object:
-        Option<unsafe extern "C" fn(*const tatu_builder, *const c_char, u32, tatu_str) -> u32>,
-    pub set: Option<
-        unsafe extern "C" fn(
-            *const tatu_builder,
-            u32,
-            *const c_char,
-            *const tatu_value,
-        ) -> tatu_status,
-    >,
-    pub mesh:
-        Option<unsafe extern "C" fn(*const tatu_builder, *const f64, u64, *const u32, u64) -> u64>,
+    pub object: Option<unsafe extern "C" fn(*const tatu_builder, *const c_char, u32, tatu_str) -> u32>,
+    pub set: Option<unsafe extern "C" fn(*const tatu_builder, u32, *const c_char, *const tatu_value) -> tatu_status>,
+    pub mesh: Option<unsafe extern "C" fn(*const tatu_builder, *const f64, u64, *const u32, u64) -> u64>,
     pub image: Option<unsafe extern "C" fn(*const tatu_builder, *const u8, u32, u32) -> u64>,
     pub script: Option<
         unsafe extern "C" fn(
@@ -295,11 +277,9 @@ pub struct tatu_builder {
             tatu_str,
         ) -> u32,
     >,
-    pub device:
-        Option<unsafe extern "C" fn(*const tatu_builder, u32, *const c_char) -> tatu_status>,
+    pub device: Option<unsafe extern "C" fn(*const tatu_builder, u32, *const c_char) -> tatu_status>,
     pub report: Option<unsafe extern "C" fn(*const tatu_builder, u32, u32, tatu_str)>,
-    pub file:
-        Option<unsafe extern "C" fn(*const tatu_builder, tatu_str, *mut tatu_str) -> tatu_status>,
+    pub file: Option<unsafe extern "C" fn(*const tatu_builder, tatu_str, *mut tatu_str) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -312,12 +292,7 @@ pub struct tatu_model {
     pub params: *const *const tatu_param,
     pub slots: *const *const c_char,
     pub build: Option<
-        unsafe extern "C" fn(
-            *mut c_void,
-            *const tatu_builder,
-            *const tatu_value,
-            *mut tatu_error,
-        ) -> tatu_status,
+        unsafe extern "C" fn(*mut c_void, *const tatu_builder, *const tatu_value, *mut tatu_error) -> tatu_status,
     >,
 }
 
@@ -380,14 +355,7 @@ pub struct tatu_language {
     pub suffixes: *const *const c_char,
     pub life: *const tatu_life,
     pub load: Option<
-        unsafe extern "C" fn(
-            *mut c_void,
-            tatu_str,
-            tatu_str,
-            tatu_str,
-            *mut tatu_str,
-            *mut tatu_error,
-        ) -> tatu_status,
+        unsafe extern "C" fn(*mut c_void, tatu_str, tatu_str, tatu_str, *mut tatu_str, *mut tatu_error) -> tatu_status,
     >,
     pub find: Option<unsafe extern "C" fn(*mut c_void, u32, tatu_str) -> u32>,
     pub call: Option<
@@ -455,8 +423,7 @@ pub struct tatu_service {
     >,
     pub stop: Option<unsafe extern "C" fn(*mut c_void)>,
     pub barrier: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u64) -> u32>,
-    pub event:
-        Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, tatu_str, *const tatu_value)>,
+    pub event: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, tatu_str, *const tatu_value)>,
 }
 
 #[repr(C)]

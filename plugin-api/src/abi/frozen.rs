@@ -174,9 +174,7 @@ mod layouts {
         for (i, mine) in FROZEN.iter().enumerate() {
             // SAFETY: both sides run the same abi_stable, so `TypeLayout` is the same type.
             let other = unsafe { &*(*theirs.layouts.add(i) as *const TypeLayout) };
-            if abi_stable::abi_stability::abi_checking::check_layout_compatibility(mine, other)
-                .is_err()
-            {
+            if abi_stable::abi_stability::abi_checking::check_layout_compatibility(mine, other).is_err() {
                 return Err(format!("its `{}` differs from the host's", mine.name()));
             }
         }

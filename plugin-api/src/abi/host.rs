@@ -38,69 +38,23 @@ pub struct tatu_host_scene {
     pub size: u32,
     pub reserved: u32,
     pub prop: Option<unsafe extern "C" fn(*const tatu_host, *const c_char) -> tatu_prop>,
-    pub get: Option<
-        unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *mut tatu_value) -> tatu_status,
-    >,
-    pub set: Option<
-        unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *const tatu_value) -> tatu_status,
-    >,
-    pub get_f64: Option<
-        unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *mut f64, u32) -> tatu_status,
-    >,
-    pub set_f64: Option<
-        unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *const f64, u32) -> tatu_status,
-    >,
-    pub get_f64_many: Option<
-        unsafe extern "C" fn(
-            WorldPtr,
-            *const tatu_object,
-            u32,
-            tatu_prop,
-            *mut f64,
-            u32,
-        ) -> tatu_status,
-    >,
-    pub set_f64_many: Option<
-        unsafe extern "C" fn(
-            WorldPtr,
-            *const tatu_object,
-            u32,
-            tatu_prop,
-            *const f64,
-            u32,
-        ) -> tatu_status,
-    >,
-    pub pose:
-        Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_object, *mut f64) -> tatu_status>,
-    pub set_pose:
-        Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_object, *const f64) -> tatu_status>,
-    pub look: Option<
-        unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_object, *mut i32) -> tatu_status,
-    >,
-    pub find: Option<
-        unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *mut tatu_object) -> tatu_status,
-    >,
-    pub create: Option<
-        unsafe extern "C" fn(
-            WorldPtr,
-            *const c_char,
-            tatu_object,
-            tatu_str,
-            *mut tatu_object,
-        ) -> tatu_status,
-    >,
+    pub get: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *mut tatu_value) -> tatu_status>,
+    pub set: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *const tatu_value) -> tatu_status>,
+    pub get_f64: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *mut f64, u32) -> tatu_status>,
+    pub set_f64: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *const f64, u32) -> tatu_status>,
+    pub get_f64_many:
+        Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32, tatu_prop, *mut f64, u32) -> tatu_status>,
+    pub set_f64_many:
+        Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32, tatu_prop, *const f64, u32) -> tatu_status>,
+    pub pose: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_object, *mut f64) -> tatu_status>,
+    pub set_pose: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_object, *const f64) -> tatu_status>,
+    pub look: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_object, *mut i32) -> tatu_status>,
+    pub find: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *mut tatu_object) -> tatu_status>,
+    pub create:
+        Option<unsafe extern "C" fn(WorldPtr, *const c_char, tatu_object, tatu_str, *mut tatu_object) -> tatu_status>,
     pub remove: Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32) -> tatu_status>,
-    pub list: Option<
-        unsafe extern "C" fn(
-            WorldPtr,
-            tatu_object,
-            u32,
-            u32,
-            *mut tatu_object,
-            u32,
-            *mut u32,
-        ) -> tatu_status,
-    >,
+    pub list:
+        Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, u32, *mut tatu_object, u32, *mut u32) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -108,20 +62,10 @@ pub struct tatu_host_scene {
 pub struct tatu_host_readings {
     pub size: u32,
     pub reserved: u32,
-    pub field: Option<
-        unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *mut tatu_field_view) -> tatu_status,
-    >,
+    pub field: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *mut tatu_field_view) -> tatu_status>,
     pub sense_now: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_object) -> tatu_status>,
     pub reset: Option<unsafe extern "C" fn(WorldPtr, tatu_object) -> tatu_status>,
-    pub list: Option<
-        unsafe extern "C" fn(
-            WorldPtr,
-            *const c_char,
-            *mut tatu_object,
-            u32,
-            *mut u32,
-        ) -> tatu_status,
-    >,
+    pub list: Option<unsafe extern "C" fn(WorldPtr, *const c_char, *mut tatu_object, u32, *mut u32) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -131,19 +75,9 @@ pub struct tatu_host_bodies {
     pub reserved: u32,
     pub twist: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut f64) -> tatu_status>,
     pub set_twist: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const f64) -> tatu_status>,
-    pub push:
-        Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const f64, *const f64) -> tatu_status>,
-    pub impulse:
-        Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const f64, *const f64) -> tatu_status>,
-    pub contacts: Option<
-        unsafe extern "C" fn(
-            WorldPtr,
-            tatu_object,
-            *mut tatu_contact,
-            u32,
-            *mut u32,
-        ) -> tatu_status,
-    >,
+    pub push: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const f64, *const f64) -> tatu_status>,
+    pub impulse: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const f64, *const f64) -> tatu_status>,
+    pub contacts: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_contact, u32, *mut u32) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -157,15 +91,8 @@ pub struct tatu_host_commands {
     pub call: Option<unsafe extern "C" fn(WorldPtr, *mut tatu_call) -> tatu_status>,
     pub generation: Option<unsafe extern "C" fn(WorldPtr) -> u64>,
     pub constant: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *mut tatu_value) -> tatu_status>,
-    pub prelude: Option<
-        unsafe extern "C" fn(
-            WorldPtr,
-            *const c_char,
-            u32,
-            *mut tatu_str,
-            *mut tatu_str,
-        ) -> tatu_status,
-    >,
+    pub prelude:
+        Option<unsafe extern "C" fn(WorldPtr, *const c_char, u32, *mut tatu_str, *mut tatu_str) -> tatu_status>,
     pub mark: Option<unsafe extern "C" fn(WorldPtr) -> u64>,
     pub alloc: Option<unsafe extern "C" fn(WorldPtr, u64) -> *mut c_void>,
     pub release: Option<unsafe extern "C" fn(WorldPtr, u64)>,
@@ -179,21 +106,9 @@ pub struct tatu_host_commands {
 pub struct tatu_host_scripts {
     pub size: u32,
     pub reserved: u32,
-    pub list: Option<
-        unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_object, u32, *mut u32) -> tatu_status,
-    >,
-    pub call: Option<
-        unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *mut tatu_call) -> tatu_status,
-    >,
-    pub broadcast: Option<
-        unsafe extern "C" fn(
-            WorldPtr,
-            tatu_str,
-            *const tatu_value,
-            u32,
-            tatu_object,
-        ) -> tatu_status,
-    >,
+    pub list: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_object, u32, *mut u32) -> tatu_status>,
+    pub call: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *mut tatu_call) -> tatu_status>,
+    pub broadcast: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *const tatu_value, u32, tatu_object) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -202,8 +117,7 @@ pub struct tatu_host_signals {
     pub size: u32,
     pub reserved: u32,
     pub get: Option<unsafe extern "C" fn(WorldPtr, u32, tatu_str, *mut tatu_value) -> tatu_status>,
-    pub set:
-        Option<unsafe extern "C" fn(WorldPtr, u32, tatu_str, *const tatu_value) -> tatu_status>,
+    pub set: Option<unsafe extern "C" fn(WorldPtr, u32, tatu_str, *const tatu_value) -> tatu_status>,
     pub clear: Option<unsafe extern "C" fn(WorldPtr, u32, tatu_str) -> u32>,
     pub name: Option<unsafe extern "C" fn(WorldPtr, u32, u32, *mut tatu_str) -> tatu_status>,
 }
@@ -220,9 +134,7 @@ pub struct tatu_host_session {
     pub reserved: u32,
     pub request: Option<unsafe extern "C" fn(WorldPtr, u32) -> tatu_status>,
     pub wake: Option<unsafe extern "C" fn(*mut tatu_session)>,
-    pub worlds: Option<
-        unsafe extern "C" fn(*mut tatu_session, *mut WorldPtr, u32, *mut u32) -> tatu_status,
-    >,
+    pub worlds: Option<unsafe extern "C" fn(*mut tatu_session, *mut WorldPtr, u32, *mut u32) -> tatu_status>,
 }
 
 pub const TATU_STAGE_ACTUATE: u32 = 1;
@@ -262,6 +174,5 @@ pub const TATU_FILE_WRITE: u32 = 2;
 pub struct tatu_host_files {
     pub size: u32,
     pub reserved: u32,
-    pub resolve:
-        Option<unsafe extern "C" fn(WorldPtr, tatu_str, u32, *mut tatu_str) -> tatu_status>,
+    pub resolve: Option<unsafe extern "C" fn(WorldPtr, tatu_str, u32, *mut tatu_str) -> tatu_status>,
 }

@@ -4,10 +4,7 @@
 //! so that a zeroed table is a valid one.
 
 #![allow(non_camel_case_types, reason = "names as in the header")]
-#![allow(
-    missing_docs,
-    reason = "the header is the manual; a second copy of its sentences would drift"
-)]
+#![allow(missing_docs, reason = "the header is the manual; a second copy of its sentences would drift")]
 
 mod ext;
 mod frozen;

@@ -66,9 +66,7 @@ pub struct tatu_plugin_t {
     pub version: *const c_char,
     pub licence: *const c_char,
     pub needs: *const *const tatu_need,
-    pub init: Option<
-        unsafe extern "C" fn(*const tatu_host, *mut *mut c_void, *mut tatu_error) -> tatu_status,
-    >,
+    pub init: Option<unsafe extern "C" fn(*const tatu_host, *mut *mut c_void, *mut tatu_error) -> tatu_status>,
     pub shutdown: Option<unsafe extern "C" fn(*mut c_void)>,
     pub extension: Option<unsafe extern "C" fn(*mut c_void, *const c_char) -> *const c_void>,
 }
@@ -121,25 +119,11 @@ pub struct tatu_life {
     pub size: u32,
     pub state_bytes: u32,
     pub create: Option<
-        unsafe extern "C" fn(
-            *mut c_void,
-            *const tatu_instance,
-            *mut *mut c_void,
-            *mut tatu_error,
-        ) -> tatu_status,
+        unsafe extern "C" fn(*mut c_void, *const tatu_instance, *mut *mut c_void, *mut tatu_error) -> tatu_status,
     >,
     pub destroy: Option<unsafe extern "C" fn(*mut c_void)>,
-    pub configure: Option<
-        unsafe extern "C" fn(
-            *mut c_void,
-            *const tatu_value,
-            u32,
-            u64,
-            *mut tatu_error,
-        ) -> tatu_status,
-    >,
-    pub save: Option<
-        unsafe extern "C" fn(*mut c_void, *const tatu_writer, *mut tatu_error) -> tatu_status,
-    >,
+    pub configure:
+        Option<unsafe extern "C" fn(*mut c_void, *const tatu_value, u32, u64, *mut tatu_error) -> tatu_status>,
+    pub save: Option<unsafe extern "C" fn(*mut c_void, *const tatu_writer, *mut tatu_error) -> tatu_status>,
     pub load: Option<unsafe extern "C" fn(*mut c_void, tatu_str, *mut tatu_error) -> tatu_status>,
 }

@@ -49,11 +49,7 @@ pub trait Return {
 }
 impl Return for f64 {
     fn to_raw(&self, _: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
-        Some(tatu_value {
-            tag: TATU_F64,
-            reserved: 0,
-            u: tatu_payload { f: *self },
-        })
+        Some(tatu_value { tag: TATU_F64, reserved: 0, u: tatu_payload { f: *self } })
     }
 }
 impl Return for i64 {
@@ -71,27 +67,14 @@ impl Return for Value {
         Value::to_raw(self, alloc)
     }
 }
-fn span_return<T: Copy>(
-    tag: u32,
-    data: &[T],
-    alloc: &mut dyn FnMut(usize) -> *mut u8,
-) -> Option<tatu_value> {
+fn span_return<T: Copy>(tag: u32, data: &[T], alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
     let to = alloc(size_of_val(data).max(1)).cast::<T>();
     if to.is_null() {
         return None;
     }
     // SAFETY: `alloc` gave room for exactly this, 8-byte aligned.
     unsafe { std::ptr::copy_nonoverlapping(data.as_ptr(), to, data.len()) };
-    Some(tatu_value {
-        tag,
-        reserved: 0,
-        u: tatu_payload {
-            s: tatu_span_t {
-                ptr: to.cast(),
-                len: data.len() as u64,
-            },
-        },
-    })
+    Some(tatu_value { tag, reserved: 0, u: tatu_payload { s: tatu_span_t { ptr: to.cast(), len: data.len() as u64 } } })
 }
 impl Return for [f64] {
     fn to_raw(&self, alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
@@ -172,43 +155,30 @@ impl<'a, P: Plugin> Call<'a, P> {
     }
     #[cold]
     fn wrong(&self, i: usize, expected: &str) -> Fail {
-        Fail::argument(format!(
-            "argument {}: expected {expected}, found {}",
-            i + 1,
-            type_name(self.arg(i).tag())
-        ))
+        Fail::argument(format!("argument {}: expected {expected}, found {}", i + 1, type_name(self.arg(i).tag())))
     }
     /// A number.
     #[inline]
     pub fn f64(&self, i: usize) -> Result<f64> {
-        self.arg(i)
-            .as_f64()
-            .ok_or_else(|| self.wrong(i, "a number"))
+        self.arg(i).as_f64().ok_or_else(|| self.wrong(i, "a number"))
     }
     /// An integer; floats are truncated.
     #[inline]
     pub fn i64(&self, i: usize) -> Result<i64> {
-        self.arg(i)
-            .as_i64()
-            .ok_or_else(|| self.wrong(i, "an integer"))
+        self.arg(i).as_i64().ok_or_else(|| self.wrong(i, "an integer"))
     }
     /// A text, as bytes.
     #[inline]
     pub fn bytes(&self, i: usize) -> Result<&'a [u8]> {
-        self.arg(i)
-            .as_bytes()
-            .ok_or_else(|| self.wrong(i, "a text"))
+        self.arg(i).as_bytes().ok_or_else(|| self.wrong(i, "a text"))
     }
     /// A text; bytes that are not UTF-8 are replaced.
     pub fn text(&self, i: usize) -> Result<String> {
-        self.bytes(i)
-            .map(|b| String::from_utf8_lossy(b).into_owned())
+        self.bytes(i).map(|b| String::from_utf8_lossy(b).into_owned())
     }
     /// Exactly `N` numbers.
     pub fn array<const N: usize>(&self, i: usize) -> Result<[f64; N]> {
-        self.arg(i)
-            .array()
-            .ok_or_else(|| self.wrong(i, &format!("a table of {N} numbers")))
+        self.arg(i).array().ok_or_else(|| self.wrong(i, &format!("a table of {N} numbers")))
     }
 
     /// Adds a result.
@@ -222,8 +192,8 @@ impl<'a, P: Plugin> Call<'a, P> {
         let mut alloc = |bytes: usize| {
             // SAFETY: the api table lives as long as the call.
             let f = unsafe { alloc.as_ref() }.and_then(|a| a.alloc);
-            // SAFETY: `call` is the running call.
             f.map_or(std::ptr::null_mut(), |f| {
+                // SAFETY: `call` is the running call.
                 unsafe { f(call, bytes as u64) }.cast()
             })
         };
@@ -278,18 +248,15 @@ impl<'a, P: Plugin> Call<'a, P> {
     /// Calls a function that a script gave; its results.
     pub fn call_func(&mut self, func: tatu_func, args: &[Value]) -> Result<Vec<Value>> {
         let commands = self.started.host.commands;
-        let (Some(call), Some(mark), Some(release)) = (
-            commands.and_then(|t| t.call_func),
-            commands.and_then(|t| t.mark),
-            commands.and_then(|t| t.release),
-        ) else {
+        let (Some(call), Some(mark), Some(release)) =
+            (commands.and_then(|t| t.call_func), commands.and_then(|t| t.mark), commands.and_then(|t| t.release))
+        else {
             return Err(Fail::unsupported("this host cannot call functions"));
         };
         let mut room: Vec<Vec<u64>> = Vec::new();
         let mut alloc = |bytes: usize| {
             room.push(vec![0; bytes.div_ceil(8).max(1)]);
-            room.last_mut()
-                .map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+            room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
         };
         let args: Vec<tatu_value> = args.iter().filter_map(|a| a.to_raw(&mut alloc)).collect();
         let mut results = [ValueRef::NIL.raw(); 16];
@@ -305,10 +272,7 @@ impl<'a, P: Plugin> Call<'a, P> {
             let out = if status < 0 {
                 Err(Fail::read(status, frame.error))
             } else {
-                ValueRef::slice(frame.results, frame.n_results as usize)
-                    .iter()
-                    .map(|v| v.to_value())
-                    .collect()
+                ValueRef::slice(frame.results, frame.n_results as usize).iter().map(|v| v.to_value()).collect()
             };
             release(self.raw.world, here);
             out
@@ -322,24 +286,12 @@ pub(crate) unsafe extern "C" fn trampoline<P: Plugin>(raw: *mut tatu_call) -> ta
     let error = raw.error;
     guard::run(error, || {
         // SAFETY: `user` is a boxed `Run<P>` that lives until shutdown.
-        let run = unsafe {
-            &*raw
-                .user
-                .cast::<Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome>>>()
-        };
-        let mut call = Call {
-            raw,
-            started,
-            overflow: false,
-        };
+        let run = unsafe { &*raw.user.cast::<Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome>>>() };
+        let mut call = Call { raw, started, overflow: false };
         let outcome = run(&mut call)?;
         if call.overflow {
             return Err(Fail::with_code(TATU_ERR_SPACE, "the results do not fit"));
         }
-        Ok(if outcome == Outcome::Waiting {
-            TATU_WAIT
-        } else {
-            TATU_OK
-        })
+        Ok(if outcome == Outcome::Waiting { TATU_WAIT } else { TATU_OK })
     })
 }

@@ -2,9 +2,7 @@
 
 use std::ptr::null;
 
-use super::{
-    Call, IntoResult, Outcome, Param, Plugin, Result, Value, call::trampoline, offer::Keep,
-};
+use super::{Call, IntoResult, Outcome, Param, Plugin, Result, Value, call::trampoline, offer::Keep};
 use crate::abi::*;
 
 type Run<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome>>;
@@ -33,10 +31,7 @@ impl<P: Plugin> Command<P> {
         run: impl Fn(&mut Call<'_, P>) -> Result<T> + 'static,
     ) -> Self {
         Command {
-            names: vec![Name {
-                name: name.into(),
-                on_error: None,
-            }],
+            names: vec![Name { name: name.into(), on_error: None }],
             params: Vec::new(),
             returns: Vec::new(),
             text: String::new(),
@@ -48,18 +43,12 @@ impl<P: Plugin> Command<P> {
     }
     /// Another name.
     pub fn alias(mut self, name: impl Into<String>) -> Self {
-        self.names.push(Name {
-            name: name.into(),
-            on_error: None,
-        });
+        self.names.push(Name { name: name.into(), on_error: None });
         self
     }
     /// Another name, whose errors go to the log and give these values instead.
     pub fn old_name(mut self, name: impl Into<String>, on_error: impl Into<Vec<Value>>) -> Self {
-        self.names.push(Name {
-            name: name.into(),
-            on_error: Some(on_error.into()),
-        });
+        self.names.push(Name { name: name.into(), on_error: Some(on_error.into()) });
         self
     }
     /// The next parameter.
@@ -100,11 +89,7 @@ impl<P: Plugin> Command<P> {
             .map(|n| {
                 let raw = tatu_name {
                     size: size_of::<tatu_name>() as u32,
-                    flags: if n.on_error.is_some() {
-                        TATU_NAME_OLD_ERRORS
-                    } else {
-                        0
-                    },
+                    flags: if n.on_error.is_some() { TATU_NAME_OLD_ERRORS } else { 0 },
                     name: keep.text(&n.name),
                     n_on_error: n.on_error.as_ref().map_or(0, |v| v.len() as u32),
                     reserved: 0,
@@ -141,9 +126,6 @@ pub struct Constant {
 impl Constant {
     /// A name and its value.
     pub fn new(name: impl Into<String>, value: impl Into<Value>) -> Self {
-        Constant {
-            name: name.into(),
-            value: value.into(),
-        }
+        Constant { name: name.into(), value: value.into() }
     }
 }

@@ -24,13 +24,7 @@ impl Fail {
     /// An error with one of the `TATU_ERR_*` codes.
     pub fn with_code(code: tatu_status, text: impl Into<String>) -> Self {
         let code = if code < 0 { code } else { TATU_ERR };
-        Fail(Box::new(Body {
-            code,
-            text: text.into(),
-            help: None,
-            file: None,
-            traceback: None,
-        }))
+        Fail(Box::new(Body { code, text: text.into(), help: None, file: None, traceback: None }))
     }
     /// Failed for a reason of its own.
     pub fn new(text: impl Into<String>) -> Self {
@@ -154,10 +148,7 @@ pub(crate) fn text_raw(s: &str) -> tatu_str {
 
 /// Borrowed bytes, as the border wants them.
 pub(crate) fn bytes_raw(s: &[u8]) -> tatu_str {
-    tatu_str {
-        ptr: s.as_ptr().cast(),
-        len: s.len() as u64,
-    }
+    tatu_str { ptr: s.as_ptr().cast(), len: s.len() as u64 }
 }
 
 /// The bytes behind a border text.

@@ -17,8 +17,7 @@ pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status
         // SAFETY: the host gives null or a live error.
         Ok(Err(fail)) => unsafe { fail.write(error) },
         Err(panic) => {
-            let fail =
-                Fail::with_code(TATU_ERR_PANIC, format!("panicked: {}", panic_text(&*panic)));
+            let fail = Fail::with_code(TATU_ERR_PANIC, format!("panicked: {}", panic_text(&*panic)));
             // SAFETY: as above.
             unsafe { fail.write(error) }
         }
@@ -43,9 +42,7 @@ pub fn set_panic_hook(host: &Host) {
     static ONCE: Once = Once::new();
     let log = host.logger();
     ONCE.call_once(|| {
-        std::panic::set_hook(Box::new(move |info| {
-            log(TATU_LOG_DEBUG, &format!("plugin {info}"))
-        }));
+        std::panic::set_hook(Box::new(move |info| log(TATU_LOG_DEBUG, &format!("plugin {info}"))));
     });
 }
 

@@ -40,15 +40,14 @@ impl Host {
             let service = raw.as_ref()?.service?;
             unsafe fn table<T>(
                 raw: *const tatu_host,
-                service: unsafe extern "C" fn(
-                    *const tatu_host,
-                    *const c_char,
-                ) -> *const std::ffi::c_void,
+                service: unsafe extern "C" fn(*const tatu_host, *const c_char) -> *const std::ffi::c_void,
                 id: &CStr,
             ) -> Option<&'static T> {
                 // SAFETY: as in the caller.
                 let ptr = unsafe { service(raw, id.as_ptr()) };
+                // SAFETY: every table begins with its size.
                 let size = unsafe { ptr.cast::<u32>().as_ref() }.copied().unwrap_or(0);
+                // SAFETY: the table is as large as it tells, and lives as long as the host.
                 (size as usize >= size_of::<T>()).then(|| unsafe { &*ptr.cast::<T>() })
             }
             let host = Host {
@@ -81,11 +80,7 @@ impl Host {
     pub fn prop(&self, key: &str) -> Prop {
         let key = CString::new(key).unwrap_or_default();
         // SAFETY: the key is NUL-terminated.
-        Prop(
-            self.scene
-                .and_then(|s| s.prop)
-                .map_or(0, |f| unsafe { f(self.raw, key.as_ptr()) }),
-        )
+        Prop(self.scene.and_then(|s| s.prop).map_or(0, |f| unsafe { f(self.raw, key.as_ptr()) }))
     }
     /// Writes a line to the log: one of `TATU_LOG_*`.
     pub fn log(&self, level: u32, text: &str) {

@@ -6,8 +6,7 @@ use std::{
 };
 
 use super::{
-    Fail, Host, Instance, Plugin, Result, ValueRef, World, fail::bytes_of, guard, offer::Keep,
-    plugin::Started,
+    Fail, Host, Instance, Plugin, Result, ValueRef, World, fail::bytes_of, guard, offer::Keep, plugin::Started,
 };
 use crate::abi::*;
 
@@ -58,8 +57,8 @@ impl<'a> Frame<'a> {
     pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
         // SAFETY: the api table lives as long as the call.
         let alloc = unsafe { self.raw.api.as_ref() }.and_then(|a| a.alloc);
-        // SAFETY: the running call.
         alloc.map_or(std::ptr::null_mut(), |f| {
+            // SAFETY: the running call.
             unsafe { f(self.raw, bytes as u64) }.cast()
         })
     }
@@ -83,13 +82,7 @@ pub trait Language: Sized + 'static {
     /// A number for something callable, or 0: `TATU_FIND_*`.
     fn find(&self, how: u32, name: &[u8]) -> u32;
     /// Calls it; `used` counts instructions.
-    fn call(
-        &self,
-        callable: u32,
-        frame: &mut Frame<'_>,
-        budget: Budget,
-        used: &mut u64,
-    ) -> Result<Flow>;
+    fn call(&self, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
     /// A wait is over; the arguments are its results, or it failed.
     fn resume(
         &self,
@@ -104,13 +97,7 @@ pub trait Language: Sized + 'static {
     /// Gives a kept function up.
     fn drop_func(&self, local: u32);
     /// Calls a function, borrowed or kept.
-    fn call_func(
-        &self,
-        local: u32,
-        frame: &mut Frame<'_>,
-        budget: Budget,
-        used: &mut u64,
-    ) -> Result<Flow>;
+    fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
 }
 
 struct Data<L> {
@@ -157,17 +144,9 @@ unsafe extern "C" fn create<L: Language>(
         unsafe {
             let (started, info) = (&*me.cast::<Started<L::Plugin>>(), &*info);
             let world = World::new(info.world, &started.host);
-            let instance = Instance {
-                owner: info.owner,
-                id: info.id,
-                seed: info.seed,
-            };
+            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed };
             let language = L::create(&started.host, &world, instance)?;
-            *data = Box::into_raw(Box::new(Data {
-                language,
-                dialect: Mutex::default(),
-            }))
-            .cast();
+            *data = Box::into_raw(Box::new(Data { language, dialect: Mutex::default() })).cast();
         }
         Ok(TATU_OK)
     })
@@ -190,32 +169,15 @@ unsafe extern "C" fn load<L: Language>(
 ) -> tatu_status {
     guard::run(error, || {
         // SAFETY: made by `create`; texts are valid during the call.
-        let (data, text, chunk, dialect) = unsafe {
-            (
-                &*data.cast::<Data<L>>(),
-                bytes_of(text),
-                bytes_of(chunk),
-                bytes_of(dialect),
-            )
-        };
-        let (chunk, dialect) = (
-            String::from_utf8_lossy(chunk),
-            String::from_utf8_lossy(dialect),
-        );
+        let (data, text, chunk, dialect) =
+            unsafe { (&*data.cast::<Data<L>>(), bytes_of(text), bytes_of(chunk), bytes_of(dialect)) };
+        let (chunk, dialect) = (String::from_utf8_lossy(chunk), String::from_utf8_lossy(dialect));
         let result = CString::new(data.language.load(text, &chunk, &dialect)?).unwrap_or_default();
         let len = result.as_bytes().len() as u64;
-        let mut kept = data
-            .dialect
-            .lock()
-            .map_err(|_| Fail::new("the script's state is unusable"))?;
+        let mut kept = data.dialect.lock().map_err(|_| Fail::new("the script's state is unusable"))?;
         *kept = result;
         // SAFETY: the host gives a place for the answer.
-        unsafe {
-            *chosen = tatu_str {
-                ptr: kept.as_ptr().cast::<c_char>(),
-                len,
-            }
-        };
+        unsafe { *chosen = tatu_str { ptr: kept.as_ptr().cast::<c_char>(), len } };
         Ok(TATU_OK)
     })
 }
@@ -238,18 +200,10 @@ fn enter<L: Language>(
 ) -> tatu_status {
     guard::run(error, || {
         // SAFETY: made by `create`; the host gives valid pointers.
-        let (data, raw, budget, used) =
-            unsafe { (&*data.cast::<Data<L>>(), &mut *frame, &*budget, &mut *used) };
-        let budget = Budget {
-            instructions: budget.instructions,
-            memory: budget.memory,
-        };
+        let (data, raw, budget, used) = unsafe { (&*data.cast::<Data<L>>(), &mut *frame, &*budget, &mut *used) };
+        let budget = Budget { instructions: budget.instructions, memory: budget.memory };
         let flow = f(&data.language, &mut Frame { raw }, budget, used)?;
-        Ok(if flow == Flow::Waiting {
-            TATU_WAIT
-        } else {
-            TATU_OK
-        })
+        Ok(if flow == Flow::Waiting { TATU_WAIT } else { TATU_OK })
     })
 }
 
@@ -261,9 +215,7 @@ unsafe extern "C" fn call<L: Language>(
     used: *mut u64,
     error: *mut tatu_error,
 ) -> tatu_status {
-    enter(data, frame, budget, used, error, |l: &L, f, b, u| {
-        l.call(callable, f, b, u)
-    })
+    enter(data, frame, budget, used, error, |l: &L, f, b, u| l.call(callable, f, b, u))
 }
 
 unsafe extern "C" fn resume<L: Language>(
@@ -300,7 +252,5 @@ unsafe extern "C" fn call_func<L: Language>(
     used: *mut u64,
     error: *mut tatu_error,
 ) -> tatu_status {
-    enter(data, frame, budget, used, error, |l: &L, f, b, u| {
-        l.call_func(local, f, b, u)
-    })
+    enter(data, frame, budget, used, error, |l: &L, f, b, u| l.call_func(local, f, b, u))
 }

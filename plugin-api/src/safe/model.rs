@@ -50,9 +50,7 @@ impl<'a> Builder<'a> {
         let text = CString::new(kind).unwrap_or_default();
         let parent = parent.map_or(0, |p| p.id);
         // SAFETY: valid pointers during the call, here and below.
-        let id = self.raw.object.map_or(0, |f| unsafe {
-            f(self.raw, text.as_ptr(), parent, text_raw(alias))
-        });
+        let id = self.raw.object.map_or(0, |f| unsafe { f(self.raw, text.as_ptr(), parent, text_raw(alias)) });
         if id == 0 {
             return Err(Fail::new(format!("the host refused the {kind} `{alias}`")));
         }
@@ -62,20 +60,11 @@ impl<'a> Builder<'a> {
     pub fn mesh(&self, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<i64> {
         let (n, m) = (points.len() as u64, triangles.len() as u64);
         // SAFETY: as above.
-        let id = self.raw.mesh.map_or(0, |f| unsafe {
-            f(
-                self.raw,
-                points.as_ptr().cast(),
-                n,
-                triangles.as_ptr().cast(),
-                m,
-            )
-        });
-        if id == 0 {
-            Err(Fail::new("the host refused a mesh"))
-        } else {
-            Ok(id as i64)
-        }
+        let id = self
+            .raw
+            .mesh
+            .map_or(0, |f| unsafe { f(self.raw, points.as_ptr().cast(), n, triangles.as_ptr().cast(), m) });
+        if id == 0 { Err(Fail::new("the host refused a mesh")) } else { Ok(id as i64) }
     }
     /// Tells something about the source: `TATU_REPORT_*`.
     pub fn report(&self, severity: u32, node: Option<Node<'a>>, text: &str) {
@@ -96,21 +85,15 @@ impl<'a> Node<'a> {
         let mut room: Vec<Vec<u64>> = Vec::new();
         let value = value.into().to_raw(&mut |bytes| {
             room.push(vec![0; bytes.div_ceil(8).max(1)]);
-            room.last_mut()
-                .map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+            room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
         });
         let value = value.unwrap_or(ValueRef::NIL.raw());
         let text = CString::new(key).unwrap_or_default();
         let raw = self.builder.raw;
         // SAFETY: as above; `room` outlives the call.
-        let status = raw.set.map_or(TATU_ERR_UNSUPPORTED, |f| unsafe {
-            f(raw, self.id, text.as_ptr(), &value)
-        });
+        let status = raw.set.map_or(TATU_ERR_UNSUPPORTED, |f| unsafe { f(raw, self.id, text.as_ptr(), &value) });
         if status < 0 {
-            return Err(Fail::with_code(
-                status,
-                format!("the host refused the property `{key}`"),
-            ));
+            return Err(Fail::with_code(status, format!("the host refused the property `{key}`")));
         }
         Ok(self)
     }
@@ -119,26 +102,14 @@ impl<'a> Node<'a> {
         let text = CString::new(kind_or_schema).unwrap_or_default();
         let raw = self.builder.raw;
         // SAFETY: as above.
-        let status = raw.device.map_or(TATU_ERR_UNSUPPORTED, |f| unsafe {
-            f(raw, self.id, text.as_ptr())
-        });
+        let status = raw.device.map_or(TATU_ERR_UNSUPPORTED, |f| unsafe { f(raw, self.id, text.as_ptr()) });
         if status < 0 {
-            return Err(Fail::with_code(
-                status,
-                format!("the host refused the device `{kind_or_schema}`"),
-            ));
+            return Err(Fail::with_code(status, format!("the host refused the device `{kind_or_schema}`")));
         }
         Ok(self)
     }
     /// Adds a script; language by id, dialect or "" for "from the text", kind "child", "customization" or "main".
-    pub fn script(
-        self,
-        language: &str,
-        dialect: &str,
-        kind: &str,
-        name: &str,
-        text: &[u8],
-    ) -> Result<Self> {
+    pub fn script(self, language: &str, dialect: &str, kind: &str, name: &str, text: &[u8]) -> Result<Self> {
         let c = |s: &str| CString::new(s).unwrap_or_default();
         let (language, dialect, kind) = (c(language), c(dialect), c(kind));
         let raw = self.builder.raw;
@@ -148,21 +119,13 @@ impl<'a> Node<'a> {
                 raw,
                 self.id,
                 language.as_ptr(),
-                if dialect.is_empty() {
-                    std::ptr::null()
-                } else {
-                    dialect.as_ptr()
-                },
+                if dialect.is_empty() { std::ptr::null() } else { dialect.as_ptr() },
                 kind.as_ptr(),
                 text_raw(name),
                 bytes_raw(text),
             )
         });
-        if id == 0 {
-            Err(Fail::new("the host refused a script"))
-        } else {
-            Ok(self)
-        }
+        if id == 0 { Err(Fail::new("the host refused a script")) } else { Ok(self) }
     }
 }
 

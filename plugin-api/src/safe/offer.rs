@@ -44,9 +44,7 @@ impl Keep {
             self.0.push(Box::new(room));
             ptr
         };
-        value
-            .to_raw(&mut alloc)
-            .unwrap_or(super::value::raw_int(TATU_NIL, 0))
+        value.to_raw(&mut alloc).unwrap_or(super::value::raw_int(TATU_NIL, 0))
     }
     pub(crate) fn values(&mut self, values: &[Value]) -> *const tatu_value {
         let raw: Vec<_> = values.iter().map(|v| self.value(v)).collect();
@@ -133,41 +131,28 @@ impl<P: Plugin> Offer<P> {
         let life = guard::life::<P>();
         let life = keep.table(life);
         let command =
-            (!self.commands.is_empty() || !self.constants.is_empty() || !self.preludes.is_empty())
-                .then(|| {
-                    let table = tatu_ext_command {
-                        size: size_of::<tatu_ext_command>() as u32,
-                        reserved: 0,
-                        commands: keep.list(self.commands),
-                        constants: keep.list(self.constants),
-                        preludes: keep.list(self.preludes),
-                        per_world: life,
-                    };
-                    keep.table(table)
-                });
+            (!self.commands.is_empty() || !self.constants.is_empty() || !self.preludes.is_empty()).then(|| {
+                let table = tatu_ext_command {
+                    size: size_of::<tatu_ext_command>() as u32,
+                    reserved: 0,
+                    commands: keep.list(self.commands),
+                    constants: keep.list(self.constants),
+                    preludes: keep.list(self.preludes),
+                    per_world: life,
+                };
+                keep.table(table)
+            });
         let sensor = (!self.sensors.is_empty()).then(|| {
             let kinds = keep.list(self.sensors);
-            keep.table(tatu_ext_sensor {
-                size: size_of::<tatu_ext_sensor>() as u32,
-                reserved: 0,
-                kinds,
-            })
+            keep.table(tatu_ext_sensor { size: size_of::<tatu_ext_sensor>() as u32, reserved: 0, kinds })
         });
         let model = (!self.models.is_empty()).then(|| {
             let models = keep.list(self.models);
-            keep.table(tatu_ext_model {
-                size: size_of::<tatu_ext_model>() as u32,
-                reserved: 0,
-                models,
-            })
+            keep.table(tatu_ext_model { size: size_of::<tatu_ext_model>() as u32, reserved: 0, models })
         });
         let script = (!self.languages.is_empty()).then(|| {
             let languages = keep.list(self.languages);
-            keep.table(tatu_ext_script {
-                size: size_of::<tatu_ext_script>() as u32,
-                reserved: 0,
-                languages,
-            })
+            keep.table(tatu_ext_script { size: size_of::<tatu_ext_script>() as u32, reserved: 0, languages })
         });
         Tables {
             command: command.unwrap_or(null()),

@@ -55,10 +55,7 @@ impl Param {
     }
     /// `count` numbers; 0: any number of them.
     pub fn floats(key: &str, count: u32) -> Self {
-        Param {
-            count,
-            ..Self::of(TATU_F64S, key)
-        }
+        Param { count, ..Self::of(TATU_F64S, key) }
     }
     /// A function of a script.
     pub fn func(key: &str) -> Self {
@@ -78,10 +75,7 @@ impl Param {
     }
     /// Anything.
     pub fn any(key: &str) -> Self {
-        Self {
-            flags: TATU_PARAM_ANY,
-            ..Self::of(TATU_NIL, key)
-        }
+        Self { flags: TATU_PARAM_ANY, ..Self::of(TATU_NIL, key) }
     }
     /// Its unit: "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz".
     pub fn unit(mut self, unit: &'static str) -> Self {
@@ -135,11 +129,7 @@ impl Param {
             lowest: self.lowest,
             highest: self.highest,
             fallback: keep.value(&self.fallback),
-            choices: if self.choices.is_empty() {
-                std::ptr::null()
-            } else {
-                keep.texts(self.choices)
-            },
+            choices: if self.choices.is_empty() { std::ptr::null() } else { keep.texts(self.choices) },
             text: keep.text(&self.text),
         };
         keep.table(raw)
@@ -158,30 +148,15 @@ impl<'a> Params<'a> {
     }
     /// The value of a key; nil when it is not given.
     pub fn get(&self, key: &str) -> Result<ValueRef<'a>> {
-        let i = self
-            .declared
-            .iter()
-            .position(|p| p.key == key)
-            .ok_or_else(|| {
-                Fail::new(format!(
-                    "the plugin asks for its parameter `{key}`, which it does not declare"
-                ))
-            })?;
+        let i = self.declared.iter().position(|p| p.key == key).ok_or_else(|| {
+            Fail::new(format!("the plugin asks for its parameter `{key}`, which it does not declare"))
+        })?;
         Ok(self.values.get(i).copied().unwrap_or(ValueRef::NIL))
     }
-    fn want<T>(
-        &self,
-        key: &str,
-        what: &str,
-        read: impl FnOnce(ValueRef<'a>) -> Option<T>,
-    ) -> Result<T> {
+    fn want<T>(&self, key: &str, what: &str, read: impl FnOnce(ValueRef<'a>) -> Option<T>) -> Result<T> {
         let v = self.get(key)?;
-        read(v).ok_or_else(|| {
-            Fail::argument(format!(
-                "parameter `{key}`: expected {what}, found {}",
-                type_name(v.tag())
-            ))
-        })
+        read(v)
+            .ok_or_else(|| Fail::argument(format!("parameter `{key}`: expected {what}, found {}", type_name(v.tag()))))
     }
     /// A number.
     pub fn f64(&self, key: &str) -> Result<f64> {

@@ -55,11 +55,7 @@ pub unsafe extern "C" fn init<P: Plugin>(
         let plugin = P::start(&host)?;
         let mut offer = Offer::new();
         P::offer(&mut offer);
-        let started = Box::new(Started {
-            plugin,
-            host,
-            tables: offer.finish(),
-        });
+        let started = Box::new(Started { plugin, host, tables: offer.finish() });
         // SAFETY: the host gives a place for the pointer.
         unsafe { *me = Box::into_raw(started).cast() };
         Ok(TATU_OK)
@@ -112,12 +108,8 @@ macro_rules! tatu_plugin {
                 licence: ::core::concat!($licence, "\0").as_ptr().cast(),
                 needs: ::core::ptr::null(),
                 init: ::core::option::Option::Some($crate::safe::macro_support::init::<$plugin>),
-                shutdown: ::core::option::Option::Some(
-                    $crate::safe::macro_support::shutdown::<$plugin>,
-                ),
-                extension: ::core::option::Option::Some(
-                    $crate::safe::macro_support::extension::<$plugin>,
-                ),
+                shutdown: ::core::option::Option::Some($crate::safe::macro_support::shutdown::<$plugin>),
+                extension: ::core::option::Option::Some($crate::safe::macro_support::extension::<$plugin>),
             });
     };
 }

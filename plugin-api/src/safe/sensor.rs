@@ -2,10 +2,7 @@
 
 use std::{f64::consts::FRAC_PI_2, ffi::c_void};
 
-use super::{
-    Fail, Host, Instance, Param, Params, Plugin, Result, ValueRef, guard, offer::Keep,
-    plugin::Started,
-};
+use super::{Fail, Host, Instance, Param, Params, Plugin, Result, ValueRef, guard, offer::Keep, plugin::Started};
 use crate::abi::*;
 
 /// One field that a sensor fills.
@@ -20,13 +17,7 @@ pub struct Field {
 
 impl Field {
     fn of(name: &'static str, elem: u32) -> Self {
-        Field {
-            name,
-            elem,
-            dims: [1; 3],
-            unit: None,
-            text: "",
-        }
+        Field { name, elem, dims: [1; 3], unit: None, text: "" }
     }
     /// Doubles. Name: "<schema>.<field>".
     pub fn f64(name: &'static str) -> Self {
@@ -122,12 +113,7 @@ pub struct Sample<'a> {
 impl<'a> Sample<'a> {
     fn beams(&self) -> (usize, usize) {
         // SAFETY: `first_beam` has n + 1 entries.
-        unsafe {
-            (
-                *self.batch.first_beam.add(self.i) as usize,
-                *self.batch.first_beam.add(self.i + 1) as usize,
-            )
-        }
+        unsafe { (*self.batch.first_beam.add(self.i) as usize, *self.batch.first_beam.add(self.i + 1) as usize) }
     }
     fn per_beam<T>(&self, ptr: *const T) -> &'a [T] {
         let (from, to) = self.beams();
@@ -165,14 +151,12 @@ impl<'a> Sample<'a> {
     /// The sensor's pose in the world. `TATU_IN_POSE`.
     pub fn pose(&self) -> Option<[f64; 7]> {
         // SAFETY: 7 per instance, if asked for.
-        (!self.batch.pose.is_null())
-            .then(|| unsafe { *self.batch.pose.cast::<[f64; 7]>().add(self.i) })
+        (!self.batch.pose.is_null()).then(|| unsafe { *self.batch.pose.cast::<[f64; 7]>().add(self.i) })
     }
     /// The twist of its mount. `TATU_IN_TWIST`.
     pub fn twist(&self) -> Option<[f64; 6]> {
         // SAFETY: 6 per instance, if asked for.
-        (!self.batch.twist.is_null())
-            .then(|| unsafe { *self.batch.twist.cast::<[f64; 6]>().add(self.i) })
+        (!self.batch.twist.is_null()).then(|| unsafe { *self.batch.twist.cast::<[f64; 6]>().add(self.i) })
     }
 }
 
@@ -188,18 +172,10 @@ impl Readout<'_> {
             return &mut [];
         };
         let (from, to) = self.sample.beams();
-        let len: usize = field
-            .dims
-            .iter()
-            .map(|d| if *d == 0 { to - from } else { *d as usize })
-            .product();
+        let len: usize = field.dims.iter().map(|d| if *d == 0 { to - from } else { *d as usize }).product();
         // SAFETY: the host gives one buffer per instance and field, as large as declared.
         unsafe {
-            let at = *self
-                .sample
-                .batch
-                .fields
-                .add(self.sample.i * self.sample.batch.n_fields as usize + k);
+            let at = *self.sample.batch.fields.add(self.sample.i * self.sample.batch.n_fields as usize + k);
             std::slice::from_raw_parts_mut(at.cast(), len)
         }
     }
@@ -286,17 +262,9 @@ unsafe extern "C" fn create<S: Sensor>(
             let (started, info) = (&*me.cast::<Started<S::Plugin>>(), &*info);
             let declared = S::params();
             let values = ValueRef::slice(info.params, info.n_params as usize);
-            let instance = Instance {
-                owner: info.owner,
-                id: info.id,
-                seed: info.seed,
-            };
+            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed };
             let sensor = S::create(&started.host, instance, &Params::new(values, &declared))?;
-            *data = Box::into_raw(Box::new(Data {
-                sensor,
-                directions: Vec::new().into(),
-            }))
-            .cast();
+            *data = Box::into_raw(Box::new(Data { sensor, directions: Vec::new().into() })).cast();
         }
         Ok(TATU_OK)
     })
@@ -309,11 +277,7 @@ unsafe extern "C" fn destroy<S: Sensor>(data: *mut c_void) {
     });
 }
 
-unsafe extern "C" fn beams<S: Sensor>(
-    data: *mut c_void,
-    out: *mut tatu_beams,
-    error: *mut tatu_error,
-) -> tatu_status {
+unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, error: *mut tatu_error) -> tatu_status {
     guard::run(error, || {
         // SAFETY: made by `create`; `[setup]`: nobody else uses the instance now.
         let (data, out) = unsafe { (&*data.cast::<Data<S>>(), &mut *out) };
@@ -339,10 +303,7 @@ unsafe extern "C" fn beams<S: Sensor>(
             }
             Form::Rays(directions) => {
                 out.form = TATU_BEAMS_RAYS;
-                out.count = [
-                    u32::try_from(directions.len()).map_err(|_| Fail::new("too many rays"))?,
-                    1,
-                ];
+                out.count = [u32::try_from(directions.len()).map_err(|_| Fail::new("too many rays"))?, 1];
                 // SAFETY: `[setup]`, as above.
                 let kept = unsafe { &mut *data.directions.get() };
                 *kept = directions;
@@ -366,13 +327,7 @@ unsafe extern "C" fn measure<S: Sensor>(
             // SAFETY: one entry per instance.
             let data = unsafe { &*(*batch.data.add(i)).cast::<Data<S>>() };
             let sample = Sample { batch, i };
-            if let Err(fail) = data.sensor.measure(
-                &sample,
-                &mut Readout {
-                    sample: &sample,
-                    fields: &fields,
-                },
-            ) {
+            if let Err(fail) = data.sensor.measure(&sample, &mut Readout { sample: &sample, fields: &fields }) {
                 // SAFETY: one status per instance.
                 unsafe { *batch.status.add(i) = fail.write(error) };
             }

@@ -50,12 +50,7 @@ impl Value {
         let span = |tag, ptr: *const u8, len: usize| tatu_value {
             tag,
             reserved: 0,
-            u: tatu_payload {
-                s: tatu_span_t {
-                    ptr: ptr.cast(),
-                    len: len as u64,
-                },
-            },
+            u: tatu_payload { s: tatu_span_t { ptr: ptr.cast(), len: len as u64 } },
         };
         fn put<T: Copy>(data: &[T], alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<*const u8> {
             let to = alloc(size_of_val(data).max(1)).cast::<T>();
@@ -70,44 +65,24 @@ impl Value {
             Value::Nil => raw_int(TATU_NIL, 0),
             Value::Bool(b) => raw_int(TATU_BOOL, i64::from(*b)),
             Value::Int(i) => raw_int(TATU_I64, *i),
-            Value::Float(f) => tatu_value {
-                tag: TATU_F64,
-                reserved: 0,
-                u: tatu_payload { f: *f },
-            },
+            Value::Float(f) => tatu_value { tag: TATU_F64, reserved: 0, u: tatu_payload { f: *f } },
             Value::Text(t) => span(TATU_TEXT, put(t, alloc)?, t.len()),
             Value::Bytes(t) => span(TATU_BYTES, put(t, alloc)?, t.len()),
             Value::Floats(t) => span(TATU_F64S, put(t, alloc)?, t.len()),
             Value::Ints(t) => span(TATU_I64S, put(t, alloc)?, t.len()),
             Value::List(items) => {
-                let raw = items
-                    .iter()
-                    .map(|v| v.to_raw(alloc))
-                    .collect::<Option<Vec<_>>>()?;
+                let raw = items.iter().map(|v| v.to_raw(alloc)).collect::<Option<Vec<_>>>()?;
                 span(TATU_LIST, put(&raw, alloc)?, raw.len())
             }
             Value::Map(items) => {
                 let raw = items
                     .iter()
-                    .map(|(k, v)| {
-                        Some(tatu_pair {
-                            key: k.to_raw(alloc)?,
-                            value: v.to_raw(alloc)?,
-                        })
-                    })
+                    .map(|(k, v)| Some(tatu_pair { key: k.to_raw(alloc)?, value: v.to_raw(alloc)? }))
                     .collect::<Option<Vec<_>>>()?;
                 span(TATU_MAP, put(&raw, alloc)?, raw.len())
             }
-            Value::Func(f) => tatu_value {
-                tag: TATU_FUNC,
-                reserved: 0,
-                u: tatu_payload { u: *f },
-            },
-            Value::Object(o) => tatu_value {
-                tag: TATU_OBJECT,
-                reserved: 0,
-                u: tatu_payload { u: *o },
-            },
+            Value::Func(f) => tatu_value { tag: TATU_FUNC, reserved: 0, u: tatu_payload { u: *f } },
+            Value::Object(o) => tatu_value { tag: TATU_OBJECT, reserved: 0, u: tatu_payload { u: *o } },
         })
     }
 }
@@ -149,11 +124,7 @@ impl From<Vec<f64>> for Value {
 }
 
 pub(crate) fn raw_int(tag: u32, i: i64) -> tatu_value {
-    tatu_value {
-        tag,
-        reserved: 0,
-        u: tatu_payload { i },
-    }
+    tatu_value { tag, reserved: 0, u: tatu_payload { i } }
 }
 
 /// A value at the border, valid for `'a`.
@@ -166,24 +137,15 @@ pub struct ValueRef<'a> {
 
 impl<'a> ValueRef<'a> {
     /// Nothing.
-    pub const NIL: ValueRef<'static> = ValueRef {
-        raw: tatu_value {
-            tag: TATU_NIL,
-            reserved: 0,
-            u: tatu_payload { i: 0 },
-        },
-        life: PhantomData,
-    };
+    pub const NIL: ValueRef<'static> =
+        ValueRef { raw: tatu_value { tag: TATU_NIL, reserved: 0, u: tatu_payload { i: 0 } }, life: PhantomData };
 
     /// Wraps a border value.
     ///
     /// # Safety
     /// Whatever `raw` points to must be valid for `'a`.
     pub unsafe fn new(raw: tatu_value) -> Self {
-        ValueRef {
-            raw,
-            life: PhantomData,
-        }
+        ValueRef { raw, life: PhantomData }
     }
     /// A slice of border values as views.
     ///
@@ -232,8 +194,9 @@ impl<'a> ValueRef<'a> {
     }
     /// A truth value.
     pub fn as_bool(self) -> Option<bool> {
-        // SAFETY: the tag says which member is set.
-        (self.raw.tag == TATU_BOOL).then(|| unsafe { self.raw.u.i } != 0)
+        // SAFETY: all members are plain numbers, whatever the tag says.
+        let i = unsafe { self.raw.u.i };
+        (self.raw.tag == TATU_BOOL).then_some(i != 0)
     }
     /// What scripts take for true: anything but nil and false.
     pub fn truthy(self) -> bool {
@@ -241,16 +204,18 @@ impl<'a> ValueRef<'a> {
     }
     /// An object: an object value, or the number of one as a script gives it.
     pub fn as_object(self) -> Option<tatu_object> {
-        // SAFETY: the tag says which member is set.
+        // SAFETY: all members are plain numbers, whatever the tag says.
+        let id = unsafe { self.raw.u.u };
         match self.raw.tag {
-            TATU_OBJECT => Some(unsafe { self.raw.u.u }),
+            TATU_OBJECT => Some(id),
             _ => self.as_i64().and_then(|i| u64::try_from(i).ok()),
         }
     }
     /// A function.
     pub fn as_func(self) -> Option<tatu_func> {
-        // SAFETY: the tag says which member is set.
-        (self.raw.tag == TATU_FUNC).then(|| unsafe { self.raw.u.u })
+        // SAFETY: all members are plain numbers, whatever the tag says.
+        let func = unsafe { self.raw.u.u };
+        (self.raw.tag == TATU_FUNC).then_some(func)
     }
     /// Text or bytes.
     pub fn as_bytes(self) -> Option<&'a [u8]> {
@@ -260,10 +225,7 @@ impl<'a> ValueRef<'a> {
         // SAFETY: spans are valid for 'a.
         unsafe {
             let s = self.raw.u.s;
-            Some(bytes_of(tatu_str {
-                ptr: s.ptr.cast(),
-                len: s.len,
-            }))
+            Some(bytes_of(tatu_str { ptr: s.ptr.cast(), len: s.len }))
         }
     }
     /// Text; bytes that are not UTF-8 are replaced.
@@ -303,8 +265,7 @@ impl<'a> ValueRef<'a> {
     }
     /// All numbers of an array, or of a list of numbers.
     pub fn numbers(self) -> Option<Vec<f64>> {
-        matches!(self.raw.tag, TATU_F64S..=TATU_LIST)
-            .then(|| (0..self.len()).map(|i| self.number(i)).collect())?
+        matches!(self.raw.tag, TATU_F64S..=TATU_LIST).then(|| (0..self.len()).map(|i| self.number(i)).collect())?
     }
     /// Exactly `N` numbers.
     pub fn array<const N: usize>(self) -> Option<[f64; N]> {
@@ -320,8 +281,7 @@ impl<'a> ValueRef<'a> {
     /// The values of a list.
     pub fn list(self) -> Option<&'a [ValueRef<'a>]> {
         // SAFETY: spans are valid for 'a.
-        (self.raw.tag == TATU_LIST)
-            .then(|| unsafe { Self::slice(self.raw.u.s.ptr.cast(), self.len()) })
+        (self.raw.tag == TATU_LIST).then(|| unsafe { Self::slice(self.raw.u.s.ptr.cast(), self.len()) })
     }
     /// The entries of a map.
     pub fn map(self) -> Option<&'a [tatu_pair]> {
@@ -349,9 +309,7 @@ impl<'a> ValueRef<'a> {
 
     fn copy(self, depth: usize) -> Result<Value> {
         if depth > MAX_DEPTH {
-            return Err(Fail::argument(format!(
-                "a table is nested deeper than {MAX_DEPTH}"
-            )));
+            return Err(Fail::argument(format!("a table is nested deeper than {MAX_DEPTH}")));
         }
         // SAFETY: the tag says which member is set; spans are valid for 'a.
         unsafe {
@@ -374,23 +332,13 @@ impl<'a> ValueRef<'a> {
                 }
                 TATU_LIST => {
                     let items = self.list().unwrap_or_default();
-                    Value::List(
-                        items
-                            .iter()
-                            .map(|v| v.copy(depth + 1))
-                            .collect::<Result<_>>()?,
-                    )
+                    Value::List(items.iter().map(|v| v.copy(depth + 1)).collect::<Result<_>>()?)
                 }
                 TATU_MAP => Value::Map(
                     self.map()
                         .unwrap_or_default()
                         .iter()
-                        .map(|p| {
-                            Ok((
-                                ValueRef::new(p.key).copy(depth + 1)?,
-                                ValueRef::new(p.value).copy(depth + 1)?,
-                            ))
-                        })
+                        .map(|p| Ok((ValueRef::new(p.key).copy(depth + 1)?, ValueRef::new(p.value).copy(depth + 1)?)))
                         .collect::<Result<_>>()?,
                 ),
                 TATU_FUNC => Value::Func(self.raw.u.u),

@@ -78,18 +78,9 @@ pub struct World<'a> {
 /// Calls a function of a service, or says that this host lacks it.
 macro_rules! service {
     ($world:ident . $table:ident . $function:ident) => {
-        $world
-            .host
-            .$table
-            .and_then(|t| t.$function)
-            .ok_or_else(|| {
-                Fail::unsupported(concat!(
-                    "this host offers no ",
-                    stringify!($table),
-                    ".",
-                    stringify!($function)
-                ))
-            })?
+        $world.host.$table.and_then(|t| t.$function).ok_or_else(|| {
+            Fail::unsupported(concat!("this host offers no ", stringify!($table), ".", stringify!($function)))
+        })?
     };
 }
 
@@ -115,11 +106,7 @@ impl<'a> World<'a> {
         self.host
     }
     fn check(&self, status: tatu_status) -> Result {
-        if status >= 0 {
-            Ok(())
-        } else {
-            Err(self.refusal(status))
-        }
+        if status >= 0 { Ok(()) } else { Err(self.refusal(status)) }
     }
     #[cold]
     fn refusal(&self, status: tatu_status) -> Fail {
@@ -149,9 +136,7 @@ impl<'a> World<'a> {
         let mut value = ValueRef::NIL.raw();
         // SAFETY: as above; the value lives until the plugin's call returns, which 'a does not outlive.
         unsafe {
-            self.check(service!(self.scene.get)(
-                self.raw, object, prop.0, &mut value,
-            ))?;
+            self.check(service!(self.scene.get)(self.raw, object, prop.0, &mut value))?;
             Ok(ValueRef::new(value))
         }
     }
@@ -160,9 +145,7 @@ impl<'a> World<'a> {
     pub fn f64s<const N: usize>(&self, object: tatu_object, prop: Prop) -> Result<[f64; N]> {
         let mut out = [0.0; N];
         // SAFETY: as above.
-        self.check(unsafe {
-            service!(self.scene.get_f64)(self.raw, object, prop.0, out.as_mut_ptr(), N as u32)
-        })?;
+        self.check(unsafe { service!(self.scene.get_f64)(self.raw, object, prop.0, out.as_mut_ptr(), N as u32) })?;
         Ok(out)
     }
     /// Reads one number.
@@ -175,8 +158,7 @@ impl<'a> World<'a> {
         let mut room: Vec<Vec<u64>> = Vec::new();
         let raw = value.to_raw(&mut |bytes| {
             room.push(vec![0; bytes.div_ceil(8).max(1)]);
-            room.last_mut()
-                .map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+            room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
         });
         let raw = raw.unwrap_or(ValueRef::NIL.raw());
         // SAFETY: as above; `room` lives until after the call.
@@ -193,9 +175,7 @@ impl<'a> World<'a> {
     pub fn pose(&self, object: tatu_object, frame: tatu_object) -> Result<[f64; 7]> {
         let mut out = [0.0; 7];
         // SAFETY: as above.
-        self.check(unsafe {
-            service!(self.scene.pose)(self.raw, object, frame, out.as_mut_ptr())
-        })?;
+        self.check(unsafe { service!(self.scene.pose)(self.raw, object, frame, out.as_mut_ptr()) })?;
         Ok(out)
     }
     /// Places an object.
@@ -208,17 +188,13 @@ impl<'a> World<'a> {
         let kind = CString::new(kind).unwrap_or_default();
         let mut id = 0;
         // SAFETY: as above.
-        self.check(unsafe {
-            service!(self.scene.create)(self.raw, kind.as_ptr(), parent, text_raw(alias), &mut id)
-        })?;
+        self.check(unsafe { service!(self.scene.create)(self.raw, kind.as_ptr(), parent, text_raw(alias), &mut id) })?;
         Ok(id)
     }
     /// Removes objects.
     pub fn remove(&self, objects: &[tatu_object]) -> Result {
         // SAFETY: as above.
-        self.check(unsafe {
-            service!(self.scene.remove)(self.raw, objects.as_ptr(), objects.len() as u32)
-        })
+        self.check(unsafe { service!(self.scene.remove)(self.raw, objects.as_ptr(), objects.len() as u32) })
     }
     /// Lists objects below `base` (0: all); see the header for `kinds` and `flags`.
     pub fn list(&self, base: tatu_object, kinds: u32, flags: u32) -> Result<Vec<tatu_object>> {
@@ -228,10 +204,7 @@ impl<'a> World<'a> {
             unsafe { list(self.raw, base, kinds, flags, out, cap, n) }
         })
     }
-    fn fill<T: Copy + Default>(
-        &self,
-        call: impl Fn(*mut T, u32, *mut u32) -> tatu_status,
-    ) -> Result<Vec<T>> {
+    fn fill<T: Copy + Default>(&self, call: impl Fn(*mut T, u32, *mut u32) -> tatu_status) -> Result<Vec<T>> {
         let (mut out, mut n) = (vec![T::default(); 64], 0);
         loop {
             self.check(call(out.as_mut_ptr(), out.len() as u32, &mut n))?;
@@ -246,20 +219,10 @@ impl<'a> World<'a> {
     /// One field of a sensor's last reading.
     #[inline]
     pub fn reading(&self, sensor: tatu_object, field: Prop) -> Result<Reading<'a>> {
-        let mut view = tatu_field_view {
-            ptr: std::ptr::null(),
-            len: 0,
-            elem: 0,
-            dims: [0; 3],
-            time: 0.0,
-            sequence: 0,
-        };
+        let mut view = tatu_field_view { ptr: std::ptr::null(), len: 0, elem: 0, dims: [0; 3], time: 0.0, sequence: 0 };
         // SAFETY: as above.
         self.check(unsafe { service!(self.readings.field)(self.raw, sensor, field.0, &mut view) })?;
-        Ok(Reading {
-            view,
-            life: std::marker::PhantomData,
-        })
+        Ok(Reading { view, life: std::marker::PhantomData })
     }
     /// Handles a sensor now; `only`: see only this object, 0: all.
     pub fn sense_now(&self, sensor: tatu_object, only: tatu_object) -> Result {
@@ -296,9 +259,7 @@ impl<'a> World<'a> {
     /// Pushes a dynamic shape in the next physics step: N and N m at its centre of mass, world.
     pub fn push(&self, object: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
         // SAFETY: as above.
-        self.check(unsafe {
-            service!(self.bodies.push)(self.raw, object, force.as_ptr(), torque.as_ptr())
-        })
+        self.check(unsafe { service!(self.bodies.push)(self.raw, object, force.as_ptr(), torque.as_ptr()) })
     }
     /// Touching pairs of a shape, or (0) of all.
     pub fn contacts(&self, object: tatu_object) -> Result<Vec<Contact>> {
@@ -355,16 +316,9 @@ impl<'a> World<'a> {
     ///
     /// # Safety
     /// The frame's arrays are valid and as large as it tells.
-    pub unsafe fn call_script(
-        &self,
-        script: tatu_object,
-        function: &str,
-        frame: &mut tatu_call,
-    ) -> Result {
+    pub unsafe fn call_script(&self, script: tatu_object, function: &str, frame: &mut tatu_call) -> Result {
         // SAFETY: as promised.
-        self.check(unsafe {
-            service!(self.scripts.call)(self.raw, script, text_raw(function), frame)
-        })
+        self.check(unsafe { service!(self.scripts.call)(self.raw, script, text_raw(function), frame) })
     }
 
     /// Asks for a change of state at the next barrier: one of `TATU_REQUEST_*`.
@@ -382,12 +336,7 @@ impl<'a> World<'a> {
         let mut path = bytes_raw(&[]);
         // SAFETY: as above; the path is copied at once.
         unsafe {
-            self.check(service!(self.files.resolve)(
-                self.raw,
-                bytes_raw(name),
-                mode,
-                &mut path,
-            ))?;
+            self.check(service!(self.files.resolve)(self.raw, bytes_raw(name), mode, &mut path))?;
             Ok(bytes_of(path).to_vec())
         }
     }

@@ -27,6 +27,9 @@ struct Args {
     /// Its dialect; empty: from its text.
     #[arg(long, default_value = "")]
     dialect: String,
+    /// Parameters of the robot, as lines of its table in the scene.
+    #[arg(long, default_value = "")]
+    robot: String,
 }
 
 /// Libraries of the plugins that this program's manifest lists.
@@ -39,7 +42,7 @@ fn main() -> ExitCode {
     let registry = Arc::new(Registry::load(Search::standard(exe.as_deref(), None, PLUGINS)));
     let runs: Vec<_> = (1..=args.seeds)
         .into_par_iter()
-        .map(|seed| (seed, avoidance::run(&registry, seed, args.minutes, &args.script, &args.dialect)))
+        .map(|seed| (seed, avoidance::run(&registry, seed, args.minutes, &args.script, &args.dialect, &args.robot)))
         .collect();
     println!("seed  least m/min  longest contact s  greatest tilt deg  faults");
     let mut good = true;

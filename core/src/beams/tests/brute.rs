@@ -13,9 +13,7 @@ pub type Patch = Box<dyn Fn(f64, f64) -> (Point3<f64>, Vector3<f64>)>;
 pub fn patches(form: &Form) -> Vec<Patch> {
     let at = |x, y, z| Point3::new(x, y, z);
     match form.clone() {
-        Form::Plane => vec![Box::new(move |u, v| {
-            (at(40.0 * u - 20.0, 40.0 * v - 20.0, 0.0), Vector3::z())
-        })],
+        Form::Plane => vec![Box::new(move |u, v| (at(40.0 * u - 20.0, 40.0 * v - 20.0, 0.0), Vector3::z()))],
         Form::Box { half } => (0..6)
             .map(|face| -> Patch {
                 Box::new(move |u, v| {
@@ -30,24 +28,12 @@ pub fn patches(form: &Form) -> Vec<Patch> {
             })
             .collect(),
         Form::Sphere { radius } => vec![ball(0.0, radius, -1.0, 1.0)],
-        Form::Cylinder {
-            radius,
-            half_length,
-        } => {
-            vec![
-                side(radius, half_length),
-                end(radius, half_length, 1.0),
-                end(radius, half_length, -1.0),
-            ]
+        Form::Cylinder { radius, half_length } => {
+            vec![side(radius, half_length), end(radius, half_length, 1.0), end(radius, half_length, -1.0)]
         }
-        Form::Capsule {
-            radius,
-            half_length,
-        } => vec![
-            side(radius, half_length),
-            ball(half_length, radius, 0.0, 1.0),
-            ball(-half_length, radius, -1.0, 0.0),
-        ],
+        Form::Capsule { radius, half_length } => {
+            vec![side(radius, half_length), ball(half_length, radius, 0.0, 1.0), ball(-half_length, radius, -1.0, 0.0)]
+        }
         Form::Mesh { mesh, .. } => (0..mesh.triangles.len())
             .map(|i| {
                 let [a, b, c] = mesh.triangles[i].map(|v| mesh.vertices[v as usize]);
@@ -71,20 +57,12 @@ fn around(u: f64) -> Vector3<f64> {
 fn side(radius: f64, half_length: f64) -> Patch {
     Box::new(move |u, v| {
         let normal = around(u);
-        (
-            (normal * radius + Vector3::z() * (half_length * (2.0 * v - 1.0))).into(),
-            normal,
-        )
+        ((normal * radius + Vector3::z() * (half_length * (2.0 * v - 1.0))).into(), normal)
     })
 }
 
 fn end(radius: f64, half_length: f64, sign: f64) -> Patch {
-    Box::new(move |u, v| {
-        (
-            (around(u) * (radius * v) + Vector3::z() * (sign * half_length)).into(),
-            Vector3::z() * sign,
-        )
-    })
+    Box::new(move |u, v| ((around(u) * (radius * v) + Vector3::z() * (sign * half_length)).into(), Vector3::z() * sign))
 }
 
 fn ball(z: f64, radius: f64, low: f64, high: f64) -> Patch {
@@ -97,9 +75,7 @@ fn ball(z: f64, radius: f64, low: f64, high: f64) -> Patch {
 
 /// Whether a point, both given in the beam's frame, counts; `slack` widens every limit.
 pub fn counts(beam: &Beam, point: &Point3<f64>, normal: &Vector3<f64>, slack: f64) -> bool {
-    let Volume::Cone { half_angle } = beam.volume else {
-        unreachable!("cones only")
-    };
+    let Volume::Cone { half_angle } = beam.volume else { unreachable!("cones only") };
     let distance = point.coords.norm();
     let angle = point.xy().coords.norm().atan2(point.z);
     let slope = normal.dot(&point.coords) / distance;
@@ -107,30 +83,19 @@ pub fn counts(beam: &Beam, point: &Point3<f64>, normal: &Vector3<f64>, slack: f6
     distance >= beam.near - slack
         && distance <= beam.far + slack
         && angle <= half_angle + slack
-        && (incidence <= beam.max_incidence + slack
-            || beam.max_incidence >= std::f64::consts::FRAC_PI_2)
+        && (incidence <= beam.max_incidence + slack || beam.max_incidence >= std::f64::consts::FRAC_PI_2)
         && ((slope <= slack && beam.faces.front) || (slope >= -slack && beam.faces.back))
 }
 
 /// The least distance found on the patches: a grid, then a search that closes in on its best places.
-pub fn nearest(
-    beam: &Beam,
-    pose: &Isometry3<f64>,
-    patches: &[Patch],
-    grid: usize,
-    dice: &mut Dice,
-) -> f64 {
+pub fn nearest(beam: &Beam, pose: &Isometry3<f64>, patches: &[Patch], grid: usize, dice: &mut Dice) -> f64 {
     let to_beam = beam.world_from_beam.inverse() * pose;
     let mut best = f64::INFINITY;
     for patch in patches {
         let value = |u: f64, v: f64| {
             let (point, normal) = patch(u, v);
             let (point, normal) = (to_beam * point, to_beam * normal);
-            if counts(beam, &point, &normal, 0.0) {
-                point.coords.norm()
-            } else {
-                f64::INFINITY
-            }
+            if counts(beam, &point, &normal, 0.0) { point.coords.norm() } else { f64::INFINITY }
         };
         let mut place = (f64::INFINITY, 0.5, 0.5);
         for i in 0..=grid {

@@ -32,11 +32,7 @@ impl Dice {
     }
 
     fn vector(&mut self, size: f64) -> Vector3<f64> {
-        Vector3::new(
-            self.between(-size, size),
-            self.between(-size, size),
-            self.between(-size, size),
-        )
+        Vector3::new(self.between(-size, size), self.between(-size, size), self.between(-size, size))
     }
 
     fn pose(&mut self, size: f64) -> Isometry3<f64> {
@@ -54,23 +50,14 @@ impl Dice {
             beam.max_incidence = self.between(0.1, 1.5);
         }
         if self.chance(0.3) {
-            beam.faces = if self.chance(0.5) {
-                Faces::FRONT
-            } else {
-                Faces::BACK
-            };
+            beam.faces = if self.chance(0.5) { Faces::FRONT } else { Faces::BACK };
         }
         beam
     }
 }
 
 fn target(object: u64, pose: Isometry3<f64>, form: Form) -> Target {
-    Target {
-        object,
-        group: 0,
-        world_from_target: pose,
-        form,
-    }
+    Target { object, group: 0, world_from_target: pose, form }
 }
 
 fn cast_on(form: Form, pose: Isometry3<f64>, beam: &Beam) -> Hit {
@@ -80,13 +67,7 @@ fn cast_on(form: Form, pose: Isometry3<f64>, beam: &Beam) -> Hit {
 }
 
 fn mesh(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Form {
-    Form::Mesh {
-        mesh: std::sync::Arc::new(crate::geometry::Mesh {
-            vertices,
-            triangles,
-        }),
-        convex: false,
-    }
+    Form::Mesh { mesh: std::sync::Arc::new(crate::geometry::Mesh { vertices, triangles }), convex: false }
 }
 
 /// How far a point is outside a solid form, roughly; 0 on its surface.
@@ -96,14 +77,10 @@ fn off_surface(form: &Form, p: &Point3<f64>) -> f64 {
         Form::Plane => p.z,
         Form::Sphere { radius } => p.coords.norm() - radius,
         Form::Box { half } => (p.coords.abs() - half).max(),
-        Form::Cylinder {
-            radius,
-            half_length,
-        } => (radial - radius).max(p.z.abs() - half_length),
-        Form::Capsule {
-            radius,
-            half_length,
-        } => (p - Point3::new(0.0, 0.0, p.z.clamp(-half_length, *half_length))).norm() - radius,
+        Form::Cylinder { radius, half_length } => (radial - radius).max(p.z.abs() - half_length),
+        Form::Capsule { radius, half_length } => {
+            (p - Point3::new(0.0, 0.0, p.z.clamp(-half_length, *half_length))).norm() - radius
+        }
         Form::Mesh { mesh, .. } => {
             let [a, b, c] = mesh.triangles[0].map(|v| mesh.vertices[v as usize]);
             (b - a).cross(&(c - a)).normalize().dot(&(p - a))
@@ -115,13 +92,7 @@ fn off_surface(form: &Form, p: &Point3<f64>) -> f64 {
 ///
 /// The slack covers rounding in the angles the sampling computes; a wrong candidate errs by far more.
 /// Returns whether something is hit, and whether the sampling came within 0.1 mm of it.
-fn check_minimum(
-    form: &Form,
-    beam: &Beam,
-    pose: Isometry3<f64>,
-    grid: usize,
-    dice: &mut Dice,
-) -> (bool, bool) {
+fn check_minimum(form: &Form, beam: &Beam, pose: Isometry3<f64>, grid: usize, dice: &mut Dice) -> (bool, bool) {
     let hit = cast_on(form.clone(), pose, beam);
     let sampled = brute::nearest(beam, &pose, &brute::patches(form), grid, dice);
     let story = || format!("{hit:?}, sampled {sampled}: {form:?} {pose:?} {beam:?}");
@@ -129,39 +100,19 @@ fn check_minimum(
     if !hit.is_some() {
         return (false, false);
     }
-    assert!(
-        (hit.point.coords.norm() - hit.distance).abs() < 1e-8,
-        "{}",
-        story()
-    );
-    assert!(
-        (hit.normal.norm() - 1.0).abs() < 1e-9 && hit.normal.dot(&hit.point.coords) < 1e-9,
-        "{}",
-        story()
-    );
+    assert!((hit.point.coords.norm() - hit.distance).abs() < 1e-8, "{}", story());
+    assert!((hit.normal.norm() - 1.0).abs() < 1e-9 && hit.normal.dot(&hit.point.coords) < 1e-9, "{}", story());
     // On the surface, with the normal outward again.
     let to_form = pose.inverse() * beam.world_from_beam;
     let place = to_form * hit.point;
-    assert!(
-        off_surface(form, &place).abs() < 1e-8,
-        "off the surface: {}",
-        story()
-    );
+    assert!(off_surface(form, &place).abs() < 1e-8, "off the surface: {}", story());
     let normal = to_form * hit.normal;
     let outward = match form {
         Form::Plane | Form::Mesh { .. } => off_surface(form, &(place + normal)),
         // The solids are convex around the origin.
         _ => normal.dot(&place.coords),
     };
-    let outward = if outward > 0.0 {
-        hit.normal
-    } else {
-        -hit.normal
-    };
-    assert!(
-        brute::counts(beam, &hit.point, &outward, 1e-6),
-        "does not count: {}",
-        story()
-    );
+    let outward = if outward > 0.0 { hit.normal } else { -hit.normal };
+    assert!(brute::counts(beam, &hit.point, &outward, 1e-6), "does not count: {}", story());
     (true, (sampled - hit.distance).abs() < 1e-4)
 }

@@ -21,18 +21,10 @@ fn rays_stop_at_the_surface() {
         let (a, b) = (dice.between(0.2, 0.8), dice.between(0.2, 0.8));
         let form = match i % 5 {
             0 => Form::Sphere { radius: a },
-            1 => Form::Cylinder {
-                radius: a,
-                half_length: b,
-            },
-            2 => Form::Capsule {
-                radius: a,
-                half_length: b,
-            },
+            1 => Form::Cylinder { radius: a, half_length: b },
+            2 => Form::Capsule { radius: a, half_length: b },
             3 => Form::Plane,
-            _ => Form::Box {
-                half: Vector3::new(a, b, 0.5),
-            },
+            _ => Form::Box { half: Vector3::new(a, b, 0.5) },
         };
         let (pose, beam_pose) = (dice.pose(0.7), dice.pose(1.5));
         let beam = Beam::ray(beam_pose, 8.0);
@@ -66,14 +58,7 @@ fn rays_stop_at_the_surface() {
 #[test]
 fn rays_through_a_closed_mesh_never_slip_between_triangles() {
     // An octahedron, with rays aimed at its edges and corners.
-    let tips = [
-        Vector3::x(),
-        -Vector3::x(),
-        Vector3::y(),
-        -Vector3::y(),
-        Vector3::z(),
-        -Vector3::z(),
-    ];
+    let tips = [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y(), Vector3::z(), -Vector3::z()];
     let vertices: Vec<Point3<f64>> = tips.iter().map(|v| Point3::from(*v)).collect();
     let mut triangles = Vec::new();
     for [a, b, c] in [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4]] {
@@ -83,10 +68,7 @@ fn rays_through_a_closed_mesh_never_slip_between_triangles() {
     let form = mesh(vertices, triangles);
     let mut dice = Dice(6);
     for _ in 0..2000 {
-        let (a, b) = (
-            tips[(dice.unit() * 6.0) as usize],
-            tips[(dice.unit() * 6.0) as usize],
-        );
+        let (a, b) = (tips[(dice.unit() * 6.0) as usize], tips[(dice.unit() * 6.0) as usize]);
         if a == -b {
             continue;
         }
@@ -95,10 +77,7 @@ fn rays_through_a_closed_mesh_never_slip_between_triangles() {
         let Some(turn) = turn else { continue };
         let beam = Beam::ray(Isometry3::from_parts(Default::default(), turn), 3.0);
         let hit = cast_on(form.clone(), Isometry3::identity(), &beam);
-        assert!(
-            (hit.distance - aim.coords.norm()).abs() < 1e-9,
-            "{hit:?} {aim:?}"
-        );
+        assert!((hit.distance - aim.coords.norm()).abs() < 1e-9, "{hit:?} {aim:?}");
     }
 }
 

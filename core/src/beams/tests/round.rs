@@ -12,14 +12,8 @@ fn random_form(dice: &mut Dice, i: usize) -> Form {
     let (radius, half_length) = (dice.between(0.05, 1.0), dice.between(0.05, 1.0));
     match i % 3 {
         0 => Form::Sphere { radius },
-        1 => Form::Cylinder {
-            radius,
-            half_length,
-        },
-        _ => Form::Capsule {
-            radius,
-            half_length,
-        },
+        1 => Form::Cylinder { radius, half_length },
+        _ => Form::Capsule { radius, half_length },
     }
 }
 
@@ -35,10 +29,7 @@ fn round_forms_are_met_at_their_nearest_point() {
         hits += usize::from(hit);
         sharp += usize::from(close);
     }
-    assert!(
-        hits > 1200 && sharp * 100 > hits * 90,
-        "{hits} hits, {sharp} confirmed within 0.1 mm"
-    );
+    assert!(hits > 1200 && sharp * 100 > hits * 90, "{hits} hits, {sharp} confirmed within 0.1 mm");
 }
 
 /// An inscribed mesh of a form of revolution: rings of (radius, z), from pole to pole.
@@ -76,16 +67,10 @@ fn round_forms_agree_with_a_fine_mesh() {
         let quarter = PI / 2.0;
         let rings: Vec<(f64, f64)> = match form {
             Form::Sphere { radius } => arc(0.0, radius, -quarter, quarter).collect(),
-            Form::Cylinder {
-                radius: r,
-                half_length: l,
-            } => vec![(0.0, -l), (r, -l), (r, l), (0.0, l)],
-            Form::Capsule {
-                radius,
-                half_length,
-            } => arc(-half_length, radius, -quarter, 0.0)
-                .chain(arc(half_length, radius, 0.0, quarter))
-                .collect(),
+            Form::Cylinder { radius: r, half_length: l } => vec![(0.0, -l), (r, -l), (r, l), (0.0, l)],
+            Form::Capsule { radius, half_length } => {
+                arc(-half_length, radius, -quarter, 0.0).chain(arc(half_length, radius, 0.0, quarter)).collect()
+            }
             _ => unreachable!(),
         };
         // 128 sides and 64 steps per half circle: the mesh is at most 2 * 0.31 mm inside a radius of 1 m.
@@ -101,10 +86,7 @@ fn round_forms_agree_with_a_fine_mesh() {
         if wide < 0.05 {
             continue;
         }
-        assert!(
-            exact >= wide - gap && exact <= slim + gap,
-            "{i}: {wide} {exact} {slim}"
-        );
+        assert!(exact >= wide - gap && exact <= slim + gap, "{i}: {wide} {exact} {slim}");
         hits += usize::from(exact.is_finite());
     }
     assert!(hits > 30, "{hits}");
@@ -122,10 +104,7 @@ fn a_ball_beside_the_axis_has_a_closed_form() {
         let aside = (off - 0.2).max(0.0);
         let expected = aside.cos() - (0.01 - aside.sin().powi(2)).sqrt();
         if aside < 0.1_f64.asin() {
-            assert!(
-                (hit.distance - expected).abs() < 1e-12,
-                "{off}: {hit:?} {expected}"
-            );
+            assert!((hit.distance - expected).abs() < 1e-12, "{off}: {hit:?} {expected}");
         } else {
             assert!(!hit.is_some(), "{off}: {hit:?}");
         }
@@ -134,35 +113,17 @@ fn a_ball_beside_the_axis_has_a_closed_form() {
 
 #[test]
 fn a_pipe_around_the_sensor_is_equally_near_all_around() {
-    let pipe = Form::Cylinder {
-        radius: 0.5,
-        half_length: 3.0,
-    };
-    let hit = cast_on(
-        pipe,
-        Isometry3::identity(),
-        &Beam::cone(Isometry3::identity(), 0.4, 9.0),
-    );
+    let pipe = Form::Cylinder { radius: 0.5, half_length: 3.0 };
+    let hit = cast_on(pipe, Isometry3::identity(), &Beam::cone(Isometry3::identity(), 0.4, 9.0));
     assert!((hit.distance - 0.5 / 0.4_f64.sin()).abs() < 1e-9, "{hit:?}");
     let ball = Form::Sphere { radius: 0.5 };
-    assert_eq!(
-        cast_on(
-            ball,
-            Isometry3::identity(),
-            &Beam::cone(Isometry3::identity(), 0.4, 9.0)
-        )
-        .distance,
-        0.5
-    );
+    assert_eq!(cast_on(ball, Isometry3::identity(), &Beam::cone(Isometry3::identity(), 0.4, 9.0)).distance, 0.5);
 }
 
 #[test]
 fn a_post_at_the_edge_of_the_cone_is_seen_from_its_flank() {
     // Upright post at (x, 0, 1), parallel to y: in the plane of its axis and the apex the problem is a circle's.
-    let post = Form::Cylinder {
-        radius: 0.1,
-        half_length: 2.0,
-    };
+    let post = Form::Cylinder { radius: 0.1, half_length: 2.0 };
     let place = Isometry3::new(Vector3::new(0.3, 0.0, 1.0), Vector3::x() * (PI / 2.0));
     let hit = cast_on(post, place, &Beam::cone(Isometry3::identity(), 0.25, 3.0));
     let away = 0.3_f64.hypot(1.0);

@@ -12,10 +12,7 @@ fn random_targets(dice: &mut Dice, count: u64) -> Vec<Target> {
     let shared = {
         let vertices = (0..60).map(|_| Point3::from(dice.vector(0.4))).collect();
         let index = |dice: &mut Dice| (dice.unit() * 60.0) as u32;
-        mesh(
-            vertices,
-            (0..40).map(|_| [0; 3].map(|_| index(dice))).collect(),
-        )
+        mesh(vertices, (0..40).map(|_| [0; 3].map(|_| index(dice))).collect())
     };
     (0..count)
         .map(|i| {
@@ -23,23 +20,12 @@ fn random_targets(dice: &mut Dice, count: u64) -> Vec<Target> {
             let form = match i % 6 {
                 0 => shared.clone(),
                 1 => Form::Sphere { radius: a },
-                2 => Form::Cylinder {
-                    radius: a,
-                    half_length: b,
-                },
-                3 => Form::Capsule {
-                    radius: a,
-                    half_length: b,
-                },
+                2 => Form::Cylinder { radius: a, half_length: b },
+                3 => Form::Capsule { radius: a, half_length: b },
                 4 if i < 6 => Form::Plane,
-                _ => Form::Box {
-                    half: Vector3::new(a, b, 0.2),
-                },
+                _ => Form::Box { half: Vector3::new(a, b, 0.2) },
             };
-            Target {
-                group: (i % 7) as u32,
-                ..target(i, dice.pose(4.0), form)
-            }
+            Target { group: (i % 7) as u32, ..target(i, dice.pose(4.0), form) }
         })
         .collect()
 }
@@ -121,10 +107,7 @@ fn one_thread_and_two_give_the_same_bits() {
     scene.set(random_targets(&mut dice, 200));
     let beams = random_beams(&mut dice, 1000);
     let run = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| cast(&scene, &beams))
     };
     assert_eq!(run(1), run(2));
@@ -133,24 +116,13 @@ fn one_thread_and_two_give_the_same_bits() {
 #[test]
 fn filters_and_ties_choose_the_target() {
     let place = Isometry3::translation(0.0, 0.0, 1.0);
-    let block = Form::Box {
-        half: Vector3::new(0.1, 0.1, 0.1),
-    };
+    let block = Form::Box { half: Vector3::new(0.1, 0.1, 0.1) };
     let mut scene = BeamScene::default();
-    scene.set([9, 4, 6].map(|object| Target {
-        group: object as u32,
-        ..target(object, place, block.clone())
-    }));
+    scene.set([9, 4, 6].map(|object| Target { group: object as u32, ..target(object, place, block.clone()) }));
     for volume in [Volume::Ray, Volume::Cone { half_angle: 0.2 }] {
-        let mut beam = Beam {
-            volume,
-            ..Beam::ray(Isometry3::identity(), 2.0)
-        };
+        let mut beam = Beam { volume, ..Beam::ray(Isometry3::identity(), 2.0) };
         let hit = scene.cast_one(&beam);
-        assert_eq!(
-            (hit.object, hit.primitive, hit.normal),
-            (4, 4, -Vector3::z())
-        );
+        assert_eq!((hit.object, hit.primitive, hit.normal), (4, 4, -Vector3::z()));
         assert!((hit.distance - 0.9).abs() < 1e-12);
         beam.skip_group = Some(4);
         assert_eq!(scene.cast_one(&beam).object, 6);
@@ -163,14 +135,7 @@ fn filters_and_ties_choose_the_target() {
 
 #[test]
 fn meshes_share_one_tree_which_outlives_a_new_set() {
-    let form = mesh(
-        vec![
-            Point3::origin(),
-            Point3::new(1.0, 0.0, 0.0),
-            Point3::new(0.0, 1.0, 0.0),
-        ],
-        vec![[0, 1, 2]],
-    );
+    let form = mesh(vec![Point3::origin(), Point3::new(1.0, 0.0, 0.0), Point3::new(0.0, 1.0, 0.0)], vec![[0, 1, 2]]);
     let mut scene = BeamScene::default();
     scene.set((0..3).map(|i| target(i, Isometry3::identity(), form.clone())));
     let tree = scene.trees[0].clone().unwrap();
@@ -179,91 +144,4 @@ fn meshes_share_one_tree_which_outlives_a_new_set() {
     assert!(Arc::ptr_eq(&tree, scene.trees[1].as_ref().unwrap()));
     scene.set([]);
     assert!(scene.meshes.is_empty());
-}
-
-/// Not a test: `cargo test --release timing -- --ignored --nocapture`.
-#[test]
-#[ignore = "prints times"]
-fn timing() {
-    let mut dice = Dice(10);
-    let time = |name: &str, work: &mut dyn FnMut()| {
-        work();
-        let start = std::time::Instant::now();
-        for _ in 0..20 {
-            work();
-        }
-        println!(
-            "{name}: {:.1} us",
-            start.elapsed().as_secs_f64() * 1e6 / 20.0
-        );
-    };
-    // An arena of 30 m with 1000 things; 100 carriers with 16 cones each, 0.2 m above the ground.
-    type Make = fn(&mut Dice) -> Form;
-    let kinds: [(&str, Make); 3] = [
-        ("boxes", |dice| Form::Box {
-            half: Vector3::from_fn(|_, _| dice.between(0.1, 0.3)),
-        }),
-        ("cylinders", |dice| Form::Cylinder {
-            radius: dice.between(0.1, 0.3),
-            half_length: 0.3,
-        }),
-        ("capsules", |dice| Form::Capsule {
-            radius: dice.between(0.1, 0.3),
-            half_length: 0.3,
-        }),
-    ];
-    for (name, make) in kinds {
-        let on_floor = |dice: &mut Dice, z: f64, up: f64| {
-            let place = Vector3::new(dice.between(-15.0, 15.0), dice.between(-15.0, 15.0), z);
-            Isometry3::new(place, Vector3::z() * dice.between(-3.0, 3.0))
-                * Isometry3::rotation(Vector3::y() * up)
-        };
-        let mut targets: Vec<Target> = (0..1000)
-            .map(|i| {
-                let place = on_floor(&mut dice, 0.2, 0.0);
-                target(i, place, make(&mut dice))
-            })
-            .collect();
-        targets.push(target(1000, Isometry3::identity(), Form::Plane));
-        let mut scene = BeamScene::default();
-        scene.set(targets.clone());
-        let mut beams = Vec::new();
-        while beams.len() < 1600 {
-            let carrier = on_floor(&mut dice, 0.2, std::f64::consts::FRAC_PI_2);
-            let away = |t: &Target| {
-                (t.world_from_target.translation.vector - carrier.translation.vector).norm()
-            };
-            if targets[..1000].iter().any(|t| away(t) < 0.45) {
-                continue;
-            }
-            for k in 0..16 {
-                let turn = Isometry3::rotation(Vector3::x() * (f64::from(k) * 0.39));
-                beams.push(Beam::cone(carrier * turn, 15_f64.to_radians(), 1.0));
-            }
-        }
-        let mut hits = vec![Hit::NONE; beams.len()];
-        let pool = |threads| {
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap()
-        };
-        for threads in [1, 2] {
-            let pool = pool(threads);
-            time(
-                &format!("1600 cones, 1000 {name}, {threads} threads"),
-                &mut || pool.install(|| scene.cast(&beams, &mut hits)),
-            );
-        }
-        println!(
-            "  {} of them hit",
-            hits.iter()
-                .filter(|hit| hit.is_some() && hit.object < 1000)
-                .count()
-        );
-        time("  move all 1001 and refit", &mut || {
-            scene.update_poses(targets.iter().map(|t| t.world_from_target).enumerate())
-        });
-        time("  set all 1001", &mut || scene.set(targets.clone()));
-    }
 }

@@ -48,7 +48,8 @@ fn body(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
     let id = o.and_then(|o| o.shape()).filter(|s| s.dynamic).and_then(|s| s.body.0);
     id.ok_or_else(|| {
         let kind = o.map_or("nothing", |o| kind_name(o.kind()));
-        let text = format!("object {s} `{}` is a {kind} that forces do not move; expected a dynamic shape", scene.path(s));
+        let text =
+            format!("object {s} `{}` is a {kind} that forces do not move; expected a dynamic shape", scene.path(s));
         world.calls.refuse(TATU_ERR_ARGUMENT, &text)
     })
 }
@@ -126,7 +127,8 @@ unsafe extern "C" fn impulse(
             let (Ok(scene), Ok(mut dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow_mut()) else {
                 return busy(world);
             };
-            let Some((o, shape)) = scene.resolve(object).ok().and_then(|s| scene.get(s)).and_then(|o| Some((o, o.shape()?)))
+            let Some((o, shape)) =
+                scene.resolve(object).ok().and_then(|s| scene.get(s)).and_then(|o| Some((o, o.shape()?)))
             else {
                 return busy(world);
             };

@@ -49,7 +49,9 @@ unsafe extern "C" fn count(w: *mut tatu_world) -> u32 {
 unsafe extern "C" fn describe(w: *mut tatu_world, id: u32) -> *const tatu_command {
     // SAFETY: as above.
     let world = unsafe { WorldCell::of(w) };
-    world.and_then(|world| world.registry.commands.get((id as usize).wrapping_sub(1))).map_or(std::ptr::null(), |c| &c.raw)
+    world
+        .and_then(|world| world.registry.commands.get((id as usize).wrapping_sub(1)))
+        .map_or(std::ptr::null(), |c| &c.raw)
 }
 
 unsafe extern "C" fn call(w: *mut tatu_world, frame: *mut tatu_call) -> tatu_status {

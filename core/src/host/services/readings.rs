@@ -120,8 +120,13 @@ unsafe extern "C" fn list(
                 return busy(world);
             };
             let fills = |kind: usize| world.registry.sensors[kind].schemas.iter().any(|s| *s == schema);
-            let found: Vec<_> =
-                sensing.devices.iter().filter(|d| fills(d.kind)).map(|d| scene.id(d.slot)).filter(|id| *id != 0).collect();
+            let found: Vec<_> = sensing
+                .devices
+                .iter()
+                .filter(|d| fills(d.kind))
+                .map(|d| scene.id(d.slot))
+                .filter(|id| *id != 0)
+                .collect();
             fill(&found, out, cap, n)
         })
     }

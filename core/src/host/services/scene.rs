@@ -51,7 +51,12 @@ fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
     world.calls.refuse(r.0, &r.1)
 }
 
-unsafe extern "C" fn get(w: *mut tatu_world, object: tatu_object, prop: tatu_prop, out: *mut tatu_value) -> tatu_status {
+unsafe extern "C" fn get(
+    w: *mut tatu_world,
+    object: tatu_object,
+    prop: tatu_prop,
+    out: *mut tatu_value,
+) -> tatu_status {
     // SAFETY: as above.
     unsafe {
         on(w, |world| {
@@ -76,7 +81,10 @@ fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value
         (Row::SensorKind, Some(Data::Sensor(s))) => {
             Ok(Value::text(world.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
         }
-        (Row::ScriptLanguage | Row::ScriptDialect | Row::ScriptKind | Row::ScriptName | Row::ScriptCalls, Some(Data::Script)) => {
+        (
+            Row::ScriptLanguage | Row::ScriptDialect | Row::ScriptKind | Row::ScriptName | Row::ScriptCalls,
+            Some(Data::Script),
+        ) => {
             let script = world.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
             let Some(s) = script else { return Err(world.calls.refuse(TATU_ERR_GONE, "the script has ended")) };
             Ok(match row {
@@ -102,9 +110,7 @@ fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_status> {
         Row::Step => Value::Int(world.clock.step.get() as i64),
         Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),
         Row::Seed => Value::Int(settings.seed as i64),
-        Row::SceneFile => {
-            Value::text(world.document.file.as_ref().map_or(String::new(), |f| f.display().to_string()))
-        }
+        Row::SceneFile => Value::text(world.document.file.as_ref().map_or(String::new(), |f| f.display().to_string())),
         Row::Running => Value::Bool(world.running.get()),
         Row::Stopping => Value::Bool(stopping),
         _ => return Err(world.calls.refuse(TATU_ERR_MISSING, "the world has no such property")),
@@ -345,7 +351,9 @@ unsafe extern "C" fn set_pose(
     unsafe {
         on(w, |world| {
             let Some(p) = pose_from_array(&*pose.cast::<[f64; 7]>()) else {
-                return world.calls.refuse(TATU_ERR_ARGUMENT, "a pose is 7 finite numbers with a quaternion that is not 0");
+                return world
+                    .calls
+                    .refuse(TATU_ERR_ARGUMENT, "a pose is 7 finite numbers with a quaternion that is not 0");
             };
             let Ok(mut scene) = world.scene.try_borrow_mut() else { return busy(world) };
             let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
@@ -384,12 +392,7 @@ unsafe extern "C" fn look(
     }
 }
 
-unsafe extern "C" fn find(
-    w: *mut tatu_world,
-    from: tatu_object,
-    path: tatu_str,
-    out: *mut tatu_object,
-) -> tatu_status {
+unsafe extern "C" fn find(w: *mut tatu_world, from: tatu_object, path: tatu_str, out: *mut tatu_object) -> tatu_status {
     // SAFETY: as above.
     unsafe {
         on(w, |world| {

@@ -51,7 +51,9 @@ unsafe extern "C" fn set(w: *mut tatu_world, kind: u32, name: tatu_str, value: *
 unsafe extern "C" fn clear(w: *mut tatu_world, kind: u32, name: tatu_str) -> u32 {
     // SAFETY: as above.
     unsafe {
-        let Some(mut signals) = WorldCell::of(w).and_then(|world| world.signals.try_borrow_mut().ok()) else { return 0 };
+        let Some(mut signals) = WorldCell::of(w).and_then(|world| world.signals.try_borrow_mut().ok()) else {
+            return 0;
+        };
         let (before, name) = (signals.len(), bytes(name));
         if name.is_empty() {
             signals.retain(|(k, _), _| *k != kind);

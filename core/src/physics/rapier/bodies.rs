@@ -49,10 +49,7 @@ impl ShapeCache {
         let Form::Mesh { mesh, convex } = form else {
             return convert::shape(form);
         };
-        let known = self
-            .meshes
-            .iter()
-            .find(|(m, c, _)| Arc::ptr_eq(m, mesh) && c == convex);
+        let known = self.meshes.iter().find(|(m, c, _)| Arc::ptr_eq(m, mesh) && c == convex);
         if let Some((_, _, shape)) = known {
             return Some((shape.clone(), Pose::IDENTITY));
         }
@@ -92,11 +89,7 @@ impl Rapier {
         activation.normalized_linear_threshold = SLEEP_SPEED;
         activation.angular_threshold = SLEEP_SPEED;
         activation.time_until_sleep = SLEEP_TIME;
-        let record = BodyRecord {
-            handle,
-            motion: desc.motion,
-            respond: desc.respond,
-        };
+        let record = BodyRecord { handle, motion: desc.motion, respond: desc.respond };
         self.tables.bodies.push(Some(record));
         if desc.respond.mask != 0 {
             self.add_colliders(id, desc);
@@ -127,13 +120,7 @@ impl Rapier {
                 .restitution(desc.restitution)
                 .restitution_combine_rule(CoefficientCombineRule::Multiply)
                 .collision_groups(respond::groups(desc.respond.mask, false))
-                .user_data(
-                    Tag {
-                        body: id.0,
-                        respond: desc.respond,
-                    }
-                    .pack(),
-                );
+                .user_data(Tag { body: id.0, respond: desc.respond }.pack());
             self.world.insert_collider(collider, Some(handle));
         }
     }
@@ -148,10 +135,7 @@ impl Rapier {
             let Some(&BodyRecord { respond: old, .. }) = self.record(other) else {
                 continue;
             };
-            match (
-                respond::responds(old, new),
-                respond::responds_by_groups(old, new),
-            ) {
+            match (respond::responds(old, new), respond::responds_by_groups(old, new)) {
                 // The groups would let them collide: one filter of the two is enough. It goes to the older
                 // body, mostly the base of a robot; its wheels then touch the floor without a filter.
                 (false, true) => self.filter(other, false),
@@ -170,10 +154,7 @@ impl Rapier {
 
     /// Lets the mask filter decide about a body; `low_too` if pairs must come to it that share only low bits.
     fn filter(&mut self, id: BodyId, low_too: bool) {
-        let Some(&BodyRecord {
-            handle, respond, ..
-        }) = self.record(id)
-        else {
+        let Some(&BodyRecord { handle, respond, .. }) = self.record(id) else {
             return;
         };
         let colliders = &mut self.world.colliders;
@@ -189,12 +170,7 @@ impl Rapier {
     }
 
     pub(super) fn delete_body(&mut self, body: BodyId) {
-        let Some(record) = self
-            .tables
-            .bodies
-            .get_mut(body.0 as usize)
-            .and_then(Option::take)
-        else {
+        let Some(record) = self.tables.bodies.get_mut(body.0 as usize).and_then(Option::take) else {
             return;
         };
         self.world.remove_body(record.handle);
@@ -265,14 +241,8 @@ impl Rapier {
             return;
         }
         let world = &self.world;
-        let ids = world
-            .quarantine()
-            .bodies()
-            .iter()
-            .filter_map(|h| world.bodies.get(*h));
-        self.tables
-            .frozen
-            .extend(ids.map(|body| BodyId(body.user_data as u32)));
+        let ids = world.quarantine().bodies().iter().filter_map(|h| world.bodies.get(*h));
+        self.tables.frozen.extend(ids.map(|body| BodyId(body.user_data as u32)));
     }
 }
 

@@ -1,8 +1,8 @@
 //! Joints and their drives, as impulse joints whose free axis is z of the joint frame.
 
 use rapier3d::dynamics::{
-    GenericJoint, ImpulseJointHandle, JointAxesMask, JointAxis, JointLimits, JointMotor,
-    MotorModel, RigidBody, SpringCoefficients,
+    GenericJoint, ImpulseJointHandle, JointAxesMask, JointAxis, JointLimits, JointMotor, MotorModel, RigidBody,
+    SpringCoefficients,
 };
 use rapier3d::math::{Pose, Vector};
 use serde::{Deserialize, Serialize};
@@ -63,8 +63,7 @@ impl JointKind {
 
 pub(super) fn build(desc: &JointDesc) -> GenericJoint {
     let free = desc.kind.free_axis();
-    let locked = JointAxesMask::LOCKED_FIXED_AXES
-        & !free.map_or(JointAxesMask::empty(), JointAxesMask::from);
+    let locked = JointAxesMask::LOCKED_FIXED_AXES & !free.map_or(JointAxesMask::empty(), JointAxesMask::from);
     let mut joint = GenericJoint::new(locked);
     joint.local_frame1 = convert::pose(&desc.frame_in_a);
     joint.local_frame2 = convert::pose(&desc.frame_in_b);
@@ -73,11 +72,7 @@ pub(super) fn build(desc: &JointDesc) -> GenericJoint {
     joint.softness = SpringCoefficients::new(SOFTNESS.0, SOFTNESS.1);
     if let (Some(axis), Some((low, high))) = (free, desc.limits) {
         joint.limit_axes |= axis.into();
-        joint.limits[axis as usize] = JointLimits {
-            min: low,
-            max: high,
-            impulse: 0.0,
-        };
+        joint.limits[axis as usize] = JointLimits { min: low, max: high, impulse: 0.0 };
     }
     joint
 }
@@ -87,11 +82,9 @@ pub(super) fn sane(drive: Drive) -> Drive {
     let good = match drive {
         Drive::Free => true,
         Drive::Velocity { target, max_force } => target.is_finite() && max_force > 0.0,
-        Drive::Position {
-            target,
-            max_force,
-            max_velocity,
-        } => target.is_finite() && max_force > 0.0 && max_velocity > 0.0,
+        Drive::Position { target, max_force, max_velocity } => {
+            target.is_finite() && max_force > 0.0 && max_velocity > 0.0
+        }
         Drive::Force(force) => force.is_finite() && force != 0.0,
     };
     if good { drive } else { Drive::Free }
@@ -119,18 +112,12 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
         Drive::Velocity { target, max_force } => motor(target, max_force),
         // The same force on both bodies, along the axis as it is in each sub-step.
         Drive::Force(force) => motor(NEVER_REACHED.copysign(force), force.abs()),
-        Drive::Position {
-            target,
-            max_force,
-            max_velocity,
-        } => match record.phase {
+        Drive::Position { target, max_force, max_velocity } => match record.phase {
             Phase::Forward => motor(max_velocity, max_force),
             Phase::Backward => motor(-max_velocity, max_force),
-            Phase::Hold => JointMotor {
-                target_pos: target,
-                stiffness: MOTOR_DAMPING / SETTLE_TIME,
-                ..motor(0.0, max_force)
-            },
+            Phase::Hold => {
+                JointMotor { target_pos: target, stiffness: MOTOR_DAMPING / SETTLE_TIME, ..motor(0.0, max_force) }
+            }
         },
     };
     joint.motor_axes |= axis.into();
@@ -155,27 +142,15 @@ pub(super) fn iterations(joint: &GenericJoint, a: &RigidBody, b: &RigidBody) -> 
         let inertia = 1.0 / about_com + body.mass() * arm.length_squared();
         (about_com, 1.0 / inertia)
     };
-    let (of_a, of_b) = (
-        mobility(a, frame_a.translation),
-        mobility(b, frame_b.translation),
-    );
+    let (of_a, of_b) = (mobility(a, frame_a.translation), mobility(b, frame_b.translation));
     let q = (of_a.0 + of_b.0) / (of_a.1 + of_b.1);
     // Not a number for bodies without inertia: no more than any joint gets.
-    if q.is_nan() {
-        1
-    } else {
-        (6.0 * (q - 1.0)).ceil().clamp(1.0, MOST_ITERATIONS) as usize
-    }
+    if q.is_nan() { 1 } else { (6.0 * (q - 1.0)).ceil().clamp(1.0, MOST_ITERATIONS) as usize }
 }
 
 /// What a position drive has to do at `position`.
 pub(super) fn phase(record: &JointRecord, joint: &GenericJoint, position: f64) -> Phase {
-    let Drive::Position {
-        target,
-        max_velocity,
-        ..
-    } = record.drive
-    else {
+    let Drive::Position { target, max_velocity, .. } = record.drive else {
         return record.phase;
     };
     let mut way = target - position;
@@ -186,11 +161,7 @@ pub(super) fn phase(record: &JointRecord, joint: &GenericJoint, position: f64) -
     // Holding starts where it is no faster than allowed. It ends a little further out, so that the two do not
     // take turns.
     let near = max_velocity * SETTLE_TIME;
-    let hold = if record.phase == Phase::Hold {
-        way.abs() <= 1.1 * near
-    } else {
-        way.abs() <= near
-    };
+    let hold = if record.phase == Phase::Hold { way.abs() <= 1.1 * near } else { way.abs() <= near };
     match hold {
         true => Phase::Hold,
         false if way > 0.0 => Phase::Forward,
@@ -200,10 +171,7 @@ pub(super) fn phase(record: &JointRecord, joint: &GenericJoint, position: f64) -
 
 /// Frames of the joint on both bodies, in the world.
 fn frames(joint: &GenericJoint, a: &RigidBody, b: &RigidBody) -> (Pose, Pose) {
-    (
-        a.position() * joint.local_frame1,
-        b.position() * joint.local_frame2,
-    )
+    (a.position() * joint.local_frame1, b.position() * joint.local_frame2)
 }
 
 pub(super) fn position(kind: JointKind, joint: &GenericJoint, a: &RigidBody, b: &RigidBody) -> f64 {
@@ -214,21 +182,13 @@ pub(super) fn position(kind: JointKind, joint: &GenericJoint, a: &RigidBody, b: 
             // nalgebra's function is the same on every system, the standard library's is not.
             wrap(2.0 * nalgebra::RealField::atan2(q.z, q.w))
         }
-        JointKind::Prismatic => {
-            (frame_b.translation - frame_a.translation).dot(frame_a.rotation * Vector::Z)
-        }
+        JointKind::Prismatic => (frame_b.translation - frame_a.translation).dot(frame_a.rotation * Vector::Z),
         JointKind::Fixed => 0.0,
     }
 }
 
 /// Position, velocity and effort; `substep` is the length of the engine's innermost step.
-pub(super) fn state(
-    kind: JointKind,
-    joint: &GenericJoint,
-    a: &RigidBody,
-    b: &RigidBody,
-    substep: f64,
-) -> JointState {
+pub(super) fn state(kind: JointKind, joint: &GenericJoint, a: &RigidBody, b: &RigidBody, substep: f64) -> JointState {
     let Some(free) = kind.free_axis() else {
         return JointState::default();
     };
@@ -244,11 +204,7 @@ pub(super) fn state(
     };
     // Rapier's impulses slow the second body down.
     let effort = -joint.motors[free as usize].impulse / substep;
-    JointState {
-        position: position(kind, joint, a, b),
-        velocity,
-        effort,
-    }
+    JointState { position: position(kind, joint, a, b), velocity, effort }
 }
 
 /// Into (-pi, pi].

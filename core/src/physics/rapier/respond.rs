@@ -18,30 +18,18 @@ pub(super) struct Tag {
 
 impl Tag {
     pub fn pack(self) -> u128 {
-        (u128::from(self.respond.mask) << 64)
-            | (u128::from(self.respond.tree) << 32)
-            | u128::from(self.body)
+        (u128::from(self.respond.mask) << 64) | (u128::from(self.respond.tree) << 32) | u128::from(self.body)
     }
 
     pub fn unpack(data: u128) -> Self {
-        Self {
-            body: data as u32,
-            respond: Respond {
-                mask: (data >> 64) as u16,
-                tree: (data >> 32) as u32,
-            },
-        }
+        Self { body: data as u32, respond: Respond { mask: (data >> 64) as u16, tree: (data >> 32) as u32 } }
     }
 }
 
 /// Whether the masks let the two collide.
 pub(super) fn responds(a: Respond, b: Respond) -> bool {
     let shared = a.mask & b.mask;
-    if a.tree == b.tree {
-        shared & 0x00ff != 0
-    } else {
-        shared & 0xff00 != 0
-    }
+    if a.tree == b.tree { shared & 0x00ff != 0 } else { shared & 0xff00 != 0 }
 }
 
 /// What the high bytes alone would say.
@@ -63,8 +51,7 @@ pub(super) struct MaskFilter;
 impl PhysicsHooks for MaskFilter {
     fn filter_contact_pair(&self, pair: &PairFilterContext) -> Option<SolverFlags> {
         // A filter also replaces rapier's own rule that one of the two must be moved by forces.
-        let dynamic =
-            |body: Option<RigidBodyHandle>| body.is_some_and(|b| pair.bodies[b].is_dynamic());
+        let dynamic = |body: Option<RigidBodyHandle>| body.is_some_and(|b| pair.bodies[b].is_dynamic());
         if !dynamic(pair.rigid_body1) && !dynamic(pair.rigid_body2) {
             return None;
         }

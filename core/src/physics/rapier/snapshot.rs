@@ -12,23 +12,18 @@ const HEAD_AND_SUM: usize = HEAD.len() + 8;
 pub(super) fn write(world: &PhysicsWorld, tables: &Tables) -> Vec<u8> {
     let mut bytes = HEAD.to_vec();
     bytes.extend_from_slice(&[0; 8]);
-    let mut bytes = postcard::to_extend(&(world, tables), bytes)
-        .expect("a vector takes all that is written to it");
+    let mut bytes = postcard::to_extend(&(world, tables), bytes).expect("a vector takes all that is written to it");
     let sum = xxh3_64(&bytes[HEAD_AND_SUM..]);
     bytes[HEAD.len()..HEAD_AND_SUM].copy_from_slice(&sum.to_le_bytes());
     bytes
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<(PhysicsWorld, Tables), String> {
-    let (head, rest) = bytes
-        .split_at_checked(HEAD.len())
-        .ok_or("physics snapshot: too short")?;
+    let (head, rest) = bytes.split_at_checked(HEAD.len()).ok_or("physics snapshot: too short")?;
     if head != HEAD {
         return Err("physics snapshot: written by another engine or version".to_string());
     }
-    let (sum, state) = rest
-        .split_first_chunk::<8>()
-        .ok_or("physics snapshot: too short")?;
+    let (sum, state) = rest.split_first_chunk::<8>().ok_or("physics snapshot: too short")?;
     // Rapier trusts the indices in its state; damaged ones must not get that far.
     if xxh3_64(state) != u64::from_le_bytes(*sum) {
         return Err("physics snapshot: damaged (checksum differs)".to_string());

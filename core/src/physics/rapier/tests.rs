@@ -15,10 +15,7 @@ use crate::physics::{BodyDesc, BodyId, Engine, EngineSettings, MassProps, Motion
 const G: f64 = 9.81;
 
 fn engine(step: f64) -> Rapier {
-    Rapier::new(EngineSettings {
-        gravity: Vector3::new(0.0, 0.0, -G),
-        step,
-    })
+    Rapier::new(EngineSettings { gravity: Vector3::new(0.0, 0.0, -G), step })
 }
 
 fn at(x: f64, y: f64, z: f64) -> Isometry3<f64> {
@@ -30,18 +27,11 @@ fn turned(place: Vector3<f64>, axis: Vector3<f64>, angle: f64) -> Isometry3<f64>
 }
 
 fn mass(mass: f64, inertia: [f64; 3]) -> MassProps {
-    MassProps {
-        mass,
-        com: Point3::origin(),
-        inertia: Matrix3::from_diagonal(&Vector3::from(inertia)),
-    }
+    MassProps { mass, com: Point3::origin(), inertia: Matrix3::from_diagonal(&Vector3::from(inertia)) }
 }
 
 fn part(form: Form) -> Vec<Part> {
-    vec![Part {
-        pose: Isometry3::identity(),
-        form,
-    }]
+    vec![Part { pose: Isometry3::identity(), form }]
 }
 
 fn sphere(radius: f64) -> Vec<Part> {
@@ -59,20 +49,14 @@ fn body(pose: Isometry3<f64>, mass: MassProps, parts: Vec<Part>) -> BodyDesc {
         parts,
         friction: 1.0,
         restitution: 0.0,
-        respond: Respond {
-            mask: 0xffff,
-            tree: 1,
-        },
+        respond: Respond { mask: 0xffff, tree: 1 },
     }
 }
 
 fn fixed(pose: Isometry3<f64>, parts: Vec<Part>) -> BodyDesc {
     BodyDesc {
         motion: Motion::Static,
-        respond: Respond {
-            mask: 0xffff,
-            tree: 0,
-        },
+        respond: Respond { mask: 0xffff, tree: 0 },
         ..body(pose, mass(0.0, [0.0; 3]), parts)
     }
 }

@@ -41,9 +41,7 @@ impl Sensor for ExampleRange {
         let metres = |key| Param::float(key).unit("m").range(0.0, 1e6).rebuilds();
         vec![
             metres("range").default(2.0).text("How far it sees."),
-            metres("step")
-                .default(0.001)
-                .text("Smallest step of its distance."),
+            metres("step").default(0.001).text("Smallest step of its distance."),
         ]
     }
 
@@ -59,19 +57,12 @@ impl Sensor for ExampleRange {
     }
 
     fn create(_: &Host, _: Instance, params: &Params<'_>) -> Result<Self> {
-        Ok(ExampleRange {
-            range: params.f64("range")?,
-            step: params.f64("step")?,
-        })
+        Ok(ExampleRange { range: params.f64("range")?, step: params.f64("step")? })
     }
 
     // (5) What it sends out: rays along unit vectors in its own frame, or a cone; +z is ahead.
     fn beams(&self) -> Result<Beams> {
-        Ok(Beams {
-            form: Form::Rays(vec![[0.0, 0.0, 1.0]]),
-            far: self.range,
-            ..Beams::default()
-        })
+        Ok(Beams { form: Form::Rays(vec![[0.0, 0.0, 1.0]]), far: self.range, ..Beams::default() })
     }
 
     // (6) What it makes of what the beams saw. Fields count from 0 as in (4); they are 0 before.

@@ -40,11 +40,7 @@ pub(crate) fn conjugate([x, y, z, w]: Quaternion) -> Quaternion {
     [-x, -y, -z, w]
 }
 pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 pub(crate) fn add(a: Vector, b: Vector) -> Vector {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
@@ -61,20 +57,13 @@ pub(crate) fn rotate(q: Quaternion, v: Vector) -> Vector {
     let u = [q[0], q[1], q[2]];
     let t = cross(u, v).map(|x| 2.0 * x);
     let s = cross(u, t);
-    [
-        v[0] + q[3] * t[0] + s[0],
-        v[1] + q[3] * t[1] + s[1],
-        v[2] + q[3] * t[2] + s[2],
-    ]
+    [v[0] + q[3] * t[0] + s[0], v[1] + q[3] * t[1] + s[1], v[2] + q[3] * t[2] + s[2]]
 }
 
 /// The pose `b`, given in the frame `a`, in the frame that `a` is given in.
 pub(crate) fn compose(a: &Pose, b: &Pose) -> Pose {
     let q = rotation(a);
-    pose(
-        add(position(a), rotate(q, position(b))),
-        turn(q, rotation(b)),
-    )
+    pose(add(position(a), rotate(q, position(b))), turn(q, rotation(b)))
 }
 pub(crate) fn inverse(a: &Pose) -> Pose {
     let q = conjugate(rotation(a));
@@ -101,29 +90,14 @@ pub(crate) fn axis_angle(q: Quaternion) -> (Vector, f64) {
 pub(crate) fn from_euler([a, b, g]: Vector) -> Quaternion {
     let half = |x: f64| (x / 2.0).sin_cos();
     let ((sa, ca), (sb, cb), (sg, cg)) = (half(a), half(b), half(g));
-    turn(
-        turn([sa, 0.0, 0.0, ca], [0.0, sb, 0.0, cb]),
-        [0.0, 0.0, sg, cg],
-    )
+    turn(turn([sa, 0.0, 0.0, ca], [0.0, sb, 0.0, cb]), [0.0, 0.0, sg, cg])
 }
 /// Rows of the rotation matrix.
 fn rows([x, y, z, w]: Quaternion) -> [Vector; 3] {
     [
-        [
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y - z * w),
-            2.0 * (x * z + y * w),
-        ],
-        [
-            2.0 * (x * y + z * w),
-            1.0 - 2.0 * (x * x + z * z),
-            2.0 * (y * z - x * w),
-        ],
-        [
-            2.0 * (x * z - y * w),
-            2.0 * (y * z + x * w),
-            1.0 - 2.0 * (x * x + y * y),
-        ],
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
     ]
 }
 fn euler_of_rows(r: [Vector; 3]) -> Vector {
@@ -140,11 +114,7 @@ pub(crate) fn to_euler(q: Quaternion) -> Vector {
 }
 /// Yaw about z, then pitch about the new y, then roll about the new x.
 pub(crate) fn from_yaw_pitch_roll([yaw, pitch, roll]: Vector) -> Quaternion {
-    let (z, y, x) = (
-        from_euler([0.0, 0.0, yaw]),
-        from_euler([0.0, pitch, 0.0]),
-        from_euler([roll, 0.0, 0.0]),
-    );
+    let (z, y, x) = (from_euler([0.0, 0.0, yaw]), from_euler([0.0, pitch, 0.0]), from_euler([roll, 0.0, 0.0]));
     turn(turn(z, y), x)
 }
 pub(crate) fn to_yaw_pitch_roll(q: Quaternion) -> Vector {
@@ -159,9 +129,7 @@ pub(crate) fn to_yaw_pitch_roll(q: Quaternion) -> Vector {
 }
 pub(crate) fn matrix(p: &Pose) -> Matrix {
     let ([x, y, z], t) = (rows(rotation(p)), position(p));
-    [
-        x[0], x[1], x[2], t[0], y[0], y[1], y[2], t[1], z[0], z[1], z[2], t[2],
-    ]
+    [x[0], x[1], x[2], t[0], y[0], y[1], y[2], t[1], z[0], z[1], z[2], t[2]]
 }
 pub(crate) fn of_matrix(m: &Matrix) -> Pose {
     let q = quaternion_of_rows([[m[0], m[1], m[2]], [m[4], m[5], m[6]], [m[8], m[9], m[10]]]);
@@ -171,12 +139,7 @@ fn quaternion_of_rows(r: [Vector; 3]) -> Quaternion {
     let trace = r[0][0] + r[1][1] + r[2][2];
     let q = if trace > 0.0 {
         let s = 2.0 * (trace + 1.0).sqrt();
-        [
-            (r[2][1] - r[1][2]) / s,
-            (r[0][2] - r[2][0]) / s,
-            (r[1][0] - r[0][1]) / s,
-            s / 4.0,
-        ]
+        [(r[2][1] - r[1][2]) / s, (r[0][2] - r[2][0]) / s, (r[1][0] - r[0][1]) / s, s / 4.0]
     } else {
         // The largest element of the diagonal gives the steadiest root.
         let i = if r[0][0] >= r[1][1] && r[0][0] >= r[2][2] {
@@ -218,20 +181,7 @@ pub(crate) fn multiply_vector(m: &Matrix, v: Vector) -> Vector {
 /// The inverse of a matrix whose rotation part is a rotation.
 pub(crate) fn invert(m: &Matrix) -> Matrix {
     let t = |i: usize| -(m[i] * m[3] + m[i + 4] * m[7] + m[i + 8] * m[11]);
-    [
-        m[0],
-        m[4],
-        m[8],
-        t(0),
-        m[1],
-        m[5],
-        m[9],
-        t(1),
-        m[2],
-        m[6],
-        m[10],
-        t(2),
-    ]
+    [m[0], m[4], m[8], t(0), m[1], m[5], m[9], t(1), m[2], m[6], m[10], t(2)]
 }
 /// Between two poses: straight line and shortest turn.
 pub(crate) fn interpolate(a: &Pose, b: &Pose, t: f64) -> Pose {
@@ -296,16 +246,10 @@ mod tests {
         let b = pose([-0.3, 0.1, 4.0], from_euler([-1.2, 0.9, 0.1]));
         let product = multiply(&matrix(&a), &matrix(&b));
         assert!(near(&product, &matrix(&compose(&a, &b))));
-        assert!(near(
-            &matrix(&compose(&a, &inverse(&a))),
-            &matrix(&IDENTITY)
-        ));
+        assert!(near(&matrix(&compose(&a, &inverse(&a))), &matrix(&IDENTITY)));
         assert!(near(&invert(&matrix(&a)), &matrix(&inverse(&a))));
         let v = [0.7, 0.8, 0.9];
-        assert!(near(
-            &multiply_vector(&matrix(&a), v),
-            &position(&compose(&a, &pose(v, rotation(&IDENTITY))))
-        ));
+        assert!(near(&multiply_vector(&matrix(&a), v), &position(&compose(&a, &pose(v, rotation(&IDENTITY))))));
     }
 
     #[test]
@@ -313,10 +257,7 @@ mod tests {
         let angles = [0.5, -0.4, 2.0];
         let q = from_yaw_pitch_roll(angles);
         assert!(near(&to_yaw_pitch_roll(q), &angles));
-        assert!(near(
-            &from_yaw_pitch_roll([0.3, 0.0, 0.0]),
-            &from_euler([0.0, 0.0, 0.3])
-        ));
+        assert!(near(&from_yaw_pitch_roll([0.3, 0.0, 0.0]), &from_euler([0.0, 0.0, 0.3])));
     }
 
     #[test]

@@ -15,10 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.setObjectName", set_name)
             .old_name("simSetObjectName", MINUS)
             .param(flagged("object"))
-            .param(
-                Param::string("name")
-                    .text("letters, digits, _ ( ) and one #; not taken by another object"),
-            )
+            .param(Param::string("name").text("letters, digits, _ ( ) and one #; not taken by another object"))
             .returns(Param::int("done"))
             .text("Gives an object another unique name.")
             .example("sim.setObjectName(robot, 'scout')"),
@@ -44,11 +41,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getNameSuffix", get_suffix)
             .old_name("simGetNameSuffix", MINUS)
-            .param(
-                Param::string("name")
-                    .optional()
-                    .text("nil: the suffix of the calling script"),
-            )
+            .param(Param::string("name").optional().text("nil: the suffix of the calling script"))
             .returns(Param::int("suffix").text("-1: none"))
             .returns(Param::string("name").text("without the suffix, if a name was given"))
             .text(
@@ -84,16 +77,11 @@ fn set_name(c: &mut Ctx<'_>) -> Result {
     let (base, suffix) = names::split(&name);
     let legal = |b: u8| b.is_ascii_alphanumeric() || b"_()".contains(&b);
     if base.is_empty() || base.len() > 127 || !base.bytes().all(legal) {
-        return Err(
-            Fail::argument(format!("`{name}` is no name for an object")).help(
-                "names have letters, digits, `_`, `(` and `)`, and may end in `#` and a number",
-            ),
-        );
+        return Err(Fail::argument(format!("`{name}` is no name for an object"))
+            .help("names have letters, digits, `_`, `(` and `)`, and may end in `#` and a number"));
     }
     if suffix >= 0 && name != format!("{base}#{suffix}") {
-        return Err(Fail::argument(format!(
-            "`{name}`: the number after `#` has no leading zero"
-        )));
+        return Err(Fail::argument(format!("`{name}`: the number after `#` has no leading zero")));
     }
     let set = c.world().set(id, c.plugin().p.name, &Value::text(&name));
     set.map_err(|e| explain_any(c, id, e))?;
@@ -118,9 +106,7 @@ fn get_alias(c: &mut Ctx<'_>) -> Result {
             format!("/{alias}{{{index}}}")
         }
         n => {
-            return Err(Fail::unsupported(format!(
-                "there is no form {n} of an alias: -1 to 6 are known"
-            )));
+            return Err(Fail::unsupported(format!("there is no form {n} of an alias: -1 to 6 are known")));
         }
     };
     c.ret::<str>(text.as_str());
@@ -136,16 +122,8 @@ fn same_alias(c: &Ctx<'_>, alias: &str) -> Result<Vec<tatu_object>> {
 
 fn set_alias(c: &mut Ctx<'_>) -> Result {
     let (id, alias) = (id(c, 0)?, c.text(1)?);
-    let alias: String = alias
-        .chars()
-        .map(|x| {
-            if x.is_alphanumeric() || "_()-".contains(x) {
-                x
-            } else {
-                '_'
-            }
-        })
-        .collect();
+    let alias: String =
+        alias.chars().map(|x| if x.is_alphanumeric() || "_()-".contains(x) { x } else { '_' }).collect();
     if !alias.is_empty() {
         let set = c.world().set(id, c.plugin().p.alias, &Value::text(&alias));
         set.map_err(|e| explain_any(c, id, e))?;

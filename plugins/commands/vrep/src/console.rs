@@ -15,11 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simAddStatusbarMessage", MINUS)
-        .param(
-            Param::string("text")
-                .optional()
-                .text("nil: empties the status bar"),
-        )
+        .param(Param::string("text").optional().text("nil: empties the status bar"))
         .returns(Param::int("done"))
         .text("Writes a line to the status bar.")
         .example("sim.addStatusbarMessage('ready')"),
@@ -33,15 +29,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             Ok(())
         })
-        .param(
-            Param::int("verbosity")
-                .text("sim.verbosity_...; sim.verbosity_scripterrors also raises an error"),
-        )
-        .param(
-            Param::string("text")
-                .optional()
-                .text("nil: empties the status bar"),
-        )
+        .param(Param::int("verbosity").text("sim.verbosity_...; sim.verbosity_scripterrors also raises an error"))
+        .param(Param::string("text").optional().text("nil: empties the status bar"))
         .text("Writes a line to the log.")
         .example("sim.addLog(sim.verbosity_scriptinfos, 'ready')"),
     );
@@ -54,12 +43,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simAuxiliaryConsoleOpen", MINUS)
         .param(Param::string("title"))
-        .param(
-            Param::int("maxLines")
-                .default(100)
-                .optional()
-                .text("ignored"),
-        )
+        .param(Param::int("maxLines").default(100).optional().text("ignored"))
         .param(
             Param::int("mode")
                 .default(0)
@@ -82,11 +66,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simAuxiliaryConsolePrint", MINUS)
         .param(Param::int("console"))
-        .param(
-            Param::string("text")
-                .optional()
-                .text("nil: empties the console"),
-        )
+        .param(Param::string("text").optional().text("nil: empties the console"))
         .returns(Param::int("done").text("1; 0: there is no such console any more"))
         .text("Prints text on a console, without a line feed of its own.")
         .example("sim.auxiliaryConsolePrint(console, 'distance ' .. d .. '\\n')"),
@@ -100,12 +80,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simAuxiliaryConsoleShow", MINUS)
         .param(Param::int("console"))
-        .param(
-            Param::any("show")
-                .default(true)
-                .optional()
-                .text("without a window there is nothing to show or hide"),
-        )
+        .param(Param::any("show").default(true).optional().text("without a window there is nothing to show or hide"))
         .returns(Param::int("done").text("1; 0: there is no such console any more"))
         .text("Shows or hides a console.")
         .example("sim.auxiliaryConsoleShow(console, true)"),
@@ -148,9 +123,7 @@ fn say(c: &Ctx<'_>, level: u32, i: usize) -> Result {
 /// Prints or closes, tells the lines that this has finished, and answers whether the console was there.
 fn change(c: &mut Ctx<'_>, work: impl FnOnce(&mut Consoles, Tell<'_>) -> bool) -> Result {
     let mut lines = Vec::new();
-    let there = work(&mut state(c)?.consoles, &mut |line| {
-        lines.push(line.to_vec())
-    });
+    let there = work(&mut state(c)?.consoles, &mut |line| lines.push(line.to_vec()));
     for line in lines {
         c.world().log(TATU_LOG_INFO, &line);
     }
@@ -186,13 +159,7 @@ impl Console {
 impl Consoles {
     fn open(&mut self, title: Vec<u8>) -> i64 {
         self.opened += 1;
-        self.open.insert(
-            self.opened,
-            Console {
-                title,
-                line: Vec::new(),
-            },
-        );
+        self.open.insert(self.opened, Console { title, line: Vec::new() });
         self.opened
     }
     fn has(&self, console: i64) -> bool {

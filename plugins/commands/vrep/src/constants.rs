@@ -18,18 +18,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 /// Names and values of the table.
 fn all() -> impl Iterator<Item = (&'static str, i64)> {
-    TABLE
-        .lines()
-        .filter(|line| !line.starts_with('#'))
-        .flat_map(|line| line.split(';'))
-        .filter_map(|item| {
-            let (name, value) = item.trim().split_once(' ')?;
-            let value = match value.strip_prefix("0x") {
-                Some(hex) => i64::from_str_radix(hex, 16),
-                None => value.parse(),
-            };
-            Some((name, value.ok()?))
-        })
+    TABLE.lines().filter(|line| !line.starts_with('#')).flat_map(|line| line.split(';')).filter_map(|item| {
+        let (name, value) = item.trim().split_once(' ')?;
+        let value = match value.strip_prefix("0x") {
+            Some(hex) => i64::from_str_radix(hex, 16),
+            None => value.parse(),
+        };
+        Some((name, value.ok()?))
+    })
 }
 
 const TABLE: &str = "\
@@ -529,11 +525,7 @@ mod tests {
 
     #[test]
     fn every_item_is_read_once() {
-        let items = TABLE
-            .lines()
-            .filter(|l| !l.starts_with('#'))
-            .flat_map(|l| l.split(';'))
-            .count();
+        let items = TABLE.lines().filter(|l| !l.starts_with('#')).flat_map(|l| l.split(';')).count();
         let names: BTreeMap<_, _> = all().collect();
         assert_eq!(names.len(), items);
     }
@@ -571,19 +563,10 @@ mod tests {
             ("actuation", "syscb_actuation"),
             ("sensing", "syscb_sensing"),
             ("nonSimulation", "customizationscriptcall_nonsimulation"),
-            (
-                "beforeSimulation",
-                "customizationscriptcall_lastbeforesimulation",
-            ),
-            (
-                "afterSimulation",
-                "customizationscriptcall_firstaftersimulation",
-            ),
+            ("beforeSimulation", "customizationscriptcall_lastbeforesimulation"),
+            ("afterSimulation", "customizationscriptcall_firstaftersimulation"),
         ] {
-            assert!(
-                prelude.contains(&format!(" {key} = {},", names[name])),
-                "{name}"
-            );
+            assert!(prelude.contains(&format!(" {key} = {},", names[name])), "{name}");
         }
     }
 }

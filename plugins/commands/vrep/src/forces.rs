@@ -7,11 +7,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.addForceAndTorque", |c| {
             let shape = pushable(c)?;
             let three = |i: usize| {
-                if c.has(i) {
-                    numbers::<3>(c, i)
-                } else {
-                    Ok([0.0; 3])
-                }
+                if c.has(i) { numbers::<3>(c, i) } else { Ok([0.0; 3]) }
             };
             let (force, torque) = (three(1)?, three(2)?);
             c.world().push(shape, &force, &torque)?;
@@ -41,10 +37,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simAddForce", MINUS)
         .param(flagged("shape"))
-        .param(table(
-            "position",
-            "{x, y, z} m, where it acts, in the shape's frame",
-        ))
+        .param(table("position", "{x, y, z} m, where it acts, in the shape's frame"))
         .param(table("force", "{x, y, z} N, in the shape's frame"))
         .returns(Param::int("done"))
         .text("Pushes a shape at a point during the next physics step; pushes add up.")
@@ -74,9 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simResetDynamicObject", MINUS)
         .param(flagged("object"))
         .returns(Param::int("done"))
-        .text(
-            "Tells physics that an object was changed; it knows already, so nothing is left to do.",
-        )
+        .text("Tells physics that an object was changed; it knows already, so nothing is left to do.")
         .example("sim.resetDynamicObject(box)"),
     );
     offer.command(
@@ -94,24 +85,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getContactInfo", contact)
             .old_name("simGetContactInfo", NIL)
-            .param(
-                Param::int("dynamicPass")
-                    .text("ignored: contacts are those of the whole last step"),
-            )
+            .param(Param::int("dynamicPass").text("ignored: contacts are those of the whole last step"))
             .param(Param::int("object").text("a shape, or sim.handle_all"))
-            .param(
-                Param::int("index")
-                    .text("from 0; sim.handleflag_extended may be added: the normal is given too"),
-            )
-            .returns(
-                Param::list("objects").text("the two shapes; nothing at all past the last contact"),
-            )
+            .param(Param::int("index").text("from 0; sim.handleflag_extended may be added: the normal is given too"))
+            .returns(Param::list("objects").text("the two shapes; nothing at all past the last contact"))
             .returns(Param::floats("point", 3).unit("m"))
-            .returns(
-                Param::floats("force", 3)
-                    .unit("N")
-                    .text("on the second shape"),
-            )
+            .returns(Param::floats("force", 3).unit("N").text("on the second shape"))
             .returns(Param::floats("normal", 3).text("from the first to the second shape"))
             .text("Gives one of the contacts of the last step, in the world's frame.")
             .example("shapes, point, force = sim.getContactInfo(sim.handle_all, box, 0)"),
@@ -122,20 +101,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 fn pushable(c: &Ctx<'_>) -> Result<tatu_object> {
     let flags = c.arg(0).as_i64().unwrap_or(0);
     if flags > HANDLE_BITS && flags & 0xC0_0000 != 0 {
-        return Err(
-            Fail::unsupported("earlier pushes of a step cannot be taken back")
-                .help("leave out sim.handleflag_resetforce and sim.handleflag_resettorque"),
-        );
+        return Err(Fail::unsupported("earlier pushes of a step cannot be taken back")
+            .help("leave out sim.handleflag_resetforce and sim.handleflag_resettorque"));
     }
     of_kind(c, 0, TATU_KIND_SHAPE)
 }
 
 fn contact(c: &mut Ctx<'_>) -> Result {
-    let shape = if c.i64(1)? == HANDLE_ALL {
-        0
-    } else {
-        living(c, 1)?.id
-    };
+    let shape = if c.i64(1)? == HANDLE_ALL { 0 } else { living(c, 1)?.id };
     let (index, extended) = (c.i64(2)? & HANDLE_BITS, c.i64(2)? & 0x40_0000 != 0);
     if c.i64(2)? < 0 {
         return Ok(());

@@ -17,12 +17,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text(text)
         .example(format!("x = sim.get{name}(joint)"))
     };
-    offer.command(get(
-        "JointPosition",
-        |p| p.joint_position,
-        "position",
-        "Gives how far a joint is turned or moved.",
-    ));
+    offer.command(get("JointPosition", |p| p.joint_position, "position", "Gives how far a joint is turned or moved."));
     offer.command(get(
         "JointTargetVelocity",
         |p| p.joint_target_velocity,
@@ -35,12 +30,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         "position",
         "Gives the position that a joint's motor tries to reach.",
     ));
-    offer.command(get(
-        "JointVelocity",
-        |p| p.joint_velocity,
-        "velocity",
-        "Gives how fast a joint turns or moves.",
-    ));
+    offer.command(get("JointVelocity", |p| p.joint_velocity, "velocity", "Gives how fast a joint turns or moves."));
     offer.command(
         get(
             "JointForce",
@@ -116,24 +106,15 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("joint"))
         .param(Param::float("force").text("N or N m"))
-        .param(
-            Param::any("signed")
-                .default(true)
-                .optional()
-                .text("true: the sign also turns the target velocity"),
-        )
-        .text(
-            "Sets the greatest force or torque of a joint's motor, and by its sign the direction.",
-        )
+        .param(Param::any("signed").default(true).optional().text("true: the sign also turns the target velocity"))
+        .text("Sets the greatest force or torque of a joint's motor, and by its sign the direction.")
         .example("sim.setJointTargetForce(joint, -2.5)"),
     );
     offer.command(
         Cmd::new("sim.setJointPosition", |c| {
             let (joint, p, w) = (id(c, 0)?, &c.plugin().p, c.world());
             let mut x = c.f64(1)?;
-            let cyclic = w
-                .get(joint, p.joint_cyclic)
-                .map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))?;
+            let cyclic = w.get(joint, p.joint_cyclic).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))?;
             if !cyclic.truthy() {
                 let [low, high] = w.f64s(joint, p.joint_limits)?;
                 x = x.max(low).min(high);
@@ -156,11 +137,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getJointInterval", |c| {
             let (joint, p, w) = (of_kind(c, 0, TATU_KIND_JOINT)?, &c.plugin().p, c.world());
             let cyclic = bool_of(c, joint, p.joint_cyclic)?;
-            let [low, high] = if cyclic {
-                [-PI, PI]
-            } else {
-                w.f64s(joint, p.joint_limits)?
-            };
+            let [low, high] = if cyclic { [-PI, PI] } else { w.f64s(joint, p.joint_limits)? };
             c.ret(cyclic);
             c.ret::<[f64]>(&[low, high - low][..]);
             Ok(())
@@ -196,10 +173,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetJointType", MINUS)
         .param(object("joint"))
-        .returns(
-            Param::int("type")
-                .text("10: sim.joint_revolute_subtype, 11: sim.joint_prismatic_subtype"),
-        )
+        .returns(Param::int("type").text("10: sim.joint_revolute_subtype, 11: sim.joint_prismatic_subtype"))
         .text("Gives whether a joint turns or slides.")
         .example("turns = sim.getJointType(joint) == sim.joint_revolute_subtype"),
     );
@@ -229,8 +203,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                         .help("0 (passive, kinematic) and 5 (force, dynamic) are known"));
                 }
             };
-            c.world()
-                .set(joint, c.plugin().p.joint_mode, &mode.into())?;
+            c.world().set(joint, c.plugin().p.joint_mode, &mode.into())?;
             done(c)
         })
         .old_name("simSetJointMode", MINUS)
@@ -263,23 +236,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 /// Where newer scripts give a motion profile.
 fn motion() -> Param {
-    Param::any("motionParams")
-        .optional()
-        .text("ignored: motors move as their force allows")
+    Param::any("motionParams").optional().text("ignored: motors move as their force allows")
 }
 
 #[inline]
 fn read(c: &Ctx<'_>, prop: Prop) -> Result<f64> {
     let joint = id(c, 0)?;
-    c.world()
-        .f64(joint, prop)
-        .map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
+    c.world().f64(joint, prop).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
 }
 
 #[inline]
 fn write(c: &Ctx<'_>, prop: Prop, x: f64) -> Result {
     let joint = id(c, 0)?;
-    c.world()
-        .set_f64s(joint, prop, &[x])
-        .map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
+    c.world().set_f64s(joint, prop, &[x]).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
 }

@@ -124,9 +124,7 @@ pub(crate) fn id_of(v: ValueRef<'_>, i: usize) -> Result<tatu_object> {
     let id = match v.as_i64() {
         Some(n) if n > 0 => (n & HANDLE_BITS) as u64,
         Some(n) => return Err(Fail::missing(format!("there is no object {n}"))),
-        None => v
-            .as_object()
-            .ok_or_else(|| Fail::argument(format!("argument {}: expected a handle", i + 1)))?,
+        None => v.as_object().ok_or_else(|| Fail::argument(format!("argument {}: expected a handle", i + 1)))?,
     };
     if id == 0 {
         return Err(Fail::missing("there is no object 0"));
@@ -141,11 +139,7 @@ pub(crate) fn living(c: &Ctx<'_>, i: usize) -> Result<Object> {
 /// The object that argument `i` names, which must be of a kind.
 pub(crate) fn of_kind(c: &Ctx<'_>, i: usize, kind: i32) -> Result<tatu_object> {
     let o = living(c, i)?;
-    if o.kind == kind {
-        Ok(o.id)
-    } else {
-        Err(wrong_kind(c, o, kind))
-    }
+    if o.kind == kind { Ok(o.id) } else { Err(wrong_kind(c, o, kind)) }
 }
 fn no_object(id: tatu_object, why: &Fail) -> Fail {
     Fail::with_code(why.code(), format!("there is no object {}", handle(id)))
@@ -200,9 +194,7 @@ pub(crate) fn path(c: &Ctx<'_>, id: tatu_object) -> String {
 /// A property that is a text.
 pub(crate) fn text_of(c: &Ctx<'_>, id: tatu_object, prop: Prop) -> Result<String> {
     let v = c.world().get(id, prop).map_err(|e| explain_any(c, id, e))?;
-    v.as_str()
-        .map(|s| s.into_owned())
-        .ok_or_else(|| Fail::new("the host gave no text"))
+    v.as_str().map(|s| s.into_owned()).ok_or_else(|| Fail::new("the host gave no text"))
 }
 /// A property that is true or false.
 pub(crate) fn bool_of(c: &Ctx<'_>, id: tatu_object, prop: Prop) -> Result<bool> {
@@ -210,17 +202,11 @@ pub(crate) fn bool_of(c: &Ctx<'_>, id: tatu_object, prop: Prop) -> Result<bool> 
 }
 /// A property that is an integer.
 pub(crate) fn int_of(c: &Ctx<'_>, id: tatu_object, prop: Prop) -> Result<i64> {
-    c.world()
-        .get(id, prop)?
-        .as_i64()
-        .ok_or_else(|| Fail::new("the host gave no integer"))
+    c.world().get(id, prop)?.as_i64().ok_or_else(|| Fail::new("the host gave no integer"))
 }
 /// The parent; 0: none.
 pub(crate) fn parent(c: &Ctx<'_>, id: tatu_object) -> Result<tatu_object> {
-    let v = c
-        .world()
-        .get(id, c.plugin().p.parent)
-        .map_err(|e| explain_any(c, id, e))?;
+    let v = c.world().get(id, c.plugin().p.parent).map_err(|e| explain_any(c, id, e))?;
     Ok(v.as_object().unwrap_or(0))
 }
 
@@ -235,21 +221,14 @@ pub(crate) fn numbers_of<const N: usize>(v: ValueRef<'_>, i: usize) -> Result<[f
         return Err(Fail::argument(format!(
             "argument {}: expected a table of {N} numbers, found {}",
             i + 1,
-            if is_table(v) {
-                format!("{}", v.len())
-            } else {
-                "no table".into()
-            }
+            if is_table(v) { format!("{}", v.len()) } else { "no table".into() }
         )));
     }
     for (k, x) in out.iter_mut().enumerate() {
-        *x = v.number(k).filter(|x| x.is_finite()).ok_or_else(|| {
-            Fail::argument(format!(
-                "argument {}: element {} is not a finite number",
-                i + 1,
-                k + 1
-            ))
-        })?;
+        *x = v
+            .number(k)
+            .filter(|x| x.is_finite())
+            .ok_or_else(|| Fail::argument(format!("argument {}: element {} is not a finite number", i + 1, k + 1)))?;
     }
     Ok(out)
 }

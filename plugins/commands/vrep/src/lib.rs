@@ -40,9 +40,7 @@ impl Plugin for Vrep {
     type World = state::State;
 
     fn start(host: &Host) -> Result<Self> {
-        Ok(Vrep {
-            p: kit::Props::new(host),
-        })
+        Ok(Vrep { p: kit::Props::new(host) })
     }
 
     fn world(&self, world: &World<'_>) -> Result<state::State> {

@@ -43,10 +43,7 @@ fn modern(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + 'static) -> Cmd {
     Cmd::new(format!("sim.{name}"), run)
 }
 fn matrix(key: &str) -> Param {
-    table(
-        key,
-        "12 numbers: rows of {x axis, y axis, z axis, position}",
-    )
+    table(key, "12 numbers: rows of {x axis, y axis, z axis, position}")
 }
 fn pose(key: &str) -> Param {
     table(key, "{x, y, z, qx, qy, qz, qw}")
@@ -64,12 +61,10 @@ fn read_pose(c: &Ctx<'_>, i: usize) -> Result<Pose> {
 fn matrices(offer: &mut Offer<Vrep>) {
     let out = || Param::floats("matrix", 12);
     offer.command(
-        command("buildIdentityMatrix", |c| {
-            give(c, al::matrix(&al::IDENTITY))
-        })
-        .returns(out())
-        .text("Gives the matrix that changes nothing.")
-        .example("m = sim.buildIdentityMatrix()"),
+        command("buildIdentityMatrix", |c| give(c, al::matrix(&al::IDENTITY)))
+            .returns(out())
+            .text("Gives the matrix that changes nothing.")
+            .example("m = sim.buildIdentityMatrix()"),
     );
     offer.command(
         command("buildMatrix", |c| {
@@ -114,14 +109,12 @@ fn matrices(offer: &mut Offer<Vrep>) {
             .example("p = sim.multiplyVector(m, {0, 0, 1})"),
     );
     offer.command(
-        command("getInvertedMatrix", |c| {
-            give(c, al::invert(&numbers(c, 0)?))
-        })
-        .alias("sim.getMatrixInverse")
-        .param(matrix("matrix"))
-        .returns(out())
-        .text("Gives the inverse of a matrix.")
-        .example("m = sim.getInvertedMatrix(m)"),
+        command("getInvertedMatrix", |c| give(c, al::invert(&numbers(c, 0)?)))
+            .alias("sim.getMatrixInverse")
+            .param(matrix("matrix"))
+            .returns(out())
+            .text("Gives the inverse of a matrix.")
+            .example("m = sim.getInvertedMatrix(m)"),
     );
     offer.command(
         command("copyMatrix", |c| give::<12>(c, numbers(c, 0)?))
@@ -166,11 +159,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
     offer.command(
         command("getRotationAxis", |c| {
             let read = |i: usize| -> Result<Pose> {
-                if c.arg(i).len() >= 12 {
-                    Ok(al::of_matrix(&numbers(c, i)?))
-                } else {
-                    read_pose(c, i)
-                }
+                if c.arg(i).len() >= 12 { Ok(al::of_matrix(&numbers(c, i)?)) } else { read_pose(c, i) }
             };
             let (a, b) = (al::rotation(&read(0)?), al::rotation(&read(1)?));
             let (axis, angle) = al::axis_angle(al::turn(b, al::conjugate(a)));
@@ -188,8 +177,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
     offer.command(
         command("rotateAroundAxis", |c| {
             let (axis, at, angle) = (numbers(c, 1)?, numbers::<3>(c, 2)?, c.f64(3)?);
-            let turn = al::about(axis, angle)
-                .ok_or_else(|| Fail::argument("argument 2: the axis is zero"))?;
+            let turn = al::about(axis, angle).ok_or_else(|| Fail::argument("argument 2: the axis is zero"))?;
             let there = al::pose(al::sub(at, al::rotate(turn, at)), turn);
             if c.arg(0).len() >= 12 {
                 let m: Matrix = numbers(c, 0)?;
@@ -218,10 +206,7 @@ fn multiply_vector(c: &mut Ctx<'_>) -> Result {
     if all.is_empty() || !all.len().is_multiple_of(3) {
         numbers::<3>(c, 1)?;
     }
-    let points: Vec<f64> = all
-        .chunks_exact(3)
-        .flat_map(|p| al::multiply_vector(&m, [p[0], p[1], p[2]]))
-        .collect();
+    let points: Vec<f64> = all.chunks_exact(3).flat_map(|p| al::multiply_vector(&m, [p[0], p[1], p[2]])).collect();
     c.ret::<[f64]>(points.as_slice());
     Ok(())
 }
@@ -230,18 +215,11 @@ fn poses(offer: &mut Offer<Vrep>) {
     let out = || Param::floats("pose", 7);
     offer.command(
         modern("buildPose", |c| {
-            let q = if c.arg(1).len() >= 4 {
-                unit(numbers(c, 1)?, 1)?
-            } else {
-                al::from_euler(numbers(c, 1)?)
-            };
+            let q = if c.arg(1).len() >= 4 { unit(numbers(c, 1)?, 1)? } else { al::from_euler(numbers(c, 1)?) };
             give(c, al::pose(numbers(c, 0)?, q))
         })
         .param(table("position", "{x, y, z}"))
-        .param(table(
-            "rotation",
-            "{alpha, beta, gamma} rad, or a quaternion {x, y, z, w}",
-        ))
+        .param(table("rotation", "{alpha, beta, gamma} rad, or a quaternion {x, y, z, w}"))
         .returns(out())
         .text("Gives the pose of a position and a rotation.")
         .example("pose = sim.buildPose({0, 0, 1}, {0, 0, 0})"),
@@ -258,13 +236,11 @@ fn poses(offer: &mut Offer<Vrep>) {
         .example("pose = sim.multiplyPoses(worldFromBody, bodyFromSensor)"),
     );
     offer.command(
-        modern("getPoseInverse", |c| {
-            give(c, al::inverse(&read_pose(c, 0)?))
-        })
-        .param(pose("pose"))
-        .returns(out())
-        .text("Gives the inverse of a pose.")
-        .example("pose = sim.getPoseInverse(pose)"),
+        modern("getPoseInverse", |c| give(c, al::inverse(&read_pose(c, 0)?)))
+            .param(pose("pose"))
+            .returns(out())
+            .text("Gives the inverse of a pose.")
+            .example("pose = sim.getPoseInverse(pose)"),
     );
     offer.command(
         modern("interpolatePoses", |c| {
@@ -297,13 +273,7 @@ fn poses(offer: &mut Offer<Vrep>) {
 fn angles(offer: &mut Offer<Vrep>) {
     let three = |command: Cmd, [a, b, g]: [&str; 3], [x, y, z]: [&str; 3]| {
         let angle = |key: &str| Param::float(key).unit("rad");
-        command
-            .param(angle(a))
-            .param(angle(b))
-            .param(angle(g))
-            .returns(angle(x))
-            .returns(angle(y))
-            .returns(angle(z))
+        command.param(angle(a)).param(angle(b)).param(angle(g)).returns(angle(x)).returns(angle(y)).returns(angle(z))
     };
     let (ypr, abg) = (["yaw", "pitch", "roll"], ["alpha", "beta", "gamma"]);
     offer.command(

@@ -38,13 +38,9 @@ pub(crate) fn find(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
         return find_path(c, name, None);
     }
     let wanted = adjusted(name, suffix(c)?);
-    c.world().find(0, &wanted).map_err(|e| {
-        if e.code() == TATU_ERR_MISSING {
-            missing(c, &wanted, c.plugin().p.name)
-        } else {
-            e
-        }
-    })
+    c.world()
+        .find(0, &wanted)
+        .map_err(|e| if e.code() == TATU_ERR_MISSING { missing(c, &wanted, c.plugin().p.name) } else { e })
 }
 
 /// Whether a name is a path.
@@ -64,9 +60,7 @@ pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> R
             None => c.caller_object(),
         };
         if at == 0 {
-            return Err(Fail::missing(format!(
-                "`{path}` begins at the caller, which belongs to no object"
-            )));
+            return Err(Fail::missing(format!("`{path}` begins at the caller, which belongs to no object")));
         }
     }
     for (i, step) in steps.iter().enumerate() {
@@ -137,12 +131,7 @@ fn ordinal(path: &str) -> (&str, Option<usize>) {
 }
 
 /// The `n`-th object, breadth first, whose alias is the last part of a path.
-pub(crate) fn nth_of_alias(
-    c: &Ctx<'_>,
-    at: tatu_object,
-    path: &str,
-    n: usize,
-) -> Result<tatu_object> {
+pub(crate) fn nth_of_alias(c: &Ctx<'_>, at: tatu_object, path: &str, n: usize) -> Result<tatu_object> {
     let w = c.world();
     let (above, alias) = path.rsplit_once('/').unwrap_or(("", path));
     let base = match (above.is_empty(), at) {
@@ -159,9 +148,7 @@ pub(crate) fn nth_of_alias(
             left -= 1;
         }
     }
-    Err(Fail::missing(format!(
-        "there is no object `{path}` with the index {n}"
-    )))
+    Err(Fail::missing(format!("there is no object `{path}` with the index {n}")))
 }
 
 /// The model base at or above an object; 0: none.
@@ -176,13 +163,8 @@ fn model(c: &Ctx<'_>, mut at: tatu_object) -> Result<tatu_object> {
 #[cold]
 fn missing(c: &Ctx<'_>, wanted: &str, by: Prop) -> Fail {
     let fail = Fail::missing(format!("there is no object `{wanted}`"));
-    let known: Vec<String> = c
-        .world()
-        .list(0, 0, 0)
-        .unwrap_or_default()
-        .iter()
-        .filter_map(|o| text_of(c, *o, by).ok())
-        .collect();
+    let known: Vec<String> =
+        c.world().list(0, 0, 0).unwrap_or_default().iter().filter_map(|o| text_of(c, *o, by).ok()).collect();
     match nearest(wanted, &known).as_slice() {
         [] => fail,
         near => fail.help(format!("did you mean {}?", near.join(" or "))),

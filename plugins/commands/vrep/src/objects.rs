@@ -48,9 +48,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetObjectType", MINUS)
         .param(object("object"))
-        .returns(
-            Param::int("type").text("sim.object_..._type; -1 for objects that V-REP does not know"),
-        )
+        .returns(Param::int("type").text("sim.object_..._type; -1 for objects that V-REP does not know"))
         .text("Gives the type of an object.")
         .example("isShape = sim.getObjectType(h) == sim.object_shape_type"),
     );
@@ -73,12 +71,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simIsHandleValid", MINUS)
         .param(Param::any("handle"))
-        .param(
-            Param::int("type")
-                .default(-1)
-                .optional()
-                .text("ignored: all handles are of objects"),
-        )
+        .param(Param::int("type").default(-1).optional().text("ignored: all handles are of objects"))
         .returns(Param::int("valid").text("1 or 0"))
         .text("Whether a number is the handle of an object, as a number.")
         .example("if sim.isHandleValid(h) == 1 then sim.removeObject(h) end"),
@@ -146,9 +139,8 @@ fn get_object(c: &mut Ctx<'_>) -> Result {
     };
     let index = index.and_then(|v| v.as_i64()).unwrap_or(0);
     let found = if !names::is_path(&path) {
-        Err(Fail::missing(format!("`{path}` is no path")).help(
-            "a path begins with `/`, `.` or `:`; names of old scripts go to sim.getObjectHandle",
-        ))
+        Err(Fail::missing(format!("`{path}` is no path"))
+            .help("a path begins with `/`, `.` or `:`; names of old scripts go to sim.getObjectHandle"))
     } else if index > 0 {
         names::find_path(c, &format!("{path}{{{index}}}"), base)
     } else {

@@ -31,22 +31,12 @@ macro_rules! element {
 
 /// The elements; integers wrap around as their bits do.
 const ELEMENTS: &[Element] = &[
-    element!("Float", "Floats", f32, |x| x as f32, |x| Value::Float(
-        x.into()
-    )),
+    element!("Float", "Floats", f32, |x| x as f32, |x| Value::Float(x.into())),
     element!("Double", "Doubles", f64, |x| x, Value::Float),
-    element!("Int32", "Ints", i32, |x| x as i64 as i32, |x| Value::Int(
-        x.into()
-    )),
-    element!("UInt32", "UInts", u32, |x| x as i64 as u32, |x| Value::Int(
-        x.into()
-    )),
-    element!("UInt16", "Words", u16, |x| x as i64 as u16, |x| Value::Int(
-        x.into()
-    )),
-    element!("UInt8", "Bytes", u8, |x| x as i64 as u8, |x| Value::Int(
-        x.into()
-    )),
+    element!("Int32", "Ints", i32, |x| x as i64 as i32, |x| Value::Int(x.into())),
+    element!("UInt32", "UInts", u32, |x| x as i64 as u32, |x| Value::Int(x.into())),
+    element!("UInt16", "Words", u16, |x| x as i64 as u16, |x| Value::Int(x.into())),
+    element!("UInt8", "Bytes", u8, |x| x as i64 as u8, |x| Value::Int(x.into())),
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -69,12 +59,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .old_name(format!("simPack{name}Table"), NIL)
             .param(Param::any("numbers").text("a table; what is no number counts as 0"))
             .param(Param::int("start").default(0).optional().text("from 0"))
-            .param(
-                Param::int("count")
-                    .default(0)
-                    .optional()
-                    .text("0: all that follow"),
-            )
+            .param(Param::int("count").default(0).optional().text("0: all that follow"))
             .returns(Param::string("data").text("nothing for an empty table"))
             .text(format!("Packs numbers as {}.", described(e)))
             .example(format!("data = sim.pack{name}Table({{1, 2, 3}})")),
@@ -92,23 +77,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .old_name(format!("simUnpack{name}Table"), NIL)
             .param(Param::string("data"))
             .param(Param::int("start").default(0).optional().text("from 0"))
-            .param(
-                Param::int("count")
-                    .default(0)
-                    .optional()
-                    .text("0: all that follow"),
-            )
-            .param(
-                Param::int("byteOffset")
-                    .default(0)
-                    .optional()
-                    .text("bytes to skip first"),
-            )
+            .param(Param::int("count").default(0).optional().text("0: all that follow"))
+            .param(Param::int("byteOffset").default(0).optional().text("bytes to skip first"))
             .returns(Param::list("numbers").text("bytes left over at the end are ignored"))
-            .text(format!(
-                "Unpacks numbers that were packed as {}.",
-                described(e)
-            ))
+            .text(format!("Unpacks numbers that were packed as {}.", described(e)))
             .example(format!("numbers = sim.unpack{name}Table(data)")),
         );
     }
@@ -142,14 +114,7 @@ fn pack(e: &Element, numbers: impl Iterator<Item = f64>) -> Vec<u8> {
 fn unpack(e: &Element, bytes: &[u8], start: i64, count: i64) -> Value {
     let whole = bytes.len() / e.size;
     let range = part(whole, start, count);
-    Value::List(
-        bytes
-            .chunks_exact(e.size)
-            .skip(range.start)
-            .take(range.len())
-            .map(e.unpack)
-            .collect(),
-    )
+    Value::List(bytes.chunks_exact(e.size).skip(range.start).take(range.len()).map(e.unpack).collect())
 }
 
 #[cfg(test)]
@@ -167,33 +132,18 @@ mod tests {
         assert_eq!(data, [0, 0, 0xC0, 0x3F, 0, 0, 0, 0xC0]);
         let both = Value::List(vec![Value::Float(1.5), Value::Float(-2.0)]);
         assert_eq!(unpack(e, &data, 0, 0), both);
-        assert_eq!(
-            unpack(e, &data, 1, 1),
-            Value::List(vec![Value::Float(-2.0)])
-        );
-        assert_eq!(
-            unpack(e, &data[..7], 0, 0),
-            Value::List(vec![Value::Float(1.5)])
-        );
+        assert_eq!(unpack(e, &data, 1, 1), Value::List(vec![Value::Float(-2.0)]));
+        assert_eq!(unpack(e, &data[..7], 0, 0), Value::List(vec![Value::Float(1.5)]));
         assert_eq!(unpack(e, b"", 0, 0), Value::List(vec![]));
     }
 
     #[test]
     fn integers_wrap() {
-        assert_eq!(
-            pack(element("UInt8"), [256.0, -1.0, 7.9].into_iter()),
-            [0, 255, 7]
-        );
+        assert_eq!(pack(element("UInt8"), [256.0, -1.0, 7.9].into_iter()), [0, 255, 7]);
         assert_eq!(pack(element("UInt16"), [258.0].into_iter()), [2, 1]);
         let all = pack(element("UInt32"), [-1.0].into_iter());
-        assert_eq!(
-            unpack(element("Int32"), &all, 0, 0),
-            Value::List(vec![Value::Int(-1)])
-        );
-        assert_eq!(
-            unpack(element("UInt32"), &all, 0, 0),
-            Value::List(vec![Value::Int(0xFFFF_FFFF)])
-        );
+        assert_eq!(unpack(element("Int32"), &all, 0, 0), Value::List(vec![Value::Int(-1)]));
+        assert_eq!(unpack(element("UInt32"), &all, 0, 0), Value::List(vec![Value::Int(0xFFFF_FFFF)]));
     }
 
     #[test]

@@ -19,13 +19,7 @@ type Get = fn(&Ctx<'_>, i64) -> Result<Option<Value>>;
 type Set = fn(&Ctx<'_>, i64) -> Result<bool>;
 
 const FAMILIES: [Family; 5] = [
-    Family {
-        name: "Bool",
-        olds: &["Bool", "Boolean"],
-        sample: "sim.boolparam_headless",
-        get: get_bool,
-        set: None,
-    },
+    Family { name: "Bool", olds: &["Bool", "Boolean"], sample: "sim.boolparam_headless", get: get_bool, set: None },
     Family {
         name: "Int32",
         olds: &["Int32", "Integer"],
@@ -40,20 +34,8 @@ const FAMILIES: [Family; 5] = [
         get: get_float,
         set: None,
     },
-    Family {
-        name: "String",
-        olds: &["String"],
-        sample: "sim.stringparam_scene_name",
-        get: get_string,
-        set: None,
-    },
-    Family {
-        name: "Array",
-        olds: &["Array"],
-        sample: "sim.arrayparam_gravity",
-        get: get_array,
-        set: Some(set_array),
-    },
+    Family { name: "String", olds: &["String"], sample: "sim.stringparam_scene_name", get: get_string, set: None },
+    Family { name: "Array", olds: &["Array"], sample: "sim.arrayparam_gravity", get: get_array, set: Some(set_array) },
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -66,11 +48,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(x);
             Ok(())
         })
-        .param(
-            Param::any("seed")
-                .optional()
-                .text("ignored: the scene's seed counts"),
-        )
+        .param(Param::any("seed").optional().text("ignored: the scene's seed counts"))
         .returns(Param::float("x").text("0 <= x < 1"))
         .text("Gives a random number; the same ones in every run of a scene and seed.")
         .example("x = sim.getRandom()"),
@@ -124,16 +102,13 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
             .param(value)
             .returns(Param::int("done"))
             .text("Sets a parameter of the simulator.")
-            .example(format!(
-                "sim.set{name}Param({sample}, sim.get{name}Param({sample}))"
-            )),
+            .example(format!("sim.set{name}Param({sample}, sim.get{name}Param({sample}))")),
     );
 }
 
 fn read(c: &Ctx<'_>, family: &Family) -> Result<Value> {
     let n = c.i64(0)?;
-    (family.get)(c, n)?
-        .ok_or_else(|| Fail::unsupported(format!("there is no parameter {n} of this type")))
+    (family.get)(c, n)?.ok_or_else(|| Fail::unsupported(format!("there is no parameter {n} of this type")))
 }
 
 /// Whether a value is the one that is there; of truth values, as scripts see them.
@@ -210,8 +185,7 @@ fn get_string(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
         14 => parts(&file()?).0,
         15 => {
             let name = parts(&file()?).1;
-            name.rsplit_once('.')
-                .map_or(name.clone(), |(stem, _)| stem.into())
+            name.rsplit_once('.').map_or(name.clone(), |(stem, _)| stem.into())
         }
         _ => return Ok(None),
     };

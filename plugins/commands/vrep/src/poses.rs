@@ -29,11 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         getter("Quaternion", |c, p| {
             let flags = c.arg(0).as_i64().unwrap_or(0);
             let [x, y, z, w] = al::rotation(p);
-            let q = if flags & WXYZ != 0 {
-                [w, x, y, z]
-            } else {
-                [x, y, z, w]
-            };
+            let q = if flags & WXYZ != 0 { [w, x, y, z] } else { [x, y, z, w] };
             c.ret::<[f64]>(&q[..]);
         })
         .returns(Param::floats("quaternion", 4))
@@ -49,9 +45,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret::<[f64]>(&m[..]);
         })
         .returns(Param::floats("matrix", 12))
-        .text(
-            "Gives the frame of an object: 12 numbers, rows of {x axis, y axis, z axis, position}.",
-        )
+        .text("Gives the frame of an object: 12 numbers, rows of {x axis, y axis, z axis, position}.")
         .example("m = sim.getObjectMatrix(robot, -1)"),
     );
     offer.command(
@@ -165,10 +159,7 @@ fn getter(what: &str, give: impl Fn(&mut Ctx<'_>, &Pose) + 'static) -> Cmd {
 }
 
 /// A setter: `put` reads the value, argument `i`, into the pose that the object has now.
-fn setter(
-    what: &str,
-    put: impl Fn(&Ctx<'_>, ValueRef<'_>, usize, &mut Pose) -> Result + 'static,
-) -> Cmd {
+fn setter(what: &str, put: impl Fn(&Ctx<'_>, ValueRef<'_>, usize, &mut Pose) -> Result + 'static) -> Cmd {
     let value = what.to_lowercase();
     Cmd::new(format!("sim.setObject{what}"), move |c| {
         let id = id(c, 0)?;
@@ -189,9 +180,7 @@ fn setter(
     .param(flagged("object"))
     .param(Param::any(&value).text("a table; old scripts give the frame here, and the table last"))
     .param(
-        Param::any("relativeTo")
-            .optional()
-            .text("-1 or nil: the world, sim.handle_parent: its parent, or an object"),
+        Param::any("relativeTo").optional().text("-1 or nil: the world, sim.handle_parent: its parent, or an object"),
     )
 }
 
@@ -223,6 +212,5 @@ fn pose(c: &Ctx<'_>, id: tatu_object, frame: &Frame) -> Result<Pose> {
 
 /// A quaternion of length 1.
 pub(crate) fn unit(q: al::Quaternion, i: usize) -> Result<al::Quaternion> {
-    al::normalized(q)
-        .ok_or_else(|| Fail::argument(format!("argument {}: the quaternion is zero", i + 1)))
+    al::normalized(q).ok_or_else(|| Fail::argument(format!("argument {}: the quaternion is zero", i + 1)))
 }

@@ -36,6 +36,8 @@ return {
             beforeCopy = 12,
             afterCopy = 13,
         },
+        -- Only texts that speak of threads are run as one.
+        needs = { thread = { "sim_childscriptcall_threaded" } },
         extra = { sim_current_script_id = "script" },
     },
     -- The name space of commands and constants.

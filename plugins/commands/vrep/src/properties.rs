@@ -5,22 +5,8 @@
 use crate::{Vrep, algebra as al, kit::*};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    family(
-        offer,
-        "Int32",
-        "IntParameter",
-        get_int,
-        set_int,
-        Param::int("value"),
-    );
-    family(
-        offer,
-        "Float",
-        "FloatParameter",
-        get_float,
-        set_float,
-        Param::float("value"),
-    );
+    family(offer, "Int32", "IntParameter", get_int, set_int, Param::int("value"));
+    family(offer, "Float", "FloatParameter", get_float, set_float, Param::float("value"));
     offer.command(
         Cmd::new("sim.getObjectSpecialProperty", |c| {
             let o = living(c, 0)?;
@@ -38,8 +24,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.setObjectSpecialProperty", |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let seen = c.i64(1)? & DETECTABLE != 0;
-            c.world()
-                .set(shape, c.plugin().p.detectable, &Value::Bool(seen))?;
+            c.world().set(shape, c.plugin().p.detectable, &Value::Bool(seen))?;
             done(c)
         })
         .old_name("simSetObjectSpecialProperty", MINUS)
@@ -56,14 +41,7 @@ type Get<T> = fn(&Ctx<'_>, Object, i64) -> Result<Option<T>>;
 type Set<T> = fn(&Ctx<'_>, Object, i64, T) -> Result<bool>;
 
 /// The commands of one type of value.
-fn family<T: Number>(
-    offer: &mut Offer<Vrep>,
-    name: &str,
-    old: &str,
-    get: Get<T>,
-    set: Set<T>,
-    value: Param,
-) {
+fn family<T: Number>(offer: &mut Offer<Vrep>, name: &str, old: &str, get: Get<T>, set: Set<T>, value: Param) {
     let id = || Param::int("parameter").text("a number from the tables of constants");
     let read = move |c: &Ctx<'_>| -> Result<Option<T>> {
         let (o, n) = (living(c, 0)?, c.i64(1)?);
@@ -82,11 +60,7 @@ fn family<T: Number>(
         })
         .param(object("object"))
         .param(id())
-        .returns(
-            value
-                .clone()
-                .text("nothing if the object has no such parameter"),
-        )
+        .returns(value.clone().text("nothing if the object has no such parameter"))
         .text("Gives a parameter of an object.")
         .example(format!("v = sim.getObject{name}Param(box, 3005)")),
     );
@@ -136,9 +110,7 @@ fn family<T: Number>(
             .returns(Param::int("result").text("1; 0 alone: the object has no such parameter"))
             .returns(value.clone())
             .text("Gives whether an object has a parameter, and its value.")
-            .example(format!(
-                "result, v = sim.getObject{name}Parameter(box, 3005)"
-            )),
+            .example(format!("result, v = sim.getObject{name}Parameter(box, 3005)")),
     );
     offer.command(
         setter

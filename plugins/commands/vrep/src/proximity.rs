@@ -4,14 +4,8 @@ use crate::{Vrep, kit::*};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| {
-        Cmd::new(format!("sim.{name}ProximitySensor"), run).old_name(
-            format!(
-                "sim{}{}ProximitySensor",
-                name[..1].to_uppercase(),
-                &name[1..]
-            ),
-            MINUS,
-        )
+        Cmd::new(format!("sim.{name}ProximitySensor"), run)
+            .old_name(format!("sim{}{}ProximitySensor", name[..1].to_uppercase(), &name[1..]), MINUS)
     };
     let answers = |command: Cmd| {
         command
@@ -19,11 +13,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 "1: seen, 0: nothing; old scripts get nothing else when nothing is seen, \
                     and -1 before the first time",
             ))
-            .returns(
-                Param::float("distance")
-                    .unit("m")
-                    .text("from the sensor's origin"),
-            )
+            .returns(Param::float("distance").unit("m").text("from the sensor's origin"))
             .returns(Param::floats("point", 3).unit("m").text("sensor frame"))
             .returns(Param::int("object").text("-1: none"))
             .returns(Param::floats("normal", 3).text("of the surface, sensor frame"))
@@ -41,21 +31,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         answers(command("handle", handle_now))
-            .param(
-                Param::int("sensor")
-                    .text("a handle, sim.handle_all or sim.handle_all_except_explicit"),
-            )
+            .param(Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
             .text("Lets a proximity sensor look now; of several, gives the nearest detection.")
             .example("result, distance = sim.handleProximitySensor(laser)"),
     );
     offer.command(
         answers(command("check", |c| {
             let sensor = id(c, 0)?;
-            let only = if c.i64(1)? == HANDLE_ALL {
-                0
-            } else {
-                living(c, 1)?.id
-            };
+            let only = if c.i64(1)? == HANDLE_ALL { 0 } else { living(c, 1)?.id };
             let sight = look(c, sensor, only)?;
             give(c, sight);
             Ok(())
@@ -71,16 +54,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         command("reset", |c| {
             for sensor in sensors(c)? {
-                c.world()
-                    .reset_reading(sensor)
-                    .map_err(|e| not_proximity(c, sensor, e))?;
+                c.world().reset_reading(sensor).map_err(|e| not_proximity(c, sensor, e))?;
             }
             c.ret(1_i64);
             Ok(())
         })
-        .param(
-            Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"),
-        )
+        .param(Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
         .returns(Param::int("done"))
         .text("Forgets what a proximity sensor saw.")
         .example("sim.resetProximitySensor(sonar)"),
@@ -92,12 +71,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 enum Sight {
     Never,
     Nothing,
-    Seen {
-        distance: f64,
-        point: [f64; 3],
-        object: i64,
-        normal: [f64; 3],
-    },
+    Seen { distance: f64, point: [f64; 3], object: i64, normal: [f64; 3] },
 }
 
 /// Whether a caller gets only one value when nothing is seen: flat names, and scripts of versions before 4.7.
@@ -111,12 +85,7 @@ type Rest = (f64, [f64; 3], i64, [f64; 3]);
 /// The first value of an answer, and the four that follow, if they do.
 fn shape(short: bool, sight: Sight) -> (i64, Option<Rest>) {
     match sight {
-        Sight::Seen {
-            distance,
-            point,
-            object,
-            normal,
-        } => (1, Some((distance, point, object, normal))),
+        Sight::Seen { distance, point, object, normal } => (1, Some((distance, point, object, normal))),
         Sight::Nothing if short => (0, None),
         Sight::Never if short => (-1, None),
         _ => (0, Some((0.0, [0.0; 3], -1, [0.0; 3]))),
@@ -137,9 +106,7 @@ fn give(c: &mut Ctx<'_>, sight: Sight) {
 /// The last reading of a sensor.
 fn last(c: &Ctx<'_>, sensor: tatu_object) -> Result<Sight> {
     let (w, p) = (c.world(), &c.plugin().p);
-    let detected = w
-        .reading(sensor, p.detected)
-        .map_err(|e| not_proximity(c, sensor, e))?;
+    let detected = w.reading(sensor, p.detected).map_err(|e| not_proximity(c, sensor, e))?;
     if detected.sequence() == 0 {
         return Ok(Sight::Never);
     }
@@ -151,26 +118,15 @@ fn last(c: &Ctx<'_>, sensor: tatu_object) -> Result<Sight> {
         Ok(reading.f64s().first_chunk().copied().unwrap_or_default())
     };
     Ok(Sight::Seen {
-        distance: w
-            .reading(sensor, p.distance)?
-            .f64s()
-            .first()
-            .copied()
-            .unwrap_or(0.0),
+        distance: w.reading(sensor, p.distance)?.f64s().first().copied().unwrap_or(0.0),
         point: three(p.point)?,
-        object: w
-            .reading(sensor, p.seen_object)?
-            .objects()
-            .first()
-            .map_or(-1, |o| handle(*o)),
+        object: w.reading(sensor, p.seen_object)?.objects().first().map_or(-1, |o| handle(*o)),
         normal: three(p.normal)?,
     })
 }
 
 fn look(c: &Ctx<'_>, sensor: tatu_object, only: tatu_object) -> Result<Sight> {
-    c.world()
-        .sense_now(sensor, only)
-        .map_err(|e| not_proximity(c, sensor, e))?;
+    c.world().sense_now(sensor, only).map_err(|e| not_proximity(c, sensor, e))?;
     last(c, sensor)
 }
 
@@ -208,22 +164,16 @@ fn sensors(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
 fn not_proximity(c: &Ctx<'_>, sensor: tatu_object, fail: Fail) -> Fail {
     let p = &c.plugin().p;
     match c.world().look(sensor) {
-        Ok(o) if o.kind == TATU_KIND_SENSOR && c.world().reading(o.id, p.detected).is_err() => {
-            Fail::argument(format!(
-                "object {} `{}` is a sensor of kind `{}`, not a proximity sensor",
-                o.handle(),
-                path(c, o.id),
-                text_of(c, o.id, p.sensor_kind).unwrap_or_default()
-            ))
-        }
+        Ok(o) if o.kind == TATU_KIND_SENSOR && c.world().reading(o.id, p.detected).is_err() => Fail::argument(format!(
+            "object {} `{}` is a sensor of kind `{}`, not a proximity sensor",
+            o.handle(),
+            path(c, o.id),
+            text_of(c, o.id, p.sensor_kind).unwrap_or_default()
+        )),
         Ok(o) if o.kind == TATU_KIND_SENSOR => fail,
         _ => {
             let e = explain(c, sensor, TATU_KIND_SENSOR, fail);
-            Fail::with_code(
-                e.code(),
-                e.text()
-                    .replace(", not a sensor", ", not a proximity sensor"),
-            )
+            Fail::with_code(e.code(), e.text().replace(", not a sensor", ", not a proximity sensor"))
         }
     }
 }
@@ -232,12 +182,7 @@ fn not_proximity(c: &Ctx<'_>, sensor: tatu_object, fail: Fail) -> Fail {
 mod tests {
     use super::*;
 
-    const SEEN: Sight = Sight::Seen {
-        distance: 0.5,
-        point: [0.0, 0.0, 0.5],
-        object: 7,
-        normal: [0.0, 0.0, -1.0],
-    };
+    const SEEN: Sight = Sight::Seen { distance: 0.5, point: [0.0, 0.0, 0.5], object: 7, normal: [0.0, 0.0, -1.0] };
     const EMPTY: Rest = (0.0, [0.0; 3], -1, [0.0; 3]);
 
     #[test]

@@ -19,16 +19,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("robot = sim.getObjectAssociatedWithScript(sim.handle_self)"),
     );
     for (name, kind, text) in [
-        (
-            "getScriptAssociatedWithObject",
-            "child",
-            "Gives the child script of an object.",
-        ),
-        (
-            "getCustomizationScriptAssociatedWithObject",
-            "customization",
-            "Gives the customization script of an object.",
-        ),
+        ("getScriptAssociatedWithObject", "child", "Gives the child script of an object."),
+        ("getCustomizationScriptAssociatedWithObject", "customization", "Gives the customization script of an object."),
     ] {
         offer.command(
             Cmd::new(format!("sim.{name}"), move |c| {
@@ -54,24 +46,16 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                         Some(name) => names::find(c, &name)?,
                         None => living(c, 1)?.id,
                     };
-                    let kind = kind_of(kind).ok_or_else(|| {
-                        Fail::unsupported(format!("there are no scripts of type {kind}"))
-                    })?;
+                    let kind = kind_of(kind)
+                        .ok_or_else(|| Fail::unsupported(format!("there are no scripts of type {kind}")))?;
                     script_of(c, owner, kind)?
                 }
             };
             c.ret(handle(script));
             Ok(())
         })
-        .param(
-            Param::int("type")
-                .text("sim.scripttype_...; or sim.handle_self alone: the calling script"),
-        )
-        .param(
-            Param::any("object")
-                .optional()
-                .text("a handle, path or name"),
-        )
+        .param(Param::int("type").text("sim.scripttype_...; or sim.handle_self alone: the calling script"))
+        .param(Param::any("object").optional().text("a handle, path or name"))
         .returns(Param::int("script").text("-1: none"))
         .text("Gives the script of a type that an object has.")
         .example("script = sim.getScript(sim.scripttype_childscript, robot)"),
@@ -114,14 +98,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.callScriptFunction", call)
             .old_name("simCallScriptFunction", MINUS)
-            .param(
-                Param::string("function")
-                    .text("its name; old scripts add `@` and the name of the script's object"),
-            )
-            .param(
-                Param::int("script")
-                    .text("a handle, sim.handle_self, or a script type where the object is named"),
-            )
+            .param(Param::string("function").text("its name; old scripts add `@` and the name of the script's object"))
+            .param(Param::int("script").text("a handle, sim.handle_self, or a script type where the object is named"))
             .param(Param::any("arguments").rest())
             .returns(Param::any("results").text("what the function returns"))
             .text("Calls a function of another script.")
@@ -159,11 +137,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let key = (self_or(c, 0)?, c.bytes(1)?.to_vec());
             let found = state(c)?.parameters.get(&key).cloned();
             if let Some(text) = found {
-                let value = if c.arg(2).truthy() {
-                    Value::Text(text)
-                } else {
-                    typed(text)
-                };
+                let value = if c.arg(2).truthy() { Value::Text(text) } else { typed(text) };
                 c.ret::<Value>(value);
             }
             Ok(())
@@ -171,14 +145,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetScriptSimulationParameter", NIL)
         .param(Param::int("script").text("a handle, or sim.handle_self"))
         .param(Param::string("name"))
-        .param(
-            Param::any("asText")
-                .optional()
-                .text("true: as text, whatever it holds"),
-        )
-        .returns(
-            Param::any("value").text("a truth value, number or text; nothing if it is not set"),
-        )
+        .param(Param::any("asText").optional().text("true: as text, whatever it holds"))
+        .returns(Param::any("value").text("a truth value, number or text; nothing if it is not set"))
         .text("Gives a parameter of a script that another script has set.")
         .example("speed = sim.getScriptSimulationParameter(sim.handle_self, 'speed')"),
     );
@@ -200,9 +168,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.handleChildScripts", |c| {
             let script = c.caller_script();
             if script != 0 && text_of(c, script, c.plugin().p.script_kind)? == "main" {
-                return Err(Fail::unsupported(
-                    "the host calls child scripts; a main script cannot",
-                ));
+                return Err(Fail::unsupported("the host calls child scripts; a main script cannot"));
             }
             c.ret(0_i64);
             Ok(())
@@ -224,8 +190,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// The script of a kind that belongs to an object; 0: none.
 fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object> {
     let all = c.world().scripts(owner)?;
-    let of_kind =
-        |s: &&tatu_object| text_of(c, **s, c.plugin().p.script_kind).is_ok_and(|k| k == kind);
+    let of_kind = |s: &&tatu_object| text_of(c, **s, c.plugin().p.script_kind).is_ok_and(|k| k == kind);
     Ok(all.iter().find(of_kind).copied().unwrap_or(0))
 }
 
@@ -261,10 +226,7 @@ fn typed(text: Vec<u8>) -> Value {
         b"nil" => Value::Nil,
         b"true" => Value::Bool(true),
         b"false" => Value::Bool(false),
-        t => match std::str::from_utf8(t)
-            .ok()
-            .and_then(|t| t.trim().parse::<f64>().ok())
-        {
+        t => match std::str::from_utf8(t).ok().and_then(|t| t.trim().parse::<f64>().ok()) {
             Some(x) if x.is_finite() => Value::Float(x),
             _ => Value::Text(text),
         },

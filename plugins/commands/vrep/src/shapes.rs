@@ -25,17 +25,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simCreatePureShape", MINUS)
         .param(Param::int("primitive").text("0: cuboid, 1: sphere, 2: cylinder"))
-        .param(
-            Param::int("options")
-                .text("8: collides, 16: physics does not move it; others are ignored"),
-        )
+        .param(Param::int("options").text("8: collides, 16: physics does not move it; others are ignored"))
         .param(table("sizes", "{x, y, z} full extents, m"))
         .param(Param::float("mass").unit("kg"))
-        .param(
-            Param::any("precision")
-                .optional()
-                .text("ignored: round shapes are exact"),
-        )
+        .param(Param::any("precision").optional().text("ignored: round shapes are exact"))
         .returns(Param::int("shape"))
         .text("Makes a simple shape, which physics moves unless the options say otherwise.")
         .example("box = sim.createPureShape(0, 8, {0.1, 0.1, 0.1}, 0.5)"),
@@ -49,11 +42,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 5 => ("cylinder", "Cylinder"),
                 8 => ("capsule", "Capsule"),
                 n => {
-                    return Err(
-                        Fail::unsupported(format!("there is no primitive shape {n}")).help(
-                            "plane 1, cuboid 3, spheroid 4, cylinder 5 and capsule 8 are known",
-                        ),
-                    );
+                    return Err(Fail::unsupported(format!("there is no primitive shape {n}"))
+                        .help("plane 1, cuboid 3, spheroid 4, cylinder 5 and capsule 8 are known"));
                 }
             };
             let shape = make(c, primitive, alias, numbers(c, 1)?)?;
@@ -62,12 +52,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::int("primitive").text("sim.primitiveshape_..."))
         .param(table("sizes", "{x, y, z} full extents, m"))
-        .param(
-            Param::int("options")
-                .default(0)
-                .optional()
-                .text("ignored: they are for looks"),
-        )
+        .param(Param::int("options").default(0).optional().text("ignored: they are for looks"))
         .returns(Param::int("shape"))
         .text("Makes a simple shape that neither moves nor collides until its parameters say so.")
         .example("ball = sim.createPrimitiveShape(sim.primitiveshape_spheroid, {0.2, 0.2, 0.2})"),
@@ -79,12 +64,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simCreateDummy", MINUS)
-        .param(
-            Param::float("size")
-                .default(0.01)
-                .optional()
-                .text("ignored"),
-        )
+        .param(Param::float("size").default(0.01).optional().text("ignored"))
         .param(Param::any("color").optional().text("ignored"))
         .returns(Param::int("dummy"))
         .text("Makes a dummy: a frame without a body.")
@@ -145,11 +125,7 @@ fn facts(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetShapeColor", MINUS)
         .param(object("shape"))
-        .param(
-            Param::any("colorName")
-                .optional()
-                .text("ignored: a shape has one colour"),
-        )
+        .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
         .param(Param::int("component").text("0: sim.colorcomponent_ambient_diffuse"))
         .returns(Param::int("result").text("1"))
         .returns(Param::floats("rgb", 3).text("0 to 1"))
@@ -166,11 +142,7 @@ fn facts(offer: &mut Offer<Vrep>) {
         })
         .old_name("simSetShapeColor", MINUS)
         .param(object("shape"))
-        .param(
-            Param::any("colorName")
-                .optional()
-                .text("ignored: a shape has one colour"),
-        )
+        .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
         .param(Param::int("component").text("0: sim.colorcomponent_ambient_diffuse"))
         .param(table("rgb", "0 to 1"))
         .text("Sets the colour of a shape.")
@@ -181,10 +153,10 @@ fn facts(offer: &mut Offer<Vrep>) {
 fn diffuse_only(component: i64) -> Result {
     match component {
         0 => Ok(()),
-        n => Err(
-            Fail::unsupported(format!("shapes have no colour component {n}"))
-                .help("0 (ambient and diffuse) is known"),
-        ),
+        n => {
+            Err(Fail::unsupported(format!("shapes have no colour component {n}"))
+                .help("0 (ambient and diffuse) is known"))
+        }
     }
 }
 
@@ -199,9 +171,7 @@ fn make(c: &Ctx<'_>, primitive: &str, alias: &str, size: [f64; 3]) -> Result<tat
     }
     let (w, p) = (c.world(), &c.plugin().p);
     let shape = w.create("shape", 0, alias)?;
-    let made = w
-        .set(shape, p.primitive, &primitive.into())
-        .and_then(|()| w.set_f64s(shape, p.size, &size));
+    let made = w.set(shape, p.primitive, &primitive.into()).and_then(|()| w.set_f64s(shape, p.size, &size));
     if let Err(e) = made {
         w.remove(&[shape])?;
         return Err(e);

@@ -8,13 +8,7 @@ pub(crate) const KINDS: [u32; 3] = [0, 1, 2];
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     kind(offer, 0, "Int32", &["Integer"], Param::int("value"));
     kind(offer, 1, "Float", &[], Param::float("value"));
-    kind(
-        offer,
-        2,
-        "String",
-        &[],
-        Param::string("value").text("any bytes"),
-    );
+    kind(offer, 2, "String", &[], Param::string("value").text("any bytes"));
     offer.command(
         Cmd::new("sim.getSignalName", |c| {
             let (index, kind) = (c.i64(0)?, c.i64(1)?);
@@ -61,9 +55,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: 
         .param(Param::string("name"))
         .param(value.clone())
         .returns(Param::int("done"))
-        .text(format!(
-            "Sets the {word} signal of a name, for all scripts."
-        ))
+        .text(format!("Sets the {word} signal of a name, for all scripts."))
         .example(format!("sim.set{name}Signal('state', '3')")),
     );
     offer.command(

@@ -64,36 +64,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("on = sim.getRealTimeSimulation()"),
     );
     for (name, what, text) in [
-        (
-            "startSimulation",
-            TATU_REQUEST_START,
-            "Asks for the simulation to start, or to go on after a pause.",
-        ),
-        (
-            "pauseSimulation",
-            TATU_REQUEST_PAUSE,
-            "Asks for the simulation to pause after this step.",
-        ),
-        (
-            "stopSimulation",
-            TATU_REQUEST_STOP,
-            "Asks for the simulation to stop after this step.",
-        ),
-        (
-            "quitSimulator",
-            TATU_REQUEST_QUIT,
-            "Asks for the program to end.",
-        ),
+        ("startSimulation", TATU_REQUEST_START, "Asks for the simulation to start, or to go on after a pause."),
+        ("pauseSimulation", TATU_REQUEST_PAUSE, "Asks for the simulation to pause after this step."),
+        ("stopSimulation", TATU_REQUEST_STOP, "Asks for the simulation to stop after this step."),
+        ("quitSimulator", TATU_REQUEST_QUIT, "Asks for the program to end."),
     ] {
         offer.command(
             Cmd::new(format!("sim.{name}"), move |c| {
                 c.world().request(what)?;
                 done(c)
             })
-            .old_name(
-                format!("sim{}{}", name[..1].to_uppercase(), &name[1..]),
-                MINUS,
-            )
+            .old_name(format!("sim{}{}", name[..1].to_uppercase(), &name[1..]), MINUS)
             .param(Param::any("unused").optional())
             .text(text)
             .example(format!("sim.{name}()")),
@@ -129,12 +110,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetSystemTimeInMs", MINUS)
         .old_name("simGetSystemTimeInMilliseconds", MINUS)
-        .param(
-            Param::int("since")
-                .default(-1)
-                .optional()
-                .text("an earlier time; -1 or -2: none"),
-        )
+        .param(Param::int("since").default(-1).optional().text("an earlier time; -1 or -2: none"))
         .returns(Param::int("time").text("ms"))
         .text(
             "Gives the simulation time in milliseconds, in place of a clock's, or how \

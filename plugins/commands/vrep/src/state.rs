@@ -65,11 +65,8 @@ impl Drop for Inner {
 /// than before means a new one.
 pub(crate) fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Inner>> {
     let step = int_of(c, 0, c.plugin().p.step)?;
-    let mut inner = c
-        .instance()
-        .0
-        .try_borrow_mut()
-        .map_err(|_| Fail::with_code(TATU_ERR_BUSY, "called from within itself"))?;
+    let mut inner =
+        c.instance().0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "called from within itself"))?;
     if step < inner.step {
         *inner = Inner::new(inner.host);
     }

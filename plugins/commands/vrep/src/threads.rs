@@ -19,16 +19,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simWait", NIL)
         .param(Param::float("duration").unit("s"))
-        .param(
-            Param::any("simulationTime")
-                .optional()
-                .text("ignored: simulation time is the only one"),
-        )
-        .returns(
-            Param::float("late")
-                .unit("s")
-                .text("by how much it waited too long"),
-        )
+        .param(Param::any("simulationTime").optional().text("ignored: simulation time is the only one"))
+        .returns(Param::float("late").unit("s").text("by how much it waited too long"))
         .text("Waits for a while, where the calling script can wait.")
         .example("sim.wait(1.5)"),
     );
@@ -60,9 +52,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.waitForSignal", wait_for_signal)
             .old_name("simWaitForSignal", NIL)
             .param(Param::string("name"))
-            .returns(
-                Param::any("value").text("nothing if it is not set and the caller cannot wait"),
-            )
+            .returns(Param::any("value").text("nothing if it is not set and the caller cannot wait"))
             .text("Waits until a signal of any kind is set, and gives its value.")
             .example("value = sim.waitForSignal('start')"),
     );

@@ -35,9 +35,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getObjectChild", |c| {
             let base = base(c, 0)?;
             let index = usize::try_from(c.i64(1)?).ok();
-            let below = c
-                .world()
-                .list(base, 0, TATU_LIST_CHILDREN | TATU_LIST_SKIP_BASE)?;
+            let below = c.world().list(base, 0, TATU_LIST_CHILDREN | TATU_LIST_SKIP_BASE)?;
             let child = index.and_then(|i| below.get(i).copied()).unwrap_or(0);
             c.ret(handle(child));
             Ok(())
@@ -66,17 +64,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetObjectsInTree", NIL)
         .param(Param::int("object").text("a handle, or sim.handle_scene"))
+        .param(Param::int("type").default(-2).optional().text("sim.object_..._type, or sim.handle_all"))
         .param(
-            Param::int("type")
-                .default(-2)
-                .optional()
-                .text("sim.object_..._type, or sim.handle_all"),
-        )
-        .param(
-            Param::int("options")
-                .default(0)
-                .optional()
-                .text("1: without the object itself, 2: only direct children"),
+            Param::int("options").default(0).optional().text("1: without the object itself, 2: only direct children"),
         )
         .returns(Param::list("objects"))
         .text("Lists an object and all that hang below it, level by level.")
@@ -92,12 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetObjects", MINUS)
         .param(Param::int("index").text("from 0"))
-        .param(
-            Param::int("type")
-                .default(-2)
-                .optional()
-                .text("sim.object_..._type, or sim.handle_all"),
-        )
+        .param(Param::int("type").default(-2).optional().text("sim.object_..._type, or sim.handle_all"))
         .returns(Param::int("object").text("-1: no more"))
         .text("Gives one of all objects of a type.")
         .example("firstShape = sim.getObjects(0, sim.object_shape_type)"),
@@ -127,21 +112,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     let id = u64::try_from(n & HANDLE_BITS).unwrap_or(0);
                     match c.world().look(id) {
                         Ok(o) if n > 0 => Ok(o.id),
-                        _ => Err(Fail::missing(format!(
-                            "element {}: there is no object {n}",
-                            i + 1
-                        ))),
+                        _ => Err(Fail::missing(format!("element {}: there is no object {n}", i + 1))),
                     }
                 })
                 .collect::<Result<Vec<_>>>()?;
             c.world().remove(&all)
         })
         .param(Param::list("objects").text("handles"))
-        .param(
-            Param::any("delayed")
-                .optional()
-                .text("ignored: what they own ends at the next stage in any case"),
-        )
+        .param(Param::any("delayed").optional().text("ignored: what they own ends at the next stage in any case"))
         .text("Removes objects; what hangs below them goes to their parents.")
         .example("sim.removeObjects({box, ball})"),
     );

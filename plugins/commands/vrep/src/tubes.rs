@@ -44,11 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.tubeRead", read)
             .old_name("simTubeRead", NIL)
             .param(Param::int("tube"))
-            .param(
-                Param::any("blocking")
-                    .optional()
-                    .text("true: waits for a packet, where waiting is possible"),
-            )
+            .param(Param::any("blocking").optional().text("true: waits for a packet, where waiting is possible"))
             .returns(Param::string("data").text("nothing if no packet waits"))
             .text("Takes the oldest packet that waits at this end of a tube.")
             .example("data = sim.tubeRead(tube)"),
@@ -126,18 +122,11 @@ struct End {
 
 impl Tubes {
     fn open(&mut self, header: i64, name: Vec<u8>, room: i64) -> Option<i64> {
-        let known = self
-            .tubes
-            .iter()
-            .position(|t| t.header == header && t.name == name);
+        let known = self.tubes.iter().position(|t| t.header == header && t.name == name);
         let tube = match known {
             Some(i) => &mut self.tubes[i],
             None => {
-                self.tubes.push(Tube {
-                    header,
-                    name,
-                    ends: Default::default(),
-                });
+                self.tubes.push(Tube { header, name, ends: Default::default() });
                 self.tubes.last_mut()?
             }
         };
@@ -176,11 +165,7 @@ impl Tubes {
     fn status(&mut self, handle: i64) -> Option<(bool, usize, usize)> {
         let (tube, end) = self.find(handle)?;
         let (here, there) = (&tube.ends[end], &tube.ends[1 - end]);
-        Some((
-            there.handle.is_some(),
-            here.packets.len(),
-            there.packets.len(),
-        ))
+        Some((there.handle.is_some(), here.packets.len(), there.packets.len()))
     }
     /// What was written before stays readable at the other end.
     fn close(&mut self, handle: i64) -> bool {
@@ -188,8 +173,7 @@ impl Tubes {
             return false;
         };
         tube.ends[end] = End::default();
-        self.tubes
-            .retain(|t| t.ends.iter().any(|e| e.handle.is_some()));
+        self.tubes.retain(|t| t.ends.iter().any(|e| e.handle.is_some()));
         true
     }
 }

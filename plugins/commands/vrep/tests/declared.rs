@@ -29,10 +29,7 @@ unsafe fn text(p: *const c_char) -> String {
 
 unsafe fn list<T>(p: *const *const T) -> Vec<*const T> {
     // SAFETY: lists are null-terminated.
-    (0..)
-        .map(|i| unsafe { *p.add(i) })
-        .take_while(|t| !t.is_null())
-        .collect()
+    (0..).map(|i| unsafe { *p.add(i) }).take_while(|t| !t.is_null()).collect()
 }
 
 /// A parameter as the table shows it: optional ones in brackets, "..." for any number.
@@ -51,12 +48,8 @@ unsafe fn shown(p: *const tatu_param) -> String {
 }
 
 fn declared() -> (Vec<Declared>, Vec<String>) {
-    let host = tatu_host {
-        size: size_of::<tatu_host>() as u32,
-        abi_minor: 0,
-        ctx: null_mut(),
-        service: Some(no_service),
-    };
+    let host =
+        tatu_host { size: size_of::<tatu_host>() as u32, abi_minor: 0, ctx: null_mut(), service: Some(no_service) };
     let plugin = &tatu_commands_vrep::tatu_plugin.0;
     let mut me = null_mut();
     // SAFETY: used as the header tells: init, extension, read, shutdown.
@@ -66,23 +59,14 @@ fn declared() -> (Vec<Declared>, Vec<String>) {
         let commands = list((*ext).commands)
             .into_iter()
             .map(|c| Declared {
-                names: list((*c).names)
-                    .into_iter()
-                    .map(|n| text((*n).name))
-                    .collect(),
+                names: list((*c).names).into_iter().map(|n| text((*n).name)).collect(),
                 params: list((*c).params).into_iter().map(|p| shown(p)).collect(),
-                returns: list((*c).returns)
-                    .into_iter()
-                    .map(|p| text((*p).key))
-                    .collect(),
+                returns: list((*c).returns).into_iter().map(|p| text((*p).key)).collect(),
                 text: text((*c).text),
                 example: text((*c).example),
             })
             .collect();
-        let constants = list((*ext).constants)
-            .into_iter()
-            .map(|c| text((*c).name))
-            .collect();
+        let constants = list((*ext).constants).into_iter().map(|c| text((*c).name)).collect();
         plugin.shutdown.unwrap()(me);
         (commands, constants)
     }
@@ -113,10 +97,7 @@ fn old_names_follow_the_rule() {
         ("simJointGetForce", "sim.getJointForce"),
         ("simTransformVector", "sim.multiplyVector"),
         ("simHandleChildScript", "sim.handleChildScripts"),
-        (
-            "simIsScriptRunningInThread",
-            "sim.isScriptExecutionThreaded",
-        ),
+        ("simIsScriptRunningInThread", "sim.isScriptExecutionThreaded"),
         ("simGetObjectUniqueIdentifier", "sim.getObjectUid"),
         ("simGetSystemTimeInMilliseconds", "sim.getSystemTimeInMs"),
     ]);
@@ -139,11 +120,7 @@ fn old_names_follow_the_rule() {
 #[test]
 fn seeds_find_their_functions() {
     let (commands, constants) = declared();
-    let names: BTreeSet<_> = commands
-        .iter()
-        .flat_map(|c| c.names.iter())
-        .chain(&constants)
-        .collect();
+    let names: BTreeSet<_> = commands.iter().flat_map(|c| c.names.iter()).chain(&constants).collect();
     for wanted in [
         "simGetObjectHandle",
         "simReadProximitySensor",
@@ -189,16 +166,12 @@ fn readme_lists_every_command() {
     if std::env::var_os("TATU_WRITE_README").is_some() {
         std::fs::write(path, [head, begin, &expected, end, tail].concat()).unwrap();
     } else {
-        assert!(
-            table == expected,
-            "set TATU_WRITE_README=1 and run this test again"
-        );
+        assert!(table == expected, "set TATU_WRITE_README=1 and run this test again");
     }
 }
 
 fn render() -> String {
-    let mut out =
-        String::from("| Command | Other names | Gives | What it does |\n|---|---|---|---|\n");
+    let mut out = String::from("| Command | Other names | Gives | What it does |\n|---|---|---|---|\n");
     for c in declared().0 {
         let others: Vec<_> = c.names[1..].iter().map(|n| format!("`{n}`")).collect();
         out += &format!(

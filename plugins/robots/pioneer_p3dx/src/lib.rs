@@ -8,7 +8,7 @@ mod parts;
 mod presets;
 mod sonar;
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use tatu_plugin_api::{
     safe::{Builder, Host, Model, Offer, Param, Params, Plugin, Result, World},
@@ -44,12 +44,9 @@ impl Model for PioneerP3dx {
 
     fn params() -> Vec<Param> {
         vec![
-            Param::string("preset")
-                .choices(presets::NAMES)
-                .default(presets::NAMES[0])
-                .text(
-                    "Which numbers: those of V-REP's library model, or those of data sheets and the maker's software.",
-                ),
+            Param::string("preset").choices(presets::NAMES).default(presets::NAMES[0]).text(
+                "Which numbers: those of V-REP's library model, or those of data sheets and the maker's software.",
+            ),
             Param::float("sonar_range")
                 .unit("m")
                 .range(0.1, 5.0)
@@ -60,16 +57,12 @@ impl Model for PioneerP3dx {
                 .range(0.01, PI)
                 .default(PI / 6.0)
                 .text("Full opening angle of a sonar's cone."),
-            Param::float("sonar_max_incidence")
-                .unit("rad")
-                .range(0.0, FRAC_PI_2)
-                .default(FRAC_PI_4)
-                .text(
-                    "Greatest angle between a sonar's line of sight and the surface normal; a quarter turn switches \
-                     the limit off. The original model has it switched on at 45 degrees: this is what keeps the floor \
-                     out of the cones, which reach the ground 0.77 m away from 0.207 m up, whereas a wall is still \
-                     seen. Whoever switches it off sees the floor at any range above 0.8 m.",
-                ),
+            Param::float("sonar_max_incidence").unit("rad").range(0.0, FRAC_PI_2).default(72f64.to_radians()).text(
+                "Greatest angle between a sonar's line of sight and the surface normal; a quarter turn switches \
+                     the limit off. 72 degrees keep the floor out of cones that reach the ground 0.77 m away, at 75 \
+                     degrees from its normal. The original model has 45 degrees, which hides slanted walls and box \
+                     corners, and drives the course's avoidance script into them.",
+            ),
             Param::float("sonar_min_range")
                 .unit("m")
                 .range(0.0, 1.0)
@@ -85,10 +78,7 @@ impl Model for PioneerP3dx {
     fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result {
         let robot = presets::named(&params.string("preset")?)?;
         let beam = sonar::Beam {
-            range: params
-                .get("sonar_range")?
-                .as_f64()
-                .unwrap_or(robot.sonar_range),
+            range: params.get("sonar_range")?.as_f64().unwrap_or(robot.sonar_range),
             angle: params.f64("sonar_angle")?,
             max_incidence: params.f64("sonar_max_incidence")?,
             min_range: params.f64("sonar_min_range")?,

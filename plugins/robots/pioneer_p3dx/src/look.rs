@@ -25,20 +25,13 @@ pub const DISC: [f64; 3] = [0.019, 0.006, 0.0005];
 pub type Corner = [f64; 2];
 
 /// A quarter of an [`Outline`] from its end to its side: shares of length and of half width.
-const CURVE: [Corner; 5] = [
-    [1.0, 0.36],
-    [0.96, 0.57],
-    [0.87, 0.76],
-    [0.73, 0.91],
-    [0.52, 1.0],
-];
+const CURVE: [Corner; 5] = [[1.0, 0.36], [0.96, 0.57], [0.87, 0.76], [0.73, 0.91], [0.52, 1.0]];
 
 impl Outline {
     /// Its corners, counter-clockwise from the front left.
     pub fn corners(&self) -> Vec<Corner> {
-        let quarter = |length: f64, side: f64| {
-            CURVE.map(|[along, across]| [length * along, side * self.half_width * across])
-        };
+        let quarter =
+            |length: f64, side: f64| CURVE.map(|[along, across]| [length * along, side * self.half_width * across]);
         let [front_left, back_left] = [self.front, -self.back].map(|l| quarter(l, 1.0));
         let [front_right, back_right] = [self.front, -self.back].map(|l| quarter(l, -1.0));
         front_left
@@ -53,9 +46,7 @@ impl Outline {
 /// Convex hull, counter-clockwise: the lower chain, then the upper one.
 fn hull(mut points: Vec<Corner>) -> Vec<Corner> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-    let turn = |a: Corner, b: Corner, c: Corner| {
-        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-    };
+    let turn = |a: Corner, b: Corner, c: Corner| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
     let chain = |points: &mut dyn Iterator<Item = Corner>| {
         let mut out: Vec<Corner> = Vec::new();
         for p in points {
@@ -154,21 +145,8 @@ impl Part {
     }
 }
 
-fn part(
-    form: &'static str,
-    size: [f64; 3],
-    at: [f64; 3],
-    turn: [f64; 3],
-    color: [f64; 3],
-) -> Value {
-    Part {
-        form,
-        size,
-        at,
-        turn,
-        color,
-    }
-    .value()
+fn part(form: &'static str, size: [f64; 3], at: [f64; 3], turn: [f64; 3], color: [f64; 3]) -> Value {
+    Part { form, size, at, turn, color }.value()
 }
 
 /// A shape that is only seen.
@@ -180,12 +158,7 @@ fn seen<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str) -> Result<Node
         .set("shape.detectable", true)
 }
 
-fn mesh<'a>(
-    builder: &Builder<'a>,
-    node: Node<'a>,
-    mesh: &Mesh,
-    color: [f64; 3],
-) -> Result<Node<'a>> {
+fn mesh<'a>(builder: &Builder<'a>, node: Node<'a>, mesh: &Mesh, color: [f64; 3]) -> Result<Node<'a>> {
     node.set("shape.primitive", "mesh")?
         .set("shape.mesh", builder.mesh(&mesh.0, &mesh.1)?)?
         .set("shape.convex", true)?
@@ -198,30 +171,14 @@ pub fn body_meshes(robot: &Robot) -> [Mesh; 3] {
     let [floor, ring] = robot.shell_z.map(up);
     let [deck, top] = robot.deck_z.map(up);
     [
-        loft(
-            &robot.shell.corners(),
-            &[
-                [floor, 0.018],
-                [floor + 0.022, 0.0],
-                [ring - 0.006, 0.0],
-                [ring, 0.006],
-            ],
-        ),
+        loft(&robot.shell.corners(), &[[floor, 0.018], [floor + 0.022, 0.0], [ring - 0.006, 0.0], [ring, 0.006]]),
         loft(&ring_corners(robot), &[[ring, 0.0], [deck, 0.0]]),
-        loft(
-            &robot.deck.corners(),
-            &[[deck, 0.0], [top - 0.002, 0.0], [top, 0.002]],
-        ),
+        loft(&robot.deck.corners(), &[[deck, 0.0], [top - 0.002, 0.0], [top, 0.002]]),
     ]
 }
 
 /// The visible body below the base: the shell, which carries ring, deck and discs.
-pub fn body<'a>(
-    builder: &Builder<'a>,
-    base: Node<'a>,
-    robot: &Robot,
-    color: [f64; 3],
-) -> Result<Node<'a>> {
+pub fn body<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot, color: [f64; 3]) -> Result<Node<'a>> {
     let [shell, ring, deck] = body_meshes(robot);
     let body = seen(builder, base, "Pioneer_p3dx_visible")?;
     mesh(builder, body, &shell, color)?;
@@ -260,28 +217,12 @@ fn lying(heading: f64) -> [f64; 3] {
 pub fn wheel<'a>(builder: &Builder<'a>, parent: Node<'a>, wheel: &Wheel, alias: &str) -> Result {
     let (d, w) = (wheel.diameter, wheel.width);
     let across = |diameter: f64, width: f64, color| {
-        part(
-            "cylinder",
-            [diameter, diameter, width],
-            [0.0; 3],
-            [FRAC_PI_2, 0.0, 0.0],
-            color,
-        )
+        part("cylinder", [diameter, diameter, width], [0.0; 3], [FRAC_PI_2, 0.0, 0.0], color)
     };
-    let mut parts = vec![
-        across(d, w - 0.004, TYRE),
-        across(0.68 * d, w - 0.001, RIM),
-        across(0.22 * d, w, HUB),
-    ];
+    let mut parts = vec![across(d, w - 0.004, TYRE), across(0.68 * d, w - 0.001, RIM), across(0.22 * d, w, HUB)];
     parts.extend((0..3).map(|i| {
         let size = [0.62 * d, w - 0.0004, 0.07 * d];
-        part(
-            "box",
-            size,
-            [0.0; 3],
-            [0.0, PI * f64::from(i) / 3.0, 0.0],
-            HUB,
-        )
+        part("box", size, [0.0; 3], [0.0, PI * f64::from(i) / 3.0, 0.0], HUB)
     }));
     seen(builder, parent, alias)?
         .set("object.quaternion", Z_TO_RIGHT)?
@@ -295,48 +236,25 @@ pub fn fork<'a>(builder: &Builder<'a>, link: Node<'a>, caster: &Caster) -> Resul
     let drop = caster.z - caster.wheel.diameter / 2.0;
     let cheek = |side: f64| {
         let size = [0.022, 0.003, drop + 0.012];
-        part(
-            "box",
-            size,
-            [0.004, side * 0.0145, 0.0198 - size[2] / 2.0],
-            [0.0; 3],
-            STEEL,
-        )
+        part("box", size, [0.004, side * 0.0145, 0.0198 - size[2] / 2.0], [0.0; 3], STEEL)
     };
-    let plate = part(
-        "box",
-        [0.051, 0.032, 0.004],
-        [0.0, 0.0, 0.0198],
-        [0.0; 3],
-        STEEL,
-    );
+    let plate = part("box", [0.051, 0.032, 0.004], [0.0, 0.0, 0.0198], [0.0; 3], STEEL);
     seen(builder, link, "Pioneer_p3dx_caster_link_visible")?
         .set("object.position", [0.0078, 0.0, -0.0203])?
         .set("shape.primitive", "compound")?
-        .set(
-            "shape.parts",
-            Value::List(vec![plate, cheek(1.0), cheek(-1.0)]),
-        )?;
+        .set("shape.parts", Value::List(vec![plate, cheek(1.0), cheek(-1.0)]))?;
     Ok(())
 }
 
 /// The caster's wheel, 20.7 mm wide (V-REP's), where the colliding one is thin.
 pub fn caster_wheel<'a>(builder: &Builder<'a>, parent: Node<'a>, caster: &Caster) -> Result {
     let d = caster.wheel.diameter;
-    seen(builder, parent, "Pioneer_p3dx_caster_wheel_visible")?
-        .set("shape.primitive", "compound")?
-        .set(
-            "shape.parts",
-            Value::List(vec![
-                part("cylinder", [d, d, 0.0207], [0.0; 3], [0.0; 3], TYRE),
-                part(
-                    "cylinder",
-                    [0.5 * d, 0.5 * d, 0.0215],
-                    [0.0; 3],
-                    [0.0; 3],
-                    HUB,
-                ),
-            ]),
-        )?;
+    seen(builder, parent, "Pioneer_p3dx_caster_wheel_visible")?.set("shape.primitive", "compound")?.set(
+        "shape.parts",
+        Value::List(vec![
+            part("cylinder", [d, d, 0.0207], [0.0; 3], [0.0; 3], TYRE),
+            part("cylinder", [0.5 * d, 0.5 * d, 0.0215], [0.0; 3], [0.0; 3], HUB),
+        ]),
+    )?;
     Ok(())
 }

@@ -56,11 +56,7 @@ fn moving<'a>(node: Node<'a>, m: &Mass) -> Result<Node<'a>> {
 
 /// The base, standing on the floor: boxes inside the outlines of shell and deck.
 pub fn base<'a>(builder: &Builder<'a>, robot: &Robot) -> Result<Node<'a>> {
-    let mut boxes = look::boxes(
-        &robot.shell,
-        [robot.shell_z[0], robot.deck_z[0]],
-        robot.height,
-    );
+    let mut boxes = look::boxes(&robot.shell, [robot.shell_z[0], robot.deck_z[0]], robot.height);
     boxes.extend(look::boxes(&robot.deck, robot.deck_z, robot.height));
     let base = builder
         .object("shape", None, "Pioneer_p3dx")?
@@ -120,8 +116,8 @@ pub fn caster<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot) -> Resul
             .set("joint.cyclic", true)?
             .set("joint.control", "free")
     };
-    let swivel = free(base, "Pioneer_p3dx_caster_freeJoint1")?
-        .set("object.position", [c.x, 0.0, c.z - robot.height])?;
+    let swivel =
+        free(base, "Pioneer_p3dx_caster_freeJoint1")?.set("object.position", [c.x, 0.0, c.z - robot.height])?;
     let link = builder
         .object("shape", Some(swivel), "Pioneer_p3dx_caster_link")?
         .set("object.quaternion", ABOUT_FACE)?
@@ -130,10 +126,7 @@ pub fn caster<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot) -> Resul
     let link = moving(link, &c.link)?;
     look::fork(builder, link, c)?;
     let axle = free(link, "Pioneer_p3dx_caster_freeJoint2")?
-        .set(
-            "object.position",
-            [c.trail, 0.0, c.wheel.diameter / 2.0 - c.z],
-        )?
+        .set("object.position", [c.trail, 0.0, c.wheel.diameter / 2.0 - c.z])?
         .set("object.quaternion", Z_TO_RIGHT)?;
     let node = builder.object("shape", Some(axle), "Pioneer_p3dx_caster_wheel")?;
     wheel(node, &c.wheel, 0.0)?;

@@ -76,18 +76,12 @@ pub fn named(name: &str) -> Result<Robot> {
     match name {
         "as V-REP" => Ok(as_vrep()),
         "as the data sheet" => Ok(as_data_sheet()),
-        other => Err(Fail::argument(format!(
-            "preset `{other}`: expected `as V-REP` or `as the data sheet`"
-        ))),
+        other => Err(Fail::argument(format!("preset `{other}`: expected `as V-REP` or `as the data sheet`"))),
     }
 }
 
 fn as_vrep() -> Robot {
-    let at_origin = |mass, inertia| Mass {
-        mass,
-        inertia,
-        com: [0.0; 3],
-    };
+    let at_origin = |mass, inertia| Mass { mass, inertia, com: [0.0; 3] };
     Robot {
         height: 0.1388,                                 // V: 0.138793
         axle_x: 0.0445,                                 // V: 0.04451
@@ -106,17 +100,13 @@ fn as_vrep() -> Robot {
             link: at_origin(1.0, [0.016, 0.016, 0.019984]), // V
             wheel: Wheel {
                 diameter: 0.0592,                                         // V: 0.059198
-                width: 0.0052, // V: 0.00518; the visible one 0.0207
+                width: 0.0052,                                            // V: 0.00518; the visible one 0.0207
                 mass: at_origin(0.25, [0.0010192, 0.0010192, 0.0070088]), // V
             },
         },
         // The file's whole body is 0.519 x 0.415 x 0.196 with its top at 0.237; how it is divided is an estimate from
         // pictures: shell between the wheels (their inner faces are 0.281 apart), ring, deck over all.
-        shell: Outline {
-            front: 0.222,
-            back: 0.222,
-            half_width: 0.1365,
-        },
+        shell: Outline { front: 0.222, back: 0.222, half_width: 0.1365 },
         shell_z: [0.06, 0.187],
         deck: Outline {
             front: 0.2595,      // V
@@ -136,11 +126,7 @@ fn as_data_sheet() -> Robot {
     let wheel = |diameter, width, mass| Wheel {
         diameter,
         width,
-        mass: Mass {
-            mass,
-            inertia: disc(mass, diameter / 2.0, width),
-            com: [0.0; 3],
-        },
+        mass: Mass { mass, inertia: disc(mass, diameter / 2.0, width), com: [0.0; 3] },
     };
     Robot {
         height: 0.1388, // as V-REP, for the same reason
@@ -151,7 +137,7 @@ fn as_data_sheet() -> Robot {
         body: Mass {
             mass: 7.4,                                  // WD: 9 in all, less the parts below
             inertia: block(7.4, [0.444, 0.273, 0.169]), // estimate: an even block of the size below
-            com: [axle_x - 0.04, 0.0, -0.02], // estimate: the batteries lie low, behind the axle
+            com: [axle_x - 0.04, 0.0, -0.02],           // estimate: the batteries lie low, behind the axle
         },
         wheel: wheel(0.195, 0.05, 0.6), // diameter PM3; width V; mass estimate: plastic rim, foam-filled tyre
         max_force: 3.0,                 // V; no sheet tells it
@@ -175,14 +161,14 @@ fn as_data_sheet() -> Robot {
         deck: Outline {
             front: axle_x + 0.210, // AR, with bumpers
             back: -axle_x + 0.301, // AR, with bumpers: 0.511 long
-            half_width: 0.1905, // WD: 0.381 wide, the outer faces of the wheels (AR with bumpers: 0.425)
+            half_width: 0.1905,    // WD: 0.381 wide, the outer faces of the wheels (AR with bumpers: 0.425)
         },
         // Estimate, as V-REP: WD's height 0.217 leaves no room for sonars at 0.208.
         deck_z: [0.2293, 0.237],
         sonars: sonar::aria(axle_x), // AR
         sonar_z: 0.208,              // AM
-        sonar_range: 5.0, // Stage `pioneer.inc`, Webots; PM3: the firmware stops at 4.335
-        sonar_tip: 0.0,   // no sheet has such a thing
+        sonar_range: 5.0,            // Stage `pioneer.inc`, Webots; PM3: the firmware stops at 4.335
+        sonar_tip: 0.0,              // no sheet has such a thing
     }
 }
 

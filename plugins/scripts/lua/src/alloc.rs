@@ -43,10 +43,7 @@ fn class(bytes: usize) -> (usize, usize) {
     }
     let k = (bytes - 1).ilog2() as usize;
     let quarter = ((bytes - 1) >> (k - 2)) & 3;
-    (
-        32 + (k - 9) * 4 + quarter,
-        (1 << k) + ((quarter + 1) << (k - 2)),
-    )
+    (32 + (k - 9) * 4 + quarter, (1 << k) + ((quarter + 1) << (k - 2)))
 }
 
 impl Slot {

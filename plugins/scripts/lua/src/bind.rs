@@ -40,10 +40,7 @@ const FRAME: tatu_call = tatu_call {
     caller: 0,
     caller_object: 0,
     caller_script: 0,
-    caller_dialect: tatu_str {
-        ptr: std::ptr::null(),
-        len: 0,
-    },
+    caller_dialect: tatu_str { ptr: std::ptr::null(), len: 0 },
     caller_kind: 0,
     reserved: 0,
 };
@@ -74,13 +71,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     let mut args = MaybeUninit::<[tatu_value; ARGS]>::uninit();
     let mut results = MaybeUninit::<[tatu_value; RESULTS]>::uninit();
     let lent = s.borrowed.get();
-    let mut reader = Reader {
-        l,
-        s,
-        room: Room::World,
-        what: "argument",
-        took: false,
-    };
+    let mut reader = Reader { l, s, room: Room::World, what: "argument", took: false };
     let mut first = args.as_mut_ptr().cast::<tatu_value>();
     if n as usize > ARGS {
         first = many(&mut reader, n as usize);
@@ -134,10 +125,7 @@ unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
     reader.took = true;
     let room = (reader.s.commands.alloc)(reader.s.world, (n * size_of::<tatu_value>()) as u64);
     if room.is_null() {
-        errors::raise(
-            reader.l,
-            Fail::with_code(TATU_ERR_SPACE, format!("{n} arguments are too many")),
-        );
+        errors::raise(reader.l, Fail::with_code(TATU_ERR_SPACE, format!("{n} arguments are too many")));
     }
     luaL_checkstack(reader.l, 8, std::ptr::null());
     room.cast()
@@ -145,13 +133,7 @@ unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
 
 /// A call that waits, or that failed.
 #[cold]
-unsafe fn other(
-    l: *mut lua_State,
-    s: &State,
-    status: tatu_status,
-    frame: &tatu_call,
-    lent: u32,
-) -> i32 {
+unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_call, lent: u32) -> i32 {
     if s.borrowed.get() != lent {
         luaL_checkstack(l, 4, std::ptr::null());
         functions::unlend(l, s, lent);
@@ -164,9 +146,8 @@ unsafe fn other(
 
 fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
     if status >= 0 {
-        return Fail::unsupported("this command waits, which is not possible here").help(
-            "call it from a thread callback or a coroutine, not inside a sort or a metamethod",
-        );
+        return Fail::unsupported("this command waits, which is not possible here")
+            .help("call it from a thread callback or a coroutine, not inside a sort or a metamethod");
     }
     // SAFETY: the host's error lives until its next refusal.
     let fail = unsafe { Fail::read(status, frame.error) };

@@ -35,11 +35,7 @@ pub(crate) struct Outer {
 impl State {
     /// Begins a call; gives back what `end` needs.
     pub(crate) fn begin(&self, limit: u64) -> Outer {
-        Outer {
-            used: self.used.replace(0),
-            told: self.told.replace(0),
-            limit: self.limit.replace(limit),
-        }
+        Outer { used: self.used.replace(0), told: self.told.replace(0), limit: self.limit.replace(limit) }
     }
     /// Ends it: how much it used itself. What a call within a call uses counts against the budget of both.
     pub(crate) fn end(&self, outer: Outer) -> u64 {
@@ -64,10 +60,7 @@ impl State {
         self.dead.get()
     }
     fn sentence(&self) -> String {
-        format!(
-            "the script used up its {} instructions of one call",
-            self.limit.get()
-        )
+        format!("the script used up its {} instructions of one call", self.limit.get())
     }
 }
 

@@ -47,12 +47,7 @@ impl<'a> Entry<'a> {
         s.slot.set_limit(budget.memory);
         // SAFETY: the world lives, and this is a call of its.
         let now = unsafe { (s.commands.mark)(s.world) };
-        Entry {
-            s,
-            outer: s.budget.begin(budget.instructions),
-            mark: s.mark.replace(now),
-            done: false,
-        }
+        Entry { s, outer: s.budget.begin(budget.instructions), mark: s.mark.replace(now), done: false }
     }
     fn end(mut self) -> u64 {
         self.done = true;
@@ -83,10 +78,7 @@ pub(crate) fn enter(
         return Err(refusal);
     }
     if s.broken.get() {
-        return Err(Fail::with_code(
-            TATU_ERR_PANIC,
-            "the script's state was damaged by an earlier panic",
-        ));
+        return Err(Fail::with_code(TATU_ERR_PANIC, "the script's state was damaged by an earlier panic"));
     }
     let frame: *mut tatu_call = frame.raw();
     // SAFETY: the host's frame, valid during the call.
@@ -188,21 +180,12 @@ unsafe fn function(l: *mut lua_State, name: &[u8]) -> bool {
 }
 
 /// Calls something found.
-pub(crate) fn call(
-    s: &Script,
-    callable: u32,
-    frame: &mut Frame<'_>,
-    budget: Budget,
-    used: &mut u64,
-) -> Result<Flow> {
+pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow> {
     let (how, name, style, rules, may_rerun) = {
         let text = s.text.borrow();
         let at = (callable as usize).wrapping_sub(1);
-        let (how, name) = text
-            .names
-            .get(at)
-            .cloned()
-            .ok_or_else(|| Fail::with_code(TATU_ERR_GONE, "no such callable"))?;
+        let (how, name) =
+            text.names.get(at).cloned().ok_or_else(|| Fail::with_code(TATU_ERR_GONE, "no such callable"))?;
         (how, name, text.style, text.rules.clone(), text.may_rerun)
     };
     let name: &[u8] = &name;
@@ -238,29 +221,17 @@ pub(crate) fn call(
     }
     if missing {
         let name = String::from_utf8_lossy(name);
-        return Err(Fail::missing(format!(
-            "the script has no function `{name}`"
-        )));
+        return Err(Fail::missing(format!("the script has no function `{name}`")));
     }
     result
 }
 
 unsafe fn go(l: *mut lua_State, s: &State, name: &[u8], frame: *mut tatu_call) -> Flow {
-    if name == THREAD {
-        threads::start(l, s, frame)
-    } else {
-        run(l, s, frame)
-    }
+    if name == THREAD { threads::start(l, s, frame) } else { run(l, s, frame) }
 }
 
 /// The first run of the text, which is also the callback `init`.
-unsafe fn first(
-    l: *mut lua_State,
-    s: &State,
-    rules: &Rules,
-    may_rerun: bool,
-    frame: *mut tatu_call,
-) -> Flow {
+unsafe fn first(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool, frame: *mut tatu_call) -> Flow {
     let base = lua_gettop(l);
     if let Some(rerun) = &rules.rerun {
         set(l, s, rerun, rerun.value(INIT));
@@ -286,11 +257,7 @@ unsafe fn first(
 
 /// Decides the style, once the text has run.
 unsafe fn settle(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool) -> Style {
-    let style = if may_rerun && !any_callback(l, rules) {
-        Style::Rerun
-    } else {
-        Style::Functions
-    };
+    let style = if may_rerun && !any_callback(l, rules) { Style::Rerun } else { Style::Functions };
     s.text.borrow_mut().style = style;
     style
 }
@@ -306,9 +273,7 @@ unsafe fn any_callback(l: *mut lua_State, rules: &Rules) -> bool {
         if lua_type(l, -1) == LUA_TFUNCTION && lua_type(l, -2) == LUA_TSTRING {
             let name = bytes(l, -2);
             found = rules.functions.iter().any(|(before, after)| {
-                name.len() > before.len() + after.len()
-                    && name.starts_with(before)
-                    && name.ends_with(after)
+                name.len() > before.len() + after.len() && name.starts_with(before) && name.ends_with(after)
             });
         }
         lua_pop(l, 1);

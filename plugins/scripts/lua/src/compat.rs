@@ -12,14 +12,7 @@ pub(crate) fn open(s: &Script, old: bool) -> Result {
     // SAFETY: protected.
     s.protect(&mut |l| unsafe {
         luaL_checkstack(l, 12, std::ptr::null());
-        if luaL_loadbufferx(
-            l,
-            TEXT.as_ptr().cast(),
-            TEXT.len(),
-            c"=compat".as_ptr(),
-            c"t".as_ptr(),
-        ) != LUA_OK
-        {
+        if luaL_loadbufferx(l, TEXT.as_ptr().cast(), TEXT.len(), c"=compat".as_ptr(), c"t".as_ptr()) != LUA_OK {
             lua_error(l);
         }
         lua_pushboolean(l, i32::from(old));

@@ -99,19 +99,11 @@ unsafe fn keep(s: &State, from: *mut lua_State, text: &[u8], traceback: &[u8], i
         if ar.currentline > 0 {
             let short = std::ffi::CStr::from_ptr(ar.short_src.as_ptr()).to_bytes();
             let source = std::slice::from_raw_parts(ar.source.cast::<u8>(), ar.srclen);
-            places.push((
-                short.to_vec(),
-                file_of(source).to_vec(),
-                i64::from(ar.currentline),
-            ));
+            places.push((short.to_vec(), file_of(source).to_vec(), i64::from(ar.currentline)));
         }
         level += 1;
     }
-    s.errors.borrow_mut().caught = Some(Caught {
-        text: text.to_vec(),
-        traceback: traceback.to_vec(),
-        places,
-    });
+    s.errors.borrow_mut().caught = Some(Caught { text: text.to_vec(), traceback: traceback.to_vec(), places });
 }
 
 /// The file, or the name, of a source as Lua keeps it.
@@ -147,11 +139,8 @@ pub(crate) unsafe fn take(s: &State, l: *mut lua_State, status: i32) -> Fail {
 
 fn no_memory(s: &State) -> Fail {
     let limit = s.slot.limit();
-    Fail::with_code(
-        TATU_ERR_BUDGET,
-        format!("the script used up its {limit} bytes of memory"),
-    )
-    .help("look for a table that grows in each step")
+    Fail::with_code(TATU_ERR_BUDGET, format!("the script used up its {limit} bytes of memory"))
+        .help("look for a table that grows in each step")
 }
 
 fn describe(s: &State, caught: Caught) -> Fail {
@@ -168,10 +157,7 @@ fn describe(s: &State, caught: Caught) -> Fail {
         }
         return with_traceback(
             located(out, place, &caught),
-            Some(&Caught {
-                traceback: joined(fail.traceback_text(), &caught.traceback),
-                ..caught
-            }),
+            Some(&Caught { traceback: joined(fail.traceback_text(), &caught.traceback), ..caught }),
         );
     }
     let (text, place) = strip(&caught.text, &caught, &chunk);

@@ -69,13 +69,7 @@ pub(crate) fn options(mode: &[u8]) -> Option<(OpenOptions, bool)> {
 
 impl Open {
     pub(crate) fn new(file: File) -> Self {
-        Open {
-            file,
-            unwritten: Vec::new(),
-            ahead: Vec::new(),
-            at: 0,
-            out: Vec::new(),
-        }
+        Open { file, unwritten: Vec::new(), ahead: Vec::new(), at: 0, out: Vec::new() }
     }
     pub(crate) fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         if self.at < self.ahead.len() {
@@ -102,9 +96,7 @@ impl Open {
         self.ahead.clear();
         self.at = 0;
         self.file.seek(match whence {
-            b's' => SeekFrom::Start(
-                u64::try_from(offset).map_err(|_| io::Error::from(io::ErrorKind::InvalidInput))?,
-            ),
+            b's' => SeekFrom::Start(u64::try_from(offset).map_err(|_| io::Error::from(io::ErrorKind::InvalidInput))?),
             b'e' => SeekFrom::End(offset),
             _ => SeekFrom::Current(offset - back),
         })
@@ -129,8 +121,7 @@ impl Open {
         while self.fill()? {
             let rest = &self.ahead[self.at..];
             let end = rest.iter().position(|b| *b == b'\n');
-            self.out
-                .extend_from_slice(&rest[..end.unwrap_or(rest.len())]);
+            self.out.extend_from_slice(&rest[..end.unwrap_or(rest.len())]);
             self.at += end.map_or(rest.len(), |e| e + 1);
             if end.is_some() {
                 if keep_end {
@@ -185,13 +176,7 @@ mod tests {
 
     #[test]
     fn modes() {
-        for (mode, writes) in [
-            ("r", false),
-            ("rb", false),
-            ("r+", true),
-            ("a", true),
-            ("w+b", true),
-        ] {
+        for (mode, writes) in [("r", false), ("rb", false), ("r+", true), ("a", true), ("w+b", true)] {
             assert_eq!(options(mode.as_bytes()).map(|o| o.1), Some(writes));
         }
         assert!(options(b"x").is_none() && options(b"rw").is_none() && options(b"").is_none());

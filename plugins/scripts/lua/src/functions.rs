@@ -72,14 +72,7 @@ pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
 
 /// Pushes the function of an id, or nil.
 unsafe fn look(l: *mut lua_State, local: u32) {
-    registry(
-        l,
-        if local >= KEPT {
-            reg::KEPT
-        } else {
-            reg::BORROWED
-        },
-    );
+    registry(l, if local >= KEPT { reg::KEPT } else { reg::BORROWED });
     lua_rawgeti(l, -1, i64::from(local & !KEPT));
     lua_replace(l, -2);
 }
@@ -126,13 +119,7 @@ pub(crate) fn drop(s: &Script, local: u32) {
 }
 
 /// Calls a function by its id.
-pub(crate) fn call(
-    s: &Script,
-    local: u32,
-    frame: &mut Frame<'_>,
-    budget: Budget,
-    used: &mut u64,
-) -> Result<Flow> {
+pub(crate) fn call(s: &Script, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow> {
     let mut gone = false;
     // SAFETY: as in `callbacks::call`.
     callbacks::enter(s, frame, budget, used, &mut |l, frame| unsafe {
@@ -144,10 +131,7 @@ pub(crate) fn call(
         callbacks::run(l, s, frame)
     })?;
     if gone {
-        return Err(Fail::with_code(
-            TATU_ERR_GONE,
-            "the function was lent for one call only, and that call is over",
-        ));
+        return Err(Fail::with_code(TATU_ERR_GONE, "the function was lent for one call only, and that call is over"));
     }
     Ok(Flow::Done)
 }

@@ -93,11 +93,7 @@ fn open_file(s: &State, name: &[u8], mode: &[u8]) -> Result<usize, i64> {
         say(s, name, "invalid mode");
         return Err(22);
     };
-    let how = if writes {
-        TATU_FILE_WRITE
-    } else {
-        TATU_FILE_READ
-    };
+    let how = if writes { TATU_FILE_WRITE } else { TATU_FILE_READ };
     let path = match s.world().file(name, how) {
         Ok(path) => PathBuf::from(String::from_utf8_lossy(&path).into_owned()),
         Err(fail) => {
@@ -105,11 +101,7 @@ fn open_file(s: &State, name: &[u8], mode: &[u8]) -> Result<usize, i64> {
             if fail.code() != TATU_ERR_MISSING {
                 s.log(TATU_LOG_WARNING, &s.scratch.borrow());
             }
-            return Err(if fail.code() == TATU_ERR_MISSING {
-                2
-            } else {
-                13
-            });
+            return Err(if fail.code() == TATU_ERR_MISSING { 2 } else { 13 });
         }
     };
     match options.open(&path) {
@@ -152,11 +144,7 @@ unsafe fn text_arg<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
 unsafe extern "C-unwind" fn io_open(l: *mut lua_State) -> i32 {
     let s = state::of(l);
     let name = text_arg(l, 1);
-    let mode = if lua_type(l, 2) <= LUA_TNIL {
-        b"r"
-    } else {
-        text_arg(l, 2)
-    };
+    let mode = if lua_type(l, 2) <= LUA_TNIL { b"r" } else { text_arg(l, 2) };
     match open_file(s, name, mode) {
         Ok(number) => {
             push_file(l, number);
@@ -404,11 +392,7 @@ unsafe extern "C-unwind" fn flush(l: *mut lua_State) -> i32 {
 unsafe extern "C-unwind" fn seek(l: *mut lua_State) -> i32 {
     let s = state::of(l);
     let number = number(l, 1);
-    let whence = if lua_type(l, 2) <= LUA_TNIL {
-        b'c'
-    } else {
-        text_arg(l, 2).first().copied().unwrap_or(b'c')
-    };
+    let whence = if lua_type(l, 2) <= LUA_TNIL { b'c' } else { text_arg(l, 2).first().copied().unwrap_or(b'c') };
     let offset = luaL_optinteger(l, 3, 0);
     let mut at = 0;
     let done = match s.files.borrow_mut().get(number.wrapping_sub(FIRST)) {

@@ -74,13 +74,7 @@ impl Language for state::Script {
     fn find(&self, how: u32, name: &[u8]) -> u32 {
         callbacks::find(self, how, name)
     }
-    fn call(
-        &self,
-        callable: u32,
-        frame: &mut Frame<'_>,
-        budget: Budget,
-        used: &mut u64,
-    ) -> Result<Flow> {
+    fn call(&self, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow> {
         callbacks::call(self, callable, frame, budget, used)
     }
     fn resume(
@@ -99,13 +93,7 @@ impl Language for state::Script {
     fn drop_func(&self, local: u32) {
         functions::drop(self, local);
     }
-    fn call_func(
-        &self,
-        local: u32,
-        frame: &mut Frame<'_>,
-        budget: Budget,
-        used: &mut u64,
-    ) -> Result<Flow> {
+    fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow> {
         functions::call(self, local, frame, budget, used)
     }
 }

@@ -32,18 +32,12 @@ impl Rerun {
     fn fit(&mut self, text: &[u8]) {
         let needs = std::mem::take(&mut self.needs);
         self.values.retain(|(callback, _)| {
-            needs
-                .iter()
-                .filter(|(name, _)| name == callback)
-                .all(|(_, words)| words.iter().any(|w| has_word(text, w)))
+            needs.iter().filter(|(name, _)| name == callback).all(|(_, words)| words.iter().any(|w| has_word(text, w)))
         });
     }
     /// The value of a callback.
     pub(crate) fn value(&self, callback: &[u8]) -> Option<i64> {
-        self.values
-            .iter()
-            .find(|(name, _)| name == callback)
-            .map(|v| v.1)
+        self.values.iter().find(|(name, _)| name == callback).map(|v| v.1)
     }
 }
 
@@ -87,11 +81,7 @@ impl Text {
             let (_, last) = missed.rsplit_once('.')?;
             (last == field).then(|| missed.clone().into_owned())?
         };
-        self.rules
-            .api
-            .iter()
-            .any(|p| name.as_bytes().starts_with(p))
-            .then_some(name)
+        self.rules.api.iter().any(|p| name.as_bytes().starts_with(p)).then_some(name)
     }
 }
 
@@ -103,11 +93,7 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
         let mut first = Rules::default();
         let _ = preludes(s, None, &mut first);
         let old = first.old_marks.iter().any(|m| has_word(text, m));
-        let chosen = if old {
-            first.old_dialect
-        } else {
-            first.new_dialect
-        };
+        let chosen = if old { first.old_dialect } else { first.new_dialect };
         chosen.unwrap_or_default()
     } else {
         dialect.to_owned()
@@ -122,17 +108,9 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     if let Some(rerun) = &mut rules.rerun {
         rerun.fit(text);
     }
-    let may_rerun = rules
-        .rerun
-        .as_ref()
-        .is_some_and(|r| old || has_word(text, &r.variable));
-    *s.text.borrow_mut() = Text {
-        chunk: chunk.to_owned(),
-        rules: Rc::new(rules),
-        style: Style::NotRun,
-        may_rerun,
-        names: Vec::new(),
-    };
+    let may_rerun = rules.rerun.as_ref().is_some_and(|r| old || has_word(text, &r.variable));
+    *s.text.borrow_mut() =
+        Text { chunk: chunk.to_owned(), rules: Rc::new(rules), style: Style::NotRun, may_rerun, names: Vec::new() };
     compile(s, text, chunk)?;
     Ok(dialect)
 }
@@ -149,13 +127,7 @@ fn compile(s: &Script, text: &[u8], chunk: &str) -> Result {
     let mut message = None;
     // SAFETY: protected; text and name outlive the call.
     s.protect(&mut |l| unsafe {
-        let status = luaL_loadbufferx(
-            l,
-            text.as_ptr().cast(),
-            text.len(),
-            name.as_ptr(),
-            c"t".as_ptr(),
-        );
+        let status = luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name.as_ptr(), c"t".as_ptr());
         if status == LUA_OK {
             lua_rawseti(l, LUA_REGISTRYINDEX, reg::CHUNK);
         } else {
@@ -171,10 +143,7 @@ fn compile(s: &Script, text: &[u8], chunk: &str) -> Result {
 /// An error of the compiler: "file:12: '=' expected near 'x'".
 fn syntax(message: &[u8], chunk: &str) -> Fail {
     // Lua shortens long names from the left.
-    let tail = message
-        .windows(2)
-        .position(|w| w[0] == b':' && w[1].is_ascii_digit())
-        .unwrap_or(0);
+    let tail = message.windows(2).position(|w| w[0] == b':' && w[1].is_ascii_digit()).unwrap_or(0);
     let (line, text) = errors::mark(message, &message[..tail]).unwrap_or((0, message));
     let fail = Fail::with_code(TATU_ERR_SCRIPT, String::from_utf8_lossy(text).into_owned());
     if line > 0 { fail.at(chunk, line) } else { fail }
@@ -200,14 +169,7 @@ fn preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
         // SAFETY: protected; what is gathered belongs to the caller.
         s.protect(&mut |l| unsafe {
             luaL_checkstack(l, 20, std::ptr::null());
-            if luaL_loadbufferx(
-                l,
-                text.as_ptr().cast(),
-                text.len(),
-                c"=prelude".as_ptr(),
-                c"t".as_ptr(),
-            ) != LUA_OK
-            {
+            if luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), c"=prelude".as_ptr(), c"t".as_ptr()) != LUA_OK {
                 lua_error(l);
             }
             lua_newtable(l);
@@ -263,22 +225,14 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
         texts(l, &mut rules.old_marks);
     }
     lua_pop(l, 1);
-    for (name, place) in [
-        (c"old_dialect", &mut rules.old_dialect),
-        (c"new_dialect", &mut rules.new_dialect),
-    ] {
+    for (name, place) in [(c"old_dialect", &mut rules.old_dialect), (c"new_dialect", &mut rules.new_dialect)] {
         if field(l, name) && place.is_none() {
             *place = Some(String::from_utf8_lossy(bytes(l, -1)).into_owned());
         }
         lua_pop(l, 1);
     }
     if field(l, c"rerun") && lua_type(l, -1) == LUA_TTABLE && rules.rerun.is_none() {
-        rules.rerun = Some(Rerun {
-            variable: Vec::new(),
-            values: Vec::new(),
-            needs: Vec::new(),
-            script: Vec::new(),
-        });
+        rules.rerun = Some(Rerun { variable: Vec::new(), values: Vec::new(), needs: Vec::new(), script: Vec::new() });
         if let Some(rerun) = rules.rerun.as_mut() {
             gather_rerun(l, rerun);
         }
@@ -334,9 +288,7 @@ fn has_word(text: &[u8], word: &[u8]) -> bool {
     };
     let (open, close) = (part(Some(first)), part(Some(last)));
     text.windows(word.len()).enumerate().any(|(i, w)| {
-        w == word
-            && !(open && i > 0 && part(text.get(i - 1)))
-            && !(close && part(text.get(i + word.len())))
+        w == word && !(open && i > 0 && part(text.get(i - 1))) && !(close && part(text.get(i + word.len())))
     })
 }
 

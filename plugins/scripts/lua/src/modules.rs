@@ -54,9 +54,7 @@ fn read(s: &State, name: &[u8]) -> bool {
         .world()
         .file(name, TATU_FILE_READ)
         .map_err(|fail| fail.to_string())
-        .and_then(|path| {
-            std::fs::read(String::from_utf8_lossy(&path).as_ref()).map_err(|e| e.to_string())
-        });
+        .and_then(|path| std::fs::read(String::from_utf8_lossy(&path).as_ref()).map_err(|e| e.to_string()));
     let (done, content) = match read {
         Ok(content) => (true, content),
         Err(reason) => {
@@ -198,12 +196,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
         }
     }
     lua_settop(l, 2);
-    let path = luaL_gsub(
-        l,
-        lua_tolstring(l, 1, std::ptr::null_mut()),
-        c".".as_ptr(),
-        c"/".as_ptr(),
-    );
+    let path = luaL_gsub(l, lua_tolstring(l, 1, std::ptr::null_mut()), c".".as_ptr(), c"/".as_ptr());
     debug_assert!(!path.is_null());
     push(l, b".lua");
     lua_concat(l, 2);

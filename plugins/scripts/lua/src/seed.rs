@@ -7,7 +7,8 @@ const EXPECTED: &str = "k1k2k3k4k6k5k8k7k11k9k13k15k14k12k10k16";
 
 /// The order of some text keys in a fresh state.
 fn order() -> String {
-    const TEXT: &[u8] = b"local t, s = {}, '' for i = 1, 16 do t['k' .. i] = i end for k in pairs(t) do s = s .. k end return s";
+    const TEXT: &[u8] =
+        b"local t, s = {}, '' for i = 1, 16 do t['k' .. i] = i end for k in pairs(t) do s = s .. k end return s";
     // SAFETY: a state of our own; a failed call leaves a text too.
     unsafe {
         let l = luaL_newstate();

@@ -91,11 +91,7 @@ unsafe fn quick(l: *mut lua_State, mut lo: i64, mut up: i64, mut turn: i64) {
         }
         // The middle; in large ranges that turned out unbalanced, somewhere near it.
         let quarter = (up - lo) / 4;
-        let mut p = if up - lo < 100 || turn == 0 {
-            (lo + up) / 2
-        } else {
-            turn % (quarter * 2) + lo + quarter
-        };
+        let mut p = if up - lo < 100 || turn == 0 { (lo + up) / 2 } else { turn % (quarter * 2) + lo + quarter };
         lua_geti(l, 1, p);
         lua_geti(l, 1, lo);
         if before(l, -2, -1) {

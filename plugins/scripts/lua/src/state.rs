@@ -130,11 +130,7 @@ impl State {
             lua_pushcclosure(l, run, 0);
             lua_pushlightuserdata(l, (&raw mut f).cast());
             let status = lua_pcall(l, 1, 0, top + 1);
-            let result = if status == LUA_OK {
-                Ok(())
-            } else {
-                Err(errors::take(self, l, status))
-            };
+            let result = if status == LUA_OK { Ok(()) } else { Err(errors::take(self, l, status)) };
             lua_settop(l, top);
             result
         }
@@ -170,9 +166,8 @@ impl Deref for Script {
 
 impl Script {
     pub(crate) fn new(host: &Host, world: &World<'_>, instance: Instance) -> Result<Self> {
-        let commands = table(host).ok_or_else(|| {
-            Fail::unsupported("this host offers no commands, so scripts cannot run")
-        })?;
+        let commands =
+            table(host).ok_or_else(|| Fail::unsupported("this host offers no commands, so scripts cannot run"))?;
         let slot = Slot::new();
         // SAFETY: the slot is boxed and outlives the state.
         let main = unsafe { lua_newstate(lua_alloc, (&raw const *slot).cast_mut().cast()) };
@@ -249,10 +244,7 @@ fn table(host: &Host) -> Option<Commands> {
 
 /// A text at the border.
 pub(crate) fn border(bytes: &[u8]) -> tatu_str {
-    tatu_str {
-        ptr: bytes.as_ptr().cast(),
-        len: bytes.len() as u64,
-    }
+    tatu_str { ptr: bytes.as_ptr().cast(), len: bytes.len() as u64 }
 }
 
 /// The bytes of the text or number at `idx`; numbers are turned into text there. Empty if it is neither.

@@ -45,16 +45,8 @@ impl Originals {
 /// Protected.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     luaL_checkstack(l, 20, std::ptr::null());
-    for place in [
-        reg::BORROWED,
-        reg::KEPT,
-        reg::WAITS,
-        reg::DONE,
-        reg::NUMBERS,
-        reg::SCOPES,
-        reg::THREADS,
-        reg::LOADED,
-    ] {
+    for place in [reg::BORROWED, reg::KEPT, reg::WAITS, reg::DONE, reg::NUMBERS, reg::SCOPES, reg::THREADS, reg::LOADED]
+    {
         lua_newtable(l);
         lua_rawseti(l, LUA_REGISTRYINDEX, place);
     }
@@ -295,11 +287,7 @@ unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
 }
 
 unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
-    let what = if lua_type(l, 1) == LUA_TSTRING {
-        state::bytes(l, 1)
-    } else {
-        b"collect"
-    };
+    let what = if lua_type(l, 1) == LUA_TSTRING { state::bytes(l, 1) } else { b"collect" };
     match what {
         b"count" => {
             let bytes = lua_gc(l, LUA_GCCOUNT) * 1024 + lua_gc(l, LUA_GCCOUNTB);
@@ -330,11 +318,7 @@ unsafe extern "C-unwind" fn xpcall(l: *mut lua_State) -> i32 {
     xpcall_done(l, status, 2)
 }
 
-unsafe extern "C-unwind" fn xpcall_done(
-    l: *mut lua_State,
-    status: i32,
-    extra: lua_KContext,
-) -> i32 {
+unsafe extern "C-unwind" fn xpcall_done(l: *mut lua_State, status: i32, extra: lua_KContext) -> i32 {
     if status != LUA_OK && status != LUA_YIELD {
         lua_pushboolean(l, 0);
         lua_pushvalue(l, -2);

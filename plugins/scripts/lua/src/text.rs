@@ -67,11 +67,7 @@ unsafe fn address(l: *mut lua_State, idx: i32) {
     let mut text = *b"0x00000000";
     for (i, digit) in text[2..].iter_mut().enumerate() {
         let nibble = (number >> (28 - 4 * i) & 0xF) as u8;
-        *digit = if nibble < 10 {
-            b'0' + nibble
-        } else {
-            b'a' + nibble - 10
-        };
+        *digit = if nibble < 10 { b'0' + nibble } else { b'a' + nibble - 10 };
     }
     push(l, &text);
 }
@@ -121,10 +117,7 @@ pub(crate) unsafe extern "C-unwind" fn format(l: *mut lua_State) -> i32 {
             i += 1;
             continue;
         }
-        while format
-            .get(i)
-            .is_some_and(|b| b"-+ #0123456789.".contains(b))
-        {
+        while format.get(i).is_some_and(|b| b"-+ #0123456789.".contains(b)) {
             i += 1;
         }
         arg += 1;
@@ -137,10 +130,7 @@ pub(crate) unsafe extern "C-unwind" fn format(l: *mut lua_State) -> i32 {
         let kind = lua_type(l, arg);
         let mut instead = 0;
         match conversion {
-            b's' if kind > LUA_TSTRING
-                || kind == LUA_TLIGHTUSERDATA
-                || (old && kind == LUA_TNUMBER) =>
-            {
+            b's' if kind > LUA_TSTRING || kind == LUA_TLIGHTUSERDATA || (old && kind == LUA_TNUMBER) => {
                 to_text(l, arg);
                 lua_replace(l, arg);
             }

@@ -119,10 +119,7 @@ pub(crate) fn resume(
         go(l, s, waits + 1, 0, frame)
     })?;
     if gone {
-        return Err(Fail::with_code(
-            TATU_ERR_GONE,
-            "nothing in the script waits under this number",
-        ));
+        return Err(Fail::with_code(TATU_ERR_GONE, "nothing in the script waits under this number"));
     }
     Ok(flow)
 }
@@ -165,11 +162,8 @@ unsafe fn go(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *mut tatu_cal
         lua_closethread(thread, l);
         errors::raise(
             l,
-            Fail::with_code(
-                TATU_ERR_SCRIPT,
-                "the thread called coroutine.yield, after which nothing would resume it",
-            )
-            .help("use a command that waits, such as one that waits for the next step"),
+            Fail::with_code(TATU_ERR_SCRIPT, "the thread called coroutine.yield, after which nothing would resume it")
+                .help("use a command that waits, such as one that waits for the next step"),
         );
     }
     luaL_checkstack(l, 8, std::ptr::null());

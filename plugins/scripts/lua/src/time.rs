@@ -13,15 +13,7 @@ use crate::{
 /// Simulation time 0 as a date: the first second of 2015, in universal time.
 const EPOCH: i64 = 1_420_070_400;
 
-const DAYS: [&str; 7] = [
-    "Sunday",
-    "Monday",
-    "Tuesday",
-    "Wednesday",
-    "Thursday",
-    "Friday",
-    "Saturday",
-];
+const DAYS: [&str; 7] = ["Sunday", "Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday"];
 const MONTHS: [&str; 12] = [
     "January",
     "February",
@@ -98,16 +90,8 @@ unsafe extern "C-unwind" fn time(l: *mut lua_State) -> i32 {
             _ => value.clamp(-1 << 40, 1 << 40),
         }
     };
-    let (year, month, day) = (
-        field(c"year", None),
-        field(c"month", None),
-        field(c"day", None),
-    );
-    let (hour, min, sec) = (
-        field(c"hour", Some(12)),
-        field(c"min", Some(0)),
-        field(c"sec", Some(0)),
-    );
+    let (year, month, day) = (field(c"year", None), field(c"month", None), field(c"day", None));
+    let (hour, min, sec) = (field(c"hour", Some(12)), field(c"min", Some(0)), field(c"sec", Some(0)));
     let months = year * 12 + month - 1;
     let days = days_from_civil(months.div_euclid(12), months.rem_euclid(12) + 1, 1) + day - 1;
     lua_pushinteger(l, ((days * 24 + hour) * 60 + min) * 60 + sec);

@@ -12,19 +12,12 @@ fn echo(_: &Host, frame: &mut tatu_call) -> tatu_status {
     TATU_OK
 }
 fn show(h: &Host, frame: &mut tatu_call) -> tatu_status {
-    let all: Vec<_> = (0..frame.n_args)
-        .map(|i| format!("{:?}", arg(frame, i).to_value().unwrap()))
-        .collect();
+    let all: Vec<_> = (0..frame.n_args).map(|i| format!("{:?}", arg(frame, i).to_value().unwrap())).collect();
     h.calls.borrow_mut().push(all.join(" "));
     TATU_OK
 }
 fn missing(h: &Host, frame: &mut tatu_call) -> tatu_status {
-    h.fail(
-        frame,
-        TATU_ERR_MISSING,
-        "no object `/x`",
-        "look at the tree",
-    )
+    h.fail(frame, TATU_ERR_MISSING, "no object `/x`", "look at the tree")
 }
 fn objects(_: &Host, frame: &mut tatu_call) -> tatu_status {
     let mut v = int(0);
@@ -37,9 +30,7 @@ fn callback(h: &Host, frame: &mut tatu_call) -> tatu_status {
     let s = h.running();
     let f = arg(frame, 0).as_func().unwrap();
     assert_eq!(f >> 32, 5);
-    let args: Vec<_> = (1..frame.n_args)
-        .map(|i| arg(frame, i).to_value().unwrap())
-        .collect();
+    let args: Vec<_> = (1..frame.n_args).map(|i| arg(frame, i).to_value().unwrap()).collect();
     match s.call_func(f as u32, &args) {
         Ok((_, values)) => {
             for v in values {
@@ -82,9 +73,7 @@ fn host() -> &'static Host {
     h.command("recurse", recurse);
     h.constant("robot.speed", num(1.5));
     h.constant("limit", int(7));
-    h.preludes
-        .borrow_mut()
-        .push((String::new(), "return {api = {'get', 'robot.'}}".to_owned()));
+    h.preludes.borrow_mut().push((String::new(), "return {api = {'get', 'robot.'}}".to_owned()));
     h
 }
 
@@ -125,10 +114,7 @@ fn values_cross_both_ways() {
         Value::Floats(vec![1.0, 2.5]),
         Value::Ints(vec![3, 4]),
         Value::List(vec![Value::Int(1), Value::text("x")]),
-        Value::Map(vec![(
-            Value::text("k"),
-            Value::List(vec![Value::Floats(vec![0.5]), Value::Bool(false)]),
-        )]),
+        Value::Map(vec![(Value::text("k"), Value::List(vec![Value::Floats(vec![0.5]), Value::Bool(false)]))]),
     ];
     assert_eq!(s.function("f", &values).unwrap(), values);
     s.function("g", &[]).unwrap();
@@ -142,12 +128,7 @@ fn values_cross_both_ways() {
     assert!(h.calls.borrow()[2].starts_with("Map"));
     assert_eq!(
         s.function("h", &[]).unwrap(),
-        [
-            Value::text("float"),
-            Value::text("integer"),
-            Value::Int(42),
-            Value::Int(3)
-        ]
+        [Value::text("float"), Value::text("integer"), Value::Int(42), Value::Int(3)]
     );
     let thirty: Vec<_> = (0..30).map(Value::Int).collect();
     assert_eq!(s.function("many", &thirty).unwrap(), [Value::Int(30)]);
@@ -167,24 +148,14 @@ fn what_cannot_cross_is_told_with_its_place() {
     let e = s.function("cycle", &[]).unwrap_err();
     assert_eq!(
         (e.code, e.text.as_str(), e.line),
-        (
-            TATU_ERR_ARGUMENT,
-            "argument 2, at .a[2].b: the table contains itself",
-            2
-        )
+        (TATU_ERR_ARGUMENT, "argument 2, at .a[2].b: the table contains itself", 2)
     );
     let e = s.function("thread", &[]).unwrap_err();
     assert_eq!(e.text, "argument 1: a thread cannot be passed on");
     let e = s.function("deep", &[]).unwrap_err();
-    assert!(
-        e.text.ends_with("the table is nested deeper than 32"),
-        "{e:?}"
-    );
+    assert!(e.text.ends_with("the table is nested deeper than 32"), "{e:?}");
     let e = s.function("key", &[]).unwrap_err();
-    assert!(
-        e.text.contains("neither text, number nor truth value"),
-        "{e:?}"
-    );
+    assert!(e.text.contains("neither text, number nor truth value"), "{e:?}");
 }
 
 #[test]
@@ -204,21 +175,11 @@ fn errors_carry_code_place_and_calls() {
     s.init().unwrap();
     let fail = |name: &str| s.function(name, &[]).unwrap_err();
     let e = fail("command");
-    assert_eq!(
-        (e.code, e.text.as_str(), e.help.as_str()),
-        (TATU_ERR_MISSING, "no object `/x`", "look at the tree")
-    );
+    assert_eq!((e.code, e.text.as_str(), e.help.as_str()), (TATU_ERR_MISSING, "no object `/x`", "look at the tree"));
     assert_eq!((e.file.as_str(), e.line), ("test.lua", 2));
-    assert!(
-        e.traceback.contains("test.lua:2: in function 'command'"),
-        "{e:?}"
-    );
+    assert!(e.traceback.contains("test.lua:2: in function 'command'"), "{e:?}");
     let values = s.function("caught", &[]).unwrap();
-    assert_eq!(
-        values[1],
-        Value::text("no object `/x` (look at the tree)"),
-        "{values:?}"
-    );
+    assert_eq!(values[1], Value::text("no object `/x` (look at the tree)"), "{values:?}");
     assert_eq!(fail("again").code, TATU_ERR_MISSING);
     let e = fail("other");
     assert_eq!((e.code, e.line), (TATU_ERR_SCRIPT, 8));
@@ -226,32 +187,20 @@ fn errors_carry_code_place_and_calls() {
     let e = fail("object");
     assert!(e.text.starts_with("table: 0x0000000"), "{e:?}");
     let e = fail("unknown");
-    assert_eq!(
-        (e.code, e.text.as_str()),
-        (TATU_ERR_UNKNOWN, "there is no command `getNothing`")
-    );
-    assert_eq!(
-        fail("unknown_field").text,
-        "there is no command `robot.fly`"
-    );
+    assert_eq!((e.code, e.text.as_str()), (TATU_ERR_UNKNOWN, "there is no command `getNothing`"));
+    assert_eq!(fail("unknown_field").text, "there is no command `robot.fly`");
     assert_eq!(fail("plain").code, TATU_ERR_SCRIPT);
     let e = fail("in_coroutine");
     assert_eq!((e.text.as_str(), e.line), ("inside", 14), "{e:?}");
     let e = s.load("x = = 1", "bad.lua", "").unwrap_err();
-    assert_eq!(
-        (e.text.as_str(), e.file.as_str(), e.line),
-        ("unexpected symbol near '='", "bad.lua", 1)
-    );
+    assert_eq!((e.text.as_str(), e.file.as_str(), e.line), ("unexpected symbol near '='", "bad.lua", 1));
     let long = format!("{}bad.lua", "folder/".repeat(20));
     let e = s.load("\n\nx = = 1", &long, "").unwrap_err();
     assert_eq!((e.file.as_str(), e.line), (long.as_str(), 3));
     s.load("\n\nfunction f() error 'x' end", &long, "").unwrap();
     s.init().unwrap();
     let e = s.function("f", &[]).unwrap_err();
-    assert_eq!(
-        (e.file.as_str(), e.line, e.text.as_str()),
-        (long.as_str(), 3, "x")
-    );
+    assert_eq!((e.file.as_str(), e.line, e.text.as_str()), (long.as_str(), 3, "x"));
 }
 
 #[test]
@@ -294,16 +243,8 @@ fn a_script_is_entered_ten_deep() {
          function crash(n) if n == 0 then error 'bottom' end return recurse(n - 1) end",
     );
     s.init().unwrap();
-    assert_eq!(
-        s.function("down", &[Value::Int(10)]).unwrap(),
-        [Value::Int(10)]
-    );
-    s.load(
-        "function down(n) if n == 0 then error 'bottom' end return (recurse(n - 1)) end",
-        "t.lua",
-        "",
-    )
-    .unwrap();
+    assert_eq!(s.function("down", &[Value::Int(10)]).unwrap(), [Value::Int(10)]);
+    s.load("function down(n) if n == 0 then error 'bottom' end return (recurse(n - 1)) end", "t.lua", "").unwrap();
     s.init().unwrap();
     let e = s.function("down", &[Value::Int(10)]).unwrap_err();
     assert_eq!((e.code, e.text.as_str()), (TATU_ERR_SCRIPT, "bottom"));

@@ -36,12 +36,8 @@ unsafe fn values(kind: &tatu_sensor, given: &[(&str, Value)]) -> Vec<tatu_value>
 /// Makes one sensor per row of settings, hands over one beam each, and returns the fields by sensor: detected,
 /// distance, point, object, normal; and the beams.
 fn measured(settings: &[&[(&str, Value)]], distances: &[f64]) -> (Vec<tatu_beams>, Vec<[f64; 9]>) {
-    let host = tatu_host {
-        size: size_of::<tatu_host>() as u32,
-        abi_minor: 1,
-        ctx: null_mut(),
-        service: Some(no_service),
-    };
+    let host =
+        tatu_host { size: size_of::<tatu_host>() as u32, abi_minor: 1, ctx: null_mut(), service: Some(no_service) };
     let plugin = &crate::tatu_plugin.0;
     let n = settings.len();
     // SAFETY: the calls follow the header: init, extension, create, beams, measure, destroy, shutdown; everything that
@@ -65,10 +61,7 @@ fn measured(settings: &[&[(&str, Value)]], distances: &[f64]) -> (Vec<tatu_beams
             info.size = size_of::<tatu_instance>() as u32;
             (info.n_params, info.params) = (params.len() as u32, params.as_ptr());
             let mut one = null_mut();
-            assert_eq!(
-                life.create.unwrap()(me, &info, &mut one, null_mut()),
-                TATU_OK
-            );
+            assert_eq!(life.create.unwrap()(me, &info, &mut one, null_mut()), TATU_OK);
             let mut beam: tatu_beams = std::mem::zeroed();
             beam.size = size_of::<tatu_beams>() as u32;
             assert_eq!(kind.beams.unwrap()(one, &mut beam, null_mut()), TATU_OK);
@@ -111,17 +104,7 @@ fn measured(settings: &[&[(&str, Value)]], distances: &[f64]) -> (Vec<tatu_beams
         plugin.shutdown.unwrap()(me);
         let rows = (0..n).map(|i| {
             let (p, m) = (point[i], normal[i]);
-            [
-                detected[i].into(),
-                distance[i],
-                p[0],
-                p[1],
-                p[2],
-                object[i] as f64,
-                m[0],
-                m[1],
-                m[2],
-            ]
+            [detected[i].into(), distance[i], p[0], p[1], p[2], object[i] as f64, m[0], m[1], m[2]]
         });
         (beams, rows.collect())
     }
@@ -155,14 +138,8 @@ fn beams_cross_the_border_as_declared() {
     );
     let [ray, cone] = beams[..] else { panic!() };
     assert_eq!((ray.form, ray.count[0], ray.flags), (TATU_BEAMS_RAYS, 1, 0));
-    assert_eq!(
-        (ray.near_m, ray.far_m, ray.max_incidence),
-        (0.0, 1.0, PI / 2.0)
-    );
+    assert_eq!((ray.near_m, ray.far_m, ray.max_incidence), (0.0, 1.0, PI / 2.0));
     assert_eq!((cone.form, cone.dims[0]), (TATU_BEAMS_CONE, PI / 12.0));
-    assert_eq!(
-        (cone.near_m, cone.far_m, cone.max_incidence),
-        (0.005, 1.005, FRAC_PI_4)
-    );
+    assert_eq!((cone.near_m, cone.far_m, cone.max_incidence), (0.005, 1.005, FRAC_PI_4));
     assert_eq!(cone.flags, TATU_BEAMS_NO_BACK | TATU_BEAMS_SKIP_MODEL);
 }

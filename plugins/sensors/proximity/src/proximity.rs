@@ -4,9 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use tatu_plugin_api::{
     abi::{TATU_IN_DISTANCE, TATU_IN_NORMAL, TATU_IN_OBJECT, TATU_IN_POINT, tatu_object},
-    safe::{
-        Beams, Fail, Field, Form, Host, Instance, Param, Params, Readout, Result, Sample, Sensor,
-    },
+    safe::{Beams, Fail, Field, Form, Host, Instance, Param, Params, Readout, Result, Sample, Sensor},
 };
 
 use crate::Proximities;
@@ -49,13 +47,7 @@ impl Settings {
 
     fn check(self) -> Result<Proximity> {
         let refuse = |text: String| Err(Fail::argument(text));
-        let numbers = [
-            self.range,
-            self.near,
-            self.min_range,
-            self.angle,
-            self.max_incidence,
-        ];
+        let numbers = [self.range, self.near, self.min_range, self.angle, self.max_incidence];
         if numbers.iter().any(|x| !x.is_finite()) {
             return refuse("a proximity sensor's parameters must be finite numbers".into());
         }
@@ -69,20 +61,16 @@ impl Settings {
             return refuse(format!("`min_range` ({} m) is negative", self.min_range));
         }
         if self.max_incidence <= 0.0 {
-            return refuse(
-                "`max_incidence` must be greater than 0; a quarter turn is no limit".into(),
-            );
+            return refuse("`max_incidence` must be greater than 0; a quarter turn is no limit".into());
         }
         if !self.front_faces && !self.back_faces {
-            return refuse(
-                "with neither `front_faces` nor `back_faces` the sensor sees nothing".into(),
-            );
+            return refuse("with neither `front_faces` nor `back_faces` the sensor sees nothing".into());
         }
         let form = match self.volume.as_str() {
             "ray" => Form::Rays(vec![[0.0, 0.0, 1.0]]),
-            "cone" if self.angle > 0.0 && self.angle <= TAU + 1e-9 => Form::Cone {
-                half_angle: (self.angle / 2.0).min(PI),
-            },
+            "cone" if self.angle > 0.0 && self.angle <= TAU + 1e-9 => {
+                Form::Cone { half_angle: (self.angle / 2.0).min(PI) }
+            }
             "cone" => {
                 return refuse(format!(
                     "`angle` is {} rad; a cone opens by more than 0 and at most a full turn",
@@ -132,8 +120,7 @@ fn echo(sample: &Sample<'_>) -> Option<Echo> {
 impl Sensor for Proximity {
     type Plugin = Proximities;
     const ID: &'static str = "proximity";
-    const TEXT: &'static str =
-        "Finds the nearest surface along a ray or in a cone, as V-REP's proximity sensors do.";
+    const TEXT: &'static str = "Finds the nearest surface along a ray or in a cone, as V-REP's proximity sensors do.";
     const SCHEMAS: &'static [&'static str] = &["proximity/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_POINT | TATU_IN_NORMAL | TATU_IN_OBJECT;
 
@@ -153,30 +140,20 @@ impl Sensor for Proximity {
                 .range(0.0, f64::INFINITY)
                 .default(0.0)
                 .text("Blind zone: surfaces nearer to the origin are looked through."),
-            Param::float("min_range")
-                .unit("m")
-                .range(0.0, f64::INFINITY)
-                .default(0.0)
-                .text(
-                    "Threshold: when the nearest surface is nearer than this, nothing at all is reported \
+            Param::float("min_range").unit("m").range(0.0, f64::INFINITY).default(0.0).text(
+                "Threshold: when the nearest surface is nearer than this, nothing at all is reported \
                      (unlike `near`, which looks through it).",
-                ),
+            ),
             Param::float("angle")
                 .unit("rad")
                 .range(0.0, TAU)
                 .default(PI / 6.0)
                 .text("Full opening angle of the cone, up to a full turn; a ray has none."),
-            Param::float("max_incidence")
-                .unit("rad")
-                .range(0.0, FRAC_PI_2)
-                .default(FRAC_PI_2)
-                .text(
-                    "Greatest angle between line of sight and surface normal; slanted surfaces send no echo. \
+            Param::float("max_incidence").unit("rad").range(0.0, FRAC_PI_2).default(FRAC_PI_2).text(
+                "Greatest angle between line of sight and surface normal; slanted surfaces send no echo. \
                      A quarter turn is no limit.",
-                ),
-            Param::bool("front_faces")
-                .default(true)
-                .text("Whether the outer sides of things are seen."),
+            ),
+            Param::bool("front_faces").default(true).text("Whether the outer sides of things are seen."),
             Param::bool("back_faces")
                 .default(true)
                 .text("Whether the inner sides of things are seen, as from within a box."),
@@ -202,9 +179,7 @@ impl Sensor for Proximity {
             Field::f64("proximity.normal")
                 .dims([3, 1, 1])
                 .unit("1")
-                .text(
-                    "Unit normal there, towards the sensor, in its frame; 0 0 0: nothing is seen.",
-                ),
+                .text("Unit normal there, towards the sensor, in its frame; 0 0 0: nothing is seen."),
         ]
     }
 

@@ -25,10 +25,7 @@ fn falls() {
 #[test]
 fn pushed() {
     let mut engine = engine(0.01);
-    engine.configure(EngineSettings {
-        gravity: Vector3::zeros(),
-        step: 0.01,
-    });
+    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01 });
     let ball = engine.add_body(&body(at(0.0, 0.0, 0.0), mass(2.0, [0.1, 0.2, 0.5]), vec![]));
     for _ in 0..20 {
         engine.push(ball, Vector3::x(), Vector3::z());
@@ -45,20 +42,11 @@ fn pushed() {
 #[test]
 fn spins_about_its_centre_of_mass() {
     let mut engine = engine(0.01);
-    engine.configure(EngineSettings {
-        gravity: Vector3::zeros(),
-        step: 0.01,
-    });
+    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01 });
     let com = Point3::new(0.3, 0.0, 0.0);
-    let props = MassProps {
-        com,
-        ..mass(1.0, [0.1; 3])
-    };
+    let props = MassProps { com, ..mass(1.0, [0.1; 3]) };
     let spin = Vector3::z() * 2.0;
-    let id = engine.add_body(&BodyDesc {
-        angular_velocity: spin,
-        ..body(at(1.0, 2.0, 3.0), props, vec![])
-    });
+    let id = engine.add_body(&BodyDesc { angular_velocity: spin, ..body(at(1.0, 2.0, 3.0), props, vec![]) });
     engine.advance(100);
     let now = engine.pose(id) * com;
     assert!((now - Point3::new(1.3, 2.0, 3.0)).norm() < 1e-9, "{now}");
@@ -74,11 +62,7 @@ fn pendulum() {
     let base = engine.add_body(&fixed(at(0.0, 0.0, 2.0), vec![]));
     let axis = turned(Vector3::zeros(), Vector3::x(), -FRAC_PI_2);
     let hang = turned(Vector3::zeros(), Vector3::y(), amplitude);
-    let bob = engine.add_body(&body(
-        at(0.0, 0.0, 2.0) * hang * at(0.0, 0.0, -l),
-        mass(m, [i; 3]),
-        vec![],
-    ));
+    let bob = engine.add_body(&body(at(0.0, 0.0, 2.0) * hang * at(0.0, 0.0, -l), mass(m, [i; 3]), vec![]));
     let joint = engine
         .add_joint(&JointDesc {
             a: base,
@@ -103,45 +87,29 @@ fn pendulum() {
     }
     let swings = passed.len() - 1;
     let period = (passed[swings] - passed[0]) / swings as f64;
-    let wanted =
-        TAU * ((i + m * l * l) / (m * G * l)).sqrt() * (1.0 + amplitude * amplitude / 16.0);
-    assert!(
-        (period / wanted - 1.0).abs() < 0.002,
-        "{period} s instead of {wanted} s"
-    );
+    let wanted = TAU * ((i + m * l * l) / (m * G * l)).sqrt() * (1.0 + amplitude * amplitude / 16.0);
+    assert!((period / wanted - 1.0).abs() < 0.002, "{period} s instead of {wanted} s");
 }
 
 /// On a slope a box slides with a = g (sin s - mu cos s), mu the product of both numbers, or not at all.
 #[test]
 fn slides() {
     let slope = 30f64.to_radians();
-    for (frictions, wanted) in [
-        ((0.5, 0.4), G * (slope.sin() - 0.2 * slope.cos())),
-        ((1.0, 0.8), 0.0),
-    ] {
+    for (frictions, wanted) in [((0.5, 0.4), G * (slope.sin() - 0.2 * slope.cos())), ((1.0, 0.8), 0.0)] {
         let mut engine = engine(0.005);
         let incline = turned(Vector3::zeros(), Vector3::y(), slope);
-        engine.add_body(&BodyDesc {
-            friction: frictions.0,
-            ..fixed(incline, part(Form::Plane))
-        });
+        engine.add_body(&BodyDesc { friction: frictions.0, ..fixed(incline, part(Form::Plane)) });
         let half = Vector3::new(0.1, 0.1, 0.05);
         let props = mass(1.0, [0.01 / 3.0 * 1.25, 0.01 / 3.0 * 1.25, 0.02 / 3.0]);
         let start = incline * at(0.0, 0.0, 0.05);
-        let slider = engine.add_body(&BodyDesc {
-            friction: frictions.1,
-            ..body(start, props, part(Form::Box { half }))
-        });
+        let slider =
+            engine.add_body(&BodyDesc { friction: frictions.1, ..body(start, props, part(Form::Box { half })) });
         // The first tenth of a second settles the contact.
         engine.advance(20);
         let v0 = (incline.inverse() * engine.twist(slider).linear).x;
         engine.advance(200);
         let v1 = (incline.inverse() * engine.twist(slider).linear).x;
-        assert!(
-            (v1 - v0 - wanted).abs() < 0.01 * G,
-            "{} m/s^2 instead of {wanted}",
-            v1 - v0
-        );
+        assert!((v1 - v0 - wanted).abs() < 0.01 * G, "{} m/s^2 instead of {wanted}", v1 - v0);
     }
 }
 
@@ -152,11 +120,7 @@ fn rolls() {
     let mut engine = engine(0.005);
     let incline = turned(Vector3::zeros(), Vector3::y(), slope);
     engine.add_body(&fixed(incline, part(Form::Plane)));
-    let ball = engine.add_body(&body(
-        incline * at(0.0, 0.0, 0.1),
-        mass(1.0, BALL),
-        sphere(0.1),
-    ));
+    let ball = engine.add_body(&body(incline * at(0.0, 0.0, 0.1), mass(1.0, BALL), sphere(0.1)));
     engine.advance(20);
     let v0 = engine.twist(ball).linear.norm();
     engine.advance(200);
@@ -165,14 +129,8 @@ fn rolls() {
     assert!((a / wanted - 1.0).abs() < 0.01, "{a} instead of {wanted}");
     let mut contacts = Vec::new();
     engine.contacts(&mut contacts);
-    let below = engine.pose(ball)
-        * engine.pose(ball).rotation.inverse()
-        * (incline * Point3::new(0.0, 0.0, -0.1));
-    assert!(
-        (contacts[0].point - below).norm() < 0.002,
-        "{} is not {below}",
-        contacts[0].point
-    );
+    let below = engine.pose(ball) * engine.pose(ball).rotation.inverse() * (incline * Point3::new(0.0, 0.0, -0.1));
+    assert!((contacts[0].point - below).norm() < 0.002, "{} is not {below}", contacts[0].point);
 }
 
 /// Every form lies on the floor with its lowest point, and the contact carries its weight.
@@ -199,78 +157,29 @@ fn forms_rest_where_they_end() {
         [1, 3, 5],
         [3, 7, 5],
     ];
-    let cube = Arc::new(Mesh {
-        vertices: corners(0.1),
-        triangles,
-    });
+    let cube = Arc::new(Mesh { vertices: corners(0.1), triangles });
     let forms = [
         (Form::Sphere { radius: 0.1 }, 0.1),
-        (
-            Form::Box {
-                half: Vector3::new(0.1, 0.2, 0.3),
-            },
-            0.3,
-        ),
-        (
-            Form::Cylinder {
-                radius: 0.1,
-                half_length: 0.25,
-            },
-            0.25,
-        ),
-        (
-            Form::Capsule {
-                radius: 0.1,
-                half_length: 0.2,
-            },
-            0.3,
-        ),
-        (
-            Form::Mesh {
-                mesh: cube.clone(),
-                convex: true,
-            },
-            0.1,
-        ),
-        (
-            Form::Mesh {
-                mesh: cube,
-                convex: false,
-            },
-            0.1,
-        ),
+        (Form::Box { half: Vector3::new(0.1, 0.2, 0.3) }, 0.3),
+        (Form::Cylinder { radius: 0.1, half_length: 0.25 }, 0.25),
+        (Form::Capsule { radius: 0.1, half_length: 0.2 }, 0.3),
+        (Form::Mesh { mesh: cube.clone(), convex: true }, 0.1),
+        (Form::Mesh { mesh: cube, convex: false }, 0.1),
     ];
     for (form, height) in forms {
         let mut engine = engine(0.005);
         let ground = floor(&mut engine);
-        let id = engine.add_body(&body(
-            at(0.0, 0.0, height),
-            mass(2.0, [0.05; 3]),
-            part(form.clone()),
-        ));
+        let id = engine.add_body(&body(at(0.0, 0.0, height), mass(2.0, [0.05; 3]), part(form.clone())));
         engine.advance(100);
         let z = engine.pose(id).translation.z;
         // 240 Hz contacts sink by about g / (2 pi 240)^2, far below a millimetre.
-        assert!(
-            (z - height).abs() < 1e-3,
-            "{form:?} rests at {z} instead of {height}"
-        );
+        assert!((z - height).abs() < 1e-3, "{form:?} rests at {z} instead of {height}");
         let mut contacts: Vec<Contact> = Vec::new();
         engine.contacts(&mut contacts);
-        assert!(
-            contacts
-                .iter()
-                .all(|c| c.bodies == (ground, id) && (c.normal - Vector3::z()).norm() < 1e-6)
-        );
-        assert!(
-            contacts.iter().all(|c| c.point.z.abs() < 1e-3),
-            "{contacts:?}"
-        );
+        assert!(contacts.iter().all(|c| c.bodies == (ground, id) && (c.normal - Vector3::z()).norm() < 1e-6));
+        assert!(contacts.iter().all(|c| c.point.z.abs() < 1e-3), "{contacts:?}");
         let force: f64 = contacts.iter().map(|c| c.force).sum();
-        assert!(
-            (force / (2.0 * G) - 1.0).abs() < 0.02,
-            "{form:?}: {force} N"
-        );
+        assert!((force / (2.0 * G) - 1.0).abs() < 0.02, "{form:?}: {force} N");
     }
 }
 
@@ -279,15 +188,9 @@ fn forms_rest_where_they_end() {
 fn bounces() {
     for (restitution, returned) in [(1.0, 0.5), (0.0, 0.0)] {
         let mut engine = engine(0.001);
-        engine.add_body(&BodyDesc {
-            restitution: 0.5,
-            ..fixed(at(0.0, 0.0, 0.0), part(Form::Plane))
-        });
+        engine.add_body(&BodyDesc { restitution: 0.5, ..fixed(at(0.0, 0.0, 0.0), part(Form::Plane)) });
         let start = body(at(0.0, 0.0, 1.1), mass(1.0, BALL), sphere(0.1));
-        let ball = engine.add_body(&BodyDesc {
-            restitution,
-            ..start
-        });
+        let ball = engine.add_body(&BodyDesc { restitution, ..start });
         let mut last = 0.0;
         while engine.twist(ball).linear.z <= last {
             last = engine.twist(ball).linear.z;
@@ -306,21 +209,11 @@ fn kinematic_pushes() {
     let mut engine = engine(0.01);
     floor(&mut engine);
     let half = Vector3::new(0.1, 0.5, 0.1);
-    let pusher = BodyDesc {
-        motion: Motion::Kinematic,
-        ..fixed(at(0.0, 0.0, 0.1), part(Form::Box { half }))
-    };
+    let pusher = BodyDesc { motion: Motion::Kinematic, ..fixed(at(0.0, 0.0, 0.1), part(Form::Box { half })) };
     let pusher = engine.add_body(&pusher);
     let half = Vector3::repeat(0.1);
-    let slider = body(
-        at(0.25, 0.0, 0.1),
-        mass(1.0, [0.0067; 3]),
-        part(Form::Box { half }),
-    );
-    let slider = engine.add_body(&BodyDesc {
-        friction: 0.3,
-        ..slider
-    });
+    let slider = body(at(0.25, 0.0, 0.1), mass(1.0, [0.0067; 3]), part(Form::Box { half }));
+    let slider = engine.add_body(&BodyDesc { friction: 0.3, ..slider });
     // Long enough for the slider to fall asleep: it must wake when it is touched.
     engine.advance(400);
     for i in 1..=40 {

@@ -9,20 +9,9 @@ use crate::physics::{Drive, JointDesc, JointId, JointKind, JointState};
 fn arm(engine: &mut Rapier, reach: f64, limits: Option<(f64, f64)>) -> JointId {
     let base = engine.add_body(&fixed(Isometry3::identity(), vec![]));
     let axis = turned(Vector3::zeros(), Vector3::x(), FRAC_PI_2);
-    let arm = engine.add_body(&body(
-        at(reach, 0.0, 0.0),
-        mass(1.0, [reach * reach / 3.0; 3]),
-        vec![],
-    ));
+    let arm = engine.add_body(&body(at(reach, 0.0, 0.0), mass(1.0, [reach * reach / 3.0; 3]), vec![]));
     let frame_in_b = at(-reach, 0.0, 0.0) * axis;
-    let desc = JointDesc {
-        a: base,
-        b: arm,
-        frame_in_a: axis,
-        frame_in_b,
-        kind: JointKind::Revolute,
-        limits,
-    };
+    let desc = JointDesc { a: base, b: arm, frame_in_a: axis, frame_in_b, kind: JointKind::Revolute, limits };
     engine.add_joint(&desc).unwrap()
 }
 
@@ -31,14 +20,7 @@ fn lift(engine: &mut Rapier, limits: Option<(f64, f64)>) -> JointId {
     let base = engine.add_body(&fixed(Isometry3::identity(), vec![]));
     let car = engine.add_body(&body(Isometry3::identity(), mass(2.0, [0.02; 3]), vec![]));
     let frame = Isometry3::identity();
-    let desc = JointDesc {
-        a: base,
-        b: car,
-        frame_in_a: frame,
-        frame_in_b: frame,
-        kind: JointKind::Prismatic,
-        limits,
-    };
+    let desc = JointDesc { a: base, b: car, frame_in_a: frame, frame_in_b: frame, kind: JointKind::Prismatic, limits };
     engine.add_joint(&desc).unwrap()
 }
 
@@ -47,19 +29,9 @@ fn lift(engine: &mut Rapier, limits: Option<(f64, f64)>) -> JointId {
 fn velocity() {
     let mut engine = engine(0.01);
     let joint = lift(&mut engine, None);
-    engine.drive(
-        joint,
-        Drive::Velocity {
-            target: 0.1,
-            max_force: 100.0,
-        },
-    );
+    engine.drive(joint, Drive::Velocity { target: 0.1, max_force: 100.0 });
     engine.advance(100);
-    let JointState {
-        position,
-        velocity,
-        effort,
-    } = engine.joint_state(joint);
+    let JointState { position, velocity, effort } = engine.joint_state(joint);
     assert!((velocity / 0.1 - 1.0).abs() < 1e-3, "{velocity}");
     assert!((position - 0.1).abs() < 1e-3);
     assert!((effort / (2.0 * G) - 1.0).abs() < 0.01, "{effort}");
@@ -70,17 +42,9 @@ fn velocity() {
 fn weak_motor() {
     let mut engine = engine(0.01);
     let joint = lift(&mut engine, None);
-    engine.drive(
-        joint,
-        Drive::Velocity {
-            target: 10.0,
-            max_force: 15.0,
-        },
-    );
+    engine.drive(joint, Drive::Velocity { target: 10.0, max_force: 15.0 });
     engine.advance(100);
-    let JointState {
-        velocity, effort, ..
-    } = engine.joint_state(joint);
+    let JointState { velocity, effort, .. } = engine.joint_state(joint);
     assert!((velocity - (7.5 - G)).abs() < 1e-6, "{velocity}");
     assert!((effort - 15.0).abs() < 1e-9);
 }
@@ -104,12 +68,8 @@ fn force() {
 #[test]
 fn force_is_mutual() {
     let mut engine = engine(0.01);
-    engine.configure(EngineSettings {
-        gravity: Vector3::zeros(),
-        step: 0.01,
-    });
-    let bodies = [1.0, 3.0]
-        .map(|m| engine.add_body(&body(at(0.0, 0.0, 0.0), mass(m, [0.1 * m; 3]), vec![])));
+    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01 });
+    let bodies = [1.0, 3.0].map(|m| engine.add_body(&body(at(0.0, 0.0, 0.0), mass(m, [0.1 * m; 3]), vec![])));
     let frame = Isometry3::identity();
     let desc = JointDesc {
         a: bodies[0],
@@ -123,10 +83,7 @@ fn force_is_mutual() {
     engine.drive(joint, Drive::Force(0.3));
     engine.advance(100);
     let [a, b] = bodies.map(|id| engine.twist(id).angular.z);
-    assert!(
-        (a + 0.3 / 0.1).abs() < 1e-6 && (b - 0.3 / 0.3).abs() < 1e-6,
-        "{a} {b}"
-    );
+    assert!((a + 0.3 / 0.1).abs() < 1e-6 && (b - 0.3 / 0.3).abs() < 1e-6, "{a} {b}");
     assert!((engine.joint_state(joint).velocity - (b - a)).abs() < 1e-12);
 }
 
@@ -135,14 +92,7 @@ fn force_is_mutual() {
 fn position() {
     let mut engine = engine(0.01);
     let joint = arm(&mut engine, 0.5, None);
-    engine.drive(
-        joint,
-        Drive::Position {
-            target: 1.0,
-            max_force: 50.0,
-            max_velocity: 0.5,
-        },
-    );
+    engine.drive(joint, Drive::Position { target: 1.0, max_force: 50.0, max_velocity: 0.5 });
     let mut fastest = 0.0f64;
     for step in 0..500 {
         engine.advance(1);
@@ -159,11 +109,7 @@ fn position() {
     assert!((state.position - 1.0).abs() < 1e-3, "{state:?}");
     assert!(fastest < 0.51, "{fastest}");
     let wanted = G * 0.5 * 1.0f64.cos();
-    assert!(
-        (state.effort / wanted - 1.0).abs() < 0.02,
-        "{} instead of {wanted}",
-        state.effort
-    );
+    assert!((state.effort / wanted - 1.0).abs() < 0.02, "{} instead of {wanted}", state.effort);
 }
 
 /// Without limits the shorter way, over pi; with limits the way inside them.
@@ -171,16 +117,9 @@ fn position() {
 fn ways_round() {
     for (limits, over_pi) in [(None, true), (Some((-3.0, 3.0)), false)] {
         let mut engine = engine(0.01);
-        engine.configure(EngineSettings {
-            gravity: Vector3::zeros(),
-            step: 0.01,
-        });
+        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01 });
         let joint = arm(&mut engine, 0.5, limits);
-        let go = |target| Drive::Position {
-            target,
-            max_force: 50.0,
-            max_velocity: 2.0,
-        };
+        let go = |target| Drive::Position { target, max_force: 50.0, max_velocity: 2.0 };
         engine.drive(joint, go(2.8));
         engine.advance(300);
         assert!((engine.joint_state(joint).position - 2.8).abs() < 1e-3);
@@ -204,10 +143,7 @@ fn limits() {
     let joint = arm(&mut engine, 0.5, Some((-0.3, 0.5)));
     let slider = lift(&mut engine, Some((-0.2, 0.2)));
     engine.advance(300);
-    let (angle, way) = (
-        engine.joint_state(joint).position,
-        engine.joint_state(slider).position,
-    );
+    let (angle, way) = (engine.joint_state(joint).position, engine.joint_state(slider).position);
     assert!((angle + 0.3).abs() < 1e-3, "{angle}");
     assert!((way + 0.2).abs() < 1e-3, "{way}");
 }
@@ -219,14 +155,7 @@ fn fixed_joint() {
     let base = engine.add_body(&fixed(Isometry3::identity(), vec![]));
     let load = engine.add_body(&body(at(0.3, 0.0, 0.0), mass(5.0, [0.05; 3]), vec![]));
     let (frame_in_a, frame_in_b) = (at(0.3, 0.0, 0.0), Isometry3::identity());
-    let desc = JointDesc {
-        a: base,
-        b: load,
-        frame_in_a,
-        frame_in_b,
-        kind: JointKind::Fixed,
-        limits: None,
-    };
+    let desc = JointDesc { a: base, b: load, frame_in_a, frame_in_b, kind: JointKind::Fixed, limits: None };
     let joint = engine.add_joint(&desc).unwrap();
     engine.drive(joint, Drive::Force(10.0));
     engine.advance(300);
@@ -240,19 +169,9 @@ fn nonsense() {
     let mut engine = engine(0.01);
     let joint = arm(&mut engine, 0.5, None);
     for drive in [
-        Drive::Velocity {
-            target: f64::NAN,
-            max_force: 1.0,
-        },
-        Drive::Velocity {
-            target: 1.0,
-            max_force: f64::NAN,
-        },
-        Drive::Position {
-            target: f64::INFINITY,
-            max_force: 1.0,
-            max_velocity: 1.0,
-        },
+        Drive::Velocity { target: f64::NAN, max_force: 1.0 },
+        Drive::Velocity { target: 1.0, max_force: f64::NAN },
+        Drive::Position { target: f64::INFINITY, max_force: 1.0, max_velocity: 1.0 },
         Drive::Force(f64::NAN),
     ] {
         engine.drive(joint, drive);
@@ -271,11 +190,5 @@ fn nonsense() {
         limits: None,
     };
     assert_eq!(engine.add_joint(&own), None);
-    assert_eq!(
-        engine.add_joint(&JointDesc {
-            b: BodyId(9),
-            ..own
-        }),
-        None
-    );
+    assert_eq!(engine.add_joint(&JointDesc { b: BodyId(9), ..own }), None);
 }

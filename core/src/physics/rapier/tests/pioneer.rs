@@ -29,46 +29,19 @@ pub(super) fn pioneer(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u32)
         ..body(
             base_pose,
             mass(16.0, [1.92, 1.939, 2.09]),
-            vec![Part {
-                pose: at(-0.03, 0.0, 0.03),
-                form: Form::Box {
-                    half: Vector3::new(0.2, 0.14, 0.1),
-                },
-            }],
+            vec![Part { pose: at(-0.03, 0.0, 0.03), form: Form::Box { half: Vector3::new(0.2, 0.14, 0.1) } }],
         )
     });
     let link_in_base = at(-0.149, 0.0, -0.0778);
     let wheel_in_link = at(0.0212, 0.0064, -0.0311) * across;
     let mut add = |in_world, m, parts, friction, mask| {
-        engine.add_body(&BodyDesc {
-            friction,
-            respond: respond(mask),
-            ..body(in_world, m, parts)
-        })
+        engine.add_body(&BodyDesc { friction, respond: respond(mask), ..body(in_world, m, parts) })
     };
     let [left_in_base, right_in_base] = [0.1655, -0.1655].map(|y| at(0.0445, y, -0.0413) * across);
     let wheel = || mass(1.5, [0.03, 0.03, 0.06]);
-    let left = add(
-        base_pose * left_in_base,
-        wheel(),
-        sphere(WHEEL_RADIUS),
-        1.0,
-        0xff02,
-    );
-    let right = add(
-        base_pose * right_in_base,
-        wheel(),
-        sphere(WHEEL_RADIUS),
-        1.0,
-        0xff04,
-    );
-    let link = add(
-        base_pose * link_in_base,
-        mass(1.0, [0.016, 0.016, 0.02]),
-        vec![],
-        0.0,
-        0,
-    );
+    let left = add(base_pose * left_in_base, wheel(), sphere(WHEEL_RADIUS), 1.0, 0xff02);
+    let right = add(base_pose * right_in_base, wheel(), sphere(WHEEL_RADIUS), 1.0, 0xff04);
+    let link = add(base_pose * link_in_base, mass(1.0, [0.016, 0.016, 0.02]), vec![], 0.0, 0);
     let caster = add(
         base_pose * link_in_base * wheel_in_link,
         mass(0.25, [0.00102, 0.00102, 0.00701]),
@@ -94,24 +67,13 @@ pub(super) fn pioneer(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u32)
         join(base, link, link_in_base),
         join(link, caster, wheel_in_link),
     ];
-    Pioneer {
-        base,
-        wheels: [left, right],
-        caster: [link, caster],
-        joints,
-    }
+    Pioneer { base, wheels: [left, right], caster: [link, caster], joints }
 }
 
 impl Pioneer {
     pub(super) fn drive(&self, engine: &mut Rapier, left: f64, right: f64) {
         for (joint, target) in self.joints.into_iter().zip([left, right]) {
-            engine.drive(
-                joint,
-                Drive::Velocity {
-                    target,
-                    max_force: 3.0,
-                },
-            );
+            engine.drive(joint, Drive::Velocity { target, max_force: 3.0 });
         }
     }
 
@@ -120,8 +82,7 @@ impl Pioneer {
         let [left, right] = self.wheels;
         let base = engine.pose(self.base);
         let anchor = |b, in_base: [f64; 3]| {
-            (engine.pose(b).translation.vector - (base * nalgebra::Point3::from(in_base)).coords)
-                .norm()
+            (engine.pose(b).translation.vector - (base * nalgebra::Point3::from(in_base)).coords).norm()
         };
         let link = engine.pose(self.caster[0]);
         let caster = engine.pose(self.caster[1]).translation.vector;
@@ -177,22 +138,12 @@ fn straight_on() {
                 lean = lean.max(tilt(&engine.pose(robot.base)));
                 gap = gap.max(robot.worst_anchor(engine));
             });
-            let way = (start.inverse() * engine.pose(robot.base))
-                .translation
-                .vector;
+            let way = (start.inverse() * engine.pose(robot.base)).translation.vector;
             let wanted = speed * WHEEL_RADIUS * 20.5;
-            assert!(
-                (way.x / wanted - 1.0).abs() < 0.005,
-                "step {step}: {} m instead of {wanted}",
-                way.x
-            );
+            assert!((way.x / wanted - 1.0).abs() < 0.005, "step {step}: {} m instead of {wanted}", way.x);
             // 4 m without steering: a yaw error of 0.1 degrees at the start alone makes 7 mm.
             assert!(way.y.abs() < 0.01, "step {step}: {} m aside", way.y);
-            assert!(
-                lean.to_degrees() < 0.5,
-                "step {step}: leans by {} degrees",
-                lean.to_degrees()
-            );
+            assert!(lean.to_degrees() < 0.5, "step {step}: leans by {} degrees", lean.to_degrees());
             assert!(gap < 1e-3, "step {step}: joints open by {gap} m");
         }
     }
@@ -214,10 +165,7 @@ fn turning() {
                 last = now;
             });
             let wanted = WHEEL_RADIUS * (right - left) / TRACK * 10.0;
-            assert!(
-                (turned / wanted - 1.0_f64).abs() < 0.015,
-                "step {step}: {turned} instead of {wanted}"
-            );
+            assert!((turned / wanted - 1.0_f64).abs() < 0.015, "step {step}: {turned} instead of {wanted}");
         }
     }
 }
@@ -229,10 +177,7 @@ fn stands_still() {
         robot.drive(&mut engine, 0.0, 0.0);
         let start = engine.pose(robot.base);
         run(&mut engine, step, 10.0, |_| ());
-        let moved = (start.inverse() * engine.pose(robot.base))
-            .translation
-            .vector
-            .norm();
+        let moved = (start.inverse() * engine.pose(robot.base)).translation.vector.norm();
         assert!(moved < 0.003, "step {step}: moved by {moved} m");
     }
 }
@@ -246,16 +191,10 @@ fn survives_a_fall() {
         let robot = pioneer(&mut engine, at(0.0, 0.0, HEIGHT + 0.5), 1);
         robot.drive(&mut engine, 0.0, 0.0);
         let mut top = 0.0f64;
-        run(&mut engine, step, 4.0, |engine| {
-            top = top.max(engine.pose(robot.base).translation.z)
-        });
+        run(&mut engine, step, 4.0, |engine| top = top.max(engine.pose(robot.base).translation.z));
         let end = engine.pose(robot.base);
         assert!(top <= HEIGHT + 0.5, "rose to {top}");
-        assert!(
-            (end.translation.z - HEIGHT).abs() < 1e-3,
-            "step {step}: stands at {}",
-            end.translation.z
-        );
+        assert!((end.translation.z - HEIGHT).abs() < 1e-3, "step {step}: stands at {}", end.translation.z);
         assert!(tilt(&end).to_degrees() < 0.5);
         assert!(robot.worst_anchor(&engine) < 1e-3);
         assert!(engine.quarantined().is_empty());
@@ -278,16 +217,8 @@ fn hits_a_wall() {
         });
         let end = engine.pose(robot.base).translation.vector;
         // The front of the base is 0.17 m ahead of its origin, the wall's face at 0.5 m.
-        assert!(
-            (end.x - 0.33).abs() < 0.005 && furthest < 0.335,
-            "step {step}: at {} ({furthest})",
-            end.x
-        );
-        assert!(
-            lean.to_degrees() < 3.0,
-            "step {step}: leans by {}",
-            lean.to_degrees()
-        );
+        assert!((end.x - 0.33).abs() < 0.005 && furthest < 0.335, "step {step}: at {} ({furthest})", end.x);
+        assert!(lean.to_degrees() < 3.0, "step {step}: leans by {}", lean.to_degrees());
         assert!(engine.quarantined().is_empty());
     }
 }

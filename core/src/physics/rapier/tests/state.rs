@@ -14,20 +14,9 @@ fn busy() -> Rapier {
     }
     for i in 0..60u32 {
         let half = Vector3::repeat(0.1);
-        let place = at(
-            f64::from(i % 6) + 0.4,
-            f64::from(i % 3) * 0.05 - 0.05,
-            0.1 + f64::from(i / 6) * 0.22,
-        );
+        let place = at(f64::from(i % 6) + 0.4, f64::from(i % 3) * 0.05 - 0.05, 0.1 + f64::from(i / 6) * 0.22);
         let desc = body(place, mass(0.5, [0.0033; 3]), part(Form::Box { half }));
-        engine.add_body(&BodyDesc {
-            friction: 0.6,
-            respond: Respond {
-                mask: 0xffff,
-                tree: 100 + i,
-            },
-            ..desc
-        });
+        engine.add_body(&BodyDesc { friction: 0.6, respond: Respond { mask: 0xffff, tree: 100 + i }, ..desc });
     }
     let base = engine.add_body(&fixed(at(0.0, 3.0, 1.0), vec![]));
     let arm = engine.add_body(&body(at(0.5, 3.0, 1.0), mass(1.0, [0.01; 3]), vec![]));
@@ -40,14 +29,7 @@ fn busy() -> Rapier {
         limits: Some((-1.0, 1.0)),
     };
     let joint = engine.add_joint(&desc).unwrap();
-    engine.drive(
-        joint,
-        Drive::Position {
-            target: 0.8,
-            max_force: 20.0,
-            max_velocity: 0.4,
-        },
-    );
+    engine.drive(joint, Drive::Position { target: 0.8, max_force: 20.0, max_velocity: 0.4 });
     engine.push(arm, Vector3::x(), Vector3::zeros());
     engine
 }
@@ -65,10 +47,7 @@ fn goes_on_from_a_snapshot() {
     for step in 0..100 {
         one.advance(1);
         two.advance(1);
-        assert!(
-            one.snapshot() == two.snapshot(),
-            "differs after step {step}"
-        );
+        assert!(one.snapshot() == two.snapshot(), "differs after step {step}");
     }
     // Taking the same state back in the same engine repeats the same steps.
     let end = one.snapshot();
@@ -99,10 +78,7 @@ fn refuses_foreign_bytes() {
 #[test]
 fn same_bits_on_any_number_of_threads() {
     let run = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut engine = busy();
             engine.advance(200);
@@ -121,15 +97,7 @@ fn quarantine() {
     type Poison<'a> = &'a dyn Fn(&mut Rapier, BodyId);
     let poisons: [Poison; 4] = [
         &|e, id| e.push(id, nan, Vector3::zeros()),
-        &|e, id| {
-            e.set_twist(
-                id,
-                &Twist {
-                    linear: nan,
-                    angular: Vector3::zeros(),
-                },
-            )
-        },
+        &|e, id| e.set_twist(id, &Twist { linear: nan, angular: Vector3::zeros() }),
         &|e, id| e.set_pose(id, &at(f64::INFINITY, 0.0, 0.0)),
         // Not caught at the door: becomes infinite inside.
         &|e, id| {
@@ -150,9 +118,7 @@ fn quarantine() {
         assert_eq!(engine.quarantined(), [sick], "case {case}");
         assert!(engine.quarantined().is_empty());
         assert_eq!(engine.pose(sick), before, "case {case}");
-        assert!(
-            (engine.pose(sound).translation.vector - Vector3::new(1.0, 0.0, 0.1)).norm() < 1e-3
-        );
+        assert!((engine.pose(sound).translation.vector - Vector3::new(1.0, 0.0, 0.1)).norm() < 1e-3);
     }
 }
 

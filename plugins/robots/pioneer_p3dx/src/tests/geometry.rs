@@ -13,19 +13,11 @@ pub struct Frame([f64; 3], [f64; 4]);
 impl Frame {
     fn turn([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
         let cross = |a: [f64; 3], b: [f64; 3]| {
-            [
-                a[1] * b[2] - a[2] * b[1],
-                a[2] * b[0] - a[0] * b[2],
-                a[0] * b[1] - a[1] * b[0],
-            ]
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
         };
         let t = cross([x, y, z], v).map(|e| 2.0 * e);
         let u = cross([x, y, z], t);
-        [
-            v[0] + w * t[0] + u[0],
-            v[1] + w * t[1] + u[1],
-            v[2] + w * t[2] + u[2],
-        ]
+        [v[0] + w * t[0] + u[0], v[1] + w * t[1] + u[1], v[2] + w * t[2] + u[2]]
     }
     pub fn direction(&self, v: [f64; 3]) -> [f64; 3] {
         Self::turn(self.1, v)
@@ -49,20 +41,12 @@ impl Frame {
 /// World frame of an object while all joints stand at 0.
 pub fn frame(robot: &Record, object: &Object) -> Frame {
     let array = |key: &str, default: &[f64]| {
-        if object.properties.contains_key(key) {
-            object.numbers(key)
-        } else {
-            default.to_vec()
-        }
+        if object.properties.contains_key(key) { object.numbers(key) } else { default.to_vec() }
     };
     let position = array("object.position", &[0.0; 3]).try_into().unwrap();
-    let quaternion = array("object.quaternion", &[0.0, 0.0, 0.0, 1.0])
-        .try_into()
-        .unwrap();
+    let quaternion = array("object.quaternion", &[0.0, 0.0, 0.0, 1.0]).try_into().unwrap();
     let local = Frame(position, quaternion);
-    robot
-        .parent(object)
-        .map_or(local, |p| frame(robot, p).then(local))
+    robot.parent(object).map_or(local, |p| frame(robot, p).then(local))
 }
 
 #[test]
@@ -87,10 +71,7 @@ fn a_positive_speed_of_both_motors_drives_ahead() {
             // A wheel that turns by w rolls its centre along w x (0, 0, r), r up from the floor to the centre.
             let w = motor.direction([0.0, 0.0, 1.0]);
             let rolls = [w[1], -w[0], 0.0];
-            assert!(
-                close(rolls[0], 1.0, 1e-9) && close(rolls[1], 0.0, 1e-9),
-                "{side}"
-            );
+            assert!(close(rolls[0], 1.0, 1e-9) && close(rolls[1], 0.0, 1e-9), "{side}");
             let y = motor.point([0.0; 3])[1];
             assert!(close(y, sign * 0.1655, 1e-9), "{side}: {y}");
         }
@@ -103,29 +84,17 @@ fn local_positions_are_the_files_within_a_millimetre() {
     let rows = [
         ("Pioneer_p3dx_rightMotor", [0.044515, -0.165501, -0.041275]),
         ("Pioneer_p3dx_leftMotor", [0.04451, 0.165499, -0.041252]),
-        (
-            "Pioneer_p3dx_caster_freeJoint1",
-            [-0.149027, -0.000001, -0.077842],
-        ),
-        (
-            "Pioneer_p3dx_caster_freeJoint2",
-            [0.021243_f64.hypot(0.006445), 0.0, -0.031079],
-        ),
+        ("Pioneer_p3dx_caster_freeJoint1", [-0.149027, -0.000001, -0.077842]),
+        ("Pioneer_p3dx_caster_freeJoint2", [0.021243_f64.hypot(0.006445), 0.0, -0.031079]),
         ("Pioneer_p3dx_connection1", [0.044472, -0.000001, 0.098307]),
         ("Pioneer_p3dx_connection8", [-0.137394, -0.105001, 0.098307]),
-        (
-            "Pioneer_p3dx_connection11",
-            [0.219472, -0.000001, -0.071093],
-        ),
+        ("Pioneer_p3dx_connection11", [0.219472, -0.000001, -0.071093]),
     ];
     let robot = vrep();
     for (alias, expected) in rows {
         let found = robot.get(alias).numbers("object.position");
         for i in 0..3 {
-            assert!(
-                close(found[i], expected[i], 1e-3),
-                "{alias}: {found:?} {expected:?}"
-            );
+            assert!(close(found[i], expected[i], 1e-3), "{alias}: {found:?} {expected:?}");
         }
     }
     let [base] = [robot.get("Pioneer_p3dx").numbers("object.position")];
@@ -136,14 +105,8 @@ fn local_positions_are_the_files_within_a_millimetre() {
 fn the_caster_trails() {
     for robot in both() {
         let at = |alias: &str| frame(&robot, robot.get(alias)).point([0.0; 3]);
-        let (swivel, wheel) = (
-            at("Pioneer_p3dx_caster_freeJoint1"),
-            at("Pioneer_p3dx_caster_wheel"),
-        );
-        assert!(
-            close(wheel[0] - swivel[0], -0.0222, 1e-9),
-            "{swivel:?} {wheel:?}"
-        );
+        let (swivel, wheel) = (at("Pioneer_p3dx_caster_freeJoint1"), at("Pioneer_p3dx_caster_wheel"));
+        assert!(close(wheel[0] - swivel[0], -0.0222, 1e-9), "{swivel:?} {wheel:?}");
         assert!(close(wheel[1], 0.0, 1e-9));
     }
 }
@@ -180,17 +143,12 @@ fn collision_boxes_keep_clear_of_floor_and_wheels() {
     use tatu_plugin_api::safe::Value;
     for robot in both() {
         let base = robot.get("Pioneer_p3dx");
-        let Value::List(parts) = &base.properties["shape.parts"] else {
-            panic!()
-        };
+        let Value::List(parts) = &base.properties["shape.parts"] else { panic!() };
         let mut low = f64::INFINITY;
         for part in parts {
             let Value::Map(entries) = part else { panic!() };
             let get = |key: &str| {
-                let found = entries
-                    .iter()
-                    .find(|(k, _)| *k == Value::text(key))
-                    .unwrap();
+                let found = entries.iter().find(|(k, _)| *k == Value::text(key)).unwrap();
                 match &found.1 {
                     Value::Floats(x) => x.clone(),
                     other => panic!("{other:?}"),

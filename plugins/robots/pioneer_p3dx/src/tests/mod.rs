@@ -28,60 +28,20 @@ fn the_tree_is_the_files() {
     let expected = [
         ("shape", "Pioneer_p3dx", ""),
         ("joint", "Pioneer_p3dx_rightMotor", "Pioneer_p3dx"),
-        (
-            "shape",
-            "Pioneer_p3dx_rightWheel",
-            "Pioneer_p3dx_rightMotor",
-        ),
-        (
-            "shape",
-            "Pioneer_p3dx_rightWheel_visible",
-            "Pioneer_p3dx_rightWheel",
-        ),
+        ("shape", "Pioneer_p3dx_rightWheel", "Pioneer_p3dx_rightMotor"),
+        ("shape", "Pioneer_p3dx_rightWheel_visible", "Pioneer_p3dx_rightWheel"),
         ("joint", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx"),
         ("shape", "Pioneer_p3dx_leftWheel", "Pioneer_p3dx_leftMotor"),
-        (
-            "shape",
-            "Pioneer_p3dx_leftWheel_visible",
-            "Pioneer_p3dx_leftWheel",
-        ),
+        ("shape", "Pioneer_p3dx_leftWheel_visible", "Pioneer_p3dx_leftWheel"),
         ("joint", "Pioneer_p3dx_caster_freeJoint1", "Pioneer_p3dx"),
-        (
-            "shape",
-            "Pioneer_p3dx_caster_link",
-            "Pioneer_p3dx_caster_freeJoint1",
-        ),
-        (
-            "joint",
-            "Pioneer_p3dx_caster_freeJoint2",
-            "Pioneer_p3dx_caster_link",
-        ),
-        (
-            "shape",
-            "Pioneer_p3dx_caster_wheel",
-            "Pioneer_p3dx_caster_freeJoint2",
-        ),
-        (
-            "shape",
-            "Pioneer_p3dx_caster_wheel_visible",
-            "Pioneer_p3dx_caster_wheel",
-        ),
-        (
-            "shape",
-            "Pioneer_p3dx_caster_link_visible",
-            "Pioneer_p3dx_caster_link",
-        ),
+        ("shape", "Pioneer_p3dx_caster_link", "Pioneer_p3dx_caster_freeJoint1"),
+        ("joint", "Pioneer_p3dx_caster_freeJoint2", "Pioneer_p3dx_caster_link"),
+        ("shape", "Pioneer_p3dx_caster_wheel", "Pioneer_p3dx_caster_freeJoint2"),
+        ("shape", "Pioneer_p3dx_caster_wheel_visible", "Pioneer_p3dx_caster_wheel"),
+        ("shape", "Pioneer_p3dx_caster_link_visible", "Pioneer_p3dx_caster_link"),
         ("shape", "Pioneer_p3dx_visible", "Pioneer_p3dx"),
-        (
-            "sensor",
-            "Pioneer_p3dx_ultrasonicSensor1",
-            "Pioneer_p3dx_visible",
-        ),
-        (
-            "sensor",
-            "Pioneer_p3dx_ultrasonicSensor16",
-            "Pioneer_p3dx_visible",
-        ),
+        ("sensor", "Pioneer_p3dx_ultrasonicSensor1", "Pioneer_p3dx_visible"),
+        ("sensor", "Pioneer_p3dx_ultrasonicSensor16", "Pioneer_p3dx_visible"),
         ("force_sensor", "Pioneer_p3dx_connection1", "Pioneer_p3dx"),
         ("force_sensor", "Pioneer_p3dx_connection11", "Pioneer_p3dx"),
     ];
@@ -89,16 +49,9 @@ fn the_tree_is_the_files() {
         for (kind, alias, parent) in expected {
             let object = robot.get(alias);
             assert_eq!(object.kind, kind, "{alias}");
-            assert_eq!(
-                robot.parent(object).map_or("", |p| &p.alias),
-                parent,
-                "{alias}"
-            );
+            assert_eq!(robot.parent(object).map_or("", |p| &p.alias), parent, "{alias}");
         }
-        assert_eq!(
-            robot.objects[0].alias, "Pioneer_p3dx",
-            "the base comes first"
-        );
+        assert_eq!(robot.objects[0].alias, "Pioneer_p3dx", "the base comes first");
         assert!(robot.objects[0].is("object.model_base"));
         for slot in crate::parts::SLOTS {
             robot.get(slot);
@@ -121,30 +74,10 @@ fn masks_and_inertias_are_the_files() {
     let robot = vrep();
     let rows = [
         ("Pioneer_p3dx", 16.0, [1.92, 1.93907, 2.0906], Some(65520.0)),
-        (
-            "Pioneer_p3dx_leftWheel",
-            1.5,
-            [0.03, 0.03, 0.06],
-            Some(65295.0),
-        ),
-        (
-            "Pioneer_p3dx_rightWheel",
-            1.5,
-            [0.03, 0.03, 0.06],
-            Some(65295.0),
-        ),
-        (
-            "Pioneer_p3dx_caster_link",
-            1.0,
-            [0.016, 0.016, 0.019984],
-            None,
-        ),
-        (
-            "Pioneer_p3dx_caster_wheel",
-            0.25,
-            [0.0010192, 0.0010192, 0.0070088],
-            Some(65295.0),
-        ),
+        ("Pioneer_p3dx_leftWheel", 1.5, [0.03, 0.03, 0.06], Some(65295.0)),
+        ("Pioneer_p3dx_rightWheel", 1.5, [0.03, 0.03, 0.06], Some(65295.0)),
+        ("Pioneer_p3dx_caster_link", 1.0, [0.016, 0.016, 0.019984], None),
+        ("Pioneer_p3dx_caster_wheel", 0.25, [0.0010192, 0.0010192, 0.0070088], Some(65295.0)),
     ];
     for (alias, mass, inertia, mask) in rows {
         let o = robot.get(alias);

@@ -70,12 +70,7 @@ unsafe fn text(s: *const c_char) -> String {
     unsafe { CStr::from_ptr(s) }.to_string_lossy().into_owned()
 }
 
-unsafe extern "C" fn object(
-    b: *const tatu_builder,
-    kind: *const c_char,
-    parent: u32,
-    alias: tatu_str,
-) -> u32 {
+unsafe extern "C" fn object(b: *const tatu_builder, kind: *const c_char, parent: u32, alias: tatu_str) -> u32 {
     // SAFETY: valid during the call, as the header says, here and below.
     unsafe {
         let alias = std::slice::from_raw_parts(alias.ptr.cast(), alias.len as usize);
@@ -100,20 +95,12 @@ unsafe extern "C" fn set(
     unsafe {
         let value = ValueRef::new(*value).to_value().unwrap();
         let mut r = record(b).borrow_mut();
-        r.objects[object as usize - 1]
-            .properties
-            .insert(text(key), value);
+        r.objects[object as usize - 1].properties.insert(text(key), value);
     }
     TATU_OK
 }
 
-unsafe extern "C" fn mesh(
-    b: *const tatu_builder,
-    points: *const f64,
-    n: u64,
-    triangles: *const u32,
-    m: u64,
-) -> u64 {
+unsafe extern "C" fn mesh(b: *const tatu_builder, points: *const f64, n: u64, triangles: *const u32, m: u64) -> u64 {
     // SAFETY: as above.
     unsafe {
         let points = std::slice::from_raw_parts(points.cast(), n as usize).to_vec();
@@ -124,11 +111,7 @@ unsafe extern "C" fn mesh(
     }
 }
 
-unsafe extern "C" fn device(
-    b: *const tatu_builder,
-    object: u32,
-    kind: *const c_char,
-) -> tatu_status {
+unsafe extern "C" fn device(b: *const tatu_builder, object: u32, kind: *const c_char) -> tatu_status {
     // SAFETY: as above.
     unsafe { record(b).borrow_mut().objects[object as usize - 1].device = Some(text(kind)) };
     TATU_OK
@@ -149,10 +132,7 @@ unsafe extern "C" fn say(e: *mut tatu_error, _: tatu_status, text: tatu_str) {
 /// Builds the model through the library's C tables, with its defaults but for `given`.
 pub fn build(given: &[(&str, Value)]) -> Result<Record, String> {
     let mut said = String::new();
-    let empty = tatu_str {
-        ptr: null(),
-        len: 0,
-    };
+    let empty = tatu_str { ptr: null(), len: 0 };
     let mut error = tatu_error {
         size: size_of::<tatu_error>() as u32,
         code: 0,
@@ -193,8 +173,7 @@ pub fn build(given: &[(&str, Value)]) -> Result<Record, String> {
         assert_eq!(plugin.init.unwrap()(&host, &mut me, &mut error), TATU_OK);
         // Starting sends panic messages to the host's log; a test wants to see them.
         drop(std::panic::take_hook());
-        let extension: *const tatu_ext_model =
-            plugin.extension.unwrap()(me, TATU_MODEL.as_ptr()).cast();
+        let extension: *const tatu_ext_model = plugin.extension.unwrap()(me, TATU_MODEL.as_ptr()).cast();
         let model = &**(*extension).models;
         let mut values = Vec::new();
         for i in 0.. {
@@ -216,9 +195,5 @@ pub fn build(given: &[(&str, Value)]) -> Result<Record, String> {
         plugin.shutdown.unwrap()(me);
         status
     };
-    if status == TATU_OK {
-        Ok(kept.into_inner())
-    } else {
-        Err(said)
-    }
+    if status == TATU_OK { Ok(kept.into_inner()) } else { Err(said) }
 }

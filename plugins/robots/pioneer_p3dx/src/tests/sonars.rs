@@ -35,10 +35,7 @@ fn the_ring_is_the_files() {
     for (n, [w, x, y, z], position) in FILE {
         let o = sensor(&robot, n);
         let p = o.numbers("object.position");
-        assert!(
-            (0..3).all(|i| close(p[i], position[i], 0.1e-3)),
-            "{n}: {p:?} {position:?}"
-        );
+        assert!((0..3).all(|i| close(p[i], position[i], 0.1e-3)), "{n}: {p:?} {position:?}");
         // Quaternions q and -q are the same turn; the file's own are off by 0.7 milliradians (sensor 12).
         let q = o.numbers("object.quaternion");
         let off = |sign: f64| {
@@ -50,10 +47,8 @@ fn the_ring_is_the_files() {
 }
 
 /// Headings of sensors 1 to 16, degrees.
-const HEADINGS: [f64; 16] = [
-    90.0, 50.0, 30.0, 10.0, -10.0, -30.0, -50.0, -90.0, -90.0, -130.0, -150.0, -170.0, 170.0,
-    150.0, 130.0, 90.0,
-];
+const HEADINGS: [f64; 16] =
+    [90.0, 50.0, 30.0, 10.0, -10.0, -30.0, -50.0, -90.0, -90.0, -130.0, -150.0, -170.0, 170.0, 150.0, 130.0, 90.0];
 
 #[test]
 fn sonars_look_horizontally_along_their_headings() {
@@ -63,11 +58,7 @@ fn sonars_look_horizontally_along_their_headings() {
             let (s, c) = heading.to_radians().sin_cos();
             let z = f.direction([0.0, 0.0, 1.0]);
             let y = f.direction([0.0, 1.0, 0.0]);
-            assert!(
-                (0..3).all(|k| close(z[k], [c, s, 0.0][k], 1e-9)),
-                "{}: {z:?}",
-                i + 1
-            );
+            assert!((0..3).all(|k| close(z[k], [c, s, 0.0][k], 1e-9)), "{}: {z:?}", i + 1);
             assert!(close(y[2], 1.0, 1e-9), "{}: y is up", i + 1);
         }
     }
@@ -76,10 +67,8 @@ fn sonars_look_horizontally_along_their_headings() {
 /// The world poses that the program itself gave, read from the shared folder where there is one.
 #[test]
 fn the_ring_is_the_one_measured_in_the_program() {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../../../shared/corpus/ttt/v30200_Pioneer-Sonar.reference.json"
-    );
+    let path =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../../../../shared/corpus/ttt/v30200_Pioneer-Sonar.reference.json");
     let Ok(text) = std::fs::read_to_string(path) else {
         eprintln!("skipped: no {path}");
         return;
@@ -94,16 +83,9 @@ fn the_ring_is_the_one_measured_in_the_program() {
         let pose = &text[at..];
         let pose = &pose[pose.find("\"pose\"").unwrap()..];
         let (from, to) = (pose.find('[').unwrap() + 1, pose.find(']').unwrap());
-        let numbers: Vec<f64> = pose[from..to]
-            .split(',')
-            .map(|x| x.trim().parse().unwrap())
-            .collect();
+        let numbers: Vec<f64> = pose[from..to].split(',').map(|x| x.trim().parse().unwrap()).collect();
         let here = sensor(&robot, n).numbers("object.position");
-        let there = [
-            base[0] - numbers[0],
-            base[1] - numbers[1],
-            numbers[2] - base[2],
-        ];
+        let there = [base[0] - numbers[0], base[1] - numbers[1], numbers[2] - base[2]];
         for i in 0..3 {
             assert!(close(here[i], there[i], 0.2e-3), "{n}: {here:?} {there:?}");
         }
@@ -131,10 +113,7 @@ fn the_data_sheets_ring_is_aria_s() {
         for (n, y) in [(n, -y), (mirror, y)] {
             let p = sensor(&robot, n).numbers("object.position");
             let expected = [x / 1000.0 + 0.0445, y / 1000.0, 0.208 - 0.1388];
-            assert!(
-                (0..3).all(|i| close(p[i], expected[i], 1e-9)),
-                "{n}: {p:?} {expected:?}"
-            );
+            assert!((0..3).all(|i| close(p[i], expected[i], 1e-9)), "{n}: {p:?} {expected:?}");
         }
     }
 }
@@ -146,18 +125,11 @@ fn beams_are_what_the_parameters_say() {
         let o = sensor(&robot, n);
         assert_eq!(o.device.as_deref(), Some("proximity"));
         assert_eq!(o.text("proximity.volume"), "cone");
-        assert!(
-            close(o.number("proximity.range"), 1.0, 1e-12),
-            "the far cap of the file"
-        );
+        assert!(close(o.number("proximity.range"), 1.0, 1e-12), "the far cap of the file");
         assert_eq!(o.number("proximity.near"), 0.005);
         assert_eq!(o.number("proximity.min_range"), 0.05);
         assert!(close(o.number("proximity.angle").to_degrees(), 30.0, 1e-9));
-        assert!(close(
-            o.number("proximity.max_incidence").to_degrees(),
-            45.0,
-            1e-9
-        ));
+        assert!(close(o.number("proximity.max_incidence").to_degrees(), 72.0, 1e-9));
         assert!(!o.properties.contains_key("proximity.skip_own_model"));
     }
     assert_eq!(sensor(&sheet(), 1).number("proximity.range"), 5.0);
@@ -171,13 +143,12 @@ fn beams_are_what_the_parameters_say() {
     .unwrap();
     let o = sensor(&wide, 3);
     assert_eq!(
-        ["range", "angle", "max_incidence", "min_range"]
-            .map(|k| o.number(&format!("proximity.{k}"))),
+        ["range", "angle", "max_incidence", "min_range"].map(|k| o.number(&format!("proximity.{k}"))),
         [4.3, 0.3, FRAC_PI_2, 0.1]
     );
 }
 
-/// The floor: 45 degrees of slant are far from reached by cones of 15 degrees to each side.
+/// The floor: cones of 15 degrees to each side meet it at 75 degrees from its normal, or more.
 #[test]
 fn the_normal_limit_keeps_the_floor_out() {
     let robot = vrep();
@@ -186,10 +157,7 @@ fn the_normal_limit_keeps_the_floor_out() {
     assert!(o.number("proximity.max_incidence") < steepest);
     let height = frame(&robot, o).point([0.0; 3])[2];
     let reach = height / (o.number("proximity.angle") / 2.0).sin();
-    assert!(
-        reach < o.number("proximity.range"),
-        "without the limit the floor is seen from {reach} m on"
-    );
+    assert!(reach < o.number("proximity.range"), "without the limit the floor is seen from {reach} m on");
 }
 
 /// Points spread over all that beams can see of the robot, world frame.

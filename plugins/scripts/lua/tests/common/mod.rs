@@ -65,10 +65,7 @@ unsafe fn text(s: tatu_str) -> String {
 }
 
 pub fn raw(s: &str) -> tatu_str {
-    tatu_str {
-        ptr: s.as_ptr().cast(),
-        len: s.len() as u64,
-    }
+    tatu_str { ptr: s.as_ptr().cast(), len: s.len() as u64 }
 }
 
 unsafe extern "C" fn say(e: *mut tatu_error, code: tatu_status, t: tatu_str) {
@@ -102,10 +99,7 @@ unsafe extern "C" fn add(e: *mut tatu_error, part: u32, t: tatu_str, line: u64) 
 
 impl Error {
     pub fn new() -> Box<Error> {
-        let none = tatu_str {
-            ptr: null(),
-            len: 0,
-        };
+        let none = tatu_str { ptr: null(), len: 0 };
         Box::new(Error {
             raw: tatu_error {
                 size: size_of::<tatu_error>() as u32,
@@ -200,24 +194,13 @@ unsafe extern "C" fn call_func(w: WorldPtr, func: tatu_func, frame: *mut tatu_ca
     assert_eq!(func >> 32, s.id);
     let mut error = Error::new();
     let (f, mut used) = ((*host(w).language.get()).call_func.unwrap(), 0);
-    let status = f(
-        s.data,
-        func as u32,
-        frame,
-        &s.raw_budget(),
-        &mut used,
-        &mut error.raw,
-    );
+    let status = f(s.data, func as u32, frame, &s.raw_budget(), &mut used, &mut error.raw);
     *host(w).error.borrow_mut() = error;
     (*frame).error = &raw mut host(w).error.borrow_mut().raw;
     status
 }
-static API: tatu_call_api = tatu_call_api {
-    size: size_of::<tatu_call_api>() as u32,
-    reserved: 0,
-    alloc: Some(frame_alloc),
-    wait: None,
-};
+static API: tatu_call_api =
+    tatu_call_api { size: size_of::<tatu_call_api>() as u32, reserved: 0, alloc: Some(frame_alloc), wait: None };
 static COMMANDS: tatu_host_commands = tatu_host_commands {
     size: size_of::<tatu_host_commands>() as u32,
     reserved: 0,
@@ -238,13 +221,7 @@ static COMMANDS: tatu_host_commands = tatu_host_commands {
 unsafe extern "C" fn prop(_: *const tatu_host, key: *const c_char) -> tatu_prop {
     u32::from(CStr::from_ptr(key) == c"scene.time")
 }
-unsafe extern "C" fn get_f64(
-    w: WorldPtr,
-    _: tatu_object,
-    p: tatu_prop,
-    out: *mut f64,
-    _: u32,
-) -> tatu_status {
+unsafe extern "C" fn get_f64(w: WorldPtr, _: tatu_object, p: tatu_prop, out: *mut f64, _: u32) -> tatu_status {
     assert_eq!(p, 1);
     *out = host(w).time.get();
     TATU_OK
@@ -262,12 +239,7 @@ static LOG: tatu_host_log = tatu_host_log {
     write: Some(write),
     last_error: Some(last_error),
 };
-unsafe extern "C" fn resolve(
-    w: WorldPtr,
-    name: tatu_str,
-    _: u32,
-    out: *mut tatu_str,
-) -> tatu_status {
+unsafe extern "C" fn resolve(w: WorldPtr, name: tatu_str, _: u32, out: *mut tatu_str) -> tatu_status {
     let (h, name) = (host(w), text(name));
     if name.contains("..") || name.starts_with('/') {
         return h.refuse(TATU_ERR_UNSUPPORTED, "outside of the allowed folders");
@@ -276,11 +248,8 @@ unsafe extern "C" fn resolve(
     *out = raw(&h.path.borrow());
     TATU_OK
 }
-static FILES: tatu_host_files = tatu_host_files {
-    size: size_of::<tatu_host_files>() as u32,
-    reserved: 0,
-    resolve: Some(resolve),
-};
+static FILES: tatu_host_files =
+    tatu_host_files { size: size_of::<tatu_host_files>() as u32, reserved: 0, resolve: Some(resolve) };
 static mut SCENE: std::mem::MaybeUninit<tatu_host_scene> = std::mem::MaybeUninit::zeroed();
 unsafe extern "C" fn service(_: *const tatu_host, id: *const c_char) -> *const c_void {
     match CStr::from_ptr(id) {
@@ -357,13 +326,7 @@ impl Host {
         code
     }
     /// As a failing command does: error text, and the frame leads to it.
-    pub fn fail(
-        &self,
-        frame: &mut tatu_call,
-        code: tatu_status,
-        t: &str,
-        help: &str,
-    ) -> tatu_status {
+    pub fn fail(&self, frame: &mut tatu_call, code: tatu_status, t: &str, help: &str) -> tatu_status {
         self.refuse(code, t);
         frame.error = &raw mut self.error.borrow_mut().raw;
         if !help.is_empty() {
@@ -390,16 +353,9 @@ impl Host {
             state: null_mut(),
         };
         let (mut data, mut error) = (null_mut(), Error::new());
-        let status =
-            unsafe { life.create.unwrap()(self.plugin.get(), &info, &mut data, &mut error.raw) };
+        let status = unsafe { life.create.unwrap()(self.plugin.get(), &info, &mut data, &mut error.raw) };
         assert_eq!(status, TATU_OK, "{}", error.text);
-        Script {
-            host: self,
-            data,
-            used: Cell::new(0),
-            budget: Cell::new((0, 0)),
-            id: 5,
-        }
+        Script { host: self, data, used: Cell::new(0), budget: Cell::new((0, 0)), id: 5 }
     }
     /// A script that is loaded.
     pub fn load(&'static self, text: &str) -> Script {
@@ -410,18 +366,10 @@ impl Host {
 }
 
 pub fn int(i: i64) -> tatu_value {
-    tatu_value {
-        tag: TATU_I64,
-        reserved: 0,
-        u: tatu_payload { i },
-    }
+    tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i } }
 }
 pub fn num(f: f64) -> tatu_value {
-    tatu_value {
-        tag: TATU_F64,
-        reserved: 0,
-        u: tatu_payload { f },
-    }
+    tatu_value { tag: TATU_F64, reserved: 0, u: tatu_payload { f } }
 }
 pub fn ret(frame: &mut tatu_call, v: tatu_value) {
     assert!(frame.n_results < frame.results_cap);
@@ -442,32 +390,16 @@ impl Script {
     }
     pub fn raw_budget(&self) -> tatu_budget {
         let (instructions, memory) = self.budget.get();
-        tatu_budget {
-            size: size_of::<tatu_budget>() as u32,
-            reserved: 0,
-            instructions,
-            memory,
-        }
+        tatu_budget { size: size_of::<tatu_budget>() as u32, reserved: 0, instructions, memory }
     }
     pub fn load(&self, text_: &str, chunk: &str, dialect: &str) -> Result<String, Box<Error>> {
         self.host.script.set(self);
         let mut error = Error::new();
         let mut chosen = raw("");
         let status = unsafe {
-            self.lang().load.unwrap()(
-                self.data,
-                raw(text_),
-                raw(chunk),
-                raw(dialect),
-                &mut chosen,
-                &mut error.raw,
-            )
+            self.lang().load.unwrap()(self.data, raw(text_), raw(chunk), raw(dialect), &mut chosen, &mut error.raw)
         };
-        if status == TATU_OK {
-            Ok(unsafe { text(chosen) })
-        } else {
-            Err(error)
-        }
+        if status == TATU_OK { Ok(unsafe { text(chosen) }) } else { Err(error) }
     }
     pub fn find(&self, how: u32, name: &str) -> u32 {
         unsafe { self.lang().find.unwrap()(self.data, how, raw(name)) }
@@ -524,12 +456,7 @@ impl Script {
         assert_ne!(id, 0, "no function {name}");
         self.call_id(id, args).map(|r| r.1)
     }
-    pub fn resume(
-        &self,
-        token: u64,
-        failed: Option<&str>,
-        args: &[Value],
-    ) -> Result<(i32, Vec<Value>), Box<Error>> {
+    pub fn resume(&self, token: u64, failed: Option<&str>, args: &[Value]) -> Result<(i32, Vec<Value>), Box<Error>> {
         self.enter(args, |frame, budget, used, error| unsafe {
             let mut status = TATU_OK;
             if let Some(t) = failed {
@@ -567,10 +494,6 @@ impl Drop for Script {
 
 impl std::fmt::Debug for Error {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "{} {}:{}: {} ({})\n{}",
-            self.code, self.file, self.line, self.text, self.help, self.traceback
-        )
+        write!(f, "{} {}:{}: {} ({})\n{}", self.code, self.file, self.line, self.text, self.help, self.traceback)
     }
 }

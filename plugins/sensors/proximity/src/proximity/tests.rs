@@ -15,12 +15,7 @@ fn cone() -> Settings {
 }
 
 fn at(distance: f64) -> Option<Echo> {
-    Some(Echo {
-        distance,
-        point: [0.0, 0.0, distance],
-        normal: [0.0, 0.0, -1.0],
-        object: 7,
-    })
+    Some(Echo { distance, point: [0.0, 0.0, distance], normal: [0.0, 0.0, -1.0], object: 7 })
 }
 
 #[test]
@@ -29,9 +24,7 @@ fn a_cone_has_half_its_opening_angle_to_each_side() {
     assert_eq!(
         made.beams,
         Beams {
-            form: Form::Cone {
-                half_angle: PI / 12.0
-            },
+            form: Form::Cone { half_angle: PI / 12.0 },
             near: 0.0,
             far: 1.0,
             max_incidence: PI / 4.0,
@@ -54,15 +47,8 @@ fn a_cone_may_open_to_the_whole_sphere() {
 
 #[test]
 fn a_ray_looks_along_z_whatever_its_angle() {
-    let ray = Settings {
-        volume: "ray".into(),
-        angle: 0.0,
-        ..cone()
-    };
-    assert_eq!(
-        ray.check().unwrap().beams.form,
-        Form::Rays(vec![[0.0, 0.0, 1.0]])
-    );
+    let ray = Settings { volume: "ray".into(), angle: 0.0, ..cone() };
+    assert_eq!(ray.check().unwrap().beams.form, Form::Rays(vec![[0.0, 0.0, 1.0]]));
 }
 
 #[test]
@@ -82,51 +68,17 @@ fn nothing_is_reported_when_nothing_is_met() {
 #[test]
 fn settings_that_cannot_see_are_refused() {
     let bad = [
-        Settings {
-            range: 0.0,
-            ..cone()
-        },
-        Settings {
-            range: f64::NAN,
-            ..cone()
-        },
-        Settings {
-            range: f64::INFINITY,
-            ..cone()
-        },
-        Settings {
-            near: -0.1,
-            ..cone()
-        },
-        Settings {
-            near: 1.0,
-            ..cone()
-        },
-        Settings {
-            min_range: -0.1,
-            ..cone()
-        },
-        Settings {
-            angle: 0.0,
-            ..cone()
-        },
-        Settings {
-            angle: 7.0,
-            ..cone()
-        },
-        Settings {
-            max_incidence: 0.0,
-            ..cone()
-        },
-        Settings {
-            front_faces: false,
-            back_faces: false,
-            ..cone()
-        },
-        Settings {
-            volume: "disc".into(),
-            ..cone()
-        },
+        Settings { range: 0.0, ..cone() },
+        Settings { range: f64::NAN, ..cone() },
+        Settings { range: f64::INFINITY, ..cone() },
+        Settings { near: -0.1, ..cone() },
+        Settings { near: 1.0, ..cone() },
+        Settings { min_range: -0.1, ..cone() },
+        Settings { angle: 0.0, ..cone() },
+        Settings { angle: 7.0, ..cone() },
+        Settings { max_incidence: 0.0, ..cone() },
+        Settings { front_faces: false, back_faces: false, ..cone() },
+        Settings { volume: "disc".into(), ..cone() },
     ];
     for settings in bad {
         let text = format!("{settings:?}");

@@ -1,0 +1,125 @@
+//! `tatu list`: what plugins offer.
+
+use std::process::ExitCode;
+
+use serde_json::{Value, json};
+use tatu_core::host::{Declared, Registry};
+
+use crate::{
+    args::{List, What},
+    report,
+};
+
+/// Prints the list.
+pub fn list(args: &List) -> ExitCode {
+    let registry = match super::registry(None) {
+        Ok(r) => r,
+        Err(e) => {
+            report::error(&e);
+            return ExitCode::from(2);
+        }
+    };
+    let (rows, columns): (Vec<Value>, &[&str]) = match args.what {
+        What::Plugins => (plugins(&registry), &["id", "version", "kinds", "path"]),
+        What::Models => (models(&registry), &["id", "plugin", "text"]),
+        What::Sensors => (sensors(&registry), &["id", "plugin", "schemas", "text"]),
+        What::Commands => (commands(&registry), &["names", "text"]),
+    };
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&rows).unwrap_or_default());
+    } else {
+        table(&rows, columns);
+    }
+    ExitCode::SUCCESS
+}
+
+fn plugins(r: &Registry) -> Vec<Value> {
+    let kinds = |i: usize| {
+        let mut kinds = Vec::new();
+        let mut add = |is: bool, kind: &'static str| {
+            if is {
+                kinds.push(kind);
+            }
+        };
+        add(r.commands.iter().any(|c| c.plugin == i), "command");
+        add(r.sensors.iter().any(|s| s.plugin == i), "sensor");
+        add(r.models.iter().any(|m| m.plugin == i), "model");
+        add(r.languages.iter().any(|l| l.plugin == i), "script");
+        kinds
+    };
+    r.plugins
+        .iter()
+        .enumerate()
+        .map(|(i, p)| {
+            json!({
+                "id": p.id,
+                "name": p.name,
+                "version": p.version,
+                "abi": format!("{}.{}", p.abi.0, p.abi.1),
+                "kinds": kinds(i),
+                "path": p.path.display().to_string(),
+            })
+        })
+        .collect()
+}
+
+fn params(all: &[Declared]) -> Value {
+    all.iter()
+        .map(|p| json!({ "name": p.key, "type": p.expectation(), "unit": p.unit, "optional": p.optional(), "text": p.text }))
+        .collect()
+}
+
+fn models(r: &Registry) -> Vec<Value> {
+    r.models
+        .iter()
+        .map(|m| {
+            let plugin = &r.plugins[m.plugin].id;
+            json!({ "id": m.id, "plugin": plugin, "slots": m.slots, "text": m.text, "parameters": params(&m.params) })
+        })
+        .collect()
+}
+
+fn sensors(r: &Registry) -> Vec<Value> {
+    r.sensors
+        .iter()
+        .map(|s| {
+            let fields: Vec<_> = s.fields.iter().map(|f| json!({ "name": f.name, "unit": f.unit, "text": f.text })).collect();
+            json!({
+                "id": s.id, "plugin": r.plugins[s.plugin].id, "schemas": s.schemas, "text": s.text,
+                "parameters": params(&s.params), "fields": fields,
+            })
+        })
+        .collect()
+}
+
+fn commands(r: &Registry) -> Vec<Value> {
+    r.commands
+        .iter()
+        .map(|c| {
+            let names: Vec<_> = c.names.iter().map(|n| n.name.as_str()).collect();
+            json!({
+                "names": names, "plugin": r.plugins[c.plugin].id, "text": c.text, "example": c.example,
+                "parameters": params(&c.params), "returns": params(&c.returns),
+            })
+        })
+        .collect()
+}
+
+/// Columns as wide as their widest cell.
+fn table(rows: &[Value], columns: &[&str]) {
+    let cell = |row: &Value, column: &str| match &row[column] {
+        Value::String(s) => s.clone(),
+        Value::Array(a) => a.iter().filter_map(Value::as_str).collect::<Vec<_>>().join(", "),
+        other => other.to_string(),
+    };
+    let widths: Vec<usize> = columns
+        .iter()
+        .map(|c| rows.iter().map(|r| cell(r, c).chars().count()).chain([c.len()]).max().unwrap_or(0))
+        .collect();
+    let line = |cells: Vec<String>| {
+        let padded: Vec<_> = cells.iter().zip(&widths).map(|(c, w)| format!("{c:<w$}")).collect();
+        println!("{}", padded.join("  ").trim_end());
+    };
+    line(columns.iter().map(|c| c.to_uppercase()).collect());
+    rows.iter().for_each(|r| line(columns.iter().map(|c| cell(r, c)).collect()));
+}

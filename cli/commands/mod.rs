@@ -1,0 +1,59 @@
+//! One file per command, and what they share: plugins, scenes.
+
+pub mod check;
+pub mod list;
+pub mod run;
+
+use std::{path::Path, sync::Arc};
+
+use tatu_core::{
+    document::{self, Document},
+    error::Error,
+    host::{Registry, Search},
+};
+
+use crate::{args::Scene, report};
+
+/// Packages of plugins that belong to the program, as build.rs found them in the manifest.
+fn built() -> Vec<&'static str> {
+    env!("TATU_BUILT_PLUGINS").split(',').filter(|s| !s.is_empty()).collect()
+}
+
+/// Loads every plugin that can be found, for a scene or for a list.
+pub fn registry(scene: Option<&Path>) -> Result<Arc<Registry>, Error> {
+    let exe = std::env::current_exe().ok();
+    let environment = std::env::var_os("TATU_PLUGIN_PATH");
+    let mut search = Search::standard(exe.as_deref(), environment.as_deref(), &built());
+    if let Some(scene) = scene {
+        document::plugin_folders(scene)?.into_iter().for_each(|f| search.add_scene_folder(f));
+    }
+    let registry = Registry::load(search);
+    registry.refused.iter().for_each(report::warning);
+    missing(&registry);
+    Ok(Arc::new(registry))
+}
+
+/// Names the program's own plugins that were not found.
+fn missing(registry: &Registry) {
+    let stem = |p: &Path| p.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let found: Vec<String> = registry.plugins.iter().map(|p| stem(&p.path)).collect();
+    let lost: Vec<String> = built()
+        .into_iter()
+        .map(|b| format!("{}{b}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX))
+        .filter(|file| !found.contains(&stem(Path::new(file))))
+        .collect();
+    if !lost.is_empty() {
+        report::warning(
+            &Error::new("E304", format!("plugins that belong to this program are missing: {}", lost.join(", ")))
+                .expected(format!("them in one of{}", registry.search.describe()))
+                .help("copy them into a folder `plugins` beside the program, or set TATU_PLUGIN_PATH to their folder"),
+        );
+    }
+}
+
+/// The document of a scene as a command line changes it.
+pub fn load(scene: &Scene, registry: &Registry) -> Result<Arc<Document>, Error> {
+    let document = document::load(&scene.scene, registry, &scene.options()?)?;
+    document.reports.iter().for_each(|r| report::note(r));
+    Ok(Arc::new(document))
+}

@@ -1,0 +1,47 @@
+//! Errors as people see them: with the line they stand in.
+
+use std::{fs, io::IsTerminal};
+
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use tatu_core::error::Error;
+
+/// Prints an error.
+pub fn error(e: &Error) {
+    print(e, Level::ERROR);
+}
+
+/// Prints a warning.
+pub fn warning(e: &Error) {
+    print(e, Level::WARNING);
+}
+
+/// Prints a note.
+pub fn note(text: &str) {
+    eprintln!("note: {text}");
+}
+
+fn print(e: &Error, level: Level<'_>) {
+    let source = e.place.as_ref().filter(|p| p.line > 0).and_then(|p| Some((p, fs::read_to_string(&p.file).ok()?)));
+    let path = e.place.as_ref().map(|p| p.file.display().to_string()).unwrap_or_default();
+    let mut group = level.primary_title(e.text.as_str()).id(e.code).elements(Vec::<annotate_snippets::Element<'_>>::new());
+    if let Some((place, text)) = &source {
+        let end = place.span.end.min(text.len()).max(place.span.start.min(text.len()));
+        let span = place.span.start.min(end)..end;
+        let label = e.expected.as_deref().filter(|x| x.len() <= 60).map(|x| format!("expected {x}"));
+        let annotation = AnnotationKind::Primary.span(span);
+        let annotation = match &label {
+            Some(l) => annotation.label(l.clone()),
+            None => annotation,
+        };
+        group = group.element(Snippet::source(text.clone()).path(path.clone()).annotation(annotation));
+    }
+    let shown = source.is_some() && e.expected.as_ref().is_some_and(|x| x.len() <= 60);
+    if let Some(expected) = e.expected.as_ref().filter(|_| !shown) {
+        group = group.element(Level::NOTE.message(format!("expected {expected}")));
+    }
+    if let Some(help) = &e.help {
+        group = group.element(Level::HELP.message(help.as_str()));
+    }
+    let renderer = if std::io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
+    eprintln!("{}\n", renderer.render(&[group]));
+}

@@ -1,0 +1,105 @@
+//! The trace of a run: one JSON line a step.
+
+use std::{
+    fs::File,
+    io::{BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use serde_json::{Map, Value as Json, json};
+use tatu_core::{LogLine, World, error::Error};
+use tatu_plugin_api::{abi::TATU_LOG_STATUS, safe::Value};
+
+/// Where the trace goes, if anywhere.
+pub struct Trace {
+    file: Option<(BufWriter<File>, PathBuf)>,
+    watched: Vec<String>,
+}
+
+impl Trace {
+    /// Opens the file; objects to watch must be there.
+    pub fn open(path: Option<&Path>, watch: &[String], world: &World) -> Result<Self, Error> {
+        for w in watch {
+            if world.observe(w).is_none() {
+                let error = Error::new("E110", format!("--watch: there is no object `{w}`"));
+                return Err(match world.nearest(w) {
+                    Some(near) => error.help(format!("did you mean `{near}`?")),
+                    None => error,
+                });
+            }
+        }
+        let file = match path {
+            None => None,
+            Some(p) => {
+                let file = File::create(p)
+                    .map_err(|e| Error::new("E105", format!("cannot write the trace {}: {e}", p.display())))?;
+                Some((BufWriter::new(file), p.to_owned()))
+            }
+        };
+        Ok(Trace { file, watched: watch.to_vec() })
+    }
+
+    /// Writes the line of the step that has just been done.
+    pub fn step(&mut self, world: &World, lines: &[LogLine]) -> Result<(), Error> {
+        if self.file.is_none() {
+            return Ok(());
+        }
+        let mut objects = Map::new();
+        let mut sensors = Map::new();
+        for seen in self.watched.iter().filter_map(|w| world.observe(w)) {
+            let mut o = json!({
+                "position": seen.pose[..3],
+                "quaternion": seen.pose[3..],
+                "linear_velocity": seen.twist[..3],
+                "angular_velocity": seen.twist[3..],
+            });
+            if let Some([position, velocity, effort]) = seen.joint {
+                o["joint"] = json!({ "position": position, "velocity": velocity, "effort": effort });
+            }
+            if let Some(fields) = seen.reading {
+                sensors.insert(seen.path.clone(), fields.into_iter().map(|(k, v)| (k, to_json(v))).collect());
+            }
+            objects.insert(seen.path, o);
+        }
+        let status: Vec<&str> =
+            lines.iter().filter(|l| l.level == TATU_LOG_STATUS).map(|l| l.text.as_str()).collect();
+        let line = json!({
+            "step": world.steps(),
+            "time": world.time(),
+            "hash": format!("{:016x}", world.hash().total),
+            "objects": objects,
+            "status": status,
+            "sensors": sensors,
+        });
+        self.write(&line)
+    }
+
+    fn write(&mut self, line: &Json) -> Result<(), Error> {
+        let Some((file, path)) = &mut self.file else { return Ok(()) };
+        if let Err(e) = writeln!(file, "{line}") {
+            let error = Error::new("E105", format!("the trace {} ends here: {e}", path.display()));
+            // The run goes on; one sentence is enough.
+            self.file = None;
+            return Err(error);
+        }
+        Ok(())
+    }
+
+    /// Writes what is still held back.
+    pub fn close(self) -> Result<(), Error> {
+        let Some((mut file, path)) = self.file else { return Ok(()) };
+        file.flush().map_err(|e| Error::new("E105", format!("the trace {} is not whole: {e}", path.display())))
+    }
+}
+
+fn to_json(v: Value) -> Json {
+    match v {
+        // Fields of one number are written as that number.
+        Value::Floats(f) if f.len() == 1 => json!(f[0]),
+        Value::Ints(f) if f.len() == 1 => json!(f[0]),
+        Value::Floats(f) => json!(f),
+        Value::Ints(i) => json!(i),
+        Value::Bytes(b) => json!(b),
+        other => json!(format!("{other:?}")),
+    }
+}

@@ -1,0 +1,10 @@
+//! Values across the border, both ways.
+
+mod put;
+mod read;
+
+pub(crate) use put::{put, put_args};
+pub(crate) use read::{Reader, Room, take_results, word};
+
+/// Lists and maps nest at most this deep.
+const MAX_DEPTH: u32 = 32;

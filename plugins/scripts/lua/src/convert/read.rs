@@ -1,0 +1,329 @@
+//! Lua values for the border.
+
+use std::{ffi::c_void, fmt::Write, ptr::null};
+
+use mlua::ffi::*;
+use tatu_plugin_api::{abi::*, safe::*};
+
+use super::MAX_DEPTH;
+use crate::{
+    errors, functions,
+    state::{State, bytes},
+};
+
+/// Where the memory of converted tables comes from.
+#[derive(Clone, Copy)]
+pub(crate) enum Room {
+    /// The world's arena: arguments of a command.
+    World,
+    /// The caller's frame: results of a call into the script.
+    Frame(*mut tatu_call),
+}
+
+/// Reads Lua values.
+pub(crate) struct Reader<'a> {
+    pub l: *mut lua_State,
+    pub s: &'a State,
+    pub room: Room,
+    /// "argument" or "result", for messages.
+    pub what: &'static str,
+    /// Whether memory was taken.
+    pub took: bool,
+}
+
+/// The way to the value that is being read, from the inside out.
+struct Step<'a> {
+    up: Option<&'a Step<'a>>,
+    table: *const c_void,
+    depth: u32,
+    key: Key,
+}
+
+#[derive(Clone, Copy)]
+enum Key {
+    Top(u32),
+    Int(i64),
+    Text(*const u8, usize),
+    Other,
+}
+
+/// A value that holds an integer, or nothing.
+pub(crate) const fn word(tag: u32, i: i64) -> tatu_value {
+    tatu_value { tag, reserved: 0, u: tatu_payload { i } }
+}
+
+const fn float(f: f64) -> tatu_value {
+    tatu_value { tag: TATU_F64, reserved: 0, u: tatu_payload { f } }
+}
+
+const fn span(tag: u32, ptr: *const c_void, len: usize) -> tatu_value {
+    tatu_value { tag, reserved: 0, u: tatu_payload { s: tatu_span_t { ptr, len: len as u64 } } }
+}
+
+impl Reader<'_> {
+    /// Reads the value at `idx`, the `n`-th (from 1) of its call, into `*out`. Raises what cannot cross.
+    ///
+    /// # Safety
+    /// `idx` is absolute; text stays valid as long as the value is on the stack.
+    #[inline(always)]
+    pub(crate) unsafe fn read(&mut self, idx: i32, n: u32, out: *mut tatu_value) {
+        let l = self.l;
+        *out = match lua_type(l, idx) {
+            LUA_TNUMBER if lua_isinteger(l, idx) != 0 => word(TATU_I64, lua_tointegerx(l, idx, std::ptr::null_mut())),
+            LUA_TNUMBER => float(lua_tonumberx(l, idx, std::ptr::null_mut())),
+            LUA_TNIL | LUA_TNONE => word(TATU_NIL, 0),
+            LUA_TBOOLEAN => word(TATU_BOOL, i64::from(lua_toboolean(l, idx))),
+            LUA_TSTRING if matches!(self.room, Room::World) => {
+                let text = bytes(l, idx);
+                span(TATU_TEXT, text.as_ptr().cast(), text.len())
+            }
+            _ => self.deep(idx, &Step { up: None, table: null(), depth: 0, key: Key::Top(n) }),
+        };
+    }
+
+    #[inline(never)]
+    unsafe fn deep(&mut self, idx: i32, at: &Step<'_>) -> tatu_value {
+        let l = self.l;
+        match lua_type(l, idx) {
+            LUA_TNUMBER if lua_isinteger(l, idx) != 0 => word(TATU_I64, lua_tointeger(l, idx)),
+            LUA_TNUMBER => float(lua_tonumber(l, idx)),
+            LUA_TNIL => word(TATU_NIL, 0),
+            LUA_TBOOLEAN => word(TATU_BOOL, i64::from(lua_toboolean(l, idx))),
+            LUA_TSTRING => {
+                // Copied: the table that holds it may change while the other side still reads.
+                let text = bytes(l, idx);
+                let room = self.take::<u8>(text.len());
+                std::ptr::copy_nonoverlapping(text.as_ptr(), room, text.len());
+                span(TATU_TEXT, room.cast(), text.len())
+            }
+            LUA_TFUNCTION => {
+                let local = functions::lend(l, self.s, idx);
+                tatu_value {
+                    tag: TATU_FUNC,
+                    reserved: 0,
+                    u: tatu_payload { u: self.s.instance.id << 32 | u64::from(local) },
+                }
+            }
+            LUA_TTABLE => self.table(idx, at),
+            other => {
+                let name = std::ffi::CStr::from_ptr(lua_typename(l, other)).to_str();
+                self.fail(at, name.unwrap_or("value"), " cannot be passed on")
+            }
+        }
+    }
+
+    unsafe fn table(&mut self, idx: i32, at: &Step<'_>) -> tatu_value {
+        let l = self.l;
+        let here = lua_topointer(l, idx);
+        let mut up = Some(at);
+        while let Some(step) = up {
+            if step.table == here {
+                return self.fail(at, "the table", " contains itself");
+            }
+            up = step.up;
+        }
+        if at.depth >= MAX_DEPTH {
+            return self.fail(at, "the table", " is nested deeper than 32");
+        }
+        luaL_checkstack(l, 6, null());
+        let n = lua_rawlen(l, idx);
+        if n > 0 {
+            if let Some(numbers) = self.numbers(idx, n) {
+                return numbers;
+            }
+        } else {
+            lua_pushnil(l);
+            if lua_next(l, idx) == 0 {
+                return span(TATU_LIST, null(), 0);
+            }
+            lua_pop(l, 2);
+        }
+        // Count the entries: a sequence has the keys 1 to n and no other.
+        let (mut count, mut sequence, mut numeric, mut floats) = (0, true, true, false);
+        lua_pushnil(l);
+        while lua_next(l, idx) != 0 {
+            count += 1;
+            let i = if lua_isinteger(l, -2) != 0 { lua_tointeger(l, -2) } else { 0 };
+            sequence &= i >= 1 && i as u64 <= n as u64;
+            if lua_type(l, -1) == LUA_TNUMBER {
+                floats |= lua_isinteger(l, -1) == 0;
+            } else {
+                numeric = false;
+            }
+            lua_pop(l, 1);
+        }
+        match (sequence && count == n, numeric) {
+            (true, true) => self.scattered(idx, n, floats),
+            (true, false) => self.list(idx, n, at, here),
+            (false, _) => self.map(idx, count, at, here),
+        }
+    }
+
+    /// The quick way for a table that holds the numbers 1 to n in order, which is what almost all are.
+    unsafe fn numbers(&mut self, idx: i32, n: usize) -> Option<tatu_value> {
+        let l = self.l;
+        lua_rawgeti(l, idx, 1);
+        let number = lua_type(l, -1) == LUA_TNUMBER;
+        lua_pop(l, 1);
+        if !number {
+            return None;
+        }
+        let room = self.take::<u64>(n);
+        let (mut i, mut floats) = (0, false);
+        lua_pushnil(l);
+        while lua_next(l, idx) != 0 {
+            let mut is_int = 0;
+            if i >= n
+                || lua_tointegerx(l, -2, &mut is_int) != i as i64 + 1
+                || lua_type(l, -2) != LUA_TNUMBER
+                || lua_type(l, -1) != LUA_TNUMBER
+            {
+                lua_pop(l, 2);
+                return None;
+            }
+            if !floats && lua_isinteger(l, -1) == 0 {
+                floats = true;
+                for k in 0..i {
+                    *room.add(k) = (*room.add(k) as i64 as f64).to_bits();
+                }
+            }
+            *room.add(i) = if floats { lua_tonumber(l, -1).to_bits() } else { lua_tointeger(l, -1) as u64 };
+            lua_pop(l, 1);
+            i += 1;
+        }
+        let tag = if floats { TATU_F64S } else { TATU_I64S };
+        (i == n).then(|| span(tag, room.cast(), n))
+    }
+
+    /// Numbers 1 to n that Lua visits in another order.
+    unsafe fn scattered(&mut self, idx: i32, n: usize, floats: bool) -> tatu_value {
+        let l = self.l;
+        let room = self.take::<u64>(n);
+        for i in 0..n {
+            lua_rawgeti(l, idx, i as i64 + 1);
+            *room.add(i) = if floats { lua_tonumber(l, -1).to_bits() } else { lua_tointeger(l, -1) as u64 };
+            lua_pop(l, 1);
+        }
+        span(if floats { TATU_F64S } else { TATU_I64S }, room.cast(), n)
+    }
+
+    unsafe fn list(&mut self, idx: i32, n: usize, at: &Step<'_>, here: *const c_void) -> tatu_value {
+        let l = self.l;
+        let room = self.take::<tatu_value>(n);
+        for i in 0..n {
+            let key = i as i64 + 1;
+            lua_rawgeti(l, idx, key);
+            let value = lua_gettop(l);
+            *room.add(i) = self.deep(value, &step(at, here, Key::Int(key)));
+            lua_pop(l, 1);
+        }
+        span(TATU_LIST, room.cast(), n)
+    }
+
+    unsafe fn map(&mut self, idx: i32, n: usize, at: &Step<'_>, here: *const c_void) -> tatu_value {
+        let l = self.l;
+        let room = self.take::<tatu_pair>(n);
+        let mut i = 0;
+        lua_pushnil(l);
+        while i < n && lua_next(l, idx) != 0 {
+            let value = lua_gettop(l);
+            let key = match lua_type(l, value - 1) {
+                LUA_TSTRING => {
+                    let text = bytes(l, value - 1);
+                    Key::Text(text.as_ptr(), text.len())
+                }
+                LUA_TNUMBER if lua_isinteger(l, value - 1) != 0 => Key::Int(lua_tointeger(l, value - 1)),
+                LUA_TNUMBER | LUA_TBOOLEAN => Key::Other,
+                _ => {
+                    self.fail(at, "a key of the table", " is neither text, number nor truth value");
+                    Key::Other
+                }
+            };
+            let inner = step(at, here, key);
+            *room.add(i) = tatu_pair { key: self.deep(value - 1, &inner), value: self.deep(value, &inner) };
+            lua_pop(l, 1);
+            i += 1;
+        }
+        span(TATU_MAP, room.cast(), i)
+    }
+
+    unsafe fn take<T>(&mut self, n: usize) -> *mut T {
+        let bytes = (n * size_of::<T>()).max(8) as u64;
+        self.took = true;
+        let frame_alloc = match self.room {
+            Room::Frame(frame) => (*frame).api.as_ref().and_then(|a| a.alloc).map(|f| (f, frame)),
+            Room::World => None,
+        };
+        let room = match frame_alloc {
+            Some((alloc, frame)) => alloc(frame, bytes),
+            None => (self.s.commands.alloc)(self.s.world, bytes),
+        };
+        if room.is_null() {
+            errors::raise(
+                self.l,
+                Fail::with_code(TATU_ERR_SPACE, "a value is too large for the world's memory of one call"),
+            );
+        }
+        room.cast()
+    }
+
+    /// Raises; never returns, but Lua's C interface does not say so.
+    #[cold]
+    unsafe fn fail(&self, at: &Step<'_>, what: &str, text: &str) -> tatu_value {
+        errors::raise(self.l, refusal(self.what, at, what, text));
+        word(TATU_NIL, 0)
+    }
+}
+
+fn step<'a>(up: &'a Step<'a>, table: *const c_void, key: Key) -> Step<'a> {
+    Step { up: Some(up), table, depth: up.depth + 1, key }
+}
+
+/// "argument 2, at [3].name: the table contains itself"
+fn refusal(call: &str, at: &Step<'_>, what: &str, text: &str) -> Fail {
+    let (mut keys, mut top, mut up) = (Vec::new(), 0, Some(at));
+    while let Some(s) = up {
+        match s.key {
+            Key::Top(n) => top = n,
+            key => keys.push(key),
+        }
+        up = s.up;
+    }
+    let mut path = String::new();
+    for key in keys.into_iter().rev() {
+        let _ = match key {
+            Key::Int(i) => write!(path, "[{i}]"),
+            Key::Text(ptr, len) => {
+                // SAFETY: keys are held by the tables that are being read.
+                let name = unsafe { std::slice::from_raw_parts(ptr, len) };
+                write!(path, ".{}", String::from_utf8_lossy(name))
+            }
+            _ => write!(path, "[?]"),
+        };
+    }
+    let place = if path.is_empty() { String::new() } else { format!(", at {path}") };
+    let what = if what.contains(' ') { what.to_owned() } else { format!("a {what}") };
+    Fail::argument(format!("{call} {top}{place}: {what}{text}"))
+}
+
+/// Takes the `n` values on top of the stack as the frame's results, and pops them.
+///
+/// # Safety
+/// The frame has room for `results_cap` results. May raise.
+pub(crate) unsafe fn take_results(l: *mut lua_State, s: &State, frame: *mut tatu_call, n: i32) {
+    let frame = &mut *frame;
+    let first = lua_gettop(l) - n + 1;
+    if frame.results_cap > 0 && n as u32 > frame.results_cap {
+        errors::raise(
+            l,
+            Fail::with_code(TATU_ERR_SPACE, format!("returned {n} values where {} fit", frame.results_cap)),
+        );
+    }
+    let n = (n as u32).min(frame.results_cap);
+    let mut reader = Reader { l, s, room: Room::Frame(frame), what: "result", took: false };
+    for i in 0..n {
+        reader.read(first + i as i32, i + 1, frame.results.add(i as usize));
+    }
+    frame.n_results = n;
+    lua_settop(l, first - 1);
+}

@@ -1,0 +1,245 @@
+//! What all tests share: running the program, scenes in folders of their own, compiling plugins.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+    time::Duration,
+};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A plane to stand on.
+pub const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
+
+/// Where the sources are.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A file beside the repository; `None`, with the reason printed, where it is absent.
+pub fn shared(path: &str) -> Option<PathBuf> {
+    let full = root().join("../shared").join(path);
+    if full.exists() {
+        return Some(full.canonicalize().unwrap());
+    }
+    println!("skipped: there is no {}", full.display());
+    None
+}
+
+/// What the program did.
+pub struct Done {
+    pub code: i32,
+    pub out: String,
+    pub err: String,
+}
+
+impl Done {
+    /// The summary of `run --json`, or the array of `list --json`.
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.out).unwrap_or_else(|e| panic!("stdout is not JSON ({e}):\n{}\n{}", self.out, self.err))
+    }
+    /// Ended without any error.
+    #[track_caller]
+    pub fn good(self) -> Self {
+        assert!(self.code == 0, "exit {}\n{}\n{}", self.code, self.err, self.out);
+        self
+    }
+    /// The errors of a run, which must have ended with 1.
+    #[track_caller]
+    pub fn errors(&self) -> Vec<Value> {
+        assert_eq!(self.code, 1, "{}\n{}", self.err, self.out);
+        self.json()["errors"].as_array().unwrap().clone()
+    }
+    /// Refused to start, and standard error has all of these words.
+    #[track_caller]
+    pub fn refused(&self, words: &[&str]) {
+        assert_eq!(self.code, 2, "{}\n{}", self.err, self.out);
+        self.tells(words);
+    }
+    /// Standard error has all of these words.
+    #[track_caller]
+    pub fn tells(&self, words: &[&str]) {
+        for w in words {
+            assert!(self.err.contains(w), "standard error lacks `{w}`:\n{}", self.err);
+        }
+        assert!(!self.err.contains("panicked"), "a panic:\n{}", self.err);
+    }
+}
+
+/// Runs a program in a folder, without any plugin path; a program that hangs is ended.
+pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> Done {
+    let mut command = assert_cmd::Command::new(program);
+    command.current_dir(dir).args(args).env_remove("TATU_PLUGIN_PATH").timeout(Duration::from_secs(300));
+    for (key, value) in env {
+        command.env(key, value);
+    }
+    let output = command.output().unwrap();
+    Done {
+        code: output.status.code().unwrap_or(-1),
+        out: String::from_utf8_lossy(&output.stdout).into_owned(),
+        err: String::from_utf8_lossy(&output.stderr).into_owned(),
+    }
+}
+
+/// The program under test.
+pub fn program() -> &'static Path {
+    Path::new(env!("CARGO_BIN_EXE_tatu"))
+}
+
+/// A folder that vanishes, in which the program runs.
+pub struct Place {
+    dir: TempDir,
+}
+
+impl Place {
+    pub fn new() -> Self {
+        Place { dir: TempDir::with_prefix("tatu-test-").unwrap() }
+    }
+    /// With a scene `scene.toml`: `[scene]` is open at the start of `text`.
+    pub fn scene(text: &str) -> Self {
+        let place = Place::new();
+        place.write("scene.toml", &format!("format = 1\n[scene]\n{text}"));
+        place
+    }
+    pub fn path(&self) -> &Path {
+        self.dir.path()
+    }
+    pub fn write(&self, name: &str, text: &str) -> &Self {
+        let file = self.path().join(name);
+        fs::create_dir_all(file.parent().unwrap()).unwrap();
+        fs::write(file, text).unwrap();
+        self
+    }
+    pub fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path().join(name)).unwrap()
+    }
+    /// The program with any arguments.
+    pub fn tatu(&self, args: &[&str]) -> Done {
+        run(program(), self.path(), args, &[])
+    }
+    /// `tatu run scene.toml --json` and more arguments.
+    pub fn run(&self, args: &[&str]) -> Done {
+        self.tatu(&[&["run", "scene.toml", "--json"], args].concat())
+    }
+    /// The same with a trace of watched objects; it must end without error.
+    #[track_caller]
+    pub fn trace(&self, watch: &[&str], args: &[&str]) -> Vec<Line> {
+        let mut all = vec!["--trace", "trace.jsonl"];
+        watch.iter().for_each(|w| all.extend(["--watch", *w]));
+        self.run(&[&all, args].concat()).good();
+        self.lines("trace.jsonl")
+    }
+    /// The lines of a trace.
+    pub fn lines(&self, file: &str) -> Vec<Line> {
+        self.read(file).lines().map(|l| Line(serde_json::from_str(l).unwrap())).collect()
+    }
+}
+
+/// One line of a trace.
+pub struct Line(pub Value);
+
+impl Line {
+    pub fn time(&self) -> f64 {
+        self.0["time"].as_f64().unwrap()
+    }
+    pub fn hash(&self) -> &str {
+        self.0["hash"].as_str().unwrap()
+    }
+    pub fn status(&self) -> Vec<&str> {
+        self.0["status"].as_array().unwrap().iter().map(|s| s.as_str().unwrap()).collect()
+    }
+    /// Numbers of a watched object: "position", "quaternion", "linear_velocity", "angular_velocity".
+    #[track_caller]
+    pub fn object<const N: usize>(&self, path: &str, what: &str) -> [f64; N] {
+        let found = numbers(&self.0["objects"][path][what]);
+        found.try_into().unwrap_or_else(|v| panic!("`{path}` {what}: {v:?} in {}", self.0))
+    }
+    /// One number of a watched sensor.
+    #[track_caller]
+    pub fn sensor(&self, path: &str, field: &str) -> f64 {
+        let value = &self.0["sensors"][path][field];
+        value.as_f64().unwrap_or_else(|| panic!("`{path}` {field}: {value} in {}", self.0))
+    }
+}
+
+/// A JSON array of numbers.
+pub fn numbers(v: &Value) -> Vec<f64> {
+    v.as_array().into_iter().flatten().filter_map(Value::as_f64).collect()
+}
+
+/// Turn about the vertical of a quaternion x y z w, rad.
+pub fn yaw([x, y, z, w]: [f64; 4]) -> f64 {
+    f64::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+}
+
+/// How far a body's z axis leans from the vertical, rad: never less than roll or pitch.
+pub fn lean([x, y, _, _]: [f64; 4]) -> f64 {
+    (1.0 - 2.0 * (x * x + y * y)).clamp(-1.0, 1.0).acos()
+}
+
+/// A Pioneer with a script, written into the scene; `more` are further keys of it.
+pub fn pioneer(script: &str, more: &str) -> String {
+    format!("[[model]]\nmodel = \"pioneer_p3dx\"\n{more}\nscript = {{ text = '''\n{script}\n''' }}\n")
+}
+
+/// A dummy with a script of its own.
+pub fn watcher(alias: &str, script: &str) -> String {
+    format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\nscript = {{ text = '''\n{script}\n''' }}\n")
+}
+
+/// A box; `more` are further keys of it.
+pub fn cuboid(alias: &str, size: [f64; 3], at: [f64; 3], more: &str) -> String {
+    format!("[[object]]\nkind = \"shape\"\nalias = \"{alias}\"\nsize_m = {size:?}\nposition_m = {at:?}\n{more}\n")
+}
+
+/// The name of a library file on this system.
+pub fn library(stem: &str) -> String {
+    format!("{}{stem}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX)
+}
+
+/// Builds a template as its README tells, in a copy of its folder; the folder of the library.
+pub fn template(place: &Place, name: &str) -> PathBuf {
+    let api = root().join("plugin-api");
+    let here = place.path().join("template").join(name);
+    copy(&api.join("include"), &place.path().join("include"));
+    copy(&api.join("template").join(name), &here);
+    let readme = fs::read_to_string(here.join("README.md")).unwrap();
+    let line = readme.lines().find(|l| l.contains(" -shared ")).expect("the README has a line to build it");
+    // The line is written for Linux; only the name of the library differs elsewhere.
+    let mut words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+    for w in &mut words {
+        if w.starts_with("lib") && w.ends_with(".so") {
+            *w = library(w.trim_start_matches("lib").trim_end_matches(".so"));
+        }
+    }
+    let compiler = compiler(&words[0]);
+    succeed(Command::new(compiler).args(&words[1..]).current_dir(&here));
+    here
+}
+
+/// The system's compiler for "cc" or "c++", or what CC and CXX say, as cargo's builds do.
+pub fn compiler(name: &str) -> String {
+    let variable = if name == "cc" { "CC" } else { "CXX" };
+    std::env::var(variable).unwrap_or_else(|_| name.to_owned())
+}
+
+/// Runs a command that must succeed; its output.
+#[track_caller]
+pub fn succeed(command: &mut Command) -> String {
+    let output = command.output().unwrap_or_else(|e| panic!("{command:?}: {e}"));
+    let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
+    assert!(output.status.success(), "{command:?}\n{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// Copies the files of a folder.
+pub fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
+        if entry.file_type().unwrap().is_file() {
+            fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+        }
+    }
+}

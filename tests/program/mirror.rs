@@ -1,0 +1,112 @@
+//! The types of the border as Rust has them: one row per type, its fields in the order of the header.
+//!
+//! `header` compares the rows with the header and with what a C compiler makes of it; a missing row or field fails there.
+
+use core::mem::{align_of, offset_of, size_of};
+
+use tatu_plugin_api::abi;
+
+/// A field: name, place and size in bytes.
+pub struct Field {
+    pub name: &'static str,
+    pub at: usize,
+    pub size: usize,
+    pub align: usize,
+}
+
+/// A type.
+pub struct Type {
+    pub name: &'static str,
+    pub size: usize,
+    pub fields: Vec<Field>,
+}
+
+fn measure<T, F>(name: &'static str, at: usize, _: fn(&T) -> &F) -> Field {
+    // Names that are words of Rust have an underscore behind.
+    Field { name: name.trim_end_matches('_'), at, size: size_of::<F>(), align: align_of::<F>() }
+}
+
+macro_rules! mirror {
+    ($($name:ident { $($field:ident),* })*) => {
+        /// All types.
+        pub fn types() -> Vec<Type> {
+            vec![$(Type {
+                name: stringify!($name),
+                size: size_of::<abi::$name>(),
+                fields: vec![$(measure(
+                    stringify!($field),
+                    offset_of!(abi::$name, $field),
+                    |t: &abi::$name| &t.$field,
+                )),*],
+            }),*]
+        }
+    };
+}
+
+mirror! {
+    tatu_str { ptr, len }
+    tatu_value { tag, reserved, u }
+    tatu_pair { key, value }
+    tatu_field_view { ptr, len, elem, dims, time, sequence }
+    tatu_contact { shape, point, normal, force }
+    tatu_error { size, code, ctx, say, add, text, help, file, traceback, line }
+    tatu_host { size, abi_minor, ctx, service }
+    tatu_need { size, optional, id }
+    tatu_plugin_t { size, abi_major, abi_minor, id, name, version, licence, needs, init, shutdown, extension }
+    tatu_param { size, type_, count, flags, key, unit, lowest, highest, fallback, choices, text }
+    tatu_instance { size, n_params, world, owner, id, seed, params, state }
+    tatu_writer { size, reserved, ctx, write }
+    tatu_life { size, state_bytes, create, destroy, configure, save, load }
+    tatu_call_api { size, reserved, alloc, wait }
+    tatu_call {
+        size, command, alias, n_args, args, results, results_cap, n_results, world, self_, instance, state,
+        user, api, error, wait_token, resume, caller, caller_object, caller_script, caller_dialect,
+        caller_kind, reserved
+    }
+    tatu_name { size, flags, name, n_on_error, reserved, on_error }
+    tatu_command { size, flags, names, params, returns, text, example, no_wait, user, call }
+    tatu_constant { size, reserved, name, value }
+    tatu_prelude { size, reserved, language, module, text }
+    tatu_ext_command { size, reserved, commands, constants, preludes, per_world }
+    tatu_beams { size, form, count, near_m, far_m, dims, max_incidence, directions, flags, reserved }
+    tatu_field { size, elem, dims, reserved, name, unit, text }
+    tatu_sensor_batch {
+        size, n, n_fields, reserved, time, step, data, state, sensor, first_beam, distance, point, normal,
+        object, pose, twist, fields, status
+    }
+    tatu_sensor { size, inputs, id, text, schemas, params, fields, life, beams, measure }
+    tatu_ext_sensor { size, reserved, kinds }
+    tatu_actuator_batch {
+        size, n, time, dt, data, state, actuator, pose, twist, joint, command, wrench, effort, status
+    }
+    tatu_actuator { size, flags, n_commands, reserved, id, text, params, commands, life, apply }
+    tatu_ext_actuator { size, reserved, kinds }
+    tatu_builder { size, reserved, ctx, object, set, mesh, image, script, device, report, file }
+    tatu_model { size, reserved, id, text, params, slots, build }
+    tatu_ext_model { size, reserved, models }
+    tatu_importer { size, reserved, id, text, suffixes, params, sniff, load }
+    tatu_ext_importer { size, reserved, importers }
+    tatu_budget { size, reserved, instructions, memory }
+    tatu_language {
+        size, reserved, id, text, suffixes, life, load, find, call, resume, keep_func, drop_func, call_func
+    }
+    tatu_ext_script { size, reserved, languages }
+    tatu_service { size, reserved, id, text, params, start, stop, barrier, event }
+    tatu_ext_service { size, reserved, services }
+    tatu_host_scene {
+        size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
+        find, create, remove, list
+    }
+    tatu_host_readings { size, reserved, field, sense_now, reset, list }
+    tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts }
+    tatu_host_commands {
+        size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,
+        retain, drop, call_func
+    }
+    tatu_host_scripts { size, reserved, list, call, broadcast }
+    tatu_host_signals { size, reserved, get, set, clear, name }
+    tatu_host_session { size, reserved, request, wake, worlds }
+    tatu_host_stage { size, reserved, run }
+    tatu_host_log { size, reserved, write, last_error }
+    tatu_host_files { size, reserved, resolve }
+}

@@ -1,0 +1,236 @@
+//! The Pioneer's sonars against geometry written out: a plate in the cone, its nearest point that counts.
+//!
+//! Source of the ring and the cones: `../shared/corpus/ttt/REFERENCES.md` section 7 (30 degrees, tip 5 mm, threshold
+//! 0.05 m, at most 45 degrees between line of sight and surface normal). The answer is found here by halving the faces
+//! of the plate until their pieces are too small to matter: nothing of the program's geometry is used.
+
+use crate::kit::*;
+
+type V = [f64; 3];
+
+/// x, y and heading in degrees of sonars 1 to 16, in the robot's frame, all at z = 0.0681.
+#[rustfmt::skip]
+const RING: [V; 16] = [
+    [ 0.1064,  0.1382,   90.0], [ 0.1554,  0.1250,   50.0], [ 0.1906,  0.0831,   30.0], [ 0.2092,  0.0273,   10.0],
+    [ 0.2092, -0.0273,  -10.0], [ 0.1905, -0.0785,  -30.0], [ 0.1555, -0.1202,  -50.0], [ 0.1064, -0.1381,  -90.0],
+    [-0.1103, -0.1382,  -90.0], [-0.1596, -0.1202, -130.0], [-0.1946, -0.0785, -150.0], [-0.2132, -0.0273, -170.0],
+    [-0.2132,  0.0273,  170.0], [-0.1946,  0.0785,  150.0], [-0.1596,  0.1203,  130.0], [-0.1103,  0.1382,   90.0],
+];
+const Z: f64 = 0.0681;
+const ROBOT: &str = "/Pioneer_p3dx";
+
+fn dot(a: V, b: V) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+fn add(a: V, b: V, s: f64) -> V {
+    [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
+}
+/// `v` turned by the quaternion x y z w.
+fn turn([x, y, z, w]: [f64; 4], v: V) -> V {
+    let cross = |a: V, b: V| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let t = cross([x, y, z], v);
+    add(add(v, t, 2.0 * w), cross([x, y, z], t), 2.0)
+}
+/// The quaternion of a turn about z by `yaw`, then about the turned y by `pitch`, rad.
+fn heading(yaw: f64, pitch: f64) -> [f64; 4] {
+    let ((s, c), (t, d)) = ((yaw / 2.0).sin_cos(), (pitch / 2.0).sin_cos());
+    [-s * t, c * t, s * d, c * d]
+}
+
+/// What a cone sees: angles in rad, lengths in m.
+#[derive(Clone, Copy)]
+struct Cone {
+    half: f64,
+    slant: f64,
+    far: f64,
+}
+
+impl Cone {
+    fn range(far: f64) -> Self {
+        Cone { half: 15f64.to_radians(), slant: 45f64.to_radians(), far }
+    }
+    /// The same, wider (or narrower) by so many degrees and so much farther.
+    fn grown(self, degrees: f64, metres: f64) -> Self {
+        let by = degrees.to_radians();
+        Cone { half: self.half + by, slant: self.slant + by, far: self.far + metres }
+    }
+}
+
+/// A thin box somewhere.
+#[derive(Clone, Copy)]
+struct Plate {
+    at: V,
+    turned: [f64; 4],
+    half: V,
+}
+
+impl Plate {
+    /// Distance from `eye`, which looks along `ahead`, to the nearest point that counts.
+    fn seen(&self, eye: V, ahead: V, cone: Cone) -> Option<f64> {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|a| turn(self.turned, a));
+        let mut best = f64::INFINITY;
+        for (i, sign) in (0..3).flat_map(|i| [(i, 1.0), (i, -1.0)]) {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let middle = add(add(self.at, axes[i], sign * self.half[i]), eye, -1.0);
+            let face = Face { normal: axes[i], along: [axes[j], axes[k]], ahead, cone };
+            face.halve(middle, [self.half[j], self.half[k]], &mut best);
+        }
+        best.is_finite().then_some(best)
+    }
+}
+
+struct Face {
+    normal: V,
+    along: [V; 2],
+    ahead: V,
+    cone: Cone,
+}
+
+impl Face {
+    /// Looks at a piece of the face; `middle` counts from the eye.
+    fn halve(&self, middle: V, half: [f64; 2], best: &mut f64) {
+        let (distance, reach) = (dot(middle, middle).sqrt(), f64::hypot(half[0], half[1]));
+        if distance - reach >= best.min(self.cone.far) {
+            return;
+        }
+        // How far the piece may reach beside the direction of its middle.
+        let blur = if reach < distance { (reach / distance).asin() } else { std::f64::consts::PI };
+        let aside = (dot(middle, self.ahead) / distance).clamp(-1.0, 1.0).acos();
+        let slanted = (dot(middle, self.normal).abs() / distance).min(1.0).acos();
+        if aside - blur > self.cone.half || slanted - blur > self.cone.slant {
+            return;
+        }
+        if half[0].max(half[1]) < 5e-5 {
+            let counts = aside <= self.cone.half && slanted <= self.cone.slant;
+            if counts && (0.005..=self.cone.far).contains(&distance) {
+                *best = best.min(distance);
+            }
+            return;
+        }
+        let longer = usize::from(half[1] > half[0]);
+        let mut part = half;
+        part[longer] /= 2.0;
+        for sign in [-1.0, 1.0] {
+            self.halve(add(middle, self.along[longer], sign * part[longer]), part, best);
+        }
+    }
+}
+
+/// Where a sonar is and looks, for a robot's position and quaternion.
+fn eye(n: usize, at: V, turned: [f64; 4]) -> (V, V) {
+    let [x, y, degrees] = RING[n - 1];
+    let (s, c) = degrees.to_radians().sin_cos();
+    (add(at, turn(turned, [x, y, Z]), 1.0), turn(turned, [c, s, 0.0]))
+}
+
+fn path(n: usize) -> String {
+    format!("{ROBOT}/Pioneer_p3dx_visible/Pioneer_p3dx_ultrasonicSensor{n}")
+}
+
+/// Runs a held robot while a script puts the plate from place to place, one a step.
+fn moved(plates: &[Plate], sonars: &[usize], model: &str) -> Vec<Line> {
+    let size = plates[0].half.map(|h| 2.0 * h);
+    let rows: Vec<String> = plates
+        .iter()
+        .map(|p| {
+            let ([x, y, z], [i, j, k, w]) = (p.at, p.turned);
+            format!("{{{x:.17},{y:.17},{z:.17},{i:.17},{j:.17},{k:.17},{w:.17}}}")
+        })
+        .collect();
+    let script = format!(
+        "local places = {{{}}}
+        function sysCall_init() plate, step = sim.getObject('/plate'), 0 end
+        function sysCall_actuation()
+            step = step + 1
+            sim.setObjectPosition(plate, {{table.unpack(places[step], 1, 3)}})
+            sim.setObjectQuaternion(plate, {{table.unpack(places[step], 4, 7)}})
+        end",
+        rows.join(",\n")
+    );
+    let plate = cuboid("plate", size, [9.0, 9.0, 9.0], "");
+    let scene = format!("{FLOOR}{plate}{}{}", pioneer("function sysCall_init() end", model), watcher("mover", &script));
+    let watch: Vec<String> = sonars.iter().map(|n| path(*n)).chain([ROBOT.to_owned()]).collect();
+    let watch: Vec<&str> = watch.iter().map(String::as_str).collect();
+    Place::scene(&scene).trace(&watch, &["--steps", &plates.len().to_string()])
+}
+
+/// Compares all readings with the geometry; how many of them saw something.
+fn compare(plates: &[Plate], sonars: &[usize], model: &str, far: f64) -> usize {
+    let (mut found, mut worst, cone) = (0, 0.0, Cone::range(far));
+    for (i, (line, plate)) in moved(plates, sonars, model).iter().zip(plates).enumerate() {
+        for n in sonars {
+            let (eye, ahead) = eye(*n, line.object(ROBOT, "position"), line.object(ROBOT, "quaternion"));
+            let detected = line.sensor(&path(*n), "proximity.detected") == 1.0;
+            let distance = line.sensor(&path(*n), "proximity.distance");
+            let (exact, surely) = (plate.seen(eye, ahead, cone), plate.seen(eye, ahead, cone.grown(-0.5, -0.001)));
+            let what = || format!("step {i}, sonar {n}: {detected} {distance} m, geometry {exact:?}");
+            // Something nearer than 5 cm blinds a sonar.
+            let blind = exact.is_some_and(|d| d < 0.049);
+            if detected {
+                assert!(!blind && plate.seen(eye, ahead, cone.grown(0.5, 0.001)).is_some(), "sees too much: {}", what());
+                let off = exact.map_or(0.0, |d| (d - distance).abs());
+                assert!(off < 0.001, "{}", what());
+                worst = f64::max(worst, off);
+                found += 1;
+            } else if exact.is_none_or(|d| d > 0.051) {
+                assert!(surely.is_none(), "sees too little: {}", what());
+            }
+        }
+    }
+    println!("{found} readings, at most {:.4} mm off", worst * 1e3);
+    found
+}
+
+/// Plates before a sonar: at a distance, so many degrees aside and up, turned and tilted from facing it.
+fn before(n: usize, distance: f64, [aside, up]: [f64; 2], [turned, tilt]: [f64; 2], half: V) -> Plate {
+    let (origin, _) = eye(n, [0.0, 0.0, 0.1388], [0.0, 0.0, 0.0, 1.0]);
+    let (yaw, pitch) = ((RING[n - 1][2] + aside).to_radians(), -up.to_radians());
+    let at = add(origin, turn(heading(yaw, pitch), [1.0, 0.0, 0.0]), distance);
+    Plate { at, turned: heading(yaw + turned.to_radians(), pitch + tilt.to_radians()), half }
+}
+
+/// `count` plates, strewn through the cones of all of some sonars, distances from 4 cm to a little beyond the range.
+fn strewn(count: usize, sonars: &[usize], range: f64, half: V) -> Vec<Plate> {
+    // Additive recurrence with the square roots of primes: fills the space evenly, with no generator.
+    let part = |i: usize, prime: f64| ((i + 1) as f64 * prime.sqrt()).fract();
+    let spread = |i, prime, width: f64| (2.0 * part(i, prime) - 1.0) * width;
+    (0..count)
+        .map(|i| {
+            let distance = 0.04 + (1.06 * range - 0.04) * part(i, 2.0);
+            let (angles, turns) = ([spread(i, 3.0, 24.0), spread(i, 5.0, 7.0)], [spread(i, 7.0, 65.0), spread(i, 11.0, 30.0)]);
+            before(sonars[i % sonars.len()], distance, angles, turns, half)
+        })
+        .collect()
+}
+
+#[test]
+fn distances_are_the_geometry_s() {
+    let sonars = [1, 2, 4, 5, 7, 8, 11, 14];
+    let plates = strewn(800, &sonars, 1.0, [0.001, 0.1, 0.1]);
+    assert!(compare(&plates, &sonars, "", 1.0) > 500);
+}
+
+#[test]
+fn a_longer_range_is_seen_to_its_end() {
+    let sonars = [2, 5, 12];
+    let plates = strewn(300, &sonars, 5.0, [0.001, 0.25, 0.1]);
+    assert!(compare(&plates, &sonars, "sonar_range_m = 5.0", 5.0) > 100);
+}
+
+#[test]
+fn the_cone_ends_where_it_should() {
+    // A small plate at half a metre that faces the sonar, swept by a tenth of a degree a step, across and upwards.
+    const HALF: V = [0.0005, 0.01, 0.01];
+    let edge = 15.0 + 0.01f64.atan2(0.5).to_degrees();
+    for (n, upwards) in [(4, false), (5, true), (8, false), (16, true)] {
+        let angle = |i: usize| -20.0 + 0.1 * i as f64;
+        let sweep = |i| before(n, 0.5, if upwards { [0.0, angle(i)] } else { [angle(i), 0.0] }, [0.0; 2], HALF);
+        let plates: Vec<Plate> = (0..=400).map(sweep).collect();
+        let lines = moved(&plates, &[n], "");
+        let seen = |i: &usize| lines[*i].sensor(&path(n), "proximity.detected") == 1.0;
+        let (first, last) = ((0..=400).find(seen).unwrap(), (0..=400).rev().find(seen).unwrap());
+        println!("sonar {n}: from {:.1} to {:.1} degrees, {edge:.2} expected", angle(first), angle(last));
+        assert!((angle(first) + edge).abs() < 0.5 && (angle(last) - edge).abs() < 0.5);
+        assert!((first..=last).all(|i| seen(&i)), "sonar {n} has holes");
+    }
+}
