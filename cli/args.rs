@@ -47,7 +47,7 @@ pub struct Run {
     #[command(flatten)]
     pub scene: Scene,
     /// Simulated seconds to run [default: 10].
-    #[arg(long, value_name = "S", conflicts_with = "steps", value_parser = seconds)]
+    #[arg(long, value_name = "S", conflicts_with = "steps", allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: Option<f64>,
     /// Steps to run.
     #[arg(long, value_name = "N")]

@@ -575,7 +575,7 @@ typedef struct tatu_builder {
   /* [setup] Adds an image, 4 bytes a pixel, first row on top; its number. 0: refused. */
   uint64_t(TATU_CALL *image)(const struct tatu_builder *, const uint8_t *rgba, uint32_t width, uint32_t height);
   /* [setup] Adds a script to an object. `language` and `dialect` may be null: by suffix and from the text. `kind`:
-   * "child", "customization", "main". Its number. */
+   * "child" or "customization". Its number; 0: refused. */
   uint32_t(TATU_CALL *script)(const struct tatu_builder *, uint32_t owner, const char *language, const char *dialect,
                               const char *kind, tatu_str name, tatu_str text);
   /* [setup] Makes an object of kind "sensor" or "actuator" one of a kind ("proximity") or of whoever fills a schema

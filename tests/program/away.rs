@@ -50,7 +50,8 @@ fn each_way_back_works() {
         }
         to
     };
-    for (folder, env) in [("mine", Some("mine")), ("bin/plugins", None), ("lib/tatu/plugins", None), ("bin/deps", None)] {
+    for (folder, env) in [("mine", Some("mine")), ("bin/plugins", None), ("lib/tatu/plugins", None), ("bin/deps", None)]
+    {
         let to = put(folder);
         let env: Vec<(&str, &str)> = env.map(|e| ("TATU_PLUGIN_PATH", e)).into_iter().collect();
         let done = run(&exe, place.path(), &["run", "scene.toml", "--steps", "1"], &env).good();

@@ -146,8 +146,11 @@ fn the_other_scripts_run_on_objects_of_the_same_names() {
         "{}[[object]]\nkind = \"joint\"\nalias = \"steer_joint\"\n[[object]]\nkind = \"joint\"\nalias = \"motor_joint\"\n{}",
         watcher("Manta", &manta),
         // Two keys: up, and s.
-        watcher("keys", "function sysCall_sensing() if sim.getSimulationTime() == 0 then
-            vrep.sendMessage(sim.message_keypress, {2007, 0}) vrep.sendMessage(sim.message_keypress, {115, 0}) end end"),
+        watcher(
+            "keys",
+            "function sysCall_sensing() if sim.getSimulationTime() == 0 then
+            vrep.sendMessage(sim.message_keypress, {2007, 0}) vrep.sendMessage(sim.message_keypress, {115, 0}) end end"
+        ),
     );
     let (place, status, _) = runs(&scanner, &car).unwrap();
     let keys: Vec<&String> = status.iter().flatten().collect();
@@ -203,9 +206,10 @@ end";
 /// Walls of 10 x 10 m and 8 boxes from the seed; every gap, also to the start in the middle, is at least 1 m.
 fn arena(seed: u64) -> String {
     let mut out = String::new();
-    for (i, (size, at)) in [([0.2, 10.4], [5.1, 0.0]), ([0.2, 10.4], [-5.1, 0.0]), ([10.4, 0.2], [0.0, 5.1]), ([10.4, 0.2], [0.0, -5.1])]
-        .into_iter()
-        .enumerate()
+    for (i, (size, at)) in
+        [([0.2, 10.4], [5.1, 0.0]), ([0.2, 10.4], [-5.1, 0.0]), ([10.4, 0.2], [0.0, 5.1]), ([10.4, 0.2], [0.0, -5.1])]
+            .into_iter()
+            .enumerate()
     {
         out += &cuboid(&format!("wall_{i}"), [size[0], size[1], 0.6], [at[0], at[1], 0.3], "respondable = true");
     }

@@ -100,7 +100,8 @@ fn who_only_watches_is_not_in_the_hash() {
     // Random numbers are another matter: a script's depend on when it was made.
     let calm = RESTLESS.replace("math.random(100)", "7").replace("math.random()", "0.5");
     let robot = format!("{FLOOR}{}", pioneer(&calm, ""));
-    let sensor = "[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"feeler\"\nposition_m = [0.0, 0.0, 1.0]\n";
+    let sensor =
+        "[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"feeler\"\nposition_m = [0.0, 0.0, 1.0]\n";
     let hashes = |scene: &str| -> Vec<String> {
         let lines = Place::scene(scene).trace(&[], &["--steps", "40"]);
         lines.iter().map(|l| l.hash().to_owned()).collect()
@@ -148,11 +149,17 @@ fn the_second_robot_has_names_of_its_own() {
         sim.addStatusbarMessage(sim.getObjectName(sim.getObject('.')))
         sim.addStatusbarMessage(sim.getObjectAlias(sim.getObject('./Pioneer_p3dx_leftMotor'), 1))
     end";
-    let scene = format!("dialect = \"4.2\"\n{FLOOR}{}{}", pioneer(told, ""), pioneer(told, "position_m = [0.0, 3.0, 0.0]"));
+    let scene =
+        format!("dialect = \"4.2\"\n{FLOOR}{}{}", pioneer(told, ""), pioneer(told, "position_m = [0.0, 3.0, 0.0]"));
     let lines = Place::scene(&scene).trace(&[], &["--steps", "1"]);
     // V-REP: the copy's names end in #0; paths tell siblings of one alias apart by their order.
     assert_eq!(
         lines[0].status(),
-        ["Pioneer_p3dx", "/Pioneer_p3dx[0]/Pioneer_p3dx_leftMotor", "Pioneer_p3dx#0", "/Pioneer_p3dx[1]/Pioneer_p3dx_leftMotor"]
+        [
+            "Pioneer_p3dx",
+            "/Pioneer_p3dx[0]/Pioneer_p3dx_leftMotor",
+            "Pioneer_p3dx#0",
+            "/Pioneer_p3dx[1]/Pioneer_p3dx_leftMotor"
+        ]
     );
 }

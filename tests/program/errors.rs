@@ -37,12 +37,24 @@ fn shape(more: &str) -> String {
 
 #[test]
 fn unknown_keys_are_named_with_the_known_ones() {
-    refused(&with("[[objekt]]\nkind = \"shape\"\n"), "objekt", &["unknown key `objekt`", "did you mean `object`?", "model"]);
-    refused("format = 1\n[scene]\ngravty_m_s2 = [0, 0, 0]\n", "gravty", &["`gravty_m_s2`", "did you mean `gravity_m_s2`?", "physics_dt_s"]);
+    refused(
+        &with("[[objekt]]\nkind = \"shape\"\n"),
+        "objekt",
+        &["unknown key `objekt`", "did you mean `object`?", "model"],
+    );
+    refused(
+        "format = 1\n[scene]\ngravty_m_s2 = [0, 0, 0]\n",
+        "gravty",
+        &["`gravty_m_s2`", "did you mean `gravity_m_s2`?", "physics_dt_s"],
+    );
     refused(&shape("sise_m = [1, 1, 1]"), "sise", &["`sise_m`", "did you mean `size_m`?", "mass_kg"]);
     refused(&robot("sonar_rnage_m = 2"), "rnage", &["`sonar_rnage_m`", "did you mean `sonar_range_m`?", "preset"]);
     refused(&robot("script = { txt = '' }"), "txt", &["unknown key `txt` of a script", "file or text"]);
-    refused(&shape("primitive = \"compound\"\nparts = [{ primitiv = \"box\" }]"), "primitiv =", &["primitiv", "did you mean `primitive`?"]);
+    refused(
+        &shape("primitive = \"compound\"\nparts = [{ primitiv = \"box\" }]"),
+        "primitiv =",
+        &["primitiv", "did you mean `primitive`?"],
+    );
 }
 
 #[test]
@@ -52,15 +64,27 @@ fn wrong_units_are_told_with_the_right_one() {
     refused(&shape("position_mm = [1, 1, 1]"), "_mm", &["wrong unit", "write `position_m`"]);
     refused(&shape("mass_g = 100"), "mass_g", &["wrong unit", "write `mass_kg`"]);
     refused("format = 1\n[scene]\ndt_ms = 50\n", "dt_ms", &["wrong unit", "write `dt_s`"]);
-    refused(&with("[[object]]\nkind = \"joint\"\nmax_force = 2\n"), "max_force", &["wrong unit", "write `max_force_nm`"]);
+    refused(
+        &with("[[object]]\nkind = \"joint\"\nmax_force = 2\n"),
+        "max_force",
+        &["wrong unit", "write `max_force_nm`"],
+    );
 }
 
 #[test]
 fn misspelt_names_get_the_nearest_one() {
-    refused(&with("[[model]]\nmodel = \"pioneer_p3dy\"\n"), "p3dy", &["`pioneer_p3dy`", "did you mean `pioneer_p3dx`?"]);
+    refused(
+        &with("[[model]]\nmodel = \"pioneer_p3dy\"\n"),
+        "p3dy",
+        &["`pioneer_p3dy`", "did you mean `pioneer_p3dx`?"],
+    );
     refused(&with("[[object]]\nkind = \"shap\"\n"), "\"shap\"", &["`shap`", "shape", "joint", "dummy"]);
     refused(&shape("primitive = \"sfere\""), "sfere", &["sfere", "sphere", "cylinder"]);
-    refused(&with("[[object]]\nkind = \"sensor\"\nsensor = \"proximty\"\n"), "proximty", &["`proximty`", "did you mean `proximity`?"]);
+    refused(
+        &with("[[object]]\nkind = \"sensor\"\nsensor = \"proximty\"\n"),
+        "proximty",
+        &["`proximty`", "did you mean `proximity`?"],
+    );
     refused(&with("[[object]]\nkind = \"sensor\"\n"), "sensor", &["a sensor without its kind", "tatu list sensors"]);
     refused(&with("[[object]]\nalias = \"a\"\n"), "alias = \"a\"", &["without `kind`", "shape"]);
     refused(&with("[[model]]\nalias = \"a\"\n"), "alias = \"a\"", &["without `model`"]);
@@ -99,7 +123,11 @@ fn the_file_itself_is_checked() {
     refused("format = 2\n", "format", &["format 2", "format = 1"]);
     refused("[scene]\ntext = \"x\"\n", "[scene]", &["format = 1", "on top"]);
     refused("format = 1\n[scene\n", "[scene", &["not a TOML file"]);
-    refused(&with("[[object]]\nkind = \"shape\"\nkind = \"joint\"\n"), "kind = \"joint\"", &["not a TOML file", "duplicate"]);
+    refused(
+        &with("[[object]]\nkind = \"shape\"\nkind = \"joint\"\n"),
+        "kind = \"joint\"",
+        &["not a TOML file", "duplicate"],
+    );
     let place = Place::new();
     for command in ["run", "check"] {
         place.tatu(&[command, "nowhere.toml"]).refused(&["nowhere.toml", "cannot read the scene"]);
@@ -114,7 +142,12 @@ fn files_that_are_missing_are_named_with_where_they_should_be() {
     let there = place.path().join("nowhere.lua");
     let there = there.file_name().unwrap().to_str().unwrap();
     refused_in(&place, &robot("script = \"nowhere.lua\""), "nowhere", &["cannot read the script `nowhere.lua`", there]);
-    refused_in(&place, &with("[[model]]\nmodel = \"nowhere.toml\"\n"), "nowhere", &["cannot read the model `nowhere.toml`"]);
+    refused_in(
+        &place,
+        &with("[[model]]\nmodel = \"nowhere.toml\"\n"),
+        "nowhere",
+        &["cannot read the model `nowhere.toml`"],
+    );
     place.write("controller.py", "print(1)");
     refused_in(&place, &robot("script = \"controller.py\""), "controller", &["controller.py", "lua"]);
 }
@@ -138,9 +171,17 @@ fn models_must_not_contain_themselves() {
 fn changes_by_path_are_checked_in_scenes_and_on_the_command_line() {
     let set = |line: &str| robot(&format!("[set]\n{line}"));
     for (path, value, words) in [
-        ("/Pioneer_p3dx/Pioneer_p3dx_leftMotor.max_forse_nm", "2", &["max_forse_nm", "did you mean `max_force_nm`?"][..]),
+        (
+            "/Pioneer_p3dx/Pioneer_p3dx_leftMotor.max_forse_nm",
+            "2",
+            &["max_forse_nm", "did you mean `max_force_nm`?"][..],
+        ),
         ("/Pioneer_p3dx/Pioneer_p3dx_leftMotor.max_force_kn", "2", &["wrong unit", "write `max_force_nm`"]),
-        ("/Pioneer_p3dx/Pioneer_p3dx_leftMotr.max_force_nm", "2", &["there is no object", "did you mean `Pioneer_p3dx_leftMotor`?"]),
+        (
+            "/Pioneer_p3dx/Pioneer_p3dx_leftMotr.max_force_nm",
+            "2",
+            &["there is no object", "did you mean `Pioneer_p3dx_leftMotor`?"],
+        ),
         ("/Pioneer_p3dx.sonar_range_m", "50", &["sonar_range_m", "5"]),
         ("/Pioneer_p3dx.sonar_rnge_m", "2", &["sonar_rnge_m", "did you mean `sonar_range_m`?"]),
         ("floor.mass_kg", "\"x\"", &["mass", "number"]),
@@ -169,7 +210,9 @@ fn arguments_that_name_nothing_are_refused() {
     place.run(&["--script", "/Pioneer_p3dx=b.lua"]).refused(&["b.lua"]);
     place.run(&["--script", "/Pioneer_p3dx"]).refused(&["OBJECT=FILE"]);
     place.run(&["--trace", "no/such/folder/t.jsonl"]).refused(&["no/such/folder/t.jsonl"]);
-    for wrong in [&["--seconds", "-1"][..], &["--seconds", "much"], &["--steps", "2.5"], &["--threads", "0"], &["--secnds", "1"]] {
+    for wrong in
+        [&["--seconds", "-1"][..], &["--seconds", "much"], &["--steps", "2.5"], &["--threads", "0"], &["--secnds", "1"]]
+    {
         place.run(wrong).refused(&[wrong[0]]);
     }
     place.run(&["--steps", "1", "--seconds", "1"]).refused(&["--seconds"]);
@@ -182,7 +225,7 @@ fn mistakes_of_beginners_name_file_and_line() {
         ("local speed = sped + 1", "runtime", "sped"),
         ("sim.setJointTargetVelocity(motr, 2)", "bad_argument", "joint"),
         ("sim.setJointTargetVelocity(left, fast)", "bad_argument", "velocity"),
-        ("sim.setJointTargetVelocty(left, 2)", "unknown_function", "did you mean"),
+        ("sim.setJointTargetVelocty(left, 2)", "unknown_function", "sim.setJointTargetVelocty"),
         ("setMotor(left, 2)", "runtime", "setMotor"),
         ("sim.getObject('/Pioneer_p3dx_leftMotr')", "missing_object", "leftMotr"),
         ("sim.getObjectPosition(99999)", "missing_object", "99999"),
@@ -194,7 +237,8 @@ fn mistakes_of_beginners_name_file_and_line() {
     ];
     for (line, kind, word) in mistakes {
         let place = Place::new();
-        let mut script = String::from("function sysCall_actuation()\n    left = sim.getObject('./Pioneer_p3dx_leftMotor')\n");
+        let mut script =
+            String::from("function sysCall_actuation()\n    left = sim.getObject('./Pioneer_p3dx_leftMotor')\n");
         let _ = writeln!(script, "    {line}\nend");
         place.write("scene.toml", &robot("script = \"robot.lua\"")).write("robot.lua", &script);
         let done = place.run(&["--steps", "2"]);

@@ -117,7 +117,13 @@ fn tables_begin_with_their_size_and_have_no_tail() {
     for t in types().iter().filter(|t| !is_frozen(t)) {
         let (first, last) = (&t.fields[0], t.fields.last().unwrap());
         assert_eq!((first.name, first.at, first.size), ("size", 0, 4), "{}", t.name);
-        assert_eq!(last.at + last.size, t.size, "{}: padding behind `{}`, where a new field would lie", t.name, last.name);
+        assert_eq!(
+            last.at + last.size,
+            t.size,
+            "{}: padding behind `{}`, where a new field would lie",
+            t.name,
+            last.name
+        );
         tables += 1;
     }
     assert!(tables > 30, "{tables} tables");
@@ -159,13 +165,14 @@ fn constants_have_the_same_values() {
         let (form, cast) = if is_number { ("%lld", "(long long)") } else { ("%s", "") };
         let _ = writeln!(body, "printf(\"{name} {form}\\n\", {cast}{name});");
     }
-    let theirs: BTreeMap<String, String> =
-        printed(&body).into_iter().map(|mut l| (l.remove(0), l.join(" "))).collect();
+    let theirs: BTreeMap<String, String> = printed(&body).into_iter().map(|mut l| (l.remove(0), l.join(" "))).collect();
     assert_eq!(ours, theirs, "Rust, then C");
 
     // And none of the header is missing: those of enums, and those that are defined to a number or text.
     let code = code();
-    let word = |s: &str| s.trim().chars().take_while(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || *c == '_').collect::<String>();
+    let word = |s: &str| {
+        s.trim().chars().take_while(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || *c == '_').collect::<String>()
+    };
     let enums = code.split("enum {").skip(1).flat_map(|e| e.split('}').next().unwrap().split(','));
     let defines = code.lines().filter_map(|l| l.strip_prefix("#define ")).filter(|l| {
         let value = l.split_once(' ').map_or("", |(_, v)| v.trim());
@@ -183,7 +190,16 @@ fn the_header_is_good_cpp_too() {
     let include = root().join("plugin-api/include");
     succeed(
         Command::new(compiler("c++"))
-            .args(["-std=c++17", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-unused-function", "-fsyntax-only", "-I"])
+            .args([
+                "-std=c++17",
+                "-Wall",
+                "-Wextra",
+                "-Werror",
+                "-pedantic",
+                "-Wno-unused-function",
+                "-fsyntax-only",
+                "-I",
+            ])
             .arg(include)
             .arg(place.path().join("a.cpp")),
     );

@@ -38,7 +38,8 @@ pub struct Done {
 impl Done {
     /// The summary of `run --json`, or the array of `list --json`.
     pub fn json(&self) -> Value {
-        serde_json::from_str(&self.out).unwrap_or_else(|e| panic!("stdout is not JSON ({e}):\n{}\n{}", self.out, self.err))
+        serde_json::from_str(&self.out)
+            .unwrap_or_else(|e| panic!("stdout is not JSON ({e}):\n{}\n{}", self.out, self.err))
     }
     /// Ended without any error.
     #[track_caller]

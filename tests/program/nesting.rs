@@ -4,7 +4,8 @@ use crate::kit::*;
 
 /// Two scripts, `a` and `b`, that can call each other; `other` is the other one's script.
 fn pair(a: &str, b: &str) -> Place {
-    let find = |other| format!("function sysCall_init() other = sim.getScript(sim.scripttype_childscript, '/{other}') end\n");
+    let find =
+        |other| format!("function sysCall_init() other = sim.getScript(sim.scripttype_childscript, '/{other}') end\n");
     Place::scene(&format!("{}{}", watcher("a", &(find("b") + a)), watcher("b", &(find("a") + b))))
 }
 
@@ -36,9 +37,12 @@ fn two_scripts_call_each_other_ten_deep() {
 #[test]
 fn one_removes_the_other_s_object_at_the_bottom() {
     // Ten calls deep it is a itself that runs; from one call less it is b that ends a's object.
-    for (depth, by_a, by_b) in [(10, "sim.removeObject(sim.getObject('/b'))", ""), (9, "", "sim.removeObject(sim.getObject('/a'))")] {
+    for (depth, by_a, by_b) in
+        [(10, "sim.removeObject(sim.getObject('/b'))", ""), (9, "", "sim.removeObject(sim.getObject('/a'))")]
+    {
         let start = START.replace("10", &depth.to_string());
-        let b = down(by_b) + "\nfunction sysCall_sensing() if sim.getSimulationTime() > 0.09 then sim.addStatusbarMessage('b lives') end end";
+        let b = down(by_b)
+            + "\nfunction sysCall_sensing() if sim.getSimulationTime() > 0.09 then sim.addStatusbarMessage('b lives') end end";
         let lines = pair(&(down(by_a) + &start), &b).trace(&[], &["--steps", "4"]);
         // What runs ends as usual, ...
         let expected: Vec<String> = (1..=depth).map(|n| format!(" {n}")).collect();
@@ -136,7 +140,11 @@ fn a_script_that_never_ends_is_stopped_and_the_others_do_not_notice() {
         assert_eq!(errors.len(), 1, "{deed}: {errors:?}");
         let e = &errors[0];
         assert_eq!((e["kind"].as_str(), e["object"].as_str()), (Some("budget"), Some("/first")), "{deed}: {e}");
-        assert_eq!((e["line"].as_u64(), e["count"].as_u64()), (Some(4), Some(1)), "{deed}: named with its line, once: {e}");
+        assert_eq!(
+            (e["line"].as_u64(), e["count"].as_u64()),
+            (Some(4), Some(1)),
+            "{deed}: named with its line, once: {e}"
+        );
         assert_eq!(result["steps"], 40);
         assert_eq!(result["objects"]["/second"], calm["objects"]["/second"], "{deed}");
     }
@@ -145,7 +153,12 @@ fn a_script_that_never_ends_is_stopped_and_the_others_do_not_notice() {
 #[test]
 fn a_script_with_an_error_leaves_the_others_alone() {
     let calm = robots("").run(&["--seconds", "2"]).good().json();
-    for deed in ["error('mine')", "local x = nil + 1", "sim.removeModel(sim.getObject('.'))", "local t = {} while true do t[#t + 1] = ('x'):rep(1e6) end"] {
+    for deed in [
+        "error('mine')",
+        "local x = nil + 1",
+        "sim.removeModel(sim.getObject('.'))",
+        "local t = {} while true do t[#t + 1] = ('x'):rep(1e6) end",
+    ] {
         let done = robots(deed).run(&["--seconds", "2"]);
         done.tells(&[]);
         assert_eq!(done.json()["objects"]["/second"], calm["objects"]["/second"], "{deed}");

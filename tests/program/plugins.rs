@@ -137,7 +137,11 @@ fn pushed(physics_dt: f64, call: &str, more: &str) {
         let [x, y, z] = line.object("/body", "linear_velocity");
         let wanted = 1.0 * (line.time() - start as f64 * 0.05) / 2.0;
         let speed = f64::hypot(x, z);
-        assert!((speed / wanted - 1.0).abs() < 0.001, "{physics_dt}: {speed} m/s at {} s, {wanted} expected", line.time());
+        assert!(
+            (speed / wanted - 1.0).abs() < 0.001,
+            "{physics_dt}: {speed} m/s at {} s, {wanted} expected",
+            line.time()
+        );
         assert!((x / 0.6 - z / 0.8).abs() < 1e-3 * speed && y.abs() < 1e-9, "its direction is the force's");
         assert!(line.object::<3>("/body", "angular_velocity").iter().all(|w| w.abs() < 1e-9), "at its centre of mass");
     }
@@ -189,7 +193,8 @@ fn lists_name_what_was_found_and_where() {
     let folder = template(&place, "c_command");
     template(&place, "cpp_command");
     let path = std::env::join_paths([&folder, &place.path().join("template/cpp_command")]).unwrap();
-    let list = |what| run(program(), place.path(), &["list", what, "--json"], &[("TATU_PLUGIN_PATH", path.to_str().unwrap())]);
+    let list =
+        |what| run(program(), place.path(), &["list", what, "--json"], &[("TATU_PLUGIN_PATH", path.to_str().unwrap())]);
     let (plugins, commands) = (list("plugins").good().json(), list("commands").good().json());
     for id in ["org.example.c_command", "org.example.cpp_command"] {
         let found = plugins.as_array().unwrap().iter().find(|p| p["id"] == id);

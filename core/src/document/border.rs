@@ -194,6 +194,9 @@ unsafe extern "C" fn script(
             let owner = index(build, owner)?;
             let language = b.registry.language(if language.is_empty() { &name } else { &language })?;
             let kind = if kind.is_empty() { "child".into() } else { kind };
+            if !matches!(kind.as_str(), "child" | "customization") {
+                return Err(Error::new("E102", format!("a script of kind `{kind}`")).expected("child or customization"));
+            }
             b.script(owner, ScriptSpec { language, dialect, kind, name, text: source })
         })
         .map_or(0, |()| 1)

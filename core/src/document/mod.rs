@@ -4,22 +4,26 @@
 //! - [`Builder`]: writes one, checking every property against its row;
 //! - `border`: the same builder for plugins;
 //! - `toml`: scene files; `keys`: their keys and values; `units`: the units in keys;
+//! - `settings`: the numbers of the world; `scripts`: scripts in scene files;
 //! - `overrides`: `[set]`, `--set`, `--script`.
 
 mod border;
 mod build;
 mod keys;
 mod overrides;
+mod scripts;
+mod settings;
 mod toml;
 pub mod units;
 
-use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+use std::{path::PathBuf, sync::Arc};
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Isometry3;
 use tatu_plugin_api::safe::Value;
 
 pub use build::Builder;
 pub use overrides::{Override, ScriptOverride};
+pub use settings::Settings;
 pub use toml::{Options, load, plugin_folders};
 
 use crate::{
@@ -27,39 +31,6 @@ use crate::{
     geometry::Mesh,
     scene::{Data, Joint, Scene, SensorData, Shape, rows::Row},
 };
-
-/// Numbers of the world.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Length of a step, s.
-    pub dt: f64,
-    /// Length of a physics step, s.
-    pub physics_dt: f64,
-    /// m/s^2.
-    pub gravity: Vector3<f64>,
-    /// Of all that is random.
-    pub seed: u64,
-    /// For scripts that do not tell theirs; empty: from their text.
-    pub dialect: String,
-    /// Who is meant by a schema or language.
-    pub providers: BTreeMap<String, String>,
-    /// Instructions that one call of a script may use.
-    pub budget: u64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Settings {
-            dt: 0.05,
-            physics_dt: 0.01,
-            gravity: Vector3::new(0.0, 0.0, -9.81),
-            seed: 0,
-            dialect: String::new(),
-            providers: BTreeMap::new(),
-            budget: 100_000_000,
-        }
-    }
-}
 
 /// A script of an object.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use tatu_plugin_api::safe::Value;
 use toml_edit::Item;
 
-use super::{Builder, Document, ScriptSpec, keys, toml};
+use super::{Builder, Document, ScriptSpec, keys, settings};
 use crate::{
     error::{Error, Place, Result},
     host::{Declared, Registry, check_value},
@@ -95,12 +95,12 @@ pub(super) fn apply(
     for o in all {
         let at = |e: Error| e.at(o.place.clone());
         if o.path == "scene" {
-            let declared = toml::scene_keys();
+            let declared = settings::keys();
             let (entry, factor) = keys::find(&o.key, &declared, "scene").map_err(at)?;
             let value = keys::to_value(&o.item, factor).map_err(at)?;
             let value =
                 check_value(&entry.0, value).map_err(|e| at(Error::new("E102", format!("`{}`: {e}", o.key))))?;
-            toml::apply_scene(&mut document.settings, &entry.0.key, &value);
+            settings::apply(&mut document.settings, &entry.0.key, &value);
             continue;
         }
         let object = find(document, o.from, &o.path).map_err(at)?;

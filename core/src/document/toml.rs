@@ -10,8 +10,9 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use toml_edit::{Item, TableLike};
 
 use super::{
-    Builder, Document, ScriptSpec, Settings, keys,
+    Builder, Document, Settings, keys,
     overrides::{self, Override, ScriptOverride},
+    scripts, settings,
 };
 use crate::{
     error::{Error, Place, Result},
@@ -186,7 +187,7 @@ impl<'a> Reader<'a> {
     }
 
     fn scene(&self, table: &dyn TableLike, settings: &mut Settings, top: bool) -> Result {
-        let declared = scene_keys();
+        let declared = settings::keys();
         for (key, item) in table.iter() {
             let place = || Some(self.text.value(table, key));
             let (entry, factor) =
@@ -195,7 +196,7 @@ impl<'a> Reader<'a> {
             let value = crate::host::check_value(&entry.0, value)
                 .map_err(|e| Error::new("E102", format!("`{key}`: {e}")).at(place()))?;
             if top {
-                apply_scene(settings, &entry.0.key, &value);
+                settings::apply(settings, &entry.0.key, &value);
             }
         }
         Ok(())
@@ -291,7 +292,7 @@ impl<'a> Reader<'a> {
         if let Some(item) = table.get("alias") {
             b.document.objects[base].alias = self.string(table, "alias", item)?;
         }
-        self.scripts(b, table, base)?;
+        scripts::read(&self.text, b, table, base)?;
         if let Some(set) = table.get("set") {
             let set = set
                 .as_table_like()
@@ -339,7 +340,7 @@ impl<'a> Reader<'a> {
             let value = keys::to_value(item, factor).map_err(|e| e.at(place()))?;
             b.put(object, declared, target, value).map_err(|e| e.at(place()))?;
         }
-        self.scripts(b, table, object)
+        scripts::read(&self.text, b, table, object)
     }
 
     fn placement(&self, table: &dyn TableLike) -> Result<Isometry3<f64>> {
@@ -374,77 +375,9 @@ impl<'a> Reader<'a> {
         let Some(item) = table.get("parent") else { return Ok(outer) };
         let path = self.string(table, "parent", item)?;
         overrides::find(b.document, outer, &path).map(Some).map_err(|e| {
-            e.help("objects stand in the file after what they hang on").at(Some(self.text.value(table, "parent")))
+            let e = e.expected("an object that stands above it in the file");
+            e.at(Some(self.text.value(table, "parent")))
         })
-    }
-
-    /// `script = "file"`, `script = { ... }`, `scripts = [ ... ]`.
-    fn scripts(&self, b: &mut Builder<'_>, table: &dyn TableLike, owner: usize) -> Result {
-        for key in ["script", "scripts"] {
-            let Some(item) = table.get(key) else { continue };
-            let place = self.text.value(table, key);
-            match item {
-                Item::Value(toml_edit::Value::Array(list)) => {
-                    for v in list {
-                        self.script(b, owner, &Item::Value(v.clone()), place.clone())?;
-                    }
-                }
-                item => self.script(b, owner, item, place)?,
-            }
-        }
-        Ok(())
-    }
-
-    fn script(&self, b: &mut Builder<'_>, owner: usize, item: &Item, place: Place) -> Result {
-        let mut file = item.as_str().map(str::to_owned);
-        let (mut text, mut language, mut dialect, mut kind) = (None, None, String::new(), "child".to_owned());
-        if file.is_none() {
-            let wanted = "a file name, or { file or text, language, dialect, kind }";
-            let wrong = |what: String| Error::new("E102", what).expected(wanted).at(Some(place.clone()));
-            let table = item.as_table_like().ok_or_else(|| wrong("a script is a text or a table".into()))?;
-            for (key, item) in table.iter() {
-                let value = item.as_str().ok_or_else(|| wrong(format!("`{key}` of a script is a text")))?.to_owned();
-                match key {
-                    "file" => file = Some(value),
-                    "text" => text = Some(value.into_bytes()),
-                    "language" => language = Some(value),
-                    "dialect" => dialect = value,
-                    "kind" if matches!(value.as_str(), "child" | "customization" | "main") => kind = value,
-                    "kind" => {
-                        return Err(
-                            wrong(format!("a script of kind `{value}`")).expected("child, customization or main")
-                        );
-                    }
-                    other => return Err(wrong(format!("unknown key `{other}` of a script"))),
-                }
-            }
-        }
-        let (name, text) = match (file, text) {
-            (Some(file), None) => {
-                let path = self.text.file.parent().unwrap_or(Path::new("")).join(&file);
-                let bytes = std::fs::read(&path).map_err(|e| {
-                    Error::new("E105", format!("cannot read the script `{file}`: {e}"))
-                        .expected(format!("a file {}", path.display()))
-                        .at(Some(place.clone()))
-                })?;
-                (path.display().to_string(), bytes)
-            }
-            (None, Some(text)) => (b.document.objects[owner].alias.clone(), text),
-            _ => {
-                return Err(Error::new("E104", "a script without a text, or with two")
-                    .expected("`file` or `text`")
-                    .at(Some(place)));
-            }
-        };
-        let wanted = language.clone().unwrap_or_else(|| name.clone());
-        let providers = &b.document.settings.providers;
-        let wanted = providers.get(&wanted).cloned().unwrap_or(wanted);
-        let index = match (&language, self.registry.languages.as_slice()) {
-            // A text without a name to go by is in the only language there is.
-            (None, [_]) if !name.contains('.') => 0,
-            _ => self.registry.language(&wanted).map_err(|e| e.at(Some(place)))?,
-        };
-        b.script(owner, ScriptSpec { language: index, dialect, kind, name, text })
     }
 
     fn overrides(&mut self, table: &dyn TableLike, from: Option<usize>) -> Result {
@@ -478,46 +411,4 @@ fn table_span(table: &dyn TableLike) -> Option<std::ops::Range<usize>> {
 
 fn canonical(p: &Path) -> PathBuf {
     std::fs::canonicalize(p).unwrap_or_else(|_| p.to_owned())
-}
-
-/// The keys of `[scene]`.
-pub(super) fn scene_keys() -> Vec<(Declared, ())> {
-    let of = |key: &str, kind, unit: Option<&str>, lowest: f64, count| Declared {
-        key: key.to_owned(),
-        kind,
-        count,
-        flags: 0,
-        unit: unit.map(str::to_owned),
-        lowest,
-        highest: f64::INFINITY,
-        fallback: Value::Nil,
-        choices: Vec::new(),
-        text: String::new(),
-    };
-    let any = f64::NEG_INFINITY;
-    [
-        of("text", TATU_TEXT, None, any, 0),
-        of("dialect", TATU_TEXT, None, any, 0),
-        of("dt", TATU_F64, Some("s"), 1e-6, 0),
-        of("physics_dt", TATU_F64, Some("s"), 1e-6, 0),
-        of("gravity", TATU_F64S, Some("m/s^2"), any, 3),
-        of("seed", TATU_I64, None, 0.0, 0),
-        of("plugins", TATU_LIST, None, any, 0),
-        of("script_budget", TATU_I64, None, 0.0, 0),
-    ]
-    .into_iter()
-    .map(|d| (d, ()))
-    .collect()
-}
-
-pub(super) fn apply_scene(settings: &mut Settings, key: &str, value: &Value) {
-    match (key, value) {
-        ("dialect", Value::Text(t)) => settings.dialect = String::from_utf8_lossy(t).into_owned(),
-        ("dt", Value::Float(x)) => settings.dt = *x,
-        ("physics_dt", Value::Float(x)) => settings.physics_dt = *x,
-        ("gravity", Value::Floats(v)) => settings.gravity = Vector3::new(v[0], v[1], v[2]),
-        ("seed", Value::Int(i)) => settings.seed = *i as u64,
-        ("script_budget", Value::Int(i)) => settings.budget = *i as u64,
-        _ => {}
-    }
 }

@@ -14,7 +14,7 @@ use crate::error::{Error, Result, nearest};
 /// One field of a sensor kind.
 #[derive(Debug, Clone)]
 pub struct FieldInfo {
-    /// "proximity.distance"
+    /// "<schema>.<field>"
     pub name: String,
     /// `TATU_ELEM_*`
     pub elem: u32,

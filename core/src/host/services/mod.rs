@@ -7,6 +7,7 @@ mod bodies;
 mod commands;
 mod files;
 mod log;
+mod properties;
 mod readings;
 mod scene;
 mod scripts;

@@ -5,16 +5,19 @@ use std::ffi::{CStr, c_char};
 use nalgebra::Isometry3;
 use tatu_plugin_api::{
     abi::*,
-    safe::{Value, ValueRef},
+    safe::ValueRef,
 };
 
-use super::{busy, fill, give, interner, on, slot};
+use super::{
+    busy, fill, give, interner, on,
+    properties::{after_change, read, read_numbers, write, write_numbers},
+    slot,
+};
 use crate::{
     calls::text,
-    host::check_value,
     scene::{
-        self, Changed, Data, Joint, Refusal, Scene, Shape, pose_from_array, pose_to_array,
-        rows::{KINDS, Of, Row, kind_name},
+        self, Changed, Data, Joint, Scene, Shape, pose_from_array, pose_to_array,
+        rows::{KINDS, kind_name},
     },
     world::WorldCell,
 };
@@ -47,10 +50,6 @@ unsafe extern "C" fn prop(host: *const tatu_host, key: *const c_char) -> tatu_pr
     }
 }
 
-fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
-    world.calls.refuse(r.0, &r.1)
-}
-
 unsafe extern "C" fn get(
     w: *mut tatu_world,
     object: tatu_object,
@@ -67,67 +66,6 @@ unsafe extern "C" fn get(
             give(world, &value, out)
         })
     }
-}
-
-fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
-    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-    let row = Row::of(prop);
-    if object == 0 || row.info().of == Of::World && row != Row::None {
-        return read_world(world, row);
-    }
-    let slot = slot(world, &scene, object)?;
-    match (row, scene.get(slot).map(|o| &o.data)) {
-        (Row::None, _) => read_param(world, slot, prop),
-        (Row::SensorKind, Some(Data::Sensor(s))) => {
-            Ok(Value::text(world.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
-        }
-        (
-            Row::ScriptLanguage | Row::ScriptDialect | Row::ScriptKind | Row::ScriptName | Row::ScriptCalls,
-            Some(Data::Script),
-        ) => {
-            let script = world.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
-            let Some(s) = script else { return Err(world.calls.refuse(TATU_ERR_GONE, "the script has ended")) };
-            Ok(match row {
-                Row::ScriptLanguage => Value::text(&world.registry.languages[s.language].id),
-                // SAFETY: the dialect lives as long as the script's instance, which is there.
-                Row::ScriptDialect => Value::text(unsafe { crate::calls::bytes(s.dialect.get()) }),
-                Row::ScriptKind => Value::text(&s.kind),
-                Row::ScriptName => Value::text(&s.name),
-                _ => Value::Int(s.calls.get() as i64),
-            })
-        }
-        _ => scene::get(&scene, slot, row).map_err(|r| refusal(world, r)),
-    }
-}
-
-fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_status> {
-    let settings = world.settings.try_borrow().map_err(|_| busy(world))?;
-    let stopping = world.requests.get() & (1 << TATU_REQUEST_STOP) != 0;
-    Ok(match row {
-        Row::Time => Value::Float(world.clock.time.get()),
-        Row::Dt => Value::Float(world.clock.dt.get()),
-        Row::PhysicsDt => Value::Float(settings.physics_dt),
-        Row::Step => Value::Int(world.clock.step.get() as i64),
-        Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),
-        Row::Seed => Value::Int(settings.seed as i64),
-        Row::SceneFile => Value::text(world.document.file.as_ref().map_or(String::new(), |f| f.display().to_string())),
-        Row::Running => Value::Bool(world.running.get()),
-        Row::Stopping => Value::Bool(stopping),
-        _ => return Err(world.calls.refuse(TATU_ERR_MISSING, "the world has no such property")),
-    })
-}
-
-/// A parameter of a device, by the key "<kind>.<parameter>".
-fn read_param(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Value, tatu_status> {
-    let key = world.registry.host().key(prop).unwrap_or_default();
-    let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
-    let found = sensing.device(slot).and_then(|d| {
-        let kind = &world.registry.sensors[d.kind];
-        let short = key.strip_prefix(kind.id.as_str())?.strip_prefix('.')?;
-        let i = kind.params.iter().position(|p| p.key == short)?;
-        d.params.get(i).cloned()
-    });
-    found.ok_or_else(|| world.calls.refuse(TATU_ERR_MISSING, &format!("object {slot} has no property `{key}`")))
 }
 
 unsafe extern "C" fn set(
@@ -148,50 +86,6 @@ unsafe extern "C" fn set(
     }
 }
 
-fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Result<(), tatu_status> {
-    let row = Row::of(prop);
-    if row == Row::None {
-        let key = world.registry.host().key(prop).unwrap_or_default();
-        let text = format!("`{key}` is not changed while the world lives; set it in the scene");
-        return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
-    }
-    let value = check_value(&row.info().param(), value)
-        .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
-    if row.info().of == Of::World {
-        return write_world(world, row, &value);
-    }
-    let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
-    let slot = slot(world, &scene, object)?;
-    let changed = scene::set(&mut scene, slot, row, &value).map_err(|r| refusal(world, r))?;
-    after_change(world, &scene, slot, changed)
-}
-
-fn write_world(world: &WorldCell, row: Row, value: &Value) -> Result<(), tatu_status> {
-    match (row, value) {
-        (Row::Gravity, Value::Floats(v)) => {
-            let mut settings = world.settings.try_borrow_mut().map_err(|_| busy(world))?;
-            settings.gravity = nalgebra::Vector3::new(v[0], v[1], v[2]);
-            let engine = crate::physics::EngineSettings {
-                gravity: settings.gravity,
-                step: settings.physics_dt.min(settings.dt),
-            };
-            world.dynamics.try_borrow_mut().map_err(|_| busy(world))?.configure(engine);
-            Ok(())
-        }
-        _ => Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &format!("`{}` is not changed by plugins", row.info().key))),
-    }
-}
-
-fn after_change(world: &WorldCell, _: &Scene, slot: u32, changed: Changed) -> Result<(), tatu_status> {
-    let mut dynamics = world.dynamics.try_borrow_mut().map_err(|_| busy(world))?;
-    match changed {
-        Changed::Moved => dynamics.moved(slot),
-        Changed::Drive => dynamics.drive_changed(slot),
-        Changed::Value | Changed::Rebuild => {}
-    }
-    Ok(())
-}
-
 unsafe extern "C" fn get_f64(
     w: *mut tatu_world,
     object: tatu_object,
@@ -203,38 +97,6 @@ unsafe extern "C" fn get_f64(
     unsafe { on(w, |world| read_numbers(world, object, prop, std::slice::from_raw_parts_mut(out, n as usize))) }
 }
 
-fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, out: &mut [f64]) -> tatu_status {
-    let row = Row::of(prop);
-    if let ([x], Row::Time) = (&mut *out, row) {
-        *x = world.clock.time.get();
-        return TATU_OK;
-    }
-    let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
-    if object != 0 {
-        let slot = match slot(world, &scene, object) {
-            Ok(s) => s,
-            Err(status) => return status,
-        };
-        if let Some(o) = scene.get(slot) {
-            if scene::numbers(o, row, out) == Some(out.len()) {
-                return TATU_OK;
-            }
-        }
-    }
-    drop(scene);
-    match read(world, object, prop) {
-        Ok(Value::Float(x)) if out.len() == 1 => out[0] = x,
-        Ok(Value::Int(i)) if out.len() == 1 => out[0] = i as f64,
-        Ok(Value::Floats(v)) if v.len() == out.len() => out.copy_from_slice(&v),
-        Ok(_) => {
-            let key = world.registry.host().key(prop).unwrap_or_default();
-            return world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}` is not {} numbers", out.len()));
-        }
-        Err(status) => return status,
-    }
-    TATU_OK
-}
-
 unsafe extern "C" fn set_f64(
     w: *mut tatu_world,
     object: tatu_object,
@@ -244,29 +106,6 @@ unsafe extern "C" fn set_f64(
 ) -> tatu_status {
     // SAFETY: as above; `values` has `n`.
     unsafe { on(w, |world| write_numbers(world, object, prop, std::slice::from_raw_parts(values, n as usize))) }
-}
-
-fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, v: &[f64]) -> tatu_status {
-    let row = Row::of(prop);
-    {
-        let Ok(mut scene) = world.scene.try_borrow_mut() else { return busy(world) };
-        if object != 0 {
-            let slot = match slot(world, &scene, object) {
-                Ok(s) => s,
-                Err(status) => return status,
-            };
-            match scene::set_numbers(&mut scene, slot, row, v) {
-                Some(Ok(changed)) => return after_change(world, &scene, slot, changed).err().unwrap_or(TATU_OK),
-                Some(Err(r)) => return refusal(world, r),
-                None => {}
-            }
-        }
-    }
-    let value = match v {
-        [x] if row.info().kind == TATU_F64 => Value::Float(*x),
-        _ => Value::Floats(v.to_vec()),
-    };
-    write(world, object, prop, value).err().unwrap_or(TATU_OK)
 }
 
 unsafe extern "C" fn get_f64_many(
@@ -361,7 +200,7 @@ unsafe extern "C" fn set_pose(
                 (Err(status), _) | (_, Err(status)) => return status,
             };
             scene.set_world(s, f * p);
-            after_change(world, &scene, s, Changed::Moved).err().unwrap_or(TATU_OK)
+            after_change(world, s, Changed::Moved).err().unwrap_or(TATU_OK)
         })
     }
 }

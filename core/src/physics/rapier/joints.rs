@@ -21,8 +21,8 @@ const NEVER_REACHED: f64 = 1e6;
 const SETTLE_TIME: f64 = 0.05;
 
 /// Stiffness of joints, as natural frequency (Hz) and damping ratio. With rapier's own (1 MHz, 1) a joint makes up
-/// for its whole error in each sub-step; at steps of 10 ms a Pioneer then chatters about its caster and drifts by
-/// 70 mm in 4 m. From here on (half the frequency, or a third of the damping ratio, do as well) it makes up for
+/// for its whole error in each sub-step; at steps of 10 ms a two-wheeled robot then chatters about its caster and
+/// drifts by 70 mm in 4 m. From here on (half the frequency, or a third of the damping ratio, do as well) it makes up for
 /// some 40 %, the robot stands still, and the sides of a joint stay within 0.5 mm of each other.
 const SOFTNESS: (f64, f64) = (400.0, 5.0);
 

@@ -2,9 +2,9 @@
 
 mod bodies;
 mod drives;
-mod pioneer;
 mod respond;
 mod state;
+mod two_wheels;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 

@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use super::pioneer::pioneer;
+use super::two_wheels::two_wheels;
 use super::*;
 use crate::physics::{Drive, JointDesc, JointKind, Twist};
 
@@ -9,7 +9,7 @@ fn busy() -> Rapier {
     let mut engine = engine(0.01);
     floor(&mut engine);
     for i in 0..6u32 {
-        let robot = pioneer(&mut engine, at(f64::from(i), 0.0, 0.14), 10 + i);
+        let robot = two_wheels(&mut engine, at(f64::from(i), 0.0, 0.14), 10 + i);
         robot.drive(&mut engine, 2.0 - f64::from(i) * 0.3, 2.0);
     }
     for i in 0..60u32 {

@@ -1,4 +1,5 @@
-//! The Pioneer P3-DX of V-REP's library: masses and places from its model, wheels collided as balls.
+//! A robot with two driven wheels and a caster: masses and places from a model of V-REP's library, wheels collided
+//! as balls.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,7 +12,7 @@ const WHEEL_RADIUS: f64 = 0.0975;
 const TRACK: f64 = 0.331;
 const HEIGHT: f64 = 0.1388;
 
-pub(super) struct Pioneer {
+pub(super) struct TwoWheels {
     pub base: BodyId,
     pub wheels: [BodyId; 2],
     pub caster: [BodyId; 2],
@@ -20,7 +21,7 @@ pub(super) struct Pioneer {
 }
 
 /// `tree` tells robots apart; within one, the base touches nothing (as in V-REP's model) and nor do the wheels.
-pub(super) fn pioneer(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u32) -> Pioneer {
+pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u32) -> TwoWheels {
     let respond = |mask| Respond { mask, tree };
     let across = turned(Vector3::zeros(), Vector3::x(), -FRAC_PI_2);
     let base = engine.add_body(&BodyDesc {
@@ -67,10 +68,10 @@ pub(super) fn pioneer(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u32)
         join(base, link, link_in_base),
         join(link, caster, wheel_in_link),
     ];
-    Pioneer { base, wheels: [left, right], caster: [link, caster], joints }
+    TwoWheels { base, wheels: [left, right], caster: [link, caster], joints }
 }
 
-impl Pioneer {
+impl TwoWheels {
     pub(super) fn drive(&self, engine: &mut Rapier, left: f64, right: f64) {
         for (joint, target) in self.joints.into_iter().zip([left, right]) {
             engine.drive(joint, Drive::Velocity { target, max_force: 3.0 });
@@ -116,10 +117,10 @@ fn run(engine: &mut Rapier, step: f64, seconds: f64, mut each: impl FnMut(&Rapie
 }
 
 /// A robot on a floor, settled for a second.
-fn settled(step: f64) -> (Rapier, Pioneer) {
+fn settled(step: f64) -> (Rapier, TwoWheels) {
     let mut engine = engine(step);
     floor(&mut engine);
-    let robot = pioneer(&mut engine, at(0.0, 0.0, HEIGHT), 1);
+    let robot = two_wheels(&mut engine, at(0.0, 0.0, HEIGHT), 1);
     run(&mut engine, step, 1.0, |_| ());
     (engine, robot)
 }
@@ -188,7 +189,7 @@ fn survives_a_fall() {
     for step in [0.01, 0.005] {
         let mut engine = engine(step);
         floor(&mut engine);
-        let robot = pioneer(&mut engine, at(0.0, 0.0, HEIGHT + 0.5), 1);
+        let robot = two_wheels(&mut engine, at(0.0, 0.0, HEIGHT + 0.5), 1);
         robot.drive(&mut engine, 0.0, 0.0);
         let mut top = 0.0f64;
         run(&mut engine, step, 4.0, |engine| top = top.max(engine.pose(robot.base).translation.z));

@@ -1,0 +1,75 @@
+//! Scripts in scene files.
+
+use std::path::Path;
+
+use toml_edit::{Item, TableLike};
+
+use super::{Builder, ScriptSpec, keys::Text};
+use crate::error::{Error, Place, Result};
+
+/// `script = "file"`, `script = { ... }`, `scripts = [ ... ]`.
+pub(super) fn read(text: &Text<'_>, b: &mut Builder<'_>, table: &dyn TableLike, owner: usize) -> Result {
+    for key in ["script", "scripts"] {
+        let Some(item) = table.get(key) else { continue };
+        let place = text.value(table, key);
+        match item {
+            Item::Value(toml_edit::Value::Array(list)) => {
+                for v in list {
+                    script(text, b, owner, &Item::Value(v.clone()), place.clone())?;
+                }
+            }
+            item => script(text, b, owner, item, place)?,
+        }
+    }
+    Ok(())
+}
+
+fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, place: Place) -> Result {
+    let mut file = item.as_str().map(str::to_owned);
+    let (mut text, mut language, mut dialect, mut kind) = (None, None, String::new(), "child".to_owned());
+    if file.is_none() {
+        let wanted = "a file name, or { file or text, language, dialect, kind }";
+        let wrong = |what: String| Error::new("E102", what).expected(wanted).at(Some(place.clone()));
+        let table = item.as_table_like().ok_or_else(|| wrong("a script is a text or a table".into()))?;
+        for (key, item) in table.iter() {
+            let value = item.as_str().ok_or_else(|| wrong(format!("`{key}` of a script is a text")))?.to_owned();
+            match key {
+                "file" => file = Some(value),
+                "text" => text = Some(value.into_bytes()),
+                "language" => language = Some(value),
+                "dialect" => dialect = value,
+                "kind" if matches!(value.as_str(), "child" | "customization") => kind = value,
+                "kind" => {
+                    return Err(wrong(format!("a script of kind `{value}`")).expected("child or customization"));
+                }
+                other => return Err(wrong(format!("unknown key `{other}` of a script"))),
+            }
+        }
+    }
+    let (name, text) = match (file, text) {
+        (Some(file), None) => {
+            let path = source.file.parent().unwrap_or(Path::new("")).join(&file);
+            let bytes = std::fs::read(&path).map_err(|e| {
+                Error::new("E105", format!("cannot read the script `{file}`: {e}"))
+                    .expected(format!("a file {}", path.display()))
+                    .at(Some(place.clone()))
+            })?;
+            (path.display().to_string(), bytes)
+        }
+        (None, Some(text)) => (b.document.objects[owner].alias.clone(), text),
+        _ => {
+            return Err(Error::new("E104", "a script without a text, or with two")
+                .expected("`file` or `text`")
+                .at(Some(place)));
+        }
+    };
+    let wanted = language.clone().unwrap_or_else(|| name.clone());
+    let providers = &b.document.settings.providers;
+    let wanted = providers.get(&wanted).cloned().unwrap_or(wanted);
+    let index = match (&language, b.registry.languages.as_slice()) {
+        // A text without a name to go by is in the only language there is.
+        (None, [_]) if !name.contains('.') => 0,
+        _ => b.registry.language(&wanted).map_err(|e| e.at(Some(place)))?,
+    };
+    b.script(owner, ScriptSpec { language: index, dialect, kind, name, text })
+}

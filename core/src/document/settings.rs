@@ -1,0 +1,83 @@
+//! The numbers of a world, and the keys of `[scene]` that set them.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use crate::host::Declared;
+
+/// Numbers of the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Length of a step, s.
+    pub dt: f64,
+    /// Length of a physics step, s.
+    pub physics_dt: f64,
+    /// m/s^2.
+    pub gravity: Vector3<f64>,
+    /// Of all that is random.
+    pub seed: u64,
+    /// For scripts that do not tell theirs; empty: from their text.
+    pub dialect: String,
+    /// Who is meant by a schema or language.
+    pub providers: BTreeMap<String, String>,
+    /// Instructions that one call of a script may use.
+    pub budget: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            dt: 0.05,
+            physics_dt: 0.01,
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            seed: 0,
+            dialect: String::new(),
+            providers: BTreeMap::new(),
+            budget: 100_000_000,
+        }
+    }
+}
+
+/// The keys of `[scene]`.
+pub(super) fn keys() -> Vec<(Declared, ())> {
+    let of = |key: &str, kind, unit: Option<&str>, lowest: f64, count| Declared {
+        key: key.to_owned(),
+        kind,
+        count,
+        flags: 0,
+        unit: unit.map(str::to_owned),
+        lowest,
+        highest: f64::INFINITY,
+        fallback: Value::Nil,
+        choices: Vec::new(),
+        text: String::new(),
+    };
+    let any = f64::NEG_INFINITY;
+    [
+        of("text", TATU_TEXT, None, any, 0),
+        of("dialect", TATU_TEXT, None, any, 0),
+        of("dt", TATU_F64, Some("s"), 1e-6, 0),
+        of("physics_dt", TATU_F64, Some("s"), 1e-6, 0),
+        of("gravity", TATU_F64S, Some("m/s^2"), any, 3),
+        of("seed", TATU_I64, None, 0.0, 0),
+        of("plugins", TATU_LIST, None, any, 0),
+        of("script_budget", TATU_I64, None, 0.0, 0),
+    ]
+    .into_iter()
+    .map(|d| (d, ()))
+    .collect()
+}
+
+pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) {
+    match (key, value) {
+        ("dialect", Value::Text(t)) => settings.dialect = String::from_utf8_lossy(t).into_owned(),
+        ("dt", Value::Float(x)) => settings.dt = *x,
+        ("physics_dt", Value::Float(x)) => settings.physics_dt = *x,
+        ("gravity", Value::Floats(v)) => settings.gravity = Vector3::new(v[0], v[1], v[2]),
+        ("seed", Value::Int(i)) => settings.seed = *i as u64,
+        ("script_budget", Value::Int(i)) => settings.budget = *i as u64,
+        _ => {}
+    }
+}
