@@ -59,7 +59,7 @@ pub struct Run {
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// Put an object's pose and velocity, and a sensor's readings, into the trace.
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", requires = "trace")]
     pub watch: Vec<String>,
     /// End with a summary in JSON on standard output; everything else goes to standard error.
     #[arg(long)]
@@ -76,6 +76,9 @@ pub struct Check {
 pub struct List {
     /// What to list.
     pub what: What,
+    /// A scene whose plugin folders are searched too.
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
     /// As a JSON array.
     #[arg(long)]
     pub json: bool,

@@ -12,7 +12,7 @@ use crate::{
 
 /// Prints the list.
 pub fn list(args: &List) -> ExitCode {
-    let registry = match super::registry(None) {
+    let registry = match super::registry(args.scene.as_deref()) {
         Ok(r) => r,
         Err(e) => {
             report::error(&e);

@@ -97,7 +97,7 @@ fn progress(args: &Run, steps: u64) -> ProgressBar {
 /// Status lines go to standard output, unless JSON is to stand there; all else goes to standard error.
 fn tell(args: &Run, line: &tatu_core::LogLine) {
     match line.level {
-        TATU_LOG_ERROR => eprintln!("error: {}", line.text),
+        TATU_LOG_ERROR => eprintln!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),
         TATU_LOG_WARNING => eprintln!("warning: {}", line.text),
         TATU_LOG_DEBUG => tracing::debug!("{}", line.text),
         TATU_LOG_CLEAR => {}
@@ -141,7 +141,7 @@ fn summary(
         return;
     }
     let ratio = if wall > 0.0 { time / wall } else { 0.0 };
-    eprintln!("{steps} steps, {time:.3} s simulated in {wall:.3} s ({ratio:.0} x real time), hash {hash}");
+    eprintln!("{steps} steps, {time:.3} s simulated in {wall:.3} s ({ratio:.1} x real time), hash {hash}");
     for (path, o) in &objects {
         let p: Vec<String> =
             o["position"].as_array().into_iter().flatten().map(|x| format!("{:.4}", x.as_f64().unwrap_or(0.0))).collect();

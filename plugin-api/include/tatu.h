@@ -731,7 +731,7 @@ enum {
 
 #define TATU_HOST_SCENE "tatu.host.scene/draft.1"
 
-/* Objects and their properties. Property rows are listed by `tatu describe`; the world itself is object 0. */
+/* Objects and their properties. Property rows are listed in docs/reference/properties.md; the world itself is object 0. */
 typedef struct tatu_host_scene {
   uint32_t size;
   uint32_t reserved;

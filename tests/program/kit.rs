@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    io::ErrorKind,
     path::{Path, PathBuf},
     process::Command,
     time::Duration,
@@ -76,7 +77,13 @@ pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> D
     for (key, value) in env {
         command.env(key, value);
     }
-    let output = command.output().unwrap();
+    let output = loop {
+        match command.output() {
+            // A program that has just been copied: another test's new process still holds the file for a moment.
+            Err(e) if e.kind() == ErrorKind::ExecutableFileBusy => std::thread::sleep(Duration::from_millis(10)),
+            other => break other.unwrap(),
+        }
+    };
     Done {
         code: output.status.code().unwrap_or(-1),
         out: String::from_utf8_lossy(&output.stdout).into_owned(),
@@ -207,6 +214,12 @@ pub fn template(place: &Place, name: &str) -> PathBuf {
     copy(&api.join("include"), &place.path().join("include"));
     copy(&api.join("template").join(name), &here);
     let readme = fs::read_to_string(here.join("README.md")).unwrap();
+    build(&readme, &here);
+    here
+}
+
+/// Runs the first line of a README that builds a library.
+pub fn build(readme: &str, folder: &Path) {
     let line = readme.lines().find(|l| l.contains(" -shared ")).expect("the README has a line to build it");
     // The line is written for Linux; only the name of the library differs elsewhere.
     let mut words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
@@ -215,9 +228,7 @@ pub fn template(place: &Place, name: &str) -> PathBuf {
             *w = library(w.trim_start_matches("lib").trim_end_matches(".so"));
         }
     }
-    let compiler = compiler(&words[0]);
-    succeed(Command::new(compiler).args(&words[1..]).current_dir(&here));
-    here
+    succeed(Command::new(compiler(&words[0])).args(&words[1..]).current_dir(folder));
 }
 
 /// The system's compiler for "cc" or "c++", or what CC and CXX say, as cargo's builds do.

@@ -188,6 +188,18 @@ fn cpp_gets_and_gives_values() {
 }
 
 #[test]
+fn the_first_command_of_the_readme_works() {
+    let readme = fs::read_to_string(root().join("plugin-api/README.md")).unwrap();
+    let code = readme.split("```c\n").nth(1).unwrap().split("```").next().unwrap();
+    let script = "function sysCall_init() assert(hello.twice(21) == 42) assert(not pcall(hello.twice)) end";
+    let place = Place::scene(&format!("plugins = [\".\"]\n{}", watcher("caller", script)));
+    copy(&root().join("plugin-api/include"), &place.path().join("plugin-api/include"));
+    place.write("hello.c", code);
+    build(&readme, place.path());
+    place.run(&["--steps", "1"]).good();
+}
+
+#[test]
 fn lists_name_what_was_found_and_where() {
     let place = Place::new();
     let folder = template(&place, "c_command");

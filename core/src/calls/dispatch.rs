@@ -224,6 +224,8 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
     };
     let text = match status {
         TATU_ERR_PANIC => format!("{name}: plugin `{}` {said}", plugin.id),
+        // A chain of calls of one command names it once.
+        _ if said.starts_with(&format!("{name}: ")) => said,
         _ => format!("{name}: {said}"),
     };
     // SAFETY: as above.

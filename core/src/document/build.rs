@@ -66,7 +66,13 @@ impl<'a> Builder<'a> {
     /// The declarations that an object's keys may mean: the core's rows, then its device's parameters.
     pub fn declared(&self, object: usize) -> Vec<(Declared, Target)> {
         let spec = &self.document.objects[object];
+        // Where an object hangs is told by `parent`, and its unique name follows from its alias.
         let rows = rows_of(Some(spec.kind)).map(|r| (r.param(), Target::Row(row(r.key))));
+        let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::Parent | Row::Name))).map(|(p, t)| match t {
+            // In a file `position_m` is where the joint itself stands.
+            Target::Row(Row::JointPosition) => (Declared { key: "joint_position".into(), ..p }, t),
+            _ => (p, t),
+        });
         let params = spec.device.iter().flat_map(|d| &self.registry.sensors[d.kind].params);
         rows.chain(params.map(|p| (p.clone(), Target::Param(p.clone())))).collect()
     }
@@ -78,6 +84,7 @@ impl<'a> Builder<'a> {
         };
         let kind = kind_name(spec.kind);
         let short = match key.split_once('.') {
+            Some(("joint", "position")) => "joint_position",
             Some((prefix, short)) if prefix == kind || prefix == "object" => short,
             Some((prefix, short))
                 if spec.device.as_ref().is_some_and(|d| self.registry.sensors[d.kind].id == prefix) =>

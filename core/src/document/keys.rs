@@ -103,7 +103,8 @@ pub fn find<'d, T>(written: &str, declared: &'d [(Declared, T)], owner: &str) ->
     for (d, _) in declared {
         if units::wrong_unit(written, &d.key, d.unit.as_deref()) {
             let right = units::written(&d.key, d.unit.as_deref());
-            return Err(Error::new("E103", format!("`{written}` has the wrong unit"))
+            let what = if written == d.key { "lacks its unit" } else { "has the wrong unit" };
+            return Err(Error::new("E103", format!("`{written}` {what}"))
                 .expected(match &d.unit {
                     Some(unit) => format!("`{right}`: {} is kept in {unit}", d.key),
                     None => format!("`{right}`, which has no unit"),

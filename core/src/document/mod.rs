@@ -27,7 +27,7 @@ pub use settings::Settings;
 pub use toml::{Options, load, plugin_folders};
 
 use crate::{
-    error::Place,
+    error::{Error, Place, Result},
     geometry::Mesh,
     scene::{Data, Joint, Scene, SensorData, Shape, rows::Row},
 };
@@ -155,6 +155,21 @@ impl Document {
         }
         scene.refresh(0);
         (scene, slots)
+    }
+
+    /// What no single property can tell: shapes that lack what their form needs.
+    fn check(&self) -> Result {
+        for spec in self.objects.iter().filter(|o| o.kind == tatu_plugin_api::abi::TATU_KIND_SHAPE) {
+            let last = |row: Row| spec.rows.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
+            let lacks = match last(Row::Primitive) {
+                Some(Value::Text(t)) if t == b"mesh" && last(Row::Mesh).is_none() => "a mesh: set `mesh`",
+                Some(Value::Text(t)) if t == b"compound" && last(Row::Parts).is_none() => "parts: set `parts`",
+                _ => continue,
+            };
+            let text = format!("the shape `{}` has no {lacks}", spec.alias);
+            return Err(Error::new("E104", text).at(spec.place.clone()));
+        }
+        Ok(())
     }
 
     fn shape(&self, spec: &ObjectSpec) -> Shape {

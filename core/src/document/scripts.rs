@@ -46,6 +46,7 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
             }
         }
     }
+    let inline = text.is_some();
     let (name, text) = match (file, text) {
         (Some(file), None) => {
             let path = source.file.parent().unwrap_or(Path::new("")).join(&file);
@@ -68,7 +69,7 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
     let wanted = providers.get(&wanted).cloned().unwrap_or(wanted);
     let index = match (&language, b.registry.languages.as_slice()) {
         // A text without a name to go by is in the only language there is.
-        (None, [_]) if !name.contains('.') => 0,
+        (None, [_]) if inline => 0,
         _ => b.registry.language(&wanted).map_err(|e| e.at(Some(place)))?,
     };
     b.script(owner, ScriptSpec { language: index, dialect, kind, name, text })

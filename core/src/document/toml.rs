@@ -44,7 +44,8 @@ pub fn plugin_folders(file: &Path) -> Result<Vec<PathBuf>> {
 pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Document> {
     // A property set on a model may be one of its parameters: then the model is built again with it.
     let mut model_params: Vec<(usize, String, Value)> = Vec::new();
-    for _ in 0..=options.set.len() {
+    // Each round settles at least one of them; a scene has fewer than this.
+    for _ in 0..10_000 {
         let (mut document, set) = Reader::read(file, registry, &model_params)?;
         if let Some(seed) = options.seed {
             document.settings.seed = seed;
@@ -54,6 +55,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
             Some(more) => model_params.push(more),
             None => {
                 overrides::replace_scripts(&mut document, registry, &options.scripts)?;
+                document.check()?;
                 return Ok(document);
             }
         }
@@ -104,7 +106,7 @@ impl<'a> Reader<'a> {
             Error::new("E100", format!("not a TOML file: {}", e.message())).at(Some(self.text.place(e.span())))
         })?;
         let root = doc.as_table();
-        const KNOWN: &[&str] = &["format", "scene", "providers", "plugin", "model", "object", "set"];
+        const KNOWN: &[&str] = &["format", "scene", "providers", "model", "object", "set"];
         for (key, _) in root.iter() {
             if !KNOWN.contains(&key) {
                 return Err(Error::new("E101", format!("unknown key `{key}`"))
@@ -133,6 +135,7 @@ impl<'a> Reader<'a> {
         if let Some(providers) = self.table(root, "providers")? {
             for (key, item) in providers.iter() {
                 let value = self.string(providers, key, item)?;
+                self.check_provider(key, &value).map_err(|e| e.at(Some(self.text.value(providers, key))))?;
                 b.document.settings.providers.insert(key.to_owned(), value);
             }
         }
@@ -178,6 +181,25 @@ impl<'a> Reader<'a> {
                     .at(Some(self.text.key(root, key)))
             }),
         }
+    }
+
+    /// Whether a provider offers what it is named for: a schema of readings, or the suffix of a language's files.
+    fn check_provider(&self, key: &str, value: &str) -> Result {
+        let plugin = |i: usize| self.registry.plugins[i].id.as_str();
+        let sensors = self.registry.sensors.iter().filter(|s| s.schemas.iter().any(|x| x == key));
+        let languages = self.registry.languages.iter().filter(|l| l.id == key || l.suffixes.iter().any(|x| x == key));
+        let offers: Vec<&str> = sensors
+            .flat_map(|s| [s.id.as_str(), plugin(s.plugin)])
+            .chain(languages.flat_map(|l| [l.id.as_str(), plugin(l.plugin)]))
+            .collect();
+        if offers.contains(&value) {
+            return Ok(());
+        }
+        let error = Error::new("E113", format!("`{value}` does not provide `{key}`"));
+        Err(match offers.is_empty() {
+            true => error.expected("a schema or language that a loaded plugin offers"),
+            false => error.expected(format!("one of {}", offers.join(", "))).nearest(value, offers.iter().copied()),
+        })
     }
 
     fn string(&self, table: &dyn TableLike, key: &str, item: &Item) -> Result<String> {

@@ -37,7 +37,11 @@ impl Loaded {
     pub fn open(path: &Path, host: &Arc<HostTables>) -> Result<Self> {
         let fail = |text: String| Error::new("E301", format!("cannot load the plugin {}: {text}", path.display()));
         // SAFETY: running a library's constructors is what loading a plugin means.
-        let library = unsafe { Library::new(path) }.map_err(|e| fail(e.to_string()))?;
+        let library = unsafe { Library::new(path) }.map_err(|e| {
+            // The loader's own words are behind libloading's.
+            let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
+            fail(format!("{e}{reason}"))
+        })?;
         // SAFETY: the symbol is a constant of this type by the contract.
         let descriptor: *const tatu_plugin_t =
             unsafe { library.get::<*const tatu_plugin_t>(b"tatu_plugin\0").map(|s| s.try_as_raw_ptr()) }

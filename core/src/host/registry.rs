@@ -428,7 +428,7 @@ impl Registry {
         let error = error.expected(format!("one of {}", known.join(", ")));
         match nearest(name, known.iter().copied()) {
             Some(near) => error.help(format!("did you mean `{near}`?")),
-            None => error.help("`tatu list` shows what was found and where"),
+            None => error.help("`tatu list plugins` shows what was found and where"),
         }
     }
 }

@@ -42,6 +42,8 @@ pub struct Dynamics {
     built: u64,
     moved: Vec<u32>,
     settings: EngineSettings,
+    /// Length of an engine step as the engine has it now, s.
+    step: f64,
     contacts: Vec<crate::physics::Contact>,
 }
 
@@ -56,6 +58,7 @@ impl Dynamics {
             built: 0,
             moved: Vec::new(),
             settings,
+            step: settings.step,
             contacts: Vec::new(),
         }
     }
@@ -203,8 +206,16 @@ impl Dynamics {
     /// Lets `dt` pass in engine steps, then copies poses and joint states back. Objects whose bodies were lost.
     pub fn advance(&mut self, scene: &mut Scene, dt: f64) -> Vec<u32> {
         self.apply_changes(scene);
-        let steps = (dt / self.settings.step).round().max(1.0) as u32;
-        self.engine.advance(steps);
+        if dt > 0.0 {
+            // Steps of equal length, none longer than the scene's: whatever dt is, exactly dt passes.
+            let steps = (dt / self.settings.step - 1e-9).ceil().max(1.0);
+            let step = dt / steps;
+            if (step - self.step).abs() > 1e-12 {
+                self.step = step;
+                self.engine.configure(EngineSettings { step, ..self.settings });
+            }
+            self.engine.advance(steps as u32);
+        }
         let lost = self.engine.quarantined();
         self.copy_back(scene);
         self.contacts.clear();
@@ -261,7 +272,7 @@ impl Dynamics {
     /// Changes gravity or the length of an engine step.
     pub fn configure(&mut self, settings: EngineSettings) {
         self.settings = settings;
-        self.engine.configure(settings);
+        self.engine.configure(EngineSettings { step: self.step, ..settings });
     }
     /// Velocities of all dynamic bodies with their objects, in order of bodies.
     pub fn twists(&self) -> impl Iterator<Item = (u32, Twist)> + '_ {

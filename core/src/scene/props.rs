@@ -300,8 +300,8 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         (Row::Size | Row::CollideSize | Row::Com, Value::Floats(v)) => {
             let [x, y, z] = v.as_slice() else { return refuse(TATU_ERR_ARGUMENT, "expected 3 numbers") };
             let v = Vector3::new(*x, *y, *z);
-            if row != Row::Com && v.min() < 0.0 {
-                return refuse(TATU_ERR_ARGUMENT, "a size is not negative");
+            if row == Row::Size && v.min() <= 0.0 || row == Row::CollideSize && v.min() < 0.0 {
+                return refuse(TATU_ERR_ARGUMENT, "a size is greater than 0");
             }
             match row {
                 Row::Size => s.size = v,
@@ -309,7 +309,10 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
                 _ => s.collide_size = v,
             }
         }
-        (Row::Color, Value::Floats(v)) => s.color = [v[0], v[1], v[2]].map(|x| x.clamp(0.0, 1.0)),
+        (Row::Color, Value::Floats(v)) if v.len() == 3 && v.iter().all(|x| (0.0..=1.0).contains(x)) => {
+            s.color = [v[0], v[1], v[2]];
+        }
+        (Row::Color, _) => return refuse(TATU_ERR_ARGUMENT, "a color is red, green and blue, each from 0 to 1"),
         (Row::Mass, Value::Float(m)) if *m > 0.0 => s.mass = Some(*m),
         (Row::Mass, _) => return refuse(TATU_ERR_ARGUMENT, "a mass is greater than 0"),
         (Row::Inertia, Value::Floats(v)) => {
@@ -324,8 +327,10 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         (Row::Respondable, Value::Bool(b)) => s.respondable = *b,
         (Row::Detectable, Value::Bool(b)) => s.detectable = Some(*b),
         (Row::RespondableMask, Value::Int(i)) => s.mask = *i as u16,
-        (Row::Friction, Value::Float(f)) => s.friction = f.max(0.0),
-        (Row::Restitution, Value::Float(f)) => s.restitution = f.clamp(0.0, 1.0),
+        (Row::Friction, Value::Float(f)) if *f >= 0.0 => s.friction = *f,
+        (Row::Friction, _) => return refuse(TATU_ERR_ARGUMENT, "a friction is not negative"),
+        (Row::Restitution, Value::Float(f)) if (0.0..=1.0).contains(f) => s.restitution = *f,
+        (Row::Restitution, _) => return refuse(TATU_ERR_ARGUMENT, "a restitution is from 0 to 1"),
         (Row::CollideAs, _) => s.collide_as = Primitive::parse(text),
         (Row::Parts, Value::List(parts)) => s.parts = parts.iter().map(parse_part).collect::<Result<_, _>>()?,
         _ => return Ok(None),
@@ -386,7 +391,10 @@ fn set_joint(j: &mut Joint, row: Row, value: &Value, text: &str) -> Option<Chang
             };
             return Some(Changed::Drive);
         }
-        (Row::Limits, Value::Floats(v)) if v.len() == 2 => j.limits = Some((v[0].min(v[1]), v[0].max(v[1]))),
+        (Row::Limits, Value::Floats(v)) if v.len() == 2 => {
+            j.limits = Some((v[0].min(v[1]), v[0].max(v[1])));
+            j.position = clamp(j, j.position);
+        }
         (Row::Cyclic, Value::Bool(true)) => j.limits = None,
         (Row::Cyclic, Value::Bool(false)) => {}
         _ => return None,

@@ -123,12 +123,12 @@ rows! {
     Explicit "sensor.explicit" SENSOR, TATU_BOOL 0 None, Live FREE, "Whether it measures only when it is told to; default false.";
     ScriptLanguage "script.language" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "Its language.";
     ScriptDialect "script.dialect" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "The dialect chosen for it.";
-    ScriptKind "script.kind" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "child, customization or main.";
+    ScriptKind "script.kind" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "child or customization.";
     ScriptName "script.name" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "The file it came from, or a name for messages.";
     ScriptCalls "script.calls" SCRIPT, TATU_I64 0 None, ReadOnly FREE, "How often its callbacks have been called.";
     Time "scene.time" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Simulation time.";
-    Dt "scene.dt" WORLD, TATU_F64 0 Some("s"), Live FREE, "Length of a step; default 0.05.";
-    PhysicsDt "scene.physics_dt" WORLD, TATU_F64 0 Some("s"), Live FREE, "Length of a physics step; default 0.01.";
+    Dt "scene.dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Length of a step; default 0.05.";
+    PhysicsDt "scene.physics_dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Greatest length of a physics step; a step is divided evenly; default 0.01.";
     Step "scene.step" WORLD, TATU_I64 0 None, ReadOnly FREE, "Number of the step, from 0.";
     Gravity "scene.gravity" WORLD, TATU_F64S 3 Some("m/s^2"), Live FREE, "Gravity; default 0 0 -9.81.";
     Seed "scene.seed" WORLD, TATU_I64 0 None, ReadOnly FREE, "The seed of all that is random; default 0.";

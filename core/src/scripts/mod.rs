@@ -198,17 +198,8 @@ impl Script {
             let scene = world.scene.borrow();
             (scene.id(self.slot), scene.get(self.slot).map_or(0, |o| o.uid))
         };
-        self.id.set(world.new_instance());
-        let info = tatu_instance {
-            size: size_of::<tatu_instance>() as u32,
-            n_params: 0,
-            world: world.raw(),
-            owner,
-            id: self.id.get(),
-            seed: world.seed_of(uid),
-            params: std::ptr::null(),
-            state: std::ptr::null_mut(),
-        };
+        let info = world.instance_info(owner, uid);
+        self.id.set(info.id);
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         world.calls.caller.set(self.as_caller(world));
         // SAFETY: by the contract; `info` lives through the call.
@@ -340,6 +331,7 @@ impl Script {
         });
         if status < 0 {
             self.fail(world, status, frame.error);
+            self.find_callbacks(world);
         }
     }
 
@@ -389,6 +381,7 @@ impl Script {
         }
         if kind == FaultKind::Budget {
             self.dead.set(true);
+            fault.help = Some("look for a loop without an end, or raise `script_budget` in [scene]".into());
         }
         world.report(fault);
     }

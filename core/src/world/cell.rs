@@ -29,9 +29,14 @@ use crate::{
 pub struct LogLine {
     /// `TATU_LOG_*`
     pub level: u32,
+    /// Of a fault: its stable code.
+    pub code: Option<&'static str>,
     /// The text.
     pub text: String,
 }
+
+/// Lines that are kept between two looks at them: a script that prints in an endless loop must not fill the memory.
+const MAX_LINES: usize = 10_000;
 
 /// Time and steps.
 pub(crate) struct Clock {
@@ -93,6 +98,19 @@ impl WorldCell {
         self.next_instance.set(id + 1);
         id
     }
+    /// What a new instance of an object is told.
+    pub fn instance_info(&self, owner: tatu_object, uid: u64) -> tatu_instance {
+        tatu_instance {
+            size: size_of::<tatu_instance>() as u32,
+            n_params: 0,
+            world: self.raw(),
+            owner,
+            id: self.new_instance(),
+            seed: self.seed_of(uid),
+            params: std::ptr::null(),
+            state: std::ptr::null_mut(),
+        }
+    }
     /// The seed of something, from the scene's seed and a number that is the same in every run.
     pub fn seed_of(&self, uid: u64) -> u64 {
         let mut bytes = [0u8; 16];
@@ -152,14 +170,24 @@ impl WorldCell {
         if let Some(help) = &fault.help {
             text += &format!(" ({help})");
         }
+        let code = Some(fault.code);
         faults.push(fault);
         drop(faults);
-        self.log(TATU_LOG_ERROR, &text);
+        if let Ok(mut lines) = self.lines.try_borrow_mut() {
+            lines.push(LogLine { level: TATU_LOG_ERROR, code, text });
+        }
     }
     /// Keeps a line for whoever runs the world.
     pub fn log(&self, level: u32, text: &str) {
-        if let Ok(mut lines) = self.lines.try_borrow_mut() {
-            lines.push(LogLine { level, text: text.to_owned() });
+        let Ok(mut lines) = self.lines.try_borrow_mut() else { return };
+        match lines.len() {
+            0..MAX_LINES => lines.push(LogLine { level, code: None, text: text.to_owned() }),
+            MAX_LINES => lines.push(LogLine {
+                level: TATU_LOG_WARNING,
+                code: None,
+                text: format!("more than {MAX_LINES} lines in one step: the rest is left out"),
+            }),
+            _ => {}
         }
     }
     /// Runs `f` with the world's pool of threads.

@@ -92,16 +92,7 @@ impl World {
                 let scene = cell.scene.borrow();
                 (scene.id(*slot), scene.get(*slot).map_or(0, |o| o.uid))
             };
-            let info = tatu_instance {
-                size: size_of::<tatu_instance>() as u32,
-                n_params: 0,
-                world: cell.raw(),
-                owner,
-                id: cell.new_instance(),
-                seed: cell.seed_of(uid),
-                params: std::ptr::null(),
-                state: std::ptr::null_mut(),
-            };
+            let info = cell.instance_info(owner, uid);
             let params = sense::filled(kind, &device.params);
             let made = Device::create(&cell.registry, device.kind, *slot, info, params).map_err(|text| {
                 let path = cell.scene.borrow().path(*slot);
@@ -123,16 +114,7 @@ impl World {
         cell.instances.borrow_mut().resize_with(cell.registry.plugins.len(), || None);
         for (plugin, life) in &cell.registry.world_lives {
             let mut state = vec![0u64; (life.state_bytes as usize).div_ceil(8)];
-            let info = tatu_instance {
-                size: size_of::<tatu_instance>() as u32,
-                n_params: 0,
-                world: cell.raw(),
-                owner: 0,
-                id: cell.new_instance(),
-                seed: cell.seed_of(0),
-                params: std::ptr::null(),
-                state: state.as_mut_ptr().cast(),
-            };
+            let info = tatu_instance { state: state.as_mut_ptr().cast(), ..cell.instance_info(0, 0) };
             let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
             let p = &cell.registry.plugins[*plugin];
             if let Some(create) = life.create {

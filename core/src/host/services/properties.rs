@@ -9,6 +9,7 @@ use crate::{
         self, Changed, Data, Refusal,
         rows::{Of, Row},
     },
+    sense::Device,
     world::WorldCell,
 };
 
@@ -80,9 +81,7 @@ pub(super) fn read_param(world: &WorldCell, slot: u32, prop: tatu_prop) -> Resul
 pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Result<(), tatu_status> {
     let row = Row::of(prop);
     if row == Row::None {
-        let key = world.registry.host().key(prop).unwrap_or_default();
-        let text = format!("`{key}` is not changed while the world lives; set it in the scene");
-        return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
+        return write_param(world, object, prop, value);
     }
     let value = check_value(&row.info().param(), value)
         .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
@@ -174,4 +173,49 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
         _ => Value::Floats(v.to_vec()),
     };
     write(world, object, prop, value).err().unwrap_or(TATU_OK)
+}
+
+/// Sets a parameter of a device: its instance is made anew, and the old one is kept if that fails.
+fn write_param(
+    world: &WorldCell,
+    object: tatu_object,
+    prop: tatu_prop,
+    value: Value,
+) -> Result<(), tatu_status> {
+    let key = world.registry.host().key(prop).unwrap_or_default();
+    let (slot, kind_index, i, params) = {
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let slot = slot(world, &scene, object)?;
+        let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+        let found = sensing.device(slot).and_then(|d| {
+            let kind = &world.registry.sensors[d.kind];
+            let short = key.strip_prefix(kind.id.as_str())?.strip_prefix('.')?;
+            let i = kind.params.iter().position(|p| p.key == short)?;
+            Some((slot, d.kind, i, d.params.clone()))
+        });
+        let missing = || world.calls.refuse(TATU_ERR_MISSING, &format!("object {slot} has no property `{key}`"));
+        found.ok_or_else(missing)?
+    };
+    let kind = &world.registry.sensors[kind_index];
+    let value = check_value(&kind.params[i], value)
+        .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}`: {e}")))?;
+    let mut params = params;
+    params[i] = value;
+    let (owner, uid) = {
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        (scene.id(slot), scene.get(slot).map_or(0, |o| o.uid))
+    };
+    // No borrow is alive while the plugin makes the new instance.
+    let info = world.instance_info(owner, uid);
+    let made = Device::create(&world.registry, kind_index, slot, info, params)
+        .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}`: {e}")))?;
+    let old = {
+        let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
+        let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
+        place.map(|d| std::mem::replace(d, made))
+    };
+    if let Some(old) = old {
+        old.destroy(&world.registry);
+    }
+    Ok(())
 }

@@ -30,6 +30,8 @@ pub(crate) enum Style {
 
 /// The callback in which the text runs for the first time.
 const INIT: &[u8] = b"init";
+/// The callback that runs even after an error.
+const CLEANUP: &[u8] = b"cleanup";
 /// The callback that runs as a coroutine.
 const THREAD: &[u8] = b"thread";
 
@@ -111,12 +113,13 @@ pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) ->
 
 /// A number for something callable, or 0.
 pub(crate) fn find(s: &Script, how: u32, name: &[u8]) -> u32 {
-    let (style, rules) = {
+    let (style, rules, silent) = {
         let text = s.text.borrow();
-        (text.style, text.rules.clone())
+        (text.style, text.rules.clone(), text.silent)
     };
     let mut there = false;
     match how {
+        TATU_FIND_CALLBACK if silent && name != CLEANUP => {}
         TATU_FIND_CALLBACK if name == INIT => there = true,
         TATU_FIND_CALLBACK => match style {
             Style::NotRun => {}
@@ -218,6 +221,9 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
         let _ = s.protect(&mut |l| unsafe {
             settle(l, s, rules, may_rerun);
         });
+    }
+    if result.is_err() && how == TATU_FIND_CALLBACK && !s.old.get() {
+        s.text.borrow_mut().silent = true;
     }
     if missing {
         let name = String::from_utf8_lossy(name);

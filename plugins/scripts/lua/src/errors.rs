@@ -167,7 +167,7 @@ fn describe(s: &State, caught: Caught) -> Fail {
     let text = String::from_utf8_lossy(text).into_owned();
     let fail = match s.text.borrow().unknown(&text, &errors.missed) {
         Some(name) => Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`"))
-            .help("`tatu describe` lists the commands of all plugins"),
+            .help("`tatu list commands` shows the commands of all plugins"),
         None => Fail::with_code(TATU_ERR_SCRIPT, text),
     };
     with_traceback(located(fail, place, &caught), Some(&caught))

@@ -85,7 +85,11 @@ impl Language for state::Script {
         budget: Budget,
         used: &mut u64,
     ) -> Result<Flow> {
-        threads::resume(self, token, failed, frame, budget, used)
+        let result = threads::resume(self, token, failed, frame, budget, used);
+        if result.is_err() && !self.old.get() {
+            self.text.borrow_mut().silent = true;
+        }
+        result
     }
     fn keep_func(&self, local: u32) -> u32 {
         functions::keep(self, local)

@@ -61,6 +61,8 @@ pub(crate) struct Text {
     pub style: Style,
     /// Whether the text can be one that runs as a whole.
     pub may_rerun: bool,
+    /// A callback failed, and the dialect is one in which nothing but the clean-up is called afterwards.
+    pub silent: bool,
     /// Callables that were asked for: how, name.
     pub names: Vec<(u32, Rc<[u8]>)>,
 }
@@ -110,7 +112,7 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     }
     let may_rerun = rules.rerun.as_ref().is_some_and(|r| old || has_word(text, &r.variable));
     *s.text.borrow_mut() =
-        Text { chunk: chunk.to_owned(), rules: Rc::new(rules), style: Style::NotRun, may_rerun, names: Vec::new() };
+        Text { chunk: chunk.to_owned(), rules: Rc::new(rules), style: Style::NotRun, may_rerun, silent: false, names: Vec::new() };
     compile(s, text, chunk)?;
     Ok(dialect)
 }
