@@ -59,7 +59,7 @@ pub struct Run {
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// Put an object's pose and velocity, and a sensor's readings, into the trace.
-    #[arg(long, value_name = "PATH", requires = "trace")]
+    #[arg(long, value_name = "PATH")]
     pub watch: Vec<String>,
     /// End with a summary in JSON on standard output; everything else goes to standard error.
     #[arg(long)]

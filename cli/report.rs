@@ -23,7 +23,8 @@ pub fn note(text: &str) {
 fn print(e: &Error, level: Level<'_>) {
     let source = e.place.as_ref().filter(|p| p.line > 0).and_then(|p| Some((p, fs::read_to_string(&p.file).ok()?)));
     let path = e.place.as_ref().map(|p| p.file.display().to_string()).unwrap_or_default();
-    let mut group = level.primary_title(e.text.as_str()).id(e.code).elements(Vec::<annotate_snippets::Element<'_>>::new());
+    let mut group =
+        level.primary_title(e.text.as_str()).id(e.code).elements(Vec::<annotate_snippets::Element<'_>>::new());
     if let Some((place, text)) = &source {
         let end = place.span.end.min(text.len()).max(place.span.start.min(text.len()));
         let span = place.span.start.min(end)..end;

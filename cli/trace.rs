@@ -28,6 +28,10 @@ impl Trace {
                 });
             }
         }
+        if path.is_none() && !watch.is_empty() {
+            let error = Error::new("E114", "--watch writes nothing without --trace");
+            crate::report::warning(&error.help("add `--trace FILE`"));
+        }
         let file = match path {
             None => None,
             Some(p) => {
@@ -61,8 +65,7 @@ impl Trace {
             }
             objects.insert(seen.path, o);
         }
-        let status: Vec<&str> =
-            lines.iter().filter(|l| l.level == TATU_LOG_STATUS).map(|l| l.text.as_str()).collect();
+        let status: Vec<&str> = lines.iter().filter(|l| l.level == TATU_LOG_STATUS).map(|l| l.text.as_str()).collect();
         let line = json!({
             "step": world.steps(),
             "time": world.time(),

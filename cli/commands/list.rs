@@ -83,7 +83,8 @@ fn sensors(r: &Registry) -> Vec<Value> {
     r.sensors
         .iter()
         .map(|s| {
-            let fields: Vec<_> = s.fields.iter().map(|f| json!({ "name": f.name, "unit": f.unit, "text": f.text })).collect();
+            let fields: Vec<_> =
+                s.fields.iter().map(|f| json!({ "name": f.name, "unit": f.unit, "text": f.text })).collect();
             json!({
                 "id": s.id, "plugin": r.plugins[s.plugin].id, "schemas": s.schemas, "text": s.text,
                 "parameters": params(&s.params), "fields": fields,

@@ -143,8 +143,12 @@ fn summary(
     let ratio = if wall > 0.0 { time / wall } else { 0.0 };
     eprintln!("{steps} steps, {time:.3} s simulated in {wall:.3} s ({ratio:.1} x real time), hash {hash}");
     for (path, o) in &objects {
-        let p: Vec<String> =
-            o["position"].as_array().into_iter().flatten().map(|x| format!("{:.4}", x.as_f64().unwrap_or(0.0))).collect();
+        let p: Vec<String> = o["position"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .map(|x| format!("{:.4}", x.as_f64().unwrap_or(0.0)))
+            .collect();
         eprintln!("  {path} at {} m", p.join(" "));
     }
     if !faults.is_empty() {

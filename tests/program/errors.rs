@@ -60,14 +60,14 @@ fn unknown_keys_are_named_with_the_known_ones() {
 #[test]
 fn wrong_units_are_told_with_the_right_one() {
     refused(&robot("sonar_range_cm = 100"), "_cm", &["wrong unit", "write `sonar_range_m`"]);
-    refused(&robot("sonar_range = 1"), "sonar_range", &["wrong unit", "write `sonar_range_m`"]);
+    refused(&robot("sonar_range = 1"), "sonar_range", &["lacks its unit", "write `sonar_range_m`"]);
     refused(&shape("position_mm = [1, 1, 1]"), "_mm", &["wrong unit", "write `position_m`"]);
     refused(&shape("mass_g = 100"), "mass_g", &["wrong unit", "write `mass_kg`"]);
     refused("format = 1\n[scene]\ndt_ms = 50\n", "dt_ms", &["wrong unit", "write `dt_s`"]);
     refused(
         &with("[[object]]\nkind = \"joint\"\nmax_force = 2\n"),
         "max_force",
-        &["wrong unit", "write `max_force_nm`"],
+        &["lacks its unit", "write `max_force_nm`"],
     );
 }
 

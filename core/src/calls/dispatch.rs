@@ -242,6 +242,7 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
             TATU_OK
         }
         _ => {
+            *world.calls.blame.borrow_mut() = Some((text.clone(), plugin.id.clone()));
             say(f.error, status, &text);
             if !help.is_empty() {
                 // SAFETY: as above.

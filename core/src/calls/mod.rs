@@ -36,6 +36,8 @@ pub(crate) struct Calls {
     /// What the last refusal of a service said.
     pub last: RefCell<ErrorSlot>,
     pub waits: RefCell<Waits>,
+    /// What the last failed command said, and whose it is: a script may let it through as its own error.
+    pub blame: RefCell<Option<(String, String)>>,
 }
 
 /// Who calls: filled by the host from its own stack, whatever a plugin wrote.
@@ -67,6 +69,7 @@ impl Calls {
             slots: RefCell::new(Vec::new()),
             last: RefCell::new(ErrorSlot::new()),
             waits: RefCell::new(Waits::default()),
+            blame: RefCell::new(None),
         }
     }
 

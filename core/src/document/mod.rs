@@ -114,7 +114,7 @@ impl Document {
             use tatu_plugin_api::abi::*;
             let data = match spec.kind {
                 TATU_KIND_SHAPE => Data::Shape(Box::new(self.shape(spec))),
-                TATU_KIND_JOINT => Data::Joint(Box::new(Joint::default())),
+                TATU_KIND_JOINT => Data::Joint(Box::<Joint>::default()),
                 TATU_KIND_SENSOR => Data::Sensor(SensorData {
                     kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
                     explicit: false,
@@ -130,10 +130,9 @@ impl Document {
                 // Checked when the document was written.
                 let _ = crate::scene::set(&mut scene, slot, *row, value);
             }
-            if spec.placement != Isometry3::identity() {
-                if let Some(local) = scene.get(slot).map(|o| spec.placement * o.local) {
-                    scene.set_local(slot, local);
-                }
+            let placed = scene.get(slot).map(|o| spec.placement * o.local);
+            if let Some(local) = placed.filter(|_| spec.placement != Isometry3::identity()) {
+                scene.set_local(slot, local);
             }
         }
         // Names are given in the order of the file, so that the first of equal ones keeps its plain name; until then

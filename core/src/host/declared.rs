@@ -149,10 +149,8 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
         Value::Text(t) => declared.choices.is_empty() || declared.choices.iter().any(|c| c.as_bytes() == t),
         _ => true,
     };
-    if let Value::Floats(f) = &value {
-        if f.iter().any(|x| x.is_nan()) {
-            return Err(format!("expected {}, found one that is not a number", declared.expectation()));
-        }
+    if matches!(&value, Value::Floats(f) if f.iter().any(|x| x.is_nan())) {
+        return Err(format!("expected {}, found one that is not a number", declared.expectation()));
     }
     if fits { Ok(value) } else { Err(format!("expected {}, found {found}", declared.expectation())) }
 }

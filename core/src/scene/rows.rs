@@ -197,3 +197,20 @@ pub fn kind_name(kind: i32) -> &'static str {
         _ => KINDS.iter().find(|(_, k)| *k == kind).map_or("object", |(n, _)| n),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reference_page_has_every_row() {
+        let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reference/properties.md");
+        let page = std::fs::read_to_string(page).unwrap();
+        for row in ROWS.iter().skip(1) {
+            let start = format!("| `{}` |", row.key);
+            let line = page.lines().find(|l| l.starts_with(&start));
+            let line = line.unwrap_or_else(|| panic!("docs/reference/properties.md lacks `{}`", row.key));
+            assert!(line.contains(row.text), "`{}`: the page says {line}, the row {}", row.key, row.text);
+        }
+    }
+}

@@ -375,7 +375,9 @@ impl Script {
         (fault.help, fault.traceback) = (help, traceback);
         fault.line = (line > 0).then_some(line);
         fault.file = file.filter(|_| line > 0);
-        if kind == FaultKind::Plugin {
+        let blame = world.calls.blame.borrow_mut().take();
+        fault.plugin = blame.filter(|(text, _)| fault.message.contains(text.as_str())).map(|(_, plugin)| plugin);
+        if kind == FaultKind::Plugin && fault.plugin.is_none() {
             let plugin = world.registry.languages[self.language].plugin;
             fault.plugin = Some(world.registry.plugins[plugin].id.clone());
         }

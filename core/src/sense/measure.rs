@@ -53,19 +53,35 @@ pub struct Moment {
     pub step: u64,
 }
 
-/// Handles sensors of one kind. `devices`: indices of [`Sensing::devices`]; `only`: see only this object; `twist`:
-/// velocity of an object.
-pub fn measure(
-    sensing: &mut Sensing,
-    scene: &Scene,
-    registry: &Registry,
-    kind: usize,
-    devices: &[usize],
-    only: Option<tatu_object>,
-    moment: Moment,
-    twist: &dyn Fn(u32) -> [f64; 6],
-    pool: &rayon::ThreadPool,
-) -> Vec<Failed> {
+/// Which sensors are handled, and when.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
+    /// Their kind.
+    pub kind: usize,
+    /// Indices of [`Sensing::devices`].
+    pub devices: &'a [usize],
+    /// See only this object.
+    pub only: Option<tatu_object>,
+    /// When.
+    pub moment: Moment,
+}
+
+/// What sensors look at.
+pub struct Around<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What plugins offer.
+    pub registry: &'a Registry,
+    /// Velocity of an object.
+    pub twist: &'a dyn Fn(u32) -> [f64; 6],
+    /// Threads for the beams.
+    pub pool: &'a rayon::ThreadPool,
+}
+
+/// Handles sensors of one kind; those that failed.
+pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
+    let Job { kind, devices, only, moment } = *job;
+    let Around { scene, registry, twist, pool } = *around;
     let kind_info = &registry.sensors[kind];
     let inputs = kind_info.raw.inputs;
     let Sensing { devices: all, targets, scratch: s } = sensing;

@@ -11,7 +11,7 @@ use std::ffi::c_void;
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-pub use measure::{Moment, measure};
+pub use measure::{Around, Job, Moment, measure};
 pub use targets::Targets;
 
 use crate::{

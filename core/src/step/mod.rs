@@ -19,7 +19,7 @@ use crate::{
     calls::Caller,
     error::{Fault, FaultKind},
     scripts::Scripts,
-    sense::{self, Moment},
+    sense::{self, Around, Job, Moment},
     world::{WorldCell, instance_fault},
 };
 
@@ -97,7 +97,8 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
             (world.sensing.borrow_mut(), world.scene.borrow(), world.dynamics.borrow());
         sensing.targets.follow(&scene);
         let twist = |slot| world.twist(&scene, &dynamics, slot);
-        sense::measure(&mut sensing, &scene, &world.registry, kind, devices, only, moment, &twist, world.pool())
+        let around = Around { scene: &scene, registry: &world.registry, twist: &twist, pool: world.pool() };
+        sense::measure(&mut sensing, &Job { kind, devices, only, moment }, &around)
     };
     for f in failed {
         if let Some(d) = world.sensing.borrow_mut().devices.iter_mut().find(|d| d.slot == f.slot) {

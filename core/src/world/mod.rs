@@ -14,8 +14,8 @@ use std::{
 use nalgebra::Vector3;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-pub use cell::LogLine;
 use cell::Instance;
+pub use cell::LogLine;
 pub(crate) use cell::{Clock, WorldCell, instance_fault};
 
 use crate::{

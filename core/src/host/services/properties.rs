@@ -132,10 +132,8 @@ pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_pr
             Ok(s) => s,
             Err(status) => return status,
         };
-        if let Some(o) = scene.get(slot) {
-            if scene::numbers(o, row, out) == Some(out.len()) {
-                return TATU_OK;
-            }
+        if scene.get(slot).and_then(|o| scene::numbers(o, row, out)) == Some(out.len()) {
+            return TATU_OK;
         }
     }
     drop(scene);
@@ -176,12 +174,7 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
 }
 
 /// Sets a parameter of a device: its instance is made anew, and the old one is kept if that fails.
-fn write_param(
-    world: &WorldCell,
-    object: tatu_object,
-    prop: tatu_prop,
-    value: Value,
-) -> Result<(), tatu_status> {
+fn write_param(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Result<(), tatu_status> {
     let key = world.registry.host().key(prop).unwrap_or_default();
     let (slot, kind_index, i, params) = {
         let scene = world.scene.try_borrow().map_err(|_| busy(world))?;

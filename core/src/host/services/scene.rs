@@ -3,10 +3,7 @@
 use std::ffi::{CStr, c_char};
 
 use nalgebra::Isometry3;
-use tatu_plugin_api::{
-    abi::*,
-    safe::ValueRef,
-};
+use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::{
     busy, fill, give, interner, on,

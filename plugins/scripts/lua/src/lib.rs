@@ -1,7 +1,7 @@
 //! Lua 5.4 as a script language, with a layer for scripts written for Lua 5.1.
 //!
 //! One Lua state per script, spoken to through Lua's own C interface: a command call costs no allocation. Begin with
-//! [`state`] (what a script's state holds) and [`callbacks`] (how the host's calls run); `README.md` tells what
+//! `state` (what a script's state holds) and `callbacks` (how the host's calls run); `README.md` tells what
 //! scripts get.
 //!
 //! Rule of the whole crate: Lua errors and yields are jumps that skip destructors. A function that Lua calls keeps

@@ -111,8 +111,14 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
         rerun.fit(text);
     }
     let may_rerun = rules.rerun.as_ref().is_some_and(|r| old || has_word(text, &r.variable));
-    *s.text.borrow_mut() =
-        Text { chunk: chunk.to_owned(), rules: Rc::new(rules), style: Style::NotRun, may_rerun, silent: false, names: Vec::new() };
+    *s.text.borrow_mut() = Text {
+        chunk: chunk.to_owned(),
+        rules: Rc::new(rules),
+        style: Style::NotRun,
+        may_rerun,
+        silent: false,
+        names: Vec::new(),
+    };
     compile(s, text, chunk)?;
     Ok(dialect)
 }
