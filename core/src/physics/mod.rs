@@ -1,7 +1,7 @@
 //! The physics engine behind one trait.
 //!
 //! Only values cross this border (SI units, f64, world frame unless said otherwise), so that another engine can
-//! take the place of [`rapier`] without a change in scene, hash or scripts. Which scene objects become bodies and
+//! take the place of `rapier` without a change in scene, hash or scripts. Which scene objects become bodies and
 //! joints is decided by the dynamics rule of the scene, not here. Ids are dense, start at 0 and are given in order
 //! of creation; a removed id is never used again by the same engine.
 

@@ -3,7 +3,7 @@
 use super::{Object, Scene};
 
 impl Scene {
-    /// Where an object stands: "/robot[1]/arm"; an index where siblings share its alias.
+    /// Where an object stands: `/robot[1]/arm`; an index where siblings share its alias.
     pub fn path(&self, slot: u32) -> String {
         let Some(o) = self.get(slot) else { return "/".into() };
         let siblings = self.children(o.parent);

@@ -8,7 +8,7 @@
 //! react     scripts look at what was sensed
 //! ```
 //!
-//! The stages are functions of the world, which a driver (a script or plugin) may call itself; [`step`] is their
+//! The stages are functions of the world, which a driver (a script or plugin) may call itself; `step` is their
 //! default order. Time advances at the end: all callbacks of a step see the time at which it began.
 
 use std::collections::BTreeMap;

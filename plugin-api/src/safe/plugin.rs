@@ -90,7 +90,7 @@ pub unsafe extern "C" fn extension<P: Plugin>(me: *mut c_void, id: *const c_char
     }
 }
 
-/// Exports a [`Plugin`](safe::Plugin) as the library's one symbol.
+/// Exports a [`Plugin`](crate::safe::Plugin) as the library's one symbol.
 #[macro_export]
 macro_rules! tatu_plugin {
     (plugin: $plugin:ty, id: $id:literal, name: $name:literal, version: $version:expr, licence: $licence:literal $(,)?) => {

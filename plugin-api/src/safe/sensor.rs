@@ -19,7 +19,7 @@ impl Field {
     fn of(name: &'static str, elem: u32) -> Self {
         Field { name, elem, dims: [1; 3], unit: None, text: "" }
     }
-    /// Doubles. Name: "<schema>.<field>".
+    /// Doubles. Name: `<schema>.<field>`.
     pub fn f64(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_F64)
     }
