@@ -25,9 +25,15 @@ function sysCall_actuation()
     for i = 1, 4 do turn_right = turn_right + i * nearness(sonars[i]) end
     for i = 5, 8 do turn_left = turn_left + (9 - i) * nearness(sonars[i]) end
     ahead = math.max(nearness(sonars[4]), nearness(sonars[5]))
-    -- A wall straight ahead: always the same way round, or it would never decide.
-    if ahead > 0 and math.abs(turn_right - turn_left) < 0.5 then turn_right = turn_right + 2 end
+    local turn = 0.8 * (turn_right - turn_left)
+    -- Something ahead: choose a side once and keep to it until the way is free, or it would swing in a corner for ever.
+    if ahead > 0 then
+        side = side or (turn < 0 and -1 or 1)
+        turn = side * math.max(1.5, math.abs(turn))
+    else
+        side = nil
+    end
     local speed = cruise * (1 - ahead)
-    sim.setJointTargetVelocity(left, speed + 0.8 * (turn_right - turn_left))
-    sim.setJointTargetVelocity(right, speed - 0.8 * (turn_right - turn_left))
+    sim.setJointTargetVelocity(left, speed + turn)
+    sim.setJointTargetVelocity(right, speed - turn)
 end

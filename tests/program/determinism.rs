@@ -163,3 +163,18 @@ fn the_second_robot_has_names_of_its_own() {
         ]
     );
 }
+
+/// What is random belongs to an object, not to its place in the file: whatever is added, it stays as it was.
+#[test]
+fn what_is_added_changes_no_random_number() {
+    let script = "function sysCall_actuation() sim.addStatusbarMessage(tostring(math.random(1000000))) end";
+    let dummy = |alias: &str| format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\n");
+    let told = |before: &str, after: &str| {
+        let place = Place::scene(&format!("{before}{}{after}", watcher("teller", script)));
+        let trace = place.trace(&[], &["--steps", "5"]);
+        trace.iter().flat_map(|l| l.status()).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let alone = told("", "");
+    assert_eq!(alone.len(), 5);
+    assert_eq!(alone, told(&dummy("a"), &dummy("b")));
+}

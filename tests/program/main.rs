@@ -7,6 +7,7 @@
 mod away;
 mod cli;
 mod course;
+mod demos;
 mod determinism;
 mod errors;
 mod header;

@@ -194,11 +194,13 @@ impl Script {
     fn begin(&self, world: &WorldCell) {
         let language = &world.registry.languages[self.language];
         let plugin = &world.registry.plugins[language.plugin];
-        let (owner, uid) = {
+        let (owner, key) = {
             let scene = world.scene.borrow();
-            (scene.id(self.slot), scene.get(self.slot).map_or(0, |o| o.uid))
+            let at = scene.get(self.slot).map_or(0, |o| o.parent);
+            let number = scene.scripts(at).iter().position(|s| *s == self.slot).unwrap_or(0);
+            (scene.id(self.slot), format!("{}/script{number}", scene.get(at).map_or(String::new(), |o| o.name())))
         };
-        let info = world.instance_info(owner, uid);
+        let info = world.instance_info(owner, &key);
         self.id.set(info.id);
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         world.calls.caller.set(self.as_caller(world));

@@ -99,24 +99,23 @@ impl WorldCell {
         id
     }
     /// What a new instance of an object is told.
-    pub fn instance_info(&self, owner: tatu_object, uid: u64) -> tatu_instance {
+    ///
+    /// `key` names the owner by what does not change when other things are added: its seed follows from it.
+    pub fn instance_info(&self, owner: tatu_object, key: &str) -> tatu_instance {
         tatu_instance {
             size: size_of::<tatu_instance>() as u32,
             n_params: 0,
             world: self.raw(),
             owner,
             id: self.new_instance(),
-            seed: self.seed_of(uid),
+            seed: self.seed_of(key),
             params: std::ptr::null(),
             state: std::ptr::null_mut(),
         }
     }
-    /// The seed of something, from the scene's seed and a number that is the same in every run.
-    pub fn seed_of(&self, uid: u64) -> u64 {
-        let mut bytes = [0u8; 16];
-        bytes[..8].copy_from_slice(&self.settings.borrow().seed.to_le_bytes());
-        bytes[8..].copy_from_slice(&uid.to_le_bytes());
-        xxhash_rust::xxh3::xxh3_64(&bytes)
+    /// The seed of something, from the scene's seed and its key.
+    pub fn seed_of(&self, key: &str) -> u64 {
+        xxhash_rust::xxh3::xxh3_64_with_seed(key.as_bytes(), self.settings.borrow().seed)
     }
     /// The instance data of a plugin in this world.
     pub fn instance(&self, plugin: usize) -> *mut c_void {

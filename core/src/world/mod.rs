@@ -88,11 +88,11 @@ impl World {
         for (spec, slot) in cell.document.objects.iter().zip(slots) {
             let Some(device) = &spec.device else { continue };
             let kind = &cell.registry.sensors[device.kind];
-            let (owner, uid) = {
+            let (owner, name) = {
                 let scene = cell.scene.borrow();
-                (scene.id(*slot), scene.get(*slot).map_or(0, |o| o.uid))
+                (scene.id(*slot), scene.get(*slot).map_or(String::new(), |o| o.name()))
             };
-            let info = cell.instance_info(owner, uid);
+            let info = cell.instance_info(owner, &name);
             let params = sense::filled(kind, &device.params);
             let made = Device::create(&cell.registry, device.kind, *slot, info, params).map_err(|text| {
                 let path = cell.scene.borrow().path(*slot);
@@ -114,7 +114,7 @@ impl World {
         cell.instances.borrow_mut().resize_with(cell.registry.plugins.len(), || None);
         for (plugin, life) in &cell.registry.world_lives {
             let mut state = vec![0u64; (life.state_bytes as usize).div_ceil(8)];
-            let info = tatu_instance { state: state.as_mut_ptr().cast(), ..cell.instance_info(0, 0) };
+            let info = tatu_instance { state: state.as_mut_ptr().cast(), ..cell.instance_info(0, "") };
             let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
             let p = &cell.registry.plugins[*plugin];
             if let Some(create) = life.create {

@@ -194,12 +194,12 @@ fn write_param(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: V
         .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}`: {e}")))?;
     let mut params = params;
     params[i] = value;
-    let (owner, uid) = {
+    let (owner, name) = {
         let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-        (scene.id(slot), scene.get(slot).map_or(0, |o| o.uid))
+        (scene.id(slot), scene.get(slot).map_or(String::new(), |o| o.name()))
     };
     // No borrow is alive while the plugin makes the new instance.
-    let info = world.instance_info(owner, uid);
+    let info = world.instance_info(owner, &name);
     let made = Device::create(&world.registry, kind_index, slot, info, params)
         .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}`: {e}")))?;
     let old = {

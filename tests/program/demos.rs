@@ -1,0 +1,47 @@
+//! Every scene that people are given runs without an error: `scenes/` and the plugins' own demos, whose scripts raise
+//! when a reading is not what the scene's geometry says.
+
+use std::path::{Path, PathBuf};
+
+use crate::kit::*;
+
+/// Scene files below a folder.
+fn scenes(folder: &Path, out: &mut Vec<PathBuf>) {
+    let mut entries: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            scenes(&path, out);
+        } else if path.extension().is_some_and(|e| e == "toml") {
+            out.push(path);
+        }
+    }
+}
+
+#[test]
+fn scenes_run() {
+    let mut all = Vec::new();
+    scenes(&root().join("scenes"), &mut all);
+    assert!(!all.is_empty());
+    for scene in all {
+        run(program(), root(), &["run", scene.to_str().unwrap(), "--seconds", "3", "--json"], &[]).good();
+    }
+}
+
+#[test]
+fn demos_run_and_say_something_each_second() {
+    let mut found = 0;
+    for kind in ["sensors", "robots"] {
+        for plugin in std::fs::read_dir(root().join("plugins").join(kind)).unwrap() {
+            let demo = plugin.unwrap().path().join("demo.toml");
+            let place = Place::new();
+            let trace = place.path().join("trace.jsonl");
+            let args = ["run", demo.to_str().unwrap(), "--seconds", "3", "--json", "--trace", trace.to_str().unwrap()];
+            run(program(), root(), &args, &[]).good();
+            let lines: usize = place.lines("trace.jsonl").iter().map(|l| l.status().len()).sum();
+            assert!(lines >= 3, "{}: {lines} lines in 3 s", demo.display());
+            found += 1;
+        }
+    }
+    assert!(found >= 2);
+}
