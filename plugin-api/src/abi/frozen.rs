@@ -184,3 +184,23 @@ mod layouts {
 
 #[cfg(feature = "layout-check")]
 pub use layouts::{compare as compare_layouts, table as layout_table};
+
+#[cfg(all(test, feature = "layout-check"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layouts_agree_with_themselves_and_tell_a_stranger() {
+        // SAFETY: both tables are made as `table` makes them.
+        unsafe {
+            assert_eq!(compare_layouts(layout_table()), Ok(true));
+            let stranger = tatu_rust_layout { abi_stable: c"0.0.1".as_ptr(), ..std::ptr::read(layout_table()) };
+            assert_eq!(compare_layouts(&stranger), Ok(false), "another abi_stable cannot be compared");
+            let mut swapped: Vec<*const c_void> =
+                (0..(*layout_table()).n_layouts as usize).map(|i| *(*layout_table()).layouts.add(i)).collect();
+            swapped.swap(0, 1);
+            let wrong = tatu_rust_layout { layouts: swapped.as_ptr(), ..std::ptr::read(layout_table()) };
+            assert!(compare_layouts(&wrong).is_err_and(|e| e.contains("tatu_str")));
+        }
+    }
+}
