@@ -11,7 +11,10 @@ pub fn check(args: &Check) -> ExitCode {
     let world = super::registry(Some(&args.scene.scene))
         .and_then(|registry| World::new(super::load(&args.scene, &registry)?, registry));
     match world {
-        Ok(_) => {
+        Ok(world) => {
+            // A text that is no program does not keep a scene from starting; better told now than then.
+            world.start();
+            world.take_lines().iter().for_each(|l| eprintln!("warning: {}", l.text));
             println!("{}: would start", args.scene.scene.display());
             ExitCode::SUCCESS
         }
