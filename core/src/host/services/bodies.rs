@@ -25,15 +25,15 @@ unsafe extern "C" fn twist(w: *mut tatu_world, object: tatu_object, out: *mut f6
     unsafe {
         on(w, |world| {
             let (Ok(scene), Ok(dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow()) else {
-                return busy(world);
+                return Err(busy(world));
             };
             match slot(world, &scene, object) {
                 Ok(s) => {
                     let t = world.twist(&scene, &dynamics, s);
                     std::ptr::copy_nonoverlapping(t.as_ptr(), out, 6);
-                    TATU_OK
+                    Ok(())
                 }
-                Err(status) => status,
+                Err(status) => Err(status),
             }
         })
     }
@@ -72,14 +72,14 @@ unsafe extern "C" fn set_twist(w: *mut tatu_world, object: tatu_object, twist: *
     unsafe {
         on(w, |world| {
             let (Some(linear), Some(angular)) = (three(twist), three(twist.add(3))) else {
-                return world.calls.refuse(TATU_ERR_ARGUMENT, "a velocity is 6 finite numbers");
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a velocity is 6 finite numbers"));
             };
             match body(world, object) {
                 Ok(b) => {
                     world.dynamics.borrow_mut().set_twist(b, &Twist { linear, angular });
-                    TATU_OK
+                    Ok(())
                 }
-                Err(status) => status,
+                Err(status) => Err(status),
             }
         })
     }
@@ -95,14 +95,14 @@ unsafe extern "C" fn push(
     unsafe {
         on(w, |world| {
             let (Some(force), Some(torque)) = (three(force), three(torque)) else {
-                return world.calls.refuse(TATU_ERR_ARGUMENT, "a force and a torque are 3 finite numbers each");
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a force and a torque are 3 finite numbers each"));
             };
             match body(world, object) {
                 Ok(b) => {
                     world.dynamics.borrow_mut().push(b, force, torque);
-                    TATU_OK
+                    Ok(())
                 }
-                Err(status) => status,
+                Err(status) => Err(status),
             }
         })
     }
@@ -118,19 +118,16 @@ unsafe extern "C" fn impulse(
     unsafe {
         on(w, |world| {
             let (Some(linear), Some(angular)) = (three(linear), three(angular)) else {
-                return world.calls.refuse(TATU_ERR_ARGUMENT, "an impulse is 3 finite numbers");
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "an impulse is 3 finite numbers"));
             };
-            let b = match body(world, object) {
-                Ok(b) => b,
-                Err(status) => return status,
-            };
+            let b = body(world, object)?;
             let (Ok(scene), Ok(mut dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow_mut()) else {
-                return busy(world);
+                return Err(busy(world));
             };
             let Some((o, shape)) =
                 scene.resolve(object).ok().and_then(|s| scene.get(s)).and_then(|o| Some((o, o.shape()?)))
             else {
-                return busy(world);
+                return Err(busy(world));
             };
             let props = crate::scene::mass_props(shape);
             let r = o.world.rotation.to_rotation_matrix();
@@ -139,7 +136,7 @@ unsafe extern "C" fn impulse(
             t.linear += linear / props.mass;
             t.angular += inertia.try_inverse().map_or(Vector3::zeros(), |i| i * angular);
             dynamics.set_twist(b, &t);
-            TATU_OK
+            Ok(())
         })
     }
 }
@@ -155,13 +152,13 @@ unsafe extern "C" fn contacts(
     unsafe {
         on(w, |world| {
             let (Ok(scene), Ok(dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow()) else {
-                return busy(world);
+                return Err(busy(world));
             };
             let wanted = match object {
                 0 => None,
                 o => match slot(world, &scene, o) {
                     Ok(s) => Some(s),
-                    Err(status) => return status,
+                    Err(status) => return Err(status),
                 },
             };
             let all: Vec<tatu_contact> = dynamics

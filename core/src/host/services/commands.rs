@@ -4,7 +4,7 @@ use std::ffi::{CStr, c_char, c_void};
 
 use tatu_plugin_api::abi::*;
 
-use super::{busy, on};
+use super::{on, passed};
 use crate::{
     calls::{call_command, raw, text},
     scripts,
@@ -60,7 +60,7 @@ unsafe extern "C" fn call(w: *mut tatu_world, frame: *mut tatu_call) -> tatu_sta
         if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
             return TATU_ERR_ARGUMENT;
         }
-        on(w, |world| call_command(world, frame, 0))
+        on(w, |world| passed(call_command(world, frame, 0)))
     }
 }
 
@@ -77,10 +77,10 @@ unsafe extern "C" fn constant(w: *mut tatu_world, name: tatu_str, out: *mut tatu
             match world.registry.constants.get(name.as_ref()) {
                 Some(c) => {
                     *out = c.raw;
-                    TATU_OK
+                    Ok(())
                 }
                 // Asked for often by scripts that test names: no sentence.
-                None => TATU_ERR_MISSING,
+                None => Err(TATU_ERR_MISSING),
             }
         })
     }
@@ -101,9 +101,9 @@ unsafe extern "C" fn prelude(
                 Some(p) => {
                     *module = raw(p.module.as_bytes());
                     *out = raw(&p.text);
-                    TATU_OK
+                    Ok(())
                 }
-                None => TATU_ERR_MISSING,
+                None => Err(TATU_ERR_MISSING),
             }
         })
     }
@@ -135,9 +135,9 @@ unsafe extern "C" fn retain(w: *mut tatu_world, func: tatu_func, kept: *mut tatu
         on(w, |world| match scripts::keep_func(world, func) {
             Some(f) => {
                 *kept = f;
-                TATU_OK
+                Ok(())
             }
-            None => world.calls.refuse(TATU_ERR_GONE, "the function is gone: its call or its script has ended"),
+            None => Err(world.calls.refuse(TATU_ERR_GONE, "the function is gone: its call or its script has ended")),
         })
     }
 }
@@ -155,9 +155,6 @@ unsafe extern "C" fn call_func(w: *mut tatu_world, func: tatu_func, frame: *mut 
         if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
             return TATU_ERR_ARGUMENT;
         }
-        on(w, |world| match world.scripts.try_borrow() {
-            Ok(_) => scripts::call_func(world, func, frame),
-            Err(_) => busy(world),
-        })
+        on(w, |world| passed(scripts::call_func(world, func, frame)))
     }
 }

@@ -17,19 +17,19 @@ unsafe extern "C" fn resolve(w: *mut tatu_world, name: tatu_str, mode: u32, out:
             let name = text(name);
             let path = match allowed(world, Path::new(name.as_ref()), mode) {
                 Ok(p) => p,
-                Err(why) => return world.calls.refuse(TATU_ERR_MISSING, &why),
+                Err(why) => return Err(world.calls.refuse(TATU_ERR_MISSING, &why)),
             };
             let Some(path) = path.to_str() else {
-                return world.calls.refuse(TATU_ERR_MISSING, "the path is not UTF-8");
+                return Err(world.calls.refuse(TATU_ERR_MISSING, "the path is not UTF-8"));
             };
-            let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return busy(world) };
+            let mut arena = world.calls.arena.try_borrow_mut().map_err(|_| busy(world))?;
             let room = arena.alloc(path.len());
             if room.is_null() {
-                return TATU_ERR_SPACE;
+                return Err(TATU_ERR_SPACE);
             }
             std::ptr::copy_nonoverlapping(path.as_ptr(), room, path.len());
             *out = tatu_str { ptr: room.cast(), len: path.len() as u64 };
-            TATU_OK
+            Ok(())
         })
     }
 }

@@ -123,13 +123,22 @@ unsafe fn interner<'a>(host: *const tatu_host) -> Option<&'a Mutex<Interner>> {
     unsafe { host.as_ref()?.ctx.cast::<Mutex<Interner>>().as_ref() }
 }
 
+/// How a service function ends: done, or refused with a status whose sentence has been recorded.
+type Done = Result<(), tatu_status>;
+
 /// Runs `f` on a world; null gives an error.
 ///
 /// # Safety
 /// `world` is null or a living world of this host.
-unsafe fn on(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> tatu_status) -> tatu_status {
+unsafe fn on(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
     // SAFETY: as promised.
-    unsafe { WorldCell::of(world) }.map_or(TATU_ERR_ARGUMENT, f)
+    let done = unsafe { WorldCell::of(world) }.map_or(Err(TATU_ERR_ARGUMENT), f);
+    done.err().unwrap_or(TATU_OK)
+}
+
+/// A status that something else gave, done or not.
+fn passed(status: tatu_status) -> Done {
+    if status == TATU_OK { Ok(()) } else { Err(status) }
 }
 
 /// Another part of the same world is in use by a caller further up.
@@ -153,7 +162,7 @@ fn slot(world: &WorldCell, scene: &crate::scene::Scene, object: tatu_object) -> 
 ///
 /// # Safety
 /// `out` has room for `cap`, or is null; `n` is null or writable.
-unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: *mut u32) -> tatu_status {
+unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: *mut u32) -> Done {
     // SAFETY: as promised.
     unsafe {
         if !out.is_null() {
@@ -163,21 +172,21 @@ unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: *mut u32) -> tatu_s
             *n = all.len() as u32;
         }
     }
-    TATU_OK
+    Ok(())
 }
 
 /// Puts a value into the world's arena and writes its border form.
 ///
 /// # Safety
 /// `out` is writable.
-unsafe fn give(world: &WorldCell, value: &tatu_plugin_api::safe::Value, out: *mut tatu_value) -> tatu_status {
-    let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return busy(world) };
+unsafe fn give(world: &WorldCell, value: &tatu_plugin_api::safe::Value, out: *mut tatu_value) -> Done {
+    let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return Err(busy(world)) };
     match (value.to_raw(&mut |n| arena.alloc(n)), out.is_null()) {
         (Some(raw), false) => {
             // SAFETY: as promised.
             unsafe { *out = raw };
-            TATU_OK
+            Ok(())
         }
-        _ => world.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory"),
+        _ => Err(world.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory")),
     }
 }

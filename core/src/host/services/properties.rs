@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{busy, slot};
+use super::{Done, busy, slot};
 use crate::{
     host::check_value,
     scene::{
@@ -78,7 +78,7 @@ pub(super) fn read_param(world: &WorldCell, slot: u32, prop: tatu_prop) -> Resul
     found.ok_or_else(|| world.calls.refuse(TATU_ERR_MISSING, &format!("object {slot} has no property `{key}`")))
 }
 
-pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Result<(), tatu_status> {
+pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Done {
     let row = Row::of(prop);
     if row == Row::None {
         return write_param(world, object, prop, value);
@@ -94,7 +94,7 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     after_change(world, slot, changed)
 }
 
-pub(super) fn write_world(world: &WorldCell, row: Row, value: &Value) -> Result<(), tatu_status> {
+pub(super) fn write_world(world: &WorldCell, row: Row, value: &Value) -> Done {
     match (row, value) {
         (Row::Gravity, Value::Floats(v)) => {
             let mut settings = world.settings.try_borrow_mut().map_err(|_| busy(world))?;
@@ -110,7 +110,7 @@ pub(super) fn write_world(world: &WorldCell, row: Row, value: &Value) -> Result<
     }
 }
 
-pub(super) fn after_change(world: &WorldCell, slot: u32, changed: Changed) -> Result<(), tatu_status> {
+pub(super) fn after_change(world: &WorldCell, slot: u32, changed: Changed) -> Done {
     let mut dynamics = world.dynamics.try_borrow_mut().map_err(|_| busy(world))?;
     match changed {
         Changed::Moved => dynamics.moved(slot),
@@ -120,20 +120,17 @@ pub(super) fn after_change(world: &WorldCell, slot: u32, changed: Changed) -> Re
     Ok(())
 }
 
-pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, out: &mut [f64]) -> tatu_status {
+pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, out: &mut [f64]) -> Done {
     let row = Row::of(prop);
     if let ([x], Row::Time) = (&mut *out, row) {
         *x = world.clock.time.get();
-        return TATU_OK;
+        return Ok(());
     }
-    let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
+    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
     if object != 0 {
-        let slot = match slot(world, &scene, object) {
-            Ok(s) => s,
-            Err(status) => return status,
-        };
+        let slot = slot(world, &scene, object)?;
         if scene.get(slot).and_then(|o| scene::numbers(o, row, out)) == Some(out.len()) {
-            return TATU_OK;
+            return Ok(());
         }
     }
     drop(scene);
@@ -143,25 +140,22 @@ pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_pr
         Ok(Value::Floats(v)) if v.len() == out.len() => out.copy_from_slice(&v),
         Ok(_) => {
             let key = world.registry.host().key(prop).unwrap_or_default();
-            return world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}` is not {} numbers", out.len()));
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}` is not {} numbers", out.len())));
         }
-        Err(status) => return status,
+        Err(status) => return Err(status),
     }
-    TATU_OK
+    Ok(())
 }
 
-pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, v: &[f64]) -> tatu_status {
+pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, v: &[f64]) -> Done {
     let row = Row::of(prop);
     {
-        let Ok(mut scene) = world.scene.try_borrow_mut() else { return busy(world) };
+        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
         if object != 0 {
-            let slot = match slot(world, &scene, object) {
-                Ok(s) => s,
-                Err(status) => return status,
-            };
+            let slot = slot(world, &scene, object)?;
             match scene::set_numbers(&mut scene, slot, row, v) {
-                Some(Ok(changed)) => return after_change(world, slot, changed).err().unwrap_or(TATU_OK),
-                Some(Err(r)) => return refusal(world, r),
+                Some(Ok(changed)) => return after_change(world, slot, changed),
+                Some(Err(r)) => return Err(refusal(world, r)),
                 None => {}
             }
         }
@@ -170,11 +164,11 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
         [x] if row.info().kind == TATU_F64 => Value::Float(*x),
         _ => Value::Floats(v.to_vec()),
     };
-    write(world, object, prop, value).err().unwrap_or(TATU_OK)
+    write(world, object, prop, value)
 }
 
 /// Sets a parameter of a device: its instance is made anew, and the old one is kept if that fails.
-fn write_param(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Result<(), tatu_status> {
+fn write_param(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Done {
     let key = world.registry.host().key(prop).unwrap_or_default();
     let (slot, kind_index, i, params) = {
         let scene = world.scene.try_borrow().map_err(|_| busy(world))?;

@@ -37,22 +37,19 @@ unsafe extern "C" fn field(
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
         on(w, |world| {
-            let i = match device(world, sensor) {
-                Ok(i) => i,
-                Err(status) => return status,
-            };
-            let Ok(sensing) = world.sensing.try_borrow() else { return busy(world) };
+            let i = device(world, sensor)?;
+            let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
             let d = &sensing.devices[i];
             let kind = &world.registry.sensors[d.kind];
             match kind.field_props.iter().position(|p| *p == field) {
                 Some(k) => {
                     *out = d.view(kind, k);
-                    TATU_OK
+                    Ok(())
                 }
                 None => {
                     let key = world.registry.host().key(field).unwrap_or_default();
                     let text = format!("a sensor of kind `{}` has no field `{key}`", kind.id);
-                    world.calls.refuse(TATU_ERR_MISSING, &text)
+                    Err(world.calls.refuse(TATU_ERR_MISSING, &text))
                 }
             }
         })
@@ -63,29 +60,26 @@ unsafe extern "C" fn sense_now(w: *mut tatu_world, sensor: tatu_object, only: ta
     // SAFETY: as above.
     unsafe {
         on(w, |world| {
-            let i = match device(world, sensor) {
-                Ok(i) => i,
-                Err(status) => return status,
-            };
+            let i = device(world, sensor)?;
             let only = match only {
                 0 => None,
                 o => {
-                    let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
+                    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
                     match slot(world, &scene, o) {
                         Ok(s) => Some(scene.id(s)),
-                        Err(status) => return status,
+                        Err(status) => return Err(status),
                     }
                 }
             };
             let (kind, off) = {
-                let Ok(sensing) = world.sensing.try_borrow_mut() else { return busy(world) };
+                let sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
                 (sensing.devices[i].kind, sensing.devices[i].off)
             };
             if off {
-                return world.calls.refuse(TATU_ERR_GONE, "the sensor has been switched off after a fault");
+                return Err(world.calls.refuse(TATU_ERR_GONE, "the sensor has been switched off after a fault"));
             }
             sense_some(world, kind, &[i], only);
-            TATU_OK
+            Ok(())
         })
     }
 }
@@ -94,13 +88,10 @@ unsafe extern "C" fn reset(w: *mut tatu_world, sensor: tatu_object) -> tatu_stat
     // SAFETY: as above.
     unsafe {
         on(w, |world| {
-            let i = match device(world, sensor) {
-                Ok(i) => i,
-                Err(status) => return status,
-            };
-            let Ok(mut sensing) = world.sensing.try_borrow_mut() else { return busy(world) };
+            let i = device(world, sensor)?;
+            let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
             sensing.devices[i].sequence = 0;
-            TATU_OK
+            Ok(())
         })
     }
 }
@@ -117,7 +108,7 @@ unsafe extern "C" fn list(
         on(w, |world| {
             let schema = if schema.is_null() { "".into() } else { CStr::from_ptr(schema).to_string_lossy() };
             let (Ok(sensing), Ok(scene)) = (world.sensing.try_borrow(), world.scene.try_borrow()) else {
-                return busy(world);
+                return Err(busy(world));
             };
             let fills = |kind: usize| world.registry.sensors[kind].schemas.iter().any(|s| *s == schema);
             let found: Vec<_> = sensing

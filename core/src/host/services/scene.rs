@@ -56,10 +56,7 @@ unsafe extern "C" fn get(
     // SAFETY: as above.
     unsafe {
         on(w, |world| {
-            let value = match read(world, object, prop) {
-                Ok(v) => v,
-                Err(status) => return status,
-            };
+            let value = read(world, object, prop)?;
             give(world, &value, out)
         })
     }
@@ -74,10 +71,10 @@ unsafe extern "C" fn set(
     // SAFETY: as above.
     unsafe {
         on(w, |world| {
-            let Some(raw) = value.as_ref() else { return TATU_ERR_ARGUMENT };
+            let Some(raw) = value.as_ref() else { return Err(TATU_ERR_ARGUMENT) };
             match ValueRef::new(*raw).to_value() {
-                Ok(v) => write(world, object, prop, v).err().unwrap_or(TATU_OK),
-                Err(e) => world.calls.refuse(e.code(), e.text()),
+                Ok(v) => write(world, object, prop, v),
+                Err(e) => Err(world.calls.refuse(e.code(), e.text())),
             }
         })
     }
@@ -118,12 +115,9 @@ unsafe extern "C" fn get_f64_many(
         on(w, |world| {
             for i in 0..count as usize {
                 let to = std::slice::from_raw_parts_mut(out.add(i * n as usize), n as usize);
-                let status = read_numbers(world, *objects.add(i), prop, to);
-                if status < 0 {
-                    return status;
-                }
+                read_numbers(world, *objects.add(i), prop, to)?;
             }
-            TATU_OK
+            Ok(())
         })
     }
 }
@@ -141,12 +135,9 @@ unsafe extern "C" fn set_f64_many(
         on(w, |world| {
             for i in 0..count as usize {
                 let from = std::slice::from_raw_parts(values.add(i * n as usize), n as usize);
-                let status = write_numbers(world, *objects.add(i), prop, from);
-                if status < 0 {
-                    return status;
-                }
+                write_numbers(world, *objects.add(i), prop, from)?;
             }
-            TATU_OK
+            Ok(())
         })
     }
 }
@@ -164,15 +155,15 @@ unsafe extern "C" fn pose(w: *mut tatu_world, object: tatu_object, frame: tatu_o
     // SAFETY: as above; `out` has room for 7.
     unsafe {
         on(w, |world| {
-            let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
             let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
                 (Ok(s), Ok(f)) => (s, f),
-                (Err(status), _) | (_, Err(status)) => return status,
+                (Err(status), _) | (_, Err(status)) => return Err(status),
             };
             let world_pose = scene.get(s).map_or(Isometry3::identity(), |o| o.world);
             let relative = if frame == 0 { world_pose } else { f.inverse() * world_pose };
             std::ptr::copy_nonoverlapping(pose_to_array(&relative).as_ptr(), out, 7);
-            TATU_OK
+            Ok(())
         })
     }
 }
@@ -187,17 +178,16 @@ unsafe extern "C" fn set_pose(
     unsafe {
         on(w, |world| {
             let Some(p) = pose_from_array(&*pose.cast::<[f64; 7]>()) else {
-                return world
-                    .calls
-                    .refuse(TATU_ERR_ARGUMENT, "a pose is 7 finite numbers with a quaternion that is not 0");
+                let text = "a pose is 7 finite numbers with a quaternion that is not 0";
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, text));
             };
-            let Ok(mut scene) = world.scene.try_borrow_mut() else { return busy(world) };
+            let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
             let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
                 (Ok(s), Ok(f)) => (s, f),
-                (Err(status), _) | (_, Err(status)) => return status,
+                (Err(status), _) | (_, Err(status)) => return Err(status),
             };
             scene.set_world(s, f * p);
-            after_change(world, s, Changed::Moved).err().unwrap_or(TATU_OK)
+            after_change(world, s, Changed::Moved)
         })
     }
 }
@@ -211,7 +201,7 @@ unsafe extern "C" fn look(
     // SAFETY: as above.
     unsafe {
         on(w, |world| {
-            let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
             match slot(world, &scene, object) {
                 Ok(s) => {
                     if let Some(full) = full.as_mut() {
@@ -220,9 +210,9 @@ unsafe extern "C" fn look(
                     if let Some(kind) = kind.as_mut() {
                         *kind = scene.get(s).map_or(-1, |o| o.kind());
                     }
-                    TATU_OK
+                    Ok(())
                 }
-                Err(status) => status,
+                Err(status) => Err(status),
             }
         })
     }
@@ -233,16 +223,16 @@ unsafe extern "C" fn find(w: *mut tatu_world, from: tatu_object, path: tatu_str,
     unsafe {
         on(w, |world| {
             let path = text(path);
-            let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
             let base = scene.resolve(from).unwrap_or(0);
             match scene.find(base, &path) {
                 Some(s) => {
                     *out = scene.id(s);
-                    TATU_OK
+                    Ok(())
                 }
                 None => {
                     let near = scene.nearest(&path).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-                    world.calls.refuse(TATU_ERR_MISSING, &format!("there is no object `{path}`{near}"))
+                    Err(world.calls.refuse(TATU_ERR_MISSING, &format!("there is no object `{path}`{near}")))
                 }
             }
         })
@@ -267,28 +257,23 @@ unsafe extern "C" fn create(
                 Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor,
                 Some(k) => {
                     let text = format!("a {} is not made while the world lives", kind_name(k));
-                    return world.calls.refuse(TATU_ERR_UNSUPPORTED, &text);
+                    return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
                 }
-                None => return world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no kind of object `{kind}`")),
-            };
-            let Ok(mut scene) = world.scene.try_borrow_mut() else { return busy(world) };
-            let parent = if parent == 0 {
-                0
-            } else {
-                match slot(world, &scene, parent) {
-                    Ok(s) => s,
-                    Err(status) => return status,
+                None => {
+                    return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no kind of object `{kind}`")));
                 }
             };
+            let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+            let parent = if parent == 0 { 0 } else { slot(world, &scene, parent)? };
             let alias = text(alias);
             let alias = if alias.is_empty() { kind } else { alias };
             match scene.add(parent, &alias, Isometry3::identity(), data) {
                 Some(s) => {
                     scene.make_unique(&[s]);
                     *out = scene.id(s);
-                    TATU_OK
+                    Ok(())
                 }
-                None => world.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more"),
+                None => Err(world.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")),
             }
         })
     }
@@ -298,13 +283,13 @@ unsafe extern "C" fn remove(w: *mut tatu_world, objects: *const tatu_object, n: 
     // SAFETY: as above; `objects` has `n`.
     unsafe {
         on(w, |world| {
-            let Ok(mut scene) = world.scene.try_borrow_mut() else { return busy(world) };
+            let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
             let objects = std::slice::from_raw_parts(objects, n as usize);
             let mut slots = Vec::with_capacity(objects.len());
             for o in objects {
                 match slot(world, &scene, *o) {
                     Ok(s) => slots.push(s),
-                    Err(status) => return status,
+                    Err(status) => return Err(status),
                 }
             }
             for s in slots {
@@ -313,7 +298,7 @@ unsafe extern "C" fn remove(w: *mut tatu_world, objects: *const tatu_object, n: 
                 }
                 scene.remove(s);
             }
-            TATU_OK
+            Ok(())
         })
     }
 }
@@ -330,15 +315,8 @@ unsafe extern "C" fn list(
     // SAFETY: as above.
     unsafe {
         on(w, |world| {
-            let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
-            let base = if base == 0 {
-                0
-            } else {
-                match slot(world, &scene, base) {
-                    Ok(s) => s,
-                    Err(status) => return status,
-                }
-            };
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            let base = if base == 0 { 0 } else { slot(world, &scene, base)? };
             let mut slots = if flags & TATU_LIST_CHILDREN != 0 {
                 let own = if base == 0 { None } else { Some(base) };
                 own.into_iter().chain(scene.children(base).iter().copied()).collect()

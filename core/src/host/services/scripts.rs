@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::abi::*;
 
-use super::{busy, fill, on, slot};
+use super::{busy, fill, on, passed, slot};
 use crate::{calls::bytes, scripts as inner};
 
 pub static TABLE: tatu_host_scripts = tatu_host_scripts {
@@ -23,13 +23,10 @@ unsafe extern "C" fn list(
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
         on(w, |world| {
-            let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
             let owner = match owner {
                 0 => 0,
-                o => match slot(world, &scene, o) {
-                    Ok(s) => s,
-                    Err(status) => return status,
-                },
+                o => slot(world, &scene, o)?,
             };
             let all: Vec<_> = scene.scripts(owner).into_iter().map(|s| scene.id(s)).collect();
             fill(&all, out, cap, n)
@@ -50,13 +47,10 @@ unsafe extern "C" fn call(
         }
         on(w, |world| {
             let s = {
-                let Ok(scene) = world.scene.try_borrow() else { return busy(world) };
-                match slot(world, &scene, script) {
-                    Ok(s) => s,
-                    Err(status) => return status,
-                }
+                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                slot(world, &scene, script)?
             };
-            inner::call_function(world, s, bytes(function), frame)
+            passed(inner::call_function(world, s, bytes(function), frame))
         })
     }
 }
@@ -73,7 +67,7 @@ unsafe extern "C" fn broadcast(
         on(w, |world| {
             let args = if n_args == 0 { &[] } else { std::slice::from_raw_parts(args, n_args as usize) };
             inner::Scripts::broadcast(world, bytes(callback), args, (except & 0xF_FFFF) as u32);
-            TATU_OK
+            Ok(())
         })
     }
 }

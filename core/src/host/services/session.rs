@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::abi::*;
 
-use super::on;
+use super::{on, passed};
 use crate::{step, world::WorldCell};
 
 pub static TABLE: tatu_host_session = tatu_host_session {
@@ -23,21 +23,21 @@ unsafe extern "C" fn request(w: *mut tatu_world, what: u32) -> tatu_status {
         on(w, |world| match what {
             TATU_REQUEST_STOP | TATU_REQUEST_QUIT => {
                 world.requests.set(world.requests.get() | 1 << what);
-                TATU_OK
+                Ok(())
             }
             // A running world is started already.
-            TATU_REQUEST_START if world.running.get() => TATU_OK,
+            TATU_REQUEST_START if world.running.get() => Ok(()),
             TATU_REQUEST_PAUSE | TATU_REQUEST_START => {
-                world.calls.refuse(TATU_ERR_UNSUPPORTED, "this run cannot pause: nobody could lift the pause")
+                Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, "this run cannot pause: nobody could lift the pause"))
             }
-            _ => world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}")),
+            _ => Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
         })
     }
 }
 
 unsafe extern "C" fn run(w: *mut tatu_world, stage: u32, dt: f64) -> tatu_status {
     // SAFETY: by the contract.
-    unsafe { on(w, |world| run_stage(world, stage, dt)) }
+    unsafe { on(w, |world| passed(run_stage(world, stage, dt))) }
 }
 
 fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {

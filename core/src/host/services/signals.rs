@@ -18,10 +18,10 @@ unsafe extern "C" fn get(w: *mut tatu_world, kind: u32, name: tatu_str, out: *mu
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
         on(w, |world| {
-            let Ok(signals) = world.signals.try_borrow() else { return busy(world) };
+            let signals = world.signals.try_borrow().map_err(|_| busy(world))?;
             match signals.get(&(kind, bytes(name).to_vec())) {
                 Some(v) => give(world, v, out),
-                None => TATU_ERR_MISSING,
+                None => Err(TATU_ERR_MISSING),
             }
         })
     }
@@ -31,18 +31,18 @@ unsafe extern "C" fn set(w: *mut tatu_world, kind: u32, name: tatu_str, value: *
     // SAFETY: as above.
     unsafe {
         on(w, |world| {
-            let Some(value) = value.as_ref() else { return TATU_ERR_ARGUMENT };
+            let Some(value) = value.as_ref() else { return Err(TATU_ERR_ARGUMENT) };
             let name = bytes(name);
             if name.is_empty() || kind > 255 {
-                return world.calls.refuse(TATU_ERR_ARGUMENT, "a signal has a name, and a kind below 256");
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a signal has a name, and a kind below 256"));
             }
             match ValueRef::new(*value).to_value() {
                 Ok(v) => {
-                    let Ok(mut signals) = world.signals.try_borrow_mut() else { return busy(world) };
+                    let mut signals = world.signals.try_borrow_mut().map_err(|_| busy(world))?;
                     signals.insert((kind, name.to_vec()), v);
-                    TATU_OK
+                    Ok(())
                 }
-                Err(e) => world.calls.refuse(e.code(), e.text()),
+                Err(e) => Err(world.calls.refuse(e.code(), e.text())),
             }
         })
     }
@@ -70,17 +70,17 @@ unsafe extern "C" fn name(w: *mut tatu_world, kind: u32, index: u32, out: *mut t
         on(w, |world| {
             let found = match world.signals.try_borrow() {
                 Ok(signals) => signals.keys().filter(|(k, _)| *k == kind).nth(index as usize).map(|(_, n)| n.clone()),
-                Err(_) => return busy(world),
+                Err(_) => return Err(busy(world)),
             };
-            let Some(name) = found else { return TATU_ERR_MISSING };
-            let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return busy(world) };
+            let Some(name) = found else { return Err(TATU_ERR_MISSING) };
+            let mut arena = world.calls.arena.try_borrow_mut().map_err(|_| busy(world))?;
             let room = arena.alloc(name.len());
             if room.is_null() {
-                return TATU_ERR_SPACE;
+                return Err(TATU_ERR_SPACE);
             }
             std::ptr::copy_nonoverlapping(name.as_ptr(), room, name.len());
             *out = tatu_str { ptr: room.cast(), len: name.len() as u64 };
-            TATU_OK
+            Ok(())
         })
     }
 }
