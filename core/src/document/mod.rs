@@ -118,7 +118,6 @@ impl Document {
                 TATU_KIND_SENSOR => Data::Sensor(SensorData {
                     kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
                     explicit: false,
-                    device: usize::MAX,
                 }),
                 TATU_KIND_FORCE_SENSOR => Data::ForceSensor,
                 _ => Data::Dummy,

@@ -265,6 +265,4 @@ pub struct SensorData {
     pub kind: usize,
     /// Measures only when it is told to.
     pub explicit: bool,
-    /// Its device among the world's, by index; set when the world makes it.
-    pub device: usize,
 }

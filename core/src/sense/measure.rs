@@ -84,7 +84,7 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     let Around { scene, registry, twist, pool } = *around;
     let kind_info = &registry.sensors[kind];
     let inputs = kind_info.raw.inputs;
-    let Sensing { devices: all, targets, scratch: s } = sensing;
+    let Sensing { devices: all, targets, scratch: s, .. } = sensing;
     s.clear();
     for i in devices {
         let d = &mut all[*i];

@@ -56,19 +56,44 @@ pub(crate) struct Device {
 #[derive(Default)]
 pub struct Sensing {
     pub(crate) devices: Vec<Device>,
+    /// Index plus one of each slot's device; 0: it has none.
+    by_slot: Vec<u32>,
     pub(crate) targets: Targets,
     pub(crate) scratch: measure::Scratch,
 }
 
 impl Sensing {
+    /// Adds a device.
+    pub(crate) fn add(&mut self, device: Device) {
+        self.note(device.slot, self.devices.len());
+        self.devices.push(device);
+    }
+    fn note(&mut self, slot: u32, index: usize) {
+        let slot = slot as usize;
+        if self.by_slot.len() <= slot {
+            self.by_slot.resize(slot + 1, 0);
+        }
+        self.by_slot[slot] = index as u32 + 1;
+    }
+    /// The index of a sensor's device.
+    pub(crate) fn index(&self, slot: u32) -> Option<usize> {
+        self.by_slot.get(slot as usize).and_then(|i| (*i as usize).checked_sub(1))
+    }
     /// The device of a sensor.
     pub(crate) fn device(&self, slot: u32) -> Option<&Device> {
-        self.devices.iter().find(|d| d.slot == slot)
+        self.index(slot).map(|i| &self.devices[i])
     }
     /// Ends the instances of sensors that are gone.
     pub(crate) fn take_gone(&mut self, alive: impl Fn(u32, &Device) -> bool) -> Vec<Device> {
-        let (keep, gone) = std::mem::take(&mut self.devices).into_iter().partition(|d| alive(d.slot, d));
+        let (keep, gone): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.devices).into_iter().partition(|d| alive(d.slot, d));
         self.devices = keep;
+        if !gone.is_empty() {
+            self.by_slot.clear();
+            for i in 0..self.devices.len() {
+                self.note(self.devices[i].slot, i);
+            }
+        }
         gone
     }
     /// Forgets all readings.

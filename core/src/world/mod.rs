@@ -100,11 +100,7 @@ impl World {
                 Error::new("E402", format!("the sensor {path} cannot be made: plugin `{plugin}`: {text}"))
                     .at(spec.place.clone())
             })?;
-            let mut sensing = cell.sensing.borrow_mut();
-            if let Some(Data::Sensor(s)) = cell.scene.borrow_mut().get_mut(*slot).map(|o| &mut o.data) {
-                s.device = sensing.devices.len();
-            }
-            sensing.devices.push(made);
+            cell.sensing.borrow_mut().add(made);
         }
         Ok(())
     }

@@ -21,7 +21,7 @@ fn device(world: &WorldCell, sensor: tatu_object) -> Result<usize, tatu_status> 
     let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
     let slot = slot(world, &scene, sensor)?;
     let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
-    sensing.devices.iter().position(|d| d.slot == slot).ok_or_else(|| {
+    sensing.index(slot).ok_or_else(|| {
         let kind = scene.get(slot).map_or("nothing", |o| crate::scene::rows::kind_name(o.kind()));
         let text = format!("object {slot} `{}` is a {kind}, and measures nothing", scene.path(slot));
         world.calls.refuse(TATU_ERR_MISSING, &text)
