@@ -130,7 +130,7 @@ fn beams_are_what_the_parameters_say() {
         assert_eq!(o.number("proximity.min_range"), 0.05);
         assert!(close(o.number("proximity.angle").to_degrees(), 30.0, 1e-9));
         assert!(close(o.number("proximity.max_incidence").to_degrees(), 72.0, 1e-9));
-        assert!(!o.properties.contains_key("proximity.skip_own_model"));
+        assert!(o.properties.contains_key("proximity.skip_own_model"));
     }
     assert_eq!(sensor(&sheet(), 1).number("proximity.range"), 5.0);
     let wide = build(&[
