@@ -34,7 +34,10 @@ mod text;
 mod threads;
 mod time;
 
-use tatu_plugin_api::{abi::TATU_LOG_ERROR, safe::*};
+use tatu_plugin_api::{
+    abi::{TATU_ERR_GONE, TATU_LOG_ERROR},
+    safe::*,
+};
 
 /// The plugin: it keeps nothing, every script is an instance of the language.
 struct Lua;
@@ -86,7 +89,8 @@ impl Language for state::Script {
         used: &mut u64,
     ) -> Result<Flow> {
         let result = threads::resume(self, token, failed, frame, budget, used);
-        if result.is_err() && !self.old.get() {
+        // A token that is gone is the host's mistake, not the script's.
+        if result.as_ref().is_err_and(|e| e.code() != TATU_ERR_GONE) && !self.old.get() {
             self.text.borrow_mut().silent = true;
         }
         result
