@@ -119,8 +119,8 @@ pub(crate) fn find(s: &Script, how: u32, name: &[u8]) -> u32 {
     };
     let mut there = false;
     match how {
-        TATU_FIND_CALLBACK if silent && name != CLEANUP => {}
         TATU_FIND_CALLBACK if name == INIT => there = true,
+        TATU_FIND_CALLBACK if silent && name != CLEANUP => {}
         TATU_FIND_CALLBACK => match style {
             Style::NotRun => {}
             Style::Rerun => there = rules.rerun.as_ref().is_some_and(|r| r.has(name)),
