@@ -5,6 +5,22 @@ use std::{fs, io::IsTerminal};
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use tatu_core::error::Error;
 
+/// A line on standard output. Nobody may be reading any more (`| head`), or the disk may be full: the run goes on.
+macro_rules! out {
+    ($($text:tt)*) => {{
+        use std::io::Write;
+        let _ = writeln!(std::io::stdout(), $($text)*);
+    }};
+}
+/// A line on standard error, likewise.
+macro_rules! err {
+    ($($text:tt)*) => {{
+        use std::io::Write;
+        let _ = writeln!(std::io::stderr(), $($text)*);
+    }};
+}
+pub(crate) use {err, out};
+
 /// Prints an error.
 pub fn error(e: &Error) {
     print(e, Level::ERROR);
@@ -17,7 +33,7 @@ pub fn warning(e: &Error) {
 
 /// Prints a note.
 pub fn note(text: &str) {
-    eprintln!("note: {text}");
+    crate::report::err!("note: {text}");
 }
 
 fn print(e: &Error, level: Level<'_>) {
@@ -44,5 +60,5 @@ fn print(e: &Error, level: Level<'_>) {
         group = group.element(Level::HELP.message(help.as_str()));
     }
     let renderer = if std::io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
-    eprintln!("{}\n", renderer.render(&[group]));
+    crate::report::err!("{}\n", renderer.render(&[group]));
 }

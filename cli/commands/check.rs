@@ -14,8 +14,8 @@ pub fn check(args: &Check) -> ExitCode {
         Ok(world) => {
             // A text that is no program does not keep a scene from starting; better told now than then.
             world.start();
-            world.take_lines().iter().for_each(|l| eprintln!("warning: {}", l.text));
-            println!("{}: would start", args.scene.scene.display());
+            world.take_lines().iter().for_each(|l| crate::report::err!("warning: {}", l.text));
+            crate::report::out!("{}: would start", args.scene.scene.display());
             ExitCode::SUCCESS
         }
         Err(e) => {

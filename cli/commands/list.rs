@@ -1,6 +1,6 @@
 //! `tatu list`: what plugins offer.
 
-use std::{io::Write, process::ExitCode};
+use std::process::ExitCode;
 
 use serde_json::{Value, json};
 use tatu_core::host::{Declared, Registry};
@@ -26,7 +26,7 @@ pub fn list(args: &List) -> ExitCode {
         What::Commands => (commands(&registry), &["names", "text"]),
     };
     if args.json {
-        say(&serde_json::to_string_pretty(&rows).unwrap_or_default());
+        report::out!("{}", serde_json::to_string_pretty(&rows).unwrap_or_default());
     } else {
         table(&rows, columns);
     }
@@ -119,13 +119,8 @@ fn table(rows: &[Value], columns: &[&str]) {
         .collect();
     let line = |cells: Vec<String>| {
         let padded: Vec<_> = cells.iter().zip(&widths).map(|(c, w)| format!("{c:<w$}")).collect();
-        say(padded.join("  ").trim_end());
+        report::out!("{}", padded.join("  ").trim_end());
     };
     line(columns.iter().map(|c| c.to_uppercase()).collect());
     rows.iter().for_each(|r| line(columns.iter().map(|c| cell(r, c)).collect()));
-}
-
-/// One line; nobody may be reading any more (`| head`).
-fn say(line: &str) {
-    let _ = writeln!(std::io::stdout(), "{line}");
 }

@@ -1,7 +1,7 @@
 //! `tatu run`: a scene, step by step, as fast as it goes.
 
 use std::{
-    io::{IsTerminal, Write},
+    io::IsTerminal,
     process::ExitCode,
     sync::{
         Arc,
@@ -97,13 +97,12 @@ fn progress(args: &Run, steps: u64) -> ProgressBar {
 /// Status lines go to standard output, unless JSON is to stand there; all else goes to standard error.
 fn tell(args: &Run, line: &tatu_core::LogLine) {
     match line.level {
-        TATU_LOG_ERROR => eprintln!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),
-        TATU_LOG_WARNING => eprintln!("warning: {}", line.text),
+        TATU_LOG_ERROR => report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),
+        TATU_LOG_WARNING => report::err!("warning: {}", line.text),
         TATU_LOG_DEBUG => tracing::debug!("{}", line.text),
         TATU_LOG_CLEAR => {}
-        _ if args.json => eprintln!("{}", line.text),
-        // Nobody reads any more (`| head`): the run goes on, and tells nobody.
-        _ => drop(writeln!(std::io::stdout(), "{}", line.text)),
+        _ if args.json => report::err!("{}", line.text),
+        _ => report::out!("{}", line.text),
     }
 }
 
@@ -137,11 +136,11 @@ fn summary(
         let out = json!({
             "steps": steps, "sim_time_s": time, "wall_s": wall, "hash": hash, "objects": objects, "errors": faults,
         });
-        println!("{}", serde_json::to_string_pretty(&out).unwrap_or_default());
+        report::out!("{}", serde_json::to_string_pretty(&out).unwrap_or_default());
         return;
     }
     let ratio = if wall > 0.0 { time / wall } else { 0.0 };
-    eprintln!("{steps} steps, {time:.3} s simulated in {wall:.3} s ({ratio:.1} x real time), hash {hash}");
+    report::err!("{steps} steps, {time:.3} s simulated in {wall:.3} s ({ratio:.1} x real time), hash {hash}");
     for (path, o) in &objects {
         let p: Vec<String> = o["position"]
             .as_array()
@@ -149,10 +148,10 @@ fn summary(
             .flatten()
             .map(|x| format!("{:.4}", x.as_f64().unwrap_or(0.0)))
             .collect();
-        eprintln!("  {path} at {} m", p.join(" "));
+        report::err!("  {path} at {} m", p.join(" "));
     }
     if !faults.is_empty() {
         let n: u64 = faults.iter().map(|f| f.count).sum();
-        eprintln!("{} error(s), {n} time(s) in all", faults.len());
+        report::err!("{} error(s), {n} time(s) in all", faults.len());
     }
 }

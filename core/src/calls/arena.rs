@@ -19,6 +19,9 @@ pub struct Arena {
 impl Arena {
     /// `bytes` bytes, 16-byte aligned; null when values in flight would take too much.
     pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
+        if bytes > LIMIT {
+            return std::ptr::null_mut();
+        }
         let words = bytes.div_ceil(16).max(1);
         while self.chunk < self.chunks.len() {
             if self.used + words <= self.chunks[self.chunk].len() {

@@ -110,6 +110,14 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         TATU_WAIT => begin_wait(world, entry, f, caller),
         0.. => {
             f.n_results = f.n_results.min(f.results_cap);
+            for i in 0..f.n_results as usize {
+                // SAFETY: within the caller's array. A span without a place has no elements.
+                let v = unsafe { &mut *f.results.add(i) };
+                // SAFETY: the tag says which member is set.
+                if (TATU_TEXT..=TATU_MAP).contains(&v.tag) && unsafe { v.u.s.ptr.is_null() } {
+                    v.u.s.len = 0;
+                }
+            }
             TATU_OK
         }
         _ => failed(world, entry, f, status),
@@ -137,7 +145,7 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call) -> tat
     let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
     let as_it_is = |(i, p): (usize, &Declared)| match args.get(i) {
         Some(a) => is_exact(p, *a),
-        None => p.flags & TATU_PARAM_OPTIONAL != 0 && p.fallback == Value::Nil,
+        None => p.flags & MAY_LACK != 0 && p.fallback == Value::Nil,
     };
     if entry.params.iter().enumerate().all(as_it_is) {
         return TATU_OK;
@@ -151,13 +159,16 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call) -> tat
     }
 }
 
+/// Parameters that need no argument.
+const MAY_LACK: u32 = TATU_PARAM_OPTIONAL | TATU_PARAM_REST;
+
 /// Whether an argument can be handed on without a look at its content.
 fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
     if p.flags & TATU_PARAM_ANY != 0 {
         return true;
     }
     if a.is_nil() {
-        return p.flags & TATU_PARAM_OPTIONAL != 0 && p.fallback == Value::Nil;
+        return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil;
     }
     let unbounded = p.lowest == f64::NEG_INFINITY && p.highest == f64::INFINITY && p.choices.is_empty();
     a.tag() == p.kind && unbounded && (p.count == 0 || a.len() == p.count as usize)
@@ -175,13 +186,13 @@ fn convert_args(
     for (i, p) in entry.params.iter().enumerate() {
         let given = args.get(i).copied().unwrap_or(ValueRef::NIL);
         let name = || format!("argument {} `{}`", i + 1, p.key);
-        if given.is_nil() && p.flags & TATU_PARAM_ANY == 0 {
+        if given.is_nil() && (p.flags & TATU_PARAM_ANY == 0 || i >= args.len()) {
             if p.fallback != Value::Nil {
                 while out.len() <= i {
                     out.push(ValueRef::NIL.raw());
                 }
                 out[i] = p.fallback.to_raw(&mut alloc).ok_or_else(space)?;
-            } else if p.flags & TATU_PARAM_OPTIONAL == 0 {
+            } else if p.flags & MAY_LACK == 0 {
                 return Err(if i >= args.len() {
                     format!("{}: expected {}, but only {} were given", name(), p.expectation(), args.len())
                 } else {

@@ -73,6 +73,20 @@ impl<'a> Builder<'a> {
             Target::Row(Row::JointPosition) => (Declared { key: "joint_position".into(), ..p }, t),
             _ => (p, t),
         });
+        // A joint turns or slides: that tells which of its units are meant.
+        let slides =
+            spec.rows.iter().rev().find(|(r, _)| *r == Row::JointType).is_some_and(|(_, v)| *v == "prismatic".into());
+        let rows = rows.map(move |(p, t)| {
+            let unit = p
+                .unit
+                .as_deref()
+                .and_then(|u| u.split_once('|'))
+                .map(|(turn, slide)| if slides { slide } else { turn });
+            match unit.map(str::to_owned) {
+                Some(unit) => (Declared { unit: Some(unit), ..p }, t),
+                None => (p, t),
+            }
+        });
         let params = spec.device.iter().flat_map(|d| &self.registry.sensors[d.kind].params);
         rows.chain(params.map(|p| (p.clone(), Target::Param(p.clone())))).collect()
     }

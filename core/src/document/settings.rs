@@ -63,7 +63,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
         of("gravity", TATU_F64S, Some("m/s^2"), any, 3),
         of("seed", TATU_I64, None, 0.0, 0),
         of("plugins", TATU_LIST, None, any, 0),
-        of("script_budget", TATU_I64, None, 0.0, 0),
+        of("script_budget", TATU_I64, None, 1.0, 0),
     ]
     .into_iter()
     .map(|d| (d, ()))

@@ -349,6 +349,11 @@ impl<'a> Reader<'a> {
             let sensor = self.string(table, "sensor", item)?;
             b.device(object, &sensor).map_err(|e| e.at(Some(self.text.value(table, "sensor"))))?;
         }
+        // First what a joint leaves free: it tells the units of its other keys.
+        if let Some(Item::Value(v)) = table.get("type").filter(|_| b.document.objects[object].kind == TATU_KIND_JOINT) {
+            let value = Value::text(v.as_str().unwrap_or_default());
+            b.set(object, "joint.type", value).map_err(|e| e.at(Some(self.text.value(table, "type"))))?;
+        }
         let owner = format!("a {kind}");
         let declared = b.declared(object);
         for (key, item) in table.iter() {

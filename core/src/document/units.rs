@@ -15,10 +15,6 @@ pub fn suffixes(unit: &str) -> &'static [(&'static str, f64)] {
         "rad/s" => &[("_deg_s", DEG), ("_rad_s", 1.0)],
         "m/s^2" => &[("_m_s2", 1.0)],
         "kg m^2" => &[("_kg_m2", 1.0)],
-        // Joints turn or slide: the key says which.
-        "rad|m" => &[("_deg", DEG), ("_rad", 1.0), ("_m", 1.0)],
-        "rad/s|m/s" => &[("_rad_s", 1.0), ("_deg_s", DEG), ("_m_s", 1.0)],
-        "N m|N" => &[("_nm", 1.0), ("_n", 1.0)],
         _ => &[("", 1.0)],
     }
 }

@@ -36,6 +36,7 @@ impl Loaded {
     /// Opens and starts a plugin.
     pub fn open(path: &Path, host: &Arc<HostTables>) -> Result<Self> {
         let fail = |text: String| Error::new("E301", format!("cannot load the plugin {}: {text}", path.display()));
+        super::elf::check(path).map_err(&fail)?;
         // SAFETY: running a library's constructors is what loading a plugin means.
         let library = unsafe { Library::new(path) }.map_err(|e| {
             // The loader's own words are behind libloading's.

@@ -7,6 +7,7 @@
 //! - `services`: the host's side of the border, one file per table.
 
 mod declared;
+mod elf;
 mod load;
 mod registry;
 mod search;

@@ -161,6 +161,10 @@ impl Scripts {
             gone
         };
         for script in gone {
+            // Its object is gone, its state is not yet: it may close its files.
+            if script.initialised.get() && !script.dead.get() && !script.data.get().is_null() {
+                script.run_callback(world, script.callbacks.get().cleanup, &[]);
+            }
             script.end(world);
         }
     }
@@ -264,7 +268,13 @@ impl Script {
 
     /// Calls a callback; an error is a fault of this script, and it may have other callbacks afterwards.
     fn callback_with(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
-        let Some(call) = self.raw(&world.registry).call.filter(|_| id != 0 && self.is_there(world)) else { return };
+        if self.is_there(world) {
+            self.run_callback(world, id, args);
+        }
+    }
+
+    fn run_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
+        let Some(call) = self.raw(&world.registry).call.filter(|_| id != 0) else { return };
         self.calls.set(self.calls.get() + 1);
         let mark = world.calls.arena.borrow().mark();
         let mut room = enter::Room::new();
@@ -385,7 +395,9 @@ impl Script {
         }
         if kind == FaultKind::Budget {
             self.dead.set(true);
-            fault.help = Some("look for a loop without an end, or raise `script_budget` in [scene]".into());
+            if fault.message.contains("instructions") {
+                fault.help = Some("look for a loop without an end, or raise `script_budget` in [scene]".into());
+            }
         }
         world.report(fault);
     }

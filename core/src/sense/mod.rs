@@ -194,9 +194,16 @@ impl Device {
                 (Volume::Cone { half_angle: raw.dims[0] }, vec![[0.0, 0.0, 1.0]])
             }
             TATU_BEAMS_CONE => return Err(format!("a half angle of {} rad; expected 0 to pi", raw.dims[0])),
+            TATU_BEAMS_RAYS if raw.count[0] > MAX_RAYS => {
+                return Err(format!("{} rays; expected at most {MAX_RAYS}", raw.count[0]));
+            }
             TATU_BEAMS_RAYS if !raw.directions.is_null() => {
                 // SAFETY: 3 numbers per ray, by the contract.
                 let all = unsafe { std::slice::from_raw_parts(raw.directions.cast(), raw.count[0] as usize) };
+                let unit = |d: &[f64; 3]| (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1.0).abs() < 1e-6;
+                if let Some(i) = all.iter().position(|d| !unit(d)) {
+                    return Err(format!("the direction of ray {i} is {:?}; expected a unit vector", all[i]));
+                }
                 (Volume::Ray, all.to_vec())
             }
             TATU_BEAMS_RAYS => return Err("rays without directions".into()),
@@ -272,6 +279,9 @@ impl Device {
         }
     }
 }
+
+/// Rays that one sensor may have: more is a mistake, and would be read beyond the plugin's memory.
+const MAX_RAYS: u32 = 1 << 24;
 
 const NO_BEAMS: BeamPlan = BeamPlan {
     volume: Volume::Ray,

@@ -103,6 +103,8 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
     for f in failed {
         if let Some(d) = world.sensing.borrow_mut().devices.iter_mut().find(|d| d.slot == f.slot) {
             d.off = true;
+            // What it measured before is no reading of now.
+            d.sequence = 0;
         }
         let plugin = world.registry.sensors[f.kind].plugin;
         world.report(instance_fault(world, plugin, f.slot, f.status, &f.text));

@@ -20,7 +20,7 @@ pub(crate) use cell::{Clock, WorldCell, instance_fault};
 
 use crate::{
     calls::{Calls, ErrorSlot},
-    document::Document,
+    document::{self, Document},
     error::{Error, Fault, FaultKind, Result},
     host::Registry,
     scene::{Data, Dynamics, pose_to_array},
@@ -94,6 +94,12 @@ impl World {
             };
             let info = cell.instance_info(owner, &name);
             let params = sense::filled(kind, &device.params);
+            let lacking = kind.params.iter().zip(&params).find(|(p, v)| **v == Value::Nil && !p.optional());
+            if let Some((p, _)) = lacking {
+                let key = document::units::written(&p.key, p.unit.as_deref());
+                let text = format!("the sensor {} lacks its parameter `{key}`", cell.scene.borrow().path(*slot));
+                return Err(Error::new("E104", text).expected(p.expectation()).at(spec.place.clone()));
+            }
             let made = Device::create(&cell.registry, device.kind, *slot, info, params).map_err(|text| {
                 let path = cell.scene.borrow().path(*slot);
                 let plugin = &cell.registry.plugins[kind.plugin].id;

@@ -236,7 +236,7 @@ impl<'a> ValueRef<'a> {
     pub fn len(self) -> usize {
         match self.raw.tag {
             // SAFETY: the tag says which member is set.
-            TATU_TEXT..=TATU_MAP => unsafe { self.raw.u.s.len as usize },
+            TATU_TEXT..=TATU_MAP if !unsafe { self.raw.u.s.ptr }.is_null() => unsafe { self.raw.u.s.len as usize },
             _ => 0,
         }
     }
