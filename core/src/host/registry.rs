@@ -8,7 +8,7 @@ use tatu_plugin_api::{
 };
 
 pub use super::load::Loaded as Plugin;
-use super::{Declared, Search, services::HostTables, tables};
+use super::{Declared, Search, Source, services::HostTables, tables};
 use crate::error::{Error, Result, nearest};
 
 /// One field of a sensor kind.
@@ -180,7 +180,9 @@ impl Registry {
                 Err(e) => refused.push(e),
             }
         }
-        plugins.sort_by(|a, b| a.id.cmp(&b.id));
+        // By id, not by folder or time; those that a scene brings come last, so that none takes a name from the others.
+        let of_scene = |p: &Plugin| search.folders.iter().any(|(f, s)| *s == Source::Scene && p.path.starts_with(f));
+        plugins.sort_by(|a, b| (of_scene(a), &a.id).cmp(&(of_scene(b), &b.id)));
         let mut registry = Registry {
             sensors: Vec::new(),
             models: Vec::new(),
