@@ -143,7 +143,7 @@ fn nothing_depends_on_where_it_lies() {
         let Ok(text) = fs::read_to_string(&file) else { continue };
         for (i, line) in text.lines().enumerate() {
             for place in places.iter().filter(|p| line.contains(p.as_str())) {
-                // A path inside another one, such as `target/work/`, is none of the machine's.
+                // A path inside another one is none of the machine's.
                 let at = line.find(place.as_str()).unwrap();
                 let before = line[..at].chars().next_back();
                 assert!(before.is_some_and(|c| c.is_alphanumeric() || c == '.'), "{}:{}: {line}", short(&file), i + 1);
