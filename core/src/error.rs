@@ -128,7 +128,7 @@ impl FaultKind {
             TATU_ERR_UNSUPPORTED | TATU_ERR_BUSY => FaultKind::Unsupported,
             TATU_ERR_ARGUMENT | TATU_ERR_SPACE => FaultKind::BadArgument,
             TATU_ERR_MISSING | TATU_ERR_GONE => FaultKind::MissingObject,
-            TATU_ERR_BUDGET => FaultKind::Budget,
+            TATU_ERR_BUDGET | TATU_ERR_MEMORY => FaultKind::Budget,
             TATU_ERR_PANIC => FaultKind::Plugin,
             TATU_ERR_PHYSICS => FaultKind::Physics,
             _ => FaultKind::Runtime,

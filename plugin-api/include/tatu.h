@@ -80,11 +80,12 @@ enum {
   TATU_ERR_UNSUPPORTED = -5,  /* known, but not done here */
   TATU_ERR_UNKNOWN = -6,      /* no command of that name */
   TATU_ERR_SCRIPT = -7,       /* an error raised by a script */
-  TATU_ERR_BUDGET = -8,       /* a script used up its instructions or memory */
+  TATU_ERR_BUDGET = -8,       /* a script used up its instructions: it is not called again */
   TATU_ERR_PANIC = -9,        /* a plugin panicked; the panic stayed inside */
   TATU_ERR_BUSY = -10,        /* not possible from within this call */
   TATU_ERR_SPACE = -11,       /* a buffer is too small; the needed count is told */
-  TATU_ERR_PHYSICS = -12      /* the physics engine lost a body */
+  TATU_ERR_PHYSICS = -12,     /* the physics engine lost a body */
+  TATU_ERR_MEMORY = -13       /* a script used up its memory: it may go on with less */
 };
 
 /* Text or bytes: not NUL-terminated. */

@@ -29,30 +29,22 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
     let (Some(world), call, name) = (unsafe { (WorldCell::of((*call).world), &mut *call, bytes(name)) }) else {
         return TATU_ERR;
     };
-    let fail = |status: tatu_status, text: &str| {
-        // SAFETY: the call's own error object.
-        if let Some(say) = unsafe { call.error.as_ref() }.and_then(|e| e.say) {
-            // SAFETY: as above.
-            unsafe { say(call.error, status, super::raw(text.as_bytes())) };
-        }
-        status
-    };
     if call.wait_token == 0 {
         let entry = world.registry.commands.get((call.command as usize).wrapping_sub(1));
         let text = entry.and_then(|e| e.no_wait.clone()).unwrap_or_else(|| {
             "cannot wait here: call it from a coroutine, or from the script's thread function".into()
         });
-        return fail(TATU_ERR_BUSY, &text);
+        return say(call.error, TATU_ERR_BUSY, &text);
     }
     if resume == 0 {
-        return fail(TATU_ERR_ARGUMENT, "the resume word of a wait is not 0");
+        return say(call.error, TATU_ERR_ARGUMENT, "the resume word of a wait is not 0");
     }
     match waits::parse(until, value, name, world.clock.step.get()) {
         Ok(due) => {
             world.calls.waits.borrow_mut().asked = Some((call.wait_token, due, resume));
             TATU_WAIT
         }
-        Err(text) => fail(TATU_ERR_ARGUMENT, text),
+        Err(text) => say(call.error, TATU_ERR_ARGUMENT, text),
     }
 }
 

@@ -146,9 +146,6 @@ impl<'a> Builder<'a> {
 
     /// Tries a row on a blank object of the kind, so that what a live object would refuse is refused here.
     fn try_row(&self, object: usize, row: Row, value: &Value) -> Result {
-        if matches!(row, Row::Parent | Row::Name) {
-            return Err(Error::new("E102", format!("`{}` is not set in a scene: use `parent`", row.info().key)));
-        }
         if row == Row::Mesh {
             let there = matches!(value, Value::Int(i) if *i >= 1 && *i as usize <= self.document.meshes.len());
             return if there { Ok(()) } else { Err(Error::new("E102", "there is no mesh of that number")) };

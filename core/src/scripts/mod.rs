@@ -393,11 +393,9 @@ impl Script {
             let plugin = world.registry.languages[self.language].plugin;
             fault.plugin = Some(world.registry.plugins[plugin].id.clone());
         }
-        if kind == FaultKind::Budget {
+        if status == TATU_ERR_BUDGET {
             self.dead.set(true);
-            if fault.message.contains("instructions") {
-                fault.help = Some("look for a loop without an end, or raise `script_budget` in [scene]".into());
-            }
+            fault.help = Some("look for a loop without an end, or raise `script_budget` in [scene]".into());
         }
         world.report(fault);
     }

@@ -210,7 +210,8 @@ impl WorldCell {
         [v.x, v.y, v.z, w.x, w.y, w.z]
     }
 
-    pub(super) fn engine_settings(settings: &Settings) -> EngineSettings {
+    /// What the engine is told of them.
+    pub fn engine_settings(settings: &Settings) -> EngineSettings {
         EngineSettings { gravity: settings.gravity, step: settings.physics_dt.min(settings.dt) }
     }
 }

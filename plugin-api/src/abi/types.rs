@@ -22,6 +22,7 @@ pub const TATU_ERR_PANIC: tatu_status = -9;
 pub const TATU_ERR_BUSY: tatu_status = -10;
 pub const TATU_ERR_SPACE: tatu_status = -11;
 pub const TATU_ERR_PHYSICS: tatu_status = -12;
+pub const TATU_ERR_MEMORY: tatu_status = -13;
 
 #[repr(C)]
 pub struct tatu_error {

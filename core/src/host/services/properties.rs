@@ -65,16 +65,18 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
     })
 }
 
+/// Which parameter of a device a key "<kind>.<parameter>" means.
+fn param_of(world: &WorldCell, device: &Device, key: &str) -> Option<usize> {
+    let kind = &world.registry.sensors[device.kind];
+    let short = key.strip_prefix(kind.id.as_str())?.strip_prefix('.')?;
+    kind.params.iter().position(|p| p.key == short)
+}
+
 /// A parameter of a device, by the key "<kind>.<parameter>".
 pub(super) fn read_param(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Value, tatu_status> {
     let key = world.registry.host().key(prop).unwrap_or_default();
     let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
-    let found = sensing.device(slot).and_then(|d| {
-        let kind = &world.registry.sensors[d.kind];
-        let short = key.strip_prefix(kind.id.as_str())?.strip_prefix('.')?;
-        let i = kind.params.iter().position(|p| p.key == short)?;
-        d.params.get(i).cloned()
-    });
+    let found = sensing.device(slot).and_then(|d| d.params.get(param_of(world, d, &key)?).cloned());
     found.ok_or_else(|| world.calls.refuse(TATU_ERR_MISSING, &format!("object {slot} has no property `{key}`")))
 }
 
@@ -99,10 +101,7 @@ pub(super) fn write_world(world: &WorldCell, row: Row, value: &Value) -> Done {
         (Row::Gravity, Value::Floats(v)) => {
             let mut settings = world.settings.try_borrow_mut().map_err(|_| busy(world))?;
             settings.gravity = nalgebra::Vector3::new(v[0], v[1], v[2]);
-            let engine = crate::physics::EngineSettings {
-                gravity: settings.gravity,
-                step: settings.physics_dt.min(settings.dt),
-            };
+            let engine = WorldCell::engine_settings(&settings);
             world.dynamics.try_borrow_mut().map_err(|_| busy(world))?.configure(engine);
             Ok(())
         }
@@ -174,12 +173,8 @@ fn write_param(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: V
         let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
         let slot = slot(world, &scene, object)?;
         let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
-        let found = sensing.device(slot).and_then(|d| {
-            let kind = &world.registry.sensors[d.kind];
-            let short = key.strip_prefix(kind.id.as_str())?.strip_prefix('.')?;
-            let i = kind.params.iter().position(|p| p.key == short)?;
-            Some((slot, d.kind, i, d.params.clone()))
-        });
+        let found =
+            sensing.device(slot).and_then(|d| Some((slot, d.kind, param_of(world, d, &key)?, d.params.clone())));
         let missing = || world.calls.refuse(TATU_ERR_MISSING, &format!("object {slot} has no property `{key}`"));
         found.ok_or_else(missing)?
     };

@@ -139,7 +139,7 @@ pub(crate) unsafe fn take(s: &State, l: *mut lua_State, status: i32) -> Fail {
 
 fn no_memory(s: &State) -> Fail {
     let limit = s.slot.limit();
-    Fail::with_code(TATU_ERR_BUDGET, format!("the script used up its {limit} bytes of memory"))
+    Fail::with_code(TATU_ERR_MEMORY, format!("the script used up its {limit} bytes of memory"))
         .help("look for a table that grows in each step")
 }
 

@@ -118,10 +118,10 @@ fn memory_has_a_limit() {
     s.init().unwrap();
     for name in ["eat", "long", "co"] {
         let e = s.function(name, &[]).unwrap_err();
-        assert_eq!(e.code, TATU_ERR_BUDGET, "{e:?}");
+        assert_eq!(e.code, TATU_ERR_MEMORY, "{e:?}");
         assert!(e.text.contains("4194304 bytes of memory"), "{e:?}");
     }
-    assert_eq!(s.callback("thread", &[]).unwrap_err().code, TATU_ERR_BUDGET);
+    assert_eq!(s.callback("thread", &[]).unwrap_err().code, TATU_ERR_MEMORY);
     let values = s.function("caught", &[]).unwrap();
     assert_eq!(values, [Value::Bool(false), Value::text("not enough memory")]);
     assert_eq!(s.function("fine", &[]).unwrap(), [Value::Int(200_000)]);
