@@ -300,8 +300,12 @@ typedef struct tatu_life {
   tatu_status(TATU_CALL *configure)(void *data, const tatu_value *params, uint32_t n, uint64_t changed, tatu_error *);
   /* [step] Writes what the state block does not hold. TATU_ERR_UNSUPPORTED: cannot now; the text says why. */
   tatu_status(TATU_CALL *save)(void *data, const tatu_writer *, tatu_error *);
-  /* [step] Takes back what `save` wrote; the state block is already restored. */
-  tatu_status(TATU_CALL *load)(void *data, tatu_str bytes, tatu_error *);
+  /* [step] Takes back what `save` wrote, into an instance made with the same parameters; the state block is already
+   * restored, if its writer had the same `version` (else it is zero). `version` is the writer's. After a failure the
+   * instance is made anew. */
+  tatu_status(TATU_CALL *load)(void *data, tatu_str bytes, uint32_t version, tatu_error *);
+  uint32_t version; /* of the state block and of what `save` writes; yours to count */
+  uint32_t reserved;
 } tatu_life;
 
 /* ================================================================ 5. Commands ======================== */
@@ -707,6 +711,9 @@ typedef struct tatu_service {
   uint32_t(TATU_CALL *barrier)(void *data, tatu_world *, uint64_t step);
   /* [step] Something happened: a name and a payload, both valid during the call. */
   void(TATU_CALL *event)(void *data, tatu_world *, tatu_str name, const tatu_value *payload);
+  /* [step] A command that this service called with a wait token, and that gave TATU_WAIT, has finished: its results are
+   * in the frame, or `status` is negative and frame->error tells why. Null: its commands cannot wait. */
+  void(TATU_CALL *resume)(void *data, tatu_world *, uint64_t token, tatu_status status, const tatu_call *frame);
 } tatu_service;
 
 typedef struct tatu_ext_service {
@@ -876,6 +883,7 @@ typedef struct tatu_host_signals {
 #define TATU_HOST_SESSION "tatu.host.session/draft.1"
 
 enum { TATU_REQUEST_STOP = 1, TATU_REQUEST_PAUSE = 2, TATU_REQUEST_START = 3, TATU_REQUEST_QUIT = 4 };
+enum { TATU_STOPPED = 0, TATU_RUNNING = 1, TATU_PAUSED = 2 };
 
 /* Worlds and their life. */
 typedef struct tatu_host_session {
@@ -887,6 +895,11 @@ typedef struct tatu_host_session {
   void(TATU_CALL *wake)(tatu_session *);
   /* The session's worlds. `*n` is the full count. */
   tatu_status(TATU_CALL *worlds)(tatu_session *, tatu_world **out, uint32_t cap, uint32_t *n);
+  /* [step] In a service's barrier: for whom the calls that follow are made, by a number of the service's choice. It
+   * stands in the input log beside the call. */
+  tatu_status(TATU_CALL *client)(tatu_world *, uint64_t client);
+  /* [step] What a world does: TATU_STOPPED, TATU_RUNNING or TATU_PAUSED. */
+  uint32_t(TATU_CALL *state)(tatu_world *);
 } tatu_host_session;
 
 #define TATU_HOST_STAGE "tatu.host.stage/draft.1"

@@ -56,7 +56,7 @@ mirror! {
     tatu_param { size, type_, count, flags, key, unit, lowest, highest, fallback, choices, text }
     tatu_instance { size, n_params, world, owner, id, seed, params, state }
     tatu_writer { size, reserved, ctx, write }
-    tatu_life { size, state_bytes, create, destroy, configure, save, load }
+    tatu_life { size, state_bytes, create, destroy, configure, save, load, version, reserved }
     tatu_call_api { size, reserved, alloc, wait }
     tatu_call {
         size, command, alias, n_args, args, results, results_cap, n_results, world, self_, instance, state,
@@ -91,7 +91,7 @@ mirror! {
         size, reserved, id, text, suffixes, life, load, find, call, resume, keep_func, drop_func, call_func
     }
     tatu_ext_script { size, reserved, languages }
-    tatu_service { size, reserved, id, text, params, start, stop, barrier, event }
+    tatu_service { size, reserved, id, text, params, start, stop, barrier, event, resume }
     tatu_ext_service { size, reserved, services }
     tatu_host_scene {
         size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
@@ -105,7 +105,7 @@ mirror! {
     }
     tatu_host_scripts { size, reserved, list, call, broadcast }
     tatu_host_signals { size, reserved, get, set, clear, name }
-    tatu_host_session { size, reserved, request, wake, worlds }
+    tatu_host_session { size, reserved, request, wake, worlds, client, state }
     tatu_host_stage { size, reserved, run }
     tatu_host_log { size, reserved, write, last_error }
     tatu_host_files { size, reserved, resolve }

@@ -424,6 +424,7 @@ pub struct tatu_service {
     pub stop: Option<unsafe extern "C" fn(*mut c_void)>,
     pub barrier: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u64) -> u32>,
     pub event: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, tatu_str, *const tatu_value)>,
+    pub resume: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u64, tatu_status, *const tatu_call)>,
 }
 
 #[repr(C)]

@@ -135,7 +135,13 @@ pub struct tatu_host_session {
     pub request: Option<unsafe extern "C" fn(WorldPtr, u32) -> tatu_status>,
     pub wake: Option<unsafe extern "C" fn(*mut tatu_session)>,
     pub worlds: Option<unsafe extern "C" fn(*mut tatu_session, *mut WorldPtr, u32, *mut u32) -> tatu_status>,
+    pub client: Option<unsafe extern "C" fn(WorldPtr, u64) -> tatu_status>,
+    pub state: Option<unsafe extern "C" fn(WorldPtr) -> u32>,
 }
+
+pub const TATU_STOPPED: u32 = 0;
+pub const TATU_RUNNING: u32 = 1;
+pub const TATU_PAUSED: u32 = 2;
 
 pub const TATU_STAGE_ACTUATE: u32 = 1;
 pub const TATU_STAGE_PHYSICS: u32 = 2;

@@ -126,5 +126,7 @@ pub struct tatu_life {
     pub configure:
         Option<unsafe extern "C" fn(*mut c_void, *const tatu_value, u32, u64, *mut tatu_error) -> tatu_status>,
     pub save: Option<unsafe extern "C" fn(*mut c_void, *const tatu_writer, *mut tatu_error) -> tatu_status>,
-    pub load: Option<unsafe extern "C" fn(*mut c_void, tatu_str, *mut tatu_error) -> tatu_status>,
+    pub load: Option<unsafe extern "C" fn(*mut c_void, tatu_str, u32, *mut tatu_error) -> tatu_status>,
+    pub version: u32,
+    pub reserved: u32,
 }

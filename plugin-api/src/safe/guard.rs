@@ -56,6 +56,8 @@ pub(crate) fn life<P: Plugin>() -> tatu_life {
         configure: None,
         save: None,
         load: None,
+        version: 0,
+        reserved: 0,
     }
 }
 

@@ -121,6 +121,8 @@ pub(crate) fn table<L: Language>(keep: &mut Keep) -> *const tatu_language {
             configure: None,
             save: None,
             load: None,
+            version: 0,
+            reserved: 0,
         }),
         load: Some(load::<L>),
         find: Some(find::<L>),

@@ -243,6 +243,8 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
             configure: None,
             save: None,
             load: None,
+            version: 0,
+            reserved: 0,
         }),
         beams: Some(beams::<S>),
         measure: Some(measure::<S>),

@@ -12,6 +12,8 @@ pub static TABLE: tatu_host_session = tatu_host_session {
     // Sessions come with services; until then a plugin finds null here, which means "not offered".
     wake: None,
     worlds: None,
+    client: None,
+    state: None,
 };
 
 pub static STAGE: tatu_host_stage =
