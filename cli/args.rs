@@ -89,6 +89,7 @@ pub enum What {
     Plugins,
     Models,
     Sensors,
+    Actuators,
     Commands,
 }
 

@@ -23,6 +23,7 @@ pub fn list(args: &List) -> ExitCode {
         What::Plugins => (plugins(&registry), &["id", "version", "kinds", "path"]),
         What::Models => (models(&registry), &["id", "plugin", "text"]),
         What::Sensors => (sensors(&registry), &["id", "plugin", "schemas", "text"]),
+        What::Actuators => (actuators(&registry), &["id", "plugin", "text"]),
         What::Commands => (commands(&registry), &["names", "text"]),
     };
     if args.json {
@@ -43,6 +44,7 @@ fn plugins(r: &Registry) -> Vec<Value> {
         };
         add(r.commands.iter().any(|c| c.plugin == i), "command");
         add(r.sensors.iter().any(|s| s.plugin == i), "sensor");
+        add(r.actuators.iter().any(|a| a.plugin == i), "actuator");
         add(r.models.iter().any(|m| m.plugin == i), "model");
         add(r.languages.iter().any(|l| l.plugin == i), "script");
         kinds
@@ -88,6 +90,18 @@ fn sensors(r: &Registry) -> Vec<Value> {
             json!({
                 "id": s.id, "plugin": r.plugins[s.plugin].id, "schemas": s.schemas, "text": s.text,
                 "parameters": params(&s.params), "fields": fields,
+            })
+        })
+        .collect()
+}
+
+fn actuators(r: &Registry) -> Vec<Value> {
+    r.actuators
+        .iter()
+        .map(|a| {
+            json!({
+                "id": a.id, "plugin": r.plugins[a.plugin].id, "text": a.text, "every_substep": a.every_substep,
+                "parameters": params(&a.params), "commands": params(&a.commands),
             })
         })
         .collect()

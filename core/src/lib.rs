@@ -18,6 +18,7 @@
 //! # Ok::<(), tatu_core::error::Error>(())
 //! ```
 
+mod act;
 pub mod beams;
 mod calls;
 pub mod document;

@@ -519,7 +519,11 @@ typedef struct tatu_ext_sensor {
 
 #define TATU_ACTUATOR "tatu.actuator/draft.1"
 
-enum { TATU_ACTUATOR_EVERY_SUBSTEP = 1 };
+/* Actuators act as time passes: a kind is asked once when physics advances (by one step of the world, or by what a
+ * driver says), or, with the flag, before each engine step. Wrenches push the nearest dynamic shape at or above the actuator;
+ * efforts act on the nearest joint above it, before that shape. Commands are properties "<kind>.<key>" of the
+ * actuator's object: scenes set them like parameters, everybody else at any time. */
+enum { TATU_ACTUATOR_EVERY_SUBSTEP = 1 /* asked before each engine step */ };
 
 /* Actuators of one kind. The mirror of sensors: state of the mount and a command in, wrench or torque out. */
 typedef struct tatu_actuator_batch {
@@ -529,25 +533,25 @@ typedef struct tatu_actuator_batch {
   double dt;                 /* until the next call, s */
   void *const *data;         /* [n] instances */
   void *const *state;        /* [n] state blocks */
-  const tatu_object *actuator;/* [n] */
+  const tatu_object *actuator; /* [n] */
   const double *pose;        /* [n], 7 each: mount in the world */
   const double *twist;       /* [n], 6 each */
   const double *joint;       /* [n], 2 each: position and velocity of the joint it sits on; 0 without one */
-  const double *const *command;/* [n] the command buffer: `n_commands` of the kind */
-  double *wrench;            /* [n], 6 each: force N and torque N m on the mount, world; zeroed */
-  double *effort;            /* [n] torque N m or force N of the joint; zeroed */
-  tatu_status *status;       /* [n] as with sensors */
+  const double *const *command; /* [n] the command buffer: `n_commands` of the kind */
+  double *wrench;            /* [n], 6 each: force N at the mount's origin and torque N m, world; zeroed. Acts for dt */
+  double *effort;            /* [n] torque N m or force N added to the joint's; zeroed. Acts for dt */
+  tatu_status *status;       /* [n] as with sensors; a number that is not finite has the same effect as a failure */
 } tatu_actuator_batch;
 
 typedef struct tatu_actuator {
   uint32_t size;
   uint32_t flags;                    /* TATU_ACTUATOR_* */
-  uint32_t n_commands;               /* numbers in the command buffer of an instance */
+  uint32_t n_commands;               /* numbers in the command buffer of an instance: as many as `commands` */
   uint32_t reserved;
   const char *id;
   const char *text;
   const tatu_param *const *params;
-  const tatu_param *const *commands; /* what the numbers mean */
+  const tatu_param *const *commands; /* what the numbers mean, each of type TATU_F64 */
   const tatu_life *life;
   /* [parallel] Turns commands into forces. Rules as for `measure`. */
   tatu_status(TATU_CALL *apply)(void *self, const tatu_actuator_batch *, tatu_error *);
@@ -580,7 +584,7 @@ typedef struct tatu_builder {
   /* [setup] Adds an image, 4 bytes a pixel, first row on top; its number. 0: refused. */
   uint64_t(TATU_CALL *image)(const struct tatu_builder *, const uint8_t *rgba, uint32_t width, uint32_t height);
   /* [setup] Adds a script to an object. `language` and `dialect` may be null: by suffix and from the text. `kind`:
-   * "child" or "customization". Its number; 0: refused. */
+   * "child", "customization" or "main" (a scene's driver; in a model it is left out). Its number; 0: refused. */
   uint32_t(TATU_CALL *script)(const struct tatu_builder *, uint32_t owner, const char *language, const char *dialect,
                               const char *kind, tatu_str name, tatu_str text);
   /* [setup] Makes an object of kind "sensor" or "actuator" one of a kind ("proximity") or of whoever fills a schema
@@ -906,7 +910,8 @@ typedef struct tatu_host_session {
 
 enum { TATU_STAGE_ACTUATE = 1, TATU_STAGE_PHYSICS = 2, TATU_STAGE_SENSE = 3, TATU_STAGE_REACT = 4 };
 
-/* For drivers: a script or plugin that runs the stages of a step itself. */
+/* For drivers: a script of kind "main", or a plugin that it calls, runs the stages of a step itself: none, once or several
+ * times. Time then moves on, at the end of the step, by what the physics stages took. */
 typedef struct tatu_host_stage {
   uint32_t size;
   uint32_t reserved;

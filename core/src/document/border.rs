@@ -8,7 +8,7 @@ use tatu_plugin_api::{
     safe::{Value, ValueRef},
 };
 
-use super::{Builder, ScriptSpec};
+use super::{Builder, SCRIPT_KINDS, ScriptSpec};
 use crate::{
     calls::{ErrorSlot, bytes, text},
     error::{Error, Result},
@@ -194,8 +194,9 @@ unsafe extern "C" fn script(
             let owner = index(build, owner)?;
             let language = b.registry.language(if language.is_empty() { &name } else { &language })?;
             let kind = if kind.is_empty() { "child".into() } else { kind };
-            if !matches!(kind.as_str(), "child" | "customization") {
-                return Err(Error::new("E102", format!("a script of kind `{kind}`")).expected("child or customization"));
+            if !SCRIPT_KINDS.contains(&kind.as_str()) {
+                let error = Error::new("E102", format!("a script of kind `{kind}`"));
+                return Err(error.expected(SCRIPT_KINDS.join(", ")));
             }
             b.script(owner, ScriptSpec { language, dialect, kind, name, text: source })
         })

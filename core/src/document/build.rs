@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use nalgebra::{Isometry3, Point3};
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{DeviceSpec, Document, ObjectSpec, ScriptSpec};
+use super::{DeviceSpec, Document, MAIN, ObjectSpec, ScriptSpec};
 use crate::{
     error::{Error, Place, Result},
     geometry::Mesh,
@@ -87,7 +87,7 @@ impl<'a> Builder<'a> {
                 None => (p, t),
             }
         });
-        let params = spec.device.iter().flat_map(|d| &self.registry.sensors[d.kind].params);
+        let params = spec.device.iter().flat_map(|d| self.registry.device(spec.kind, d.kind).declared());
         rows.chain(params.map(|p| (p.clone(), Target::Param(p.clone())))).collect()
     }
 
@@ -101,7 +101,7 @@ impl<'a> Builder<'a> {
             Some(("joint", "position")) => "joint_position",
             Some((prefix, short)) if prefix == kind || prefix == "object" => short,
             Some((prefix, short))
-                if spec.device.as_ref().is_some_and(|d| self.registry.sensors[d.kind].id == prefix) =>
+                if spec.device.as_ref().is_some_and(|d| self.registry.device(spec.kind, d.kind).id == prefix) =>
             {
                 short
             }
@@ -165,14 +165,18 @@ impl<'a> Builder<'a> {
             .map_err(|e| Error::new("E102", format!("`{}`: {}", row.info().short(), e.1)))
     }
 
-    /// Makes a sensor one of a kind or of a schema's provider.
+    /// Makes a sensor one of a kind or of a schema's provider, or an actuator one of a kind.
     pub fn device(&mut self, object: usize, kind_or_schema: &str) -> Result {
         let providers: &BTreeMap<_, _> = &self.document.settings.providers;
-        let kind = self.registry.sensor(kind_or_schema, providers)?;
         let spec = &mut self.document.objects[object];
-        if spec.kind != TATU_KIND_SENSOR {
-            return Err(Error::new("E102", format!("`{}` is a {}, not a sensor", spec.alias, kind_name(spec.kind))));
-        }
+        let kind = match spec.kind {
+            TATU_KIND_SENSOR => self.registry.sensor(kind_or_schema, providers)?,
+            TATU_KIND_ACTUATOR => self.registry.actuator(kind_or_schema)?,
+            other => {
+                let text = format!("`{}` is a {}, not a sensor or actuator", spec.alias, kind_name(other));
+                return Err(Error::new("E102", text));
+            }
+        };
         spec.device = Some(DeviceSpec { kind, params: Vec::new() });
         Ok(())
     }
@@ -195,6 +199,19 @@ impl<'a> Builder<'a> {
 
     /// Adds a script to an object.
     pub fn script(&mut self, object: usize, script: ScriptSpec) -> Result {
+        if script.kind == MAIN && self.group != 0 {
+            let text =
+                format!("the main script `{}` of a model is left out: only the scene itself has one", script.name);
+            self.document.reports.push(text);
+            return Ok(());
+        }
+        if script.kind == MAIN
+            && let Some(o) = self.document.objects.iter().find(|o| o.scripts.iter().any(|s| s.kind == MAIN))
+        {
+            return Err(Error::new("E118", format!("a second main script, beside the one of `{}`", o.alias))
+                .expected("at most one script of kind `main` in a scene: it alone runs the stages of a step")
+                .help("make one of them `child`"));
+        }
         match self.document.objects.get_mut(object) {
             Some(o) => {
                 o.scripts.push(script);

@@ -29,8 +29,13 @@ pub use toml::{Options, load, plugin_folders};
 use crate::{
     error::{Error, Place, Result},
     geometry::Mesh,
-    scene::{Data, Joint, Scene, SensorData, Shape, rows::Row},
+    scene::{ActuatorData, Data, Joint, Scene, SensorData, Shape, rows::Row},
 };
+
+/// The kind of the script that runs the stages of a step itself.
+pub const MAIN: &str = "main";
+/// The kinds of scripts.
+pub const SCRIPT_KINDS: &[&str] = &["child", "customization", MAIN];
 
 /// A script of an object.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,12 +52,12 @@ pub struct ScriptSpec {
     pub text: Vec<u8>,
 }
 
-/// A sensor's kind and parameters.
+/// A sensor's or actuator's kind, parameters and commands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeviceSpec {
-    /// Index of the kind.
+    /// Index of the kind, among sensors or actuators.
     pub kind: usize,
-    /// Parameters given, by key.
+    /// Parameters and commands given, by key.
     pub params: Vec<(String, Value)>,
 }
 
@@ -67,7 +72,7 @@ pub struct ObjectSpec {
     pub parent: Option<usize>,
     /// Rows set, in order.
     pub rows: Vec<(Row, Value)>,
-    /// Of a sensor.
+    /// Of a sensor or actuator.
     pub device: Option<DeviceSpec>,
     /// Its scripts.
     pub scripts: Vec<ScriptSpec>,
@@ -118,6 +123,11 @@ impl Document {
                 TATU_KIND_SENSOR => Data::Sensor(SensorData {
                     kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
                     explicit: false,
+                }),
+                TATU_KIND_ACTUATOR => Data::Actuator(ActuatorData {
+                    kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
+                    // Filled when its device is made.
+                    commands: Vec::new(),
                 }),
                 TATU_KIND_FORCE_SENSOR => Data::ForceSensor,
                 _ => Data::Dummy,

@@ -154,7 +154,9 @@ pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all:
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", o.file.display())))?;
         let name = o.file.display().to_string();
         let language = registry.language(&name)?;
-        let spec = ScriptSpec { language, dialect: String::new(), kind: "child".into(), name, text };
+        // It is called as the one whose place it takes: a main script stays one.
+        let kind = document.objects[object].scripts.first().map_or("child".into(), |s| s.kind.clone());
+        let spec = ScriptSpec { language, dialect: String::new(), kind, name, text };
         document.objects[object].scripts = vec![spec];
     }
     Ok(())

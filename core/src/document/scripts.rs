@@ -4,7 +4,7 @@ use std::path::Path;
 
 use toml_edit::{Item, TableLike};
 
-use super::{Builder, ScriptSpec, keys::Text};
+use super::{Builder, SCRIPT_KINDS, ScriptSpec, keys::Text};
 use crate::error::{Error, Place, Result};
 
 /// `script = "file"`, `script = { ... }`, `scripts = [ ... ]`.
@@ -38,9 +38,10 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
                 "text" => text = Some(value.into_bytes()),
                 "language" => language = Some(value),
                 "dialect" => dialect = value,
-                "kind" if matches!(value.as_str(), "child" | "customization") => kind = value,
+                "kind" if SCRIPT_KINDS.contains(&value.as_str()) => kind = value,
                 "kind" => {
-                    return Err(wrong(format!("a script of kind `{value}`")).expected("child or customization"));
+                    let error = wrong(format!("a script of kind `{value}`"));
+                    return Err(error.expected(SCRIPT_KINDS.join(", ")).nearest(&value, SCRIPT_KINDS.iter().copied()));
                 }
                 other => return Err(wrong(format!("unknown key `{other}` of a script"))),
             }
@@ -70,7 +71,7 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
     let index = match (&language, b.registry.languages.as_slice()) {
         // A text without a name to go by is in the only language there is.
         (None, [_]) if inline => 0,
-        _ => b.registry.language(&wanted).map_err(|e| e.at(Some(place)))?,
+        _ => b.registry.language(&wanted).map_err(|e| e.at(Some(place.clone())))?,
     };
-    b.script(owner, ScriptSpec { language: index, dialect, kind, name, text })
+    b.script(owner, ScriptSpec { language: index, dialect, kind, name, text }).map_err(|e| e.at(Some(place)))
 }

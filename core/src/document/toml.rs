@@ -339,26 +339,34 @@ impl<'a> Reader<'a> {
         let parent = self.parent(b, table, parent)?;
         let at = self.text.value(table, "kind");
         let object = b.object(&kind, parent, &alias).map_err(|e| e.at(Some(at.clone())))?;
-        if b.document.objects[object].kind == TATU_KIND_SENSOR {
-            let Some(item) = table.get("sensor") else {
-                return Err(Error::new("E104", "a sensor without its kind")
-                    .expected("sensor = \"<kind or schema>\"")
-                    .help("`tatu list sensors` shows the kinds")
-                    .at(Some(at)));
+        let device = match b.document.objects[object].kind {
+            TATU_KIND_SENSOR => Some(("sensor", "<kind or schema>")),
+            TATU_KIND_ACTUATOR => Some(("actuator", "<kind>")),
+            _ => None,
+        };
+        if let Some((key, wanted)) = device {
+            let Some(item) = table.get(key) else {
+                return Err(Error::new(
+                    "E104",
+                    format!("a{} {key} without its kind", if key == "actuator" { "n" } else { "" }),
+                )
+                .expected(format!("{key} = \"{wanted}\""))
+                .help(format!("`tatu list {key}s` shows the kinds"))
+                .at(Some(at)));
             };
-            let sensor = self.string(table, "sensor", item)?;
-            b.device(object, &sensor).map_err(|e| e.at(Some(self.text.value(table, "sensor"))))?;
+            let kind = self.string(table, key, item)?;
+            b.device(object, &kind).map_err(|e| e.at(Some(self.text.value(table, key))))?;
         }
         // First what a joint leaves free: it tells the units of its other keys.
         if let Some(Item::Value(v)) = table.get("type").filter(|_| b.document.objects[object].kind == TATU_KIND_JOINT) {
             let value = Value::text(v.as_str().unwrap_or_default());
             b.set(object, "joint.type", value).map_err(|e| e.at(Some(self.text.value(table, "type"))))?;
         }
-        let owner = format!("a {kind}");
+        let owner = format!("{} {kind}", if kind == "actuator" { "an" } else { "a" });
         let declared = b.declared(object);
         for (key, item) in table.iter() {
-            const OTHERS: &[&str] = &["kind", "alias", "parent", "sensor", "script", "scripts"];
-            if OTHERS.contains(&key) {
+            const OTHERS: &[&str] = &["kind", "alias", "parent", "script", "scripts"];
+            if OTHERS.contains(&key) || device.is_some_and(|(d, _)| d == key) {
                 continue;
             }
             let place = || Some(self.text.value(table, key));

@@ -4,10 +4,12 @@
 //! - `load`: opens one and copies its tables;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
 //! - `declared`: declarations (parameters, commands) in Rust's words;
+//! - `instance`: making the instance of a device;
 //! - `services`: the host's side of the border, one file per table.
 
 mod declared;
 mod elf;
+pub(crate) mod instance;
 mod load;
 mod registry;
 mod search;
@@ -15,5 +17,7 @@ pub(crate) mod services;
 mod tables;
 
 pub use declared::{Declared, check_value};
-pub use registry::{CommandEntry, Constant, Language, Model, NameEntry, Plugin, Prelude, Registry, SensorKind};
+pub use registry::{
+    ActuatorKind, CommandEntry, Constant, DeviceKind, Language, Model, NameEntry, Plugin, Prelude, Registry, SensorKind,
+};
 pub use search::{Search, Source};

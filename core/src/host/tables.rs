@@ -30,6 +30,8 @@ table!(
     tatu_field,
     tatu_sensor,
     tatu_ext_sensor,
+    tatu_actuator,
+    tatu_ext_actuator,
     tatu_model,
     tatu_ext_model,
     tatu_language,

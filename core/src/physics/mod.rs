@@ -163,6 +163,21 @@ pub struct Contact {
     pub force: f64,
 }
 
+/// A force and a torque on a body, world frame, at its centre of mass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Push {
+    /// The body.
+    pub body: BodyId,
+    /// N.
+    pub force: Vector3<f64>,
+    /// N m.
+    pub torque: Vector3<f64>,
+}
+
+/// What is asked before each engine step for the pushes that act in that step alone: it is given the engine, the number
+/// of the step within the advance from 0, and an empty list.
+pub type BeforeStep<'a> = dyn FnMut(&dyn Engine, u32, &mut Vec<Push>) + 'a;
+
 /// Numbers of the engine that hold for the whole world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EngineSettings {
@@ -196,11 +211,17 @@ pub trait Engine: Send {
     fn push(&mut self, body: BodyId, force: Vector3<f64>, torque: Vector3<f64>);
     /// Lets `steps` engine steps of the configured length pass. Forces pushed before act in all of them. Runs on the
     /// rayon pool of the calling thread (`pool.install`); the number of threads changes no bit.
-    fn advance(&mut self, steps: u32);
+    fn advance(&mut self, steps: u32) {
+        self.advance_with(steps, None);
+    }
+    /// The same; `before`, if there is one, is asked before each step.
+    fn advance_with(&mut self, steps: u32, before: Option<&mut BeforeStep<'_>>);
     /// Body to world.
     fn pose(&self, body: BodyId) -> Isometry3<f64>;
     /// Velocities; zero for static bodies.
     fn twist(&self, body: BodyId) -> Twist;
+    /// Centre of mass of a body, world.
+    fn centre_of_mass(&self, body: BodyId) -> Point3<f64>;
     /// State of a joint after the last step.
     fn joint_state(&self, joint: JointId) -> JointState;
     /// Touching pairs after the last step, in order of body ids; `out` is cleared first.

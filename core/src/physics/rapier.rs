@@ -11,6 +11,7 @@
 
 mod bodies;
 mod joints;
+mod push;
 mod report;
 mod respond;
 mod snapshot;
@@ -19,14 +20,15 @@ mod tests;
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::dynamics::{IntegrationParameters, SpringCoefficients};
 use rapier3d::math::Pose;
 use rapier3d::pipeline::PhysicsWorld;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, JointDesc, JointId, JointState, Motion, Twist, convert,
+    BeforeStep, BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, JointDesc, JointId, JointState, Motion, Push,
+    Twist, convert,
 };
 use bodies::{BodyRecord, ShapeCache, Tree};
 use joints::{JointRecord, Phase};
@@ -262,12 +264,22 @@ impl Engine for Rapier {
         self.tables.pushed.push(body);
     }
 
-    fn advance(&mut self, steps: u32) {
+    fn advance_with(&mut self, steps: u32, mut before: Option<&mut BeforeStep<'_>>) {
+        let mut pushes = Vec::new();
         for step in 1..=steps {
             self.move_kinematic(f64::from(step) / f64::from(steps));
             self.update_positions();
             self.apply_drives();
+            let old = match &mut before {
+                Some(ask) => {
+                    pushes.clear();
+                    ask(&*self, step - 1, &mut pushes);
+                    self.push_for_a_step(&pushes)
+                }
+                None => Vec::new(),
+            };
             self.world.step_with_events(&MaskFilter, &());
+            self.take_back(old);
             self.collect_frozen();
         }
         if steps == 0 {
@@ -301,6 +313,12 @@ impl Engine for Rapier {
         };
         let body = &self.world.bodies[record.handle];
         Twist { linear: convert::vector_back(body.linvel()), angular: convert::vector_back(body.angvel()) }
+    }
+
+    fn centre_of_mass(&self, body: BodyId) -> Point3<f64> {
+        self.record(body).map_or(Point3::origin(), |r| {
+            Point3::from(convert::vector_back(self.world.bodies[r.handle].center_of_mass()))
+        })
     }
 
     fn joint_state(&self, joint: JointId) -> JointState {

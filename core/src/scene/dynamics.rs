@@ -4,12 +4,12 @@
 //! the joint or rigidly; any other dynamic shape is free, wherever it hangs. A respondable static shape collides; it
 //! is carried along when something above it can move.
 
-use nalgebra::{Matrix3, Point3};
+use nalgebra::{Isometry3, Matrix3, Point3};
 
 use super::{Control, Data, Scene, Shape, collision_parts, default_inertia, default_mass};
 use crate::physics::{
-    BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointId, JointKind, MassProps, Motion, Rapier, Respond,
-    Twist,
+    BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointId, JointKind, MassProps, Motion,
+    Rapier, Respond, Twist,
 };
 
 /// A body and the object it stands for, as that was when the body was made.
@@ -28,6 +28,7 @@ struct JointRecord {
     child: u32,
     version: u64,
     bodies: (BodyId, BodyId),
+    frame_in_a: Isometry3<f64>,
 }
 
 /// The engine and what stands for what in it.
@@ -155,7 +156,14 @@ impl Dynamics {
             limits,
         };
         let Some(id) = self.engine.add_joint(&desc) else { return };
-        self.joints.push(JointRecord { id, tie, child: slot, version: joint.version, bodies: (a, b) });
+        self.joints.push(JointRecord {
+            id,
+            tie,
+            child: slot,
+            version: joint.version,
+            bodies: (a, b),
+            frame_in_a: desc.frame_in_a,
+        });
         if let Some(Data::Joint(j)) = scene.get_mut(tie).map(|o| &mut o.data) {
             j.id = Some(id);
             self.drives.push(tie);
@@ -203,18 +211,30 @@ impl Dynamics {
         }
     }
 
+    /// Tells the engine what was set by hand since the last step, so that both are at one.
+    pub fn prepare(&mut self, scene: &mut Scene) {
+        self.settle(scene);
+        self.apply_changes(scene);
+    }
+
+    /// In how many engine steps of equal length `dt` passes, none longer than the scene's.
+    pub fn engine_steps(&self, dt: f64) -> u32 {
+        if dt > 0.0 { (dt / self.settings.step - 1e-9).ceil().max(1.0) as u32 } else { 0 }
+    }
+
     /// Lets `dt` pass in engine steps, then copies poses and joint states back. Objects whose bodies were lost.
-    pub fn advance(&mut self, scene: &mut Scene, dt: f64) -> Vec<u32> {
+    /// `before`, if there is one, is asked before each engine step for pushes that act in it.
+    pub fn advance(&mut self, scene: &mut Scene, dt: f64, before: Option<&mut BeforeStep<'_>>) -> Vec<u32> {
         self.apply_changes(scene);
         if dt > 0.0 {
-            // Steps of equal length, none longer than the scene's: whatever dt is, exactly dt passes.
-            let steps = (dt / self.settings.step - 1e-9).ceil().max(1.0);
+            // Whatever dt is, exactly dt passes.
+            let steps = f64::from(self.engine_steps(dt));
             let step = dt / steps;
             if (step - self.step).abs() > 1e-12 {
                 self.step = step;
                 self.engine.configure(EngineSettings { step, ..self.settings });
             }
-            self.engine.advance(steps as u32);
+            self.engine.advance_with(steps as u32, before);
         }
         let lost = self.engine.quarantined();
         self.copy_back(scene);
@@ -253,6 +273,16 @@ impl Dynamics {
         self.bodies.binary_search_by_key(&body, |b| b.id).ok().map(|i| self.bodies[i].slot)
     }
 
+    /// The engine, for looking at bodies and joints.
+    pub(crate) fn engine(&self) -> &dyn Engine {
+        &*self.engine
+    }
+    /// The bodies above and below a joint of the engine, and its frame in the one above.
+    pub(crate) fn tie(&self, joint: JointId) -> Option<((BodyId, BodyId), Isometry3<f64>)> {
+        // Joints are made in ascending order of ids.
+        let i = self.joints.binary_search_by_key(&joint, |j| j.id).ok()?;
+        Some((self.joints[i].bodies, self.joints[i].frame_in_a))
+    }
     /// Velocity of a shape that has a body.
     pub fn twist(&self, shape: &Shape) -> Option<Twist> {
         shape.body.0.map(|b| self.engine.twist(b))

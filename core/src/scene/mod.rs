@@ -18,7 +18,9 @@ mod tree;
 pub use dynamics::Dynamics;
 pub(crate) use dynamics::mass_props;
 pub use forms::{collision_parts, default_inertia, default_mass, visible_parts};
-pub use object::{Body, Control, Data, Joint, JointType, Object, Primitive, SensorData, Shape, ShapePart};
+pub use object::{
+    ActuatorData, Body, Control, Data, Joint, JointType, Object, Primitive, SensorData, Shape, ShapePart,
+};
 pub use props::{Changed, Refusal, get, numbers, set, set_numbers};
 pub use tree::{Handle, Scene};
 

@@ -50,6 +50,8 @@ pub enum Data {
     Dummy,
     /// A sensor.
     Sensor(SensorData),
+    /// An actuator.
+    Actuator(ActuatorData),
     /// Ties what is below rigidly to what is above.
     ForceSensor,
     /// A script; belongs to its parent, and is not among its children.
@@ -64,6 +66,7 @@ impl Object {
             Data::Joint(_) => TATU_KIND_JOINT,
             Data::Dummy => TATU_KIND_DUMMY,
             Data::Sensor(_) => TATU_KIND_SENSOR,
+            Data::Actuator(_) => TATU_KIND_ACTUATOR,
             Data::ForceSensor => TATU_KIND_FORCE_SENSOR,
             Data::Script => TATU_KIND_SCRIPT,
         }
@@ -265,4 +268,13 @@ pub struct SensorData {
     pub kind: usize,
     /// Measures only when it is told to.
     pub explicit: bool,
+}
+
+/// An actuator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ActuatorData {
+    /// Index of its kind in the registry.
+    pub kind: usize,
+    /// What it is told to do, one number for each command of its kind; live, and undone at stop as all else.
+    pub commands: Vec<f64>,
 }

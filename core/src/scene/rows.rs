@@ -66,6 +66,7 @@ macro_rules! rows {
 const SHAPE: Of = Of::Kind(TATU_KIND_SHAPE);
 const JOINT: Of = Of::Kind(TATU_KIND_JOINT);
 const SENSOR: Of = Of::Kind(TATU_KIND_SENSOR);
+const ACTUATOR: Of = Of::Kind(TATU_KIND_ACTUATOR);
 const SCRIPT: Of = Of::Kind(TATU_KIND_SCRIPT);
 const ANY: Of = Of::Any;
 const WORLD: Of = Of::World;
@@ -121,9 +122,10 @@ rows! {
     Limits "joint.limits" JOINT, TATU_F64S 2 Some("rad|m"), Rebuilds FREE, "Lowest and highest position.";
     SensorKind "sensor.kind" SENSOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of sensor.";
     Explicit "sensor.explicit" SENSOR, TATU_BOOL 0 None, Live FREE, "Whether it measures only when it is told to; default false.";
+    ActuatorKind "actuator.kind" ACTUATOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of actuator.";
     ScriptLanguage "script.language" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "Its language.";
     ScriptDialect "script.dialect" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "The dialect chosen for it.";
-    ScriptKind "script.kind" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "child or customization.";
+    ScriptKind "script.kind" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "child, customization or main.";
     ScriptName "script.name" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "The file it came from, or a name for messages.";
     ScriptCalls "script.calls" SCRIPT, TATU_I64 0 None, ReadOnly FREE, "How often its callbacks have been called.";
     Time "scene.time" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Simulation time.";
@@ -186,6 +188,7 @@ pub const KINDS: &[(&str, i32)] = &[
     ("joint", TATU_KIND_JOINT),
     ("dummy", TATU_KIND_DUMMY),
     ("sensor", TATU_KIND_SENSOR),
+    ("actuator", TATU_KIND_ACTUATOR),
     ("force_sensor", TATU_KIND_FORCE_SENSOR),
 ];
 
@@ -193,7 +196,6 @@ pub const KINDS: &[(&str, i32)] = &[
 pub fn kind_name(kind: i32) -> &'static str {
     match kind {
         TATU_KIND_SCRIPT => "script",
-        TATU_KIND_ACTUATOR => "actuator",
         _ => KINDS.iter().find(|(_, k)| *k == kind).map_or("object", |(n, _)| n),
     }
 }

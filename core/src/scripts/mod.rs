@@ -13,6 +13,7 @@ pub(crate) use enter::{call_func, call_function, drop_func, keep_func};
 
 use crate::{
     calls::{Caller, Due, ErrorSlot, call_command, raw},
+    document::MAIN,
     error::{Fault, FaultKind},
     host::Registry,
     scene::Data,
@@ -108,7 +109,7 @@ impl Scripts {
 
     /// Actuation: a script that is new is initialised first; waits that are over go on before its own callback.
     pub fn actuate(world: &WorldCell) {
-        Self::each(world, |script| {
+        Self::each_called(world, |script| {
             if !script.initialised.get() {
                 script.initialise(world);
             }
@@ -119,11 +120,25 @@ impl Scripts {
 
     /// Sensing.
     pub fn react(world: &WorldCell) {
-        Self::each(world, |script| {
+        Self::each_called(world, |script| {
             if !script.initialised.get() {
                 script.initialise(world);
             }
             script.callback(world, script.callbacks.get().sensing);
+        });
+    }
+
+    /// The script that runs the stages itself, if the world has one.
+    pub fn driver(world: &WorldCell) -> Option<Rc<Script>> {
+        world.scripts.try_borrow().ok()?.list.iter().find(|s| s.is_driver()).cloned()
+    }
+
+    /// All scripts that stages call, in order; the list may grow meanwhile. The driver calls, and is not called.
+    fn each_called(world: &WorldCell, f: impl Fn(&Rc<Script>)) {
+        Self::each(world, |script| {
+            if !script.is_driver() {
+                f(script);
+            }
         });
     }
 
@@ -185,6 +200,24 @@ impl Scripts {
 }
 
 impl Script {
+    fn is_driver(&self) -> bool {
+        self.kind == MAIN
+    }
+
+    /// One step of the driver: `init` first, then its callbacks, from which it asks for the stages. A driver that could not
+    /// be loaded or was stopped for its budget runs none: steps count, and time stands.
+    pub fn drive(self: &Rc<Self>, world: &WorldCell) {
+        if !self.is_there(world) {
+            return;
+        }
+        if !self.initialised.get() {
+            self.initialise(world);
+        }
+        self.resume_waits(world);
+        self.callback(world, self.callbacks.get().actuation);
+        self.callback(world, self.callbacks.get().sensing);
+    }
+
     fn is_there(&self, world: &WorldCell) -> bool {
         !self.data.get().is_null()
             && !self.dead.get()

@@ -17,7 +17,10 @@ pub use targets::Targets;
 use crate::{
     beams::{Faces, Volume},
     calls::ErrorSlot,
-    host::{Registry, SensorKind},
+    host::{
+        Registry, SensorKind,
+        instance::{Made, make},
+    },
 };
 
 /// What a device sends out.
@@ -96,12 +99,6 @@ impl Sensing {
         }
         gone
     }
-    /// Forgets all readings.
-    pub(crate) fn reset(&mut self) {
-        for d in &mut self.devices {
-            d.reset();
-        }
-    }
 }
 
 impl Device {
@@ -115,35 +112,11 @@ impl Device {
     ) -> Result<Self, String> {
         let kind = &registry.sensors[kind_index];
         let plugin = &registry.plugins[kind.plugin];
-        let mut room: Vec<Vec<u64>> = Vec::new();
-        let raw: Vec<tatu_value> = params
-            .iter()
-            .filter_map(|p| {
-                p.to_raw(&mut |n| {
-                    room.push(vec![0; n.div_ceil(8).max(1)]);
-                    room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-                })
-            })
-            .collect();
-        let mut state = vec![0u64; (kind.life.state_bytes as usize).div_ceil(8)];
-        let info = tatu_instance {
-            n_params: raw.len() as u32,
-            params: raw.as_ptr(),
-            state: state.as_mut_ptr().cast(),
-            ..instance
-        };
-        let mut data = std::ptr::null_mut();
-        let mut error = ErrorSlot::new();
-        if let Some(create) = kind.life.create {
-            // SAFETY: by the contract of the extension; `info` and what it points to live through the call.
-            if unsafe { create(plugin.me, &info, &mut data, error.raw()) } < 0 {
-                return Err(error.text());
-            }
-        }
+        let Made { id, data, state } = make(plugin.me, &kind.life, instance, &params)?;
         let mut device = Device {
             slot,
             kind: kind_index,
-            id: info.id,
+            id,
             data,
             state,
             params,
@@ -231,16 +204,6 @@ impl Device {
         }
     }
 
-    /// Forgets the reading.
-    pub fn reset(&mut self) {
-        self.sequence = 0;
-        self.state.fill(0);
-        self.off = false;
-        for f in &mut self.fields {
-            f.fill(0);
-        }
-    }
-
     /// A look at one field.
     pub fn view(&self, kind: &SensorKind, field: usize) -> tatu_field_view {
         let info = &kind.fields[field];
@@ -300,12 +263,4 @@ fn element_size(elem: u32) -> usize {
         TATU_ELEM_U16 => 2,
         _ => 1,
     }
-}
-
-/// Values of a sensor's parameters from what a document gives, defaults filled in.
-pub(crate) fn filled(kind: &SensorKind, given: &[(String, Value)]) -> Vec<Value> {
-    kind.params
-        .iter()
-        .map(|p| given.iter().rev().find(|(k, _)| *k == p.key).map_or_else(|| p.fallback.clone(), |(_, v)| v.clone()))
-        .collect()
 }

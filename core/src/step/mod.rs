@@ -3,44 +3,56 @@
 //! ```text
 //! barrier   requests are carried out; time stands
 //! actuate   scripts act: callbacks, waits that are over
-//! physics   the engine advances dt; poses are copied back
+//! physics   actuators push, the engine advances dt; poses are copied back
 //! sense     due sensors: beams, one batch per kind, readings
 //! react     scripts look at what was sensed
 //! ```
 //!
-//! The stages are functions of the world, which a driver (a script or plugin) may call itself; `step` is their
-//! default order. Time advances at the end: all callbacks of a step see the time at which it began.
+//! The stages are functions of the world; `step` is their default order. A world with a driver (a script of kind `main`)
+//! runs none of them by itself: the driver is called, and asks for stages as it likes (see `stages`).
+//!
+//! Time moves on at the end of a step by what its physics stages took: all callbacks of a step see the time at which it
+//! began, and a driver that skips physics lets no time pass.
+
+mod sensors;
+mod stages;
 
 use std::collections::BTreeMap;
 
-use tatu_plugin_api::abi::*;
+pub(crate) use sensors::sense_some;
+pub(crate) use stages::{Stage, run};
 
 use crate::{
+    act,
     calls::Caller,
     error::{Fault, FaultKind},
     scripts::Scripts,
-    sense::{self, Around, Job, Moment},
     world::{WorldCell, instance_fault},
 };
+use tatu_plugin_api::abi::*;
 
-/// The default order of the stages.
+/// One step: the driver's, or the default order of the stages.
 pub(crate) fn step(world: &WorldCell) {
     barrier(world);
-    let dt = world.clock.dt.get();
-    actuate(world);
-    physics(world, dt);
-    sense(world);
-    react(world);
-    let step = world.clock.step.get() + 1;
-    world.clock.step.set(step);
-    world.clock.time.set(step as f64 * dt);
+    match Scripts::driver(world) {
+        Some(driver) => driver.drive(world),
+        None => {
+            let dt = world.clock.dt.get();
+            for stage in [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React] {
+                // Nothing runs yet that could be in the way.
+                let _ = run(world, stage, dt, "the step");
+            }
+        }
+    }
+    world.clock.advance();
 }
 
 /// What was removed is ended; what was added joins.
 pub(crate) fn barrier(world: &WorldCell) {
     world.calls.caller.set(Caller::HOST);
     Scripts::reap(world);
-    reap_sensors(world);
+    sensors::reap(world);
+    reap_actuators(world);
     let Ok(mut scene) = world.scene.try_borrow_mut() else { return };
     world.dynamics.borrow_mut().settle(&mut scene);
     let poses: BTreeMap<_, _> = scene.slots().map(|(s, o)| (s, o.world)).collect();
@@ -48,18 +60,27 @@ pub(crate) fn barrier(world: &WorldCell) {
 }
 
 /// Scripts act.
-pub(crate) fn actuate(world: &WorldCell) {
+fn actuate(world: &WorldCell) {
     Scripts::actuate(world);
 }
 
-/// The engine advances.
-pub(crate) fn physics(world: &WorldCell, dt: f64) {
-    let lost = {
-        let (mut scene, mut dynamics) = (world.scene.borrow_mut(), world.dynamics.borrow_mut());
-        dynamics.settle(&mut scene);
-        let (scene, dynamics) = (&mut *scene, &mut *dynamics);
-        world.install(|| dynamics.advance(scene, dt))
+/// Actuators push, and the engine advances.
+fn physics(world: &WorldCell, dt: f64) {
+    let (lost, failed) = {
+        let (mut scene, mut dynamics, mut acting) =
+            (world.scene.borrow_mut(), world.dynamics.borrow_mut(), world.acting.borrow_mut());
+        let (scene, dynamics, acting) = (&mut *scene, &mut *dynamics, &mut *acting);
+        if acting.devices.is_empty() || dt <= 0.0 {
+            dynamics.settle(scene);
+            (world.install(|| dynamics.advance(scene, dt, None)), Vec::new())
+        } else {
+            advance_with_actuators(world, scene, dynamics, acting, dt)
+        }
     };
+    world.clock.passed(dt);
+    for f in failed {
+        tell_of_actuator(world, &f);
+    }
     for slot in lost {
         let path = world.scene.borrow().path(slot);
         let mut fault = Fault::new(FaultKind::Physics, format!("the motion of {path} became infinite; it is frozen"));
@@ -69,58 +90,55 @@ pub(crate) fn physics(world: &WorldCell, dt: f64) {
     }
 }
 
-/// Sensors that are due measure.
-pub(crate) fn sense(world: &WorldCell) {
-    let kinds = world.registry.sensors.len();
-    for kind in 0..kinds {
-        let due: Vec<usize> = {
-            let (sensing, scene) = (world.sensing.borrow(), world.scene.borrow());
-            let explicit =
-                |slot| matches!(scene.get(slot).map(|o| &o.data), Some(crate::scene::Data::Sensor(s)) if s.explicit);
-            let devices = sensing.devices.iter().enumerate();
-            devices
-                .filter(|(_, d)| d.kind == kind && !d.off && scene.get(d.slot).is_some() && !explicit(d.slot))
-                .map(|(i, _)| i)
-                .collect()
-        };
-        if !due.is_empty() {
-            sense_some(world, kind, &due, None);
+fn advance_with_actuators(
+    world: &WorldCell,
+    scene: &mut crate::scene::Scene,
+    dynamics: &mut crate::scene::Dynamics,
+    acting: &mut act::Acting,
+    dt: f64,
+) -> (Vec<u32>, Vec<act::Failed>) {
+    dynamics.prepare(scene);
+    let twists: BTreeMap<u32, [f64; 6]> =
+        acting.devices.iter().map(|d| (d.slot, world.twist(scene, dynamics, d.slot))).collect();
+    let twist = |slot: u32| twists.get(&slot).copied().unwrap_or_default();
+    let time = world.clock.time.get() + world.clock.so_far();
+    let around = act::Acts { scene, registry: &world.registry, twist: &twist, time };
+    let mut failed = act::per_step(acting, dynamics, &around, dt);
+    let lost = match act::SubSteps::new(acting, &world.registry, dynamics, &around, dt) {
+        None => world.install(|| dynamics.advance(scene, dt, None)),
+        Some(mut substeps) => {
+            let lost = world.install(|| {
+                let substeps = &mut substeps;
+                dynamics.advance(scene, dt, Some(&mut |engine, step, out| substeps.before(engine, step, out)))
+            });
+            failed.append(&mut substeps.failed);
+            lost
         }
-    }
+    };
+    (lost, failed)
 }
 
-/// Handles some sensors of one kind now; whoever fails is switched off and named once.
-pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only: Option<tatu_object>) {
-    let moment = Moment { time: world.clock.time.get(), step: world.clock.step.get() };
-    let failed = {
-        let (mut sensing, scene, dynamics) =
-            (world.sensing.borrow_mut(), world.scene.borrow(), world.dynamics.borrow());
-        sensing.targets.follow(&scene);
-        let twist = |slot| world.twist(&scene, &dynamics, slot);
-        let around = Around { scene: &scene, registry: &world.registry, twist: &twist, pool: world.pool() };
-        sense::measure(&mut sensing, &Job { kind, devices, only, moment }, &around)
-    };
-    for f in failed {
-        if let Some(d) = world.sensing.borrow_mut().devices.iter_mut().find(|d| d.slot == f.slot) {
-            d.off = true;
-            // What it measured before is no reading of now.
-            d.sequence = 0;
-        }
-        let plugin = world.registry.sensors[f.kind].plugin;
-        world.report(instance_fault(world, plugin, f.slot, f.status, &f.text));
+/// An actuator that failed is named once; one that has nothing to push is told of.
+fn tell_of_actuator(world: &WorldCell, failed: &act::Failed) {
+    if failed.status < 0 {
+        let plugin = world.registry.actuators[failed.kind].plugin;
+        world.report(instance_fault(world, plugin, failed.slot, failed.status, &failed.text));
+    } else {
+        let path = world.scene.borrow().path(failed.slot);
+        world.log(TATU_LOG_WARNING, &format!("the actuator {path} has no effect: {}", failed.text));
     }
 }
 
 /// Scripts look at what was sensed.
-pub(crate) fn react(world: &WorldCell) {
+fn react(world: &WorldCell) {
     Scripts::react(world);
 }
 
-fn reap_sensors(world: &WorldCell) {
+/// Ends the instances of actuators that are gone.
+fn reap_actuators(world: &WorldCell) {
     let gone = {
         let scene = world.scene.borrow();
-        let is_there = |slot: u32, i: u64| scene.get(slot).is_some() && i > 0;
-        world.sensing.borrow_mut().take_gone(|slot, d| is_there(slot, d.id))
+        world.acting.borrow_mut().take_gone(|d| scene.id(d.slot) == d.object)
     };
     for d in gone {
         d.destroy(&world.registry);

@@ -4,6 +4,7 @@
 //! acts, and lets it go.
 
 use std::{
+    borrow::Cow,
     cell::{Cell, RefCell},
     collections::BTreeMap,
     ffi::c_void,
@@ -14,12 +15,13 @@ use serde::Serialize;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::{
+    act::Acting,
     calls::Calls,
-    document::{Document, Settings},
+    document::{DeviceSpec, Document, Settings},
     error::{Fault, FaultKind},
     host::Registry,
     physics::EngineSettings,
-    scene::{Dynamics, Scene},
+    scene::{Dynamics, Scene, rows::kind_name},
     scripts::Scripts,
     sense::Sensing,
 };
@@ -44,6 +46,39 @@ pub(crate) struct Clock {
     pub time: Cell<f64>,
     pub step: Cell<u64>,
     pub dt: Cell<f64>,
+    /// Physics stages of a whole `dt` in this step,
+    whole: Cell<u32>,
+    /// and what others of its physics stages took, s.
+    rest: Cell<f64>,
+}
+
+impl Clock {
+    /// At 0.
+    pub fn new(dt: f64) -> Self {
+        Clock { time: Cell::new(0.0), step: Cell::new(0), dt: Cell::new(dt), whole: Cell::new(0), rest: Cell::new(0.0) }
+    }
+    /// A physics stage took `dt`: time moves on by it at the end of the step.
+    pub fn passed(&self, dt: f64) {
+        if dt == self.dt.get() {
+            self.whole.set(self.whole.get() + 1);
+        } else {
+            self.rest.set(self.rest.get() + dt);
+        }
+    }
+    /// What the physics stages of this step have taken so far, s.
+    pub fn so_far(&self) -> f64 {
+        f64::from(self.whole.get()) * self.dt.get() + self.rest.get()
+    }
+    /// The end of a step: time is counted in whole steps where it was, so that nothing adds up.
+    pub fn advance(&self) {
+        let (dt, time) = (self.dt.get(), self.time.get());
+        let (whole, rest) = (self.whole.replace(0), self.rest.replace(0.0));
+        let counted = (time / dt).round();
+        let from_count = counted * dt == time && rest == 0.0;
+        let passed = f64::from(whole) * dt + rest;
+        self.time.set(if from_count { (counted + f64::from(whole)) * dt } else { time + passed });
+        self.step.set(self.step.get() + 1);
+    }
 }
 
 /// What a command plugin keeps for this world.
@@ -61,6 +96,7 @@ pub(crate) struct WorldCell {
     pub scene: RefCell<Scene>,
     pub dynamics: RefCell<Dynamics>,
     pub sensing: RefCell<Sensing>,
+    pub acting: RefCell<Acting>,
     pub scripts: RefCell<Scripts>,
     pub signals: RefCell<BTreeMap<(u32, Vec<u8>), Value>>,
     pub calls: Calls,
@@ -68,7 +104,8 @@ pub(crate) struct WorldCell {
     pub running: Cell<bool>,
     /// Bits of `1 << TATU_REQUEST_*`, carried out at the barrier.
     pub requests: Cell<u32>,
-    pub stage: Cell<u32>,
+    /// The stages that are running, outermost first, and who asked for each.
+    pub stages: RefCell<Vec<(u32, Cow<'static, str>)>>,
     pub(super) next_instance: Cell<u64>,
     pub(super) instances: RefCell<Vec<Option<Instance>>>,
     pub(super) faults: RefCell<Vec<Fault>>,
@@ -76,6 +113,8 @@ pub(crate) struct WorldCell {
     /// World poses of the step before, for velocities of objects that the engine does not move.
     pub before: RefCell<BTreeMap<u32, nalgebra::Isometry3<f64>>>,
     pub(super) initial: RefCell<Option<Scene>>,
+    /// Slots, kinds and parameters of the devices at the start.
+    pub(super) initial_devices: RefCell<Vec<(u32, DeviceSpec)>>,
     pub(super) pool: rayon::ThreadPool,
 }
 
@@ -220,9 +259,10 @@ impl WorldCell {
 pub(crate) fn instance_fault(cell: &WorldCell, plugin: usize, slot: u32, status: tatu_status, text: &str) -> Fault {
     let id = &cell.registry.plugins[plugin].id;
     let path = cell.scene.try_borrow().map(|s| s.path(slot)).unwrap_or_default();
+    let what = cell.scene.try_borrow().ok().and_then(|s| s.get(slot).map(|o| kind_name(o.kind()))).unwrap_or("sensor");
     let how = if status == TATU_ERR_PANIC { "" } else { "failed: " };
     let mut fault =
-        Fault::new(FaultKind::Plugin, format!("plugin `{id}` {how}{text}; the sensor {path} is switched off"));
+        Fault::new(FaultKind::Plugin, format!("plugin `{id}` {how}{text}; the {what} {path} is switched off"));
     fault.plugin = Some(id.clone());
     fault.object = Some(path);
     fault

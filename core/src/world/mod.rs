@@ -1,8 +1,10 @@
 //! A world: a scene, its engine, sensors and scripts, made, started, stepped, stopped and looked at.
 //!
-//! `cell` holds its parts, which plugins reach through `tatu_world *`.
+//! `cell` holds its parts, which plugins reach through `tatu_world *`; `devices` makes the instances of sensors and
+//! actuators.
 
 mod cell;
+mod devices;
 
 use std::{
     cell::{Cell, RefCell},
@@ -19,13 +21,14 @@ pub use cell::LogLine;
 pub(crate) use cell::{Clock, WorldCell, instance_fault};
 
 use crate::{
+    act::Acting,
     calls::{Calls, ErrorSlot},
-    document::{self, Document},
+    document::Document,
     error::{Error, Fault, FaultKind, Result},
     host::Registry,
     scene::{Data, Dynamics, pose_to_array},
     scripts::Scripts,
-    sense::{self, Device, Sensing, Targets},
+    sense::{Sensing, Targets},
     state::{self, Hash},
     step,
 };
@@ -54,22 +57,24 @@ impl World {
         let (scene, slots) = document.instantiate();
         let cell = Rc::new(WorldCell {
             dynamics: RefCell::new(Dynamics::new(WorldCell::engine_settings(&settings))),
-            clock: Clock { time: Cell::new(0.0), step: Cell::new(0), dt: Cell::new(settings.dt) },
+            clock: Clock::new(settings.dt),
             settings: RefCell::new(settings),
             scene: RefCell::new(scene),
             sensing: RefCell::new(Sensing::default()),
+            acting: RefCell::new(Acting::default()),
             scripts: RefCell::new(Scripts::default()),
             signals: RefCell::new(BTreeMap::new()),
             calls: Calls::new(),
             running: Cell::new(false),
             requests: Cell::new(0),
-            stage: Cell::new(0),
+            stages: RefCell::new(Vec::new()),
             next_instance: Cell::new(1),
             instances: RefCell::new(Vec::new()),
             faults: RefCell::new(Vec::new()),
             lines: RefCell::new(Vec::new()),
             before: RefCell::new(BTreeMap::new()),
             initial: RefCell::new(None),
+            initial_devices: RefCell::new(Vec::new()),
             pool,
             registry,
             document,
@@ -81,34 +86,6 @@ impl World {
         let cell = &world.cell;
         cell.dynamics.borrow_mut().settle(&mut cell.scene.borrow_mut());
         Ok(world)
-    }
-
-    fn make_devices(&self, slots: &[u32]) -> Result {
-        let cell = &self.cell;
-        for (spec, slot) in cell.document.objects.iter().zip(slots) {
-            let Some(device) = &spec.device else { continue };
-            let kind = &cell.registry.sensors[device.kind];
-            let (owner, name) = {
-                let scene = cell.scene.borrow();
-                (scene.id(*slot), scene.get(*slot).map_or(String::new(), |o| o.name()))
-            };
-            let info = cell.instance_info(owner, &name);
-            let params = sense::filled(kind, &device.params);
-            let lacking = kind.params.iter().zip(&params).find(|(p, v)| **v == Value::Nil && !p.optional());
-            if let Some((p, _)) = lacking {
-                let key = document::units::written(&p.key, p.unit.as_deref());
-                let text = format!("the sensor {} lacks its parameter `{key}`", cell.scene.borrow().path(*slot));
-                return Err(Error::new("E104", text).expected(p.expectation()).at(spec.place.clone()));
-            }
-            let made = Device::create(&cell.registry, device.kind, *slot, info, params).map_err(|text| {
-                let path = cell.scene.borrow().path(*slot);
-                let plugin = &cell.registry.plugins[kind.plugin].id;
-                Error::new("E402", format!("the sensor {path} cannot be made: plugin `{plugin}`: {text}"))
-                    .at(spec.place.clone())
-            })?;
-            cell.sensing.borrow_mut().add(made);
-        }
-        Ok(())
     }
 
     fn make_instances(&self) -> Result {
@@ -138,6 +115,7 @@ impl World {
             return;
         }
         *cell.initial.borrow_mut() = Some(cell.scene.borrow().clone());
+        self.note_devices();
         cell.clock.time.set(0.0);
         cell.clock.step.set(0);
         cell.requests.set(0);
@@ -169,7 +147,6 @@ impl World {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
         }
         cell.signals.borrow_mut().clear();
-        cell.sensing.borrow_mut().reset();
         cell.before.borrow_mut().clear();
         if let Some(mut initial) = cell.initial.borrow_mut().take() {
             let mut scene = cell.scene.borrow_mut();
@@ -187,6 +164,7 @@ impl World {
             }
             cell.dynamics.borrow_mut().settle(&mut scene);
         }
+        self.remake_devices();
     }
 
     /// Ends what command plugins keep for this world.
@@ -280,10 +258,7 @@ impl Drop for World {
     fn drop(&mut self) {
         let cell = &self.cell;
         Scripts::end(cell);
-        let devices = cell.sensing.borrow_mut().take_gone(|_, _| false);
-        for d in devices {
-            d.destroy(&cell.registry);
-        }
+        self.end_devices();
         self.end_instances();
     }
 }

@@ -1,10 +1,11 @@
 //! Traits over the ABI: a plugin in Rust without `unsafe`.
 //!
-//! Begin with [`Plugin`]; a plugin offers [`Command`]s, [`Sensor`]s, [`Model`]s and [`Language`]s through an
+//! Begin with [`Plugin`]; a plugin offers [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s and [`Language`]s through an
 //! [`Offer`]. Every callback is wrapped so that a panic becomes an error that names the plugin.
 //!
 //! All traits take `&self`: a command may call a script that calls the command again.
 
+mod actuator;
 mod call;
 mod command;
 mod fail;
@@ -19,6 +20,7 @@ mod sensor;
 mod value;
 mod world;
 
+pub use actuator::{Actuator, Drive, Output};
 pub use call::{Call, IntoResult, Outcome};
 pub use command::{Command, Constant};
 pub use fail::{Fail, Result};

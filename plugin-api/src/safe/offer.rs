@@ -6,7 +6,7 @@ use std::{
     ptr::null,
 };
 
-use super::{Command, Constant, Language, Model, Plugin, Sensor, Value, guard};
+use super::{Actuator, Command, Constant, Language, Model, Plugin, Sensor, Value, guard};
 use crate::abi::*;
 
 /// Owns everything that the plugin's tables point to, until shutdown.
@@ -61,6 +61,7 @@ pub struct Offer<P: Plugin> {
     constants: Vec<*const tatu_constant>,
     preludes: Vec<*const tatu_prelude>,
     sensors: Vec<*const tatu_sensor>,
+    actuators: Vec<*const tatu_actuator>,
     models: Vec<*const tatu_model>,
     languages: Vec<*const tatu_language>,
     plugin: std::marker::PhantomData<P>,
@@ -74,6 +75,7 @@ impl<P: Plugin> Offer<P> {
             constants: Vec::new(),
             preludes: Vec::new(),
             sensors: Vec::new(),
+            actuators: Vec::new(),
             models: Vec::new(),
             languages: Vec::new(),
             plugin: std::marker::PhantomData,
@@ -115,6 +117,11 @@ impl<P: Plugin> Offer<P> {
         let raw = super::sensor::table::<S>(&mut self.keep);
         self.sensors.push(raw);
     }
+    /// A kind of actuator.
+    pub fn actuator<A: Actuator<Plugin = P>>(&mut self) {
+        let raw = super::actuator::table::<A>(&mut self.keep);
+        self.actuators.push(raw);
+    }
     /// A model.
     pub fn model<M: Model<Plugin = P>>(&mut self) {
         let raw = super::model::table::<M>(&mut self.keep);
@@ -146,6 +153,10 @@ impl<P: Plugin> Offer<P> {
             let kinds = keep.list(self.sensors);
             keep.table(tatu_ext_sensor { size: size_of::<tatu_ext_sensor>() as u32, reserved: 0, kinds })
         });
+        let actuator = (!self.actuators.is_empty()).then(|| {
+            let kinds = keep.list(self.actuators);
+            keep.table(tatu_ext_actuator { size: size_of::<tatu_ext_actuator>() as u32, reserved: 0, kinds })
+        });
         let model = (!self.models.is_empty()).then(|| {
             let models = keep.list(self.models);
             keep.table(tatu_ext_model { size: size_of::<tatu_ext_model>() as u32, reserved: 0, models })
@@ -157,6 +168,7 @@ impl<P: Plugin> Offer<P> {
         Tables {
             command: command.unwrap_or(null()),
             sensor: sensor.unwrap_or(null()),
+            actuator: actuator.unwrap_or(null()),
             model: model.unwrap_or(null()),
             script: script.unwrap_or(null()),
             _keep: self.keep,
@@ -168,6 +180,7 @@ impl<P: Plugin> Offer<P> {
 pub(crate) struct Tables {
     pub(crate) command: *const tatu_ext_command,
     pub(crate) sensor: *const tatu_ext_sensor,
+    pub(crate) actuator: *const tatu_ext_actuator,
     pub(crate) model: *const tatu_ext_model,
     pub(crate) script: *const tatu_ext_script,
     _keep: Keep,

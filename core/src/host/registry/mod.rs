@@ -4,11 +4,13 @@ use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
+mod actuators;
 mod read;
 
 pub use super::load::Loaded as Plugin;
 use super::{Declared, Search, Source, services::HostTables};
 use crate::error::{Error, Result, nearest};
+pub use actuators::{ActuatorKind, DeviceKind};
 
 /// One field of a sensor kind.
 #[derive(Debug, Clone)]
@@ -127,6 +129,8 @@ pub struct Prelude {
 pub struct Registry {
     /// Kinds of sensors.
     pub sensors: Vec<SensorKind>,
+    /// Kinds of actuators.
+    pub actuators: Vec<ActuatorKind>,
     /// Models.
     pub models: Vec<Model>,
     /// Script languages.
@@ -184,6 +188,7 @@ impl Registry {
         plugins.sort_by(|a, b| (of_scene(a), &a.id).cmp(&(of_scene(b), &b.id)));
         let mut registry = Registry {
             sensors: Vec::new(),
+            actuators: Vec::new(),
             models: Vec::new(),
             languages: Vec::new(),
             commands: Vec::new(),
@@ -200,6 +205,7 @@ impl Registry {
             // SAFETY: tables of a started plugin, as the header tells.
             unsafe {
                 registry.add_sensors(i);
+                registry.add_actuators(i);
                 registry.add_models(i);
                 registry.add_languages(i);
                 registry.add_commands(i);

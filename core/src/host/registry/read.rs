@@ -163,7 +163,7 @@ impl Registry {
     }
 }
 
-const NO_LIFE: tatu_life = tatu_life {
+pub(super) const NO_LIFE: tatu_life = tatu_life {
     size: 0,
     state_bytes: 0,
     create: None,

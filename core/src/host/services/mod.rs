@@ -5,6 +5,7 @@
 
 mod bodies;
 mod commands;
+mod devices;
 mod files;
 mod log;
 mod properties;

@@ -2,14 +2,13 @@
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{Done, busy, slot};
+use super::{Done, busy, devices, slot};
 use crate::{
     host::check_value,
     scene::{
         self, Changed, Data, Refusal,
         rows::{Of, Row},
     },
-    sense::Device,
     world::WorldCell,
 };
 
@@ -25,9 +24,15 @@ pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> R
     }
     let slot = slot(world, &scene, object)?;
     match (row, scene.get(slot).map(|o| &o.data)) {
-        (Row::None, _) => read_param(world, slot, prop),
+        (Row::None, _) => {
+            drop(scene);
+            devices::read(world, slot, prop)
+        }
         (Row::SensorKind, Some(Data::Sensor(s))) => {
             Ok(Value::text(world.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
+        }
+        (Row::ActuatorKind, Some(Data::Actuator(a))) => {
+            Ok(Value::text(world.registry.actuators.get(a.kind).map_or("", |k| k.id.as_str())))
         }
         (
             Row::ScriptLanguage | Row::ScriptDialect | Row::ScriptKind | Row::ScriptName | Row::ScriptCalls,
@@ -65,25 +70,10 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
     })
 }
 
-/// Which parameter of a device a key "<kind>.<parameter>" means.
-fn param_of(world: &WorldCell, device: &Device, key: &str) -> Option<usize> {
-    let kind = &world.registry.sensors[device.kind];
-    let short = key.strip_prefix(kind.id.as_str())?.strip_prefix('.')?;
-    kind.params.iter().position(|p| p.key == short)
-}
-
-/// A parameter of a device, by the key "<kind>.<parameter>".
-pub(super) fn read_param(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Value, tatu_status> {
-    let key = world.registry.host().key(prop).unwrap_or_default();
-    let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
-    let found = sensing.device(slot).and_then(|d| d.params.get(param_of(world, d, &key)?).cloned());
-    found.ok_or_else(|| world.calls.refuse(TATU_ERR_MISSING, &format!("object {slot} has no property `{key}`")))
-}
-
 pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Done {
     let row = Row::of(prop);
     if row == Row::None {
-        return write_param(world, object, prop, value);
+        return devices::write(world, object, prop, value);
     }
     let value = check_value(&row.info().param(), value)
         .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
@@ -164,40 +154,4 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
         _ => Value::Floats(v.to_vec()),
     };
     write(world, object, prop, value)
-}
-
-/// Sets a parameter of a device: its instance is made anew, and the old one is kept if that fails.
-fn write_param(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Done {
-    let key = world.registry.host().key(prop).unwrap_or_default();
-    let (slot, kind_index, i, params) = {
-        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-        let slot = slot(world, &scene, object)?;
-        let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
-        let found =
-            sensing.device(slot).and_then(|d| Some((slot, d.kind, param_of(world, d, &key)?, d.params.clone())));
-        let missing = || world.calls.refuse(TATU_ERR_MISSING, &format!("object {slot} has no property `{key}`"));
-        found.ok_or_else(missing)?
-    };
-    let kind = &world.registry.sensors[kind_index];
-    let value = check_value(&kind.params[i], value)
-        .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}`: {e}")))?;
-    let mut params = params;
-    params[i] = value;
-    let (owner, name) = {
-        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-        (scene.id(slot), scene.get(slot).map_or(String::new(), |o| o.name()))
-    };
-    // No borrow is alive while the plugin makes the new instance.
-    let info = world.instance_info(owner, &name);
-    let made = Device::create(&world.registry, kind_index, slot, info, params)
-        .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}`: {e}")))?;
-    let old = {
-        let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
-        let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
-        place.map(|d| std::mem::replace(d, made))
-    };
-    if let Some(old) = old {
-        old.destroy(&world.registry);
-    }
-    Ok(())
 }

@@ -256,7 +256,7 @@ unsafe extern "C" fn create(
                 Some(TATU_KIND_DUMMY) => Data::Dummy,
                 Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor,
                 Some(k) => {
-                    let text = format!("a {} is not made while the world lives", kind_name(k));
+                    let text = format!("an object of kind {} is not made while the world lives", kind_name(k));
                     return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
                 }
                 None => {

@@ -3,7 +3,10 @@
 use tatu_plugin_api::abi::*;
 
 use super::{on, passed};
-use crate::{step, world::WorldCell};
+use crate::{
+    step::{self, Stage},
+    world::WorldCell,
+};
 
 pub static TABLE: tatu_host_session = tatu_host_session {
     size: size_of::<tatu_host_session>() as u32,
@@ -43,34 +46,14 @@ unsafe extern "C" fn run(w: *mut tatu_world, stage: u32, dt: f64) -> tatu_status
 }
 
 fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
-    let bit = 1u32 << stage.min(31);
-    if world.stage.get() & bit != 0 {
-        let text = format!("stage {stage} was asked for from within itself, by {}", world.caller_name());
-        return world.calls.refuse(TATU_ERR_BUSY, &text);
-    }
-    if !(dt.is_finite() && dt >= 0.0) {
-        return world.calls.refuse(TATU_ERR_ARGUMENT, "a stage takes a finite time");
-    }
-    world.stage.set(world.stage.get() | bit);
-    let status = match stage {
-        TATU_STAGE_ACTUATE => {
-            step::actuate(world);
-            TATU_OK
-        }
-        TATU_STAGE_PHYSICS => {
-            step::physics(world, dt);
-            TATU_OK
-        }
-        TATU_STAGE_SENSE => {
-            step::sense(world);
-            TATU_OK
-        }
-        TATU_STAGE_REACT => {
-            step::react(world);
-            TATU_OK
-        }
-        _ => world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no stage {stage}")),
+    let Some(stage) = Stage::of(stage) else {
+        return world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no stage {stage}"));
     };
-    world.stage.set(world.stage.get() & !bit);
-    status
+    if !(dt.is_finite() && dt >= 0.0) {
+        return world.calls.refuse(TATU_ERR_ARGUMENT, &format!("a stage takes a finite time, not {dt} s"));
+    }
+    match step::run(world, stage, dt, world.caller_name()) {
+        Ok(()) => TATU_OK,
+        Err(text) => world.calls.refuse(TATU_ERR_BUSY, &text),
+    }
 }

@@ -77,6 +77,7 @@ props! {
     script_calls: "script.calls",
     time: "scene.time",
     dt: "scene.dt",
+    physics_dt: "scene.physics_dt",
     step: "scene.step",
     gravity: "scene.gravity",
     seed: "scene.seed",

@@ -5,11 +5,13 @@
 
 mod algebra;
 mod aliases;
+mod by_name;
 mod console;
 mod constants;
 mod forces;
 mod joints;
 mod kit;
+mod main_script;
 mod math;
 mod messages;
 mod names;
@@ -56,6 +58,7 @@ impl Plugin for Vrep {
         shapes::offer(offer);
         forces::offer(offer);
         properties::offer(offer);
+        by_name::offer(offer);
         proximity::offer(offer);
         signals::offer(offer);
         tubes::offer(offer);
@@ -65,6 +68,7 @@ impl Plugin for Vrep {
         simulation::offer(offer);
         parameters::offer(offer);
         scripts::offer(offer);
+        main_script::offer(offer);
         threads::offer(offer);
         math::offer(offer);
         constants::offer(offer);

@@ -1,4 +1,5 @@
 -- Runs once in every new script state. Tells the language how scripts of this API are called.
+local script = ...
 
 -- `simInvertMatrix` changes the table that it is given, which no command can.
 function simInvertMatrix(matrix)
@@ -12,6 +13,9 @@ function simInvertMatrix(matrix)
     return 1
 end
 
+-- Old main scripts have one part for the whole step, which calls the other scripts twice.
+local main = script.kind == "main"
+
 return {
     -- Modern scripts define functions of these names, %s being the callback.
     functions = "sysCall_%s",
@@ -23,8 +27,8 @@ return {
             init = 0,
             cleanup = 1,
             actuation = 2,
-            sensing = 3,
-            thread = 4,
+            sensing = not main and 3 or nil,
+            thread = not main and 4 or nil,
             afterSimulation = 4,
             nonSimulation = 5,
             beforeSimulation = 6,

@@ -136,8 +136,13 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
         _ => f64::INFINITY,
     };
     let mut nearest = Sight::Nothing;
+    // In a main script these are the sensors of the stage, which measures them together.
+    let stage = c.i64(0)? == HANDLE_ALL_EXCEPT_EXPLICIT && crate::main_script::is_main(c)?;
+    if stage {
+        c.world().run_stage(TATU_STAGE_SENSE, 0.0)?;
+    }
     for sensor in sensors(c)? {
-        let sight = look(c, sensor, 0)?;
+        let sight = if stage { last(c, sensor)? } else { look(c, sensor, 0)? };
         if far(&sight) < far(&nearest) {
             nearest = sight;
         }

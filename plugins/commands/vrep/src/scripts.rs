@@ -164,27 +164,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Sets a parameter of a script, until the simulation ends.")
         .example("sim.setScriptSimulationParameter(script, 'speed', 2)"),
     );
-    offer.command(
-        Cmd::new("sim.handleChildScripts", |c| {
-            let script = c.caller_script();
-            if script != 0 && text_of(c, script, c.plugin().p.script_kind)? == "main" {
-                return Err(Fail::unsupported("the host calls child scripts; a main script cannot"));
-            }
-            c.ret(0_i64);
-            Ok(())
-        })
-        .alias("sim.handleSimulationScripts")
-        .old_name("simHandleChildScripts", MINUS)
-        .old_name("simHandleChildScript", MINUS)
-        .param(Param::any("callType").optional())
-        .param(Param::any("arguments").rest())
-        .returns(Param::int("count").text("0"))
-        .text(
-            "Calls the child scripts below that were not called in this pass: none, \
-            for the host calls each by itself.",
-        )
-        .example("sim.handleChildScripts(sim_call_type)"),
-    );
 }
 
 /// The script of a kind that belongs to an object; 0: none.

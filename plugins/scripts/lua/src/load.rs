@@ -157,11 +157,20 @@ fn syntax(message: &[u8], chunk: &str) -> Fail {
     if line > 0 { fail.at(chunk, line) } else { fail }
 }
 
+/// The script's kind: "child", "main", ...
+fn kind(s: &Script) -> Vec<u8> {
+    // SAFETY: the world lives, and this is a call of its.
+    let world = unsafe { World::from_raw(s.world, &s.host) };
+    let kind = world.get(s.instance.owner, s.host.prop("script.kind"));
+    kind.ok().and_then(|v| v.as_bytes().map(<[u8]>::to_vec)).unwrap_or_default()
+}
+
 /// Runs all preludes without a module name; gathers what they return.
 fn preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
     let Some(next) = s.host.commands_table().and_then(|t| t.prelude) else {
         return Ok(());
     };
+    let kind = kind(s);
     for index in 0.. {
         let (mut module, mut text) = (crate::state::border(b""), crate::state::border(b""));
         // SAFETY: valid pointers; texts of preludes live as long as their plugin.
@@ -181,6 +190,8 @@ fn preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
                 lua_error(l);
             }
             lua_newtable(l);
+            push(l, &kind);
+            lua_setfield(l, -2, c"kind".as_ptr());
             if let Some(dialect) = dialect {
                 push(l, dialect.as_bytes());
                 lua_setfield(l, -2, c"dialect".as_ptr());

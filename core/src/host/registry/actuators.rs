@@ -1,0 +1,125 @@
+//! Kinds of actuators, and what sensors and actuators have in common as devices.
+
+use tatu_plugin_api::abi::*;
+
+use super::{Registry, read::NO_LIFE};
+use crate::{
+    error::Result,
+    host::{Declared, tables},
+};
+
+/// A kind of actuator.
+pub struct ActuatorKind {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes write.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// Its parameters.
+    pub params: Vec<Declared>,
+    /// What may be commanded: one number each, in the order of the command buffer.
+    pub commands: Vec<Declared>,
+    /// Whether it is asked before each engine step, instead of once per advance.
+    pub every_substep: bool,
+    /// The interned keys "<kind>.<parameter>".
+    pub(crate) param_props: Vec<u32>,
+    /// The interned keys "<kind>.<command>".
+    pub(crate) command_props: Vec<u32>,
+    pub(crate) raw: tatu_actuator,
+    pub(crate) life: tatu_life,
+}
+
+/// What a device's kind declares, be it a sensor or an actuator.
+#[derive(Clone, Copy)]
+pub struct DeviceKind<'a> {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes write.
+    pub id: &'a str,
+    /// Its parameters.
+    pub params: &'a [Declared],
+    /// Its commands; a sensor has none.
+    pub commands: &'a [Declared],
+}
+
+impl<'a> DeviceKind<'a> {
+    /// All keys that a scene may set.
+    pub fn declared(self) -> impl Iterator<Item = &'a Declared> {
+        self.params.iter().chain(self.commands)
+    }
+}
+
+impl Registry {
+    /// What a device's kind declares; `object_kind` is `TATU_KIND_SENSOR` or `TATU_KIND_ACTUATOR`.
+    pub fn device(&self, object_kind: i32, kind: usize) -> DeviceKind<'_> {
+        if object_kind == TATU_KIND_ACTUATOR {
+            let k = &self.actuators[kind];
+            return DeviceKind { plugin: k.plugin, id: &k.id, params: &k.params, commands: &k.commands };
+        }
+        let k = &self.sensors[kind];
+        DeviceKind { plugin: k.plugin, id: &k.id, params: &k.params, commands: &[] }
+    }
+
+    /// The kind of actuator of an id.
+    pub fn actuator(&self, id: &str) -> Result<usize> {
+        self.actuators.iter().position(|a| a.id == id).ok_or_else(|| {
+            let known: Vec<_> = self.actuators.iter().map(|a| a.id.as_str()).collect();
+            self.unknown("E108", "actuator kind", id, &known)
+        })
+    }
+
+    /// # Safety
+    /// The plugin is started, and its tables are as the header tells.
+    pub(super) unsafe fn add_actuators(&mut self, plugin: usize) {
+        // SAFETY: as promised by the caller.
+        unsafe {
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_actuator>(TATU_ACTUATOR)) else {
+                return;
+            };
+            for (_, raw) in tables::list(ext.kinds) {
+                let Some(id) = tables::text(raw.id) else {
+                    self.refuse(plugin, "one of its actuators has no id".into());
+                    continue;
+                };
+                let (params, commands) = (Declared::read_list(raw.params), Declared::read_list(raw.commands));
+                if let Some(why) = self.flaw(&id, &raw, &params, &commands) {
+                    self.refuse(plugin, why);
+                    continue;
+                }
+                let number = |d: &Declared| self.host.number(&format!("{id}.{}", d.key));
+                self.actuators.push(ActuatorKind {
+                    plugin,
+                    text: tables::text(raw.text).unwrap_or_default(),
+                    every_substep: raw.flags & TATU_ACTUATOR_EVERY_SUBSTEP != 0,
+                    param_props: params.iter().map(number).collect(),
+                    command_props: commands.iter().map(number).collect(),
+                    params,
+                    commands,
+                    life: tables::read(raw.life).unwrap_or(NO_LIFE),
+                    raw,
+                    id,
+                });
+            }
+        }
+    }
+
+    /// Why a kind cannot be used.
+    fn flaw(&self, id: &str, raw: &tatu_actuator, params: &[Declared], commands: &[Declared]) -> Option<String> {
+        if raw.apply.is_none() {
+            return Some(format!("its actuator `{id}` has no apply"));
+        }
+        if let Some(other) = self.actuators.iter().find(|a| a.id == id) {
+            return Some(format!("its actuator `{id}` is already offered by `{}`", self.plugins[other.plugin].id));
+        }
+        if raw.n_commands as usize != commands.len() {
+            let (n, m) = (raw.n_commands, commands.len());
+            return Some(format!("its actuator `{id}` has a buffer of {n} numbers for {m} declared commands"));
+        }
+        if let Some(c) = commands.iter().find(|c| c.kind != TATU_F64) {
+            return Some(format!("the command `{}` of its actuator `{id}` is not a number (TATU_F64)", c.key));
+        }
+        let twice = commands.iter().find(|c| params.iter().any(|p| p.key == c.key));
+        twice.map(|c| format!("`{}` is both a parameter and a command of its actuator `{id}`", c.key))
+    }
+}

@@ -1,0 +1,170 @@
+//! What may be read and set of a sensor or actuator by the key "<kind>.<key>": parameters, which make the instance anew,
+//! and commands of actuators, which are live.
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{Done, busy, slot};
+use crate::{
+    act::Actuator,
+    error::nearest,
+    host::{Declared, check_value},
+    scene::{Data, Scene},
+    sense::Device,
+    world::WorldCell,
+};
+
+/// What a key means for an object.
+enum Meaning {
+    /// Parameter of a sensor of this kind.
+    Sensor { kind: usize, at: usize },
+    /// Parameter of an actuator of this kind.
+    Actuator { kind: usize, at: usize },
+    /// Command of an actuator of this kind.
+    Command { kind: usize, at: usize },
+}
+
+fn meaning(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> Option<Meaning> {
+    match &scene.get(slot)?.data {
+        Data::Actuator(a) => {
+            let info = world.registry.actuators.get(a.kind)?;
+            let find = |props: &[u32]| props.iter().position(|p| *p == prop);
+            let command = find(&info.command_props).map(|at| Meaning::Command { kind: a.kind, at });
+            command.or_else(|| Some(Meaning::Actuator { kind: a.kind, at: find(&info.param_props)? }))
+        }
+        Data::Sensor(s) => {
+            let info = world.registry.sensors.get(s.kind)?;
+            let key = world.registry.host().key(prop)?;
+            let short = key.strip_prefix(info.id.as_str())?.strip_prefix('.')?;
+            Some(Meaning::Sensor { kind: s.kind, at: info.params.iter().position(|p| p.key == short)? })
+        }
+        _ => None,
+    }
+}
+
+/// There is no such key: what there is, and the nearest.
+fn missing(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu_status {
+    let key = world.registry.host().key(prop).unwrap_or_default();
+    let mut text = format!("object {slot} `{}` has no property `{key}`", scene.path(slot));
+    let kind = scene.get(slot).and_then(|o| match &o.data {
+        Data::Actuator(a) => Some((o.kind(), a.kind)),
+        Data::Sensor(s) => Some((o.kind(), s.kind)),
+        _ => None,
+    });
+    if let Some((object_kind, kind)) = kind {
+        let info = world.registry.device(object_kind, kind);
+        let known: Vec<String> = info.declared().map(|d| format!("{}.{}", info.id, d.key)).collect();
+        match nearest(&key, known.iter().map(String::as_str)) {
+            Some(near) => text += &format!("; did you mean `{near}`?"),
+            None if !known.is_empty() => text += &format!("; of its kind it has {}", known.join(", ")),
+            None => {}
+        }
+    }
+    world.calls.refuse(TATU_ERR_MISSING, &text)
+}
+
+/// Reads a parameter or command.
+pub(super) fn read(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Value, tatu_status> {
+    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let found = match meaning(world, &scene, slot, prop) {
+        None => None,
+        Some(Meaning::Command { at, .. }) => match scene.get(slot).map(|o| &o.data) {
+            Some(Data::Actuator(a)) => a.commands.get(at).map(|x| Value::Float(*x)),
+            _ => None,
+        },
+        Some(Meaning::Sensor { at, .. }) => {
+            let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+            sensing.device(slot).and_then(|d| d.params.get(at).cloned())
+        }
+        Some(Meaning::Actuator { at, .. }) => {
+            let acting = world.acting.try_borrow().map_err(|_| busy(world))?;
+            acting.device(scene.id(slot)).and_then(|d| d.params.get(at).cloned())
+        }
+    };
+    found.ok_or_else(|| missing(world, &scene, slot, prop))
+}
+
+/// A value as a declaration wants it. One number is a number, however many a caller could have given.
+fn checked(world: &WorldCell, declared: &Declared, prop: tatu_prop, value: Value) -> Result<Value, tatu_status> {
+    let value = match value {
+        Value::Floats(v) if v.len() == 1 && declared.kind != TATU_F64S => Value::Float(v[0]),
+        other => other,
+    };
+    check_value(declared, value).map_err(|e| {
+        let key = world.registry.host().key(prop).unwrap_or_default();
+        world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}`: {e}"))
+    })
+}
+
+/// Sets a parameter or command.
+pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Done {
+    let (slot, owner, name, meaning) = {
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let slot = slot(world, &scene, object)?;
+        let found = meaning(world, &scene, slot, prop).ok_or_else(|| missing(world, &scene, slot, prop))?;
+        (slot, scene.id(slot), scene.get(slot).map_or(String::new(), |o| o.name()), found)
+    };
+    match meaning {
+        Meaning::Command { kind, at } => command(world, slot, kind, at, prop, value),
+        Meaning::Sensor { kind, at } => {
+            let value = checked(world, &world.registry.sensors[kind].params[at], prop, value)?;
+            let mut params = {
+                let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+                sensing.device(slot).map(|d| d.params.clone()).ok_or_else(|| gone(world, slot))?
+            };
+            params[at] = value;
+            // No borrow is alive while the plugin makes the new instance.
+            let made = Device::create(&world.registry, kind, slot, world.instance_info(owner, &name), params)
+                .map_err(|e| refused(world, prop, &e))?;
+            let old = {
+                let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
+                let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
+                place.map(|d| std::mem::replace(d, made))
+            };
+            old.into_iter().for_each(|d| d.destroy(&world.registry));
+            Ok(())
+        }
+        Meaning::Actuator { kind, at } => {
+            let value = checked(world, &world.registry.actuators[kind].params[at], prop, value)?;
+            let mut params = {
+                let acting = world.acting.try_borrow().map_err(|_| busy(world))?;
+                acting.device(owner).map(|d| d.params.clone()).ok_or_else(|| gone(world, slot))?
+            };
+            params[at] = value;
+            let made = Actuator::create(&world.registry, kind, slot, world.instance_info(owner, &name), params)
+                .map_err(|e| refused(world, prop, &e))?;
+            let old = {
+                let mut acting = world.acting.try_borrow_mut().map_err(|_| busy(world))?;
+                let place = acting.devices.iter_mut().find(|d| d.object == owner);
+                place.map(|d| std::mem::replace(d, made))
+            };
+            old.into_iter().for_each(|d| d.destroy(&world.registry));
+            Ok(())
+        }
+    }
+}
+
+fn command(world: &WorldCell, slot: u32, kind: usize, at: usize, prop: tatu_prop, value: Value) -> Done {
+    let declared = &world.registry.actuators[kind].commands[at];
+    let Value::Float(x) = checked(world, declared, prop, value)? else { return Err(TATU_ERR_ARGUMENT) };
+    if !x.is_finite() {
+        let text = format!("`{}`: expected a finite number, found {x}", declared.key);
+        return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
+    }
+    let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+    if let Some(Data::Actuator(a)) = scene.get_mut(slot).map(|o| &mut o.data)
+        && let Some(place) = a.commands.get_mut(at)
+    {
+        *place = x;
+    }
+    Ok(())
+}
+
+fn gone(world: &WorldCell, slot: u32) -> tatu_status {
+    world.calls.refuse(TATU_ERR_GONE, &format!("the instance of object {slot} has ended"))
+}
+
+/// The plugin did not take a parameter; the instance is as before.
+fn refused(world: &WorldCell, prop: tatu_prop, why: &str) -> tatu_status {
+    let key = world.registry.host().key(prop).unwrap_or_default();
+    world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}`: {why}"))
+}

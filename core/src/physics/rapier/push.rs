@@ -1,0 +1,44 @@
+//! Pushes that act in one engine step alone.
+
+use rapier3d::{dynamics::RigidBodyHandle, math::Vector};
+
+use super::{Motion, Push, Rapier, convert, finite};
+
+/// What a body was pushed with before, for all steps of the advance.
+pub(super) struct Before {
+    handle: RigidBodyHandle,
+    force: Vector,
+    torque: Vector,
+}
+
+impl Rapier {
+    /// Adds pushes; what to give to [`Rapier::take_back`] after the step.
+    pub(super) fn push_for_a_step(&mut self, pushes: &[Push]) -> Vec<Before> {
+        let mut old = Vec::with_capacity(pushes.len());
+        for push in pushes {
+            let Some((handle, Motion::Dynamic)) = self.record(push.body).map(|r| (r.handle, r.motion)) else {
+                continue;
+            };
+            if !finite(&push.force) || !finite(&push.torque) {
+                self.freeze(push.body);
+                continue;
+            }
+            let body = &mut self.world.bodies[handle];
+            old.push(Before { handle, force: body.user_force(), torque: body.user_torque() });
+            body.add_force(convert::vector(&push.force), true);
+            body.add_torque(convert::vector(&push.torque), true);
+        }
+        old
+    }
+
+    /// Puts the forces back as they were, in reverse order: a body may have been pushed more than once.
+    pub(super) fn take_back(&mut self, old: Vec<Before>) {
+        for before in old.into_iter().rev() {
+            let Some(body) = self.world.bodies.get_mut(before.handle) else { continue };
+            body.reset_forces(false);
+            body.reset_torques(false);
+            body.add_force(before.force, false);
+            body.add_torque(before.torque, false);
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! The stage in which sensors measure.
+
+use tatu_plugin_api::abi::*;
+
+use crate::{
+    scene::Data,
+    sense::{self, Around, Job, Moment},
+    world::{WorldCell, instance_fault},
+};
+
+/// Sensors that are due measure.
+pub(super) fn sense(world: &WorldCell) {
+    let kinds = world.registry.sensors.len();
+    for kind in 0..kinds {
+        let due: Vec<usize> = {
+            let (sensing, scene) = (world.sensing.borrow(), world.scene.borrow());
+            let explicit = |slot| matches!(scene.get(slot).map(|o| &o.data), Some(Data::Sensor(s)) if s.explicit);
+            let devices = sensing.devices.iter().enumerate();
+            devices
+                .filter(|(_, d)| d.kind == kind && !d.off && scene.get(d.slot).is_some() && !explicit(d.slot))
+                .map(|(i, _)| i)
+                .collect()
+        };
+        if !due.is_empty() {
+            sense_some(world, kind, &due, None);
+        }
+    }
+}
+
+/// Handles some sensors of one kind now; whoever fails is switched off and named once.
+pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only: Option<tatu_object>) {
+    let moment = Moment { time: world.clock.time.get(), step: world.clock.step.get() };
+    let failed = {
+        let (mut sensing, scene, dynamics) =
+            (world.sensing.borrow_mut(), world.scene.borrow(), world.dynamics.borrow());
+        sensing.targets.follow(&scene);
+        let twist = |slot| world.twist(&scene, &dynamics, slot);
+        let around = Around { scene: &scene, registry: &world.registry, twist: &twist, pool: world.pool() };
+        sense::measure(&mut sensing, &Job { kind, devices, only, moment }, &around)
+    };
+    for f in failed {
+        if let Some(d) = world.sensing.borrow_mut().devices.iter_mut().find(|d| d.slot == f.slot) {
+            d.off = true;
+            // What it measured before is no reading of now.
+            d.sequence = 0;
+        }
+        let plugin = world.registry.sensors[f.kind].plugin;
+        world.report(instance_fault(world, plugin, f.slot, f.status, &f.text));
+    }
+}
+
+/// Ends the instances of sensors that are gone.
+pub(super) fn reap(world: &WorldCell) {
+    let gone = {
+        let scene = world.scene.borrow();
+        let is_there = |slot: u32, i: u64| scene.get(slot).is_some() && i > 0;
+        world.sensing.borrow_mut().take_gone(|slot, d| is_there(slot, d.id))
+    };
+    for d in gone {
+        d.destroy(&world.registry);
+    }
+}

@@ -1,0 +1,74 @@
+//! Running one stage, for the step itself or for a driver.
+
+use std::borrow::Cow;
+
+use tatu_plugin_api::abi::*;
+
+use super::{actuate, physics, react, sensors::sense};
+use crate::{calls::Caller, world::WorldCell};
+
+/// A part of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stage {
+    Actuate = TATU_STAGE_ACTUATE as isize,
+    Physics = TATU_STAGE_PHYSICS as isize,
+    Sense = TATU_STAGE_SENSE as isize,
+    React = TATU_STAGE_REACT as isize,
+}
+
+impl Stage {
+    /// By its number at the border.
+    pub fn of(number: u32) -> Option<Self> {
+        [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React].into_iter().find(|s| *s as u32 == number)
+    }
+    fn name(self) -> &'static str {
+        match self {
+            Stage::Actuate => "actuate",
+            Stage::Physics => "physics",
+            Stage::Sense => "sense",
+            Stage::React => "react",
+        }
+    }
+}
+
+/// Ends a stage, however it is left.
+struct Running<'a>(&'a WorldCell, Caller);
+
+impl Drop for Running<'_> {
+    fn drop(&mut self) {
+        self.0.calls.caller.set(self.1);
+        if let Ok(mut stages) = self.0.stages.try_borrow_mut() {
+            stages.pop();
+        }
+    }
+}
+
+/// Runs a stage now; `who` asks. `Err`: it is running already (with the chain of calls), or a part of the world is in use
+/// by a caller further up.
+pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'static, str>>) -> Result<(), String> {
+    let who = who.into();
+    {
+        let mut stages = world.stages.try_borrow_mut().map_err(|_| "not possible from within this call")?;
+        if stages.iter().any(|(s, _)| *s == stage as u32) {
+            let mut chain = String::new();
+            for (s, asked) in stages.iter() {
+                chain += &format!("{asked} -> {} -> ", Stage::of(*s).map_or("?", Stage::name));
+            }
+            let name = stage.name();
+            return Err(format!("the stage `{name}` was asked for from within itself: {chain}{who} -> {name}"));
+        }
+        // A plugin that asks from within a measure or apply, where it may call nothing but the log.
+        if world.scene.try_borrow_mut().is_err() || world.sensing.try_borrow_mut().is_err() {
+            return Err(format!("the stage `{}` cannot run from within this call", stage.name()));
+        }
+        stages.push((stage as u32, who));
+    }
+    let _running = Running(world, world.calls.caller.replace(Caller::HOST));
+    match stage {
+        Stage::Actuate => actuate(world),
+        Stage::Physics => physics(world, dt),
+        Stage::Sense => sense(world),
+        Stage::React => react(world),
+    }
+    Ok(())
+}

@@ -1,0 +1,130 @@
+//! What main scripts call: the stages of a step, under the names that they had there.
+//!
+//! | command | stage |
+//! |---|---|
+//! | `sim.handleChildScripts(sim.syscb_actuation)` | actuate |
+//! | `sim.handleDynamics(dt)` | physics |
+//! | `sim.handleProximitySensor(sim.handle_all_except_explicit)` | sense (see `proximity`) |
+//! | `sim.handleChildScripts(sim.syscb_sensing)` | react |
+
+use crate::{Vrep, kit::*};
+
+/// The call types of actuation and sensing; the same numbers as in `constants`, "Lifecycle".
+const ACTUATION: i64 = 2;
+const SENSING: i64 = 3;
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.handleChildScripts", |c| {
+            let count = call_scripts(c)?;
+            c.ret(count);
+            Ok(())
+        })
+        .alias("sim.handleSimulationScripts")
+        .alias("sim.handleEmbeddedScripts")
+        .old_name("simHandleChildScripts", MINUS)
+        .old_name("simHandleChildScript", MINUS)
+        .param(Param::any("callType").optional().text("sim.syscb_actuation or sim.syscb_sensing"))
+        .param(Param::any("arguments").rest())
+        .returns(Param::int("count").text("of the scripts that were called"))
+        .text(
+            "In a main script: calls all other scripts, child and customization, for actuation or sensing. Elsewhere, and \
+            for other call types, nothing is left to do: each script is called once by itself.",
+        )
+        .example("sim.handleChildScripts(sim.syscb_actuation)"),
+    );
+    offer.command(
+        Cmd::new("sim.handleDynamics", |c| {
+            let dt = c.f64(0)?;
+            if !is_main(c)? {
+                return Err(Fail::unsupported("only a main script lets physics advance")
+                    .help("make the script one of kind `main`, or leave physics to the host"));
+            }
+            c.world().run_stage(TATU_STAGE_PHYSICS, dt)?;
+            let longest = c.world().f64(0, c.plugin().p.physics_dt)?;
+            c.ret((dt / longest - 1e-9).ceil().max(0.0) as i64);
+            Ok(())
+        })
+        .old_name("simHandleDynamics", MINUS)
+        .param(Param::float("dt").unit("s").range(0.0, f64::INFINITY))
+        .returns(Param::int("count").text("of the physics steps"))
+        .text("In a main script: lets physics advance. Time moves on by as much at the end of the step.")
+        .example("sim.handleDynamics(sim.getSimulationTimeStep())"),
+    );
+    for (name, what) in NOTHING {
+        let old = format!("sim{}{}", name[..1].to_uppercase(), &name[1..]);
+        offer.command(
+            Cmd::new(format!("sim.{name}"), |c| {
+                // All of what is not there is handled; one of them cannot be.
+                if let Some(n) = c.arg(0).as_i64().filter(|n| *n > HANDLE_BITS) {
+                    return Err(Fail::missing(format!("there is nothing of that kind with the handle {n}")));
+                }
+                c.ret(0_i64);
+                Ok(())
+            })
+            .old_name(old, MINUS)
+            .param(Param::any("arguments").rest())
+            .returns(Param::int("count").text("0"))
+            .text(format!("For main scripts, which call it in each step: {what}."))
+            .example(format!("sim.{name}(sim.handle_all_except_explicit)")),
+        );
+    }
+}
+
+/// What default main scripts call and for which there is nothing to do here.
+const NOTHING: &[(&str, &str)] = &[
+    ("handleSimulationStart", "nothing has to be prepared"),
+    ("handleSensingStart", "nothing has to be prepared"),
+    ("openModule", "there are no modules of the original's kind"),
+    ("handleModule", "there are no modules of the original's kind"),
+    ("closeModule", "there are no modules of the original's kind"),
+    ("resumeThreads", "threads go on in the actuation part"),
+    ("launchThreadedChildScripts", "threads begin in the actuation part"),
+    ("handleCustomizationScripts", "they are called together with the child scripts"),
+    ("handleAddOnScripts", "there are none"),
+    ("handleSandboxScript", "there is none"),
+    ("handleJoint", "no joint moves by itself without physics"),
+    ("handleJointMotion", "no joint moves by itself without physics"),
+    ("handlePath", "there are no paths"),
+    ("handleMechanism", "there are no mechanisms"),
+    ("handleIkGroup", "there are no IK groups"),
+    ("handleVarious", "nothing is left over"),
+    ("handleMill", "there are no mills"),
+    ("resetMill", "there are no mills"),
+    ("resetMilling", "there are no mills"),
+    ("handleCollision", "there are no collision objects"),
+    ("resetCollision", "there are no collision objects"),
+    ("handleDistance", "there are no distance objects"),
+    ("resetDistance", "there are no distance objects"),
+    ("handleVisionSensor", "there are no vision sensors"),
+    ("resetVisionSensor", "there are no vision sensors"),
+    ("handleGraph", "there are no graphs"),
+];
+
+/// Whether the caller is a main script.
+pub(crate) fn is_main(c: &Ctx<'_>) -> Result<bool> {
+    let script = c.caller_script();
+    Ok(script != 0 && text_of(c, script, c.plugin().p.script_kind)? == "main")
+}
+
+/// Runs the stage that a call type means; how many scripts it calls.
+fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
+    if !is_main(c)? {
+        return Ok(0);
+    }
+    // The oldest form names scripts first (all of them), and perhaps no type.
+    let kind = match (c.arg(0).as_i64(), c.arg(1).as_i64()) {
+        (None, _) => ACTUATION,
+        (Some(n), None) if n < 0 => ACTUATION,
+        (Some(n), Some(kind)) if n < 0 => kind,
+        (Some(kind), _) => kind,
+    };
+    let stage = match kind {
+        ACTUATION => TATU_STAGE_ACTUATE,
+        SENSING => TATU_STAGE_REACT,
+        _ => return Ok(0),
+    };
+    c.world().run_stage(stage, c.world().f64(0, c.plugin().p.dt)?)?;
+    let main = c.caller_script();
+    Ok(c.world().scripts(0)?.iter().filter(|s| **s != main).count() as i64)
+}
