@@ -9,6 +9,7 @@ mod cli;
 mod course;
 mod demos;
 mod determinism;
+mod driver;
 mod errors;
 mod header;
 mod kit;

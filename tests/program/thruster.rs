@@ -352,6 +352,28 @@ fn a_failing_actuator_in_c_is_switched_off_and_named_once() {
 }
 
 #[test]
+fn of_two_in_c_only_the_one_that_fails_is_switched_off() {
+    let good = jointed("motor", "revolute", "effort = 0.02");
+    let bad = jointed("motor", "revolute", "effort = 0.02\nfail = 1.0").replace("base", "other");
+    let place = with_motor(&format!("{good}{bad}"));
+    let done = place.run(&[
+        "--steps",
+        "10",
+        "--trace",
+        "trace.jsonl",
+        "--watch",
+        "/base/axle/load",
+        "--watch",
+        "/other/axle/load",
+    ]);
+    let errors = done.errors();
+    assert!(errors.len() == 1 && errors[0]["object"] == "/other/axle/motor", "{errors:?}");
+    let last = &place.lines("trace.jsonl")[9];
+    let spin = |path: &str| last.object::<3>(path, "angular_velocity")[2];
+    assert!(spin("/base/axle/load") > 0.1 && spin("/other/axle/load") == 0.0);
+}
+
+#[test]
 fn lists_tell_of_actuators() {
     let list = Place::new().tatu(&["list", "actuators", "--json"]).good().json();
     let found = list.as_array().unwrap().iter().find(|a| a["id"] == "thruster_substep").unwrap();

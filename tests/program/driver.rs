@@ -1,0 +1,284 @@
+//! Drivers: a script of kind `main` runs the stages of a step itself.
+
+use crate::kit::*;
+
+/// A dummy with a main script.
+fn main_script(text: &str, dialect: &str) -> String {
+    format!(
+        "[[object]]\nkind = \"dummy\"\nalias = \"driver\"\nscript = {{ kind = \"main\", dialect = \"{dialect}\", text = '''\n{text}\n''' }}\n"
+    )
+}
+
+/// The order of the stages in default main scripts of today.
+const MODERN: &str = "
+function sysCall_init()
+    sim.handleSimulationStart()
+    sim.openModule(sim.handle_all)
+    sim.handleGraph(sim.handle_all_except_explicit, 0)
+end
+function sysCall_actuation()
+    sim.resumeThreads(sim.scriptthreadresume_default)
+    sim.launchThreadedChildScripts()
+    called = sim.handleSimulationScripts(sim.syscb_actuation)
+    sim.handleCustomizationScripts(sim.syscb_actuation)
+    sim.handleAddOnScripts(sim.syscb_actuation)
+    sim.handleSandboxScript(sim.syscb_actuation)
+    sim.handleModule(sim.handle_all, false)
+    sim.handleJointMotion()
+    sim.handleIkGroup(sim.handle_all_except_explicit)
+    steps = sim.handleDynamics(sim.getSimulationTimeStep())
+    assert(called == COUNT and steps == 5, called .. ' ' .. steps)
+end
+function sysCall_sensing()
+    sim.handleSensingStart()
+    sim.handleCollision(sim.handle_all_except_explicit)
+    sim.handleDistance(sim.handle_all_except_explicit)
+    sim.handleProximitySensor(sim.handle_all_except_explicit)
+    sim.handleVisionSensor(sim.handle_all_except_explicit)
+    sim.handleSimulationScripts(sim.syscb_sensing)
+    sim.handleCustomizationScripts(sim.syscb_sensing)
+    sim.handleModule(sim.handle_all, true)
+    sim.handleGraph(sim.handle_all_except_explicit, sim.getSimulationTime() + sim.getSimulationTimeStep())
+end
+function sysCall_cleanup()
+    sim.handleSimulationScripts(sim.syscb_cleanup)
+    sim.resetCollision(sim.handle_all_except_explicit)
+    sim.resetProximitySensor(sim.handle_all_except_explicit)
+    sim.closeModule(sim.handle_all)
+    sim.addStatusbarMessage('main cleans up')
+end";
+
+/// The same of 2015: the whole text runs for each call, with one part for the step.
+const OLD: &str = "
+if (sim_call_type==sim_mainscriptcall_initialization) then
+    simOpenModule(sim_handle_all)
+    simHandleGraph(sim_handle_all_except_explicit,0)
+    runs=0
+end
+if (sim_call_type==sim_mainscriptcall_regular) then
+    runs=runs+1
+    if runs~=math.floor(simGetSimulationTime()/simGetSimulationTimeStep()+1.5) then error('called '..runs) end
+    simResumeThreads(sim_scriptthreadresume_default)
+    simResumeThreads(sim_scriptthreadresume_actuation_first)
+    simLaunchThreadedChildScripts()
+    simHandleChildScripts(sim_childscriptcall_actuation)
+    simResumeThreads(sim_scriptthreadresume_actuation_last)
+    simHandleCustomizationScripts(sim_customizationscriptcall_simulationactuation)
+    simHandleModule(sim_handle_all,false)
+    simHandleMechanism(sim_handle_all_except_explicit)
+    simHandleIkGroup(sim_handle_all_except_explicit)
+    simHandleDynamics(simGetSimulationTimeStep())
+    simHandleVarious()
+    simHandleMill(sim_handle_all_except_explicit)
+    simHandleCollision(sim_handle_all_except_explicit)
+    simHandleDistance(sim_handle_all_except_explicit)
+    simHandleProximitySensor(sim_handle_all_except_explicit)
+    simHandleVisionSensor(sim_handle_all_except_explicit)
+    simResumeThreads(sim_scriptthreadresume_sensing_first)
+    simHandleChildScripts(sim_childscriptcall_sensing)
+    simResumeThreads(sim_scriptthreadresume_sensing_last)
+    simHandleCustomizationScripts(sim_customizationscriptcall_simulationsensing)
+    simHandleModule(sim_handle_all,true)
+    simResumeThreads(sim_scriptthreadresume_allnotyetresumed)
+    simHandleGraph(sim_handle_all_except_explicit,simGetSimulationTime()+simGetSimulationTimeStep())
+end
+if (sim_call_type==sim_mainscriptcall_cleanup) then
+    simResetMilling(sim_handle_all)
+    simResetMill(sim_handle_all_except_explicit)
+    simResetCollision(sim_handle_all_except_explicit)
+    simResetProximitySensor(sim_handle_all_except_explicit)
+    simCloseModule(sim_handle_all)
+    simAddStatusbarMessage('main cleans up')
+end";
+
+/// A robot that turns away from a wall as its sonars tell, a thruster, and a script that tells what it senses and when.
+fn lively() -> String {
+    let avoid = "function sysCall_init()
+            left, right = sim.getObject('./Pioneer_p3dx_leftMotor'), sim.getObject('./Pioneer_p3dx_rightMotor')
+            eyes = {sim.getObject('./Pioneer_p3dx_ultrasonicSensor4'), sim.getObject('./Pioneer_p3dx_ultrasonicSensor5')}
+        end
+        function sysCall_actuation()
+            local near = 1
+            for _, eye in ipairs(eyes) do
+                local seen, distance = sim.readProximitySensor(eye)
+                if seen == 1 then near = math.min(near, distance) end
+            end
+            sim.setJointTargetVelocity(left, 3 * near)
+            sim.setJointTargetVelocity(right, 3)
+        end
+        function sysCall_sensing()
+            local seen, distance = sim.readProximitySensor(eyes[1])
+            sim.addStatusbarMessage(string.format('%.17g %d %.17g', sim.getSimulationTime(), seen, distance))
+        end
+        function sysCall_thread()
+            for i = 1, 5 do sim.wait(0.2) sim.addStatusbarMessage('waited') end
+        end
+        function sysCall_cleanup() sim.addStatusbarMessage('robot cleans up') end";
+    let hull = cuboid("hull", [0.2, 0.2, 0.2], [0.0, 3.0, 2.0], "dynamic = true\nmass_kg = 2.0");
+    let jet = "[[object]]\nkind = \"actuator\"\nactuator = \"thruster_substep\"\nparent = \"/hull\"\nmax_force_n = 50.0\nthrust_n = 18.0\n";
+    format!(
+        "{FLOOR}{}{hull}{jet}{}",
+        cuboid("wall", [0.1, 3.0, 1.0], [1.2, 0.0, 0.5], "respondable = true"),
+        pioneer(avoid, "")
+    )
+}
+
+/// Hash, time and told lines of each step.
+fn story(scene: &str, args: &[&str]) -> Vec<(String, f64, Vec<String>)> {
+    let lines = Place::scene(scene).trace(&[], args);
+    let told = |l: &Line| l.status().iter().map(|s| s.to_string()).collect();
+    lines.iter().map(|l| (l.hash().to_owned(), l.time(), told(l))).collect()
+}
+
+#[test]
+fn the_default_order_by_a_main_script_gives_the_same_bits() {
+    let without =
+        story(&format!("{}[[object]]\nkind = \"dummy\"\nalias = \"driver\"\n", lively()), &["--seconds", "3"]);
+    assert!(without.iter().flat_map(|s| &s.2).any(|t| t.contains(" 1 0.")), "the sonar sees the wall: {without:?}");
+    for (text, dialect) in [(MODERN, "4.9"), (OLD, "3.2"), (OLD, "")] {
+        let text = text.replace("COUNT", "1");
+        let with = story(&format!("{}{}", lively(), main_script(&text, dialect)), &["--seconds", "3"]);
+        assert_eq!(with.len(), without.len());
+        for (i, (a, b)) in with.iter().zip(&without).enumerate() {
+            assert_eq!(a, b, "step {i}, dialect `{dialect}`");
+        }
+    }
+}
+
+#[test]
+fn everybody_cleans_up_once() {
+    for (text, dialect) in [(MODERN, "4.9"), (OLD, "3.2")] {
+        let scene = format!("{}{}", lively(), main_script(&text.replace("COUNT", "1"), dialect));
+        let done = Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "3"]).good();
+        for line in ["main cleans up", "robot cleans up"] {
+            assert_eq!(done.out.matches(line).count(), 1, "{dialect}: {}", done.out);
+        }
+    }
+}
+
+/// Time and height of a falling box at the end of each step.
+fn fall(actuation: &str, steps: &str) -> Vec<(f64, f64)> {
+    let falling = cuboid("falling", [0.1, 0.1, 0.1], [0.0, 0.0, 9.0], "dynamic = true");
+    let text = format!("function sysCall_actuation() n = (n or 0) + 1 {actuation} end");
+    let scene = format!("{falling}{}", main_script(&text, "4.9"));
+    let lines = Place::scene(&scene).trace(&["/falling"], &["--steps", steps]);
+    lines.iter().map(|l| (l.time(), l.object::<3>("/falling", "position")[2])).collect()
+}
+
+#[test]
+fn without_physics_no_time_passes() {
+    let seen = fall("assert(sim.getSimulationTime() == 0)", "10");
+    assert_eq!(seen, vec![(0.0, 9.0); 10], "steps count, time stands");
+    // Every second step.
+    let seen = fall("if n % 2 == 0 then sim.handleDynamics(sim.getSimulationTimeStep()) end", "40");
+    for (n, (time, _)) in (1..).zip(&seen) {
+        assert!((time - f64::from(n / 2) * 0.05).abs() < 1e-12, "{time} after {n} steps");
+    }
+    let plain = fall("sim.handleDynamics(sim.getSimulationTimeStep())", "20");
+    assert_eq!(seen[39], plain[19], "the same fall in twice the steps");
+}
+
+#[test]
+fn physics_twice_is_twice_the_time() {
+    let twice = fall("local dt = sim.getSimulationTimeStep() sim.handleDynamics(dt) sim.handleDynamics(dt)", "10");
+    let once = fall("sim.handleDynamics(sim.getSimulationTimeStep())", "20");
+    for (i, seen) in twice.iter().enumerate() {
+        assert_eq!(*seen, once[2 * i + 1]);
+    }
+    // Another length: time is the sum, and a body falls for as long.
+    let seen = fall("assert(sim.handleDynamics(0.005) == 1) assert(sim.handleDynamics(0.02) == 2)", "10");
+    let (t, z) = seen[9];
+    assert!((t - 0.25).abs() < 1e-12, "{t}");
+    assert!((z - (9.0 - 0.5 * 9.81 * t * t)).abs() < 0.5 * 9.81 * t * 0.01, "{z}");
+}
+
+#[test]
+fn a_sensor_is_handled_while_a_joint_is_moved() {
+    // A ray on an arm that is swept through half a turn within one step: it meets a ball of radius 0.2 at 1 m only where it
+    // looks within asin(0.2) = 11.54 degrees of it.
+    let text = "function sysCall_actuation()
+            local arm, eye = sim.getObject('/arm'), sim.getObject('/arm/eye')
+            local hits = {}
+            for degrees = -90, 90 do
+                sim.setJointPosition(arm, math.rad(degrees))
+                local seen, distance = sim.handleProximitySensor(eye)
+                if seen == 1 then
+                    hits[#hits + 1] = degrees
+                    -- Where a line through the origin meets a circle about (1, 0).
+                    local a = math.rad(degrees)
+                    local wanted = math.cos(a) - math.sqrt(0.04 - math.sin(a) ^ 2)
+                    assert(math.abs(distance - wanted) < 1e-9, degrees .. ': ' .. distance)
+                end
+            end
+            assert(hits[1] == -11 and hits[#hits] == 11 and #hits == 23, #hits)
+            sim.addStatusbarMessage('swept')
+        end";
+    let scene = format!(
+        "[[object]]\nkind = \"joint\"\nalias = \"arm\"\nmode = \"kinematic\"\nposition_m = [0.0, 0.0, 1.0]\n
+        [[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nparent = \"/arm\"\nalias = \"eye\"\nrange_m = 2.0\nexplicit = true\norientation_deg = [0.0, 90.0, 0.0]\n
+        [[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.4, 0.4, 0.4]\nposition_m = [1.0, 0.0, 1.0]\n{}",
+        main_script(text, "4.9")
+    );
+    let told = story(&scene, &["--steps", "3"]);
+    assert_eq!(told.iter().filter(|s| s.2 == ["swept"] && s.1 == 0.0).count(), 3, "{told:?}");
+}
+
+#[test]
+fn a_stage_within_itself_is_refused_with_the_chain() {
+    // A child asks the main script, which asks for the stage that called the child.
+    let child = "function sysCall_actuation()
+            sim.callScriptFunction('again', sim.getScript(sim.scripttype_mainscript))
+        end";
+    let text = "function again() sim.handleChildScripts(sim.syscb_actuation) end
+        function sysCall_actuation()
+            sim.handleChildScripts(sim.syscb_actuation)
+            sim.handleDynamics(sim.getSimulationTimeStep())
+        end";
+    let place = Place::scene(&format!("{}{}", watcher("child", child), main_script(text, "4.9")));
+    let done = place.run(&["--steps", "3"]);
+    let errors = done.errors();
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    let e = &errors[0];
+    assert_eq!(e["object"], "/child");
+    let message = e["message"].as_str().unwrap();
+    let chain = "`actuate` was asked for from within itself: /driver -> actuate -> /driver -> actuate";
+    assert!(message.contains(chain), "{message}");
+    assert_eq!(done.json()["sim_time_s"].as_f64().map(|t| (t / 0.05).round()), Some(3.0), "the driver goes on");
+}
+
+#[test]
+fn who_is_no_main_script_runs_no_physics() {
+    let script = "function sysCall_actuation() sim.handleDynamics(0.05) end";
+    let done = Place::scene(&watcher("child", script)).run(&["--steps", "3"]);
+    let errors = done.errors();
+    assert!(errors[0]["message"].as_str().unwrap().contains("only a main script"), "{errors:?}");
+    done.tells(&["kind `main`"]);
+}
+
+#[test]
+fn two_main_scripts_are_refused_where_the_second_stands() {
+    let one = main_script("", "4.9");
+    let other = one.replace("\"driver\"", "\"other\"");
+    let done = Place::scene(&format!("{one}{other}")).tatu(&["check", "scene.toml"]);
+    done.refused(&["E118", "scene.toml:", "a second main script, beside the one of `driver`", "at most one"]);
+    let unknown = one.replace("\"main\"", "\"mian\"");
+    Place::scene(&unknown).tatu(&["check", "scene.toml"]).refused(&["E102", "`mian`", "did you mean `main`?"]);
+}
+
+#[test]
+fn a_scene_used_as_a_model_leaves_its_main_script_out() {
+    let place = Place::scene("[[model]]\nmodel = \"inner.toml\"\n");
+    place.write("inner.toml", &format!("format = 1\n{}", main_script("error('called')", "4.9")));
+    let result = place.run(&["--steps", "2"]).good().json();
+    assert_eq!(result["sim_time_s"].as_f64(), Some(0.1));
+}
+
+#[test]
+fn a_main_script_with_an_error_lets_time_stand_and_says_so() {
+    for text in ["function sysCall_actuation( end", "function sysCall_init() error('mine') end"] {
+        let done = Place::scene(&main_script(text, "4.9")).run(&["--steps", "3"]);
+        let result = done.json();
+        assert_eq!(done.errors().len(), 1, "{text}: {}", done.out);
+        assert_eq!((result["steps"].as_u64(), result["sim_time_s"].as_f64()), (Some(3), Some(0.0)), "{text}");
+    }
+}
