@@ -147,6 +147,22 @@ fn documents_name_what_is_wrong_with_an_actuator() {
         Place::scene(&format!("{}{}", hull(""), thruster(kind, "jet", more))).tatu(&["check", "scene.toml"])
     };
     scene("thruster", "thrust_n = -12.5").good();
+    let set = |value: &str| {
+        let place = Place::scene(&format!("{}{}", hull(""), thruster("thruster", "jet", "")));
+        place.run(&[
+            "--steps",
+            "1",
+            "--set",
+            &format!("/hull/jet.thrust_n={value}"),
+            "--trace",
+            "t",
+            "--watch",
+            "/hull",
+        ])
+    };
+    set("20.0").good();
+    set("\"much\"").refused(&["E102", "thrust"]);
+    set("inf").refused(&["E102", "thrust", "not finite"]);
     scene("thruster", "trust_n = 1.0").refused(&["E101", "thrust_n"]);
     scene("thruster", "thrust = 1.0").refused(&["E103", "thrust_n"]);
     scene("thruster", "thrust_n = \"much\"").refused(&["E102", "thrust"]);

@@ -88,6 +88,12 @@ fn make(cell: &WorldCell, slot: u32, device: &DeviceSpec, place: Option<&Place>)
         return Err(Error::new("E104", text).expected(p.expectation()).at(place.cloned()));
     }
     let instance = cell.instance_info(owner, &name);
+    for (c, v) in info.commands.iter().zip(&commands) {
+        if matches!(v, Value::Float(x) if !x.is_finite()) {
+            let text = format!("the command `{}` of the {what} {path} is not finite", c.key);
+            return Err(Error::new("E102", text).expected(c.expectation()).at(place.cloned()));
+        }
+    }
     let refused = |text: String| {
         let plugin = &cell.registry.plugins[info.plugin].id;
         Error::new("E402", format!("the {what} {path} cannot be made: plugin `{plugin}`: {text}")).at(place.cloned())
