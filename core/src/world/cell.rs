@@ -267,3 +267,32 @@ pub(crate) fn instance_fault(cell: &WorldCell, plugin: usize, slot: u32, status:
     fault.object = Some(path);
     fault
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Clock;
+
+    #[test]
+    fn whole_steps_are_counted_and_others_added() {
+        let clock = Clock::new(0.05);
+        for n in 1..=10_000_u32 {
+            clock.passed(0.05);
+            clock.advance();
+            // The bits of a product, not of a sum.
+            assert_eq!(clock.time.get(), f64::from(n) * 0.05);
+        }
+        clock.advance();
+        assert_eq!((clock.time.get(), clock.step.get()), (500.0, 10_001), "without physics time stands");
+        clock.passed(0.05);
+        clock.passed(0.05);
+        assert_eq!(clock.so_far(), 0.1);
+        clock.advance();
+        assert_eq!(clock.time.get(), 10_002.0 * 0.05);
+        clock.passed(0.013);
+        clock.advance();
+        assert!((clock.time.get() - 500.113).abs() < 1e-9);
+        clock.passed(0.05);
+        clock.advance();
+        assert!((clock.time.get() - 500.163).abs() < 1e-9);
+    }
+}

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod drives;
+mod push;
 mod respond;
 mod state;
 mod two_wheels;

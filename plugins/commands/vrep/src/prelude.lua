@@ -13,33 +13,36 @@ function simInvertMatrix(matrix)
     return 1
 end
 
--- Old main scripts have one part for the whole step, which calls the other scripts twice.
-local main = script.kind == "main"
+-- In old scripts the whole text runs at each call, with a variable telling why. The same numbers as in constants.rs,
+-- "Lifecycle".
+local reasons = {
+    init = 0,
+    cleanup = 1,
+    actuation = 2,
+    sensing = 3,
+    thread = 4,
+    afterSimulation = 4,
+    nonSimulation = 5,
+    beforeSimulation = 6,
+    suspended = 7,
+    suspend = 8,
+    resume = 9,
+    beforeInstanceSwitch = 10,
+    afterInstanceSwitch = 11,
+    beforeCopy = 12,
+    afterCopy = 13,
+}
+if script.kind == "main" then
+    -- Old main scripts have one part for the whole step, which calls the other scripts twice.
+    reasons.sensing, reasons.thread = nil, nil
+end
 
 return {
     -- Modern scripts define functions of these names, %s being the callback.
     functions = "sysCall_%s",
-    -- In old scripts the whole text runs at each call, with the variable telling why. The same numbers as in
-    -- constants.rs, "Lifecycle".
     rerun = {
         variable = "sim_call_type",
-        values = {
-            init = 0,
-            cleanup = 1,
-            actuation = 2,
-            sensing = not main and 3 or nil,
-            thread = not main and 4 or nil,
-            afterSimulation = 4,
-            nonSimulation = 5,
-            beforeSimulation = 6,
-            suspended = 7,
-            suspend = 8,
-            resume = 9,
-            beforeInstanceSwitch = 10,
-            afterInstanceSwitch = 11,
-            beforeCopy = 12,
-            afterCopy = 13,
-        },
+        values = reasons,
         -- Only texts that speak of threads are run as one.
         needs = { thread = { "sim_childscriptcall_threaded" } },
         extra = { sim_current_script_id = "script" },
