@@ -146,6 +146,13 @@ fn the_default_order_by_a_main_script_gives_the_same_bits() {
 }
 
 #[test]
+fn threads_change_no_bit() {
+    let scene = format!("{}{}", lively(), main_script(&MODERN.replace("COUNT", "1"), "4.9"));
+    let one = story(&scene, &["--seconds", "1", "--threads", "1"]);
+    assert_eq!(one, story(&scene, &["--seconds", "1", "--threads", "3"]));
+}
+
+#[test]
 fn everybody_cleans_up_once() {
     for (text, dialect) in [(MODERN, "4.9"), (OLD, "3.2")] {
         let scene = format!("{}{}", lively(), main_script(&text.replace("COUNT", "1"), dialect));
@@ -253,6 +260,59 @@ fn who_is_no_main_script_runs_no_physics() {
     let errors = done.errors();
     assert!(errors[0]["message"].as_str().unwrap().contains("only a main script"), "{errors:?}");
     done.tells(&["kind `main`"]);
+}
+
+/// A command in C that runs a stage: what drivers in other languages would use.
+const STAGER: &str = r#"
+#include "tatu.h"
+static const tatu_host_stage *stage;
+static tatu_status init(const tatu_host *host, void **self, tatu_error *error) {
+  (void)self; (void)error;
+  stage = host->service(host, TATU_HOST_STAGE);
+  return stage ? TATU_OK : TATU_ERR;
+}
+static tatu_status run(tatu_call *call) {
+  return stage->run(call->world, (uint32_t)tatu_arg_int(call, 0), tatu_arg_float(call, 1));
+}
+static const tatu_name name = {.size = sizeof name, .name = "stage.run"};
+static const tatu_name *const names[] = {&name, 0};
+static const tatu_command command = {.size = sizeof command, .flags = TATU_COMMAND_RAW, .names = names, .call = run};
+static const tatu_command *const commands[] = {&command, 0};
+static const tatu_ext_command ext = {.size = sizeof ext, .commands = commands};
+static const void *extension(void *self, const char *id) {
+  (void)self;
+  const char *want = TATU_COMMAND;
+  while (*want && *want == *id) want++, id++;
+  return *want == *id ? &ext : 0;
+}
+TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_major = TATU_ABI_MAJOR,
+  .abi_minor = TATU_ABI_MINOR, .id = "org.example.stager", .name = "Stager", .version = "0.1.0", .licence = "MIT",
+  .init = init, .extension = extension};
+"#;
+
+#[test]
+fn a_plugin_runs_stages_and_is_refused_those_that_run() {
+    let script = "local function refused(words, ...)
+            local ok, message = pcall(stage.run, ...)
+            assert(not ok and tostring(message):find(words, 1, true), tostring(message))
+        end
+        function sysCall_actuation()
+            refused('asked for from within itself: the step -> actuate -> /child -> actuate', 1, 0)
+            refused('there is no stage 9', 9, 0)
+            refused('finite time', 2, 0 / 0)
+            refused('finite time', 2, -1)
+            -- Physics once more than the step itself.
+            stage.run(2, sim.getSimulationTimeStep())
+        end
+        function sysCall_sensing() refused('the step -> react -> /child -> react', 4, 0) stage.run(3, 0) end";
+    let place = Place::scene(&format!("plugins = [\".\"]\n{}", watcher("child", script)));
+    place.write("stager.c", STAGER);
+    let (include, out) = (root().join("plugin-api/include"), library("tatu_stager"));
+    let mut cc = std::process::Command::new(compiler("cc"));
+    cc.args(["-std=c11", "-Wall", "-Wextra", "-Wno-missing-field-initializers", "-shared", "-fPIC", "-I"]).arg(include);
+    succeed(cc.args(["-o", &out, "stager.c"]).current_dir(place.path()));
+    let result = place.run(&["--steps", "4"]).good().json();
+    assert!((result["sim_time_s"].as_f64().unwrap() - 0.4).abs() < 1e-12, "{result}");
 }
 
 #[test]

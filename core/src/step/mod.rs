@@ -98,11 +98,11 @@ fn advance_with_actuators(
     dt: f64,
 ) -> (Vec<u32>, Vec<act::Failed>) {
     dynamics.prepare(scene);
-    let twists: BTreeMap<u32, [f64; 6]> =
-        acting.devices.iter().map(|d| (d.slot, world.twist(scene, dynamics, d.slot))).collect();
-    let twist = |slot: u32| twists.get(&slot).copied().unwrap_or_default();
+    // Only asked where no body carries an actuator.
+    let scene_now: &crate::scene::Scene = scene;
+    let twist = |slot: u32| world.twist_by_motion(scene_now, slot);
     let time = world.clock.time.get() + world.clock.so_far();
-    let around = act::Acts { scene, registry: &world.registry, twist: &twist, time };
+    let around = act::Acts { scene: scene_now, registry: &world.registry, twist: &twist, time };
     let mut failed = act::per_step(acting, dynamics, &around, dt);
     let lost = match act::SubSteps::new(acting, &world.registry, dynamics, &around, dt) {
         None => world.install(|| dynamics.advance(scene, dt, None)),

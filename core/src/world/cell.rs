@@ -242,7 +242,11 @@ impl WorldCell {
         if let Some(t) = o.shape().filter(|s| s.dynamic).and_then(|s| dynamics.twist(s)) {
             return [t.linear.x, t.linear.y, t.linear.z, t.angular.x, t.angular.y, t.angular.z];
         }
-        let Ok(before) = self.before.try_borrow() else { return [0.0; 6] };
+        self.twist_by_motion(scene, slot)
+    }
+    /// Velocity of an object by its motion in the last step.
+    pub fn twist_by_motion(&self, scene: &Scene, slot: u32) -> [f64; 6] {
+        let (Some(o), Ok(before)) = (scene.get(slot), self.before.try_borrow()) else { return [0.0; 6] };
         let (Some(old), dt) = (before.get(&slot), self.clock.dt.get()) else { return [0.0; 6] };
         let v = (o.world.translation.vector - old.translation.vector) / dt;
         let w = (o.world.rotation * old.rotation.inverse()).scaled_axis() / dt;

@@ -51,16 +51,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("In a main script: lets physics advance. Time moves on by as much at the end of the step.")
         .example("sim.handleDynamics(sim.getSimulationTimeStep())"),
     );
-    for (name, what) in NOTHING {
+    for (name, what, of_objects) in NOTHING {
         let old = format!("sim{}{}", name[..1].to_uppercase(), &name[1..]);
         offer.command(
-            Cmd::new(format!("sim.{name}"), |c| {
+            Cmd::new(format!("sim.{name}"), move |c| {
                 // All of what is not there is handled; one of them cannot be.
-                if let Some(n) = c.arg(0).as_i64().filter(|n| *n > HANDLE_BITS) {
-                    return Err(Fail::missing(format!("there is nothing of that kind with the handle {n}")));
+                match c.arg(0).as_i64() {
+                    Some(n) if *of_objects && n > 0 => Err(Fail::missing(format!("object {n} is none: {what}"))),
+                    _ => {
+                        c.ret(0_i64);
+                        Ok(())
+                    }
                 }
-                c.ret(0_i64);
-                Ok(())
             })
             .old_name(old, MINUS)
             .param(Param::any("arguments").rest())
@@ -71,34 +73,35 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-/// What default main scripts call and for which there is nothing to do here.
-const NOTHING: &[(&str, &str)] = &[
-    ("handleSimulationStart", "nothing has to be prepared"),
-    ("handleSensingStart", "nothing has to be prepared"),
-    ("openModule", "there are no modules of the original's kind"),
-    ("handleModule", "there are no modules of the original's kind"),
-    ("closeModule", "there are no modules of the original's kind"),
-    ("resumeThreads", "threads go on in the actuation part"),
-    ("launchThreadedChildScripts", "threads begin in the actuation part"),
-    ("handleCustomizationScripts", "they are called together with the child scripts"),
-    ("handleAddOnScripts", "there are none"),
-    ("handleSandboxScript", "there is none"),
-    ("handleJoint", "no joint moves by itself without physics"),
-    ("handleJointMotion", "no joint moves by itself without physics"),
-    ("handlePath", "there are no paths"),
-    ("handleMechanism", "there are no mechanisms"),
-    ("handleIkGroup", "there are no IK groups"),
-    ("handleVarious", "nothing is left over"),
-    ("handleMill", "there are no mills"),
-    ("resetMill", "there are no mills"),
-    ("resetMilling", "there are no mills"),
-    ("handleCollision", "there are no collision objects"),
-    ("resetCollision", "there are no collision objects"),
-    ("handleDistance", "there are no distance objects"),
-    ("resetDistance", "there are no distance objects"),
-    ("handleVisionSensor", "there are no vision sensors"),
-    ("resetVisionSensor", "there are no vision sensors"),
-    ("handleGraph", "there are no graphs"),
+/// What default main scripts call and for which there is nothing to do here, why, and whether the first argument may name one
+/// object of a kind that no scene has.
+const NOTHING: &[(&str, &str, bool)] = &[
+    ("handleSimulationStart", "nothing has to be prepared", false),
+    ("handleSensingStart", "nothing has to be prepared", false),
+    ("openModule", "there are no modules of the original's kind", false),
+    ("handleModule", "there are no modules of the original's kind", false),
+    ("closeModule", "there are no modules of the original's kind", false),
+    ("resumeThreads", "threads go on in the actuation part", false),
+    ("launchThreadedChildScripts", "threads begin in the actuation part", false),
+    ("handleCustomizationScripts", "they are called together with the child scripts", false),
+    ("handleAddOnScripts", "there are no add-ons", false),
+    ("handleSandboxScript", "there is no sandbox", false),
+    ("handleJoint", "no joint moves by itself without physics", false),
+    ("handleJointMotion", "no joint moves by itself without physics", false),
+    ("handlePath", "there are no paths", true),
+    ("handleMechanism", "there are no mechanisms", true),
+    ("handleIkGroup", "there are no IK groups", true),
+    ("handleVarious", "nothing is left over", false),
+    ("handleMill", "there are no mills", true),
+    ("resetMill", "there are no mills", true),
+    ("resetMilling", "there are no mills", false),
+    ("handleCollision", "there are no collision objects", true),
+    ("resetCollision", "there are no collision objects", true),
+    ("handleDistance", "there are no distance objects", true),
+    ("resetDistance", "there are no distance objects", true),
+    ("handleVisionSensor", "there are no vision sensors", true),
+    ("resetVisionSensor", "there are no vision sensors", true),
+    ("handleGraph", "there are no graphs", true),
 ];
 
 /// Whether the caller is a main script.
