@@ -275,15 +275,40 @@ static const tatu_actuator lame = {.size = sizeof lame, .id = "lame", .text = "C
 static const tatu_actuator taken = {.size = sizeof taken, .id = "motor", .text = "Again.", .apply = apply};
 static const tatu_actuator *const kinds[] = {&motor, &inner, &lame, &taken, 0};
 static const tatu_ext_actuator actuators = {.size = sizeof actuators, .kinds = kinds};
+static const tatu_host_scene *scene;
+static tatu_prop key;
+static tatu_status init(const tatu_host *host, void **self, tatu_error *error) {
+  (void)self; (void)error;
+  scene = host->service(host, TATU_HOST_SCENE);
+  key = scene->prop(host, "motor.effort");
+  return TATU_OK;
+}
+/* Adds to a motor's effort by the functions for numbers. */
+static tatu_status add(tatu_call *call) {
+  tatu_object object = tatu_arg_object(call, 0);
+  double x = 0;
+  tatu_status status = scene->get_f64(call->world, object, key, &x, 1);
+  x += tatu_arg_float(call, 1);
+  if (status == TATU_OK) status = scene->set_f64(call->world, object, key, &x, 1);
+  return status == TATU_OK ? tatu_return(call, tatu_float(x)) : status;
+}
+static const tatu_name add_name = {.size = sizeof add_name, .name = "motor.add"};
+static const tatu_name *const add_names[] = {&add_name, 0};
+static const tatu_command add_command = {.size = sizeof add_command, .flags = TATU_COMMAND_RAW, .names = add_names,
+  .call = add};
+static const tatu_command *const adders[] = {&add_command, 0};
+static const tatu_ext_command command = {.size = sizeof command, .commands = adders};
 static const void *extension(void *self, const char *id) {
+  const char *a = TATU_ACTUATOR, *c = TATU_COMMAND, *i = id;
   (void)self;
-  const char *want = TATU_ACTUATOR;
-  while (*want && *want == *id) want++, id++;
-  return *want == *id ? &actuators : 0;
+  while (*a && *a == *i) a++, i++;
+  if (*a == *i) return &actuators;
+  while (*c && *c == *id) c++, id++;
+  return *c == *id ? &command : 0;
 }
 TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_major = TATU_ABI_MAJOR,
   .abi_minor = TATU_ABI_MINOR, .id = "org.example.motor", .name = "Motor", .version = "0.1.0", .licence = "MIT",
-  .extension = extension};
+  .init = init, .extension = extension};
 "#;
 
 /// A scene that loads the C plugin.
@@ -328,6 +353,23 @@ fn an_effort_in_c_moves_its_joint() {
             }
         }
     }
+}
+
+#[test]
+fn commands_are_numbers_for_the_fast_functions_too() {
+    let script = "function sysCall_init()
+            local motor = sim.getObject('/base/axle/motor')
+            local add = _G.motor.add
+            assert(add(motor, 0.5) == 2.5 and add(motor, 1) == 3.5)
+            assert(sim.getFloatProperty(motor, 'motor.effort') == 3.5)
+            local ok, message = pcall(add, motor, 100)
+            assert(not ok and tostring(message):find('from -5 to 5', 1, true), message)
+            ok, message = pcall(add, sim.getObject('/base'), 1)
+            assert(not ok and tostring(message):find('has no property `motor.effort`', 1, true), message)
+        end";
+    with_motor(&(jointed("motor", "revolute", "effort = 2.0") + &watcher("caller", script)))
+        .run(&["--steps", "1"])
+        .good();
 }
 
 #[test]
