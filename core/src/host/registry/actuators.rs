@@ -22,9 +22,9 @@ pub struct ActuatorKind {
     pub commands: Vec<Declared>,
     /// Whether it is asked before each engine step, instead of once per advance.
     pub every_substep: bool,
-    /// The interned keys "<kind>.<parameter>".
+    /// The interned keys `<kind>.<parameter>`.
     pub(crate) param_props: Vec<u32>,
-    /// The interned keys "<kind>.<command>".
+    /// The interned keys `<kind>.<command>`.
     pub(crate) command_props: Vec<u32>,
     pub(crate) raw: tatu_actuator,
     pub(crate) life: tatu_life,

@@ -1,4 +1,4 @@
-//! What may be read and set of a sensor or actuator by the key "<kind>.<key>": parameters, which make the instance anew,
+//! What may be read and set of a sensor or actuator by the key `<kind>.<key>`: parameters, which make the instance anew,
 //! and commands of actuators, which are live.
 
 use tatu_plugin_api::{abi::*, safe::Value};
