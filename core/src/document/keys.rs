@@ -78,7 +78,7 @@ fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
 /// A part of a compound: its keys carry units like all others.
 fn part(table: &toml_edit::InlineTable) -> Result<Value> {
     const KEYS: &[(&str, &str)] =
-        &[("primitive", ""), ("size", "m"), ("position", "m"), ("orientation", "rad"), ("color", "")];
+        &[("primitive", ""), ("size", "m"), ("position", "m"), ("orientation", "rad"), ("color", ""), ("friction", "")];
     let mut entries = Vec::new();
     for (written, v) in table.iter() {
         let found = KEYS.iter().find_map(|(k, u)| units::factor(written, k, Some(u)).map(|f| (*k, f)));

@@ -312,7 +312,7 @@ impl<'a> Reader<'a> {
     /// What every model may have: another alias, scripts, changed properties.
     fn finish(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, base: usize) -> Result {
         if let Some(item) = table.get("alias") {
-            b.document.objects[base].alias = self.string(table, "alias", item)?;
+            b.rename(base, &self.string(table, "alias", item)?);
         }
         scripts::read(&self.text, b, table, base)?;
         if let Some(set) = table.get("set") {

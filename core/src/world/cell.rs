@@ -212,7 +212,11 @@ impl WorldCell {
 
     /// What the engine is told of them.
     pub fn engine_settings(settings: &Settings) -> EngineSettings {
-        EngineSettings { gravity: settings.gravity, step: settings.physics_dt.min(settings.dt) }
+        EngineSettings {
+            gravity: settings.gravity,
+            step: settings.physics_dt.min(settings.dt),
+            substeps: settings.physics_substeps,
+        }
     }
 }
 
