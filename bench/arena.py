@@ -85,29 +85,28 @@ def robot():
 
 def script():
     c = scenes.CONTROL
-    return """-- Turns away from what is near: wheel = v0 + gain * sum of weight * nearness.
-local v0, gain, near, far = %r, %r, %r, %r
-local left_weight = {%s}
-local right_weight = {%s}
-
-function sysCall_init()
+    return """-- Of the form that the courses of 2015 teach: turns away from what is near: wheel = v0 + gain * sum of weight * nearness.
+if sim_call_type == sim_childscriptcall_initialization then
+    v0, gain, near, far = %r, %r, %r, %r
+    left_weight = {%s}
+    right_weight = {%s}
     sensor = {}
-    for i = 1, 16 do sensor[i] = sim.getObject('./s' .. i) end
-    left, right = sim.getObject('./left'), sim.getObject('./right')
+    for i = 1, 16 do sensor[i] = simGetObjectHandle('s' .. i) end
+    left, right = simGetObjectHandle('left'), simGetObjectHandle('right')
 end
 
-function sysCall_actuation()
+if sim_call_type == sim_childscriptcall_actuation then
     local l, r = v0, v0
     for i = 1, 16 do
-        local seen, d = sim.readProximitySensor(sensor[i])
+        local seen, d = simReadProximitySensor(sensor[i])
         if seen > 0 and d < far then
             local a = d > near and (far - d) / (far - near) or 1
             l = l + gain * left_weight[i] * a
             r = r + gain * right_weight[i] * a
         end
     end
-    sim.setJointTargetVelocity(left, l)
-    sim.setJointTargetVelocity(right, r)
+    simSetJointTargetVelocity(left, l)
+    simSetJointTargetVelocity(right, r)
 end
 """ % (c["v0"], c["gain"], c["near"], c["far"], ", ".join(map(repr, c["w_left"])), ", ".join(map(repr, c["w_right"])))
 

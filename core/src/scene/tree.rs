@@ -177,12 +177,19 @@ impl Scene {
         }
     }
 
-    /// All objects of the tree (not scripts), breadth first.
-    pub fn order(&self) -> Vec<u32> {
-        if !self.order.is_empty() {
-            return self.order.clone();
+    /// All objects of the tree (not scripts), breadth first, once it is settled.
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Goes through all objects of the tree (not scripts), breadth first. `f` leaves the tree as it is.
+    pub fn visit(&mut self, mut f: impl FnMut(&mut Self, u32)) {
+        self.settle();
+        let order = std::mem::take(&mut self.order);
+        for slot in &order {
+            f(self, *slot);
         }
-        self.tree(0)
+        self.order = order;
     }
 
     /// An object and all below it, breadth first; 0: everything.
@@ -201,6 +208,12 @@ impl Scene {
     /// Every slot that holds an object, scripts included, in order of slots.
     pub fn slots(&self) -> impl Iterator<Item = (u32, &Object)> {
         self.slots.iter().enumerate().filter_map(|(i, s)| s.object.as_ref().map(|o| (i as u32, o)))
+    }
+
+    /// World poses by slots.
+    pub fn poses(&self, out: &mut Vec<Option<Isometry3<f64>>>) {
+        out.clear();
+        out.extend(self.slots.iter().map(|s| s.object.as_ref().map(|o| o.world)));
     }
 
     /// Objects without a parent.

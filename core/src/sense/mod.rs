@@ -9,6 +9,7 @@ mod targets;
 
 use std::ffi::c_void;
 
+use nalgebra::{UnitQuaternion, Vector3};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 pub use measure::{Around, Job, Moment, measure};
@@ -26,6 +27,8 @@ pub(crate) struct BeamPlan {
     pub volume: Volume,
     /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for a sensor without beams.
     pub directions: Vec<[f64; 3]>,
+    /// For each direction, the turn that makes +z look along it.
+    pub turns: Vec<UnitQuaternion<f64>>,
     pub near: f64,
     pub far: f64,
     pub max_incidence: f64,
@@ -214,6 +217,7 @@ impl Device {
         }
         Ok(BeamPlan {
             volume,
+            turns: directions.iter().map(|d| look_along(*d)).collect(),
             directions,
             near: raw.near_m,
             far: raw.far_m,
@@ -286,12 +290,19 @@ const MAX_RAYS: u32 = 1 << 24;
 const NO_BEAMS: BeamPlan = BeamPlan {
     volume: Volume::Ray,
     directions: Vec::new(),
+    turns: Vec::new(),
     near: 0.0,
     far: 0.0,
     max_incidence: std::f64::consts::FRAC_PI_2,
     faces: Faces::BOTH,
     skip_model: false,
 };
+
+/// The turn that makes +z look along a direction, with the least twist.
+fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
+    UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::from(d))
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
+}
 
 fn element_size(elem: u32) -> usize {
     match elem {

@@ -11,8 +11,6 @@
 //! The stages are functions of the world, which a driver (a script or plugin) may call itself; `step` is their
 //! default order. Time advances at the end: all callbacks of a step see the time at which it began.
 
-use std::collections::BTreeMap;
-
 use tatu_plugin_api::abi::*;
 
 use crate::{
@@ -43,8 +41,7 @@ pub(crate) fn barrier(world: &WorldCell) {
     reap_sensors(world);
     let Ok(mut scene) = world.scene.try_borrow_mut() else { return };
     world.dynamics.borrow_mut().settle(&mut scene);
-    let poses: BTreeMap<_, _> = scene.slots().map(|(s, o)| (s, o.world)).collect();
-    *world.before.borrow_mut() = poses;
+    scene.poses(&mut world.before.borrow_mut());
 }
 
 /// Scripts act.

@@ -73,8 +73,8 @@ pub(crate) struct WorldCell {
     pub(super) instances: RefCell<Vec<Option<Instance>>>,
     pub(super) faults: RefCell<Vec<Fault>>,
     pub(super) lines: RefCell<Vec<LogLine>>,
-    /// World poses of the step before, for velocities of objects that the engine does not move.
-    pub before: RefCell<BTreeMap<u32, nalgebra::Isometry3<f64>>>,
+    /// World poses of the step before by slots, for velocities of objects that the engine does not move.
+    pub before: RefCell<Vec<Option<nalgebra::Isometry3<f64>>>>,
     pub(super) initial: RefCell<Option<Scene>>,
     pub(super) pool: rayon::ThreadPool,
 }
@@ -204,7 +204,9 @@ impl WorldCell {
             return [t.linear.x, t.linear.y, t.linear.z, t.angular.x, t.angular.y, t.angular.z];
         }
         let Ok(before) = self.before.try_borrow() else { return [0.0; 6] };
-        let (Some(old), dt) = (before.get(&slot), self.clock.dt.get()) else { return [0.0; 6] };
+        let (Some(old), dt) = (before.get(slot as usize).copied().flatten(), self.clock.dt.get()) else {
+            return [0.0; 6];
+        };
         let v = (o.world.translation.vector - old.translation.vector) / dt;
         let w = (o.world.rotation * old.rotation.inverse()).scaled_axis() / dt;
         [v.x, v.y, v.z, w.x, w.y, w.z]

@@ -68,7 +68,7 @@ impl World {
             instances: RefCell::new(Vec::new()),
             faults: RefCell::new(Vec::new()),
             lines: RefCell::new(Vec::new()),
-            before: RefCell::new(BTreeMap::new()),
+            before: RefCell::new(Vec::new()),
             initial: RefCell::new(None),
             pool,
             registry,
