@@ -89,7 +89,7 @@ impl<'a> Reader<'a> {
         let mut builder = Builder { registry, document: &mut document, group: 0, place: None };
         let text = read_text(file)?;
         let mut reader = Reader {
-            text: keys::Text { file, text: &text },
+            text: keys::Text::new(file, &text),
             registry,
             model_params,
             set: Vec::new(),
@@ -292,7 +292,7 @@ impl<'a> Reader<'a> {
         b.document.objects[base].placement = placement;
         b.set(base, "model_base", Value::Bool(true))?;
         let mut inner = Reader {
-            text: keys::Text { file: &file, text: &text },
+            text: keys::Text::new(&file, &text),
             registry: self.registry,
             model_params: &[],
             set: Vec::new(),

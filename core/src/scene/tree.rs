@@ -1,11 +1,11 @@
 //! The tree: slots with generations, parents and children, world poses.
 
-use std::collections::VecDeque;
+use std::{cell::RefCell, collections::VecDeque};
 
 use nalgebra::Isometry3;
 use tatu_plugin_api::abi::tatu_object;
 
-use super::{Data, Object};
+use super::{Data, Object, names::NameIndex};
 
 /// An object's id at the border: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -42,6 +42,7 @@ pub struct Scene {
     next_uid: u64,
     /// Grows with every change of the tree or of what the engine and beams are made of.
     pub shape_version: u64,
+    pub(super) index: RefCell<NameIndex>,
 }
 
 impl Default for Scene {
@@ -53,6 +54,7 @@ impl Default for Scene {
             order: Vec::new(),
             next_uid: 1,
             shape_version: 1,
+            index: RefCell::default(),
         }
     }
 }
@@ -206,7 +208,7 @@ impl Scene {
     }
 
     /// Every slot that holds an object, scripts included, in order of slots.
-    pub fn slots(&self) -> impl Iterator<Item = (u32, &Object)> {
+    pub fn slots(&self) -> impl DoubleEndedIterator<Item = (u32, &Object)> {
         self.slots.iter().enumerate().filter_map(|(i, s)| s.object.as_ref().map(|o| (i as u32, o)))
     }
 

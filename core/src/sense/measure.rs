@@ -106,10 +106,8 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
         s.data.push(d.data);
         s.state.push(d.state.as_mut_ptr().cast());
         s.sensor.push(scene.id(d.slot));
-        for f in &mut d.fields {
-            f.fill(0);
-            s.fields.push(f.as_mut_ptr().cast());
-        }
+        d.fields.fill(0);
+        s.fields.extend(d.spans.iter().map(|(first, _)| d.fields[*first..].as_mut_ptr().cast::<c_void>()));
         if inputs & TATU_IN_POSE != 0 {
             s.pose.push(pose_to_array(&world));
         }

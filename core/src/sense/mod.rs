@@ -45,10 +45,10 @@ pub(crate) struct Device {
     pub state: Vec<u64>,
     pub params: Vec<Value>,
     pub plan: BeamPlan,
-    /// One buffer per field, 8-byte aligned.
-    pub fields: Vec<Vec<u64>>,
-    /// Elements of each field.
-    pub lens: Vec<usize>,
+    /// The fields one after the other, each 8-byte aligned.
+    pub fields: Vec<u64>,
+    /// Of each field: the word at which it begins, and how many elements it has.
+    pub spans: Vec<(usize, usize)>,
     pub sequence: u64,
     pub time: f64,
     /// Switched off after a fault.
@@ -152,23 +152,20 @@ impl Device {
             params,
             plan: NO_BEAMS,
             fields: Vec::new(),
-            lens: Vec::new(),
+            spans: Vec::new(),
             sequence: 0,
             time: 0.0,
             off: false,
         };
         device.plan = device.ask_beams(kind)?;
-        device.lens = kind
-            .fields
-            .iter()
-            .map(|f| f.dims.iter().map(|d| if *d == 0 { device.plan.directions.len() } else { *d as usize }).product())
-            .collect();
-        device.fields = kind
-            .fields
-            .iter()
-            .zip(&device.lens)
-            .map(|(f, n)| vec![0u64; (n * element_size(f.elem)).div_ceil(8).max(1)])
-            .collect();
+        let mut words = 0;
+        for f in &kind.fields {
+            let of_beams = |d: &u32| if *d == 0 { device.plan.directions.len() } else { *d as usize };
+            let elements: usize = f.dims.iter().map(of_beams).product();
+            device.spans.push((words, elements));
+            words += (elements * element_size(f.elem)).div_ceil(8).max(1);
+        }
+        device.fields = vec![0; words];
         Ok(device)
     }
 
@@ -240,9 +237,7 @@ impl Device {
         self.sequence = 0;
         self.state.fill(0);
         self.off = false;
-        for f in &mut self.fields {
-            f.fill(0);
-        }
+        self.fields.fill(0);
     }
 
     /// A look at one field.
@@ -250,8 +245,8 @@ impl Device {
         let info = &kind.fields[field];
         let beams = self.plan.directions.len() as u32;
         tatu_field_view {
-            ptr: self.fields[field].as_ptr().cast(),
-            len: self.lens[field] as u64,
+            ptr: self.fields[self.spans[field].0..].as_ptr().cast(),
+            len: self.spans[field].1 as u64,
             elem: info.elem,
             dims: info.dims.map(|d| if d == 0 { beams } else { d }),
             time: self.time,
@@ -261,7 +256,8 @@ impl Device {
 
     /// A field's content as a value, for traces.
     pub fn value(&self, kind: &SensorKind, field: usize) -> Value {
-        let (n, bytes) = (self.lens[field], self.fields[field].as_ptr());
+        let (first, n) = self.spans[field];
+        let bytes = self.fields[first..].as_ptr();
         // SAFETY: the buffer has `n` elements of the declared type.
         unsafe {
             match kind.fields[field].elem {

@@ -76,7 +76,7 @@ pub(crate) struct WorldCell {
     /// World poses of the step before by slots, for velocities of objects that the engine does not move.
     pub before: RefCell<Vec<Option<nalgebra::Isometry3<f64>>>>,
     pub(super) initial: RefCell<Option<Scene>>,
-    pub(super) pool: rayon::ThreadPool,
+    pub(super) pool: Arc<rayon::ThreadPool>,
 }
 
 impl WorldCell {

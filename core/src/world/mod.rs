@@ -1,8 +1,9 @@
 //! A world: a scene, its engine, sensors and scripts, made, started, stepped, stopped and looked at.
 //!
-//! `cell` holds its parts, which plugins reach through `tatu_world *`.
+//! `cell` holds its parts, which plugins reach through `tatu_world *`; `pool` its threads.
 
 mod cell;
+mod pool;
 
 use std::{
     cell::{Cell, RefCell},
@@ -41,15 +42,9 @@ impl World {
         Self::with_threads(document, registry, 1)
     }
 
-    /// The same, with a pool of `threads` threads of its own; the results do not depend on their number.
-    ///
-    /// A world never computes in somebody else's pool: the engine waits there for tasks that it gave to the pool, and
-    /// two worlds that wait in one pool of two would wait for ever.
+    /// The same, with so many threads; the results do not depend on their number.
     pub fn with_threads(document: Arc<Document>, registry: Arc<Registry>, threads: usize) -> Result<Self> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.max(1))
-            .build()
-            .map_err(|e| Error::new("E401", format!("cannot start {threads} threads: {e}")))?;
+        let pool = pool::of(threads)?;
         let settings = document.settings.clone();
         let (scene, slots) = document.instantiate();
         let cell = Rc::new(WorldCell {
