@@ -60,4 +60,6 @@ pub struct Part {
     pub pose: Isometry3<f64>,
     /// The form.
     pub form: Form,
+    /// Friction coefficient, if not its owner's.
+    pub friction: Option<f64>,
 }

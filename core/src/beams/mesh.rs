@@ -2,10 +2,11 @@
 
 use nalgebra::Vector3;
 
+use super::aabb::Aabb;
 use super::planar::polygon;
 use super::ray;
 use super::sight::{Found, Probe};
-use super::tree::{Aabb, Tree};
+use super::tree::Tree;
 use crate::geometry::Mesh;
 
 #[derive(Debug, Clone, Copy)]

@@ -24,7 +24,9 @@
 //! assert!(!scene.cast_one(&Beam::ray(Isometry3::identity(), 2.0)).is_some());
 //! ```
 
+mod aabb;
 mod beam;
+mod binary;
 mod cylinder;
 mod disc;
 mod mesh;

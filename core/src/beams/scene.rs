@@ -6,10 +6,11 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
+use super::aabb::Aabb;
 use super::beam::{Beam, Hit};
 use super::mesh::MeshTree;
 use super::sight::{Found, Probe};
-use super::tree::{Aabb, Tree};
+use super::tree::Tree;
 use super::{ray, solid};
 use crate::geometry::{Form, Mesh};
 

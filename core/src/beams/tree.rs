@@ -1,176 +1,152 @@
 //! A tree of boxes over numbered items: of a scene's targets, or of a mesh's triangles.
 
-use nalgebra::{Isometry3, Vector3};
+use arrayvec::ArrayVec;
+use nalgebra::Vector3;
 
-use super::sight::{Probe, Sight};
-use crate::geometry::Form;
+use super::{
+    aabb::{Aabb, SLACK},
+    binary::{self, Node},
+    sight::{Probe, Sight},
+};
 
-/// A box along the axes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Aabb {
-    pub low: Vector3<f64>,
-    pub high: Vector3<f64>,
-}
+/// Deeper than a tree of 2^32 items; each level leaves up to three children behind.
+const STACK: usize = 3 * 64 + 4;
 
-/// Slack of every bound, in metres: far above rounding, far below what costs time.
-const SLACK: f64 = 1e-9;
-
-impl Aabb {
-    pub const EMPTY: Self = Self {
-        low: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
-        high: Vector3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
-    };
-
-    pub fn around<'a>(points: impl IntoIterator<Item = &'a Vector3<f64>>) -> Self {
-        points.into_iter().fold(Self::EMPTY, |b, p| Self { low: b.low.inf(p), high: b.high.sup(p) })
-    }
-
-    pub fn merge(&self, other: &Self) -> Self {
-        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
-    }
-
-    /// The box around a form in the world; nothing for a form without end.
-    pub fn of_form(form: &Form, pose: &Isometry3<f64>) -> Option<Self> {
-        let rotation = pose.rotation.to_rotation_matrix();
-        let rotation = rotation.matrix();
-        let centre = pose.translation.vector;
-        let along = rotation.column(2).abs();
-        let (centre, half) = match form {
-            Form::Plane => return None,
-            Form::Box { half } => (centre, rotation.abs() * half),
-            Form::Sphere { radius } => (centre, Vector3::repeat(*radius)),
-            Form::Capsule { radius, half_length } => (centre, (along * *half_length).add_scalar(*radius)),
-            Form::Cylinder { radius, half_length } => {
-                let across = along.map(|x| (1.0 - x * x).max(0.0).sqrt());
-                (centre, along * *half_length + across * *radius)
-            }
-            Form::Mesh { mesh, .. } => {
-                let own = Self::around(mesh.vertices.iter().map(|p| &p.coords));
-                return Some(own.moved(pose));
-            }
-        };
-        Some(Self { low: centre - half, high: centre + half })
-    }
-
-    /// The box around this one after a motion.
-    pub fn moved(&self, pose: &Isometry3<f64>) -> Self {
-        let centre = pose * nalgebra::Point3::from((self.low + self.high) * 0.5);
-        let half = pose.rotation.to_rotation_matrix().matrix().abs() * ((self.high - self.low) * 0.5);
-        Self { low: centre.coords - half, high: centre.coords + half }
-    }
-
-    fn area(&self) -> f64 {
-        let size = self.high - self.low;
-        size.x * size.y + size.y * size.z + size.z * size.x
-    }
-
-    /// No point in this box that the probe sees is nearer than this; infinity when it sees none.
-    pub fn bound(&self, probe: &Probe, limit: f64) -> f64 {
-        match probe {
-            Probe::Ray(sight) => self.ray_bound(sight),
-            Probe::Cone(cone) => {
-                let (low, high) = (self.low - cone.sight.origin.coords, self.high - cone.sight.origin.coords);
-                let least = low.sup(&-high).map(|x| x.max(0.0)).norm() - SLACK;
-                if least > limit {
-                    return f64::INFINITY;
-                }
-                let radius = 0.5 * (high - low).norm() + SLACK;
-                if cone.misses_ball(&((low + high) * 0.5), radius) { f64::INFINITY } else { least }
-            }
-        }
-    }
-
-    fn ray_bound(&self, sight: &Sight) -> f64 {
-        let (mut enter, mut leave) = (sight.near, f64::INFINITY);
-        for i in 0..3 {
-            let (x, slope) = (sight.origin[i], sight.axis[i]);
-            let low = (self.low[i] - SLACK - x) / slope;
-            let high = (self.high[i] + SLACK - x) / slope;
-            // `max` and `min` pass over the NaN of a ray in the very plane of a side.
-            enter = enter.max(low.min(high));
-            leave = leave.min(low.max(high));
-        }
-        if enter > leave { f64::INFINITY } else { enter - SLACK }
-    }
-}
-
+/// The boxes of up to four children, side by side, so that one pass of the processor's wide registers tests all.
 #[derive(Debug, Clone, Copy)]
-struct Node {
-    aabb: Aabb,
-    /// A leaf's first place in `order`, or the first of two children, which are neighbours.
-    first: u32,
-    /// Items of a leaf; 0 for an inner node.
-    count: u32,
+struct Quad {
+    low: [[f64; 4]; 3],
+    high: [[f64; 4]; 3],
+    /// A leaf's first place in `order`, or another quad.
+    first: [u32; 4],
+    /// Items of a leaf; 0 for a quad.
+    count: [u32; 4],
+    /// Children that there are.
+    lanes: usize,
+}
+
+impl Quad {
+    fn get(&self, lane: usize) -> Aabb {
+        let corner = |c: &[[f64; 4]; 3]| Vector3::new(c[0][lane], c[1][lane], c[2][lane]);
+        Aabb { low: corner(&self.low), high: corner(&self.high) }
+    }
+    fn set(&mut self, lane: usize, aabb: &Aabb) {
+        for i in 0..3 {
+            self.low[i][lane] = aabb.low[i];
+            self.high[i][lane] = aabb.high[i];
+        }
+    }
+}
+
+/// A ray made ready for many boxes.
+struct Slabs {
+    origin: Vector3<f64>,
+    /// One over the direction; infinite along axes that the ray is square to.
+    inverse: Vector3<f64>,
+    near: f64,
+}
+
+impl Slabs {
+    fn new(sight: &Sight) -> Self {
+        Slabs { origin: sight.origin.coords, inverse: sight.axis.map(|x| 1.0 / x), near: sight.near }
+    }
+
+    /// For each box: no point of the ray in it is nearer than this; infinity when there is none.
+    #[inline(always)]
+    fn bounds(&self, quad: &Quad) -> [f64; 4] {
+        let (mut enter, mut leave) = ([self.near; 4], [f64::INFINITY; 4]);
+        for i in 0..3 {
+            let (origin, inverse) = (self.origin[i], self.inverse[i]);
+            for k in 0..4 {
+                let low = (quad.low[i][k] - SLACK - origin) * inverse;
+                let high = (quad.high[i][k] + SLACK - origin) * inverse;
+                let (first, last) = (if low < high { low } else { high }, if low > high { low } else { high });
+                // Comparisons pass over the NaN of a ray in the very plane of a side.
+                enter[k] = if first > enter[k] { first } else { enter[k] };
+                leave[k] = if last < leave[k] { last } else { leave[k] };
+            }
+        }
+        let mut out = [0.0; 4];
+        for k in 0..4 {
+            out[k] = if enter[k] > leave[k] { f64::INFINITY } else { enter[k] - SLACK };
+        }
+        out
+    }
 }
 
 /// The tree. A child always comes after its parent.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Tree {
-    nodes: Vec<Node>,
+    quads: Vec<Quad>,
     /// Items in the order of the leaves.
     pub order: Vec<u32>,
-    /// Sum of the nodes' areas when built: what a walk costs, roughly.
+    /// Sum of the boxes' areas when built: what a walk costs, roughly.
     built_area: f64,
 }
-
-/// Deeper than a tree of 2^32 items halved at the median.
-const STACK: usize = 72;
 
 impl Tree {
     /// Builds the tree over `items`, numbers into `boxes`. The same input gives the same tree.
     pub fn build(&mut self, items: impl IntoIterator<Item = u32>, boxes: &[Aabb], leaf_size: usize) {
         self.order.clear();
         self.order.extend(items);
-        self.nodes.clear();
+        self.quads.clear();
         if self.order.is_empty() {
             return;
         }
-        let whole = Node { aabb: Aabb::EMPTY, first: 0, count: self.order.len() as u32 };
-        self.nodes.push(whole);
-        let mut at = 0;
-        while at < self.nodes.len() {
-            self.split(at, boxes, leaf_size);
-            at += 1;
-        }
+        let nodes = binary::build(&mut self.order, boxes, leaf_size);
+        self.collapse(&nodes);
         self.built_area = self.refit(boxes);
     }
 
-    /// Halves a leaf at the median along the longest side of its items' centres.
-    fn split(&mut self, at: usize, boxes: &[Aabb], leaf_size: usize) {
-        let Node { first, count, .. } = self.nodes[at];
-        if count as usize <= leaf_size {
-            return;
+    /// Makes quads of the binary tree: of the children at hand the largest is replaced by its own two.
+    fn collapse(&mut self, nodes: &[Node]) {
+        let mut roots = vec![0];
+        let mut at = 0;
+        while at < roots.len() {
+            let root = &nodes[roots[at]];
+            let mut children = match root.count {
+                0 => vec![root.first as usize, root.first as usize + 1],
+                _ => vec![roots[at]],
+            };
+            while children.len() < 4 {
+                let inner = children.iter().enumerate().filter(|(_, c)| nodes[**c].count == 0);
+                let largest = inner.max_by(|a, b| nodes[*a.1].aabb.area().total_cmp(&nodes[*b.1].aabb.area()));
+                let Some((place, child)) = largest.map(|(place, child)| (place, *child)) else { break };
+                children[place] = nodes[child].first as usize;
+                children.push(nodes[child].first as usize + 1);
+            }
+            let mut quad =
+                Quad { low: [[0.0; 4]; 3], high: [[0.0; 4]; 3], first: [0; 4], count: [0; 4], lanes: children.len() };
+            for (lane, child) in children.into_iter().enumerate() {
+                quad.count[lane] = nodes[child].count;
+                quad.first[lane] = nodes[child].first;
+                if nodes[child].count == 0 {
+                    quad.first[lane] = roots.len() as u32;
+                    roots.push(child);
+                }
+            }
+            self.quads.push(quad);
+            at += 1;
         }
-        let centre = |item: u32| boxes[item as usize].low + boxes[item as usize].high;
-        let items = &mut self.order[first as usize..(first + count) as usize];
-        let centres: Aabb = items.iter().fold(Aabb::EMPTY, |b, &item| {
-            let c = centre(item);
-            Aabb { low: b.low.inf(&c), high: b.high.sup(&c) }
-        });
-        let axis = (centres.high - centres.low).imax();
-        let half = items.len() / 2;
-        items.select_nth_unstable_by(half, |a, b| centre(*a)[axis].total_cmp(&centre(*b)[axis]).then(a.cmp(b)));
-        let half = half as u32;
-        self.nodes[at].first = self.nodes.len() as u32;
-        self.nodes[at].count = 0;
-        self.nodes.push(Node { aabb: Aabb::EMPTY, first, count: half });
-        self.nodes.push(Node { aabb: Aabb::EMPTY, first: first + half, count: count - half });
     }
 
-    /// Fits the nodes to boxes that moved; returns the sum of their areas.
+    /// Fits the boxes to items that moved; returns the sum of their areas.
     pub fn refit(&mut self, boxes: &[Aabb]) -> f64 {
         let mut area = 0.0;
-        for at in (0..self.nodes.len()).rev() {
-            let Node { first, count, .. } = self.nodes[at];
-            let first = first as usize;
-            self.nodes[at].aabb = if count == 0 {
-                self.nodes[first].aabb.merge(&self.nodes[first + 1].aabb)
-            } else {
-                self.order[first..first + count as usize]
-                    .iter()
-                    .fold(Aabb::EMPTY, |b, &item| b.merge(&boxes[item as usize]))
-            };
-            area += self.nodes[at].aabb.area();
+        for at in (0..self.quads.len()).rev() {
+            let mut quad = self.quads[at];
+            for lane in 0..quad.lanes {
+                let (first, count) = (quad.first[lane] as usize, quad.count[lane] as usize);
+                let aabb = if count == 0 {
+                    let child = &self.quads[first];
+                    (0..child.lanes).fold(Aabb::EMPTY, |b, k| b.merge(&child.get(k)))
+                } else {
+                    self.order[first..first + count].iter().fold(Aabb::EMPTY, |b, i| b.merge(&boxes[*i as usize]))
+                };
+                area += aabb.area();
+                quad.set(lane, &aabb);
+            }
+            self.quads[at] = quad;
         }
         area
     }
@@ -183,34 +159,62 @@ impl Tree {
     /// Calls `visit` with each place in `order` whose box may hold a point within the limit, nearer boxes first.
     ///
     /// `visit` gets the limit and returns it, lowered to the best distance so far.
-    pub fn walk(&self, probe: &Probe, mut limit: f64, mut visit: impl FnMut(usize, f64) -> f64) {
-        let Some(root) = self.nodes.first() else {
+    pub fn walk(&self, probe: &Probe, limit: f64, visit: impl FnMut(usize, f64) -> f64) {
+        match probe {
+            Probe::Ray(sight) => {
+                let slabs = Slabs::new(sight);
+                self.walk_by(limit, |quad, _| slabs.bounds(quad), visit);
+            }
+            Probe::Cone(cone) => self.walk_by(
+                limit,
+                |quad, limit| {
+                    let mut out = [f64::INFINITY; 4];
+                    for (lane, bound) in out.iter_mut().enumerate().take(quad.lanes) {
+                        *bound = quad.get(lane).cone_bound(cone, limit);
+                    }
+                    out
+                },
+                visit,
+            ),
+        }
+    }
+
+    #[inline(always)]
+    fn walk_by(
+        &self,
+        mut limit: f64,
+        bounds_of: impl Fn(&Quad, f64) -> [f64; 4],
+        mut visit: impl FnMut(usize, f64) -> f64,
+    ) {
+        if self.quads.is_empty() {
             return;
-        };
-        let mut stack = [(0.0, 0); STACK];
-        stack[0] = (root.aabb.bound(probe, limit), 0);
-        let mut height = 1;
-        while height > 0 {
-            height -= 1;
-            let (bound, at) = stack[height];
-            if bound > limit || bound == f64::INFINITY {
+        }
+        // Nearest on top: bound, first, count.
+        let mut stack = ArrayVec::<(f64, u32, u32), STACK>::new();
+        stack.push((f64::NEG_INFINITY, 0, 0));
+        while let Some((bound, first, count)) = stack.pop() {
+            if bound > limit {
                 continue;
             }
-            let Node { first, count, .. } = self.nodes[at as usize];
             if count > 0 {
                 for place in first..first + count {
                     limit = visit(place as usize, limit);
                 }
                 continue;
             }
-            // The nearer child goes on top.
-            let bounds = [0, 1].map(|i| self.nodes[(first + i) as usize].aabb.bound(probe, limit));
-            let far = u32::from(bounds[1] >= bounds[0]);
-            for child in [far, 1 - far] {
-                if bounds[child as usize] <= limit && bounds[child as usize] < f64::INFINITY {
-                    stack[height] = (bounds[child as usize], first + child);
-                    height += 1;
+            let quad = &self.quads[first as usize];
+            let bounds = bounds_of(quad, limit);
+            let bottom = stack.len();
+            for lane in 0..quad.lanes {
+                let bound = bounds[lane];
+                if bound > limit || bound == f64::INFINITY {
+                    continue;
                 }
+                let mut at = stack.len();
+                while at > bottom && stack[at - 1].0 < bound {
+                    at -= 1;
+                }
+                stack.insert(at, (bound, quad.first[lane], quad.count[lane]));
             }
         }
     }

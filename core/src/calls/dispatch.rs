@@ -87,7 +87,8 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     f.caller_script = caller.script;
     f.caller_dialect = caller.dialect;
     f.caller_kind = caller.kind;
-    let status = if entry.raw_args || resume != 0 { TATU_OK } else { check_args(world, entry, f) };
+    let mut room = [ValueRef::NIL.raw(); FEW];
+    let status = if entry.raw_args || resume != 0 { TATU_OK } else { check_args(world, entry, f, &mut room) };
     let status = if status < 0 {
         status
     } else {
@@ -132,7 +133,9 @@ fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller
 }
 
 /// Arguments as declared: converted where types allow it, defaults filled in; else the error.
-fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call) -> tatu_status {
+///
+/// `room` takes few arguments that are single numbers; others go into the arena.
+fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: &mut [tatu_value; FEW]) -> tatu_status {
     // SAFETY: the frame's arguments are valid.
     let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
     let as_it_is = |(i, p): (usize, &Declared)| match args.get(i) {
@@ -142,6 +145,15 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call) -> tat
     if entry.params.iter().enumerate().all(as_it_is) {
         return TATU_OK;
     }
+    if args.len() <= FEW
+        && entry.params.iter().enumerate().all(|(i, p)| as_number(p, args.get(i), &mut room[i.min(FEW - 1)]))
+    {
+        for (i, extra) in args.iter().enumerate().skip(entry.params.len()) {
+            room[i] = extra.raw();
+        }
+        f.args = room.as_ptr();
+        return TATU_OK;
+    }
     match convert_args(world, entry, args) {
         Ok((args, n)) => {
             (f.args, f.n_args) = (args, n);
@@ -149,6 +161,27 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call) -> tat
         }
         Err(text) => say(f.error, TATU_ERR_ARGUMENT, &text),
     }
+}
+
+/// Arguments that are converted without memory.
+const FEW: usize = 8;
+
+/// Converts an argument that is the right type, or a number that becomes it without doubt; `false`: it needs more.
+fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bool {
+    let Some(a) = a.copied() else { return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil };
+    let raw = a.raw();
+    // SAFETY: the tag tells which member is set.
+    let int = unsafe { raw.u.i };
+    *out = match (p.kind, a.tag()) {
+        _ if is_exact(p, a) => raw,
+        _ if p.lowest != f64::NEG_INFINITY || p.highest != f64::INFINITY || p.flags & TATU_PARAM_ANY != 0 => {
+            return false;
+        }
+        (TATU_OBJECT, TATU_I64) if int >= 0 => tatu_value { tag: TATU_OBJECT, ..raw },
+        (TATU_F64, TATU_I64) => tatu_value { tag: TATU_F64, reserved: 0, u: tatu_payload { f: int as f64 } },
+        _ => return false,
+    };
+    true
 }
 
 /// Parameters that need no argument.

@@ -49,6 +49,7 @@ impl<'a> Builder<'a> {
         if alias.contains('/') {
             return Err(Error::new("E102", format!("`{alias}` cannot be an alias")).expected("text without `/`"));
         }
+        self.document.names.add(parent, alias);
         self.document.objects.push(ObjectSpec {
             kind: *number,
             alias: alias.to_owned(),
@@ -118,6 +119,12 @@ impl<'a> Builder<'a> {
         self.put(object, declared, target, value)
     }
 
+    /// Gives an object another alias.
+    pub fn rename(&mut self, object: usize, alias: &str) {
+        alias.clone_into(&mut self.document.objects[object].alias);
+        self.document.names.rename(object, alias);
+    }
+
     /// Sets what a key was found to mean.
     pub fn put(&mut self, object: usize, declared: &Declared, target: &Target, value: Value) -> Result {
         if declared.flags & TATU_PARAM_READ_ONLY != 0 {
@@ -128,7 +135,8 @@ impl<'a> Builder<'a> {
         match target {
             Target::Row(Row::Alias) => {
                 if let Value::Text(t) = &value {
-                    spec.alias = String::from_utf8_lossy(t).into_owned();
+                    let alias = String::from_utf8_lossy(t).into_owned();
+                    self.rename(object, &alias);
                 }
             }
             Target::Row(row) => {

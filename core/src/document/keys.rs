@@ -20,15 +20,25 @@ pub struct Text<'a> {
     pub file: &'a Path,
     /// Its text.
     pub text: &'a str,
+    /// Where its lines begin.
+    lines: Vec<usize>,
+}
+
+impl<'a> Text<'a> {
+    /// Notes where the lines of a text begin.
+    pub fn new(file: &'a Path, text: &'a str) -> Self {
+        let breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1);
+        Text { file, text, lines: std::iter::once(0).chain(breaks).collect() }
+    }
 }
 
 impl Text<'_> {
     /// The place of some bytes.
     pub fn place(&self, span: Option<Range<usize>>) -> Place {
         let span = span.unwrap_or(0..0);
-        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
-        let line = before.iter().filter(|b| **b == b'\n').count() + 1;
-        let column = before.iter().rev().take_while(|b| **b != b'\n').count() + 1;
+        let at = span.start.min(self.text.len());
+        let line = self.lines.partition_point(|begin| *begin <= at);
+        let column = at - self.lines.get(line.wrapping_sub(1)).copied().unwrap_or(0) + 1;
         Place { file: PathBuf::from(self.file), line, column, span }
     }
     /// The place of a key of a table.
@@ -78,7 +88,7 @@ fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
 /// A part of a compound: its keys carry units like all others.
 fn part(table: &toml_edit::InlineTable) -> Result<Value> {
     const KEYS: &[(&str, &str)] =
-        &[("primitive", ""), ("size", "m"), ("position", "m"), ("orientation", "rad"), ("color", "")];
+        &[("primitive", ""), ("size", "m"), ("position", "m"), ("orientation", "rad"), ("color", ""), ("friction", "")];
     let mut entries = Vec::new();
     for (written, v) in table.iter() {
         let found = KEYS.iter().find_map(|(k, u)| units::factor(written, k, Some(u)).map(|f| (*k, f)));

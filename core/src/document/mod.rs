@@ -3,20 +3,21 @@
 //! - [`Document`]: objects, scripts, settings;
 //! - [`Builder`]: writes one, checking every property against its row;
 //! - `border`: the same builder for plugins;
-//! - `toml`: scene files; `keys`: their keys and values; `units`: the units in keys;
+//! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys and values; `units`: the units in keys;
 //! - `settings`: the numbers of the world; `scripts`: scripts in scene files;
 //! - `overrides`: `[set]`, `--set`, `--script`.
 
 mod border;
 mod build;
 mod keys;
+mod names;
 mod overrides;
 mod scripts;
 mod settings;
 mod toml;
 pub mod units;
 
-use std::{path::PathBuf, sync::Arc};
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 use nalgebra::Isometry3;
 use tatu_plugin_api::safe::Value;
@@ -108,6 +109,8 @@ pub struct Document {
     pub models: Vec<ModelInstance>,
     /// What builders told.
     pub reports: Vec<String>,
+    /// The objects by aliases.
+    pub(crate) names: names::Names,
 }
 
 impl Document {
@@ -144,21 +147,24 @@ impl Document {
                 scene.set_local(slot, local);
             }
         }
-        // Names are given in the order of the file, so that the first of equal ones keeps its plain name; until then
-        // nobody has one. Objects of the scene itself come one by one, those of a model together.
-        for slot in &slots {
-            if let Some(o) = scene.get_mut(*slot) {
-                o.suffix = i32::MIN;
-            }
+        // Names are given in the order of the file, so that the first of equal ones keeps its plain name. Objects of
+        // the scene itself come one by one, those of a model together.
+        let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (i, spec) in self.objects.iter().enumerate().filter(|(_, o)| o.group > 0) {
+            members.entry(spec.group).or_default().push(i);
         }
-        let mut named = 0;
-        for (spec, slot) in self.objects.iter().zip(&slots) {
-            if spec.group == 0 {
-                scene.make_unique(&[*slot]);
-            } else if spec.group > named {
-                named = spec.group;
-                let members = self.objects.iter().zip(&slots).filter(|(o, _)| o.group == named);
-                scene.make_unique(&members.map(|(_, s)| *s).collect::<Vec<_>>());
+        let mut numbering = names::Numbering::default();
+        for (i, spec) in self.objects.iter().enumerate() {
+            let together = if spec.group == 0 { vec![i] } else { members.remove(&spec.group).unwrap_or_default() };
+            if together.is_empty() {
+                continue;
+            }
+            let aliases: Vec<&str> = together.iter().map(|i| self.objects[*i].alias.as_str()).collect();
+            let suffix = numbering.next(&aliases);
+            for i in together {
+                if let Some(o) = scene.get_mut(slots[i]) {
+                    o.suffix = suffix;
+                }
             }
         }
         scene.refresh(0);

@@ -67,6 +67,9 @@ impl ScriptOverride {
 
 /// The object of a path, by index.
 pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usize> {
+    if let Some(object) = document.names.find(from, path) {
+        return Ok(object);
+    }
     let (scene, slots) = document.instantiate();
     let base = from.and_then(|f| slots.get(f).copied()).unwrap_or(0);
     // Below a model, a plain name means one of its parts.

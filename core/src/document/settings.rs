@@ -14,6 +14,8 @@ pub struct Settings {
     pub dt: f64,
     /// Length of a physics step, s.
     pub physics_dt: f64,
+    /// Parts of a physics step in which velocities are solved.
+    pub physics_substeps: u32,
     /// m/s^2.
     pub gravity: Vector3<f64>,
     /// Of all that is random.
@@ -31,6 +33,7 @@ impl Default for Settings {
         Settings {
             dt: 0.05,
             physics_dt: 0.01,
+            physics_substeps: 4,
             gravity: Vector3::new(0.0, 0.0, -9.81),
             seed: 0,
             dialect: String::new(),
@@ -60,6 +63,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
         of("dialect", TATU_TEXT, None, any, 0),
         of("dt", TATU_F64, Some("s"), 1e-6, 0),
         of("physics_dt", TATU_F64, Some("s"), 1e-6, 0),
+        Declared { highest: 64.0, ..of("physics_substeps", TATU_I64, None, 1.0, 0) },
         of("gravity", TATU_F64S, Some("m/s^2"), any, 3),
         of("seed", TATU_I64, None, 0.0, 0),
         of("plugins", TATU_LIST, None, any, 0),
@@ -75,6 +79,7 @@ pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) {
         ("dialect", Value::Text(t)) => settings.dialect = String::from_utf8_lossy(t).into_owned(),
         ("dt", Value::Float(x)) => settings.dt = *x,
         ("physics_dt", Value::Float(x)) => settings.physics_dt = *x,
+        ("physics_substeps", Value::Int(i)) => settings.physics_substeps = *i as u32,
         ("gravity", Value::Floats(v)) => settings.gravity = Vector3::new(v[0], v[1], v[2]),
         ("seed", Value::Int(i)) => settings.seed = *i as u64,
         ("script_budget", Value::Int(i)) => settings.budget = *i as u64,

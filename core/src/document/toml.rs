@@ -89,7 +89,7 @@ impl<'a> Reader<'a> {
         let mut builder = Builder { registry, document: &mut document, group: 0, place: None };
         let text = read_text(file)?;
         let mut reader = Reader {
-            text: keys::Text { file, text: &text },
+            text: keys::Text::new(file, &text),
             registry,
             model_params,
             set: Vec::new(),
@@ -292,7 +292,7 @@ impl<'a> Reader<'a> {
         b.document.objects[base].placement = placement;
         b.set(base, "model_base", Value::Bool(true))?;
         let mut inner = Reader {
-            text: keys::Text { file: &file, text: &text },
+            text: keys::Text::new(&file, &text),
             registry: self.registry,
             model_params: &[],
             set: Vec::new(),
@@ -312,7 +312,7 @@ impl<'a> Reader<'a> {
     /// What every model may have: another alias, scripts, changed properties.
     fn finish(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, base: usize) -> Result {
         if let Some(item) = table.get("alias") {
-            b.document.objects[base].alias = self.string(table, "alias", item)?;
+            b.rename(base, &self.string(table, "alias", item)?);
         }
         scripts::read(&self.text, b, table, base)?;
         if let Some(set) = table.get("set") {

@@ -183,8 +183,10 @@ pub type BeforeStep<'a> = dyn FnMut(&dyn Engine, u32, &mut Vec<Push>) + 'a;
 pub struct EngineSettings {
     /// m/s^2.
     pub gravity: Vector3<f64>,
-    /// Length of one engine step, s; the engine divides it further as it needs.
+    /// Length of one engine step, s: how often collisions are looked for.
     pub step: f64,
+    /// Parts of an engine step in which velocities are solved; at least 1.
+    pub substeps: u32,
 }
 
 /// A rigid-body engine.

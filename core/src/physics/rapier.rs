@@ -1,6 +1,6 @@
 //! [`Engine`] by rapier3d, in f64.
 //!
-//! - Velocities of a step are solved in [`SUBSTEPS`] sub-steps, collisions are looked for once a step.
+//! - Velocities of a step are solved in sub-steps, collisions are looked for once a step.
 //! - Friction and restitution of a pair are the products of both bodies' numbers, as Bullet has them.
 //! - Bodies on joints never sleep, others once they have been at rest for a second.
 //! - Work is shared among the threads of the rayon pool that calls: `pool.install(|| engine.advance(5))`. The bits
@@ -34,9 +34,6 @@ use bodies::{BodyRecord, ShapeCache, Tree};
 use joints::{JointRecord, Phase};
 use respond::MaskFilter;
 
-/// Sub-steps in which the velocities of one engine step are solved.
-const SUBSTEPS: usize = 4;
-
 /// Stiffness of contacts, as natural frequency (Hz) and damping ratio. With rapier's own numbers a wall of 20 rows
 /// of boxes sinks by 60 mm, with these by 4 mm.
 const CONTACT_SOFTNESS: (f64, f64) = (120.0, 5.0);
@@ -44,10 +41,13 @@ const CONTACT_SOFTNESS: (f64, f64) = (120.0, 5.0);
 /// The same for contacts with what never moves.
 const STATIC_CONTACT_SOFTNESS: (f64, f64) = (240.0, 5.0);
 
+/// Bodies of a joint of which one has so many times the mass of the other are solved with more care.
+const UNEVEN: f64 = 32.0;
+
 /// A world of rigid bodies, simulated by rapier3d.
 ///
 /// ```ignore
-/// let mut engine = Rapier::new(EngineSettings { gravity: Vector3::new(0.0, 0.0, -9.81), step: 0.01 });
+/// let mut engine = Rapier::new(EngineSettings { gravity: Vector3::new(0.0, 0.0, -9.81), step: 0.01, substeps: 4 });
 /// let ball = engine.add_body(&desc);
 /// engine.advance(5);
 /// println!("{}", engine.pose(ball));
@@ -85,7 +85,6 @@ impl Rapier {
         let mut world = PhysicsWorld::default();
         let spring = |(frequency, damping): (f64, f64)| SpringCoefficients::new(frequency, damping);
         world.integration_parameters = IntegrationParameters {
-            num_solver_iterations: SUBSTEPS,
             contact_softness: spring(CONTACT_SOFTNESS),
             static_contact_softness: spring(STATIC_CONTACT_SOFTNESS),
             ..IntegrationParameters::default()
@@ -97,7 +96,8 @@ impl Rapier {
 
     /// Length of a sub-step, s: what an impulse that rapier reports was exerted in.
     fn substep(&self) -> f64 {
-        self.world.integration_parameters.dt / SUBSTEPS as f64
+        let numbers = &self.world.integration_parameters;
+        numbers.dt / numbers.num_solver_iterations as f64
     }
 
     /// Passes changed drives on to rapier's joints.
@@ -184,6 +184,7 @@ impl Engine for Rapier {
             self.world.wake_up_all(true);
         }
         self.world.integration_parameters.dt = settings.step;
+        self.world.integration_parameters.num_solver_iterations = settings.substeps.max(1) as usize;
     }
 
     fn add_body(&mut self, desc: &BodyDesc) -> BodyId {
@@ -199,8 +200,10 @@ impl Engine for Rapier {
         if a == b {
             return None;
         }
-        self.prepare_for_joint(desc.a);
-        self.prepare_for_joint(desc.b);
+        let (mass_a, mass_b) = (self.world.bodies[a].mass(), self.world.bodies[b].mass());
+        let uneven = mass_a.max(mass_b) > UNEVEN * mass_a.min(mass_b);
+        self.prepare_for_joint(desc.a, uneven);
+        self.prepare_for_joint(desc.b, uneven);
         let handle = self.world.insert_impulse_joint(a, b, joints::build(desc));
         let id = JointId(self.tables.joints.len() as u32);
         self.tables.joints.push(Some(JointRecord {

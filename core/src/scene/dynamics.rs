@@ -4,6 +4,8 @@
 //! the joint or rigidly; any other dynamic shape is free, wherever it hangs. A respondable static shape collides; it
 //! is carried along when something above it can move.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use nalgebra::{Isometry3, Matrix3, Point3};
 
 use super::{Control, Data, Scene, Shape, collision_parts, default_inertia, default_mass};
@@ -45,7 +47,6 @@ pub struct Dynamics {
     settings: EngineSettings,
     /// Length of an engine step as the engine has it now, s.
     step: f64,
-    contacts: Vec<crate::physics::Contact>,
 }
 
 impl Dynamics {
@@ -60,7 +61,6 @@ impl Dynamics {
             moved: Vec::new(),
             settings,
             step: settings.step,
-            contacts: Vec::new(),
         }
     }
 
@@ -71,13 +71,14 @@ impl Dynamics {
             return;
         }
         self.built = scene.shape_version;
-        let twists: Vec<(u32, Twist)> = self.bodies.iter().map(|b| (b.slot, self.engine.twist(b.id))).collect();
+        let twists: BTreeMap<u32, Twist> = self.bodies.iter().map(|b| (b.slot, self.engine.twist(b.id))).collect();
         let kept = |b: &BodyRecord| {
             scene.get(b.slot).is_some_and(|o| o.uid == b.uid && o.version == b.version)
                 && motion_of(scene, b.slot) == Some(b.motion)
         };
         let gone: Vec<_> = self.bodies.iter().filter(|b| !kept(b)).map(|b| (b.id, b.slot, b.uid)).collect();
-        let alive = |id: BodyId| !gone.iter().any(|g| g.0 == id);
+        let dead: BTreeSet<BodyId> = gone.iter().map(|g| g.0).collect();
+        let alive = |id: BodyId| !dead.contains(&id);
         let tied = |j: &JointRecord| {
             alive(j.bodies.0)
                 && alive(j.bodies.1)
@@ -85,31 +86,33 @@ impl Dynamics {
                 && tie_of(scene, j.child).is_some_and(|(_, tie)| tie == j.tie)
         };
         let loose: Vec<_> = self.joints.iter().filter(|j| !tied(j)).map(|j| (j.id, j.tie)).collect();
+        let cut: BTreeSet<JointId> = loose.iter().map(|j| j.0).collect();
+        self.joints.retain(|j| !cut.contains(&j.id));
         for (id, tie) in loose {
             self.engine.remove_joint(id);
-            self.joints.retain(|j| j.id != id);
             forget(scene, tie);
         }
+        self.bodies.retain(|b| !dead.contains(&b.id));
         for (id, slot, uid) in gone {
             self.engine.remove_body(id);
-            self.bodies.retain(|b| b.id != id);
             if scene.get(slot).is_some_and(|o| o.uid == uid) {
                 forget(scene, slot);
             }
         }
-        for slot in scene.order() {
-            self.add_body(scene, slot, &twists);
-        }
-        for slot in scene.order() {
-            self.add_tie(scene, slot);
-        }
+        scene.visit(|scene, slot| self.add_body(scene, slot, &twists));
+        let tied: BTreeSet<u32> = self.joints.iter().map(|j| j.child).collect();
+        scene.visit(|scene, slot| {
+            if !tied.contains(&slot) {
+                self.add_tie(scene, slot);
+            }
+        });
     }
 
-    fn add_body(&mut self, scene: &mut Scene, slot: u32, twists: &[(u32, Twist)]) {
+    fn add_body(&mut self, scene: &mut Scene, slot: u32, twists: &BTreeMap<u32, Twist>) {
         let Some(motion) = motion_of(scene, slot) else { return };
         let Some(o) = scene.get(slot) else { return };
         let Some(shape) = o.shape().filter(|s| s.body.0.is_none()) else { return };
-        let twist = twists.iter().find(|(s, _)| *s == slot).map(|(_, t)| *t).unwrap_or_default();
+        let twist = twists.get(&slot).copied().unwrap_or_default();
         let desc = BodyDesc {
             pose: o.world,
             motion,
@@ -136,9 +139,6 @@ impl Dynamics {
         else {
             return;
         };
-        if self.joints.iter().any(|j| j.child == slot) {
-            return;
-        }
         let (kind, limits) = match &joint.data {
             Data::Joint(j) => (
                 if j.kind == super::JointType::Revolute { JointKind::Revolute } else { JointKind::Prismatic },
@@ -238,8 +238,6 @@ impl Dynamics {
         }
         let lost = self.engine.quarantined();
         self.copy_back(scene);
-        self.contacts.clear();
-        self.engine.contacts(&mut self.contacts);
         lost.iter().filter_map(|b| self.object_of(*b)).collect()
     }
 
@@ -251,9 +249,9 @@ impl Dynamics {
                 (j.position, j.velocity, j.effort) = (state.position, state.velocity, state.effort);
             }
         }
-        for slot in scene.order() {
+        scene.visit(|scene, slot| {
             let frame = scene.parent_frame(slot);
-            let Some(o) = scene.get_mut(slot) else { continue };
+            let Some(o) = scene.get_mut(slot) else { return };
             let body = match &o.data {
                 Data::Shape(s) if s.dynamic => s.body.0,
                 _ => None,
@@ -265,7 +263,7 @@ impl Dynamics {
                 }
                 None => o.world = frame * o.local,
             }
-        }
+        });
     }
 
     fn object_of(&self, body: BodyId) -> Option<u32> {
@@ -295,9 +293,11 @@ impl Dynamics {
     pub fn push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
         self.engine.push(body, force, torque);
     }
-    /// Contacts after the last step, as objects.
-    pub fn contacts(&self) -> impl Iterator<Item = (u32, u32, &crate::physics::Contact)> {
-        self.contacts.iter().filter_map(|c| Some((self.object_of(c.bodies.0)?, self.object_of(c.bodies.1)?, c)))
+    /// Contacts after the last step, as objects. Read from the engine when asked for.
+    pub fn contacts(&self) -> impl Iterator<Item = (u32, u32, crate::physics::Contact)> {
+        let mut all = Vec::new();
+        self.engine.contacts(&mut all);
+        all.into_iter().filter_map(|c| Some((self.object_of(c.bodies.0)?, self.object_of(c.bodies.1)?, c)))
     }
     /// Changes gravity or the length of an engine step.
     pub fn configure(&mut self, settings: EngineSettings) {

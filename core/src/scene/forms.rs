@@ -21,13 +21,17 @@ fn form(primitive: Primitive, size: Vector3<f64>, shape: &Shape) -> Option<Form>
 /// What a shape looks like, and what beams see.
 pub fn visible_parts(shape: &Shape) -> Vec<Part> {
     if shape.primitive == Primitive::Compound {
-        let part = |p: &super::ShapePart| Some(Part { pose: p.pose, form: form(p.primitive, p.size, shape)? });
+        let part = |p: &super::ShapePart| {
+            Some(Part { pose: p.pose, form: form(p.primitive, p.size, shape)?, friction: p.friction })
+        };
         return shape.parts.iter().filter_map(part).collect();
     }
-    form(shape.primitive, shape.size, shape)
-        .map(|form| Part { pose: Isometry3::identity(), form })
-        .into_iter()
-        .collect()
+    form(shape.primitive, shape.size, shape).map(whole).into_iter().collect()
+}
+
+/// A form that is all of a shape.
+fn whole(form: Form) -> Part {
+    Part { pose: Isometry3::identity(), form, friction: None }
 }
 
 /// What a shape collides with.
@@ -36,7 +40,7 @@ pub fn collision_parts(shape: &Shape) -> Vec<Part> {
         None => visible_parts(shape),
         Some(primitive) => {
             let size = if shape.collide_size == Vector3::zeros() { shape.size } else { shape.collide_size };
-            form(primitive, size, shape).map(|form| Part { pose: Isometry3::identity(), form }).into_iter().collect()
+            form(primitive, size, shape).map(whole).into_iter().collect()
         }
     }
 }
@@ -138,6 +142,7 @@ mod tests {
             size: Vector3::new(0.5, 0.5, 0.2),
             pose: Isometry3::translation(x, 0.0, 0.0),
             color: None,
+            friction: None,
         };
         let halves =
             Shape { primitive: Primitive::Compound, parts: vec![part(-0.25), part(0.25)], ..Default::default() };

@@ -1,6 +1,15 @@
 //! Paths ("/a/b[1]", "./b", ":/b") and unique names ("b#0").
 
+use std::collections::BTreeMap;
+
 use super::{Object, Scene};
+
+/// Unique names and where they were when the tree last changed.
+#[derive(Debug, Clone, Default)]
+pub(super) struct NameIndex {
+    version: u64,
+    slots: BTreeMap<(String, i32), u32>,
+}
 
 impl Scene {
     /// Where an object stands: `/robot[1]/arm`; an index where siblings share its alias.
@@ -71,9 +80,18 @@ impl Scene {
             Some((alias, n)) => (alias, n.parse().ok()?),
             None => (name, -1),
         };
-        self.slots()
-            .find(|(_, o)| o.kind() != tatu_plugin_api::abi::TATU_KIND_SCRIPT && o.suffix == suffix && o.alias == alias)
-            .map(|(s, _)| s)
+        let fits =
+            |o: &Object| o.kind() != tatu_plugin_api::abi::TATU_KIND_SCRIPT && o.suffix == suffix && o.alias == alias;
+        let mut index = self.index.borrow_mut();
+        if index.version != self.shape_version {
+            let named = self.slots().map(|(s, o)| ((o.alias.clone(), o.suffix), s));
+            // In reverse, so that of equal names the first slot stays.
+            index.slots = named.rev().collect();
+            index.version = self.shape_version;
+        }
+        // Names may have changed since: what was found is looked at, what was not is searched for.
+        let found = index.slots.get(&(alias.to_owned(), suffix)).copied();
+        found.filter(|s| self.get(*s).is_some_and(fits)).or_else(|| self.slots().find(|(_, o)| fits(o)).map(|(s, _)| s))
     }
 
     /// Gives objects that came together the smallest suffix that is free for all of them.

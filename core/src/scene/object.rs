@@ -129,6 +129,8 @@ pub struct ShapePart {
     pub pose: Isometry3<f64>,
     /// Its color, if not the shape's.
     pub color: Option<[f64; 3]>,
+    /// Its friction, if not the shape's.
+    pub friction: Option<f64>,
 }
 
 /// Where a shape stands in the engine.

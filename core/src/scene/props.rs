@@ -345,6 +345,7 @@ fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
         size: Vector3::repeat(0.1),
         pose: nalgebra::Isometry3::identity(),
         color: None,
+        friction: None,
     };
     for (key, v) in entries {
         let Value::Text(key) = key else { continue };
@@ -366,11 +367,16 @@ fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
             b"position" => part.pose.translation.vector = Vector3::from(three()?),
             b"orientation" => part.pose.rotation = from_euler(three()?),
             b"color" => part.color = Some(three()?),
+            b"friction" => match v {
+                Value::Float(f) if *f >= 0.0 => part.friction = Some(*f),
+                Value::Int(i) if *i >= 0 => part.friction = Some(*i as f64),
+                _ => return refuse(TATU_ERR_ARGUMENT, "part: `friction` is a number, at least 0"),
+            },
             other => {
                 let key = String::from_utf8_lossy(other).into_owned();
                 return refuse(
                     TATU_ERR_ARGUMENT,
-                    format!("a part has no `{key}`; expected primitive, size, position, orientation, color"),
+                    format!("a part has no `{key}`; expected primitive, size, position, orientation, color, friction"),
                 );
             }
         }

@@ -95,7 +95,7 @@ rows! {
     Size "shape.size" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Full extents along x, y, z; round forms take x as diameter and z as length; default 0.1 each.";
     Mesh "shape.mesh" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Number of its mesh, for the primitive `mesh`.";
     Convex "shape.convex" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether its mesh is its own convex hull; default false.";
-    Parts "shape.parts" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Parts of a compound: primitive, size, position, orientation, color.";
+    Parts "shape.parts" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Parts of a compound: primitive, size, position, orientation, color, friction.";
     Color "shape.color" SHAPE, TATU_F64S 3 None, Live FREE, "Red, green, blue, 0 to 1; default 0.7 each.";
     Mass "shape.mass" SHAPE, TATU_F64 0 Some("kg"), Rebuilds FREE, "Mass; default: 1000 kg/m^3 of its volume.";
     Inertia "shape.inertia" SHAPE, TATU_F64S 0 Some("kg m^2"), Rebuilds FREE, "Inertia about the centre of mass: 3 (xx yy zz) or 9 by rows; default: of its form with even density.";
@@ -131,6 +131,7 @@ rows! {
     Time "scene.time" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Simulation time.";
     Dt "scene.dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Length of a step; default 0.05.";
     PhysicsDt "scene.physics_dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Greatest length of a physics step; a step is divided evenly; default 0.01.";
+    PhysicsSubsteps "scene.physics_substeps" WORLD, TATU_I64 0 None, ReadOnly FREE, "Parts of a physics step in which velocities are solved, 1 to 64; default 4.";
     Step "scene.step" WORLD, TATU_I64 0 None, ReadOnly FREE, "Number of the step, from 0.";
     Gravity "scene.gravity" WORLD, TATU_F64S 3 Some("m/s^2"), Live FREE, "Gravity; default 0 0 -9.81.";
     Seed "scene.seed" WORLD, TATU_I64 0 None, ReadOnly FREE, "The seed of all that is random; default 0.";

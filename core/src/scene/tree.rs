@@ -1,11 +1,11 @@
 //! The tree: slots with generations, parents and children, world poses.
 
-use std::collections::VecDeque;
+use std::{cell::RefCell, collections::VecDeque};
 
 use nalgebra::Isometry3;
 use tatu_plugin_api::abi::tatu_object;
 
-use super::{Data, Object};
+use super::{Data, Object, names::NameIndex};
 
 /// An object's id at the border: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -42,6 +42,7 @@ pub struct Scene {
     next_uid: u64,
     /// Grows with every change of the tree or of what the engine and beams are made of.
     pub shape_version: u64,
+    pub(super) index: RefCell<NameIndex>,
 }
 
 impl Default for Scene {
@@ -53,6 +54,7 @@ impl Default for Scene {
             order: Vec::new(),
             next_uid: 1,
             shape_version: 1,
+            index: RefCell::default(),
         }
     }
 }
@@ -177,12 +179,19 @@ impl Scene {
         }
     }
 
-    /// All objects of the tree (not scripts), breadth first.
-    pub fn order(&self) -> Vec<u32> {
-        if !self.order.is_empty() {
-            return self.order.clone();
+    /// All objects of the tree (not scripts), breadth first, once it is settled.
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Goes through all objects of the tree (not scripts), breadth first. `f` leaves the tree as it is.
+    pub fn visit(&mut self, mut f: impl FnMut(&mut Self, u32)) {
+        self.settle();
+        let order = std::mem::take(&mut self.order);
+        for slot in &order {
+            f(self, *slot);
         }
-        self.tree(0)
+        self.order = order;
     }
 
     /// An object and all below it, breadth first; 0: everything.
@@ -199,8 +208,14 @@ impl Scene {
     }
 
     /// Every slot that holds an object, scripts included, in order of slots.
-    pub fn slots(&self) -> impl Iterator<Item = (u32, &Object)> {
+    pub fn slots(&self) -> impl DoubleEndedIterator<Item = (u32, &Object)> {
         self.slots.iter().enumerate().filter_map(|(i, s)| s.object.as_ref().map(|o| (i as u32, o)))
+    }
+
+    /// World poses by slots.
+    pub fn poses(&self, out: &mut Vec<Option<Isometry3<f64>>>) {
+        out.clear();
+        out.extend(self.slots.iter().map(|s| s.object.as_ref().map(|o| o.world)));
     }
 
     /// Objects without a parent.

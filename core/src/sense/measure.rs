@@ -91,9 +91,9 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
         let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);
         let skip_group = d.plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
         s.first_beam.push(s.beams.len() as u64);
-        for dir in &d.plan.directions {
+        for turn in &d.plan.turns {
             s.beams.push(Beam {
-                world_from_beam: world * look_along(*dir),
+                world_from_beam: world * turn,
                 volume: d.plan.volume,
                 near: d.plan.near,
                 far: d.plan.far,
@@ -106,10 +106,8 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
         s.data.push(d.data);
         s.state.push(d.state.as_mut_ptr().cast());
         s.sensor.push(scene.id(d.slot));
-        for f in &mut d.fields {
-            f.fill(0);
-            s.fields.push(f.as_mut_ptr().cast());
-        }
+        d.fields.fill(0);
+        s.fields.extend(d.spans.iter().map(|(first, _)| d.fields[*first..].as_mut_ptr().cast::<c_void>()));
         if inputs & TATU_IN_POSE != 0 {
             s.pose.push(pose_to_array(&world));
         }
@@ -122,7 +120,7 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     s.first_beam.push(s.beams.len() as u64);
     s.hits.resize(s.beams.len(), Hit::NONE);
     pool.install(|| targets.beams.cast(&s.beams, &mut s.hits));
-    s.spread(inputs, devices.iter().map(|i| all[*i].plan.directions.as_slice()));
+    s.spread(inputs, devices.iter().map(|i| all[*i].plan.turns.as_slice()));
     s.status.resize(devices.len(), TATU_OK);
     let batch = s.batch(devices.len(), kind_info.fields.len(), moment);
     let mut error = ErrorSlot::new();
@@ -135,14 +133,6 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     }
     let statuses = s.status.iter();
     devices.iter().zip(statuses).filter(|(_, st)| **st < 0).map(|(i, st)| failed(i, *st)).collect()
-}
-
-/// The turn that makes +z look along a direction, with the least twist.
-fn look_along(d: [f64; 3]) -> Isometry3<f64> {
-    let d = Vector3::from(d);
-    let q = UnitQuaternion::rotation_between(&Vector3::z(), &d)
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
-    Isometry3::from_parts(Default::default(), q)
 }
 
 impl Scratch {
@@ -164,7 +154,7 @@ impl Scratch {
     }
 
     /// Hits into the arrays that the kind asked for; points and normals into the sensor's frame.
-    fn spread<'a>(&mut self, inputs: u32, directions: impl Iterator<Item = &'a [[f64; 3]]>) {
+    fn spread<'a>(&mut self, inputs: u32, turns: impl Iterator<Item = &'a [UnitQuaternion<f64>]>) {
         if inputs & TATU_IN_DISTANCE != 0 {
             self.distance.extend(self.hits.iter().map(|h| h.distance));
         }
@@ -175,9 +165,8 @@ impl Scratch {
             return;
         }
         let mut hits = self.hits.iter();
-        for dir in directions.flatten() {
+        for turn in turns.flatten() {
             let Some(hit) = hits.next() else { return };
-            let turn = look_along(*dir);
             let (p, n) = if hit.is_some() {
                 (turn * hit.point, turn * hit.normal)
             } else {

@@ -9,6 +9,7 @@ mod targets;
 
 use std::ffi::c_void;
 
+use nalgebra::{UnitQuaternion, Vector3};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 pub use measure::{Around, Job, Moment, measure};
@@ -29,6 +30,8 @@ pub(crate) struct BeamPlan {
     pub volume: Volume,
     /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for a sensor without beams.
     pub directions: Vec<[f64; 3]>,
+    /// For each direction, the turn that makes +z look along it.
+    pub turns: Vec<UnitQuaternion<f64>>,
     pub near: f64,
     pub far: f64,
     pub max_incidence: f64,
@@ -45,10 +48,10 @@ pub(crate) struct Device {
     pub state: Vec<u64>,
     pub params: Vec<Value>,
     pub plan: BeamPlan,
-    /// One buffer per field, 8-byte aligned.
-    pub fields: Vec<Vec<u64>>,
-    /// Elements of each field.
-    pub lens: Vec<usize>,
+    /// The fields one after the other, each 8-byte aligned.
+    pub fields: Vec<u64>,
+    /// Of each field: the word at which it begins, and how many elements it has.
+    pub spans: Vec<(usize, usize)>,
     pub sequence: u64,
     pub time: f64,
     /// Switched off after a fault.
@@ -122,23 +125,20 @@ impl Device {
             params,
             plan: NO_BEAMS,
             fields: Vec::new(),
-            lens: Vec::new(),
+            spans: Vec::new(),
             sequence: 0,
             time: 0.0,
             off: false,
         };
         device.plan = device.ask_beams(kind)?;
-        device.lens = kind
-            .fields
-            .iter()
-            .map(|f| f.dims.iter().map(|d| if *d == 0 { device.plan.directions.len() } else { *d as usize }).product())
-            .collect();
-        device.fields = kind
-            .fields
-            .iter()
-            .zip(&device.lens)
-            .map(|(f, n)| vec![0u64; (n * element_size(f.elem)).div_ceil(8).max(1)])
-            .collect();
+        let mut words = 0;
+        for f in &kind.fields {
+            let of_beams = |d: &u32| if *d == 0 { device.plan.directions.len() } else { *d as usize };
+            let elements: usize = f.dims.iter().map(of_beams).product();
+            device.spans.push((words, elements));
+            words += (elements * element_size(f.elem)).div_ceil(8).max(1);
+        }
+        device.fields = vec![0; words];
         Ok(device)
     }
 
@@ -187,6 +187,7 @@ impl Device {
         }
         Ok(BeamPlan {
             volume,
+            turns: directions.iter().map(|d| look_along(*d)).collect(),
             directions,
             near: raw.near_m,
             far: raw.far_m,
@@ -209,8 +210,8 @@ impl Device {
         let info = &kind.fields[field];
         let beams = self.plan.directions.len() as u32;
         tatu_field_view {
-            ptr: self.fields[field].as_ptr().cast(),
-            len: self.lens[field] as u64,
+            ptr: self.fields[self.spans[field].0..].as_ptr().cast(),
+            len: self.spans[field].1 as u64,
             elem: info.elem,
             dims: info.dims.map(|d| if d == 0 { beams } else { d }),
             time: self.time,
@@ -220,7 +221,8 @@ impl Device {
 
     /// A field's content as a value, for traces.
     pub fn value(&self, kind: &SensorKind, field: usize) -> Value {
-        let (n, bytes) = (self.lens[field], self.fields[field].as_ptr());
+        let (first, n) = self.spans[field];
+        let bytes = self.fields[first..].as_ptr();
         // SAFETY: the buffer has `n` elements of the declared type.
         unsafe {
             match kind.fields[field].elem {
@@ -249,12 +251,19 @@ const MAX_RAYS: u32 = 1 << 24;
 const NO_BEAMS: BeamPlan = BeamPlan {
     volume: Volume::Ray,
     directions: Vec::new(),
+    turns: Vec::new(),
     near: 0.0,
     far: 0.0,
     max_incidence: std::f64::consts::FRAC_PI_2,
     faces: Faces::BOTH,
     skip_model: false,
 };
+
+/// The turn that makes +z look along a direction, with the least twist.
+fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
+    UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::from(d))
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
+}
 
 fn element_size(elem: u32) -> usize {
     match elem {

@@ -33,7 +33,7 @@ impl Targets {
         self.built = scene.shape_version;
         self.places.clear();
         let mut targets = Vec::new();
-        for slot in scene.order() {
+        for slot in scene.tree(0) {
             let Some(o) = scene.get(slot) else { continue };
             let Some(shape) = o.shape().filter(|s| s.is_detectable()) else { continue };
             for part in visible_parts(shape) {

@@ -17,8 +17,6 @@
 mod sensors;
 mod stages;
 
-use std::collections::BTreeMap;
-
 pub(crate) use sensors::sense_some;
 pub(crate) use stages::{Stage, run};
 
@@ -55,8 +53,7 @@ pub(crate) fn barrier(world: &WorldCell) {
     reap_actuators(world);
     let Ok(mut scene) = world.scene.try_borrow_mut() else { return };
     world.dynamics.borrow_mut().settle(&mut scene);
-    let poses: BTreeMap<_, _> = scene.slots().map(|(s, o)| (s, o.world)).collect();
-    *world.before.borrow_mut() = poses;
+    scene.poses(&mut world.before.borrow_mut());
 }
 
 /// Scripts act.

@@ -110,12 +110,12 @@ pub(crate) struct WorldCell {
     pub(super) instances: RefCell<Vec<Option<Instance>>>,
     pub(super) faults: RefCell<Vec<Fault>>,
     pub(super) lines: RefCell<Vec<LogLine>>,
-    /// World poses of the step before, for velocities of objects that the engine does not move.
-    pub before: RefCell<BTreeMap<u32, nalgebra::Isometry3<f64>>>,
+    /// World poses of the step before by slots, for velocities of objects that the engine does not move.
+    pub before: RefCell<Vec<Option<nalgebra::Isometry3<f64>>>>,
     pub(super) initial: RefCell<Option<Scene>>,
     /// Slots, kinds and parameters of the devices at the start.
     pub(super) initial_devices: RefCell<Vec<(u32, DeviceSpec)>>,
-    pub(super) pool: rayon::ThreadPool,
+    pub(super) pool: Arc<rayon::ThreadPool>,
 }
 
 impl WorldCell {
@@ -247,7 +247,9 @@ impl WorldCell {
     /// Velocity of an object by its motion in the last step.
     pub fn twist_by_motion(&self, scene: &Scene, slot: u32) -> [f64; 6] {
         let (Some(o), Ok(before)) = (scene.get(slot), self.before.try_borrow()) else { return [0.0; 6] };
-        let (Some(old), dt) = (before.get(&slot), self.clock.dt.get()) else { return [0.0; 6] };
+        let (Some(old), dt) = (before.get(slot as usize).copied().flatten(), self.clock.dt.get()) else {
+            return [0.0; 6];
+        };
         let v = (o.world.translation.vector - old.translation.vector) / dt;
         let w = (o.world.rotation * old.rotation.inverse()).scaled_axis() / dt;
         [v.x, v.y, v.z, w.x, w.y, w.z]
@@ -255,7 +257,11 @@ impl WorldCell {
 
     /// What the engine is told of them.
     pub fn engine_settings(settings: &Settings) -> EngineSettings {
-        EngineSettings { gravity: settings.gravity, step: settings.physics_dt.min(settings.dt) }
+        EngineSettings {
+            gravity: settings.gravity,
+            step: settings.physics_dt.min(settings.dt),
+            substeps: settings.physics_substeps,
+        }
     }
 }
 

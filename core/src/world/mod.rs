@@ -1,10 +1,11 @@
 //! A world: a scene, its engine, sensors and scripts, made, started, stepped, stopped and looked at.
 //!
 //! `cell` holds its parts, which plugins reach through `tatu_world *`; `devices` makes the instances of sensors and
-//! actuators.
+//! actuators; `pool` is its threads.
 
 mod cell;
 mod devices;
+mod pool;
 
 use std::{
     cell::{Cell, RefCell},
@@ -44,15 +45,9 @@ impl World {
         Self::with_threads(document, registry, 1)
     }
 
-    /// The same, with a pool of `threads` threads of its own; the results do not depend on their number.
-    ///
-    /// A world never computes in somebody else's pool: the engine waits there for tasks that it gave to the pool, and
-    /// two worlds that wait in one pool of two would wait for ever.
+    /// The same, with so many threads; the results do not depend on their number.
     pub fn with_threads(document: Arc<Document>, registry: Arc<Registry>, threads: usize) -> Result<Self> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.max(1))
-            .build()
-            .map_err(|e| Error::new("E401", format!("cannot start {threads} threads: {e}")))?;
+        let pool = pool::of(threads)?;
         let settings = document.settings.clone();
         let (scene, slots) = document.instantiate();
         let cell = Rc::new(WorldCell {
@@ -72,7 +67,7 @@ impl World {
             instances: RefCell::new(Vec::new()),
             faults: RefCell::new(Vec::new()),
             lines: RefCell::new(Vec::new()),
-            before: RefCell::new(BTreeMap::new()),
+            before: RefCell::new(Vec::new()),
             initial: RefCell::new(None),
             initial_devices: RefCell::new(Vec::new()),
             pool,

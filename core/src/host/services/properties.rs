@@ -60,6 +60,7 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
         Row::Time => Value::Float(world.clock.time.get()),
         Row::Dt => Value::Float(world.clock.dt.get()),
         Row::PhysicsDt => Value::Float(settings.physics_dt),
+        Row::PhysicsSubsteps => Value::Int(settings.physics_substeps.into()),
         Row::Step => Value::Int(world.clock.step.get() as i64),
         Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),
         Row::Seed => Value::Int(settings.seed as i64),

@@ -16,7 +16,7 @@ use crate::physics::{BodyDesc, BodyId, Engine, EngineSettings, MassProps, Motion
 const G: f64 = 9.81;
 
 fn engine(step: f64) -> Rapier {
-    Rapier::new(EngineSettings { gravity: Vector3::new(0.0, 0.0, -G), step })
+    Rapier::new(EngineSettings { gravity: Vector3::new(0.0, 0.0, -G), step, substeps: 4 })
 }
 
 fn at(x: f64, y: f64, z: f64) -> Isometry3<f64> {
@@ -32,7 +32,7 @@ fn mass(mass: f64, inertia: [f64; 3]) -> MassProps {
 }
 
 fn part(form: Form) -> Vec<Part> {
-    vec![Part { pose: Isometry3::identity(), form }]
+    vec![Part { pose: Isometry3::identity(), form, friction: None }]
 }
 
 fn sphere(radius: f64) -> Vec<Part> {

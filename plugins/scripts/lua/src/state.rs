@@ -168,7 +168,7 @@ impl Script {
     pub(crate) fn new(host: &Host, world: &World<'_>, instance: Instance) -> Result<Self> {
         let commands =
             table(host).ok_or_else(|| Fail::unsupported("this host offers no commands, so scripts cannot run"))?;
-        let slot = Slot::new();
+        let slot = Slot::new(instance.seed);
         // SAFETY: the slot is boxed and outlives the state.
         let main = unsafe { lua_newstate(lua_alloc, (&raw const *slot).cast_mut().cast()) };
         if main.is_null() {

@@ -68,7 +68,7 @@ fn force() {
 #[test]
 fn force_is_mutual() {
     let mut engine = engine(0.01);
-    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01 });
+    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4 });
     let bodies = [1.0, 3.0].map(|m| engine.add_body(&body(at(0.0, 0.0, 0.0), mass(m, [0.1 * m; 3]), vec![])));
     let frame = Isometry3::identity();
     let desc = JointDesc {
@@ -117,7 +117,7 @@ fn position() {
 fn ways_round() {
     for (limits, over_pi) in [(None, true), (Some((-3.0, 3.0)), false)] {
         let mut engine = engine(0.01);
-        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01 });
+        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4 });
         let joint = arm(&mut engine, 0.5, limits);
         let go = |target| Drive::Position { target, max_force: 50.0, max_velocity: 2.0 };
         engine.drive(joint, go(2.8));

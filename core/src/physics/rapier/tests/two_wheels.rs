@@ -30,7 +30,11 @@ pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u
         ..body(
             base_pose,
             mass(16.0, [1.92, 1.939, 2.09]),
-            vec![Part { pose: at(-0.03, 0.0, 0.03), form: Form::Box { half: Vector3::new(0.2, 0.14, 0.1) } }],
+            vec![Part {
+                pose: at(-0.03, 0.0, 0.03),
+                form: Form::Box { half: Vector3::new(0.2, 0.14, 0.1) },
+                friction: None,
+            }],
         )
     });
     let link_in_base = at(-0.149, 0.0, -0.0778);

@@ -1,0 +1,131 @@
+//! The binary tree that a tree of boxes is made from: items split in two where a walk is expected to cost least.
+
+use nalgebra::Vector3;
+
+use super::aabb::Aabb;
+
+/// Builds the tree over `order`, numbers into `boxes`, and puts them in the order of the leaves. A child comes after
+/// its parent. The same input gives the same tree.
+pub(super) fn build(order: &mut [u32], boxes: &[Aabb], leaf_size: usize) -> Vec<Node> {
+    let mut nodes = vec![Node { aabb: Aabb::EMPTY, first: 0, count: order.len() as u32, depth: 0 }];
+    let mut at = 0;
+    while at < nodes.len() {
+        split(&mut nodes, order, at, boxes, leaf_size);
+        at += 1;
+    }
+    for at in (0..nodes.len()).rev() {
+        nodes[at].aabb = nodes[at].fit(order, boxes, |child| nodes[child].aabb);
+    }
+    nodes
+}
+
+/// A leaf, or an inner node.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Node {
+    pub aabb: Aabb,
+    /// A leaf's first place in `order`, or the first of two children, which are neighbours.
+    pub first: u32,
+    /// Items of a leaf; 0 for an inner node.
+    pub count: u32,
+    /// Nodes above.
+    depth: u32,
+}
+
+impl Node {
+    /// The box of a leaf's items, or of an inner node's two children.
+    fn fit(&self, order: &[u32], boxes: &[Aabb], child: impl Fn(usize) -> Aabb) -> Aabb {
+        let first = self.first as usize;
+        match self.count {
+            0 => child(first).merge(&child(first + 1)),
+            n => order[first..first + n as usize].iter().fold(Aabb::EMPTY, |b, i| b.merge(&boxes[*i as usize])),
+        }
+    }
+}
+
+/// From this depth on items are halved.
+const DEEP: u32 = 32;
+/// Bins along an axis.
+const BINS: usize = 16;
+
+/// Where a set of items is split in two.
+struct Cut {
+    axis: usize,
+    low: f64,
+    per_metre: f64,
+    /// The last bin of the first part.
+    last: usize,
+}
+
+impl Cut {
+    fn bin(&self, centre: &Vector3<f64>) -> usize {
+        (((centre[self.axis] - self.low) * self.per_metre) as usize).min(BINS - 1)
+    }
+
+    /// The cheapest cut; nothing when all centres coincide.
+    fn best(items: &[u32], boxes: &[Aabb], centres: &Aabb) -> Option<Self> {
+        let mut best: Option<(f64, Self)> = None;
+        for axis in 0..3 {
+            let length = centres.high[axis] - centres.low[axis];
+            if !(length > 0.0 && length.is_finite()) {
+                continue;
+            }
+            let mut cut = Cut { axis, low: centres.low[axis], per_metre: BINS as f64 / length, last: 0 };
+            let mut bins = [(Aabb::EMPTY, 0usize); BINS];
+            for item in items {
+                let aabb = &boxes[*item as usize];
+                let bin = &mut bins[cut.bin(&aabb.centre())];
+                *bin = (bin.0.merge(aabb), bin.1 + 1);
+            }
+            // From the right: what the second part costs if it begins at a bin.
+            let mut after = [0.0; BINS];
+            let mut part = (Aabb::EMPTY, 0);
+            for i in (1..BINS).rev() {
+                part = (part.0.merge(&bins[i].0), part.1 + bins[i].1);
+                after[i] = part.0.cost(part.1);
+            }
+            part = (Aabb::EMPTY, 0);
+            for last in 0..BINS - 1 {
+                part = (part.0.merge(&bins[last].0), part.1 + bins[last].1);
+                let cost = part.0.cost(part.1) + after[last + 1];
+                if part.1 > 0 && part.1 < items.len() && best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                    cut.last = last;
+                    best = Some((cost, Cut { ..cut }));
+                }
+            }
+        }
+        best.map(|(_, cut)| cut)
+    }
+}
+
+/// Splits a leaf where a walk is expected to cost least (surface area heuristic, in bins along each axis); at the
+/// median where bins tell nothing, or where the tree would get too deep.
+fn split(nodes: &mut Vec<Node>, order: &mut [u32], at: usize, boxes: &[Aabb], leaf_size: usize) {
+    let Node { first, count, depth, .. } = nodes[at];
+    if count as usize <= leaf_size {
+        return;
+    }
+    let items = &mut order[first as usize..(first + count) as usize];
+    let centres = items.iter().fold(Aabb::EMPTY, |b, &item| {
+        let c = boxes[item as usize].centre();
+        Aabb { low: b.low.inf(&c), high: b.high.sup(&c) }
+    });
+    let cut = if depth < DEEP { Cut::best(items, boxes, &centres) } else { None };
+    let left = match cut {
+        Some(cut) => {
+            items.sort_by_cached_key(|item| (cut.bin(&boxes[*item as usize].centre()) > cut.last, *item));
+            items.iter().filter(|item| cut.bin(&boxes[**item as usize].centre()) <= cut.last).count()
+        }
+        None => {
+            let axis = (centres.high - centres.low).imax();
+            let half = items.len() / 2;
+            let centre = |item: &u32| boxes[*item as usize].centre()[axis];
+            items.select_nth_unstable_by(half, |a, b| centre(a).total_cmp(&centre(b)).then(a.cmp(b)));
+            half
+        }
+    } as u32;
+    let child = |first, count| Node { aabb: Aabb::EMPTY, first, count, depth: depth + 1 };
+    nodes[at].first = nodes.len() as u32;
+    nodes[at].count = 0;
+    nodes.push(child(first, left));
+    nodes.push(child(first + left, count - left));
+}
