@@ -29,7 +29,7 @@ pub enum Command {
 /// What a scene is and what is changed in it.
 #[derive(clap::Args)]
 pub struct Scene {
-    /// The scene file.
+    /// The scene file, or a file that an importer reads.
     pub scene: PathBuf,
     /// Seed of all that is random, instead of the scene's.
     #[arg(long, value_name = "N")]
@@ -89,6 +89,7 @@ pub enum What {
     Plugins,
     Models,
     Sensors,
+    Importers,
     Commands,
 }
 

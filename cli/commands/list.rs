@@ -23,6 +23,7 @@ pub fn list(args: &List) -> ExitCode {
         What::Plugins => (plugins(&registry), &["id", "version", "kinds", "path"]),
         What::Models => (models(&registry), &["id", "plugin", "text"]),
         What::Sensors => (sensors(&registry), &["id", "plugin", "schemas", "text"]),
+        What::Importers => (importers(&registry), &["id", "plugin", "suffixes", "text"]),
         What::Commands => (commands(&registry), &["names", "text"]),
     };
     if args.json {
@@ -44,6 +45,7 @@ fn plugins(r: &Registry) -> Vec<Value> {
         add(r.commands.iter().any(|c| c.plugin == i), "command");
         add(r.sensors.iter().any(|s| s.plugin == i), "sensor");
         add(r.models.iter().any(|m| m.plugin == i), "model");
+        add(r.importers.iter().any(|m| m.plugin == i), "importer");
         add(r.languages.iter().any(|l| l.plugin == i), "script");
         kinds
     };
@@ -88,6 +90,18 @@ fn sensors(r: &Registry) -> Vec<Value> {
             json!({
                 "id": s.id, "plugin": r.plugins[s.plugin].id, "schemas": s.schemas, "text": s.text,
                 "parameters": params(&s.params), "fields": fields,
+            })
+        })
+        .collect()
+}
+
+fn importers(r: &Registry) -> Vec<Value> {
+    r.importers
+        .iter()
+        .map(|i| {
+            let plugin = &r.plugins[i.plugin].id;
+            json!({
+                "id": i.id, "plugin": plugin, "suffixes": i.suffixes, "text": i.text, "parameters": params(&i.params),
             })
         })
         .collect()

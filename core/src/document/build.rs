@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use nalgebra::{Isometry3, Point3};
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{DeviceSpec, Document, ObjectSpec, ScriptSpec};
+use super::{DeviceSpec, Document, Made, ObjectSpec, ScriptSpec};
 use crate::{
     error::{Error, Place, Result},
     geometry::Mesh,
@@ -219,15 +219,19 @@ impl<'a> Builder<'a> {
         self.group = outer;
         built?;
         let id = &self.registry.models[model].id;
-        let Some(base) = self.document.objects.get_mut(first) else {
-            return Err(Error::new("E111", format!("the model `{id}` built nothing")));
-        };
+        let nothing = || Error::new("E111", format!("the model `{id}` built nothing"));
+        self.placed(first, placement, Made::Model(model)).ok_or_else(nothing)
+    }
+
+    /// What was built from object `first` on is a model that stands at `placement`; its base. `None`: there is none.
+    pub(super) fn placed(&mut self, first: usize, placement: Isometry3<f64>, made: Made) -> Option<usize> {
+        let base = self.document.objects.get_mut(first)?;
         base.placement = placement;
         if !base.rows.iter().any(|(r, _)| *r == Row::ModelBase) {
             base.rows.push((Row::ModelBase, Value::Bool(true)));
         }
-        self.document.models.push(super::ModelInstance { model, base: first });
-        Ok(first)
+        self.document.models.push(super::ModelInstance { made, base: first });
+        Some(first)
     }
 }
 

@@ -2,13 +2,14 @@
 //!
 //! - [`Document`]: objects, scripts, settings;
 //! - [`Builder`]: writes one, checking every property against its row;
-//! - `border`: the same builder for plugins;
+//! - `border`: the same builder for plugins; `import`: files of other formats;
 //! - `toml`: scene files; `keys`: their keys and values; `units`: the units in keys;
 //! - `settings`: the numbers of the world; `scripts`: scripts in scene files;
 //! - `overrides`: `[set]`, `--set`, `--script`.
 
 mod border;
 mod build;
+mod import;
 mod keys;
 mod overrides;
 mod scripts;
@@ -79,11 +80,20 @@ pub struct ObjectSpec {
     pub place: Option<Place>,
 }
 
-/// A model that the document placed.
+/// Who built a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Made {
+    /// The model of this index.
+    Model(usize),
+    /// The importer of this index.
+    Import(usize),
+}
+
+/// A model or import that the document placed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelInstance {
-    /// Index of the model.
-    pub model: usize,
+    /// Who built it.
+    pub made: Made,
     /// Its base, by object.
     pub base: usize,
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use tatu_plugin_api::safe::Value;
 use toml_edit::Item;
 
-use super::{Builder, Document, ScriptSpec, keys, settings};
+use super::{Builder, Document, Made, ScriptSpec, keys, settings};
 use crate::{
     error::{Error, Place, Result},
     host::{Declared, Registry, check_value},
@@ -128,7 +128,10 @@ pub(super) fn apply(
 /// The number of the model whose base the object is, and its parameters.
 fn params_of(document: &Document, registry: &Registry, object: usize) -> Option<(usize, Vec<(Declared, ())>)> {
     let number = document.models.iter().position(|m| m.base == object)?;
-    let params = &registry.models[document.models[number].model].params;
+    let params = match document.models[number].made {
+        Made::Model(m) => &registry.models[m].params,
+        Made::Import(i) => &registry.importers[i].params,
+    };
     Some((number, params.iter().map(|p| (p.clone(), ())).collect()))
 }
 

@@ -32,6 +32,8 @@ table!(
     tatu_ext_sensor,
     tatu_model,
     tatu_ext_model,
+    tatu_importer,
+    tatu_ext_importer,
     tatu_language,
     tatu_ext_script,
     tatu_beams

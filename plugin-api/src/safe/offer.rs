@@ -6,7 +6,7 @@ use std::{
     ptr::null,
 };
 
-use super::{Command, Constant, Language, Model, Plugin, Sensor, Value, guard};
+use super::{Command, Constant, Importer, Language, Model, Plugin, Sensor, Value, guard};
 use crate::abi::*;
 
 /// Owns everything that the plugin's tables point to, until shutdown.
@@ -62,6 +62,7 @@ pub struct Offer<P: Plugin> {
     preludes: Vec<*const tatu_prelude>,
     sensors: Vec<*const tatu_sensor>,
     models: Vec<*const tatu_model>,
+    importers: Vec<*const tatu_importer>,
     languages: Vec<*const tatu_language>,
     plugin: std::marker::PhantomData<P>,
 }
@@ -75,6 +76,7 @@ impl<P: Plugin> Offer<P> {
             preludes: Vec::new(),
             sensors: Vec::new(),
             models: Vec::new(),
+            importers: Vec::new(),
             languages: Vec::new(),
             plugin: std::marker::PhantomData,
         }
@@ -120,6 +122,11 @@ impl<P: Plugin> Offer<P> {
         let raw = super::model::table::<M>(&mut self.keep);
         self.models.push(raw);
     }
+    /// An importer.
+    pub fn importer<I: Importer<Plugin = P>>(&mut self) {
+        let raw = super::importer::table::<I>(&mut self.keep);
+        self.importers.push(raw);
+    }
     /// A script language.
     pub fn language<L: Language<Plugin = P>>(&mut self) {
         let raw = super::language::table::<L>(&mut self.keep);
@@ -150,6 +157,10 @@ impl<P: Plugin> Offer<P> {
             let models = keep.list(self.models);
             keep.table(tatu_ext_model { size: size_of::<tatu_ext_model>() as u32, reserved: 0, models })
         });
+        let importer = (!self.importers.is_empty()).then(|| {
+            let importers = keep.list(self.importers);
+            keep.table(tatu_ext_importer { size: size_of::<tatu_ext_importer>() as u32, reserved: 0, importers })
+        });
         let script = (!self.languages.is_empty()).then(|| {
             let languages = keep.list(self.languages);
             keep.table(tatu_ext_script { size: size_of::<tatu_ext_script>() as u32, reserved: 0, languages })
@@ -158,6 +169,7 @@ impl<P: Plugin> Offer<P> {
             command: command.unwrap_or(null()),
             sensor: sensor.unwrap_or(null()),
             model: model.unwrap_or(null()),
+            importer: importer.unwrap_or(null()),
             script: script.unwrap_or(null()),
             _keep: self.keep,
         }
@@ -169,6 +181,7 @@ pub(crate) struct Tables {
     pub(crate) command: *const tatu_ext_command,
     pub(crate) sensor: *const tatu_ext_sensor,
     pub(crate) model: *const tatu_ext_model,
+    pub(crate) importer: *const tatu_ext_importer,
     pub(crate) script: *const tatu_ext_script,
     _keep: Keep,
 }

@@ -4,11 +4,13 @@ use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
+mod importers;
 mod read;
 
 pub use super::load::Loaded as Plugin;
 use super::{Declared, Search, Source, services::HostTables};
 use crate::error::{Error, Result, nearest};
+pub use importers::{Choice, Importer};
 
 /// One field of a sensor kind.
 #[derive(Debug, Clone)]
@@ -129,6 +131,8 @@ pub struct Registry {
     pub sensors: Vec<SensorKind>,
     /// Models.
     pub models: Vec<Model>,
+    /// Importers.
+    pub importers: Vec<Importer>,
     /// Script languages.
     pub languages: Vec<Language>,
     /// Commands; their ids are these indices plus one.
@@ -185,6 +189,7 @@ impl Registry {
         let mut registry = Registry {
             sensors: Vec::new(),
             models: Vec::new(),
+            importers: Vec::new(),
             languages: Vec::new(),
             commands: Vec::new(),
             names: BTreeMap::new(),
@@ -201,6 +206,7 @@ impl Registry {
             unsafe {
                 registry.add_sensors(i);
                 registry.add_models(i);
+                registry.add_importers(i);
                 registry.add_languages(i);
                 registry.add_commands(i);
             }
