@@ -11,6 +11,7 @@ mod demos;
 mod determinism;
 mod errors;
 mod header;
+mod import;
 mod kit;
 mod mirror;
 mod nesting;

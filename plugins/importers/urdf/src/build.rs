@@ -37,7 +37,7 @@ impl Settings {
             fixed_base: params.get("fixed_base")?.as_bool().unwrap_or(root.name == "world"),
             package_root: params.string("package_root")?,
             motors: params.string("motors")?,
-            friction: params.f64("friction")?,
+            friction: params.f64("link_friction")?,
             wheels_as_balls: params.bool("wheels_as_balls")?,
         })
     }
@@ -222,8 +222,9 @@ impl<'b> Work<'_, 'b> {
         let axis = body.below.inverse() * Vector3::z();
         let own = solid.pose * Vector3::z();
         let at = solid.pose.translation.vector;
+        // Files round quarter turns to 1.57.
         let centred = (at - axis * at.dot(&axis)).norm() < 1e-6;
-        (centred && own.cross(&axis).norm() < 1e-6 && length <= d)
+        (centred && own.cross(&axis).norm() < 1e-3 && length <= d)
             .then(|| Solid { pose: solid.pose, form: Form::Primitive("sphere", [d; 3]) })
     }
 

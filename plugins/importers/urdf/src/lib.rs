@@ -57,7 +57,7 @@ impl Importer for Urdf {
             Param::string("motors").choices(&["velocity", "position", "free"]).default("velocity").text(
                 "What the motors of joints with an effort do at first: hold a speed of 0, hold the position 0, nothing.",
             ),
-            Param::float("friction").range(0.0, 100.0).default(1.0).text("Friction of all links."),
+            Param::float("link_friction").range(0.0, 100.0).default(1.0).text("Friction of every link."),
             Param::bool("wheels_as_balls").default(true).text(
                 "Whether cylinders that turn without end about their own axis collide as balls, which roll truer.",
             ),
@@ -67,15 +67,14 @@ impl Importer for Urdf {
     fn sniff(head: &[u8]) -> u32 {
         let text = String::from_utf8_lossy(head);
         // SDF and others have robots, too, but not as the outermost element.
-        let first = text
-            .split('<')
-            .map(|t| t.trim_start_matches('\u{feff}').trim())
-            .find(|t| !t.is_empty() && !t.starts_with(['?', '!']) && t.chars().next().is_some_and(char::is_alphabetic));
-        if first.is_some_and(|t| t.strip_prefix("robot").is_some_and(|r| !r.starts_with(char::is_alphanumeric))) {
-            80
-        } else {
-            0
+        let mut rest = text.trim_start_matches('\u{feff}').trim_start();
+        while let Some(end) = [("<?", "?>"), ("<!--", "-->")].iter().find_map(|(open, close)| {
+            rest.starts_with(open).then(|| rest.find(close).map_or(rest.len(), |i| i + close.len()))
+        }) {
+            rest = rest[end..].trim_start();
         }
+        let after = rest.strip_prefix("<robot");
+        if after.is_some_and(|r| r.starts_with(|c: char| c.is_whitespace() || c == '>')) { 80 } else { 0 }
     }
 
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result {

@@ -91,6 +91,9 @@ impl Tree {
                 })
             };
             let (parent, child) = (find(&joint.parent.link, "parent")?, find(&joint.child.link, "child")?);
+            if parent == child {
+                return Err(Fail::argument(format!("the joint `{}` hangs a link on itself", joint.name)).at("", line));
+            }
             if let Some(other) = above[child].replace(i) {
                 let other = &robot.joints[other].name;
                 let text =
