@@ -3,13 +3,16 @@
 //! - `search`: the folders and files that may be plugins;
 //! - `load`: opens one and copies its tables;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
-//! - `declared`: declarations (parameters, commands) in Rust's words;
+//! - `declared`: declarations (parameters, commands) in Rust's words; `checks`: those that make no sense;
+//! - [`schemas`]: what readings mean;
 //! - `services`: the host's side of the border, one file per table.
 
+mod checks;
 mod declared;
 mod elf;
 mod load;
 mod registry;
+pub mod schemas;
 mod search;
 pub(crate) mod services;
 mod tables;

@@ -211,6 +211,7 @@ impl Registry {
                 registry.add_commands(i);
             }
         }
+        registry.check_declarations();
         registry
     }
 
