@@ -7,6 +7,7 @@
 mod away;
 mod cli;
 mod course;
+mod declarations;
 mod demos;
 mod determinism;
 mod errors;
