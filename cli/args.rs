@@ -24,6 +24,8 @@ pub enum Command {
     Check(Check),
     /// List what plugins offer.
     List(List),
+    /// Describe a plugin, sensor kind, model, importer, script language, schema, object kind or command.
+    Describe(Describe),
 }
 
 /// What a scene is and what is changed in it.
@@ -80,6 +82,18 @@ pub struct List {
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
     /// As a JSON array.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(clap::Args)]
+pub struct Describe {
+    /// Its id; of a command any of its names.
+    pub id: String,
+    /// A scene whose plugin folders are searched too.
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// In JSON.
     #[arg(long)]
     pub json: bool,
 }

@@ -121,7 +121,7 @@ fn commands(r: &Registry) -> Vec<Value> {
 }
 
 /// Columns as wide as their widest cell.
-fn table(rows: &[Value], columns: &[&str]) {
+pub fn table(rows: &[Value], columns: &[&str]) {
     let cell = |row: &Value, column: &str| match &row[column] {
         Value::String(s) => s.clone(),
         Value::Array(a) => a.iter().filter_map(Value::as_str).collect::<Vec<_>>().join(", "),

@@ -685,6 +685,8 @@ typedef struct tatu_language {
   /* [step] Calls a function reference, borrowed or kept. */
   tatu_status(TATU_CALL *call_func)(void *data, uint32_t local, tatu_call *frame, const tatu_budget *, uint64_t *used,
                                     tatu_error *);
+  /* [any] Whether it knows a dialect that a scene names; the error tells what it knows. Null: any is taken. */
+  tatu_status(TATU_CALL *knows_dialect)(void *self, tatu_str dialect, tatu_error *);
 } tatu_language;
 
 typedef struct tatu_ext_script {

@@ -9,6 +9,7 @@ mod cli;
 mod course;
 mod declarations;
 mod demos;
+mod describe;
 mod determinism;
 mod errors;
 mod header;

@@ -228,6 +228,7 @@ unsafe extern "C" fn script(
             if !matches!(kind.as_str(), "child" | "customization") {
                 return Err(Error::new("E102", format!("a script of kind `{kind}`")).expected("child or customization"));
             }
+            b.registry.check_dialect(Some(language), &dialect)?;
             b.script(owner, ScriptSpec { language, dialect, kind, name, text: source })
         })
         .map_or(0, |()| 1)

@@ -5,11 +5,11 @@ use std::{collections::BTreeMap, sync::Arc};
 use nalgebra::{Isometry3, Point3};
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{DeviceSpec, Document, Made, ObjectSpec, ScriptSpec};
+use super::{DeviceSpec, Document, Made, ObjectSpec, ScriptSpec, keys};
 use crate::{
     error::{Error, Place, Result},
     geometry::Mesh,
-    host::{Declared, Registry, check_value},
+    host::{Declared, Registry},
     scene::rows::{KINDS, ROWS, Row, kind_name, rows_of},
 };
 
@@ -123,7 +123,7 @@ impl<'a> Builder<'a> {
         if declared.flags & TATU_PARAM_READ_ONLY != 0 {
             return Err(Error::new("E102", format!("`{}` is told, not set", declared.key)));
         }
-        let value = check_value(declared, value).map_err(|e| Error::new("E102", format!("`{}`: {e}", declared.key)))?;
+        let value = keys::check(declared, &declared.key, value)?;
         let spec = &mut self.document.objects[object];
         match target {
             Target::Row(Row::Alias) => {

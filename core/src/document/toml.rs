@@ -4,7 +4,7 @@
 //! properties by path, `[providers]` tells who is meant by a schema or language.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
 };
 
@@ -217,8 +217,15 @@ impl<'a> Reader<'a> {
             return Ok(());
         }
         let error = Error::new("E113", format!("`{value}` does not provide `{key}`"));
+        let roles: BTreeSet<&str> = (self.registry.sensors.iter().flat_map(|s| &s.schemas))
+            .chain(self.registry.languages.iter().flat_map(|l| l.suffixes.iter().chain([&l.id])))
+            .chain(self.registry.importers.iter().flat_map(|i| &i.suffixes))
+            .map(String::as_str)
+            .collect();
         Err(match offers.is_empty() {
-            true => error.expected("a schema or language that a loaded plugin offers"),
+            true => error
+                .expected(format!("what a loaded plugin offers: {}", Vec::from_iter(roles.iter().copied()).join(", ")))
+                .nearest(key, roles.iter().copied()),
             false => error.expected(format!("one of {}", offers.join(", "))).nearest(value, offers.iter().copied()),
         })
     }
@@ -236,8 +243,11 @@ impl<'a> Reader<'a> {
             let (entry, factor) =
                 keys::find(key, &declared, "[scene]").map_err(|e| e.at(Some(self.text.key(table, key))))?;
             let value = keys::to_value(item, factor).map_err(|e| e.at(place()))?;
-            let value = crate::host::check_value(&entry.0, value)
-                .map_err(|e| Error::new("E102", format!("`{key}`: {e}")).at(place()))?;
+            let value = keys::check(&entry.0, key, value).map_err(|e| e.at(place()))?;
+            if let ("dialect", Value::Text(t)) = (entry.0.key.as_str(), &value) {
+                let dialect = String::from_utf8_lossy(t);
+                self.registry.check_dialect(None, &dialect).map_err(|e| e.at(place()))?;
+            }
             if top {
                 settings::apply(settings, &entry.0.key, &value);
             }
@@ -320,8 +330,7 @@ impl<'a> Reader<'a> {
             })?;
             let place = || Some(self.text.value(table, key));
             let value = keys::to_value(item, factor).map_err(|e| e.at(place()))?;
-            let value = crate::host::check_value(&entry.0, value)
-                .map_err(|e| Error::new("E102", format!("`{key}`: {e}")).at(place()))?;
+            let value = keys::check(&entry.0, key, value).map_err(|e| e.at(place()))?;
             params.push((entry.0.key.clone(), value));
         }
         let number = b.document.models.len();

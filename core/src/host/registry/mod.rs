@@ -1,9 +1,14 @@
 //! Everything that the loaded plugins offer, by id.
 
-use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+    sync::Arc,
+};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
+mod dialects;
 mod importers;
 mod read;
 
@@ -165,6 +170,10 @@ impl Registry {
         let host = Arc::new(HostTables::new());
         let mut plugins: Vec<Plugin> = Vec::new();
         let mut refused = Vec::new();
+        for (folder, _) in search.folders.iter().filter(|(f, s)| *s == Source::Scene && !f.is_dir()) {
+            let text = format!("the scene names the plugin folder {}, which is not there", folder.display());
+            refused.push(Error::new("E311", text).help("paths in `plugins` start from the folder of the scene"));
+        }
         for path in search.candidates() {
             match Plugin::open(&path, &host) {
                 Ok(new) => match plugins.iter().find(|p| p.id == new.id) {
@@ -254,7 +263,9 @@ impl Registry {
             .filter(fills)
             .filter(|s| wanted.is_none_or(|w| *w == s.id || *w == self.plugins[s.plugin].id));
         found.next().and_then(|f| self.sensors.iter().position(|s| s.id == f.id)).ok_or_else(|| {
-            let known: Vec<_> = self.sensors.iter().map(|s| s.id.as_str()).collect();
+            let schemas = self.sensors.iter().flat_map(|s| &s.schemas);
+            let known: BTreeSet<_> = self.sensors.iter().map(|s| &s.id).chain(schemas).map(String::as_str).collect();
+            let known: Vec<_> = known.into_iter().collect();
             self.unknown("E108", "sensor kind", id_or_schema, &known)
         })
     }
