@@ -82,8 +82,8 @@ fn a_pendulum_swings_as_long_as_it_should() {
     assert!(n >= 4, "{crossed:?}");
     let period = (crossed[n - 1] - crossed[0]) / (n - 1) as f64;
     // Physical pendulum: 2 pi sqrt(I / (m g l)) with the inertia about the hinge; 3 degrees add 0.02 %.
-    let inertia = 0.1667 + 2.0 * 0.5 * 0.5;
-    let wanted = TAU * (inertia / (2.0 * 9.81 * 0.5) as f64).sqrt();
+    let inertia: f64 = 0.1667 + 2.0 * 0.5 * 0.5;
+    let wanted = TAU * (inertia / (2.0 * 9.81 * 0.5)).sqrt();
     assert!((period / wanted - 1.0).abs() < 0.01, "{period} s, {wanted} s expected");
 }
 

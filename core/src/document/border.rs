@@ -8,7 +8,7 @@ use tatu_plugin_api::{
     safe::{Value, ValueRef},
 };
 
-use super::{Builder, ScriptSpec};
+use super::{Builder, ScriptSpec, beside::Source};
 use crate::{
     calls::{ErrorSlot, bytes, text},
     error::{Error, Result},
@@ -25,16 +25,6 @@ struct Build<'b, 'a> {
     error: RefCell<Option<Error>>,
     source: Source,
     files: RefCell<Vec<Vec<u8>>>,
-}
-
-/// What a build reads.
-pub(super) struct Source {
-    /// For its reports: the name of the file.
-    pub name: Option<String>,
-    /// Where names of files start from; without one there are none.
-    pub folder: Option<PathBuf>,
-    /// Folders that must not be left.
-    pub roots: Vec<PathBuf>,
 }
 
 /// Why a build failed: what the host refused first, and what the plugin said itself.
@@ -278,61 +268,4 @@ unsafe extern "C" fn file(t: *const tatu_builder, relative: tatu_str, out: *mut 
             None => TATU_ERR_MISSING,
         }
     }
-}
-
-/// Files greater than this are not read, bytes.
-pub(super) const MOST_BYTES: u64 = 1 << 28;
-
-impl Source {
-    /// A file beside the source; `None`: there is none, which the plugin may mend by another name. Leaving the
-    /// allowed folders is an error, by `..`, by an absolute name or by a link.
-    fn read(&self, name: &str) -> Result<Option<Vec<u8>>> {
-        let Some(folder) = &self.folder else { return Ok(None) };
-        let wanted = folder.join(name);
-        let real = |p: &std::path::Path| {
-            std::fs::canonicalize(if p.as_os_str().is_empty() { std::path::Path::new(".") } else { p })
-        };
-        let outside = || {
-            let roots: Vec<_> = self.roots.iter().map(|r| format!("`{}`", r.join("").display())).collect();
-            Error::new("E105", format!("the file `{name}` lies outside of the folders that may be read"))
-                .expected(format!("a file below {}", roots.join(" or ")))
-                .help("move it there, or describe the scene in a file above both")
-        };
-        let Ok(path) = real(&wanted) else {
-            // What is not there must not tell what else is: a name that climbs out is refused either way.
-            return if escapes(name, folder, &self.roots) { Err(outside()) } else { Ok(None) };
-        };
-        if !self.roots.iter().filter_map(|r| real(r).ok()).any(|r| path.starts_with(r)) {
-            return Err(outside());
-        }
-        let fail = |e: String| Error::new("E105", format!("cannot read the file `{name}`: {e}"));
-        let about = std::fs::metadata(&path).map_err(|e| fail(e.to_string()))?;
-        if !about.is_file() {
-            return Ok(None);
-        }
-        if about.len() > MOST_BYTES {
-            return Err(fail(format!("it has {} bytes, the limit is {MOST_BYTES}", about.len())));
-        }
-        std::fs::read(&path).map(Some).map_err(|e| fail(e.to_string()))
-    }
-}
-
-/// Whether a name that leads to nothing would lead out of the roots.
-fn escapes(name: &str, folder: &std::path::Path, roots: &[PathBuf]) -> bool {
-    let Ok(here) = std::env::current_dir() else { return true };
-    let normal = |p: &std::path::Path| {
-        let mut out = PathBuf::new();
-        for c in here.join(p).components() {
-            match c {
-                std::path::Component::ParentDir => {
-                    out.pop();
-                }
-                std::path::Component::CurDir => {}
-                c => out.push(c),
-            }
-        }
-        out
-    };
-    let full = normal(&folder.join(name));
-    !roots.iter().any(|r| full.starts_with(normal(r)))
 }

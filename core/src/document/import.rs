@@ -7,7 +7,8 @@ use tatu_plugin_api::safe::Value;
 
 use super::{
     Builder, Made,
-    border::{Failed, MOST_BYTES, Source, run},
+    beside::{MOST_BYTES, Source},
+    border::{Failed, run},
 };
 use crate::{
     calls,

@@ -2,11 +2,12 @@
 //!
 //! - [`Document`]: objects, scripts, settings;
 //! - [`Builder`]: writes one, checking every property against its row;
-//! - `border`: the same builder for plugins; `import`: files of other formats;
+//! - `border`: the same builder for plugins; `import`: files of other formats; `beside`: what they read;
 //! - `toml`: scene files; `keys`: their keys and values; `units`: the units in keys;
 //! - `settings`: the numbers of the world; `scripts`: scripts in scene files;
 //! - `overrides`: `[set]`, `--set`, `--script`.
 
+mod beside;
 mod border;
 mod build;
 mod import;

@@ -225,7 +225,7 @@ impl<'b> Work<'_, 'b> {
         // Files round quarter turns to 1.57.
         let centred = (at - axis * at.dot(&axis)).norm() < 1e-6;
         (centred && own.cross(&axis).norm() < 1e-3 && length <= d)
-            .then(|| Solid { pose: solid.pose, form: Form::Primitive("sphere", [d; 3]) })
+            .then_some(Solid { pose: solid.pose, form: Form::Primitive("sphere", [d; 3]) })
     }
 
     fn weigh(&self, node: Node<'b>, name: &str, mass: &Mass, total: f64) -> Result {

@@ -170,18 +170,17 @@ impl Meshes {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
     use nalgebra::UnitQuaternion;
+
+    use super::*;
 
     #[test]
     fn turns_of_parts_are_those_of_the_pose() {
-        for (r, p, y) in [
-            (0.0, 0.0, 0.0),
-            (0.3, -0.4, 1.2),
-            (1.5, 1.570796326794896, 0.2),
-            (0.0, -1.570796326794896, 0.0),
-            (3.0, 0.1, -2.0),
-        ] {
+        for (r, p, y) in
+            [(0.0, 0.0, 0.0), (0.3, -0.4, 1.2), (1.5, FRAC_PI_2, 0.2), (0.0, -FRAC_PI_2, 0.0), (3.0, 0.1, -2.0)]
+        {
             let q = UnitQuaternion::from_euler_angles(r, p, y);
             let [a, b, c] = euler(&Isometry3::from_parts(Default::default(), q));
             let turn = |axis: Vector3<f64>, x: f64| UnitQuaternion::from_scaled_axis(axis * x);

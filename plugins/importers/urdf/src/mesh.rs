@@ -53,8 +53,7 @@ fn candidates(name: &str, package_root: &str) -> Vec<String> {
 /// STL, binary or text.
 fn stl(bytes: &[u8]) -> Result<Mesh, String> {
     let count = bytes.get(80..84).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
-    let binary =
-        count.is_some_and(|n| bytes.len() >= 84 && (bytes.len() - 84) / 50 == n && (bytes.len() - 84) % 50 == 0);
+    let binary = count.is_some_and(|n| (bytes.len() - 84) as u64 == 50 * n as u64);
     let mut bytes = bytes.to_vec();
     if binary {
         // Many programs begin the header of binary files with `solid`, which makes them look like text.
