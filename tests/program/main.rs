@@ -14,6 +14,7 @@ mod determinism;
 mod errors;
 mod header;
 mod import;
+mod importers;
 mod kit;
 mod mirror;
 mod nesting;
