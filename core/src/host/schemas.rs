@@ -12,7 +12,7 @@ use super::registry::SensorKind;
 /// One field of a schema.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SchemaField {
-    /// "<schema>.<field>"
+    /// Schema and name, with a dot between.
     pub name: String,
     /// `TATU_ELEM_*`
     pub elem: u32,
@@ -29,7 +29,7 @@ pub struct SchemaField {
 /// A schema.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Schema {
-    /// "<name>/<version>"
+    /// Name and version, with a slash between.
     pub id: String,
     /// One sentence.
     pub text: String,

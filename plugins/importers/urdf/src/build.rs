@@ -233,7 +233,7 @@ impl<'b> Work<'_, 'b> {
         if mass.mass <= 0.0 {
             // Physics cannot move what has no mass. A hundredth of the robot disturbs little and can still be solved.
             let m = (total * 0.01).max(0.001);
-            let text = format!("`{name}` moves and has no mass: it gets {m:.3} kg; give it an <inertial>");
+            let text = format!("it moves and has no mass: it gets {m:.3} kg; give it an <inertial>");
             self.builder.report(TATU_REPORT_WARNING, Some(node), &text);
             let i = 0.4 * m * 0.05 * 0.05;
             node.set("shape.mass", m)?.set("shape.inertia", [i; 3])?;
