@@ -366,3 +366,63 @@ fn importers_are_listed_with_their_parameters() {
     assert_eq!(urdf["suffixes"], serde_json::json!([".urdf"]));
     assert!(urdf["parameters"].as_array().unwrap().iter().any(|p| p["name"] == "fixed_base"));
 }
+
+#[test]
+fn sliders_stop_at_their_limits_and_what_is_not_done_is_told() {
+    let place = Place::new();
+    let inertial = "<inertial><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial>";
+    let joint = |name: &str, kind: &str, parent: &str, child: &str, more: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/>{more}</joint>\n"
+        )
+    };
+    let limit = "<axis xyz=\"0 0 -1\"/><limit lower=\"0\" upper=\"0.3\" effort=\"0\" velocity=\"1\"/><dynamics damping=\"0.1\"/>";
+    place.write(
+        "slide.urdf",
+        &format!(
+            "<robot name=\"slide\">\n<link name=\"world\"/><link name=\"weight\">{inertial}</link><link name=\"plate\">{inertial}\
+             <visual><geometry><mesh filename=\"a.dae\"/></geometry></visual></link><link name=\"light\"/>\n{}{}{}\
+             <transmission name=\"t\"/></robot>",
+            joint("rail", "prismatic", "world", "weight", limit),
+            joint("table", "planar", "weight", "plate", ""),
+            joint("swivel", "continuous", "plate", "light", ""),
+        ),
+    );
+    let args = [
+        "run",
+        "slide.urdf",
+        "--seconds",
+        "2",
+        "--trace",
+        "t.jsonl",
+        "--watch",
+        "/slide/rail",
+        "--watch",
+        "/slide/rail/weight",
+    ];
+    let done = place.tatu(&args).good();
+    for words in [
+        "`table` is planar",
+        "damping",
+        "`rail`",
+        "COLLADA",
+        "1 x <transmission>",
+        "`light`: it moves and has no mass: it gets 0.020 kg",
+    ] {
+        done.tells(&[words]);
+    }
+    assert!(
+        done.err.lines().filter(|l| l.starts_with("note: ")).all(|l| l.starts_with("note: slide.urdf: ")),
+        "{}",
+        done.err
+    );
+    // Down its axis, by its weight, to the end of its way.
+    let lines = place.lines("t.jsonl");
+    let last = lines.last().unwrap();
+    let at = last.0["objects"]["/slide/rail"]["joint"]["position"].as_f64().unwrap();
+    let [_, _, z] = last.object::<3>("/slide/rail/weight", "position");
+    assert!((at - 0.3).abs() < 0.002 && (z + 0.3).abs() < 0.002, "{at} {z}");
+    // Until then it falls freely: g t^2 / 2 after 0.15 s.
+    let line = &lines[2];
+    assert!((line.object::<3>("/slide/rail/weight", "position")[2] + 9.81 / 2.0 * 0.15 * 0.15).abs() < 0.01);
+}
