@@ -24,12 +24,14 @@ pub enum Command {
     Check(Check),
     /// List what plugins offer.
     List(List),
+    /// Describe a plugin, sensor kind, model, importer, script language, schema, object kind or command.
+    Describe(Describe),
 }
 
 /// What a scene is and what is changed in it.
 #[derive(clap::Args)]
 pub struct Scene {
-    /// The scene file.
+    /// The scene file, or a file that an importer reads.
     pub scene: PathBuf,
     /// Seed of all that is random, instead of the scene's.
     #[arg(long, value_name = "N")]
@@ -84,12 +86,25 @@ pub struct List {
     pub json: bool,
 }
 
+#[derive(clap::Args)]
+pub struct Describe {
+    /// Its id; of a command any of its names.
+    pub id: String,
+    /// A scene whose plugin folders are searched too.
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// In JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 pub enum What {
     Plugins,
     Models,
     Sensors,
     Actuators,
+    Importers,
     Commands,
 }
 

@@ -14,6 +14,7 @@ fn main() -> ExitCode {
     match args.command {
         args::Command::Run(run) => commands::run::run(&run),
         args::Command::Check(check) => commands::check::check(&check),
+        args::Command::Describe(describe) => commands::describe::describe(&describe),
         args::Command::List(list) => commands::list::list(&list),
     }
 }

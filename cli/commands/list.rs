@@ -24,6 +24,7 @@ pub fn list(args: &List) -> ExitCode {
         What::Models => (models(&registry), &["id", "plugin", "text"]),
         What::Sensors => (sensors(&registry), &["id", "plugin", "schemas", "text"]),
         What::Actuators => (actuators(&registry), &["id", "plugin", "text"]),
+        What::Importers => (importers(&registry), &["id", "plugin", "suffixes", "text"]),
         What::Commands => (commands(&registry), &["names", "text"]),
     };
     if args.json {
@@ -46,6 +47,7 @@ fn plugins(r: &Registry) -> Vec<Value> {
         add(r.sensors.iter().any(|s| s.plugin == i), "sensor");
         add(r.actuators.iter().any(|a| a.plugin == i), "actuator");
         add(r.models.iter().any(|m| m.plugin == i), "model");
+        add(r.importers.iter().any(|m| m.plugin == i), "importer");
         add(r.languages.iter().any(|l| l.plugin == i), "script");
         kinds
     };
@@ -107,6 +109,18 @@ fn actuators(r: &Registry) -> Vec<Value> {
         .collect()
 }
 
+fn importers(r: &Registry) -> Vec<Value> {
+    r.importers
+        .iter()
+        .map(|i| {
+            let plugin = &r.plugins[i.plugin].id;
+            json!({
+                "id": i.id, "plugin": plugin, "suffixes": i.suffixes, "text": i.text, "parameters": params(&i.params),
+            })
+        })
+        .collect()
+}
+
 fn commands(r: &Registry) -> Vec<Value> {
     r.commands
         .iter()
@@ -121,7 +135,7 @@ fn commands(r: &Registry) -> Vec<Value> {
 }
 
 /// Columns as wide as their widest cell.
-fn table(rows: &[Value], columns: &[&str]) {
+pub fn table(rows: &[Value], columns: &[&str]) {
     let cell = |row: &Value, column: &str| match &row[column] {
         Value::String(s) => s.clone(),
         Value::Array(a) => a.iter().filter_map(Value::as_str).collect::<Vec<_>>().join(", "),

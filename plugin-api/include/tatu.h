@@ -592,7 +592,10 @@ typedef struct tatu_builder {
   tatu_status(TATU_CALL *device)(const struct tatu_builder *, uint32_t object, const char *kind_or_schema);
   /* [setup] Tells something about the source: TATU_REPORT_*; shown with the file. */
   void(TATU_CALL *report)(const struct tatu_builder *, uint32_t severity, uint32_t object, tatu_str text);
-  /* [setup] Reads a file beside the source; the bytes live as long as the build. */
+  /* [setup] Reads a file, named from the folder of the source; the bytes live as long as the build. An importer's
+   * source is its file, a model's the scene. TATU_ERR_MISSING: there is none, which fails nothing by itself. Names
+   * may lead up, within the folders of the source, of the scene and (importers) of the run; leaving these fails the
+   * build. */
   tatu_status(TATU_CALL *file)(const struct tatu_builder *, tatu_str relative, tatu_str *bytes);
 } tatu_builder;
 
@@ -618,7 +621,7 @@ typedef struct tatu_ext_model {
 
 #define TATU_IMPORTER "tatu.importer/draft.1"
 
-/* Reads a file format into a document. */
+/* Reads a file format into a document: for `[[import]]` in scenes, and for files that stand in place of a scene. */
 typedef struct tatu_importer {
   uint32_t size;
   uint32_t reserved;
@@ -628,7 +631,8 @@ typedef struct tatu_importer {
   const tatu_param *const *params;
   /* [setup] 0 to 100: how sure the importer is that it reads a file that begins with `head`. Null: by suffix. */
   uint32_t(TATU_CALL *sniff)(void *self, tatu_str head);
-  /* [setup] Reads it. Hostile bytes give an error, never a crash. */
+  /* [setup] Reads it; object 1 of the build is the base. Hostile bytes give an error, never a crash. An error tells its
+   * line with TATU_PART_FILE, where an empty file name means the source itself. */
   tatu_status(TATU_CALL *load)(void *self, tatu_str bytes, const tatu_builder *, const tatu_value *params,
                                tatu_error *);
 } tatu_importer;
@@ -685,6 +689,8 @@ typedef struct tatu_language {
   /* [step] Calls a function reference, borrowed or kept. */
   tatu_status(TATU_CALL *call_func)(void *data, uint32_t local, tatu_call *frame, const tatu_budget *, uint64_t *used,
                                     tatu_error *);
+  /* [any] Whether it knows a dialect that a scene names; the error tells what it knows. Null: any is taken. */
+  tatu_status(TATU_CALL *knows_dialect)(void *self, tatu_str dialect, tatu_error *);
 } tatu_language;
 
 typedef struct tatu_ext_script {

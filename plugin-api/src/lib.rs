@@ -44,3 +44,4 @@
 
 pub mod abi;
 pub mod safe;
+pub mod schemas;

@@ -269,3 +269,47 @@ fn scripts_that_are_no_lua_name_file_and_line() {
         done.tells(&[&format!("robot.lua:{line}:")]);
     }
 }
+
+#[test]
+fn dialects_that_nobody_knows_are_told_with_those_that_are() {
+    for wrong in ["3,2", "modern", "3.x"] {
+        let scene = format!("format = 1\n[scene]\ndialect = \"{wrong}\"\n");
+        refused(&scene, wrong, &["E122", &format!("`{wrong}`"), "`lua`", "3.2", "4.9"]);
+        let script = format!("script = {{ text = '', dialect = \"{wrong}\" }}");
+        refused(&robot(&script), wrong, &["E122", "such as"]);
+    }
+    let place = Place::new();
+    place.write("scene.toml", &robot("script = { text = '', dialect = '2.6' }"));
+    place.run(&["--steps", "1", "--set", "scene.dialect=4.10.1"]).good();
+    place.run(&["--steps", "1", "--set", "scene.dialect='4.10.1'"]).good();
+    place.run(&["--steps", "1", "--set", "scene.dialect='4,9'"]).refused(&["E122", "4,9"]);
+}
+
+#[test]
+fn more_misspelt_names_get_the_nearest_one() {
+    refused(&shape("primitive = \"spheer\""), "spheer", &["did you mean `sphere`?"]);
+    refused(&robot("preset = \"as VREP\""), "as VREP", &["did you mean `as V-REP`?"]);
+    refused(&robot("script = { txt = '' }"), "txt", &["did you mean `text`?"]);
+    refused(&robot("script = { text = '', kind = 'chidl' }"), "chidl", &["did you mean `child`?"]);
+    refused(&robot("positon_m = [0, 0, 0]"), "positon_m", &["did you mean `position_m`?"]);
+    refused(
+        &with("[[object]]\nkind = \"sensor\"\nsensor = \"proximty/1\"\n"),
+        "proximty",
+        &["did you mean `proximity/1`?"],
+    );
+    refused(
+        &with("[providers]\n\"proximty/1\" = \"proximity\"\n"),
+        "proximty",
+        &["E113", "did you mean `proximity/1`?", ".urdf"],
+    );
+    refused(&with("[[imprt]]\nfile = \"x.urdf\"\n"), "imprt", &["did you mean `import`?"]);
+}
+
+#[test]
+fn plugin_folders_that_are_not_there_are_told() {
+    let place = Place::new();
+    place.write("scene.toml", &format!("format = 1\n[scene]\nplugins = [\"nowhere\", \".\"]\n{FLOOR}"));
+    let done = place.run(&["--steps", "1"]).good();
+    done.tells(&["warning[E311]", "nowhere", "which is not there"]);
+    assert_eq!(done.err.matches("E311").count(), 1, "{}", done.err);
+}

@@ -7,11 +7,15 @@
 mod away;
 mod cli;
 mod course;
+mod declarations;
 mod demos;
+mod describe;
 mod determinism;
 mod driver;
 mod errors;
 mod header;
+mod import;
+mod importers;
 mod kit;
 mod mirror;
 mod nesting;

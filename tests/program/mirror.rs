@@ -88,7 +88,8 @@ mirror! {
     tatu_ext_importer { size, reserved, importers }
     tatu_budget { size, reserved, instructions, memory }
     tatu_language {
-        size, reserved, id, text, suffixes, life, load, find, call, resume, keep_func, drop_func, call_func
+        size, reserved, id, text, suffixes, life, load, find, call, resume, keep_func, drop_func, call_func,
+        knows_dialect
     }
     tatu_ext_script { size, reserved, languages }
     tatu_service { size, reserved, id, text, params, start, stop, barrier, event, resume }

@@ -154,7 +154,9 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
         f.args = room.as_ptr();
         return TATU_OK;
     }
-    match convert_args(world, entry, args) {
+    // Names of old manners cut fractions off, as they did when scripts were written for them.
+    let cuts = entry.names.get(f.alias as usize).is_some_and(|n| n.on_error.is_some());
+    match convert_args(world, entry, args, cuts) {
         Ok((args, n)) => {
             (f.args, f.n_args) = (args, n);
             TATU_OK
@@ -203,6 +205,7 @@ fn convert_args(
     world: &WorldCell,
     entry: &CommandEntry,
     args: &[ValueRef<'_>],
+    cuts: bool,
 ) -> Result<(*const tatu_value, u32), String> {
     let mut out: Vec<tatu_value> = args.iter().map(|a| a.raw()).collect();
     let mut arena = world.calls.arena.borrow_mut();
@@ -226,6 +229,10 @@ fn convert_args(
             }
         } else if !is_exact(p, given) {
             let value = given.to_value().map_err(|e| format!("{}: {}", name(), e.text()))?;
+            let value = match value {
+                Value::Float(x) if cuts && matches!(p.kind, TATU_I64 | TATU_OBJECT) => Value::Float(x.trunc()),
+                other => other,
+            };
             let value = check_value(p, value).map_err(|e| format!("{}: {e}", name()))?;
             out[i] = value.to_raw(&mut alloc).ok_or_else(space)?;
         }

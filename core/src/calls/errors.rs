@@ -58,6 +58,10 @@ impl ErrorSlot {
         // SAFETY: an error object of ours.
         unsafe { say(error, status, raw(text.as_bytes())) };
     }
+    /// What was said, part by part.
+    pub fn parts(&self) -> &tatu_error {
+        &self.raw
+    }
     /// The sentence, with its help.
     pub fn text(&self) -> String {
         // SAFETY: the texts are ours.

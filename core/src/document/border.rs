@@ -8,11 +8,12 @@ use tatu_plugin_api::{
     safe::{Value, ValueRef},
 };
 
-use super::{Builder, SCRIPT_KINDS, ScriptSpec};
+use super::{Builder, SCRIPT_KINDS, ScriptSpec, beside::Source};
 use crate::{
     calls::{ErrorSlot, bytes, text},
     error::{Error, Result},
     geometry::Mesh,
+    host::Declared,
 };
 
 /// One build: the builder, and what has gone wrong so far.
@@ -22,8 +23,14 @@ struct Build<'b, 'a> {
     first: usize,
     parent: Option<usize>,
     error: RefCell<Option<Error>>,
-    folder: Option<PathBuf>,
+    source: Source,
     files: RefCell<Vec<Vec<u8>>>,
+}
+
+/// Why a build failed: what the host refused first, and what the plugin said itself.
+pub(super) struct Failed {
+    pub refused: Option<Error>,
+    pub said: Option<ErrorSlot>,
 }
 
 /// Runs a model's build function.
@@ -35,9 +42,33 @@ pub(super) fn run_model(
 ) -> Result {
     let registry = builder.registry;
     let info = &registry.models[model];
+    let folder = builder.document.file.as_ref().and_then(|f| f.parent().map(PathBuf::from));
+    let source = Source { name: None, roots: folder.iter().cloned().collect(), folder };
+    let me = registry.plugins[info.plugin].me;
+    let done = run(builder, source, &info.params, params, parent, |table, params, error| {
+        // SAFETY: by the contract; the table and the parameters live through the call.
+        info.raw.build.map_or(TATU_OK, |f| unsafe { f(me, table, params, error) })
+    });
+    done.map_err(|failed| match (failed.refused, failed.said) {
+        (Some(e), _) => Error { text: format!("the model `{}`: {}", info.id, e.text), ..e },
+        (None, said) => {
+            let why = said.map_or(String::new(), |s| s.text());
+            Error::new("E111", format!("the model `{}` cannot be built: {why}", info.id))
+        }
+    })
+}
+
+/// Runs a plugin's function that writes into the builder, with its parameters, defaults filled in.
+pub(super) fn run(
+    builder: &mut Builder<'_>,
+    source: Source,
+    declared: &[Declared],
+    params: &[(String, Value)],
+    parent: Option<usize>,
+    call: impl FnOnce(*const tatu_builder, *const tatu_value, *mut tatu_error) -> tatu_status,
+) -> Result<(), Failed> {
     let mut room: Vec<Vec<u64>> = Vec::new();
-    let raw: Vec<tatu_value> = info
-        .params
+    let raw: Vec<tatu_value> = declared
         .iter()
         .map(|p| {
             let given = params.iter().rev().find(|(k, _)| *k == p.key).map_or(&p.fallback, |(_, v)| v);
@@ -48,14 +79,12 @@ pub(super) fn run_model(
             given.to_raw(&mut alloc).unwrap_or(ValueRef::NIL.raw())
         })
         .collect();
-    let first = builder.document.objects.len();
-    let folder = builder.document.file.as_ref().and_then(|f| f.parent().map(PathBuf::from));
     let build = Build {
+        first: builder.document.objects.len(),
         builder: RefCell::new(builder),
-        first,
         parent,
         error: RefCell::new(None),
-        folder,
+        source,
         files: RefCell::new(Vec::new()),
     };
     let table = tatu_builder {
@@ -72,24 +101,16 @@ pub(super) fn run_model(
         file: Some(file),
     };
     let mut slot = ErrorSlot::new();
-    let me = registry.plugins[info.plugin].me;
-    // SAFETY: by the contract; the table and the parameters live through the call.
-    let status = info.raw.build.map_or(TATU_OK, |f| unsafe { f(me, &table, raw.as_ptr(), slot.raw()) });
-    let first_error = build.error.into_inner();
-    if let Some(e) = first_error {
-        let text = format!("the model `{}`: {}", info.id, e.text);
-        return Err(Error { text, ..e });
-    }
-    if status < 0 {
-        return Err(Error::new("E111", format!("the model `{}` cannot be built: {}", info.id, slot.text())));
-    }
-    Ok(())
+    let status = call(&table, raw.as_ptr(), slot.raw());
+    let refused = build.error.into_inner();
+    let said = (status < 0).then_some(slot);
+    if refused.is_some() || said.is_some() { Err(Failed { refused, said }) } else { Ok(()) }
 }
 
 /// Runs one function of the table; an error is kept for the end of the build, the first one.
 ///
 /// # Safety
-/// `table` is one that [`run_model`] made, during its build.
+/// `table` is one that [`run`] made, during its build.
 unsafe fn with<T>(table: *const tatu_builder, f: impl FnOnce(&Build, &mut Builder<'_>) -> Result<T>) -> Option<T> {
     // SAFETY: as promised.
     let build = unsafe { &*(*table).ctx.cast::<Build<'_, '_>>() };
@@ -198,6 +219,7 @@ unsafe extern "C" fn script(
                 let error = Error::new("E102", format!("a script of kind `{kind}`"));
                 return Err(error.expected(SCRIPT_KINDS.join(", ")));
             }
+            b.registry.check_dialect(Some(language), &dialect)?;
             b.script(owner, ScriptSpec { language, dialect, kind, name, text: source })
         })
         .map_or(0, |()| 1)
@@ -221,7 +243,8 @@ unsafe extern "C" fn report(t: *const tatu_builder, severity: u32, object: u32, 
                 return Err(Error::new("E111", said));
             }
             let whose = index(build, object).ok().and_then(|i| b.document.objects.get(i)).map(|o| o.alias.clone());
-            b.document.reports.push(whose.map_or(said.clone(), |w| format!("{w}: {said}")));
+            let said = whose.map_or(said.clone(), |w| format!("`{w}`: {said}"));
+            b.document.reports.push(build.source.name.as_ref().map_or(said.clone(), |f| format!("{f}: {said}")));
             Ok(())
         });
     }
@@ -232,17 +255,13 @@ unsafe extern "C" fn file(t: *const tatu_builder, relative: tatu_str, out: *mut 
     unsafe {
         let name = text(relative).into_owned();
         let read = with(t, |build, _| {
-            let inside = !name.contains("..") && !std::path::Path::new(&name).is_absolute();
-            let path = build.folder.as_ref().filter(|_| inside).map(|f| f.join(&name));
-            let bytes = path.as_ref().and_then(|p| std::fs::read(p).ok());
-            let bytes =
-                bytes.ok_or_else(|| Error::new("E105", format!("there is no file `{name}` beside the source")))?;
+            let Some(bytes) = build.source.read(&name)? else { return Ok(None) };
             let mut files = build.files.borrow_mut();
             files.push(bytes);
             // The bytes of a vector stay where they are when the vector of vectors grows.
-            Ok(files.last().map_or(crate::calls::raw(&[]), |b| crate::calls::raw(b)))
+            Ok(files.last().map(|b| crate::calls::raw(b)))
         });
-        match read {
+        match read.flatten() {
             Some(s) => {
                 *out = s;
                 TATU_OK

@@ -5,11 +5,11 @@ use std::{collections::BTreeMap, sync::Arc};
 use nalgebra::{Isometry3, Point3};
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{DeviceSpec, Document, MAIN, ObjectSpec, ScriptSpec};
+use super::{DeviceSpec, Document, MAIN, Made, ObjectSpec, ScriptSpec, keys};
 use crate::{
     error::{Error, Place, Result},
     geometry::Mesh,
-    host::{Declared, Registry, check_value},
+    host::{Declared, Registry},
     scene::rows::{KINDS, ROWS, Row, kind_name, rows_of},
 };
 
@@ -130,7 +130,7 @@ impl<'a> Builder<'a> {
         if declared.flags & TATU_PARAM_READ_ONLY != 0 {
             return Err(Error::new("E102", format!("`{}` is told, not set", declared.key)));
         }
-        let value = check_value(declared, value).map_err(|e| Error::new("E102", format!("`{}`: {e}", declared.key)))?;
+        let value = keys::check(declared, &declared.key, value)?;
         let spec = &mut self.document.objects[object];
         match target {
             Target::Row(Row::Alias) => {
@@ -244,15 +244,19 @@ impl<'a> Builder<'a> {
         self.group = outer;
         built?;
         let id = &self.registry.models[model].id;
-        let Some(base) = self.document.objects.get_mut(first) else {
-            return Err(Error::new("E111", format!("the model `{id}` built nothing")));
-        };
+        let nothing = || Error::new("E111", format!("the model `{id}` built nothing"));
+        self.placed(first, placement, Made::Model(model)).ok_or_else(nothing)
+    }
+
+    /// What was built from object `first` on is a model that stands at `placement`; its base. `None`: there is none.
+    pub(super) fn placed(&mut self, first: usize, placement: Isometry3<f64>, made: Made) -> Option<usize> {
+        let base = self.document.objects.get_mut(first)?;
         base.placement = placement;
         if !base.rows.iter().any(|(r, _)| *r == Row::ModelBase) {
             base.rows.push((Row::ModelBase, Value::Bool(true)));
         }
-        self.document.models.push(super::ModelInstance { model, base: first });
-        Ok(first)
+        self.document.models.push(super::ModelInstance { made, base: first });
+        Some(first)
     }
 }
 

@@ -11,7 +11,7 @@ use toml_edit::{Item, TableLike};
 use super::units;
 use crate::{
     error::{Error, Place, Result, nearest},
-    host::Declared,
+    host::{Declared, check_value},
 };
 
 /// A file's text, for places.
@@ -101,6 +101,17 @@ fn part(table: &toml_edit::InlineTable) -> Result<Value> {
         entries.push((Value::text(key), value(v, factor)?));
     }
     Ok(Value::Map(entries))
+}
+
+/// A value as its declaration wants it; a misspelt choice gets the nearest one.
+pub fn check(declared: &Declared, written: &str, value: Value) -> Result<Value> {
+    let text = match &value {
+        Value::Text(t) => String::from_utf8_lossy(t).into_owned(),
+        _ => String::new(),
+    };
+    check_value(declared, value).map_err(|e| {
+        Error::new("E102", format!("`{written}`: {e}")).nearest(&text, declared.choices.iter().map(String::as_str))
+    })
 }
 
 /// What a written key means among declarations, and the factor of its unit.

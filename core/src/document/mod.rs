@@ -2,13 +2,15 @@
 //!
 //! - [`Document`]: objects, scripts, settings;
 //! - [`Builder`]: writes one, checking every property against its row;
-//! - `border`: the same builder for plugins;
+//! - `border`: the same builder for plugins; `import`: files of other formats; `beside`: what they read;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys and values; `units`: the units in keys;
 //! - `settings`: the numbers of the world; `scripts`: scripts in scene files;
 //! - `overrides`: `[set]`, `--set`, `--script`.
 
+mod beside;
 mod border;
 mod build;
+mod import;
 mod keys;
 mod names;
 mod overrides;
@@ -85,11 +87,20 @@ pub struct ObjectSpec {
     pub place: Option<Place>,
 }
 
-/// A model that the document placed.
+/// Who built a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Made {
+    /// The model of this index.
+    Model(usize),
+    /// The importer of this index.
+    Import(usize),
+}
+
+/// A model or import that the document placed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelInstance {
-    /// Index of the model.
-    pub model: usize,
+    /// Who built it.
+    pub made: Made,
     /// Its base, by object.
     pub base: usize,
 }

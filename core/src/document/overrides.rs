@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use tatu_plugin_api::safe::Value;
 use toml_edit::Item;
 
-use super::{Builder, Document, ScriptSpec, keys, settings};
+use super::{Builder, Document, Made, ScriptSpec, keys, settings};
 use crate::{
     error::{Error, Place, Result},
-    host::{Declared, Registry, check_value},
+    host::{Declared, Registry},
     scene::rows::kind_name,
 };
 
@@ -101,8 +101,10 @@ pub(super) fn apply(
             let declared = settings::keys();
             let (entry, factor) = keys::find(&o.key, &declared, "scene").map_err(at)?;
             let value = keys::to_value(&o.item, factor).map_err(at)?;
-            let value =
-                check_value(&entry.0, value).map_err(|e| at(Error::new("E102", format!("`{}`: {e}", o.key))))?;
+            let value = keys::check(&entry.0, &o.key, value).map_err(at)?;
+            if let ("dialect", Value::Text(t)) = (entry.0.key.as_str(), &value) {
+                registry.check_dialect(None, &String::from_utf8_lossy(t)).map_err(at)?;
+            }
             settings::apply(&mut document.settings, &entry.0.key, &value);
             continue;
         }
@@ -131,7 +133,10 @@ pub(super) fn apply(
 /// The number of the model whose base the object is, and its parameters.
 fn params_of(document: &Document, registry: &Registry, object: usize) -> Option<(usize, Vec<(Declared, ())>)> {
     let number = document.models.iter().position(|m| m.base == object)?;
-    let params = &registry.models[document.models[number].model].params;
+    let params = match document.models[number].made {
+        Made::Model(m) => &registry.models[m].params,
+        Made::Import(i) => &registry.importers[i].params,
+    };
     Some((number, params.iter().map(|p| (p.clone(), ())).collect()))
 }
 
@@ -145,7 +150,7 @@ fn model_param(
     let Some((number, declared)) = params_of(document, registry, object) else { return Ok(None) };
     let Ok((entry, factor)) = keys::find(&o.key, &declared, "") else { return Ok(None) };
     let value = keys::to_value(&o.item, factor)?;
-    let value = check_value(&entry.0, value).map_err(|e| Error::new("E102", format!("`{}`: {e}", o.key)))?;
+    let value = keys::check(&entry.0, &o.key, value)?;
     Ok(Some((number, entry.0.key.clone(), value)))
 }
 

@@ -25,6 +25,7 @@ pub(super) fn read(text: &Text<'_>, b: &mut Builder<'_>, table: &dyn TableLike, 
 }
 
 fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, place: Place) -> Result {
+    let (text_of, mut dialect_at) = (source, place.clone());
     let mut file = item.as_str().map(str::to_owned);
     let (mut text, mut language, mut dialect, mut kind) = (None, None, String::new(), "child".to_owned());
     if file.is_none() {
@@ -37,13 +38,16 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
                 "file" => file = Some(value),
                 "text" => text = Some(value.into_bytes()),
                 "language" => language = Some(value),
-                "dialect" => dialect = value,
+                "dialect" => (dialect, dialect_at) = (value, text_of.value(table, key)),
                 "kind" if SCRIPT_KINDS.contains(&value.as_str()) => kind = value,
                 "kind" => {
                     let error = wrong(format!("a script of kind `{value}`"));
                     return Err(error.expected(SCRIPT_KINDS.join(", ")).nearest(&value, SCRIPT_KINDS.iter().copied()));
                 }
-                other => return Err(wrong(format!("unknown key `{other}` of a script"))),
+                other => {
+                    let known = ["file", "text", "language", "dialect", "kind"];
+                    return Err(wrong(format!("unknown key `{other}` of a script")).nearest(other, known));
+                }
             }
         }
     }
@@ -73,5 +77,6 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         (None, [_]) if inline => 0,
         _ => b.registry.language(&wanted).map_err(|e| e.at(Some(place.clone())))?,
     };
+    b.registry.check_dialect(Some(index), &dialect).map_err(|e| e.at(Some(dialect_at)))?;
     b.script(owner, ScriptSpec { language: index, dialect, kind, name, text }).map_err(|e| e.at(Some(place)))
 }

@@ -1,22 +1,25 @@
 //! Scene files.
 //!
-//! `[scene]` holds the numbers of the world, `[[model]]` places models, `[[object]]` single objects, `[set]` changes
+//! `[scene]` holds the numbers of the world, `[[model]]` places models, `[[import]]` files of other formats, `[[object]]` single objects, `[set]` changes
 //! properties by path, `[providers]` tells who is meant by a schema or language.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_plugin_api::{abi::*, safe::Value};
 use toml_edit::{Item, TableLike};
 
 use super::{
-    Builder, Document, Settings, keys,
+    Builder, Document, Settings, import, keys,
     overrides::{self, Override, ScriptOverride},
     scripts, settings,
 };
 use crate::{
     error::{Error, Place, Result},
-    host::{Declared, Registry},
+    host::{Choice, Declared, Registry},
     scene::{from_euler, pose_from_array, rows::KINDS},
 };
 
@@ -33,7 +36,8 @@ pub struct Options {
 
 /// Folders with plugins that a scene names; looked up before anything else is read.
 pub fn plugin_folders(file: &Path) -> Result<Vec<PathBuf>> {
-    let text = read_text(file)?;
+    // A file of another format names none.
+    let Ok(text) = String::from_utf8(read_bytes(file)?) else { return Ok(Vec::new()) };
     let Ok(doc) = toml_edit::Document::parse(text.as_str()) else { return Ok(Vec::new()) };
     let here = file.parent().unwrap_or(Path::new(""));
     let list = doc.get("scene").and_then(|s| s.get("plugins")).and_then(Item::as_array);
@@ -63,11 +67,13 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
     Err(Error::new("E102", "the settings of model parameters change which models there are"))
 }
 
-fn read_text(file: &Path) -> Result<String> {
-    std::fs::read_to_string(file).map_err(|e| {
-        Error::new("E105", format!("cannot read the scene {}: {e}", file.display()))
-            .help("give the path of a scene file, for instance one in `scenes/`")
-    })
+fn read_bytes(file: &Path) -> Result<Vec<u8>> {
+    std::fs::read(file).map_err(|e| unreadable(file, &e.to_string()))
+}
+
+fn unreadable(file: &Path, why: &str) -> Error {
+    Error::new("E105", format!("cannot read the scene {}: {why}", file.display()))
+        .help("give the path of a scene file, for instance one in `scenes/`")
 }
 
 struct Reader<'a> {
@@ -87,7 +93,19 @@ impl<'a> Reader<'a> {
     ) -> Result<(Document, Vec<Override>)> {
         let mut document = Document { file: Some(file.to_owned()), ..Default::default() };
         let mut builder = Builder { registry, document: &mut document, group: 0, place: None };
-        let text = read_text(file)?;
+        let bytes = read_bytes(file)?;
+        let named = file.extension().is_some_and(|e| e == "toml");
+        if let Some(choice) = registry.importer_of(file, &bytes, &BTreeMap::new()).filter(|_| !named) {
+            let params = model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect::<Vec<_>>();
+            builder.place = Some(Place { file: file.to_owned(), ..Default::default() });
+            let import = import::Import { file, bytes: &bytes, choice, params: &params };
+            builder.import(import, None, Isometry3::identity())?;
+            return Ok((document, Vec::new()));
+        }
+        let text = String::from_utf8(bytes).map_err(|_| match named {
+            true => unreadable(file, "it is not UTF-8 text"),
+            false => registry.no_importer(file).help("a scene is a TOML file"),
+        })?;
         let mut reader = Reader {
             text: keys::Text::new(file, &text),
             registry,
@@ -106,7 +124,7 @@ impl<'a> Reader<'a> {
             Error::new("E100", format!("not a TOML file: {}", e.message())).at(Some(self.text.place(e.span())))
         })?;
         let root = doc.as_table();
-        const KNOWN: &[&str] = &["format", "scene", "providers", "model", "object", "set"];
+        const KNOWN: &[&str] = &["format", "scene", "providers", "model", "import", "object", "set"];
         for (key, _) in root.iter() {
             if !KNOWN.contains(&key) {
                 return Err(Error::new("E101", format!("unknown key `{key}`"))
@@ -143,6 +161,7 @@ impl<'a> Reader<'a> {
             b.place = Some(self.text.place(table_span(table)));
             match what {
                 "model" => self.model(b, table, parent)?,
+                "import" => self.import(b, table, parent)?,
                 _ => self.object(b, table, parent)?,
             };
         }
@@ -152,10 +171,10 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// `[[model]]` and `[[object]]` in the order in which they stand, so that objects can hang on models and back.
+    /// `[[model]]`, `[[import]]` and `[[object]]` in the order in which they stand, so that objects can hang on models and back.
     fn in_order<'t>(&self, root: &'t toml_edit::Table) -> Result<Vec<(&'static str, &'t dyn TableLike)>> {
         let mut out: Vec<(usize, &'static str, &dyn TableLike)> = Vec::new();
-        for what in ["model", "object"] {
+        for what in ["model", "import", "object"] {
             match root.get(what) {
                 None => {}
                 Some(Item::ArrayOfTables(list)) => {
@@ -187,17 +206,26 @@ impl<'a> Reader<'a> {
     fn check_provider(&self, key: &str, value: &str) -> Result {
         let plugin = |i: usize| self.registry.plugins[i].id.as_str();
         let sensors = self.registry.sensors.iter().filter(|s| s.schemas.iter().any(|x| x == key));
+        let importers = self.registry.importers.iter().filter(|i| i.suffixes.iter().any(|x| x == key));
         let languages = self.registry.languages.iter().filter(|l| l.id == key || l.suffixes.iter().any(|x| x == key));
         let offers: Vec<&str> = sensors
             .flat_map(|s| [s.id.as_str(), plugin(s.plugin)])
             .chain(languages.flat_map(|l| [l.id.as_str(), plugin(l.plugin)]))
+            .chain(importers.flat_map(|i| [i.id.as_str(), plugin(i.plugin)]))
             .collect();
         if offers.contains(&value) {
             return Ok(());
         }
         let error = Error::new("E113", format!("`{value}` does not provide `{key}`"));
+        let roles: BTreeSet<&str> = (self.registry.sensors.iter().flat_map(|s| &s.schemas))
+            .chain(self.registry.languages.iter().flat_map(|l| l.suffixes.iter().chain([&l.id])))
+            .chain(self.registry.importers.iter().flat_map(|i| &i.suffixes))
+            .map(String::as_str)
+            .collect();
         Err(match offers.is_empty() {
-            true => error.expected("a schema or language that a loaded plugin offers"),
+            true => error
+                .expected(format!("what a loaded plugin offers: {}", Vec::from_iter(roles.iter().copied()).join(", ")))
+                .nearest(key, roles.iter().copied()),
             false => error.expected(format!("one of {}", offers.join(", "))).nearest(value, offers.iter().copied()),
         })
     }
@@ -215,8 +243,11 @@ impl<'a> Reader<'a> {
             let (entry, factor) =
                 keys::find(key, &declared, "[scene]").map_err(|e| e.at(Some(self.text.key(table, key))))?;
             let value = keys::to_value(item, factor).map_err(|e| e.at(place()))?;
-            let value = crate::host::check_value(&entry.0, value)
-                .map_err(|e| Error::new("E102", format!("`{key}`: {e}")).at(place()))?;
+            let value = keys::check(&entry.0, key, value).map_err(|e| e.at(place()))?;
+            if let ("dialect", Value::Text(t)) = (entry.0.key.as_str(), &value) {
+                let dialect = String::from_utf8_lossy(t);
+                self.registry.check_dialect(None, &dialect).map_err(|e| e.at(place()))?;
+            }
             if top {
                 settings::apply(settings, &entry.0.key, &value);
             }
@@ -239,26 +270,73 @@ impl<'a> Reader<'a> {
         }
         let model = self.registry.model(&id).map_err(|e| e.at(at.clone()))?;
         let index = self.registry.models.iter().position(|m| m.id == model.id).unwrap_or(0);
-        let declared: Vec<(Declared, ())> = model.params.iter().map(|p| (p.clone(), ())).collect();
+        let params = self.params(b, table, &model.params, ("model", &id), MODEL_KEYS)?;
+        let base = b.model(index, &params, parent, placement).map_err(|e| e.at(at))?;
+        self.finish(b, table, base)
+    }
+
+    /// `[[import]]`: a file of another format, placed as a model is.
+    fn import(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result {
+        let Some(item) = table.get("file") else {
+            return Err(Error::new("E104", "an [[import]] without `file`")
+                .expected("file = \"<name>\"")
+                .at(Some(self.text.place(table_span(table)))));
+        };
+        let name = self.string(table, "file", item)?;
+        let at = self.text.value(table, "file");
+        let placement = self.placement(table)?;
+        let parent = self.parent(b, table, parent)?;
+        let file = self.text.file.parent().unwrap_or(Path::new("")).join(&name);
+        let bytes = import::source(&file, &name).map_err(|e| e.at(Some(at.clone())))?;
+        let choice = match table.get("importer") {
+            Some(item) => {
+                let id = self.string(table, "importer", item)?;
+                let found = self.registry.importer(&id);
+                let importer = found.map_err(|e| e.at(Some(self.text.value(table, "importer"))))?;
+                Choice { importer, note: None }
+            }
+            None => {
+                let providers = &b.document.settings.providers;
+                let found = self.registry.importer_of(&file, &bytes, providers);
+                found.ok_or_else(|| self.registry.no_importer(Path::new(&name)).at(Some(at.clone())))?
+            }
+        };
+        let info = &self.registry.importers[choice.importer];
+        let params = self.params(b, table, &info.params, ("importer", &info.id), IMPORT_KEYS)?;
+        let import = import::Import { file: &file, bytes: &bytes, choice, params: &params };
+        let base = b.import(import, parent, placement).map_err(|e| e.at(Some(at)))?;
+        self.finish(b, table, base)
+    }
+
+    /// The parameters that a table gives to a model or importer, and those that a run gives to this one.
+    fn params(
+        &self,
+        b: &Builder<'_>,
+        table: &dyn TableLike,
+        declared: &[Declared],
+        (what, id): (&str, &str),
+        own: &[&str],
+    ) -> Result<Vec<(String, Value)>> {
+        let declared: Vec<(Declared, ())> = declared.iter().map(|p| (p.clone(), ())).collect();
         let mut params = Vec::new();
-        for (key, item) in table.iter().filter(|(k, _)| !MODEL_KEYS.contains(k)) {
-            let owner = format!("the model `{id}`");
+        for (key, item) in table.iter().filter(|(k, _)| !own.contains(k)) {
+            let owner = format!("the {what} `{id}`");
             let (entry, factor) = keys::find(key, &declared, &owner).map_err(|e| {
-                let also = MODEL_KEYS.join(", ");
-                let expected = e.expected.clone().map_or(also.clone(), |x| format!("{x}; of every model: {also}"));
+                let also = own.join(", ");
+                let expected = e.expected.clone().map_or(also.clone(), |x| format!("{x}; of every {what}: {also}"));
+                // A misspelt key may be one that all have.
+                let e = if e.help.is_none() { e.nearest(key, own.iter().copied()) } else { e };
                 Error { expected: Some(expected), ..e }.at(Some(self.text.key(table, key)))
             })?;
             let place = || Some(self.text.value(table, key));
             let value = keys::to_value(item, factor).map_err(|e| e.at(place()))?;
-            let value = crate::host::check_value(&entry.0, value)
-                .map_err(|e| Error::new("E102", format!("`{key}`: {e}")).at(place()))?;
+            let value = keys::check(&entry.0, key, value).map_err(|e| e.at(place()))?;
             params.push((entry.0.key.clone(), value));
         }
         let number = b.document.models.len();
         params
             .extend(self.model_params.iter().filter(|(n, _, _)| *n == number).map(|(_, k, v)| (k.clone(), v.clone())));
-        let base = b.model(index, &params, parent, placement).map_err(|e| e.at(at))?;
-        self.finish(b, table, base)
+        Ok(params)
     }
 
     /// A scene file as a model: its objects below a base of their own.
@@ -434,6 +512,9 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 }
+
+const IMPORT_KEYS: &[&str] =
+    &["file", "importer", "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set"];
 
 const MODEL_KEYS: &[&str] =
     &["model", "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set"];

@@ -19,6 +19,14 @@ pub fn suffixes(unit: &str) -> &'static [(&'static str, f64)] {
     }
 }
 
+/// Units that keys can carry; "1" and none are written without a suffix.
+pub const KNOWN: &[&str] = &["m", "rad", "s", "kg", "Hz", "N", "N m", "m/s", "rad/s", "m/s^2", "kg m^2", "1"];
+
+/// Whether scene files know a unit.
+pub fn is_known(unit: &str) -> bool {
+    unit.is_empty() || KNOWN.contains(&unit)
+}
+
 /// The key to suggest for a parameter.
 pub fn written(key: &str, unit: Option<&str>) -> String {
     format!("{key}{}", suffixes(unit.unwrap_or("")).first().map_or("", |s| s.0))

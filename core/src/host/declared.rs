@@ -105,8 +105,8 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
         (TATU_F64, Value::Int(i)) => Some(Value::Float(i as f64)),
         (TATU_F64, Value::Text(t)) => number(&t).map(Value::Float),
         (TATU_I64, Value::Int(i)) => Some(Value::Int(i)),
-        (TATU_I64, Value::Float(f)) => Some(Value::Int(f as i64)),
-        (TATU_I64, Value::Text(t)) => number(&t).map(|f| Value::Int(f as i64)),
+        (TATU_I64, Value::Float(f)) => whole(f).map(Value::Int),
+        (TATU_I64, Value::Text(t)) => number(&t).and_then(whole).map(Value::Int),
         (TATU_I64, Value::Object(o)) => Some(Value::Int((o & 0xF_FFFF) as i64)),
         (TATU_BOOL, Value::Bool(b)) => Some(Value::Bool(b)),
         (TATU_TEXT | TATU_BYTES, v @ (Value::Text(_) | Value::Bytes(_))) => Some(v),
@@ -133,7 +133,7 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
         (TATU_FUNC, v @ Value::Func(_)) => Some(v),
         (TATU_OBJECT, Value::Object(o)) => Some(Value::Object(o)),
         (TATU_OBJECT, Value::Int(i)) => u64::try_from(i).ok().map(Value::Object),
-        (TATU_OBJECT, Value::Float(f)) if f >= 0.0 => Some(Value::Object(f as u64)),
+        (TATU_OBJECT, Value::Float(f)) => whole(f).and_then(|i| u64::try_from(i).ok()).map(Value::Object),
         _ => None,
     };
     let Some(value) = converted else {
@@ -153,6 +153,12 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
         return Err(format!("expected {}, found one that is not a number", declared.expectation()));
     }
     if fits { Ok(value) } else { Err(format!("expected {}, found {found}", declared.expectation())) }
+}
+
+/// A number without a fraction as an integer.
+fn whole(f: f64) -> Option<i64> {
+    // Beyond 2^53 floats have no fractions, and beyond 2^63 there are no integers for them.
+    (f.fract() == 0.0 && f.abs() < 9.2e18).then_some(f as i64)
 }
 
 /// A value in a few words, for messages.

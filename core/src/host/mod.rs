@@ -3,21 +3,25 @@
 //! - `search`: the folders and files that may be plugins;
 //! - `load`: opens one and copies its tables;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
-//! - `declared`: declarations (parameters, commands) in Rust's words;
+//! - `declared`: declarations (parameters, commands) in Rust's words; `checks`: those that make no sense;
+//! - [`schemas`]: what readings mean;
 //! - `instance`: making the instance of a device;
 //! - `services`: the host's side of the border, one file per table.
 
+mod checks;
 mod declared;
 mod elf;
 pub(crate) mod instance;
 mod load;
 mod registry;
+pub mod schemas;
 mod search;
 pub(crate) mod services;
 mod tables;
 
 pub use declared::{Declared, check_value};
 pub use registry::{
-    ActuatorKind, CommandEntry, Constant, DeviceKind, Language, Model, NameEntry, Plugin, Prelude, Registry, SensorKind,
+    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, Importer, Language, Model, NameEntry, Plugin, Prelude,
+    Registry, SensorKind,
 };
 pub use search::{Search, Source};

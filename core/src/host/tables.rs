@@ -34,6 +34,8 @@ table!(
     tatu_ext_actuator,
     tatu_model,
     tatu_ext_model,
+    tatu_importer,
+    tatu_ext_importer,
     tatu_language,
     tatu_ext_script,
     tatu_beams

@@ -391,6 +391,7 @@ pub struct tatu_language {
             *mut tatu_error,
         ) -> tatu_status,
     >,
+    pub knows_dialect: Option<unsafe extern "C" fn(*mut c_void, tatu_str, *mut tatu_error) -> tatu_status>,
 }
 
 #[repr(C)]

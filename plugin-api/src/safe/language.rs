@@ -98,6 +98,10 @@ pub trait Language: Sized + 'static {
     fn drop_func(&self, local: u32);
     /// Calls a function, borrowed or kept.
     fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
+    /// Whether it knows a dialect that a scene names; the error tells what it knows. By default any is taken.
+    fn knows_dialect(_dialect: &str) -> Result {
+        Ok(())
+    }
 }
 
 struct Data<L> {
@@ -131,8 +135,22 @@ pub(crate) fn table<L: Language>(keep: &mut Keep) -> *const tatu_language {
         keep_func: Some(keep_func::<L>),
         drop_func: Some(drop_func::<L>),
         call_func: Some(call_func::<L>),
+        knows_dialect: Some(knows_dialect::<L>),
     };
     keep.table(raw)
+}
+
+unsafe extern "C" fn knows_dialect<L: Language>(
+    _: *mut c_void,
+    dialect: tatu_str,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: the host's text lives during the call.
+        let dialect = String::from_utf8_lossy(unsafe { bytes_of(dialect) });
+        L::knows_dialect(&dialect)?;
+        Ok(TATU_OK)
+    })
 }
 
 unsafe extern "C" fn create<L: Language>(

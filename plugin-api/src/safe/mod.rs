@@ -1,7 +1,7 @@
 //! Traits over the ABI: a plugin in Rust without `unsafe`.
 //!
-//! Begin with [`Plugin`]; a plugin offers [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s and [`Language`]s through an
-//! [`Offer`]. Every callback is wrapped so that a panic becomes an error that names the plugin.
+//! Begin with [`Plugin`]; a plugin offers [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s, [`Importer`]s and
+//! [`Language`]s through an [`Offer`]. Every callback is wrapped so that a panic becomes an error that names the plugin.
 //!
 //! All traits take `&self`: a command may call a script that calls the command again.
 
@@ -11,6 +11,7 @@ mod command;
 mod fail;
 mod guard;
 mod host;
+mod importer;
 mod language;
 mod model;
 mod offer;
@@ -25,6 +26,7 @@ pub use call::{Call, IntoResult, Outcome};
 pub use command::{Command, Constant};
 pub use fail::{Fail, Result};
 pub use host::{Host, Prop};
+pub use importer::Importer;
 pub use language::{Budget, Flow, Frame, Language};
 pub use model::{Builder, Model, Node};
 pub use offer::Offer;

@@ -4,7 +4,7 @@ use std::ffi::{CString, c_void};
 
 use super::{
     Fail, Param, Params, Plugin, Result, Value, ValueRef,
-    fail::{bytes_raw, text_raw},
+    fail::{bytes_of, bytes_raw, text_raw},
     guard,
     offer::Keep,
 };
@@ -41,6 +41,9 @@ pub struct Node<'a> {
 }
 
 impl<'a> Builder<'a> {
+    pub(crate) fn new(raw: &'a tatu_builder) -> Self {
+        Builder { raw }
+    }
     /// The C table, for what these wrappers lack.
     pub fn raw(&self) -> &'a tatu_builder {
         self.raw
@@ -65,6 +68,16 @@ impl<'a> Builder<'a> {
             .mesh
             .map_or(0, |f| unsafe { f(self.raw, points.as_ptr().cast(), n, triangles.as_ptr().cast(), m) });
         if id == 0 { Err(Fail::new("the host refused a mesh")) } else { Ok(id as i64) }
+    }
+    /// Reads a file beside the source; the bytes live as long as the build. `None`: there is none. Leaving the folders
+    /// that may be read is an error of the build.
+    pub fn file(&self, relative: &str) -> Option<&'a [u8]> {
+        let mut out = tatu_str { ptr: std::ptr::null(), len: 0 };
+        // SAFETY: as above; the host's bytes live as long as the build, and so does the table.
+        unsafe {
+            let status = self.raw.file.map_or(TATU_ERR_UNSUPPORTED, |f| f(self.raw, text_raw(relative), &mut out));
+            (status >= 0).then(|| bytes_of(out))
+        }
     }
     /// Tells something about the source: `TATU_REPORT_*`.
     pub fn report(&self, severity: u32, node: Option<Node<'a>>, text: &str) {
@@ -153,7 +166,7 @@ unsafe extern "C" fn build<M: Model>(
         let declared = M::params();
         // SAFETY: the host gives a live builder and one value per declared parameter.
         let (raw, values) = unsafe { (&*builder, ValueRef::slice(params, declared.len())) };
-        M::build(&Builder { raw }, &Params::new(values, &declared))?;
+        M::build(&Builder::new(raw), &Params::new(values, &declared))?;
         Ok(TATU_OK)
     })
 }

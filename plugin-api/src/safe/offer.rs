@@ -6,7 +6,7 @@ use std::{
     ptr::null,
 };
 
-use super::{Actuator, Command, Constant, Language, Model, Plugin, Sensor, Value, guard};
+use super::{Actuator, Command, Constant, Importer, Language, Model, Plugin, Sensor, Value, guard};
 use crate::abi::*;
 
 /// Owns everything that the plugin's tables point to, until shutdown.
@@ -63,6 +63,7 @@ pub struct Offer<P: Plugin> {
     sensors: Vec<*const tatu_sensor>,
     actuators: Vec<*const tatu_actuator>,
     models: Vec<*const tatu_model>,
+    importers: Vec<*const tatu_importer>,
     languages: Vec<*const tatu_language>,
     plugin: std::marker::PhantomData<P>,
 }
@@ -77,6 +78,7 @@ impl<P: Plugin> Offer<P> {
             sensors: Vec::new(),
             actuators: Vec::new(),
             models: Vec::new(),
+            importers: Vec::new(),
             languages: Vec::new(),
             plugin: std::marker::PhantomData,
         }
@@ -127,6 +129,11 @@ impl<P: Plugin> Offer<P> {
         let raw = super::model::table::<M>(&mut self.keep);
         self.models.push(raw);
     }
+    /// An importer.
+    pub fn importer<I: Importer<Plugin = P>>(&mut self) {
+        let raw = super::importer::table::<I>(&mut self.keep);
+        self.importers.push(raw);
+    }
     /// A script language.
     pub fn language<L: Language<Plugin = P>>(&mut self) {
         let raw = super::language::table::<L>(&mut self.keep);
@@ -161,6 +168,10 @@ impl<P: Plugin> Offer<P> {
             let models = keep.list(self.models);
             keep.table(tatu_ext_model { size: size_of::<tatu_ext_model>() as u32, reserved: 0, models })
         });
+        let importer = (!self.importers.is_empty()).then(|| {
+            let importers = keep.list(self.importers);
+            keep.table(tatu_ext_importer { size: size_of::<tatu_ext_importer>() as u32, reserved: 0, importers })
+        });
         let script = (!self.languages.is_empty()).then(|| {
             let languages = keep.list(self.languages);
             keep.table(tatu_ext_script { size: size_of::<tatu_ext_script>() as u32, reserved: 0, languages })
@@ -170,6 +181,7 @@ impl<P: Plugin> Offer<P> {
             sensor: sensor.unwrap_or(null()),
             actuator: actuator.unwrap_or(null()),
             model: model.unwrap_or(null()),
+            importer: importer.unwrap_or(null()),
             script: script.unwrap_or(null()),
             _keep: self.keep,
         }
@@ -182,6 +194,7 @@ pub(crate) struct Tables {
     pub(crate) sensor: *const tatu_ext_sensor,
     pub(crate) actuator: *const tatu_ext_actuator,
     pub(crate) model: *const tatu_ext_model,
+    pub(crate) importer: *const tatu_ext_importer,
     pub(crate) script: *const tatu_ext_script,
     _keep: Keep,
 }

@@ -1,16 +1,23 @@
 //! Everything that the loaded plugins offer, by id.
 
-use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+    sync::Arc,
+};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
 mod actuators;
+mod dialects;
+mod importers;
 mod read;
 
 pub use super::load::Loaded as Plugin;
 use super::{Declared, Search, Source, services::HostTables};
 use crate::error::{Error, Result, nearest};
 pub use actuators::{ActuatorKind, DeviceKind};
+pub use importers::{Choice, Importer};
 
 /// One field of a sensor kind.
 #[derive(Debug, Clone)]
@@ -133,6 +140,8 @@ pub struct Registry {
     pub actuators: Vec<ActuatorKind>,
     /// Models.
     pub models: Vec<Model>,
+    /// Importers.
+    pub importers: Vec<Importer>,
     /// Script languages.
     pub languages: Vec<Language>,
     /// Commands; their ids are these indices plus one.
@@ -165,6 +174,10 @@ impl Registry {
         let host = Arc::new(HostTables::new());
         let mut plugins: Vec<Plugin> = Vec::new();
         let mut refused = Vec::new();
+        for (folder, _) in search.folders.iter().filter(|(f, s)| *s == Source::Scene && !f.is_dir()) {
+            let text = format!("the scene names the plugin folder {}, which is not there", folder.display());
+            refused.push(Error::new("E311", text).help("paths in `plugins` start from the folder of the scene"));
+        }
         for path in search.candidates() {
             match Plugin::open(&path, &host) {
                 Ok(new) => match plugins.iter().find(|p| p.id == new.id) {
@@ -190,6 +203,7 @@ impl Registry {
             sensors: Vec::new(),
             actuators: Vec::new(),
             models: Vec::new(),
+            importers: Vec::new(),
             languages: Vec::new(),
             commands: Vec::new(),
             names: BTreeMap::new(),
@@ -207,10 +221,12 @@ impl Registry {
                 registry.add_sensors(i);
                 registry.add_actuators(i);
                 registry.add_models(i);
+                registry.add_importers(i);
                 registry.add_languages(i);
                 registry.add_commands(i);
             }
         }
+        registry.check_declarations();
         registry
     }
 
@@ -253,7 +269,9 @@ impl Registry {
             .filter(fills)
             .filter(|s| wanted.is_none_or(|w| *w == s.id || *w == self.plugins[s.plugin].id));
         found.next().and_then(|f| self.sensors.iter().position(|s| s.id == f.id)).ok_or_else(|| {
-            let known: Vec<_> = self.sensors.iter().map(|s| s.id.as_str()).collect();
+            let schemas = self.sensors.iter().flat_map(|s| &s.schemas);
+            let known: BTreeSet<_> = self.sensors.iter().map(|s| &s.id).chain(schemas).map(String::as_str).collect();
+            let known: Vec<_> = known.into_iter().collect();
             self.unknown("E108", "sensor kind", id_or_schema, &known)
         })
     }

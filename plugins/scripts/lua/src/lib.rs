@@ -104,6 +104,9 @@ impl Language for state::Script {
     fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow> {
         functions::call(self, local, frame, budget, used)
     }
+    fn knows_dialect(dialect: &str) -> Result {
+        load::knows(dialect)
+    }
 }
 
 tatu_plugin_api::tatu_plugin! {

@@ -1,0 +1,105 @@
+//! Examples: TOML that could stand in a scene.
+
+use std::fmt::Write;
+
+use tatu_core::{
+    document::units,
+    host::{Declared, check_value},
+};
+use tatu_plugin_api::{abi::*, safe::Value};
+
+/// A parameter's key as scene files write it.
+pub fn key(p: &Declared) -> String {
+    // A joint turns or slides; the unit of the first is the example.
+    let unit = p.unit.as_deref().map(|u| u.split_once('|').map_or(u, |(turn, _)| turn));
+    units::written(&p.key, unit)
+}
+
+/// A sensor of a kind.
+pub fn sensor(id: &str, params: &[Declared]) -> String {
+    format!("[[object]]\nkind = \"sensor\"\nsensor = {}\nalias = \"my_sensor\"\n{}", quoted(id), lines(params))
+}
+
+/// A model.
+pub fn model(id: &str, params: &[Declared]) -> String {
+    format!("[[model]]\nmodel = {}\nposition_m = [0.0, 0.0, 0.0]\n{}", quoted(id), lines(params))
+}
+
+/// A file for an importer.
+pub fn importer(suffix: &str, params: &[Declared]) -> String {
+    let file = quoted(&format!("my_file{suffix}"));
+    format!("[[import]]\nfile = {file}\nposition_m = [0.0, 0.0, 0.0]\n{}", lines(params))
+}
+
+/// A script of a language.
+pub fn script(id: &str) -> String {
+    format!("[[object]]\nkind = \"dummy\"\nscript = {{ language = {}, text = \"\" }}\n", quoted(id))
+}
+
+/// A line for each parameter: its default, or, where one is required, some value that it can have. What may be left out
+/// and has no default is a comment.
+fn lines(params: &[Declared]) -> String {
+    let mut out = String::new();
+    for p in params.iter().filter(|p| p.flags & TATU_PARAM_READ_ONLY == 0) {
+        let suffix = key(p)[p.key.len()..].to_owned();
+        let found = units::factor(&key(p), &p.key, p.unit.as_deref()).unwrap_or(1.0);
+        let value = if p.fallback == Value::Nil { some(p) } else { p.fallback.clone() };
+        let Some(text) = written(&value, found).filter(|_| fits(p, &value, found)) else { continue };
+        let comment = if p.fallback == Value::Nil && p.optional() { "# " } else { "" };
+        let _ = writeln!(out, "{comment}{}{suffix} = {text}", p.key);
+    }
+    out
+}
+
+/// Whether the value is still allowed after it was written in the file's unit and read again.
+fn fits(p: &Declared, value: &Value, factor: f64) -> bool {
+    let back = |x: f64| short(x / factor).parse::<f64>().unwrap_or(x) * factor;
+    let value = match value {
+        Value::Float(x) => Value::Float(back(*x)),
+        Value::Floats(f) => Value::Floats(f.iter().map(|x| back(*x)).collect()),
+        other => other.clone(),
+    };
+    check_value(p, value).is_ok()
+}
+
+/// Some value that it can have.
+fn some(p: &Declared) -> Value {
+    let number = 1.0_f64.max(p.lowest).min(p.highest);
+    match p.kind {
+        TATU_BOOL => Value::Bool(false),
+        TATU_I64 => Value::Int(number as i64),
+        TATU_F64 => Value::Float(number),
+        TATU_TEXT | TATU_BYTES => Value::text(p.choices.first().map_or("", String::as_str)),
+        TATU_F64S => Value::Floats(vec![number; p.count.max(1) as usize]),
+        TATU_LIST => Value::List(Vec::new()),
+        _ => Value::Nil,
+    }
+}
+
+fn written(value: &Value, factor: f64) -> Option<String> {
+    let number = |x: f64| short(x / factor);
+    let list = |items: Vec<String>| format!("[{}]", items.join(", "));
+    Some(match value {
+        Value::Bool(b) => b.to_string(),
+        Value::Int(i) if factor == 1.0 => i.to_string(),
+        Value::Int(i) => number(*i as f64),
+        Value::Float(f) => number(*f),
+        Value::Text(t) | Value::Bytes(t) => quoted(&String::from_utf8_lossy(t)),
+        Value::Floats(f) => list(f.iter().map(|x| number(*x)).collect()),
+        Value::Ints(i) => list(i.iter().map(i64::to_string).collect()),
+        Value::List(l) => list(l.iter().map(|v| written(v, factor)).collect::<Option<_>>()?),
+        _ => return None,
+    })
+}
+
+/// A float of TOML without the noise of its unit: 30.0, not 29.999999999999996.
+fn short(x: f64) -> String {
+    let rounded = format!("{x:.9}").parse::<f64>().unwrap_or(x);
+    let near = (rounded - x).abs() <= 1e-12 * x.abs();
+    format!("{:?}", if near { rounded } else { x })
+}
+
+/// A text of TOML.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}

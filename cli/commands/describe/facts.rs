@@ -1,0 +1,178 @@
+//! What is known about an id, as JSON.
+
+use serde_json::{Value as Json, json};
+use tatu_core::{
+    host::{CommandEntry, Declared, Registry, schemas},
+    scene::rows::{KINDS, rows_of},
+};
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::example;
+
+/// Everything that an id names.
+pub fn all(r: &Registry, id: &str) -> Vec<Json> {
+    let plugin = |i: usize| r.plugins[i].id.as_str();
+    let mut out = Vec::new();
+    for (i, p) in r.plugins.iter().enumerate().filter(|(_, p)| p.id == id) {
+        let commands = r.commands.iter().filter(|c| c.plugin == i);
+        let commands = commands.map(|c| json!({ "name": c.names.first().map(|n| &n.name), "text": c.text }));
+        out.push(json!({
+            "what": "plugin", "id": p.id, "text": p.name, "version": p.version, "licence": p.licence,
+            "abi": format!("{}.{}", p.abi.0, p.abi.1), "path": p.path.display().to_string(),
+            "sensors": r.sensors.iter().filter(|s| s.plugin == i).map(|s| &s.id).collect::<Vec<_>>(),
+            "models": r.models.iter().filter(|m| m.plugin == i).map(|m| &m.id).collect::<Vec<_>>(),
+            "importers": r.importers.iter().filter(|m| m.plugin == i).map(|m| &m.id).collect::<Vec<_>>(),
+            "languages": r.languages.iter().filter(|l| l.plugin == i).map(|l| &l.id).collect::<Vec<_>>(),
+            "commands": commands.collect::<Vec<_>>(),
+        }));
+    }
+    for s in r.sensors.iter().filter(|s| s.id == id) {
+        let fields = s.fields.iter().map(|f| {
+            let mut shape = f.dims.to_vec();
+            while shape.len() > 1 && shape.last() == Some(&1) {
+                shape.pop();
+            }
+            field(&f.name, f.elem, &shape, f.unit.as_deref(), &f.text, None)
+        });
+        out.push(json!({
+            "what": "sensor kind", "id": s.id, "plugin": plugin(s.plugin), "text": s.text, "schemas": s.schemas,
+            "parameters": parameters(&s.params, true), "fields": fields.collect::<Vec<_>>(),
+            "example": example::sensor(&s.id, &s.params),
+        }));
+    }
+    for m in r.models.iter().filter(|m| m.id == id) {
+        out.push(json!({
+            "what": "model", "id": m.id, "plugin": plugin(m.plugin), "text": m.text, "slots": m.slots,
+            "parameters": parameters(&m.params, true), "example": example::model(&m.id, &m.params),
+        }));
+    }
+    for i in r.importers.iter().filter(|i| i.id == id) {
+        let suffix = i.suffixes.first().map_or("", String::as_str);
+        out.push(json!({
+            "what": "importer", "id": i.id, "plugin": plugin(i.plugin), "text": i.text, "suffixes": i.suffixes,
+            "parameters": parameters(&i.params, true), "example": example::importer(suffix, &i.params),
+        }));
+    }
+    for l in r.languages.iter().filter(|l| l.id == id) {
+        out.push(json!({
+            "what": "script language", "id": l.id, "plugin": plugin(l.plugin), "text": l.text, "suffixes": l.suffixes,
+            "example": example::script(&l.id),
+        }));
+    }
+    for s in schemas::known().iter().filter(|s| s.id == id) {
+        let fields =
+            s.fields.iter().map(|f| field(&f.name, f.elem, &f.shape, f.unit.as_deref(), &f.text, Some(&f.nothing)));
+        let filled = r.sensors.iter().filter(|k| k.schemas.contains(&s.id)).map(|k| &k.id);
+        out.push(json!({
+            "what": "schema", "id": s.id, "text": s.text, "frame": s.frame,
+            "sensors": filled.collect::<Vec<_>>(), "fields": fields.collect::<Vec<_>>(),
+        }));
+    }
+    if let Some((name, kind)) = KINDS.iter().find(|(n, _)| *n == id) {
+        let rows: Vec<Declared> = rows_of(Some(*kind)).map(|row| row.param()).collect();
+        out.push(json!({ "what": "object kind", "id": name, "parameters": parameters(&rows, true) }));
+    }
+    if let Some((command, _)) = r.command(id) {
+        out.extend(r.commands.get(command as usize - 1).map(|c| self::command(r, c)));
+    }
+    out
+}
+
+/// All ids.
+pub fn names(r: &Registry) -> Vec<String> {
+    let ids = (r.plugins.iter().map(|p| &p.id))
+        .chain(r.sensors.iter().map(|s| &s.id))
+        .chain(r.models.iter().map(|m| &m.id))
+        .chain(r.importers.iter().map(|i| &i.id))
+        .chain(r.languages.iter().map(|l| &l.id))
+        .chain(schemas::known().iter().map(|s| &s.id))
+        .chain(r.commands.iter().flat_map(|c| c.names.iter().map(|n| &n.name)));
+    ids.cloned().chain(KINDS.iter().map(|(n, _)| (*n).to_owned())).collect()
+}
+
+fn command(r: &Registry, c: &CommandEntry) -> Json {
+    let names: Vec<_> = c.names.iter().map(|n| n.name.as_str()).collect();
+    json!({
+        "what": "command", "id": names.first(), "names": names, "plugin": r.plugins[c.plugin].id, "text": c.text,
+        "parameters": parameters(&c.params, false), "returns": parameters(&c.returns, false),
+        "example": c.example, "no_wait": c.no_wait,
+    })
+}
+
+/// Parameters with name, type, unit, range, default and text; `in_files`: also the key that scene files write.
+fn parameters(all: &[Declared], in_files: bool) -> Vec<Json> {
+    all.iter()
+        .map(|p| {
+            let bound = |x: f64| x.is_finite().then_some(x);
+            let range = [bound(p.lowest), bound(p.highest)];
+            let range = if range == [None, None] { Json::Null } else { json!(range) };
+            let mut out = json!({
+                "name": p.key, "type": type_name(p), "unit": p.unit, "range": range, "default": to_json(&p.fallback),
+                "optional": p.optional(), "text": p.text,
+            });
+            if !p.choices.is_empty() {
+                out["choices"] = json!(p.choices);
+            }
+            if p.flags & TATU_PARAM_READ_ONLY != 0 {
+                out["read_only"] = json!(true);
+            }
+            if in_files {
+                out["key"] = json!(example::key(p));
+            }
+            out
+        })
+        .collect()
+}
+
+fn type_name(p: &Declared) -> String {
+    let name = match p.kind {
+        _ if p.flags & TATU_PARAM_ANY != 0 => "any",
+        TATU_BOOL => "true or false",
+        TATU_I64 => "integer",
+        TATU_F64 => "number",
+        TATU_TEXT if !p.choices.is_empty() => {
+            return p.choices.iter().map(|c| format!("\"{c}\"")).collect::<Vec<_>>().join(" or ");
+        }
+        TATU_TEXT => "text",
+        TATU_BYTES => "bytes",
+        TATU_F64S if p.count > 0 => return format!("{} numbers", p.count),
+        TATU_F64S => "numbers",
+        TATU_LIST => "list",
+        TATU_MAP => "table",
+        TATU_FUNC => "function",
+        TATU_OBJECT => "object",
+        _ => "unknown",
+    };
+    if p.flags & TATU_PARAM_REST != 0 { format!("{name} ...") } else { name.to_owned() }
+}
+
+fn field(name: &str, elem: u32, shape: &[u32], unit: Option<&str>, text: &str, nothing: Option<&str>) -> Json {
+    // 0: the sensor decides.
+    let shape: Vec<Json> = shape.iter().map(|n| if *n == 0 { json!("beams") } else { json!(n) }).collect();
+    json!({
+        "name": name, "element": schemas::elem_name(elem), "shape": shape, "unit": unit, "text": text,
+        "nothing": nothing,
+    })
+}
+
+fn to_json(v: &Value) -> Json {
+    let text = |t: &[u8]| json!(String::from_utf8_lossy(t));
+    match v {
+        Value::Nil => Json::Null,
+        Value::Bool(b) => json!(b),
+        Value::Int(i) => json!(i),
+        Value::Float(f) => json!(f),
+        Value::Text(t) | Value::Bytes(t) => text(t),
+        Value::Floats(f) => json!(f),
+        Value::Ints(i) => json!(i),
+        Value::List(l) => l.iter().map(to_json).collect(),
+        Value::Map(m) => {
+            let pair = |(k, v): &(Value, Value)| {
+                (to_json(k).as_str().map_or(to_json(k).to_string(), str::to_owned), to_json(v))
+            };
+            Json::Object(m.iter().map(pair).collect())
+        }
+        Value::Func(f) => json!(f),
+        Value::Object(o) => json!(o),
+    }
+}

@@ -1,0 +1,140 @@
+//! `tatu describe`: everything about one id.
+//!
+//! `facts` gathers it as JSON, `example` writes TOML that could stand in a scene, this file prints.
+
+mod example;
+mod facts;
+
+use std::process::ExitCode;
+
+use serde_json::{Value, json};
+use tatu_core::error::Error;
+
+use super::list::table;
+use crate::{args::Describe, report};
+
+/// Commands that are listed with their sentences; of more only the names.
+const FEW: usize = 20;
+/// Columns of lists of names.
+const WIDTH: usize = 100;
+
+/// Prints it; exit code 2 if there is no such id.
+pub fn describe(args: &Describe) -> ExitCode {
+    let registry = match super::registry(args.scene.as_deref()) {
+        Ok(r) => r,
+        Err(e) => {
+            report::error(&e);
+            return ExitCode::from(2);
+        }
+    };
+    let mut found = facts::all(&registry, &args.id);
+    if found.is_empty() {
+        let names = facts::names(&registry);
+        report::error(
+            &Error::new("E130", format!("nothing is called `{}`", args.id))
+                .expected("a plugin, sensor kind, model, importer, script language, schema, object kind or command")
+                .help("`tatu list plugins`, `models`, `sensors`, `importers` and `commands` show what there is")
+                .nearest(&args.id, names.iter().map(String::as_str)),
+        );
+        return ExitCode::from(2);
+    }
+    if args.json {
+        // One id may name several things; mostly it is one.
+        let all = if found.len() == 1 { found.remove(0) } else { Value::Array(found) };
+        report::out!("{}", serde_json::to_string_pretty(&all).unwrap_or_default());
+    } else {
+        found.iter().for_each(print);
+    }
+    ExitCode::SUCCESS
+}
+
+fn print(fact: &Value) {
+    let text = |key: &str| fact[key].as_str().unwrap_or_default();
+    let plugin = if text("plugin").is_empty() { String::new() } else { format!(" (plugin {})", text("plugin")) };
+    report::out!("{} {}{plugin}", text("what"), text("id"));
+    for line in [text("text"), text("frame")].iter().filter(|t| !t.is_empty()) {
+        report::out!("  {line}");
+    }
+    for key in ["version", "licence", "abi", "path", "no_wait"] {
+        if let Some(t) = fact[key].as_str().filter(|t| !t.is_empty()) {
+            report::out!("  {}: {t}", key.replace('_', " "));
+        }
+    }
+    for key in ["names", "schemas", "suffixes", "slots", "sensors", "models", "importers", "languages"] {
+        names(key, &fact[key]);
+    }
+    section("parameters", &fact["parameters"], &["name", "type", "unit", "range", "default", "text"]);
+    section("returns", &fact["returns"], &["name", "type", "unit", "text"]);
+    section("fields", &fact["fields"], &["name", "element", "shape", "unit", "text", "nothing"]);
+    if let Some(commands) = fact["commands"].as_array().filter(|c| !c.is_empty()) {
+        if commands.len() <= FEW {
+            section("commands", &fact["commands"], &["name", "text"]);
+        } else {
+            let all: Vec<_> = commands.iter().map(|c| c["name"].clone()).collect();
+            names(&format!("commands ({}, `tatu describe NAME` tells more)", all.len()), &Value::Array(all));
+        }
+    }
+    if !text("example").is_empty() {
+        report::out!("\nexample:");
+        text("example").lines().for_each(|l| report::out!("{}", format!("  {l}").trim_end()));
+    }
+}
+
+/// A list of names in lines of limited length.
+fn names(title: &str, list: &Value) {
+    let Some(list) = list.as_array().filter(|l| !l.is_empty()) else { return };
+    let mut line = format!("{title}:");
+    for (i, name) in list.iter().filter_map(Value::as_str).enumerate() {
+        let comma = if i + 1 < list.len() { "," } else { "" };
+        if line.len() + name.len() > WIDTH {
+            report::out!("{line}");
+            line = String::from("   ");
+        }
+        line += &format!(" {name}{comma}");
+    }
+    report::out!("{line}");
+}
+
+fn section(title: &str, rows: &Value, columns: &[&str]) {
+    let Some(rows) = rows.as_array().filter(|r| !r.is_empty()) else { return };
+    report::out!("\n{title}:");
+    let cell = |v: &Value, column: &str| match (column, v) {
+        ("range", Value::Array(r)) => {
+            let end = |v: &Value| v.as_f64().map(short);
+            match (end(&r[0]), end(&r[1])) {
+                (Some(a), Some(b)) => format!("{a} to {b}"),
+                (Some(a), None) => format!("from {a}"),
+                (None, Some(b)) => format!("to {b}"),
+                _ => String::new(),
+            }
+        }
+        (_, Value::Null) => String::new(),
+        (_, Value::String(s)) => s.clone(),
+        (_, Value::Number(n)) => n.as_f64().map_or(n.to_string(), short),
+        (_, Value::Array(a)) if column == "shape" => a.iter().map(Value::to_string).collect::<Vec<_>>().join(" x "),
+        (_, other) => other.to_string(),
+    };
+    let shown: Vec<Value> = rows
+        .iter()
+        .map(|row| {
+            columns
+                .iter()
+                .map(|c| ((*c).to_owned(), json!(cell(&row[*c], c))))
+                .collect::<serde_json::Map<_, _>>()
+                .into()
+        })
+        .collect();
+    // A column in which nothing stands is left out.
+    let used: Vec<&str> = columns
+        .iter()
+        .copied()
+        .filter(|c| shown.iter().any(|r| r[*c].as_str().is_some_and(|t| !t.is_empty())))
+        .collect();
+    table(&shown, &used);
+}
+
+/// A number without digits that nobody reads: 1.5707963267948966 as 1.5708.
+fn short(x: f64) -> String {
+    let rounded = (x * 1e4).round() / 1e4;
+    if (rounded - x).abs() <= 5e-5 * x.abs() || x == 0.0 { format!("{rounded}") } else { format!("{x}") }
+}

@@ -1,0 +1,280 @@
+//! Writes the robot into the scene: shape - joint - shape, as physics ties bodies.
+//!
+//! The shape of a body has what collides, and the mass. What is seen hangs below it, one shape per visual; a body
+//! without visuals is seen as it collides.
+
+use nalgebra::{Isometry3, Vector3};
+use tatu_plugin_api::{
+    abi::TATU_REPORT_WARNING,
+    safe::{Builder, Fail, Node, Params, Result, Value},
+};
+use urdf_rs::{Geometry, Joint, JointType, Robot};
+
+use crate::{
+    form::{Form, Meshes, Solid, place},
+    mass::Mass,
+    outline::Outline,
+    tree::{Body, Tree, finite, pose},
+};
+
+/// Collides with all but the own robot: its links touch where joints are.
+const MASK: i64 = 0xFF00;
+
+/// What parameters ask for.
+pub struct Settings {
+    fixed_base: bool,
+    package_root: String,
+    motors: String,
+    friction: f64,
+    wheels_as_balls: bool,
+}
+
+impl Settings {
+    /// Of the parameters; whether the base is fixed may follow from the root's name.
+    pub fn read(params: &Params<'_>, robot: &Robot, tree: &Tree) -> Result<Self> {
+        let root = &robot.links[tree.bodies[0].links[0].0];
+        Ok(Settings {
+            fixed_base: params.get("fixed_base")?.as_bool().unwrap_or(root.name == "world"),
+            package_root: params.string("package_root")?,
+            motors: params.string("motors")?,
+            friction: params.f64("link_friction")?,
+            wheels_as_balls: params.bool("wheels_as_balls")?,
+        })
+    }
+}
+
+/// All that building a body needs.
+struct Work<'w, 'b> {
+    builder: &'w Builder<'b>,
+    robot: &'w Robot,
+    outline: &'w Outline,
+    settings: &'w Settings,
+    meshes: Meshes,
+}
+
+/// Builds the robot; its root's body comes first.
+pub fn robot(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree, settings: &Settings) -> Result {
+    let masses: Vec<Mass> = tree.bodies.iter().map(|b| mass(b, robot, outline)).collect::<Result<_>>()?;
+    let total: f64 = masses.iter().map(|m| m.mass).sum();
+    let mut work = Work { builder, robot, outline, settings, meshes: Meshes::default() };
+    let mut nodes: Vec<Node<'_>> = Vec::with_capacity(tree.bodies.len());
+    for (i, body) in tree.bodies.iter().enumerate() {
+        let mut parent = None;
+        if let Some((j, above, frame)) = &body.joint {
+            let line = outline.joints[*j].line;
+            let made = joint(builder, nodes[*above], &robot.joints[*j], frame, settings, line);
+            parent = Some(made.map_err(|e| located(e, line))?);
+        }
+        let line = outline.links[body.links[0].0].line;
+        let node = work.body(body, parent, &masses[i], total);
+        nodes.push(node.map_err(|e| located(e, line))?);
+    }
+    tell(builder, robot, outline, tree);
+    Ok(())
+}
+
+/// An error without a line gets one.
+fn located(e: Fail, line: u64) -> Fail {
+    if e.place().is_some() { e } else { e.at("", line) }
+}
+
+/// A name as an alias: paths of the scene have slashes of their own.
+fn alias(name: &str) -> String {
+    name.replace('/', "_")
+}
+
+fn mass(body: &Body, robot: &Robot, outline: &Outline) -> Result<Mass> {
+    body.links.iter().try_fold(Mass::NONE, |sum, (link, frame)| {
+        Ok(sum.plus(&Mass::of(&robot.links[*link], frame, outline.links[*link].line)?))
+    })
+}
+
+fn joint<'a>(
+    builder: &Builder<'a>,
+    parent: Node<'a>,
+    joint: &Joint,
+    frame: &Isometry3<f64>,
+    settings: &Settings,
+    line: u64,
+) -> Result<Node<'a>> {
+    let limit = &joint.limit;
+    let what = format!("limit of the joint `{}`", joint.name);
+    if [limit.lower, limit.upper, limit.effort, limit.velocity].iter().any(|x| x.is_nan()) {
+        return Err(Fail::argument(format!("{what}: one of its numbers is none")).at("", line));
+    }
+    let slides = joint.joint_type == JointType::Prismatic;
+    let node = builder.object("joint", Some(parent), &alias(&joint.name))?;
+    let node = place(node, frame)?
+        .set("joint.type", if slides { "prismatic" } else { "revolute" })?
+        .set("joint.mode", "dynamic")?;
+    if joint.joint_type != JointType::Continuous && (limit.lower.is_finite() || limit.upper.is_finite()) {
+        if limit.lower > limit.upper {
+            let text = format!("{what}: from {} to {}", limit.lower, limit.upper);
+            return Err(Fail::argument(text).help("`lower` is at most `upper`").at("", line));
+        }
+        if limit.lower == limit.upper {
+            builder.report(TATU_REPORT_WARNING, Some(node), "its limits leave it no way to move");
+        }
+        node.set("joint.limits", [limit.lower.max(-1e6), limit.upper.min(1e6)])?;
+    }
+    let effort = limit.effort.abs().min(1e9);
+    let control = if effort > 0.0 { settings.motors.as_str() } else { "free" };
+    node.set("joint.control", control)?.set("joint.max_force", effort)?;
+    if limit.velocity > 0.0 {
+        node.set("joint.max_velocity", limit.velocity.min(1e6))?;
+    }
+    Ok(node)
+}
+
+impl<'b> Work<'_, 'b> {
+    fn body(&mut self, body: &Body, parent: Option<Node<'b>>, mass: &Mass, total: f64) -> Result<Node<'b>> {
+        let (builder, robot) = (self.builder, self.robot);
+        let root = parent.is_none();
+        // The base bears the robot's name; its root link is found below it, like all that are fixed to another.
+        let name = if root { &robot.name } else { &robot.links[body.links[0].0].name };
+        let name = if name.is_empty() { "robot" } else { name };
+        let node = builder.object("shape", parent, &alias(name))?;
+        place(node, &body.below)?;
+        let colliding = self.solids(body, node, false)?;
+        let seen = self.solids(body, node, true)?;
+        let shown = seen.is_empty() && !colliding.is_empty();
+        node.set("object.visible", shown)?.set("shape.detectable", shown)?;
+        if !colliding.is_empty() {
+            self.collide(body, node, &colliding)?;
+        }
+        if !(root && self.settings.fixed_base) {
+            self.weigh(node, name, mass, total)?;
+        }
+        for (solid, alias_, color) in &seen {
+            let look = builder.object("shape", Some(node), alias_)?;
+            solid.shape(builder, look)?.set("shape.color", *color)?;
+        }
+        for (link, frame) in body.links.iter().skip(usize::from(!root)) {
+            place(builder.object("dummy", Some(node), &alias(&robot.links[*link].name))?, frame)?;
+        }
+        Ok(node)
+    }
+
+    /// What collides or is seen of a body, with a name and a color.
+    fn solids(&mut self, body: &Body, node: Node<'b>, seen: bool) -> Result<Vec<(Solid, String, [f64; 3])>> {
+        let mut out = Vec::new();
+        for (link, frame) in &body.links {
+            let (link, line) = (&self.robot.links[*link], self.outline.links[*link].line);
+            let (role, count) = if seen { ("visual", link.visual.len()) } else { ("collision", link.collision.len()) };
+            for i in 0..count {
+                let (origin, geometry, color): (_, &Geometry, _) = match seen {
+                    true => (&link.visual[i].origin, &link.visual[i].geometry, self.color(&link.visual[i])),
+                    false => (&link.collision[i].origin, &link.collision[i].geometry, [0.7; 3]),
+                };
+                let what = format!("{role} of the link `{}`", link.name);
+                let at = frame * pose(origin, &what, line)?;
+                let source = (self.builder, self.settings.package_root.as_str());
+                match Solid::read(geometry, at, &what, line, &mut self.meshes, source)? {
+                    Ok(solid) => {
+                        let number = if i == 0 { String::new() } else { format!("_{i}") };
+                        out.push((solid, alias(&format!("{}_{role}{number}", link.name)), color));
+                    }
+                    Err(why) => self.builder.report(TATU_REPORT_WARNING, Some(node), &format!("{what}: {why}")),
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// Its own color, or that of the robot's material of its name.
+    fn color(&self, visual: &urdf_rs::Visual) -> [f64; 3] {
+        let Some(material) = &visual.material else { return [0.7; 3] };
+        let named = || self.robot.materials.iter().find(|m| m.name == material.name).and_then(|m| m.color.as_ref());
+        let Some(color) = material.color.as_ref().or_else(named) else { return [0.7; 3] };
+        [0, 1, 2].map(|i| color.rgba[i].clamp(0.0, 1.0)).map(|x| if x.is_nan() { 0.7 } else { x })
+    }
+
+    fn collide(&self, body: &Body, node: Node<'b>, solids: &[(Solid, String, [f64; 3])]) -> Result {
+        node.set("shape.respondable", true)?
+            .set("shape.respondable_mask", MASK)?
+            .set("shape.friction", self.settings.friction)?;
+        if let [(Solid { pose, form: Form::Mesh(mesh) }, ..)] = solids {
+            // Alone it may be a mesh, as its hull: a hollow mesh has no inside that a body could be kept out of.
+            let mesh = mesh.moved([1.0; 3], pose);
+            let number = self.builder.mesh(&mesh.points, &mesh.triangles)?;
+            node.set("shape.primitive", "mesh")?.set("shape.mesh", number)?.set("shape.convex", true)?;
+            return Ok(());
+        }
+        if solids.iter().any(|(s, ..)| matches!(s.form, Form::Mesh(_))) {
+            let text = "meshes that collide beside other forms do so as the boxes around them";
+            self.builder.report(TATU_REPORT_WARNING, Some(node), text);
+        }
+        let rolls =
+            body.joint.as_ref().is_some_and(|(j, ..)| self.robot.joints[*j].joint_type == JointType::Continuous);
+        let part = |solid: &Solid| match self.ball(body, solid).filter(|_| rolls && self.settings.wheels_as_balls) {
+            Some(ball) => ball.part(),
+            None => solid.part(),
+        };
+        let parts: Vec<Value> = solids.iter().map(|(s, ..)| part(s)).collect();
+        node.set("shape.primitive", "compound")?.set("shape.parts", Value::List(parts))?;
+        Ok(())
+    }
+
+    /// A ball for a cylinder whose axis is that of the joint above: a flat-edged wheel touches the floor along a line,
+    /// and turns too slowly.
+    fn ball(&self, body: &Body, solid: &Solid) -> Option<Solid> {
+        let Form::Primitive("cylinder", [d, _, length]) = solid.form else { return None };
+        let axis = body.below.inverse() * Vector3::z();
+        let own = solid.pose * Vector3::z();
+        let at = solid.pose.translation.vector;
+        // Files round quarter turns to 1.57.
+        let centred = (at - axis * at.dot(&axis)).norm() < 1e-6;
+        (centred && own.cross(&axis).norm() < 1e-3 && length <= d)
+            .then_some(Solid { pose: solid.pose, form: Form::Primitive("sphere", [d; 3]) })
+    }
+
+    fn weigh(&self, node: Node<'b>, name: &str, mass: &Mass, total: f64) -> Result {
+        node.set("shape.dynamic", true)?;
+        if mass.mass <= 0.0 {
+            // Physics cannot move what has no mass. A hundredth of the robot disturbs little and can still be solved.
+            let m = (total * 0.01).max(0.001);
+            let text = format!("it moves and has no mass: it gets {m:.3} kg; give it an <inertial>");
+            self.builder.report(TATU_REPORT_WARNING, Some(node), &text);
+            let i = 0.4 * m * 0.05 * 0.05;
+            node.set("shape.mass", m)?.set("shape.inertia", [i; 3])?;
+            return Ok(());
+        }
+        finite(mass.com.as_slice(), &format!("centre of mass of `{name}`"), 0)?;
+        node.set("shape.mass", mass.mass)?.set("shape.com", <[f64; 3]>::from(mass.com))?;
+        if mass.is_possible() {
+            let i = mass.inertia.transpose();
+            node.set("shape.inertia", Value::Floats(i.as_slice().to_vec()))?;
+        } else {
+            let text = "no body has the inertia that it is given; it gets that of its form with even density";
+            self.builder.report(TATU_REPORT_WARNING, Some(node), text);
+        }
+        Ok(())
+    }
+}
+
+/// What of the file has no effect here.
+fn tell(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree) {
+    let warn = |text: String| builder.report(TATU_REPORT_WARNING, None, &text);
+    for j in &tree.stiffened {
+        let joint = &robot.joints[*j];
+        let kind = format!("{:?}", joint.joint_type).to_lowercase();
+        warn(format!(
+            "line {}: the joint `{}` is {kind}, which is not done here; it is fixed",
+            outline.joints[*j].line, joint.name
+        ));
+    }
+    let with = |has: fn(&Joint) -> bool| {
+        let names: Vec<_> = robot.joints.iter().filter(|j| has(j)).map(|j| format!("`{}`", j.name)).collect();
+        (!names.is_empty()).then(|| names.join(", "))
+    };
+    if let Some(names) = with(|j| j.dynamics.as_ref().is_some_and(|d| d.damping != 0.0 || d.friction != 0.0)) {
+        warn(format!("damping and friction of joints have no effect here: {names}"));
+    }
+    if let Some(names) = with(|j| j.mimic.is_some()) {
+        warn(format!("joints that mimic others move by themselves here: {names}"));
+    }
+    if !outline.others.is_empty() {
+        let list: Vec<_> = outline.others.iter().map(|(n, c)| format!("{c} x <{n}>")).collect();
+        warn(format!("not read: {}", list.join(", ")));
+    }
+}

@@ -1,0 +1,203 @@
+//! Shapes of geometries.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Point3, Rotation3, Vector3};
+use tatu_plugin_api::safe::{Builder, Fail, Node, Result, Value};
+use urdf_rs::Geometry;
+
+use crate::{
+    mesh::{self, Mesh},
+    tree::finite,
+};
+
+/// A geometry that has been checked and stands in the frame of a body.
+#[derive(Debug, Clone)]
+pub struct Solid {
+    /// Where its centre stands.
+    pub pose: Isometry3<f64>,
+    /// What it is.
+    pub form: Form,
+}
+
+/// Full extents of a primitive as the host has them, or a mesh, scaled.
+#[derive(Debug, Clone)]
+pub enum Form {
+    Primitive(&'static str, [f64; 3]),
+    Mesh(std::rc::Rc<Mesh>),
+}
+
+/// Meshes by name and scale, so that each file is read once.
+#[derive(Default)]
+pub struct Meshes(BTreeMap<(String, [u64; 3]), Result<std::rc::Rc<Mesh>, String>>);
+
+impl Solid {
+    /// Checks a geometry. `Ok(Err)`: a mesh that cannot be read, and why.
+    pub fn read(
+        geometry: &Geometry,
+        pose: Isometry3<f64>,
+        what: &str,
+        line: u64,
+        meshes: &mut Meshes,
+        source: (&Builder<'_>, &str),
+    ) -> Result<Result<Solid, String>> {
+        let positive = |numbers: &[f64]| {
+            finite(numbers, what, line)?;
+            match numbers.iter().find(|x| **x <= 0.0) {
+                Some(x) => Err(Fail::argument(format!("{what}: {x} is no length")).at("", line)),
+                None => Ok(()),
+            }
+        };
+        let form = match geometry {
+            Geometry::Box { size } => {
+                positive(&size[..])?;
+                Form::Primitive("box", size.0)
+            }
+            Geometry::Sphere { radius } => {
+                positive(&[*radius])?;
+                Form::Primitive("sphere", [2.0 * radius; 3])
+            }
+            Geometry::Cylinder { radius, length } => {
+                positive(&[*radius, *length])?;
+                Form::Primitive("cylinder", [2.0 * radius, 2.0 * radius, *length])
+            }
+            // Its length is that of the part between the round ends.
+            Geometry::Capsule { radius, length } => {
+                positive(&[*radius, *length])?;
+                Form::Primitive("capsule", [2.0 * radius, 2.0 * radius, length + 2.0 * radius])
+            }
+            Geometry::Mesh { filename, scale } => {
+                let scale = scale.map_or([1.0; 3], |s| s.0);
+                finite(&scale, what, line)?;
+                match meshes.get(filename, scale, source) {
+                    Ok(mesh) => Form::Mesh(mesh),
+                    Err(why) => return Ok(Err(format!("the mesh `{filename}` is left out: {why}"))),
+                }
+            }
+        };
+        Ok(Ok(Solid { pose, form }))
+    }
+
+    /// As a part of a compound; a mesh becomes the box around it.
+    pub fn part(&self) -> Value {
+        let (primitive, size, pose) = match &self.form {
+            Form::Primitive(p, size) => (*p, *size, self.pose),
+            Form::Mesh(mesh) => {
+                let (center, size) = bounds(mesh);
+                ("box", size, self.pose * nalgebra::Translation3::from(center))
+            }
+        };
+        let text = |s: &str| Value::text(s);
+        Value::Map(vec![
+            (text("primitive"), text(primitive)),
+            (text("size"), Value::from(size)),
+            (text("position"), Value::from(<[f64; 3]>::from(pose.translation.vector))),
+            (text("orientation"), Value::from(euler(&pose))),
+        ])
+    }
+
+    /// Makes a shape of it, in the frame that the shape's pose is told in.
+    pub fn shape<'a>(&self, builder: &Builder<'a>, node: Node<'a>) -> Result<Node<'a>> {
+        let node = place(node, &self.pose)?;
+        match &self.form {
+            Form::Primitive(p, size) => node.set("shape.primitive", *p)?.set("shape.size", *size),
+            Form::Mesh(mesh) => {
+                let number = builder.mesh(&mesh.points, &mesh.triangles)?;
+                node.set("shape.primitive", "mesh")?.set("shape.mesh", number)
+            }
+        }
+    }
+}
+
+/// Places an object.
+pub fn place<'a>(node: Node<'a>, pose: &Isometry3<f64>) -> Result<Node<'a>> {
+    let q = pose.rotation.coords;
+    node.set("object.position", <[f64; 3]>::from(pose.translation.vector))?
+        .set("object.quaternion", [q.x, q.y, q.z, q.w])
+}
+
+/// Turns about x, then the new y, then the new z, as parts of compounds have them.
+fn euler(pose: &Isometry3<f64>) -> [f64; 3] {
+    let r: Rotation3<f64> = pose.rotation.to_rotation_matrix();
+    let b = r[(0, 2)].clamp(-1.0, 1.0).asin();
+    if b.cos() < 1e-9 {
+        // The first and the third turn about one line: all of it is the first's.
+        return [f64::atan2(r[(2, 1)], r[(1, 1)]), b, 0.0];
+    }
+    [f64::atan2(-r[(1, 2)], r[(2, 2)]), b, f64::atan2(-r[(0, 1)], r[(0, 0)])]
+}
+
+/// Centre and size of the box around a mesh; no side is flat.
+fn bounds(mesh: &Mesh) -> (Vector3<f64>, [f64; 3]) {
+    let (mut low, mut high) = (Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
+    for p in &mesh.points {
+        low = low.inf(&Vector3::from(*p));
+        high = high.sup(&Vector3::from(*p));
+    }
+    ((low + high) / 2.0, <[f64; 3]>::from((high - low).map(|x| x.max(1e-4))))
+}
+
+impl Mesh {
+    /// Scaled, then moved.
+    pub fn moved(&self, scale: [f64; 3], pose: &Isometry3<f64>) -> Mesh {
+        let scale = Vector3::from(scale);
+        let point = |p: &[f64; 3]| (pose * Point3::from(Vector3::from(*p).component_mul(&scale))).coords.into();
+        // A mirror turns the outside in: the order of the corners turns it back.
+        let mirrored = scale.product() < 0.0;
+        let triangle = |t: &[u32; 3]| if mirrored { [t[0], t[2], t[1]] } else { *t };
+        Mesh {
+            points: self.points.iter().map(point).collect(),
+            triangles: self.triangles.iter().map(triangle).collect(),
+        }
+    }
+}
+
+impl Meshes {
+    fn get(
+        &mut self,
+        name: &str,
+        scale: [f64; 3],
+        (builder, package_root): (&Builder<'_>, &str),
+    ) -> Result<std::rc::Rc<Mesh>, String> {
+        let key = (name.to_owned(), scale.map(f64::to_bits));
+        let known = self.0.entry(key).or_insert_with(|| {
+            let mesh = mesh::find(builder, name, package_root)?;
+            Ok(std::rc::Rc::new(if scale == [1.0; 3] { mesh } else { mesh.moved(scale, &Isometry3::identity()) }))
+        });
+        known.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use nalgebra::UnitQuaternion;
+
+    use super::*;
+
+    #[test]
+    fn turns_of_parts_are_those_of_the_pose() {
+        for (r, p, y) in
+            [(0.0, 0.0, 0.0), (0.3, -0.4, 1.2), (1.5, FRAC_PI_2, 0.2), (0.0, -FRAC_PI_2, 0.0), (3.0, 0.1, -2.0)]
+        {
+            let q = UnitQuaternion::from_euler_angles(r, p, y);
+            let [a, b, c] = euler(&Isometry3::from_parts(Default::default(), q));
+            let turn = |axis: Vector3<f64>, x: f64| UnitQuaternion::from_scaled_axis(axis * x);
+            let back = turn(Vector3::x(), a) * turn(Vector3::y(), b) * turn(Vector3::z(), c);
+            assert!(back.angle_to(&q) < 1e-6, "{r} {p} {y}: {}", back.angle_to(&q));
+        }
+    }
+
+    #[test]
+    fn a_mirrored_mesh_keeps_its_outside() {
+        let mesh = Mesh { points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], triangles: vec![[0, 1, 2]] };
+        let normal = |m: &Mesh| {
+            let p = |i: u32| Vector3::from(m.points[i as usize]);
+            let [a, b, c] = m.triangles[0];
+            (p(b) - p(a)).cross(&(p(c) - p(a)))
+        };
+        assert!(normal(&mesh.moved([-1.0, 1.0, 1.0], &Isometry3::identity())).z > 0.0);
+        assert!(normal(&mesh.moved([2.0, 1.0, 1.0], &Isometry3::identity())).z > 0.0);
+    }
+}

@@ -1,0 +1,104 @@
+//! Robots in URDF files.
+//!
+//! `outline` finds lines and refuses what is no XML, `tree` checks how links and joints hang together and joins those
+//! that are fixed to each other into bodies, `mass` adds up their masses, `mesh` reads mesh files, `form` makes shapes
+//! of geometries, `build` writes it all.
+
+mod build;
+mod form;
+mod mass;
+mod mesh;
+mod outline;
+mod tree;
+
+use tatu_plugin_api::{
+    safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result, World},
+    tatu_plugin,
+};
+
+/// Files greater than this are refused, bytes: the XML alone, meshes stand beside it.
+const MOST_BYTES: usize = 1 << 24;
+
+/// The plugin; it keeps nothing.
+pub struct UrdfFiles;
+
+impl Plugin for UrdfFiles {
+    type World = ();
+
+    fn start(_: &Host) -> Result<Self> {
+        Ok(UrdfFiles)
+    }
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.importer::<Urdf>();
+    }
+}
+
+/// The importer "urdf".
+pub struct Urdf;
+
+impl Importer for Urdf {
+    type Plugin = UrdfFiles;
+    const ID: &'static str = "urdf";
+    const TEXT: &'static str = "URDF: a robot's links, joints, masses and meshes; stands as the file says.";
+    const SUFFIXES: &'static [&'static str] = &[".urdf"];
+
+    fn params() -> Vec<Param> {
+        vec![
+            Param::bool("fixed_base")
+                .optional()
+                .text("Whether the root link is fixed; left out: true if it is called `world`."),
+            Param::string("package_root").default("").text(
+                "Folder, seen from the file's, of the packages or of the one package that `package://` names lead to; \
+                 empty: the file's own.",
+            ),
+            Param::string("motors").choices(&["velocity", "position", "free"]).default("velocity").text(
+                "What the motors of joints with an effort do at first: hold a speed of 0, hold the position 0, nothing.",
+            ),
+            Param::float("link_friction").range(0.0, 100.0).default(1.0).text("Friction of every link."),
+            Param::bool("wheels_as_balls").default(true).text(
+                "Whether cylinders that turn without end about their own axis collide as balls, which roll truer.",
+            ),
+        ]
+    }
+
+    fn sniff(head: &[u8]) -> u32 {
+        let text = String::from_utf8_lossy(head);
+        // SDF and others have robots, too, but not as the outermost element.
+        let mut rest = text.trim_start_matches('\u{feff}').trim_start();
+        while let Some(end) = [("<?", "?>"), ("<!--", "-->")].iter().find_map(|(open, close)| {
+            rest.starts_with(open).then(|| rest.find(close).map_or(rest.len(), |i| i + close.len()))
+        }) {
+            rest = rest[end..].trim_start();
+        }
+        let after = rest.strip_prefix("<robot");
+        if after.is_some_and(|r| r.starts_with(|c: char| c.is_whitespace() || c == '>')) { 80 } else { 0 }
+    }
+
+    fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result {
+        if bytes.len() > MOST_BYTES {
+            return Err(Fail::argument(format!("the file has {} bytes; at most {MOST_BYTES} are read", bytes.len())));
+        }
+        let text = std::str::from_utf8(bytes).map_err(|e| {
+            let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
+            Fail::argument("the file is not UTF-8 text").at("", line as u64)
+        })?;
+        let outline = outline::read(text)?;
+        let robot = outline.parse(text)?;
+        let tree = tree::Tree::new(&robot, &outline)?;
+        build::robot(builder, &robot, &outline, &tree, &build::Settings::read(params, &robot, &tree)?)
+    }
+}
+
+tatu_plugin! {
+    plugin: UrdfFiles,
+    id: "tatu.importer.urdf",
+    name: "URDF files",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}
+
+#[cfg(test)]
+mod tests;

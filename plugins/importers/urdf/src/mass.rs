@@ -1,0 +1,62 @@
+//! Masses of links, added up to those of bodies.
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+use tatu_plugin_api::safe::{Fail, Result};
+use urdf_rs::Link;
+
+use crate::tree::{finite, pose};
+
+/// Mass (kg), centre of mass (m) and inertia about it (kg m^2), in the frame of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mass {
+    pub mass: f64,
+    pub com: Vector3<f64>,
+    pub inertia: Matrix3<f64>,
+}
+
+impl Mass {
+    /// Nothing.
+    pub const NONE: Mass = Mass {
+        mass: 0.0,
+        com: Vector3::new(0.0, 0.0, 0.0),
+        inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    };
+
+    /// A link's, which stands at `frame`.
+    pub fn of(link: &Link, frame: &Isometry3<f64>, line: u64) -> Result<Mass> {
+        let what = format!("inertial of the link `{}`", link.name);
+        let i = &link.inertial.inertia;
+        let mass = link.inertial.mass.value;
+        finite(&[mass, i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz], &what, line)?;
+        if mass < 0.0 {
+            return Err(Fail::argument(format!("{what}: a mass of {mass} kg")).at("", line));
+        }
+        if mass == 0.0 {
+            return Ok(Mass::NONE);
+        }
+        let at = frame * pose(&link.inertial.origin, &what, line)?;
+        let turn = at.rotation.to_rotation_matrix();
+        let own = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+        Ok(Mass { mass, com: at.translation.vector, inertia: turn.matrix() * own * turn.matrix().transpose() })
+    }
+
+    /// Both together, as one body.
+    pub fn plus(&self, other: &Mass) -> Mass {
+        let mass = self.mass + other.mass;
+        if mass <= 0.0 {
+            return Mass::NONE;
+        }
+        let com = (self.com * self.mass + other.com * other.mass) / mass;
+        let about = |m: &Mass| {
+            let d = m.com - com;
+            m.inertia + m.mass * (Matrix3::identity() * d.norm_squared() - d * d.transpose())
+        };
+        Mass { mass, com, inertia: about(self) + about(other) }
+    }
+
+    /// Whether a body can have this inertia: positive in every direction.
+    pub fn is_possible(&self) -> bool {
+        let least = self.inertia.symmetric_eigenvalues().min();
+        least.is_finite() && least > 1e-12 * self.inertia.norm()
+    }
+}

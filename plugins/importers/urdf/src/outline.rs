@@ -1,0 +1,123 @@
+//! Where links and joints stand in the text: urdf-rs does not tell lines, and trusts nesting.
+
+use std::{collections::BTreeMap, ops::Range};
+
+use tatu_plugin_api::safe::{Fail, Result};
+use xml::{
+    common::Position,
+    reader::{EventReader, XmlEvent},
+};
+
+/// Elements nest no deeper; in real files they nest 6 deep.
+const MOST_DEPTH: usize = 64;
+/// Links and joints together.
+const MOST_PARTS: usize = 20_000;
+
+/// One child of `<robot>`.
+pub struct Part {
+    /// Line, from 1.
+    pub line: u64,
+    bytes: Range<usize>,
+}
+
+/// What stands where.
+#[derive(Default)]
+pub struct Outline {
+    /// Links, in order.
+    pub links: Vec<Part>,
+    /// Joints, in order.
+    pub joints: Vec<Part>,
+    /// How often other elements occur that are not read.
+    pub others: BTreeMap<String, usize>,
+}
+
+/// Reads the outline; text that is no XML, or no robot, is an error with its line.
+pub fn read(text: &str) -> Result<Outline> {
+    let starts: Vec<usize> = std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect();
+    // Rows and columns count from 0; columns count characters.
+    let byte = |row: u64, column: u64| {
+        let start = starts.get(row as usize).copied().unwrap_or(text.len());
+        let rest = &text[start..];
+        start + rest.char_indices().nth(column as usize).map_or(rest.len(), |(i, _)| i)
+    };
+    if let Some(at) = text.find("<!DOCTYPE") {
+        let line = text[..at].matches('\n').count() as u64 + 1;
+        return Err(Fail::argument("a document type is not read: URDF files need none").at("", line));
+    }
+    let mut outline = Outline::default();
+    let mut depth = 0;
+    let mut open: Option<(String, usize, u64)> = None;
+    let mut reader = EventReader::new(text.as_bytes());
+    loop {
+        let event = reader.next();
+        let at = reader.position();
+        let line = at.row + 1;
+        match event
+            .map_err(|e| Fail::argument(format!("not well-formed XML: {}", e.msg())).at("", e.position().row + 1))?
+        {
+            XmlEvent::StartElement { name, .. } => {
+                depth += 1;
+                if depth > MOST_DEPTH {
+                    return Err(Fail::argument(format!("elements nest more than {MOST_DEPTH} deep")).at("", line));
+                }
+                if name.namespace.as_deref().is_some_and(|n| n.contains("xacro")) || name.local_name == "macro" {
+                    return Err(Fail::unsupported("this is a xacro file, from which a URDF file is made")
+                        .help("run `xacro robot.urdf.xacro > robot.urdf` first")
+                        .at("", line));
+                }
+                match depth {
+                    1 if name.local_name != "robot" => {
+                        return Err(Fail::argument(format!("the outermost element is <{}>", name.local_name))
+                            .help("a URDF file holds one <robot>")
+                            .at("", line));
+                    }
+                    2 => open = Some((name.local_name, byte(at.row, at.column), line)),
+                    _ => {}
+                }
+            }
+            XmlEvent::EndElement { .. } => {
+                if depth == 2
+                    && let Some((name, start, line)) = open.take()
+                {
+                    let from = byte(at.row, at.column).max(start);
+                    let end = text[from..].find('>').map_or(text.len(), |i| from + i + 1);
+                    let part = Part { line, bytes: start..end };
+                    match name.as_str() {
+                        "link" => outline.links.push(part),
+                        "joint" => outline.joints.push(part),
+                        "material" => {}
+                        _ => *outline.others.entry(name).or_default() += 1,
+                    }
+                    if outline.links.len() + outline.joints.len() > MOST_PARTS {
+                        return Err(Fail::argument(format!("more than {MOST_PARTS} links and joints")).at("", line));
+                    }
+                }
+                depth = depth.saturating_sub(1);
+            }
+            XmlEvent::EndDocument => return Ok(outline),
+            _ => {}
+        }
+    }
+}
+
+impl Outline {
+    /// The robot of the text. What urdf-rs refuses gets the line of the link or joint that it refuses alone.
+    pub fn parse(&self, text: &str) -> Result<urdf_rs::Robot> {
+        let robot = urdf_rs::read_from_string(text).map_err(|e| {
+            let alone = |p: &Part| {
+                let part = text.get(p.bytes.clone()).unwrap_or_default();
+                urdf_rs::read_from_string(&format!("<robot name=\"r\">{part}</robot>")).err()
+            };
+            let mut parts = self.links.iter().map(|p| (p, "link")).chain(self.joints.iter().map(|p| (p, "joint")));
+            match parts.find_map(|(p, what)| alone(p).map(|e| (p, what, e))) {
+                Some((p, what, e)) => Fail::argument(format!("a {what} cannot be read: {e}")).at("", p.line),
+                None => Fail::argument(format!("the robot cannot be read: {e}")).at("", 1),
+            }
+        })?;
+        // The lines are found by order.
+        if (robot.links.len(), robot.joints.len()) != (self.links.len(), self.joints.len()) {
+            return Err(Fail::argument("links or joints stand inside of other elements").at("", 1));
+        }
+        Ok(robot)
+    }
+}

@@ -1,0 +1,93 @@
+//! Hostile files: whatever the bytes, an answer or an error.
+
+use proptest::prelude::*;
+
+use super::*;
+
+const ROBOT: &[u8] = include_bytes!("../robot.urdf");
+
+/// All that happens before objects are built.
+fn read(bytes: &[u8]) -> Result<usize> {
+    let text = std::str::from_utf8(bytes).map_err(|_| Fail::new("not text"))?;
+    let outline = outline::read(text)?;
+    let robot = outline.parse(text)?;
+    Ok(tree::Tree::new(&robot, &outline)?.bodies.len())
+}
+
+/// A chain of links; `joint` is the type of its joints.
+fn chain(links: usize, joint: &str) -> String {
+    let mut out = String::from("<robot name=\"chain\"><link name=\"l0\"/>");
+    for i in 1..links {
+        out += &format!(
+            "\n<link name=\"l{i}\"/><joint name=\"j{i}\" type=\"{joint}\"><parent link=\"l{}\"/><child link=\"l{i}\"/></joint>",
+            i - 1
+        );
+    }
+    out + "</robot>"
+}
+
+#[test]
+fn our_robot_has_three_bodies() {
+    assert_eq!(read(ROBOT).unwrap(), 3);
+    assert!(Urdf::sniff(ROBOT) > 50 && Urdf::sniff(b"<sdf><robot/></sdf>") == 0 && Urdf::sniff(b"format = 1") == 0);
+    assert!(Urdf::sniff(b"\xEF\xBB\xBF<?xml version='1.0'?><!-- <a> --><robot>") > 50);
+}
+
+#[test]
+fn every_cut_is_an_error() {
+    let end = ROBOT.windows(8).rposition(|w| w == b"</robot>").unwrap() + 8;
+    for n in (0..end).step_by(64).chain(end - 20..end) {
+        let e = read(&ROBOT[..n]).expect_err("a cut file is not whole");
+        assert!(!e.text().is_empty() && !e.text().contains("panic"), "{n}: {e}");
+    }
+}
+
+#[test]
+fn depth_and_length_have_limits() {
+    assert_eq!(read(chain(200, "continuous").as_bytes()).unwrap(), 200);
+    assert_eq!(read(chain(200, "fixed").as_bytes()).unwrap(), 1);
+    let e = read(chain(1000, "fixed").as_bytes()).unwrap_err();
+    assert!(e.text().contains("longer than 256"), "{e}");
+    let deep = format!("<robot>{}{}</robot>", "<a>".repeat(100_000), "</a>".repeat(100_000));
+    assert!(read(deep.as_bytes()).unwrap_err().text().contains("64 deep"));
+    let doctype = "<!DOCTYPE r [<!ENTITY a \"aaaa\">]><robot name=\"&a;\"><link name=\"x\"/></robot>";
+    assert!(read(doctype.as_bytes()).unwrap_err().text().contains("document type"));
+}
+
+#[test]
+fn rings_and_pieces_are_told() {
+    let with = |joints: &[(&str, &str)], links: &[&str]| {
+        let links: String = links.iter().map(|l| format!("<link name=\"{l}\"/>")).collect();
+        let joint = |(i, (p, c)): (usize, &(&str, &str))| {
+            format!("<joint name=\"j{i}\" type=\"fixed\"><parent link=\"{p}\"/><child link=\"{c}\"/></joint>")
+        };
+        let joints: String = joints.iter().enumerate().map(joint).collect();
+        read(format!("<robot name=\"r\">{links}{joints}</robot>").as_bytes())
+    };
+    let fails = |r: Result<usize>, word: &str| {
+        let e = r.unwrap_err();
+        assert!(e.text().contains(word) && e.place().is_some_and(|(_, l)| l == 1), "{e}");
+    };
+    fails(with(&[("a", "b"), ("b", "a")], &["a", "b"]), "ring");
+    fails(with(&[("a", "b"), ("b", "a")], &["a", "b", "c"]), "ring with the link");
+    fails(with(&[("a", "a")], &["a"]), "on itself");
+    fails(with(&[], &["a", "b"]), "falls apart");
+    fails(with(&[("a", "c"), ("b", "c")], &["a", "b", "c"]), "two joints");
+    fails(with(&[("a", "x")], &["a"]), "`x`");
+    fails(with(&[], &[]), "no links");
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_are_answered(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+        let _ = read(&bytes);
+    }
+
+    /// A whole robot with one byte changed.
+    #[test]
+    fn any_change_is_answered(at in 0..ROBOT.len(), to in 32u8..127) {
+        let mut bytes = ROBOT.to_vec();
+        bytes[at] = to;
+        let _ = read(&bytes);
+    }
+}

@@ -1,0 +1,169 @@
+//! How links and joints hang together. Links that are fixed to each other are one body.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use tatu_plugin_api::safe::{Fail, Result};
+use urdf_rs::{Joint, JointType, Pose, Robot};
+
+use crate::outline::Outline;
+
+/// Joints from the root to a tip.
+const MOST_DEPTH: usize = 256;
+
+/// Links that move as one.
+pub struct Body {
+    /// Index of each link and where it stands in the frame of the first, which is the body's.
+    pub links: Vec<(usize, Isometry3<f64>)>,
+    /// The joint that it hangs on, the body above, and the joint's own frame in that body's; the joint's z is its axis.
+    pub joint: Option<(usize, usize, Isometry3<f64>)>,
+    /// From the joint's moved frame to the body's.
+    pub below: Isometry3<f64>,
+}
+
+/// Bodies; those above come first, the root first of all.
+pub struct Tree {
+    /// Bodies.
+    pub bodies: Vec<Body>,
+    /// Joints that cannot move here as they would elsewhere, and are fixed.
+    pub stiffened: Vec<usize>,
+}
+
+/// Numbers that must be finite.
+pub fn finite(numbers: &[f64], what: &str, line: u64) -> Result {
+    match numbers.iter().find(|x| !x.is_finite() || x.abs() > 1e12) {
+        Some(x) => Err(Fail::argument(format!("{what}: {x} is no number to compute with")).at("", line)),
+        None => Ok(()),
+    }
+}
+
+/// A pose of the file.
+pub fn pose(p: &Pose, what: &str, line: u64) -> Result<Isometry3<f64>> {
+    finite(&p.xyz[..], what, line)?;
+    finite(&p.rpy[..], what, line)?;
+    let [r, p_, y] = p.rpy.0;
+    Ok(Isometry3::from_parts(Translation3::from(Vector3::from(p.xyz.0)), UnitQuaternion::from_euler_angles(r, p_, y)))
+}
+
+/// The turn that brings z to the axis.
+fn to_axis(joint: &Joint, line: u64) -> Result<UnitQuaternion<f64>> {
+    let axis = Vector3::from(joint.axis.xyz.0);
+    finite(axis.as_slice(), &format!("axis of the joint `{}`", joint.name), line)?;
+    let Some(axis) = axis.try_normalize(1e-9) else {
+        return Err(Fail::argument(format!("the axis of the joint `{}` is 0 0 0", joint.name))
+            .help("give it a direction, such as `<axis xyz=\"0 0 1\"/>`")
+            .at("", line));
+    };
+    // Opposite directions have no shortest turn between them; any half turn about a line across will do.
+    let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    Ok(UnitQuaternion::rotation_between(&Vector3::z(), &axis).unwrap_or(about_x))
+}
+
+impl Tree {
+    /// Checks and joins.
+    pub fn new(robot: &Robot, outline: &Outline) -> Result<Tree> {
+        let mut by_name: BTreeMap<&str, usize> = BTreeMap::new();
+        for (i, link) in robot.links.iter().enumerate() {
+            let line = outline.links[i].line;
+            if link.name.is_empty() {
+                return Err(Fail::argument("a link without a name").at("", line));
+            }
+            if let Some(first) = by_name.insert(&link.name, i) {
+                let first = outline.links[first].line;
+                return Err(Fail::argument(format!("two links are called `{}`, the first in line {first}", link.name))
+                    .at("", line));
+            }
+        }
+        let mut names: BTreeMap<&str, usize> = BTreeMap::new();
+        // The joint above each link, and the joints below.
+        let mut above: Vec<Option<usize>> = vec![None; robot.links.len()];
+        let mut below: Vec<Vec<(usize, usize)>> = vec![Vec::new(); robot.links.len()];
+        for (i, joint) in robot.joints.iter().enumerate() {
+            let line = outline.joints[i].line;
+            if names.insert(&joint.name, i).is_some() || joint.name.is_empty() {
+                return Err(Fail::argument(format!("a joint has no name, or another one is called `{}`", joint.name))
+                    .at("", line));
+            }
+            let find = |name: &str, role: &str| {
+                by_name.get(name).copied().ok_or_else(|| {
+                    Fail::argument(format!("the joint `{}` has the {role} `{name}`: there is no such link", joint.name))
+                        .at("", line)
+                })
+            };
+            let (parent, child) = (find(&joint.parent.link, "parent")?, find(&joint.child.link, "child")?);
+            if parent == child {
+                return Err(Fail::argument(format!("the joint `{}` hangs a link on itself", joint.name)).at("", line));
+            }
+            if let Some(other) = above[child].replace(i) {
+                let other = &robot.joints[other].name;
+                let text =
+                    format!("the link `{}` hangs on two joints, `{other}` and `{}`", joint.child.link, joint.name);
+                return Err(Fail::argument(text).help("in a tree a link hangs on one joint").at("", line));
+            }
+            below[parent].push((i, child));
+        }
+        let roots: Vec<usize> = (0..robot.links.len()).filter(|l| above[*l].is_none()).collect();
+        let root = match roots.as_slice() {
+            [one] => *one,
+            [] if robot.links.is_empty() => return Err(Fail::argument("the robot has no links").at("", 1)),
+            [] => {
+                return Err(
+                    Fail::argument("the joints make a ring: every link hangs on one").at("", outline.joints[0].line)
+                );
+            }
+            [first, second, ..] => {
+                let [a, b] = [&robot.links[*first].name, &robot.links[*second].name];
+                return Err(Fail::argument(format!("the robot falls apart: neither `{a}` nor `{b}` hangs on a joint"))
+                    .at("", outline.links[*second].line));
+            }
+        };
+        let mut tree = Tree { bodies: Vec::new(), stiffened: Vec::new() };
+        tree.bodies.push(Body {
+            links: vec![(root, Isometry3::identity())],
+            joint: None,
+            below: Isometry3::identity(),
+        });
+        let mut seen = 1;
+        // Link, its body, its frame there, joints above.
+        let mut open = std::collections::VecDeque::from([(root, 0, Isometry3::identity(), 0)]);
+        while let Some((link, body, frame, depth)) = open.pop_front() {
+            for (j, child) in &below[link] {
+                let (joint, line) = (&robot.joints[*j], outline.joints[*j].line);
+                seen += 1;
+                if depth >= MOST_DEPTH {
+                    return Err(Fail::argument(format!("the chain of joints is longer than {MOST_DEPTH}")).at("", line));
+                }
+                let origin = frame * pose(&joint.origin, &format!("origin of the joint `{}`", joint.name), line)?;
+                let moves =
+                    matches!(joint.joint_type, JointType::Revolute | JointType::Continuous | JointType::Prismatic);
+                if !moves {
+                    if joint.joint_type != JointType::Fixed {
+                        tree.stiffened.push(*j);
+                    }
+                    tree.bodies[body].links.push((*child, origin));
+                    open.push_back((*child, body, origin, depth + 1));
+                    continue;
+                }
+                let turn = to_axis(joint, line)?;
+                tree.bodies.push(Body {
+                    links: vec![(*child, Isometry3::identity())],
+                    joint: Some((*j, body, origin * turn)),
+                    below: Isometry3::from_parts(Translation3::identity(), turn.inverse()),
+                });
+                open.push_back((*child, tree.bodies.len() - 1, Isometry3::identity(), depth + 1));
+            }
+        }
+        if seen < robot.links.len() {
+            let lost = above.iter().position(|a| a.is_some_and(|j| !tree.reaches(robot, j))).unwrap_or(root);
+            return Err(Fail::argument(format!("the joints make a ring with the link `{}`", robot.links[lost].name))
+                .at("", outline.links[lost].line));
+        }
+        Ok(tree)
+    }
+
+    /// Whether a joint's child is part of a body.
+    fn reaches(&self, robot: &Robot, joint: usize) -> bool {
+        let child = &robot.joints[joint].child.link;
+        self.bodies.iter().flat_map(|b| &b.links).any(|(l, _)| robot.links[*l].name == *child)
+    }
+}

@@ -1,0 +1,137 @@
+//! `tatu describe`: plugins, kinds and commands explain themselves, and their examples work.
+
+use serde_json::Value;
+
+use crate::kit::*;
+
+fn describe(id: &str) -> Value {
+    Place::new().tatu(&["describe", id, "--json"]).good().json()
+}
+
+/// The ids of a list.
+fn ids(what: &str) -> Vec<String> {
+    let list = Place::new().tatu(&["list", what, "--json"]).good().json();
+    list.as_array().unwrap().iter().map(|i| i["id"].as_str().unwrap().to_owned()).collect()
+}
+
+fn parameter<'v>(fact: &'v Value, name: &str) -> &'v Value {
+    let found = fact["parameters"].as_array().unwrap().iter().find(|p| p["name"] == name);
+    found.unwrap_or_else(|| panic!("no parameter {name} in {fact}"))
+}
+
+#[test]
+fn parameters_have_all_that_is_declared() {
+    let fact = describe("proximity");
+    assert_eq!((&fact["what"], &fact["plugin"]), (&"sensor kind".into(), &"tatu.sensor.proximity".into()));
+    assert_eq!(fact["schemas"], serde_json::json!(["proximity/1"]));
+    for p in fact["parameters"].as_array().unwrap() {
+        for key in ["name", "type", "unit", "range", "default", "text"] {
+            assert!(p.as_object().unwrap().contains_key(key), "{key} in {p}");
+        }
+    }
+    let angle = parameter(&fact, "angle");
+    assert_eq!((&angle["unit"], &angle["key"], &angle["type"]), (&"rad".into(), &"angle_deg".into(), &"number".into()));
+    assert_eq!(angle["default"].as_f64(), Some(std::f64::consts::PI / 6.0));
+    assert_eq!(numbers(&angle["range"]), [0.0, std::f64::consts::TAU]);
+    assert_eq!(parameter(&fact, "volume")["choices"], serde_json::json!(["ray", "cone"]));
+    let fields = fact["fields"].as_array().unwrap();
+    let point = fields.iter().find(|f| f["name"] == "proximity.point").unwrap();
+    assert_eq!(
+        (&point["element"], &point["shape"], &point["unit"]),
+        (&"f64".into(), &serde_json::json!([3]), &"m".into())
+    );
+    // Its schema, who fills it, and what "nothing" is.
+    let schema = describe("proximity/1");
+    assert_eq!(schema["sensors"], serde_json::json!(["proximity"]));
+    assert!(schema["fields"].as_array().unwrap().iter().all(|f| f["nothing"].is_string()));
+    // A model's places for others, and the properties of an object.
+    assert_eq!(describe("pioneer_p3dx")["slots"].as_array().unwrap().len(), 11);
+    assert_eq!(parameter(&describe("joint"), "max_force")["key"], "max_force_nm");
+}
+
+#[test]
+fn commands_are_found_by_any_of_their_names() {
+    let fact = describe("sim.getObjectHandle");
+    assert_eq!(fact, describe("simGetObjectHandle"));
+    assert_eq!(fact["names"], serde_json::json!(["sim.getObjectHandle", "simGetObjectHandle"]));
+    assert!(fact["example"].as_str().unwrap().contains("sim.getObjectHandle("));
+    assert_eq!(fact["returns"][0]["name"], "handle");
+    let done = Place::new().tatu(&["describe", "simGetObjectHandle"]).good();
+    for word in ["command sim.getObjectHandle", "parameters:", "options", "returns:", "handle", "example:", "motor ="] {
+        assert!(done.out.contains(word), "{word} in {}", done.out);
+    }
+}
+
+#[test]
+fn plugins_list_what_they_offer_on_a_page() {
+    let plugins = ids("plugins");
+    assert!(plugins.len() >= 5);
+    for id in plugins {
+        let done = Place::new().tatu(&["describe", &id]).good();
+        assert!(done.out.lines().count() < 60, "{id}: {} lines", done.out.lines().count());
+        assert!(done.out.contains("version: ") && done.out.contains("path: "), "{}", done.out);
+        assert_eq!(describe(&id)["id"], id.as_str());
+    }
+    let api = describe("tatu.commands.vrep");
+    assert!(api["commands"].as_array().unwrap().len() > 150);
+}
+
+#[test]
+fn every_example_is_a_scene_that_would_start() {
+    let mut tried = 0;
+    for what in ["sensors", "models", "importers"] {
+        for id in ids(what) {
+            let fact = describe(&id);
+            let example = fact["example"].as_str().unwrap();
+            let place = Place::new();
+            // An importer's example names a file, which has to be there.
+            for file in example.lines().filter_map(|l| l.strip_prefix("file = ")) {
+                let robot = std::fs::read_to_string(root().join("plugins/importers/urdf/robot.urdf")).unwrap();
+                place.write(file.trim_matches('"'), &robot);
+            }
+            place.write("scene.toml", &format!("format = 1\n\n{example}"));
+            place.tatu(&["check", "scene.toml"]).good();
+            // All parameters are in it, those that may be left out as comments.
+            for p in fact["parameters"].as_array().unwrap() {
+                assert!(example.contains(&format!("{} = ", p["key"].as_str().unwrap())), "{p} in {example}");
+            }
+            // The comments would do as well.
+            place.write("scene.toml", &format!("format = 1\n\n{}", example.replace("\n# ", "\n")));
+            place.tatu(&["check", "scene.toml"]).good();
+            tried += 1;
+        }
+    }
+    assert!(tried >= 3, "{tried}");
+    let lua = describe("lua");
+    let place = Place::new();
+    place.write("scene.toml", &format!("format = 1\n{}", lua["example"].as_str().unwrap()));
+    place.tatu(&["check", "scene.toml"]).good();
+}
+
+#[test]
+fn unknown_ids_get_the_nearest_of_all() {
+    for (wrong, near) in [
+        ("proximty", "proximity"),
+        ("pioneer_p3d", "pioneer_p3dx"),
+        ("urfd", "urdf"),
+        ("simGetObjectHandel", "simGetObjectHandle"),
+        ("tatu.comands.vrep", "tatu.commands.vrep"),
+        ("joimt", "joint"),
+    ] {
+        let done = Place::new().tatu(&["describe", wrong]);
+        done.refused(&["E130", &format!("`{wrong}`"), &format!("did you mean `{near}`?")]);
+        assert!(done.out.is_empty(), "{}", done.out);
+    }
+    let far = Place::new().tatu(&["describe", "zzzzzzzzzzzzzz", "--json"]);
+    far.refused(&["E130", "tatu list"]);
+    assert!(!far.err.contains("did you mean"), "{}", far.err);
+}
+
+#[test]
+fn plugins_of_a_scene_are_described_too() {
+    let place = Place::scene("plugins = [\"template/c_command\"]\n");
+    template(&place, "c_command");
+    let fact = place.tatu(&["describe", "example.describe", "--scene", "scene.toml", "--json"]).good().json();
+    assert_eq!(fact["plugin"], "org.example.c_command");
+    place.tatu(&["describe", "example.describe"]).refused(&["E130"]);
+}

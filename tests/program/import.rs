@@ -1,0 +1,428 @@
+//! Files of other formats: `[[import]]`, files in place of scenes, and the importer of URDF.
+
+use std::{f64::consts::TAU, fs, sync::Arc};
+
+use tatu_core::{
+    document,
+    host::{Registry, Search},
+    scene::{get, rows::Row},
+};
+use tatu_plugin_api::safe::Value;
+
+use crate::kit::*;
+
+/// A bar of 1 m and 2 kg on a hinge about y, 2 m up: its centre of mass lies 0.5 m below.
+const PENDULUM: &str = r#"<?xml version="1.0"?>
+<robot name="pendulum">
+  <link name="world"/>
+  <link name="bar">
+    <inertial>
+      <origin xyz="0 0 -0.5"/>
+      <mass value="2.0"/>
+      <inertia ixx="0.1667" ixy="0" ixz="0" iyy="0.1667" iyz="0" izz="0.01"/>
+    </inertial>
+    <visual><origin xyz="0 0 -0.5"/><geometry><box size="0.04 0.04 1.0"/></geometry></visual>
+  </link>
+  <joint name="hinge" type="continuous">
+    <parent link="world"/><child link="bar"/>
+    <origin xyz="0 0 2" rpy="0 0 0.3"/>
+    <axis xyz="0 1 0"/>
+  </joint>
+</robot>
+"#;
+
+/// The folder of the importer, with its robot.
+fn robot(place: &Place) {
+    let from = root().join("plugins/importers/urdf");
+    for file in ["robot.urdf", "mast.stl"] {
+        fs::copy(from.join(file), place.path().join(file)).unwrap();
+    }
+}
+
+/// The document of a scene, read in this process by the program's own plugins.
+fn read(place: &Place, scene: &str) -> tatu_core::document::Document {
+    let mut search = Search::default();
+    search.folders.push((program().with_file_name("deps"), tatu_core::host::Source::Built));
+    search.built = ["tatu_importers_urdf", "tatu_scripts_lua"].map(str::to_owned).to_vec();
+    let registry = Arc::new(Registry::load(search));
+    document::load(&place.path().join(scene), &registry, &Default::default()).unwrap()
+}
+
+#[test]
+fn a_pendulum_swings_as_long_as_it_should() {
+    let place = Place::new();
+    place.write("pendulum.urdf", PENDULUM);
+    let args = [
+        "run",
+        "pendulum.urdf",
+        "--set",
+        "/pendulum/hinge.joint_position_deg=3",
+        "--set",
+        "scene.dt_s=0.01",
+        "--seconds",
+        "10",
+        "--trace",
+        "t.jsonl",
+        "--watch",
+        "/pendulum/hinge",
+        "--json",
+    ];
+    place.tatu(&args).good();
+    // Times at which it passes the middle, between two lines.
+    let lines = place.lines("t.jsonl");
+    let at = |l: &Line| l.0["objects"]["/pendulum/hinge"]["joint"]["position"].as_f64().unwrap();
+    let mut crossed = Vec::new();
+    for pair in lines.windows(2) {
+        let (a, b) = (at(&pair[0]), at(&pair[1]));
+        if a < 0.0 && b >= 0.0 {
+            crossed.push(pair[0].time() + (pair[1].time() - pair[0].time()) * a / (a - b));
+        }
+    }
+    let n = crossed.len();
+    assert!(n >= 4, "{crossed:?}");
+    let period = (crossed[n - 1] - crossed[0]) / (n - 1) as f64;
+    // Physical pendulum: 2 pi sqrt(I / (m g l)) with the inertia about the hinge; 3 degrees add 0.02 %.
+    let inertia: f64 = 0.1667 + 2.0 * 0.5 * 0.5;
+    let wanted = TAU * (inertia / (2.0 * 9.81 * 0.5)).sqrt();
+    assert!((period / wanted - 1.0).abs() < 0.01, "{period} s, {wanted} s expected");
+}
+
+#[test]
+fn a_cart_drives_as_fast_as_its_wheels_turn() {
+    let script = "function sysCall_init()
+        for _, side in ipairs{'left', 'right'} do
+            sim.setJointTargetVelocity(sim.getObject('./' .. side .. '_motor'), 5)
+        end
+    end";
+    let place = Place::scene(&format!(
+        "{FLOOR}[[import]]\nfile = \"robot.urdf\"\nscript = {{ text = '''\n{script}\n''' }}\n[set]\n\"/cart.friction\" = 0.0\n"
+    ));
+    robot(&place);
+    let lines = place.trace(&["/cart"], &["--seconds", "4"]);
+    let x = |l: &Line| l.object::<3>("/cart", "position")[0];
+    let (from, to) = (&lines[19], &lines[79]);
+    let speed = (x(to) - x(from)) / (to.time() - from.time());
+    // v = w r: 5 rad/s with wheels of 0.1 m.
+    assert!((speed / 0.5 - 1.0).abs() < 0.01, "{speed} m/s");
+    let [_, y, z] = to.object::<3>("/cart", "position");
+    assert!(y.abs() < 0.01 && z.abs() < 0.005, "ahead, on the floor: {y} {z}");
+    let hashes: Vec<String> = lines.iter().map(|l| l.hash().to_owned()).collect();
+    let again = place.trace(&["/cart"], &["--seconds", "4", "--threads", "2"]);
+    assert_eq!(again.iter().map(Line::hash).collect::<Vec<_>>(), hashes, "the same in each run");
+}
+
+#[test]
+fn masses_and_inertias_are_those_of_the_file() {
+    let place = Place::scene("[[import]]\nfile = \"robot.urdf\"\n");
+    robot(&place);
+    let (scene, _) = read(&place, "scene.toml").instantiate();
+    let numbers = |path: &str, row: Row| {
+        let slot = scene.find(0, path).unwrap_or_else(|| panic!("there is no {path}"));
+        match get(&scene, slot, row).unwrap() {
+            Value::Floats(f) => f,
+            Value::Float(f) => vec![f],
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(numbers("/cart/left_motor/left_wheel", Row::Mass), [0.5]);
+    // The joint's z is the file's y, and the wheel hangs in its own frame: inertias stay as they are written.
+    let wheel = numbers("/cart/left_motor/left_wheel", Row::Inertia);
+    for (i, wanted) in [(0, 0.0014), (4, 0.0025), (8, 0.0014), (1, 0.0)] {
+        assert!((wheel[i] - wanted).abs() < 1e-12, "{i}: {wheel:?}");
+    }
+    // Base, ball and mast are one body, in the frame of the footprint: sum, weighted mean, parallel axes.
+    let parts: [(f64, [f64; 3], [f64; 3]); 3] = [
+        (5.0, [0.06, 0.0, 0.15], [0.06, 0.09, 0.14]),
+        (0.2, [0.15, 0.0, 0.05], [0.0002; 3]),
+        (0.3, [-0.1, 0.0, 0.3], [0.001, 0.001, 0.0001]),
+    ];
+    let mass: f64 = parts.iter().map(|p| p.0).sum();
+    let com = [0, 1, 2].map(|i| parts.iter().map(|p| p.0 * p.1[i]).sum::<f64>() / mass);
+    assert!((numbers("/cart", Row::Mass)[0] - mass).abs() < 1e-12);
+    let (found, inertia) = (numbers("/cart", Row::Com), numbers("/cart", Row::Inertia));
+    for i in 0..3 {
+        assert!((found[i] - com[i]).abs() < 1e-12, "{found:?} {com:?}");
+        let others = [(i + 1) % 3, (i + 2) % 3];
+        let wanted: f64 =
+            parts.iter().map(|p| p.2[i] + p.0 * others.iter().map(|j| (p.1[*j] - com[*j]).powi(2)).sum::<f64>()).sum();
+        assert!((inertia[i * 4] - wanted).abs() < 1e-12, "{i}: {inertia:?} {wanted}");
+    }
+    // All links are found by name.
+    for path in ["/cart/base_footprint", "/cart/base_link", "/cart/ball", "/cart/mast", "/cart/right_motor/right_wheel"]
+    {
+        assert!(scene.find(0, path).is_some(), "{path}");
+    }
+}
+
+#[test]
+fn a_turned_axis_turns_about_it() {
+    // About the axis (1, 1, 1) a third of a turn brings x to y.
+    let place = Place::new();
+    let urdf =
+        PENDULUM.replace("xyz=\"0 1 0\"", "xyz=\"1 1 1\"").replace(" rpy=\"0 0 0.3\"", "").replace("0 0 -0.5", "1 0 0");
+    place.write("a.urdf", &urdf);
+    let args = [
+        "run",
+        "a.urdf",
+        "--set",
+        "/pendulum/hinge.joint_position_deg=120",
+        "--set",
+        "scene.gravity_m_s2=[0,0,0]",
+        "--steps",
+        "1",
+        "--trace",
+        "t.jsonl",
+        "--watch",
+        "/pendulum/hinge/bar",
+        "--watch",
+        "/pendulum/hinge/bar/bar_visual",
+        "--json",
+    ];
+    place.tatu(&args).good();
+    let lines = place.lines("t.jsonl");
+    let [x, y, z] = lines[0].object::<3>("/pendulum/hinge/bar/bar_visual", "position");
+    assert!(x.abs() < 1e-6 && (y - 1.0).abs() < 1e-6 && (z - 2.0).abs() < 1e-6, "{x} {y} {z}");
+}
+
+#[test]
+fn two_of_one_file_have_names_of_their_own() {
+    let place = Place::scene(
+        "[[import]]\nfile = \"robot.urdf\"\n[[import]]\nfile = \"robot.urdf\"\nposition_m = [0.0, 2.0, 0.0]\norientation_deg = [0.0, 0.0, 90.0]\n\
+         [[import]]\nfile = \"robot.urdf\"\nalias = \"third\"\nfixed_base = true\nposition_m = [0.0, 4.0, 1.0]\n",
+    );
+    robot(&place);
+    let done = place.run(&["--steps", "1", "--set", "scene.gravity_m_s2=[0,0,0]"]).good().json();
+    let objects = done["objects"].as_object().unwrap();
+    assert_eq!(objects.len(), 3, "{objects:?}");
+    let (scene, _) = read(&place, "scene.toml").instantiate();
+    for name in ["cart", "cart#0", "left_wheel", "left_wheel#0", "left_wheel#1", "third#1"] {
+        assert!(scene.find_name(name).is_some(), "{name}");
+    }
+    // Placed as a model is: turned by a quarter, its left wheel stands to the west.
+    let wheel = scene.get(scene.find_name("left_wheel#0").unwrap()).unwrap().world.translation.vector;
+    assert!((wheel.x + 0.2).abs() < 1e-9 && (wheel.y - 2.0).abs() < 1e-9, "{wheel}");
+    // A base that is fixed stays.
+    let lines = place.trace(&["/third", "/cart[0]"], &["--steps", "20"]);
+    assert_eq!(lines[19].object::<3>("/third", "position"), [0.0, 4.0, 1.0]);
+    assert!(lines[19].object::<3>("/cart[0]", "position")[2] < -1.0, "the others fall");
+}
+
+/// A cube of 0.2 m as binary STL, around a point.
+fn cube(at: [f32; 3]) -> Vec<u8> {
+    let mut out = b"solid, says the header of this binary file".to_vec();
+    out.resize(80, b' ');
+    out.extend(12u32.to_le_bytes());
+    for axis in 0..3 {
+        for side in [-0.1f32, 0.1] {
+            let corner = |a: f32, b: f32| {
+                let mut p = [0.0f32; 3];
+                (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (side, a * side.signum(), b);
+                [p[0] + at[0], p[1] + at[1], p[2] + at[2]]
+            };
+            let [a, b, c, d] = [corner(-0.1, -0.1), corner(0.1, -0.1), corner(0.1, 0.1), corner(-0.1, 0.1)];
+            for triangle in [[a, b, c], [a, c, d]] {
+                [0.0f32; 3].iter().chain(triangle.iter().flatten()).for_each(|x| out.extend(x.to_le_bytes()));
+                out.extend([0, 0]);
+            }
+        }
+    }
+    out
+}
+
+#[test]
+fn a_mesh_beside_the_file_is_seen_where_it_is() {
+    let eye = "[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"eye\"\nrange_m = 5.0\norientation_deg = [0.0, 90.0, 0.0]\n";
+    let urdf = r#"<robot name="block"><link name="world"><visual><origin xyz="0.3 0 0"/>
+        <geometry><mesh filename="NAME" scale="2 1 1"/></geometry></visual></link></robot>"#;
+    for (name, file, root_) in [
+        ("package://block_description/meshes/cube.stl", "robots/meshes/cube.stl", ""),
+        (
+            "package://block_description/meshes/cube.stl",
+            "packages/block_description/meshes/cube.stl",
+            "package_root = \"../packages\"\n",
+        ),
+        ("meshes/cube.STL", "robots/meshes/cube.STL", ""),
+    ] {
+        let place = Place::scene(&format!(
+            "{eye}[[import]]\nfile = \"robots/block.urdf\"\nposition_m = [1.0, 0.0, 0.0]\n{root_}"
+        ));
+        place.write("robots/block.urdf", &urdf.replace("NAME", name)).write(file, "");
+        fs::write(place.path().join(file), cube([0.5, 0.0, 0.0])).unwrap();
+        let lines = place.trace(&["/eye"], &["--steps", "1"]);
+        // 1 m to the file's origin, 0.3 m to the visual's, twice the cube's near side at 0.4 m.
+        let distance = lines[0].sensor("/eye", "proximity.distance");
+        assert!((distance - 2.1).abs() < 1e-6, "{name}: {distance}");
+    }
+}
+
+#[test]
+fn files_outside_are_not_read() {
+    let place = Place::new();
+    let urdf = |name: &str| {
+        format!(
+            "<robot name=\"r\"><link name=\"world\"><visual><geometry><mesh filename=\"{name}\"/></geometry></visual></link></robot>"
+        )
+    };
+    fs::create_dir_all(place.path().join("inner/robots")).unwrap();
+    fs::write(place.path().join("secret.stl"), cube([0.0; 3])).unwrap();
+    fs::write(place.path().join("inner/mine.stl"), cube([0.0; 3])).unwrap();
+    place.write("inner/scene.toml", "format = 1\n[[import]]\nfile = \"robots/a.urdf\"\n");
+    let inner = place.path().join("inner");
+    let secret = place.path().join("secret.stl");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(&secret, inner.join("robots/link.stl")).unwrap();
+    let names = ["../../secret.stl", "../../nothing.stl", secret.to_str().unwrap()];
+    for name in names.into_iter().chain(cfg!(unix).then_some("link.stl")) {
+        place.write("inner/robots/a.urdf", &urdf(name));
+        run(program(), &inner, &["check", "scene.toml"], &[]).refused(&[
+            "E120",
+            "a.urdf",
+            "lies outside",
+            "scene.toml:3",
+        ]);
+    }
+    // Up, but within the scene's folder.
+    place.write("inner/robots/a.urdf", &urdf("../mine.stl"));
+    run(program(), &inner, &["check", "scene.toml"], &[]).good();
+    // What is not there is told, and the robot stands without it.
+    place.write("inner/robots/a.urdf", &urdf("none.stl"));
+    run(program(), &inner, &["check", "scene.toml"], &[]).good().tells(&["none.stl", "there is no such file"]);
+}
+
+#[test]
+fn errors_name_the_file_and_the_line() {
+    let wrong: &[(&str, &str, usize, &str)] = &[
+        ("<mass value=\"2.0\"/>", "<mass value=\"nan\"/>", 4, "NaN"),
+        ("<mass value=\"2.0\"/>", "<mass value=\"-2\"/>", 4, "-2 kg"),
+        ("<mass value=\"2.0\"/>", "<mass value=\"two\"/>", 4, "a link cannot be read"),
+        ("<mass value=\"2.0\"/>", "", 4, "mass"),
+        ("xyz=\"0 1 0\"", "xyz=\"0 0 0\"", 12, "axis of the joint `hinge` is 0 0 0"),
+        ("child link=\"bar\"", "child link=\"baar\"", 12, "`baar`"),
+        ("child link=\"bar\"", "child link=\"world\"", 12, "hang"),
+        ("type=\"continuous\"", "type=\"rubber\"", 12, "rubber"),
+        ("name=\"bar\"", "name=\"world\"", 4, "two links are called `world`"),
+        ("</inertial>", "</inertia>", 9, "not well-formed"),
+        ("size=\"0.04 0.04 1.0\"", "size=\"0.04 0 1.0\"", 4, "no length"),
+        ("<robot name=\"pendulum\">", "<robt name=\"x\">", 2, "outermost"),
+    ];
+    for (from, to, line, word) in wrong {
+        let place = Place::new();
+        let text = PENDULUM.replacen(from, to, 1);
+        let text = if *to == "<robt name=\"x\">" { text.replace("</robot>", "</robt>") } else { text };
+        assert_ne!(text, PENDULUM);
+        place.write("robots/p.urdf", &text).write("scene.toml", "format = 1\n[[import]]\nfile = \"robots/p.urdf\"\n");
+        for (command, at) in [(["run", "scene.toml"], "scene.toml:3"), (["check", "robots/p.urdf"], "")] {
+            place.tatu(&command).refused(&["E120", &format!("p.urdf:{line}"), word, at]);
+        }
+    }
+}
+
+#[test]
+fn scenes_with_wrong_imports_are_refused() {
+    let place = Place::new();
+    robot(&place);
+    place.write("notes.txt", "hello");
+    for (text, words) in [
+        ("importr = \"urdf\"", &["unknown key `importr`", "did you mean `importer`?"][..]),
+        ("importer = \"urfd\"", &["E121", "`urfd`", "did you mean `urdf`?"]),
+        ("fixed_bas = true", &["`fixed_bas`", "did you mean `fixed_base`?"]),
+        ("motors = \"velocty\"", &["velocty", "\"velocity\""]),
+        ("link_friction = -1.0", &["link_friction", "0"]),
+    ] {
+        place.write("scene.toml", &format!("format = 1\n[[import]]\nfile = \"robot.urdf\"\n{text}\n"));
+        place.tatu(&["check", "scene.toml"]).refused(&[words, &["scene.toml:4"]].concat());
+    }
+    for (text, words) in [
+        ("file = \"none.urdf\"", &["E105", "none.urdf", "scene.toml:3"][..]),
+        ("file = \"notes.txt\"", &["E121", "notes.txt", "urdf", "scene.toml:3"]),
+        ("alias = \"x\"", &["E104", "without `file`"]),
+    ] {
+        place.write("scene.toml", &format!("format = 1\n[[import]]\n{text}\n"));
+        place.tatu(&["check", "scene.toml"]).refused(words);
+    }
+    // A file whose name says nothing is known by its first bytes, and one that is nobody's is told so.
+    place.write("robot.xml", PENDULUM).tatu(&["check", "robot.xml"]).good();
+    fs::write(place.path().join("noise.bin"), [0xFFu8, 0, 1, 2]).unwrap();
+    place.tatu(&["check", "noise.bin"]).refused(&["E121", "noise.bin"]);
+    place.tatu(&["run", "none.urdf"]).refused(&["E105", "none.urdf"]);
+}
+
+#[test]
+fn cut_files_are_refused_with_a_sentence() {
+    let place = Place::new();
+    robot(&place);
+    let whole = fs::read(place.path().join("robot.urdf")).unwrap();
+    let end = whole.windows(8).rposition(|w| w == b"</robot>").unwrap() + 8;
+    for n in (0..end).step_by(640) {
+        fs::write(place.path().join("cut.urdf"), &whole[..n]).unwrap();
+        place.tatu(&["check", "cut.urdf"]).refused(&["E120", "cut.urdf"]);
+    }
+}
+
+#[test]
+fn importers_are_listed_with_their_parameters() {
+    let list = Place::new().tatu(&["list", "importers", "--json"]).good().json();
+    let urdf = list.as_array().unwrap().iter().find(|i| i["id"] == "urdf").unwrap();
+    assert_eq!(urdf["suffixes"], serde_json::json!([".urdf"]));
+    assert!(urdf["parameters"].as_array().unwrap().iter().any(|p| p["name"] == "fixed_base"));
+}
+
+#[test]
+fn sliders_stop_at_their_limits_and_what_is_not_done_is_told() {
+    let place = Place::new();
+    let inertial = "<inertial><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial>";
+    let joint = |name: &str, kind: &str, parent: &str, child: &str, more: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/>{more}</joint>\n"
+        )
+    };
+    let limit = "<axis xyz=\"0 0 -1\"/><limit lower=\"0\" upper=\"0.3\" effort=\"0\" velocity=\"1\"/><dynamics damping=\"0.1\"/>";
+    place.write(
+        "slide.urdf",
+        &format!(
+            "<robot name=\"slide\">\n<link name=\"world\"/><link name=\"weight\">{inertial}</link><link name=\"plate\">{inertial}\
+             <visual><geometry><mesh filename=\"a.dae\"/></geometry></visual></link><link name=\"light\"/>\n{}{}{}\
+             <transmission name=\"t\"/></robot>",
+            joint("rail", "prismatic", "world", "weight", limit),
+            joint("table", "planar", "weight", "plate", ""),
+            joint("swivel", "continuous", "plate", "light", ""),
+        ),
+    );
+    let args = [
+        "run",
+        "slide.urdf",
+        "--seconds",
+        "2",
+        "--trace",
+        "t.jsonl",
+        "--watch",
+        "/slide/rail",
+        "--watch",
+        "/slide/rail/weight",
+    ];
+    let done = place.tatu(&args).good();
+    for words in [
+        "`table` is planar",
+        "damping",
+        "`rail`",
+        "COLLADA",
+        "1 x <transmission>",
+        "`light`: it moves and has no mass: it gets 0.020 kg",
+    ] {
+        done.tells(&[words]);
+    }
+    assert!(
+        done.err.lines().filter(|l| l.starts_with("note: ")).all(|l| l.starts_with("note: slide.urdf: ")),
+        "{}",
+        done.err
+    );
+    // Down its axis, by its weight, to the end of its way.
+    let lines = place.lines("t.jsonl");
+    let last = lines.last().unwrap();
+    let at = last.0["objects"]["/slide/rail"]["joint"]["position"].as_f64().unwrap();
+    let [_, _, z] = last.object::<3>("/slide/rail/weight", "position");
+    assert!((at - 0.3).abs() < 0.002 && (z + 0.3).abs() < 0.002, "{at} {z}");
+    // Until then it falls freely: g t^2 / 2 after 0.15 s.
+    let line = &lines[2];
+    assert!((line.object::<3>("/slide/rail/weight", "position")[2] + 9.81 / 2.0 * 0.15 * 0.15).abs() < 0.01);
+}
