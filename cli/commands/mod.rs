@@ -29,6 +29,7 @@ pub fn registry(scene: Option<&Path>) -> Result<Arc<Registry>, Error> {
     }
     let registry = Registry::load(search);
     registry.refused.iter().for_each(report::warning);
+    registry.notes.iter().for_each(|n| report::note(n));
     missing(&registry);
     Ok(Arc::new(registry))
 }

@@ -192,7 +192,9 @@ unsafe extern "C" fn script(
         let (name, source) = (text(name).into_owned(), bytes(source).to_vec());
         with(t, |build, b| {
             let owner = index(build, owner)?;
-            let language = b.registry.language(if language.is_empty() { &name } else { &language })?;
+            let language = b
+                .registry
+                .language(if language.is_empty() { &name } else { &language }, &b.document.settings.providers)?;
             let kind = if kind.is_empty() { "child".into() } else { kind };
             if !matches!(kind.as_str(), "child" | "customization") {
                 return Err(Error::new("E102", format!("a script of kind `{kind}`")).expected("child or customization"));

@@ -153,7 +153,7 @@ pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all:
         let text = std::fs::read(&o.file)
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", o.file.display())))?;
         let name = o.file.display().to_string();
-        let language = registry.language(&name)?;
+        let language = registry.language(&name, &document.settings.providers)?;
         let spec = ScriptSpec { language, dialect: String::new(), kind: "child".into(), name, text };
         document.objects[object].scripts = vec![spec];
     }

@@ -186,18 +186,20 @@ impl<'a> Reader<'a> {
     /// Whether a provider offers what it is named for: a schema of readings, or the suffix of a language's files.
     fn check_provider(&self, key: &str, value: &str) -> Result {
         let plugin = |i: usize| self.registry.plugins[i].id.as_str();
-        let sensors = self.registry.sensors.iter().filter(|s| s.schemas.iter().any(|x| x == key));
+        let sensors = self.registry.sensors.iter().filter(|s| s.id == key || s.schemas.iter().any(|x| x == key));
+        let models = self.registry.models.iter().filter(|m| m.id == key);
         let languages = self.registry.languages.iter().filter(|l| l.id == key || l.suffixes.iter().any(|x| x == key));
         let offers: Vec<&str> = sensors
             .flat_map(|s| [s.id.as_str(), plugin(s.plugin)])
             .chain(languages.flat_map(|l| [l.id.as_str(), plugin(l.plugin)]))
+            .chain(models.map(|m| plugin(m.plugin)))
             .collect();
         if offers.contains(&value) {
             return Ok(());
         }
         let error = Error::new("E113", format!("`{value}` does not provide `{key}`"));
         Err(match offers.is_empty() {
-            true => error.expected("a schema or language that a loaded plugin offers"),
+            true => error.expected("a schema, kind of sensor, model or language that a loaded plugin offers"),
             false => error.expected(format!("one of {}", offers.join(", "))).nearest(value, offers.iter().copied()),
         })
     }
@@ -237,8 +239,8 @@ impl<'a> Reader<'a> {
         if id.ends_with(".toml") {
             return self.included(b, table, &id, placement, parent, at);
         }
-        let model = self.registry.model(&id).map_err(|e| e.at(at.clone()))?;
-        let index = self.registry.models.iter().position(|m| m.id == model.id).unwrap_or(0);
+        let index = self.registry.model(&id, &b.document.settings.providers).map_err(|e| e.at(at.clone()))?;
+        let model = &self.registry.models[index];
         let declared: Vec<(Declared, ())> = model.params.iter().map(|p| (p.clone(), ())).collect();
         let mut params = Vec::new();
         for (key, item) in table.iter().filter(|(k, _)| !MODEL_KEYS.contains(k)) {

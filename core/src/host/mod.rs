@@ -3,11 +3,14 @@
 //! - `search`: the folders and files that may be plugins;
 //! - `load`: opens one and copies its tables;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
+//! - `guard`: floating-point mode and locale, which plugins must leave alone;
 //! - `declared`: declarations (parameters, commands) in Rust's words;
 //! - `services`: the host's side of the border, one file per table.
 
 mod declared;
+mod drafts;
 mod elf;
+pub(crate) mod guard;
 mod load;
 mod registry;
 mod search;
