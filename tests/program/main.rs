@@ -15,6 +15,7 @@ mod kit;
 mod mirror;
 mod nesting;
 mod plugins;
+mod refusals;
 mod restart;
 mod sonar;
 mod tree;

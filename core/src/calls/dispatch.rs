@@ -10,7 +10,7 @@ use tatu_plugin_api::{
 use super::{Caller, Wait, bytes, waits};
 use crate::{
     error::{Fault, FaultKind},
-    host::{CommandEntry, Declared, check_value},
+    host::{CommandEntry, Declared, check_value, watchdog::Call},
     world::WorldCell,
 };
 
@@ -93,7 +93,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     } else {
         calls.caller.set(Caller { kind: TATU_CALLER_NATIVE, ..caller });
         // SAFETY: the plugin's function; no borrow of the world is alive here.
-        unsafe { call(frame) }
+        world.into_plugin(entry.plugin, Call::Command, (caller.object & 0xF_FFFF) as u32, || unsafe { call(frame) })
     };
     drop(level);
     // SAFETY: the frame again, after the plugin wrote its results.

@@ -13,6 +13,7 @@ use crate::{
     calls::{ErrorSlot, bytes, text},
     error::{Error, Result},
     geometry::Mesh,
+    host::watchdog::Call,
 };
 
 /// One build: the builder, and what has gone wrong so far.
@@ -74,7 +75,8 @@ pub(super) fn run_model(
     let mut slot = ErrorSlot::new();
     let me = registry.plugins[info.plugin].me;
     // SAFETY: by the contract; the table and the parameters live through the call.
-    let status = info.raw.build.map_or(TATU_OK, |f| unsafe { f(me, &table, raw.as_ptr(), slot.raw()) });
+    let run = || info.raw.build.map_or(TATU_OK, |f| unsafe { f(me, &table, raw.as_ptr(), slot.raw()) });
+    let status = registry.watched(info.plugin, Call::Build, &format!("the model `{}`", info.id), run)?;
     let first_error = build.error.into_inner();
     if let Some(e) = first_error {
         let text = format!("the model `{}`: {}", info.id, e.text);

@@ -14,6 +14,7 @@ use super::{
     guard::{self, Home},
     services::HostTables,
     tables,
+    watchdog::{Call, Watch},
 };
 use crate::error::{Error, Result};
 
@@ -50,9 +51,14 @@ pub struct Loaded {
 
 impl Loaded {
     /// Opens and starts a plugin. What it did that is no reason to refuse it is told in `remarks`.
-    pub fn open(path: &Path, host: &Arc<HostTables>, remarks: &mut Remarks) -> Result<Self> {
+    pub fn open(path: &Path, host: &Arc<HostTables>, watch: &Watch, remarks: &mut Remarks) -> Result<Self> {
         let home = Home::now();
-        let opened = Self::open_watched(path, host, remarks);
+        watch.subject(&path.display().to_string());
+        // Beyond any index: the plugin has none yet.
+        let outside = watch.enter(Call::Load, usize::MAX, 0);
+        let opened = Self::open_watched(path, host, watch, remarks);
+        watch.leave(outside);
+        watch.subject("");
         if let Some(what) = home.restore() {
             let text = format!("the plugin {} changes {what} when it is loaded or started", path.display());
             remarks.warnings.push(Error::new("E311", text).help(guard::MEND));
@@ -60,7 +66,7 @@ impl Loaded {
         opened
     }
 
-    fn open_watched(path: &Path, host: &Arc<HostTables>, remarks: &mut Remarks) -> Result<Self> {
+    fn open_watched(path: &Path, host: &Arc<HostTables>, watch: &Watch, remarks: &mut Remarks) -> Result<Self> {
         let fail = |text: String, mend: &str| {
             Error::new("E301", format!("cannot load the plugin {}: {text}", path.display())).help(mend)
         };
@@ -107,8 +113,10 @@ impl Loaded {
         let mut error = crate::calls::ErrorSlot::new();
         host.forget_refused();
         if let Some(init) = raw.init {
+            watch.enter(Call::Init, usize::MAX, 0);
             // SAFETY: by the contract; the host's table lives as long as `_host`.
             let status = unsafe { init(host.raw(), &mut me, error.raw()) };
+            watch.enter(Call::Extension, usize::MAX, 0);
             if status < 0 {
                 let said = error.text();
                 return Err(match host.refused_drafts().as_slice() {

@@ -4,6 +4,7 @@
 //! - `load`: opens one and copies its tables;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
 //! - `guard`: floating-point mode and locale, which plugins must leave alone;
+//! - [`watchdog`]: which plugin call is running, and for how long;
 //! - `declared`: declarations (parameters, commands) in Rust's words;
 //! - `services`: the host's side of the border, one file per table.
 
@@ -16,6 +17,7 @@ mod registry;
 mod search;
 pub(crate) mod services;
 mod tables;
+pub mod watchdog;
 
 pub use declared::{Declared, check_value};
 pub use registry::{CommandEntry, Constant, Language, Model, NameEntry, Plugin, Prelude, Registry, SensorKind};

@@ -14,7 +14,7 @@ pub(crate) use enter::{call_func, call_function, drop_func, keep_func};
 use crate::{
     calls::{Caller, Due, ErrorSlot, call_command, raw},
     error::{Fault, FaultKind},
-    host::Registry,
+    host::{Registry, watchdog::Call},
     scene::Data,
     world::WorldCell,
 };
@@ -191,6 +191,11 @@ impl Script {
             && world.scene.try_borrow().is_ok_and(|s| s.get(self.slot).is_some())
     }
 
+    /// The index of its language's plugin.
+    fn plugin(&self, world: &WorldCell) -> usize {
+        world.registry.languages[self.language].plugin
+    }
+
     fn raw<'r>(&self, registry: &'r Registry) -> &'r tatu_language {
         &registry.languages[self.language].raw
     }
@@ -209,7 +214,10 @@ impl Script {
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         world.calls.caller.set(self.as_caller(world));
         // SAFETY: by the contract; `info` lives through the call.
-        let status = language.life.create.map_or(TATU_ERR, |f| unsafe { f(plugin.me, &info, &mut data, error.raw()) });
+        let create =
+            || language.life.create.map_or(TATU_ERR, |f| unsafe { f(plugin.me, &info, &mut data, error.raw()) });
+        world.watch.name(self.slot, world.scene.borrow().path(self.slot));
+        let status = world.into_plugin(language.plugin, Call::Create, self.slot, create);
         if status < 0 {
             world.calls.caller.set(Caller::HOST);
             return self.fail(world, status, error.raw());
@@ -222,8 +230,10 @@ impl Script {
         let mut chosen = raw(&[]);
         let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
         // SAFETY: as above.
-        let status =
-            language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) });
+        let load = || {
+            language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
+        };
+        let status = world.into_plugin(language.plugin, Call::ScriptLoad, self.slot, load);
         world.calls.caller.set(Caller::HOST);
         if status < 0 {
             self.dead.set(true);
@@ -259,7 +269,8 @@ impl Script {
             return 0;
         }
         // SAFETY: by the contract; the name lives through the call.
-        self.raw(&world.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) })
+        let find = || self.raw(&world.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
+        world.into_plugin(self.plugin(world), Call::ScriptFind, self.slot, find)
     }
 
     fn callback(self: &Rc<Self>, world: &WorldCell, id: u32) {
@@ -280,9 +291,10 @@ impl Script {
         let mut room = enter::Room::new();
         let mut frame = room.frame(args);
         // SAFETY: the frame lives through the call.
-        let status = enter::enter(world, self, &mut frame, |data, frame, budget, used, error| unsafe {
-            call(data, id, frame, budget, used, error)
-        });
+        let status =
+            enter::enter(world, self, Call::ScriptCall, &mut frame, |data, frame, budget, used, error| unsafe {
+                call(data, id, frame, budget, used, error)
+            });
         if status < 0 {
             self.fail(world, status, frame.error);
             self.find_callbacks(world);
@@ -337,10 +349,17 @@ impl Script {
             unsafe { crate::calls::copy_error(done.error, carried.fresh()) };
         }
         let carried = carried.raw();
-        let status = enter::enter_with_error(world, self, &mut frame, carried, |data, frame, budget, used, error| {
-            // SAFETY: the frame lives through the call.
-            unsafe { resume(data, token, failed.min(0), frame, budget, used, error) }
-        });
+        let status = enter::enter_with_error(
+            world,
+            self,
+            Call::ScriptResume,
+            &mut frame,
+            carried,
+            |data, frame, budget, used, error| {
+                // SAFETY: the frame lives through the call.
+                unsafe { resume(data, token, failed.min(0), frame, budget, used, error) }
+            },
+        );
         if status < 0 {
             self.fail(world, status, frame.error);
             self.find_callbacks(world);
@@ -358,7 +377,7 @@ impl Script {
         self.id.set(0);
         if let Some(destroy) = world.registry.languages[self.language].life.destroy {
             // SAFETY: made by `create`, given back once.
-            unsafe { destroy(data) };
+            world.into_plugin(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
         }
     }
 

@@ -9,7 +9,7 @@ use super::Sensing;
 use crate::{
     beams::{Beam, Hit},
     calls::ErrorSlot,
-    host::Registry,
+    host::{Registry, guard},
     scene::{Scene, pose_to_array},
 };
 
@@ -128,7 +128,13 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     let mut error = ErrorSlot::new();
     let me = registry.plugins[kind_info.plugin].me;
     // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
-    let status = kind_info.raw.measure.map_or(TATU_OK, |f| unsafe { f(me, &batch, error.raw()) });
+    let run = || kind_info.raw.measure.map_or(TATU_OK, |f| unsafe { f(me, &batch, error.raw()) });
+    // Here and not around all of this: the mode belongs to the thread that measures.
+    let (mut status, moved) = guard::watched(run);
+    if moved && status >= 0 {
+        status = TATU_ERR;
+        error.set(status, &format!("measure changed {}: {}", guard::MODE, guard::MEND));
+    }
     let failed = |i: &usize, status| Failed { slot: all[*i].slot, kind, text: error.text(), status };
     if status < 0 {
         return devices.iter().map(|i| failed(i, status)).collect();

@@ -17,7 +17,8 @@ pub use targets::Targets;
 use crate::{
     beams::{Faces, Volume},
     calls::ErrorSlot,
-    host::{Registry, SensorKind},
+    host::{SensorKind, watchdog::Call},
+    world::WorldCell,
 };
 
 /// What a device sends out.
@@ -107,14 +108,14 @@ impl Sensing {
 impl Device {
     /// Makes the instance of a sensor and asks for its beams. Must be called without any borrow of the world.
     pub fn create(
-        registry: &Registry,
+        world: &WorldCell,
         kind_index: usize,
         slot: u32,
         instance: tatu_instance,
         params: Vec<Value>,
     ) -> Result<Self, String> {
-        let kind = &registry.sensors[kind_index];
-        let plugin = &registry.plugins[kind.plugin];
+        let kind = &world.registry.sensors[kind_index];
+        let plugin = &world.registry.plugins[kind.plugin];
         let mut room: Vec<Vec<u64>> = Vec::new();
         let raw: Vec<tatu_value> = params
             .iter()
@@ -136,7 +137,8 @@ impl Device {
         let mut error = ErrorSlot::new();
         if let Some(create) = kind.life.create {
             // SAFETY: by the contract of the extension; `info` and what it points to live through the call.
-            if unsafe { create(plugin.me, &info, &mut data, error.raw()) } < 0 {
+            let made = || unsafe { create(plugin.me, &info, &mut data, error.raw()) };
+            if world.into_plugin(kind.plugin, Call::Create, slot, made) < 0 {
                 return Err(error.text());
             }
         }
@@ -154,7 +156,13 @@ impl Device {
             time: 0.0,
             off: false,
         };
-        device.plan = device.ask_beams(kind)?;
+        device.plan = match world.into_plugin(kind.plugin, Call::Beams, slot, || device.ask_beams(kind)) {
+            Ok(plan) => plan,
+            Err(text) => {
+                device.destroy(world);
+                return Err(text);
+            }
+        };
         device.lens = kind
             .fields
             .iter()
@@ -224,10 +232,11 @@ impl Device {
     }
 
     /// Ends the instance. Must be called without any borrow of the world.
-    pub fn destroy(self, registry: &Registry) {
-        if let Some(destroy) = registry.sensors[self.kind].life.destroy {
+    pub fn destroy(self, world: &WorldCell) {
+        let kind = &world.registry.sensors[self.kind];
+        if let Some(destroy) = kind.life.destroy {
             // SAFETY: made by `create`, given back once.
-            unsafe { destroy(self.data) };
+            world.into_plugin(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
         }
     }
 

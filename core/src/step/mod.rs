@@ -18,6 +18,7 @@ use tatu_plugin_api::abi::*;
 use crate::{
     calls::Caller,
     error::{Fault, FaultKind},
+    host::watchdog::Call,
     scripts::Scripts,
     sense::{self, Around, Job, Moment},
     world::{WorldCell, instance_fault},
@@ -50,6 +51,7 @@ pub(crate) fn barrier(world: &WorldCell) {
 /// Scripts act.
 pub(crate) fn actuate(world: &WorldCell) {
     Scripts::actuate(world);
+    world.look_after("actuation");
 }
 
 /// The engine advances.
@@ -87,6 +89,7 @@ pub(crate) fn sense(world: &WorldCell) {
             sense_some(world, kind, &due, None);
         }
     }
+    world.look_after("sensing");
 }
 
 /// Handles some sensors of one kind now; whoever fails is switched off and named once.
@@ -98,7 +101,11 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
         sensing.targets.follow(&scene);
         let twist = |slot| world.twist(&scene, &dynamics, slot);
         let around = Around { scene: &scene, registry: &world.registry, twist: &twist, pool: world.pool() };
-        sense::measure(&mut sensing, &Job { kind, devices, only, moment }, &around)
+        let job = Job { kind, devices, only, moment };
+        let plugin = world.registry.sensors[kind].plugin;
+        let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
+        let run = || sense::measure(&mut sensing, &job, &around);
+        world.into_plugin(plugin, Call::Measure, first, run)
     };
     for f in failed {
         if let Some(d) = world.sensing.borrow_mut().devices.iter_mut().find(|d| d.slot == f.slot) {
@@ -114,6 +121,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
 /// Scripts look at what was sensed.
 pub(crate) fn react(world: &WorldCell) {
     Scripts::react(world);
+    world.look_after("reaction");
 }
 
 fn reap_sensors(world: &WorldCell) {
@@ -123,6 +131,6 @@ fn reap_sensors(world: &WorldCell) {
         world.sensing.borrow_mut().take_gone(|slot, d| is_there(slot, d.id))
     };
     for d in gone {
-        d.destroy(&world.registry);
+        d.destroy(world);
     }
 }

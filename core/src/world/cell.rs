@@ -17,7 +17,11 @@ use crate::{
     calls::Calls,
     document::{Document, Settings},
     error::{Fault, FaultKind},
-    host::Registry,
+    host::{
+        Registry,
+        guard::{self, Home},
+        watchdog::{Call, Watch},
+    },
     physics::EngineSettings,
     scene::{Dynamics, Scene},
     scripts::Scripts,
@@ -77,6 +81,12 @@ pub(crate) struct WorldCell {
     pub before: RefCell<BTreeMap<u32, nalgebra::Isometry3<f64>>>,
     pub(super) initial: RefCell<Option<Scene>>,
     pub(super) pool: rayon::ThreadPool,
+    /// Which plugin call is running.
+    pub watch: Arc<Watch>,
+    /// Floating-point mode and locale as they are to be.
+    pub(super) home: Home,
+    /// Plugins that were called since `home` was last looked at: one bit each, the last for all beyond.
+    pub(super) called: Cell<u64>,
 }
 
 impl WorldCell {
@@ -91,6 +101,45 @@ impl WorldCell {
     /// The pointer that plugins get.
     pub fn raw(&self) -> *mut tatu_world {
         (&raw const *self).cast_mut().cast()
+    }
+    /// Calls a function of a plugin on behalf of an object (0: of none): noted for the watchdog, and with the
+    /// floating-point mode put back. Every call into a plugin goes through here.
+    #[inline]
+    pub fn into_plugin<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
+        let before = self.watch.enter(call, plugin, slot);
+        let (done, moved) = guard::watched(f);
+        self.watch.leave(before);
+        self.called.set(self.called.get() | 1 << plugin.min(63));
+        if moved {
+            self.blame_mode(plugin, call);
+        }
+        done
+    }
+    #[cold]
+    fn blame_mode(&self, plugin: usize, call: Call) {
+        let id = &self.registry.plugins[plugin].id;
+        let text = format!("plugin `{id}` changed {} in {}", guard::MODE, call.text());
+        let mut fault = Fault::new(FaultKind::Plugin, text);
+        fault.plugin = Some(id.clone());
+        fault.help = Some(guard::MEND.into());
+        self.report(fault);
+    }
+    /// Looks, after a stage, at what a look at each call would take too long: the locale, and the old floating-point
+    /// unit. Who was called meanwhile is suspected.
+    pub fn look_after(&self, stage: &str) {
+        let called = self.called.take();
+        let Some(what) = self.home.restore() else { return };
+        let plugins = &self.registry.plugins;
+        let is_suspect = |i: usize| called & 1 << i.min(63) != 0;
+        let ids: Vec<&str> = (0..plugins.len()).filter(|i| is_suspect(*i)).map(|i| plugins[i].id.as_str()).collect();
+        let who = match ids.as_slice() {
+            [one] => format!("plugin `{one}`"),
+            many => format!("one of the plugins `{}`", many.join("`, `")),
+        };
+        let mut fault = Fault::new(FaultKind::Plugin, format!("{who} changed {what} in {stage}"));
+        fault.plugin = ids.first().filter(|_| ids.len() == 1).map(|id| (*id).to_owned());
+        fault.help = Some(guard::MEND.into());
+        self.report(fault);
     }
     /// A number for a new instance.
     pub fn new_instance(&self) -> u64 {

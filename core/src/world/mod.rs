@@ -22,7 +22,7 @@ use crate::{
     calls::{Calls, ErrorSlot},
     document::{self, Document},
     error::{Error, Fault, FaultKind, Result},
-    host::Registry,
+    host::{Registry, guard::Home, watchdog::Call},
     scene::{Data, Dynamics, pose_to_array},
     scripts::Scripts,
     sense::{self, Device, Sensing, Targets},
@@ -71,12 +71,16 @@ impl World {
             before: RefCell::new(BTreeMap::new()),
             initial: RefCell::new(None),
             pool,
+            watch: registry.watches.watch(),
+            home: Home::now(),
+            called: Cell::new(0),
             registry,
             document,
         });
         let world = World { cell };
         world.make_devices(&slots)?;
         world.make_instances()?;
+        world.cell.look_after("the making of the world");
         Scripts::declare(&world.cell, &slots);
         let cell = &world.cell;
         cell.dynamics.borrow_mut().settle(&mut cell.scene.borrow_mut());
@@ -100,7 +104,8 @@ impl World {
                 let text = format!("the sensor {} lacks its parameter `{key}`", cell.scene.borrow().path(*slot));
                 return Err(Error::new("E104", text).expected(p.expectation()).at(spec.place.clone()));
             }
-            let made = Device::create(&cell.registry, device.kind, *slot, info, params).map_err(|text| {
+            cell.watch.name(*slot, cell.scene.borrow().path(*slot));
+            let made = Device::create(cell, device.kind, *slot, info, params).map_err(|text| {
                 let path = cell.scene.borrow().path(*slot);
                 let plugin = &cell.registry.plugins[kind.plugin].id;
                 Error::new("E402", format!("the sensor {path} cannot be made: plugin `{plugin}`: {text}"))
@@ -121,7 +126,8 @@ impl World {
             let p = &cell.registry.plugins[*plugin];
             if let Some(create) = life.create {
                 // SAFETY: by the contract; `info` lives through the call, the state as long as the instance.
-                if unsafe { create(p.me, &info, &mut data, error.raw()) } < 0 {
+                let made = || unsafe { create(p.me, &info, &mut data, error.raw()) };
+                if cell.into_plugin(*plugin, Call::Create, 0, made) < 0 {
                     let text = format!("plugin `{}` cannot serve this world: {}", p.id, error.text());
                     return Err(Error::new("E403", text));
                 }
@@ -143,6 +149,7 @@ impl World {
         cell.requests.set(0);
         cell.running.set(true);
         Scripts::begin(cell);
+        cell.look_after("the start of scripts");
     }
 
     /// One step: see [`step`]. `false`: a stop has been asked for, and carried out or not by the caller.
@@ -168,6 +175,7 @@ impl World {
         if let Err(e) = self.make_instances() {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
         }
+        cell.look_after("the end of the run");
         cell.signals.borrow_mut().clear();
         cell.sensing.borrow_mut().reset();
         cell.before.borrow_mut().clear();
@@ -192,10 +200,11 @@ impl World {
     /// Ends what command plugins keep for this world.
     fn end_instances(&self) {
         let instances = std::mem::take(&mut *self.cell.instances.borrow_mut());
-        for i in instances.into_iter().flatten() {
+        for (plugin, i) in instances.into_iter().enumerate() {
+            let Some(i) = i else { continue };
             if let Some(destroy) = i.destroy {
                 // SAFETY: made by `create`, given back once.
-                unsafe { destroy(i.data) };
+                self.cell.into_plugin(plugin, Call::Destroy, 0, || unsafe { destroy(i.data) });
             }
         }
     }
@@ -282,7 +291,7 @@ impl Drop for World {
         Scripts::end(cell);
         let devices = cell.sensing.borrow_mut().take_gone(|_, _| false);
         for d in devices {
-            d.destroy(&cell.registry);
+            d.destroy(cell);
         }
         self.end_instances();
     }

@@ -7,7 +7,13 @@ use tatu_plugin_api::{abi::*, safe::Value};
 mod read;
 
 pub use super::load::Loaded as Plugin;
-use super::{Declared, Search, Source, load::Remarks, services::HostTables};
+use super::{
+    Declared, Search, Source,
+    guard::{self, Home},
+    load::Remarks,
+    services::HostTables,
+    watchdog::{Call, Watch, Watches},
+};
 use crate::error::{Error, Result, nearest};
 
 /// One field of a sensor kind.
@@ -149,6 +155,9 @@ pub struct Registry {
     pub notes: Vec<String>,
     /// Where was looked.
     pub search: Search,
+    /// Where calls are noted while there is no world: loading, building.
+    pub(crate) setup: Arc<Watch>,
+    pub(crate) watches: Watches,
     /// The plugins, last: they must outlive all that is above.
     pub plugins: Vec<Plugin>,
     host: Arc<HostTables>,
@@ -162,12 +171,18 @@ unsafe impl Sync for Registry {}
 impl Registry {
     /// Loads every plugin of the path. What cannot be loaded is told in `refused`.
     pub fn load(search: Search) -> Self {
+        Self::load_watched(search, Watches::default())
+    }
+
+    /// The same under the eyes of a watchdog, which then watches all worlds with these plugins.
+    pub fn load_watched(search: Search, watches: Watches) -> Self {
+        let setup = watches.watch();
         let host = Arc::new(HostTables::new());
         let mut plugins: Vec<Plugin> = Vec::new();
         let (mut refused, mut closest, mut notes) = (Vec::new(), Vec::new(), Vec::new());
         for path in search.candidates() {
             let mut remarks = Remarks::default();
-            let opened = Plugin::open(&path, &host, &mut remarks);
+            let opened = Plugin::open(&path, &host, &setup, &mut remarks);
             closest.extend(
                 opened.as_ref().err().into_iter().chain(&remarks.warnings).map(|e| (path.clone(), e.text.clone())),
             );
@@ -209,9 +224,12 @@ impl Registry {
             closest,
             notes,
             search,
+            setup,
+            watches,
             plugins,
             host,
         };
+        registry.watches.plugins(registry.plugins.iter().map(|p| p.id.clone()).collect());
         for i in 0..registry.plugins.len() {
             // SAFETY: tables of a started plugin, as the header tells.
             unsafe {
@@ -240,6 +258,23 @@ impl Registry {
         let text = format!("its {what} `{id}` is offered by `{other}` too");
         let mend = format!("a scene that uses it says whose it means: [providers] \"{id}\" = \"{other}\"");
         self.refuse(plugin, text, &mend);
+    }
+
+    /// Calls a plugin where there is no world: noted for the watchdog, with floating-point mode and locale put back;
+    /// whoever changed them is told so. `subject` is what is built.
+    pub(crate) fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
+        let home = Home::now();
+        self.setup.subject(subject);
+        let before = self.setup.enter(call, plugin, 0);
+        let done = f();
+        self.setup.leave(before);
+        match home.restore() {
+            None => Ok(done),
+            Some(what) => {
+                let text = format!("{subject}: plugin `{}` changes {what} in {}", self.plugins[plugin].id, call.text());
+                Err(Error::new("E311", text).help(guard::MEND))
+            }
+        }
     }
 
     /// A command's id and alias by name.

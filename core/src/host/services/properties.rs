@@ -189,7 +189,7 @@ fn write_param(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: V
     };
     // No borrow is alive while the plugin makes the new instance.
     let info = world.instance_info(owner, &name);
-    let made = Device::create(&world.registry, kind_index, slot, info, params)
+    let made = Device::create(world, kind_index, slot, info, params)
         .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}`: {e}")))?;
     let old = {
         let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
@@ -197,7 +197,7 @@ fn write_param(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: V
         place.map(|d| std::mem::replace(d, made))
     };
     if let Some(old) = old {
-        old.destroy(&world.registry);
+        old.destroy(world);
     }
     Ok(())
 }
