@@ -34,6 +34,13 @@ pub fn registry(scene: Option<&Path>) -> Result<Arc<Registry>, Error> {
     Ok(Arc::new(registry))
 }
 
+/// Ends the plugins, which no world uses any more; whether all went well.
+pub fn end(registry: Arc<Registry>) -> bool {
+    let errors = Arc::into_inner(registry).map(Registry::end).unwrap_or_default();
+    errors.iter().for_each(report::error);
+    errors.is_empty()
+}
+
 /// Names the program's own plugins that were not found.
 fn missing(registry: &Registry) {
     let stem = |p: &Path| p.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();

@@ -15,6 +15,7 @@ use serde_json::{Map, Value, json};
 use tatu_core::{
     World,
     error::{Error, Fault},
+    host::Registry,
     state::Hash,
 };
 use tatu_plugin_api::abi::*;
@@ -27,7 +28,14 @@ const DEFAULT_SECONDS: f64 = 10.0;
 /// Exit code 0; 1 if something went wrong during the run; 2 if nothing could be started.
 pub fn run(args: &Run) -> ExitCode {
     match start(args) {
-        Ok(world) => go(args, &world),
+        Ok((world, registry)) => {
+            let code = go(args, &world);
+            drop(world);
+            match super::end(registry) {
+                true => code,
+                false => ExitCode::FAILURE,
+            }
+        }
         Err(e) => {
             report::error(&e);
             ExitCode::from(2)
@@ -35,10 +43,10 @@ pub fn run(args: &Run) -> ExitCode {
     }
 }
 
-fn start(args: &Run) -> Result<World, Error> {
+fn start(args: &Run) -> Result<(World, Arc<Registry>), Error> {
     let registry = super::registry(Some(&args.scene.scene))?;
     let document = super::load(&args.scene, &registry)?;
-    World::with_threads(document, registry, args.threads.into())
+    Ok((World::with_threads(document, registry.clone(), args.threads.into())?, registry))
 }
 
 fn go(args: &Run, world: &World) -> ExitCode {
@@ -74,6 +82,7 @@ fn go(args: &Run, world: &World) -> ExitCode {
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
     let objects = objects(world, &hash);
     world.stop();
+    world.end();
     world.take_lines().iter().for_each(|l| tell(args, l));
     if let Err(e) = trace.close() {
         report::warning(&e);

@@ -13,6 +13,7 @@ mod errors;
 mod header;
 mod kit;
 mod mirror;
+mod misbehaves;
 mod nesting;
 mod plugins;
 mod refusals;

@@ -188,7 +188,7 @@ static const tatu_need *const all_needs[] = {{&a_need, NULL}};\n"
 fn a_start_that_fails_is_told() {
     let source =
         Source::new("sulk").with(|s| s.init = "return tatu_fail(e, TATU_ERR, \"the licence has run out\");".into());
-    told("sulk", &source, &["E301", "`init` of `org.test.sulk`) failed: the licence has run out"]);
+    told("sulk", &source, &["E301", "tatu_plugin.init of `org.test.sulk`) failed: the licence has run out"]);
     let source = Source::new("mute").with(|s| s.init = "return TATU_ERR;".into());
     told("mute", &source, &["E301", "no reason was given"]);
     // One that fails because of a service of another draft is told so, whatever it says itself.

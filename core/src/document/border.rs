@@ -10,7 +10,7 @@ use tatu_plugin_api::{
 
 use super::{Builder, ScriptSpec};
 use crate::{
-    calls::{ErrorSlot, bytes, text},
+    calls::{ErrorSlot, answer, bytes, text},
     error::{Error, Result},
     geometry::Mesh,
     host::watchdog::Call,
@@ -79,11 +79,15 @@ pub(super) fn run_model(
     let status = registry.watched(info.plugin, Call::Build, &format!("the model `{}`", info.id), run)?;
     let first_error = build.error.into_inner();
     if let Some(e) = first_error {
-        let text = format!("the model `{}`: {}", info.id, e.text);
+        let plugin = &registry.plugins[info.plugin].id;
+        let text = format!("the model `{}`: {} [{} of `{plugin}`]", info.id, e.text, Call::Build.text());
         return Err(Error { text, ..e });
     }
-    if status < 0 {
-        return Err(Error::new("E111", format!("the model `{}` cannot be built: {}", info.id, slot.text())));
+    // SAFETY: the host's own error object.
+    if unsafe { answer(status, false, slot.raw()) } < 0 {
+        let plugin = &registry.plugins[info.plugin].id;
+        let text = format!("the model `{}` cannot be built: plugin `{plugin}` {}", info.id, slot.text());
+        return Err(Error::new("E111", format!("{text} [{}]", Call::Build.text())));
     }
     Ok(())
 }
@@ -118,6 +122,7 @@ unsafe fn c_text(s: *const c_char) -> String {
     unsafe { std::ffi::CStr::from_ptr(s) }.to_string_lossy().into_owned()
 }
 
+/// The index of an object that a plugin names by its number in the build. Whether it is there yet, the builder tells.
 fn index(build: &Build, object: u32) -> Result<usize> {
     match object {
         0 => Err(Error::new("E110", "object 0 of a build is the place where it will stand, and cannot be changed")),

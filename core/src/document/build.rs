@@ -169,7 +169,9 @@ impl<'a> Builder<'a> {
     pub fn device(&mut self, object: usize, kind_or_schema: &str) -> Result {
         let providers: &BTreeMap<_, _> = &self.document.settings.providers;
         let kind = self.registry.sensor(kind_or_schema, providers)?;
-        let spec = &mut self.document.objects[object];
+        let Some(spec) = self.document.objects.get_mut(object) else {
+            return Err(Error::new("E110", "there is no such object in this build"));
+        };
         if spec.kind != TATU_KIND_SENSOR {
             return Err(Error::new("E102", format!("`{}` is a {}, not a sensor", spec.alias, kind_name(spec.kind))));
         }

@@ -5,7 +5,10 @@
 //! more. Both are restored and the plugin is named. The mode is a read of one register and is looked at around every
 //! call; the rest ([`Home`]) after loading, after making instances, and once per stage.
 
-use std::ffi::{CStr, CString};
+use std::{
+    cell::RefCell,
+    ffi::{CStr, CString},
+};
 
 /// The floating-point mode of this thread: rounding, subnormal numbers, traps; not the flags of past operations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,6 +98,29 @@ impl Mode {
         }
         changed
     }
+}
+
+thread_local! {
+    /// Errors that were logged without a world since [`listen`]: how functions that cannot fail tell that they did.
+    static SAID: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Begins to listen on this thread, before a function that has no error object.
+pub fn listen() {
+    SAID.with_borrow_mut(Vec::clear);
+}
+/// Notes an error that a plugin logs.
+pub fn say(text: &str) {
+    SAID.with_borrow_mut(|said| {
+        // A plugin that logs for ever must not fill the memory.
+        if said.len() < 64 {
+            said.push(text.to_owned());
+        }
+    });
+}
+/// What was said on this thread since.
+pub fn heard() -> Vec<String> {
+    SAID.take()
 }
 
 /// Calls a plugin; whether it left another floating-point mode behind, which has been restored then.

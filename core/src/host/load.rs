@@ -16,7 +16,10 @@ use super::{
     tables,
     watchdog::{Call, Watch},
 };
-use crate::error::{Error, Result};
+use crate::{
+    calls::answer,
+    error::{Error, Result},
+};
 
 /// What there is to say about plugins that are loaded nevertheless.
 #[derive(Default)]
@@ -115,17 +118,21 @@ impl Loaded {
         if let Some(init) = raw.init {
             watch.enter(Call::Init, usize::MAX, 0);
             // SAFETY: by the contract; the host's table lives as long as `_host`.
-            let status = unsafe { init(host.raw(), &mut me, error.raw()) };
+            let status = unsafe { answer(init(host.raw(), &mut me, error.raw()), false, error.raw()) };
             watch.enter(Call::Extension, usize::MAX, 0);
             if status < 0 {
                 let said = error.text();
                 return Err(match host.refused_drafts().as_slice() {
                     [] => fail(
-                        format!("its start (`init` of `{id}`) failed: {said}"),
+                        format!("its start ({} of `{id}`) failed: {said}", Call::Init.text()),
                         "do what it says, or ask the author of the plugin; `tatu list plugins` tries it again",
                     ),
                     asked => fail(
-                        format!("its start (`init` of `{id}`) failed: {said}; it is {}", asked.join("; ")),
+                        format!(
+                            "its start ({} of `{id}`) failed: {said}; it is {}",
+                            Call::Init.text(),
+                            asked.join("; ")
+                        ),
                         REBUILD,
                     ),
                 });
@@ -143,7 +150,15 @@ impl Loaded {
             _host: host.clone(),
         };
         loaded.check_layouts().map_err(|text| fail(text, REBUILD))?;
-        for other in drafts::offered(|id| !loaded.extension::<u8>(id).is_null()) {
+        guard::listen();
+        let others = drafts::offered(|id| !loaded.extension::<u8>(id).is_null());
+        if let Some(said) = guard::heard().first() {
+            return Err(fail(
+                format!("{} of `{}` {said}", Call::Extension.text(), loaded.id),
+                "ask the author of the plugin",
+            ));
+        }
+        for other in others {
             let text = format!("the plugin {} is {other}: that part of it is not used", path.display());
             remarks.warnings.push(Error::new("E310", text).help(REBUILD));
         }
@@ -181,11 +196,23 @@ impl Loaded {
     }
 }
 
+impl Loaded {
+    /// Ends it, once; what went wrong. No instance is left, since worlds hold the registry that holds this.
+    pub(crate) fn end(&mut self) -> Vec<Error> {
+        let Some(shutdown) = self.raw.shutdown.take() else { return Vec::new() };
+        let home = Home::now();
+        guard::listen();
+        // SAFETY: by the contract; once.
+        unsafe { shutdown(self.me) };
+        let changed = home.restore().map(|what| format!("changed {what}"));
+        let told = guard::heard().into_iter().chain(changed);
+        let whose = format!("the plugin `{}` ({})", self.id, self.path.display());
+        told.map(|text| Error::new("E313", format!("{whose} {text} in {}", Call::Shutdown.text()))).collect()
+    }
+}
+
 impl Drop for Loaded {
     fn drop(&mut self) {
-        if let Some(shutdown) = self.raw.shutdown {
-            // SAFETY: no instance is left, since worlds hold the registry that holds this.
-            unsafe { shutdown(self.me) };
-        }
+        self.end();
     }
 }

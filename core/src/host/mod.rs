@@ -20,5 +20,7 @@ mod tables;
 pub mod watchdog;
 
 pub use declared::{Declared, check_value};
-pub use registry::{CommandEntry, Constant, Language, Model, NameEntry, Plugin, Prelude, Registry, SensorKind};
+pub use registry::{
+    CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Plugin, Prelude, Registry, SensorKind,
+};
 pub use search::{Search, Source};

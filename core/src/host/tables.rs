@@ -53,6 +53,8 @@ pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
         let mut to: T = std::mem::zeroed();
         let take = size.min(size_of::<T>()) & !7;
         std::ptr::copy_nonoverlapping(from.cast::<u8>(), (&raw mut to).cast::<u8>(), take);
+        // What the table tells of itself stays, for messages.
+        *(&raw mut to).cast::<u32>() = size as u32;
         Some(to)
     }
 }

@@ -107,6 +107,10 @@ impl Watch {
             names.insert(slot, name);
         }
     }
+    /// The name of an object, if it was told.
+    pub fn name_of(&self, slot: u32) -> Option<String> {
+        self.names.lock().ok()?.get(&slot).cloned()
+    }
     /// What is loaded or built.
     pub fn subject(&self, name: &str) {
         if let Ok(mut subject) = self.subject.lock() {

@@ -6,7 +6,7 @@ use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::Script;
 use crate::{
-    calls::{CALL_API, MAX_DEPTH, say},
+    calls::{CALL_API, MAX_DEPTH, answer, check_results, name_plugin, say},
     host::watchdog::Call,
     world::WorldCell,
 };
@@ -99,8 +99,21 @@ pub(super) fn enter_with_error(
     let status =
         world.into_plugin(plugin, call, script.slot, || f(script.data.get(), frame, &budget, &mut used, error));
     drop(level);
-    script.instructions.set(script.instructions.get() + used);
+    script.instructions.set(script.instructions.get().saturating_add(used));
     frame.error = error;
+    // SAFETY: the error object of this call.
+    let status = unsafe { answer(status, true, error) };
+    let status = match if status < 0 { Ok(()) } else { check_results(frame) } {
+        Ok(()) => status,
+        Err(text) => {
+            frame.n_results = 0;
+            say(error, TATU_ERR, &text)
+        }
+    };
+    if status < 0 {
+        // SAFETY: as above.
+        unsafe { name_plugin(status, error, &world.registry.plugins[plugin].id, call) };
+    }
     status
 }
 
@@ -169,7 +182,7 @@ pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func>
     let keep = script.raw(&world.registry).keep_func?;
     // SAFETY: by the contract.
     let keep = || unsafe { keep(script.data.get(), local) };
-    let kept = world.into_plugin(script.plugin(world), Call::KeepFunc, script.slot, keep);
+    let kept = world.into_quiet(script.plugin(world), Call::KeepFunc, script.slot, keep);
     (kept != 0).then_some(script.id.get() << 32 | u64::from(kept))
 }
 
@@ -179,6 +192,6 @@ pub(crate) fn drop_func(world: &WorldCell, func: tatu_func) {
     if let Some(drop) = script.raw(&world.registry).drop_func {
         // SAFETY: by the contract.
         let drop = || unsafe { drop(script.data.get(), local) };
-        world.into_plugin(script.plugin(world), Call::DropFunc, script.slot, drop);
+        world.into_quiet(script.plugin(world), Call::DropFunc, script.slot, drop);
     }
 }

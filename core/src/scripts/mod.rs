@@ -12,7 +12,7 @@ use tatu_plugin_api::abi::*;
 pub(crate) use enter::{call_func, call_function, drop_func, keep_func};
 
 use crate::{
-    calls::{Caller, Due, ErrorSlot, call_command, raw},
+    calls::{Caller, Due, ErrorSlot, answer, call_command, name_plugin, raw},
     error::{Fault, FaultKind},
     host::{Registry, watchdog::Call},
     scene::Data,
@@ -218,8 +218,12 @@ impl Script {
             || language.life.create.map_or(TATU_ERR, |f| unsafe { f(plugin.me, &info, &mut data, error.raw()) });
         world.watch.name(self.slot, world.scene.borrow().path(self.slot));
         let status = world.into_plugin(language.plugin, Call::Create, self.slot, create);
+        // SAFETY: the host's own error object.
+        let status = unsafe { answer(status, false, error.raw()) };
         if status < 0 {
             world.calls.caller.set(Caller::HOST);
+            // SAFETY: as above.
+            unsafe { name_plugin(status, error.raw(), &plugin.id, Call::Create) };
             return self.fail(world, status, error.raw());
         }
         self.data.set(data);
@@ -234,12 +238,16 @@ impl Script {
             language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
         };
         let status = world.into_plugin(language.plugin, Call::ScriptLoad, self.slot, load);
+        // SAFETY: as above.
+        let status = unsafe { answer(status, false, error.raw()) };
         world.calls.caller.set(Caller::HOST);
         if status < 0 {
             self.dead.set(true);
+            // SAFETY: as above.
+            unsafe { name_plugin(status, error.raw(), &plugin.id, Call::ScriptLoad) };
             return self.fail(world, status, error.raw());
         }
-        self.dialect.set(chosen);
+        self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
     }
 
     /// Runs `init` and asks which callbacks there are; the thread function begins.
@@ -270,7 +278,7 @@ impl Script {
         }
         // SAFETY: by the contract; the name lives through the call.
         let find = || self.raw(&world.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
-        world.into_plugin(self.plugin(world), Call::ScriptFind, self.slot, find)
+        world.into_quiet(self.plugin(world), Call::ScriptFind, self.slot, find)
     }
 
     fn callback(self: &Rc<Self>, world: &WorldCell, id: u32) {
@@ -377,7 +385,7 @@ impl Script {
         self.id.set(0);
         if let Some(destroy) = world.registry.languages[self.language].life.destroy {
             // SAFETY: made by `create`, given back once.
-            world.into_plugin(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
+            world.into_quiet(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
         }
     }
 
@@ -399,6 +407,10 @@ impl Script {
             (of(e.text), of(e.help), of(e.file), of(e.traceback), e.line)
         };
         let mut fault = Fault::new(kind, text.unwrap_or_else(|| "failed and gave no reason".into()));
+        let language = &world.registry.plugins[self.plugin(world)].id;
+        if fault.message.starts_with(&format!("plugin `{language}` ")) {
+            (fault.kind, fault.code) = (FaultKind::Plugin, FaultKind::Plugin.code());
+        }
         fault.script = Some(self.name.clone());
         if let Ok(scene) = world.scene.try_borrow() {
             fault.object = scene.get(self.slot).map(|o| scene.path(o.parent));
@@ -408,9 +420,8 @@ impl Script {
         fault.file = file.filter(|_| line > 0);
         let blame = world.calls.blame.borrow_mut().take();
         fault.plugin = blame.filter(|(text, _)| fault.message.contains(text.as_str())).map(|(_, plugin)| plugin);
-        if kind == FaultKind::Plugin && fault.plugin.is_none() {
-            let plugin = world.registry.languages[self.language].plugin;
-            fault.plugin = Some(world.registry.plugins[plugin].id.clone());
+        if fault.kind == FaultKind::Plugin && fault.plugin.is_none() {
+            fault.plugin = Some(language.clone());
         }
         if status == TATU_ERR_BUDGET {
             self.dead.set(true);

@@ -16,7 +16,7 @@ pub use targets::Targets;
 
 use crate::{
     beams::{Faces, Volume},
-    calls::ErrorSlot,
+    calls::{ErrorSlot, answer},
     host::{SensorKind, watchdog::Call},
     world::WorldCell,
 };
@@ -137,9 +137,9 @@ impl Device {
         let mut error = ErrorSlot::new();
         if let Some(create) = kind.life.create {
             // SAFETY: by the contract of the extension; `info` and what it points to live through the call.
-            let made = || unsafe { create(plugin.me, &info, &mut data, error.raw()) };
+            let made = || unsafe { answer(create(plugin.me, &info, &mut data, error.raw()), false, error.raw()) };
             if world.into_plugin(kind.plugin, Call::Create, slot, made) < 0 {
-                return Err(error.text());
+                return Err(format!("{} [{}]", error.text(), Call::Create.text()));
             }
         }
         let mut device = Device {
@@ -160,14 +160,16 @@ impl Device {
             Ok(plan) => plan,
             Err(text) => {
                 device.destroy(world);
+                return Err(format!("{text} [{}]", Call::Beams.text()));
+            }
+        };
+        device.lens = match device.field_lengths(kind) {
+            Ok(lens) => lens,
+            Err(text) => {
+                device.destroy(world);
                 return Err(text);
             }
         };
-        device.lens = kind
-            .fields
-            .iter()
-            .map(|f| f.dims.iter().map(|d| if *d == 0 { device.plan.directions.len() } else { *d as usize }).product())
-            .collect();
         device.fields = kind
             .fields
             .iter()
@@ -175,6 +177,17 @@ impl Device {
             .map(|(f, n)| vec![0u64; (n * element_size(f.elem)).div_ceil(8).max(1)])
             .collect();
         Ok(device)
+    }
+
+    /// Elements of each field; an error where no memory could hold them.
+    fn field_lengths(&self, kind: &SensorKind) -> Result<Vec<usize>, String> {
+        let beams = self.plan.directions.len();
+        let length = |f: &crate::host::FieldInfo| {
+            let dims = f.dims.map(|d| if d == 0 { beams } else { d as usize });
+            let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d)).filter(|n| *n <= MAX_ELEMENTS);
+            n.ok_or_else(|| format!("its field `{}` of {dims:?} elements is too large", f.name))
+        };
+        kind.fields.iter().map(length).collect()
     }
 
     fn ask_beams(&self, kind: &SensorKind) -> Result<BeamPlan, String> {
@@ -193,7 +206,7 @@ impl Device {
         };
         let mut error = ErrorSlot::new();
         // SAFETY: by the contract; `[setup]`.
-        if unsafe { ask(self.data, &mut raw, error.raw()) } < 0 {
+        if unsafe { answer(ask(self.data, &mut raw, error.raw()), false, error.raw()) } < 0 {
             return Err(error.text());
         }
         let (volume, directions) = match raw.form {
@@ -220,6 +233,9 @@ impl Device {
         if !(raw.near_m >= 0.0 && raw.far_m >= raw.near_m) {
             return Err(format!("beams from {} m to {} m", raw.near_m, raw.far_m));
         }
+        if !(0.0..=std::f64::consts::PI).contains(&raw.max_incidence) {
+            return Err(format!("a greatest incidence of {} rad; expected 0 to pi", raw.max_incidence));
+        }
         Ok(BeamPlan {
             volume,
             directions,
@@ -236,7 +252,7 @@ impl Device {
         let kind = &world.registry.sensors[self.kind];
         if let Some(destroy) = kind.life.destroy {
             // SAFETY: made by `create`, given back once.
-            world.into_plugin(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
+            world.into_quiet(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
         }
     }
 
@@ -262,6 +278,22 @@ impl Device {
             time: self.time,
             sequence: self.sequence,
         }
+    }
+
+    /// The first field that holds something that is no number. Nothing to be seen is infinity or zero, never this.
+    pub fn not_a_number<'k>(&self, kind: &'k SensorKind) -> Option<&'k str> {
+        let is_bad = |i: usize| {
+            let (n, at) = (self.lens[i], self.fields[i].as_ptr());
+            // SAFETY: the buffer has `n` elements of the declared type.
+            unsafe {
+                match kind.fields[i].elem {
+                    TATU_ELEM_F64 => std::slice::from_raw_parts(at.cast::<f64>(), n).iter().any(|x| x.is_nan()),
+                    TATU_ELEM_F32 => std::slice::from_raw_parts(at.cast::<f32>(), n).iter().any(|x| x.is_nan()),
+                    _ => false,
+                }
+            }
+        };
+        (0..kind.fields.len()).find(|i| is_bad(*i)).map(|i| kind.fields[i].name.as_str())
     }
 
     /// A field's content as a value, for traces.
@@ -291,6 +323,9 @@ impl Device {
 
 /// Rays that one sensor may have: more is a mistake, and would be read beyond the plugin's memory.
 const MAX_RAYS: u32 = 1 << 24;
+
+/// Elements that one field of a reading may have.
+const MAX_ELEMENTS: usize = 1 << 28;
 
 const NO_BEAMS: BeamPlan = BeamPlan {
     volume: Volume::Ray,

@@ -114,7 +114,8 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
             d.sequence = 0;
         }
         let plugin = world.registry.sensors[f.kind].plugin;
-        world.report(instance_fault(world, plugin, f.slot, f.status, &f.text));
+        let text = format!("{} [{}]", f.text, Call::Measure.text());
+        world.report(instance_fault(world, plugin, f.slot, f.status, &text));
     }
 }
 

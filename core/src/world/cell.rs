@@ -111,15 +111,29 @@ impl WorldCell {
         self.watch.leave(before);
         self.called.set(self.called.get() | 1 << plugin.min(63));
         if moved {
-            self.blame_mode(plugin, call);
+            self.blame_mode(plugin, call, slot);
+        }
+        done
+    }
+    /// The same for a function that has no error object: what it logs as an error, a panic for instance, is its fault.
+    pub fn into_quiet<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
+        guard::listen();
+        let done = self.into_plugin(plugin, call, slot, f);
+        for said in guard::heard() {
+            let id = &self.registry.plugins[plugin].id;
+            let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{id}` {said} in {}", call.text()));
+            fault.plugin = Some(id.clone());
+            fault.object = self.watch.name_of(slot);
+            self.report(fault);
         }
         done
     }
     #[cold]
-    fn blame_mode(&self, plugin: usize, call: Call) {
+    fn blame_mode(&self, plugin: usize, call: Call, slot: u32) {
         let id = &self.registry.plugins[plugin].id;
         let text = format!("plugin `{id}` changed {} in {}", guard::MODE, call.text());
         let mut fault = Fault::new(FaultKind::Plugin, text);
+        fault.object = self.watch.name_of(slot);
         fault.plugin = Some(id.clone());
         fault.help = Some(guard::MEND.into());
         self.report(fault);
@@ -269,7 +283,8 @@ impl WorldCell {
 pub(crate) fn instance_fault(cell: &WorldCell, plugin: usize, slot: u32, status: tatu_status, text: &str) -> Fault {
     let id = &cell.registry.plugins[plugin].id;
     let path = cell.scene.try_borrow().map(|s| s.path(slot)).unwrap_or_default();
-    let how = if status == TATU_ERR_PANIC { "" } else { "failed: " };
+    // What it says begins with a verb where it is the host that says it.
+    let how = if status == TATU_ERR_PANIC || text.starts_with("broke the contract") { "" } else { "failed: " };
     let mut fault =
         Fault::new(FaultKind::Plugin, format!("plugin `{id}` {how}{text}; the sensor {path} is switched off"));
     fault.plugin = Some(id.clone());

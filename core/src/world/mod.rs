@@ -19,7 +19,7 @@ pub use cell::LogLine;
 pub(crate) use cell::{Clock, WorldCell, instance_fault};
 
 use crate::{
-    calls::{Calls, ErrorSlot},
+    calls::{Calls, ErrorSlot, answer},
     document::{self, Document},
     error::{Error, Fault, FaultKind, Result},
     host::{Registry, guard::Home, watchdog::Call},
@@ -126,9 +126,10 @@ impl World {
             let p = &cell.registry.plugins[*plugin];
             if let Some(create) = life.create {
                 // SAFETY: by the contract; `info` lives through the call, the state as long as the instance.
-                let made = || unsafe { create(p.me, &info, &mut data, error.raw()) };
+                let made = || unsafe { answer(create(p.me, &info, &mut data, error.raw()), false, error.raw()) };
                 if cell.into_plugin(*plugin, Call::Create, 0, made) < 0 {
-                    let text = format!("plugin `{}` cannot serve this world: {}", p.id, error.text());
+                    let (why, call) = (error.text(), Call::Create.text());
+                    let text = format!("plugin `{}` cannot serve this world: {why} [{call}]", p.id);
                     return Err(Error::new("E403", text));
                 }
             }
@@ -204,7 +205,7 @@ impl World {
             let Some(i) = i else { continue };
             if let Some(destroy) = i.destroy {
                 // SAFETY: made by `create`, given back once.
-                self.cell.into_plugin(plugin, Call::Destroy, 0, || unsafe { destroy(i.data) });
+                self.cell.into_quiet(plugin, Call::Destroy, 0, || unsafe { destroy(i.data) });
             }
         }
     }
@@ -285,8 +286,10 @@ pub struct Observed {
     pub reading: Option<Vec<(String, Value)>>,
 }
 
-impl Drop for World {
-    fn drop(&mut self) {
+impl World {
+    /// Ends all that plugins keep for this world; what goes wrong is still told in [`faults`](Self::faults). Afterwards
+    /// the world can only be looked at. Dropping it does the same.
+    pub fn end(&self) {
         let cell = &self.cell;
         Scripts::end(cell);
         let devices = cell.sensing.borrow_mut().take_gone(|_, _| false);
@@ -294,5 +297,12 @@ impl Drop for World {
             d.destroy(cell);
         }
         self.end_instances();
+        cell.look_after("the end of the world");
+    }
+}
+
+impl Drop for World {
+    fn drop(&mut self) {
+        self.end();
     }
 }

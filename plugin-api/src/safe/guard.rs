@@ -4,14 +4,17 @@ use std::{
     any::Any,
     ffi::c_void,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::Once,
+    sync::OnceLock,
 };
 
 use super::{Fail, Host, Plugin, Result, World, plugin::Started};
 use crate::abi::*;
 
 /// Runs `f`; an error or panic is written into the host's error object.
-pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
+///
+/// The traits of this crate do so themselves. It is for functions that a plugin writes into a table of the ABI on its
+/// own: no panic may leave these.
+pub fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
     match catch_unwind(AssertUnwindSafe(f)) {
         Ok(Ok(status)) => status,
         // SAFETY: the host gives null or a live error.
@@ -24,10 +27,19 @@ pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status
     }
 }
 
-/// Runs `f` where no error can be told.
-pub(crate) fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
-    catch_unwind(AssertUnwindSafe(f)).unwrap_or_default()
+/// Runs `f` where no error can be returned: a panic goes to the host's log as an error, and the host names the function
+/// that it called.
+pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
+    catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|panic| {
+        if let Some(log) = LOG.get() {
+            log(TATU_LOG_ERROR, &format!("panicked: {}", panic_text(&*panic)));
+        }
+        T::default()
+    })
 }
+
+/// The log of the host that started this library first: each library has its own.
+static LOG: OnceLock<Box<dyn Fn(u32, &str) + Send + Sync>> = OnceLock::new();
 
 fn panic_text(panic: &(dyn Any + Send)) -> &str {
     panic
@@ -39,11 +51,13 @@ fn panic_text(panic: &(dyn Any + Send)) -> &str {
 
 /// Sends panic messages to the host's log instead of the terminal. Each library has a panic hook of its own.
 pub fn set_panic_hook(host: &Host) {
-    static ONCE: Once = Once::new();
-    let log = host.logger();
-    ONCE.call_once(|| {
-        std::panic::set_hook(Box::new(move |info| log(TATU_LOG_DEBUG, &format!("plugin {info}"))));
-    });
+    if LOG.set(Box::new(host.logger())).is_ok() {
+        std::panic::set_hook(Box::new(|info| {
+            if let Some(log) = LOG.get() {
+                log(TATU_LOG_DEBUG, &format!("plugin {info}"));
+            }
+        }));
+    }
 }
 
 /// The life of a plugin's world instances.

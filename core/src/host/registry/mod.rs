@@ -242,6 +242,17 @@ impl Registry {
         registry
     }
 
+    /// Ends all plugins, when no world uses them any more; what went wrong. Without it they are ended silently.
+    pub fn end(mut self) -> Vec<Error> {
+        let mut out = Vec::new();
+        for (i, plugin) in self.plugins.iter_mut().enumerate().rev() {
+            let before = self.setup.enter(Call::Shutdown, i, 0);
+            out.extend(plugin.end());
+            self.setup.leave(before);
+        }
+        out
+    }
+
     pub(crate) fn host(&self) -> &HostTables {
         &self.host
     }
@@ -264,16 +275,18 @@ impl Registry {
     /// whoever changed them is told so. `subject` is what is built.
     pub(crate) fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = Home::now();
+        guard::listen();
         self.setup.subject(subject);
         let before = self.setup.enter(call, plugin, 0);
         let done = f();
         self.setup.leave(before);
-        match home.restore() {
+        let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
+        if let Some(what) = home.restore() {
+            return Err(Error::new("E311", format!("{} changes {what} in {}", who(), call.text())).help(guard::MEND));
+        }
+        match guard::heard().first() {
             None => Ok(done),
-            Some(what) => {
-                let text = format!("{subject}: plugin `{}` changes {what} in {}", self.plugins[plugin].id, call.text());
-                Err(Error::new("E311", text).help(guard::MEND))
-            }
+            Some(said) => Err(Error::new("E111", format!("{} {said} in {}", who(), call.text()))),
         }
     }
 

@@ -1,6 +1,9 @@
 //! Reading the tables of a started plugin: one function per extension.
 
-use std::ffi::c_char;
+use std::{
+    ffi::{CStr, c_char},
+    mem::offset_of,
+};
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
@@ -8,6 +11,7 @@ use super::{CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelu
 use crate::host::{
     Declared,
     tables::{self, Required},
+    watchdog::Call,
 };
 
 impl Registry {
@@ -33,6 +37,15 @@ impl Registry {
         }
     }
 
+    /// Tells of an extension whose table lacks its list.
+    fn offered(&mut self, plugin: usize, extension: &CStr, size: u32, needed: &[Required]) {
+        if let Some(lack) = tables::lacking(size, needed) {
+            let text =
+                format!("the table that {} gives for `{}` {lack}", Call::Extension.text(), extension.to_string_lossy());
+            self.refuse(plugin, text, tables::MEND);
+        }
+    }
+
     /// The life of something: whole, or none at all. `None`: it is broken, and the plugin has been told.
     unsafe fn life(&mut self, plugin: usize, whose: &str, life: *const tatu_life) -> Option<tatu_life> {
         // SAFETY: a table or null, by the contract.
@@ -50,6 +63,7 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_sensor>(TATU_SENSOR)) else {
                 return;
             };
+            self.offered(plugin, TATU_SENSOR, ext.size, &tables::required!(ext, tatu_ext_sensor: kinds));
             for (_, raw) in tables::list(ext.kinds) {
                 let needed = tables::required!(raw, tatu_sensor: id, measure);
                 let Some(id) = self.named(plugin, "sensor", raw.id, raw.size, &needed) else { continue };
@@ -67,6 +81,11 @@ impl Registry {
                         text: tables::text(f.text).unwrap_or_default(),
                     })
                     .collect();
+                if let Some(f) = fields.iter().find(|f| !(TATU_ELEM_F64..=TATU_ELEM_OBJECT).contains(&f.elem)) {
+                    let text = format!("the field `{}` of its sensor `{id}` has elements of type {}", f.name, f.elem);
+                    self.refuse(plugin, text, "use one of TATU_ELEM_*");
+                    continue;
+                }
                 self.sensors.push(SensorKind {
                     plugin,
                     id,
@@ -86,6 +105,7 @@ impl Registry {
         // SAFETY: as above.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_model>(TATU_MODEL)) else { return };
+            self.offered(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
             for (_, raw) in tables::list(ext.models) {
                 let needed = tables::required!(raw, tatu_model: id, build);
                 let Some(id) = self.named(plugin, "model", raw.id, raw.size, &needed) else { continue };
@@ -110,6 +130,7 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_script>(TATU_SCRIPT)) else {
                 return;
             };
+            self.offered(plugin, TATU_SCRIPT, ext.size, &tables::required!(ext, tatu_ext_script: languages));
             for (_, raw) in tables::list(ext.languages) {
                 let needed = tables::required!(
                     raw, tatu_language: id, life, load, find, call, resume, keep_func, drop_func, call_func
@@ -137,6 +158,14 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_command>(TATU_COMMAND)) else {
                 return;
             };
+            // Constants or preludes alone are enough: there need be no list of commands, but room for one.
+            let known = ext.size as usize >= offset_of!(tatu_ext_command, constants);
+            self.offered(
+                plugin,
+                TATU_COMMAND,
+                ext.size,
+                &[("commands", known, offset_of!(tatu_ext_command, constants))],
+            );
             if !ext.per_world.is_null() {
                 match self.life(plugin, "instance per world", ext.per_world) {
                     Some(life) => self.world_lives.push((plugin, life)),
