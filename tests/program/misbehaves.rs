@@ -143,6 +143,7 @@ impl Bench {
         let errors = told.iter().filter(|l| l.starts_with("error")).count();
         let call = match (function, how) {
             // By its own name; and what is numbered wrongly shows where the number is used.
+            ("tatu_command.call", "hang") => "tatu_command.call",
             ("tatu_command.call", _) => "misbehaves.call",
             ("tatu_language.find", "nonsense") => "tatu_language.call",
             ("tatu_language.keep_func", "nonsense") => "tatu_language.call_func",
@@ -150,7 +151,7 @@ impl Bench {
         };
         let names_plugin = |l: &str| l.contains("org.tatu.misbehaves");
         // The error of a command is the caller's; whose command it is stands in the summary.
-        let in_summary = || done.json()["errors"][0]["plugin"] == "org.tatu.misbehaves";
+        let in_summary = || !done.out.is_empty() && done.json()["errors"][0]["plugin"] == "org.tatu.misbehaves";
         let robot = || done.json()["objects"]["/Pioneer_p3dx"]["hash"].clone();
         let began = done.code == 1 && how != "hang";
         let wanted = [
@@ -189,6 +190,33 @@ fn errors_are_told_in_every_function() {
 #[test]
 fn nonsense_is_refused_in_every_function() {
     walk("nonsense", &[]);
+}
+
+#[test]
+fn a_function_that_never_returns_is_named_and_the_run_ended() {
+    walk("hang", &["--watchdog", "0.4", "--trace", "trace.jsonl"]);
+}
+
+#[test]
+fn what_was_written_before_a_call_got_stuck_is_whole() {
+    let bench = Bench::new();
+    let caller = "function sysCall_actuation() if sim.getSimulationTime() > 0.16 then misbehaves.call() end end";
+    let caller = with_lua(&watcher("caller", caller));
+    bench.place.write("scene.toml", &format!("format = 1\n[scene]\n{}{caller}", healthy()));
+    let args = ["--watchdog", "0.4", "--trace", "trace.jsonl"];
+    let wrong = bench.check("tatu_command.call", "hang", &args, "/caller");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let lines = bench.place.lines("trace.jsonl");
+    assert_eq!(lines.len(), 4, "four steps of 0.05 s were done");
+    let all = ["run", "scene.toml", "--json", "--watchdog", "0.4"];
+    let done = run(program(), bench.place.path(), &all, &[("TATU_MISBEHAVE", "tatu_command.call=hang")]);
+    let errors = done.errors();
+    assert_eq!(done.json()["steps"], 4);
+    assert_eq!(
+        (errors.len(), errors[0]["code"].as_str(), errors[0]["kind"].as_str()),
+        (1, Some("F210"), Some("stuck"))
+    );
+    assert_eq!(errors[0]["plugin"], "org.tatu.misbehaves");
 }
 
 #[test]

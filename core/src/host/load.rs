@@ -111,6 +111,7 @@ impl Loaded {
         let id = text(raw.id).filter(|s| !s.is_empty()).ok_or_else(|| {
             fail("its id is empty".into(), "give `tatu_plugin.id` a name of your own, such as \"org.example.gripper\"")
         })?;
+        watch.subject(&format!("{id} ({})", path.display()));
         Self::check_needs(&raw, host, path, remarks).map_err(|text| fail(text, REBUILD))?;
         let mut me = std::ptr::null_mut();
         let mut error = crate::calls::ErrorSlot::new();

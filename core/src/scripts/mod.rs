@@ -216,7 +216,13 @@ impl Script {
         // SAFETY: by the contract; `info` lives through the call.
         let create =
             || language.life.create.map_or(TATU_ERR, |f| unsafe { f(plugin.me, &info, &mut data, error.raw()) });
-        world.watch.name(self.slot, world.scene.borrow().path(self.slot));
+        {
+            // Calls of its commands are noted under the object that it belongs to.
+            let scene = world.scene.borrow();
+            let owner = scene.get(self.slot).map_or(0, |o| o.parent);
+            world.watch.name(owner, scene.path(owner));
+            world.watch.name(self.slot, scene.path(self.slot));
+        }
         let status = world.into_plugin(language.plugin, Call::Create, self.slot, create);
         // SAFETY: the host's own error object.
         let status = unsafe { answer(status, false, error.raw()) };
