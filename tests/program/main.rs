@@ -6,12 +6,14 @@
 
 mod away;
 mod cli;
+mod compat;
 mod course;
 mod demos;
 mod determinism;
 mod errors;
 mod header;
 mod kit;
+mod layout;
 mod mirror;
 mod misbehaves;
 mod nesting;
