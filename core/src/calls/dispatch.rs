@@ -93,7 +93,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     } else {
         calls.caller.set(Caller { kind: TATU_CALLER_NATIVE, ..caller });
         // SAFETY: the plugin's function; no borrow of the world is alive here.
-        world.into_plugin(entry.plugin, Call::Command, (caller.object & 0xF_FFFF) as u32, || unsafe { call(frame) })
+        world.cross(entry.plugin, Call::Command, (caller.object & 0xF_FFFF) as u32, || unsafe { call(frame) })
     };
     drop(level);
     // SAFETY: the frame again, after the plugin wrote its results.

@@ -96,8 +96,7 @@ pub(super) fn enter_with_error(
     calls.caller.set(script.as_caller(world));
     let mut used = 0;
     let plugin = script.plugin(world);
-    let status =
-        world.into_plugin(plugin, call, script.slot, || f(script.data.get(), frame, &budget, &mut used, error));
+    let status = world.cross(plugin, call, script.slot, || f(script.data.get(), frame, &budget, &mut used, error));
     drop(level);
     script.instructions.set(script.instructions.get().saturating_add(used));
     frame.error = error;
@@ -182,7 +181,7 @@ pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func>
     let keep = script.raw(&world.registry).keep_func?;
     // SAFETY: by the contract.
     let keep = || unsafe { keep(script.data.get(), local) };
-    let kept = world.into_quiet(script.plugin(world), Call::KeepFunc, script.slot, keep);
+    let kept = world.cross_quietly(script.plugin(world), Call::KeepFunc, script.slot, keep);
     (kept != 0).then_some(script.id.get() << 32 | u64::from(kept))
 }
 
@@ -192,6 +191,6 @@ pub(crate) fn drop_func(world: &WorldCell, func: tatu_func) {
     if let Some(drop) = script.raw(&world.registry).drop_func {
         // SAFETY: by the contract.
         let drop = || unsafe { drop(script.data.get(), local) };
-        world.into_quiet(script.plugin(world), Call::DropFunc, script.slot, drop);
+        world.cross_quietly(script.plugin(world), Call::DropFunc, script.slot, drop);
     }
 }

@@ -223,7 +223,7 @@ impl Script {
             world.watch.name(owner, scene.path(owner));
             world.watch.name(self.slot, scene.path(self.slot));
         }
-        let status = world.into_plugin(language.plugin, Call::Create, self.slot, create);
+        let status = world.cross(language.plugin, Call::Create, self.slot, create);
         // SAFETY: the host's own error object.
         let status = unsafe { answer(status, false, error.raw()) };
         if status < 0 {
@@ -239,11 +239,11 @@ impl Script {
         self.calls.set(0);
         let mut chosen = raw(&[]);
         let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
-        // SAFETY: as above.
         let load = || {
+            // SAFETY: as above; the texts live through the call.
             language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
         };
-        let status = world.into_plugin(language.plugin, Call::ScriptLoad, self.slot, load);
+        let status = world.cross(language.plugin, Call::ScriptLoad, self.slot, load);
         // SAFETY: as above.
         let status = unsafe { answer(status, false, error.raw()) };
         world.calls.caller.set(Caller::HOST);
@@ -284,7 +284,7 @@ impl Script {
         }
         // SAFETY: by the contract; the name lives through the call.
         let find = || self.raw(&world.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
-        world.into_quiet(self.plugin(world), Call::ScriptFind, self.slot, find)
+        world.cross_quietly(self.plugin(world), Call::ScriptFind, self.slot, find)
     }
 
     fn callback(self: &Rc<Self>, world: &WorldCell, id: u32) {
@@ -391,7 +391,7 @@ impl Script {
         self.id.set(0);
         if let Some(destroy) = world.registry.languages[self.language].life.destroy {
             // SAFETY: made by `create`, given back once.
-            world.into_quiet(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
+            world.cross_quietly(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
         }
     }
 

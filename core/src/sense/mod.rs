@@ -138,7 +138,7 @@ impl Device {
         if let Some(create) = kind.life.create {
             // SAFETY: by the contract of the extension; `info` and what it points to live through the call.
             let made = || unsafe { answer(create(plugin.me, &info, &mut data, error.raw()), false, error.raw()) };
-            if world.into_plugin(kind.plugin, Call::Create, slot, made) < 0 {
+            if world.cross(kind.plugin, Call::Create, slot, made) < 0 {
                 return Err(format!("{} [{}]", error.text(), Call::Create.text()));
             }
         }
@@ -156,7 +156,7 @@ impl Device {
             time: 0.0,
             off: false,
         };
-        device.plan = match world.into_plugin(kind.plugin, Call::Beams, slot, || device.ask_beams(kind)) {
+        device.plan = match world.cross(kind.plugin, Call::Beams, slot, || device.ask_beams(kind)) {
             Ok(plan) => plan,
             Err(text) => {
                 device.destroy(world);
@@ -252,7 +252,7 @@ impl Device {
         let kind = &world.registry.sensors[self.kind];
         if let Some(destroy) = kind.life.destroy {
             // SAFETY: made by `create`, given back once.
-            world.into_quiet(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
+            world.cross_quietly(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
         }
     }
 

@@ -105,7 +105,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
         let plugin = world.registry.sensors[kind].plugin;
         let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
         let run = || sense::measure(&mut sensing, &job, &around);
-        world.into_plugin(plugin, Call::Measure, first, run)
+        world.cross(plugin, Call::Measure, first, run)
     };
     for f in failed {
         if let Some(d) = world.sensing.borrow_mut().devices.iter_mut().find(|d| d.slot == f.slot) {

@@ -105,7 +105,7 @@ impl WorldCell {
     /// Calls a function of a plugin on behalf of an object (0: of none): noted for the watchdog, and with the
     /// floating-point mode put back. Every call into a plugin goes through here.
     #[inline]
-    pub fn into_plugin<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
+    pub fn cross<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
         let before = self.watch.enter(call, plugin, slot);
         let (done, moved) = guard::watched(f);
         self.watch.leave(before);
@@ -116,9 +116,9 @@ impl WorldCell {
         done
     }
     /// The same for a function that has no error object: what it logs as an error, a panic for instance, is its fault.
-    pub fn into_quiet<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
+    pub fn cross_quietly<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
         guard::listen();
-        let done = self.into_plugin(plugin, call, slot, f);
+        let done = self.cross(plugin, call, slot, f);
         for said in guard::heard() {
             let id = &self.registry.plugins[plugin].id;
             let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{id}` {said} in {}", call.text()));

@@ -127,7 +127,7 @@ impl World {
             if let Some(create) = life.create {
                 // SAFETY: by the contract; `info` lives through the call, the state as long as the instance.
                 let made = || unsafe { answer(create(p.me, &info, &mut data, error.raw()), false, error.raw()) };
-                if cell.into_plugin(*plugin, Call::Create, 0, made) < 0 {
+                if cell.cross(*plugin, Call::Create, 0, made) < 0 {
                     let (why, call) = (error.text(), Call::Create.text());
                     let text = format!("plugin `{}` cannot serve this world: {why} [{call}]", p.id);
                     return Err(Error::new("E403", text));
@@ -205,7 +205,7 @@ impl World {
             let Some(i) = i else { continue };
             if let Some(destroy) = i.destroy {
                 // SAFETY: made by `create`, given back once.
-                self.cell.into_quiet(plugin, Call::Destroy, 0, || unsafe { destroy(i.data) });
+                self.cell.cross_quietly(plugin, Call::Destroy, 0, || unsafe { destroy(i.data) });
             }
         }
     }

@@ -11,10 +11,7 @@ use super::{Fail, Host, Plugin, Result, World, plugin::Started};
 use crate::abi::*;
 
 /// Runs `f`; an error or panic is written into the host's error object.
-///
-/// The traits of this crate do so themselves. It is for functions that a plugin writes into a table of the ABI on its
-/// own: no panic may leave these.
-pub fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
+pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
     match catch_unwind(AssertUnwindSafe(f)) {
         Ok(Ok(status)) => status,
         // SAFETY: the host gives null or a live error.
@@ -25,6 +22,15 @@ pub fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> t
             unsafe { fail.write(error) }
         }
     }
+}
+
+/// The same for functions that a plugin writes into a table of the ABI on its own: no panic may leave these. The traits
+/// of this crate do so themselves.
+///
+/// # Safety
+/// `error` is null or what the host gave.
+pub unsafe fn guarded(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
+    run(error, f)
 }
 
 /// Runs `f` where no error can be returned: a panic goes to the host's log as an error, and the host names the function
@@ -39,7 +45,8 @@ pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
 }
 
 /// The log of the host that started this library first: each library has its own.
-static LOG: OnceLock<Box<dyn Fn(u32, &str) + Send + Sync>> = OnceLock::new();
+static LOG: OnceLock<Log> = OnceLock::new();
+type Log = Box<dyn Fn(u32, &str) + Send + Sync>;
 
 fn panic_text(panic: &(dyn Any + Send)) -> &str {
     panic

@@ -22,7 +22,7 @@ mod world;
 pub use call::{Call, IntoResult, Outcome};
 pub use command::{Command, Constant};
 pub use fail::{Fail, Result};
-pub use guard::{quiet as guarded_quietly, run as guarded};
+pub use guard::{guarded, quiet as guarded_quietly};
 pub use host::{Host, Prop};
 pub use language::{Budget, Flow, Frame, Language};
 pub use model::{Builder, Model, Node};

@@ -4,10 +4,10 @@ use std::{ffi::CStr, ptr::null};
 
 use tatu_plugin_api::{
     abi::*,
-    safe::{Fail, Result, guarded},
+    safe::{Fail, Result},
 };
 
-use crate::{List, Shared, life, plan::Plan, size};
+use crate::{List, Shared, guarded, life, plan::Plan, size};
 
 /// Sets the first results to these, and counts `n`.
 unsafe fn results(call: &mut tatu_call, values: &[tatu_value], n: u32) {

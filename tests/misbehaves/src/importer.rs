@@ -2,12 +2,9 @@
 
 use std::{ffi::c_void, ptr::null};
 
-use tatu_plugin_api::{
-    abi::*,
-    safe::{guarded, guarded_quietly},
-};
+use tatu_plugin_api::{abi::*, safe::guarded_quietly};
 
-use crate::{List, Shared, model::dummy, plan::Plan, size};
+use crate::{List, Shared, guarded, model::dummy, plan::Plan, size};
 
 unsafe extern "C" fn sniff(me: *mut c_void, _: tatu_str) -> u32 {
     // SAFETY: made by `init`; here and below.

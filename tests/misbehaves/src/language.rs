@@ -4,12 +4,13 @@ use std::{ffi::c_void, ptr::null};
 
 use tatu_plugin_api::{
     abi::*,
-    safe::{Fail, Result, guarded, guarded_quietly},
+    safe::{Fail, Result, guarded_quietly},
 };
 
 use crate::{
     List, Shared,
     command::{commands, hollow, said},
+    guarded,
     life::{self, Data},
     size,
 };

@@ -25,8 +25,14 @@ use std::{
 use plan::{How, Plan};
 use tatu_plugin_api::{
     abi::*,
-    safe::{Host, guarded, guarded_quietly, macro_support::Entry},
+    safe::{self, Host, guarded_quietly, macro_support::Entry},
 };
+
+/// Runs `f`; what goes wrong is written into the host's error object.
+fn guarded(error: *mut tatu_error, f: impl FnOnce() -> safe::Result<tatu_status>) -> tatu_status {
+    // SAFETY: every function here hands on what the host gave.
+    unsafe { safe::guarded(error, f) }
+}
 
 /// A null-terminated list of tables, as constants have it.
 #[repr(transparent)]

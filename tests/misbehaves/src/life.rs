@@ -2,13 +2,10 @@
 
 use std::ffi::c_void;
 
-use tatu_plugin_api::{
-    abi::*,
-    safe::{guarded, guarded_quietly},
-};
+use tatu_plugin_api::{abi::*, safe::guarded_quietly};
 
 use crate::{
-    Shared,
+    Shared, guarded,
     plan::{self, Plan},
     size,
 };

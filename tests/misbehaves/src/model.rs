@@ -4,10 +4,10 @@ use std::{ffi::c_void, ptr::null};
 
 use tatu_plugin_api::{
     abi::*,
-    safe::{Fail, Result, guarded},
+    safe::{Fail, Result},
 };
 
-use crate::{List, Shared, command::hollow, plan::Plan, size};
+use crate::{List, Shared, command::hollow, guarded, plan::Plan, size};
 
 /// Adds a dummy; with it, if asked for, what no builder can take.
 ///
@@ -29,7 +29,9 @@ pub unsafe fn dummy(builder: *const tatu_builder, nonsense: bool) -> Result<tatu
             b.set.map(|set| set(builder, 1, null(), &nothing));
             b.mesh.map(|mesh| mesh(builder, null(), 1 << 60, null(), 1 << 60));
             b.device.map(|device| device(builder, 4_000_000_000, c"misbehaves".as_ptr()));
-            b.report.map(|report| report(builder, 77, 4_000_000_000, tatu_str { ptr: null(), len: 9 }));
+            if let Some(report) = b.report {
+                report(builder, 77, 4_000_000_000, tatu_str { ptr: null(), len: 9 });
+            }
             return Ok(77);
         }
     }

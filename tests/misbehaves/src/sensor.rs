@@ -2,10 +2,10 @@
 
 use std::{ffi::c_void, ptr::null};
 
-use tatu_plugin_api::{abi::*, safe::guarded};
+use tatu_plugin_api::abi::*;
 
 use crate::{
-    List, Shared,
+    List, Shared, guarded,
     life::{self, Data},
     plan::{How, Plan},
     size,

@@ -2,14 +2,12 @@
 
 use std::{ffi::c_void, ptr::null};
 
-use tatu_plugin_api::{
-    abi::*,
-    safe::{guarded, guarded_quietly},
-};
+use tatu_plugin_api::{abi::*, safe::guarded_quietly};
 
 use crate::{
     List, Shared,
     command::{commands, hollow},
+    guarded,
     plan::{self, Plan},
     size,
 };
