@@ -54,6 +54,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn all_of_the_header_are_known() {
+        let header = include_str!("../../../plugin-api/include/tatu.h");
+        let ids = header.lines().filter_map(|l| l.strip_prefix("#define TATU_")?.split_once(" \"tatu."));
+        let mut theirs: Vec<String> = ids.map(|(_, id)| format!("tatu.{}", id.trim_end_matches('"'))).collect();
+        let ours = EXTENSIONS.iter().chain(&SERVICES).map(|id| id.to_str().unwrap().to_owned());
+        let mut ours: Vec<String> = ours.collect();
+        ours.sort();
+        theirs.sort();
+        assert_eq!(ours, theirs);
+    }
+
+    #[test]
     fn drafts_are_told_apart() {
         let told = other_draft("tatu.sensor/draft.9").unwrap();
         assert_eq!(told, "built for draft 9 of `tatu.sensor`, this host has draft 1");

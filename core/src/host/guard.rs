@@ -2,8 +2,8 @@
 //!
 //! The mode belongs to a thread: after a library built with `-ffast-math` has been loaded, everything else on that
 //! thread computes other results. The locale belongs to the process: with a decimal comma no number can be read any
-//! more. Both are restored and the plugin is named. The mode is a read of one register and is looked at around every
-//! call; the rest ([`Home`]) after loading, after making instances, and once per stage.
+//! more. Both are restored and the plugin is named. The mode is a read of one register and is looked at around
+//! every outermost call; the rest ([`Home`]) after loading, after making instances, and once per stage.
 
 use std::{
     cell::RefCell,

@@ -82,6 +82,11 @@ pub struct Watch {
 }
 
 impl Watch {
+    /// Whether no call is running.
+    #[inline]
+    pub fn is_idle(&self) -> bool {
+        self.now.load(Relaxed) & ((1 << COUNT) - 1) == 0
+    }
     /// Notes a call; gives what was noted before, for [`leave`](Self::leave).
     #[inline]
     pub fn enter(&self, call: Call, plugin: usize, slot: u32) -> u64 {

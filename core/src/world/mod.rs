@@ -74,6 +74,7 @@ impl World {
             watch: registry.watches.watch(),
             home: Home::now(),
             called: Cell::new(0),
+            suspicious: Cell::new(false),
             registry,
             document,
         });
