@@ -19,7 +19,7 @@ use crate::error::{Error, Result, nearest};
 /// One field of a sensor kind.
 #[derive(Debug, Clone)]
 pub struct FieldInfo {
-    /// "<schema>.<field>"
+    /// `<schema>.<field>`
     pub name: String,
     /// `TATU_ELEM_*`
     pub elem: u32,
