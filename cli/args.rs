@@ -63,6 +63,9 @@ pub struct Run {
     /// Put an object's pose and velocity, and a sensor's readings, into the trace.
     #[arg(long, value_name = "PATH")]
     pub watch: Vec<String>,
+    /// Seconds of real time after which a plugin call that has not returned ends the run; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
     /// End with a summary in JSON on standard output; everything else goes to standard error.
     #[arg(long)]
     pub json: bool,

@@ -4,6 +4,7 @@ mod args;
 mod commands;
 mod report;
 mod trace;
+mod watchdog;
 
 use std::process::ExitCode;
 

@@ -4,15 +4,18 @@ use std::{
     fs::File,
     io::{BufWriter, Write},
     path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError},
 };
 
 use serde_json::{Map, Value as Json, json};
 use tatu_core::{LogLine, World, error::Error};
 use tatu_plugin_api::{abi::TATU_LOG_STATUS, safe::Value};
 
+use crate::watchdog::SharedFile;
+
 /// Where the trace goes, if anywhere.
 pub struct Trace {
-    file: Option<(BufWriter<File>, PathBuf)>,
+    file: Option<(SharedFile, PathBuf)>,
     watched: Vec<String>,
 }
 
@@ -37,10 +40,15 @@ impl Trace {
             Some(p) => {
                 let file = File::create(p)
                     .map_err(|e| Error::new("E105", format!("cannot write the trace {}: {e}", p.display())))?;
-                Some((BufWriter::new(file), p.to_owned()))
+                Some((Arc::new(Mutex::new(BufWriter::new(file))), p.to_owned()))
             }
         };
         Ok(Trace { file, watched: watch.to_vec() })
+    }
+
+    /// The file, for the watchdog.
+    pub fn shared(&self) -> Option<SharedFile> {
+        self.file.as_ref().map(|(file, _)| file.clone())
     }
 
     /// Writes the line of the step that has just been done.
@@ -79,7 +87,8 @@ impl Trace {
 
     fn write(&mut self, line: &Json) -> Result<(), Error> {
         let Some((file, path)) = &mut self.file else { return Ok(()) };
-        if let Err(e) = writeln!(file, "{line}") {
+        let written = writeln!(file.lock().unwrap_or_else(PoisonError::into_inner), "{line}");
+        if let Err(e) = written {
             let error = Error::new("E105", format!("the trace {} ends here: {e}", path.display()));
             // The run goes on; one sentence is enough.
             self.file = None;
@@ -90,7 +99,8 @@ impl Trace {
 
     /// Writes what is still held back.
     pub fn close(self) -> Result<(), Error> {
-        let Some((mut file, path)) = self.file else { return Ok(()) };
+        let Some((file, path)) = self.file else { return Ok(()) };
+        let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
         file.flush().map_err(|e| Error::new("E105", format!("the trace {} is not whole: {e}", path.display())))
     }
 }

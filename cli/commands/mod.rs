@@ -10,7 +10,7 @@ use std::{path::Path, sync::Arc};
 use tatu_core::{
     document::{self, Document},
     error::Error,
-    host::{Registry, Search},
+    host::{Registry, Search, watchdog::Watches},
 };
 
 use crate::{args::Scene, report};
@@ -22,16 +22,29 @@ fn built() -> Vec<&'static str> {
 
 /// Loads every plugin that can be found, for a scene or for a list.
 pub fn registry(scene: Option<&Path>) -> Result<Arc<Registry>, Error> {
+    registry_watched(scene, Watches::default())
+}
+
+/// The same under a watchdog.
+pub fn registry_watched(scene: Option<&Path>, watches: Watches) -> Result<Arc<Registry>, Error> {
     let exe = std::env::current_exe().ok();
     let environment = std::env::var_os("TATU_PLUGIN_PATH");
     let mut search = Search::standard(exe.as_deref(), environment.as_deref(), &built());
     if let Some(scene) = scene {
         document::plugin_folders(scene)?.into_iter().for_each(|f| search.add_scene_folder(f));
     }
-    let registry = Registry::load(search);
+    let registry = Registry::load_watched(search, watches);
     registry.refused.iter().for_each(report::warning);
+    registry.notes.iter().for_each(|n| report::note(n));
     missing(&registry);
     Ok(Arc::new(registry))
+}
+
+/// Ends the plugins, which no world uses any more; whether all went well.
+pub fn end(registry: Arc<Registry>) -> bool {
+    let errors = Arc::into_inner(registry).map(Registry::end).unwrap_or_default();
+    errors.iter().for_each(report::error);
+    errors.is_empty()
 }
 
 /// Names the program's own plugins that were not found.

@@ -15,19 +15,28 @@ use serde_json::{Map, Value, json};
 use tatu_core::{
     World,
     error::{Error, Fault},
+    host::Registry,
     state::Hash,
 };
 use tatu_plugin_api::abi::*;
 
-use crate::{args::Run, report, trace::Trace};
+use crate::{args::Run, report, trace::Trace, watchdog::Watchdog};
 
 /// Simulated seconds of a run that is not told how long.
 const DEFAULT_SECONDS: f64 = 10.0;
 
 /// Exit code 0; 1 if something went wrong during the run; 2 if nothing could be started.
 pub fn run(args: &Run) -> ExitCode {
-    match start(args) {
-        Ok(world) => go(args, &world),
+    let watchdog = Watchdog::start(args.watchdog, args.json);
+    match start(args, &watchdog) {
+        Ok((world, registry)) => {
+            let code = go(args, &world, &watchdog);
+            drop(world);
+            match super::end(registry) {
+                true => code,
+                false => ExitCode::FAILURE,
+            }
+        }
         Err(e) => {
             report::error(&e);
             ExitCode::from(2)
@@ -35,13 +44,13 @@ pub fn run(args: &Run) -> ExitCode {
     }
 }
 
-fn start(args: &Run) -> Result<World, Error> {
-    let registry = super::registry(Some(&args.scene.scene))?;
+fn start(args: &Run, watchdog: &Watchdog) -> Result<(World, Arc<Registry>), Error> {
+    let registry = super::registry_watched(Some(&args.scene.scene), watchdog.watches.clone())?;
     let document = super::load(&args.scene, &registry)?;
-    World::with_threads(document, registry, args.threads.into())
+    Ok((World::with_threads(document, registry.clone(), args.threads.into())?, registry))
 }
 
-fn go(args: &Run, world: &World) -> ExitCode {
+fn go(args: &Run, world: &World, watchdog: &Watchdog) -> ExitCode {
     let steps = match (args.steps, args.seconds) {
         (Some(n), _) => n,
         (None, s) => (s.unwrap_or(DEFAULT_SECONDS) / world.dt()).round() as u64,
@@ -59,10 +68,13 @@ fn go(args: &Run, world: &World) -> ExitCode {
     let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
     let bar = progress(args, steps);
     let began = Instant::now();
+    watchdog.begin(trace.shared());
     world.start();
     while world.steps() < steps && !world.stop_requested() && !interrupted.load(Ordering::Relaxed) {
         world.step();
         let lines = world.take_lines();
+        let failed = lines.iter().any(|l| l.level == TATU_LOG_ERROR);
+        watchdog.step(world.steps(), world.time(), failed.then(|| world.faults()));
         if let Err(e) = trace.step(world, &lines) {
             bar.suspend(|| report::warning(&e));
         }
@@ -74,12 +86,14 @@ fn go(args: &Run, world: &World) -> ExitCode {
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
     let objects = objects(world, &hash);
     world.stop();
+    world.end();
     world.take_lines().iter().for_each(|l| tell(args, l));
     if let Err(e) = trace.close() {
         report::warning(&e);
     }
     let faults = world.faults();
     summary(args, done, time, wall, &hash, objects, &faults);
+    watchdog.told();
     if faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 

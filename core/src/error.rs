@@ -117,6 +117,8 @@ pub enum FaultKind {
     Plugin,
     /// The engine lost a body.
     Physics,
+    /// A plugin call did not return.
+    Stuck,
 }
 
 impl FaultKind {
@@ -145,6 +147,7 @@ impl FaultKind {
             FaultKind::Budget => "F206",
             FaultKind::Plugin => "F207",
             FaultKind::Physics => "F208",
+            FaultKind::Stuck => "F210",
         }
     }
 }

@@ -6,6 +6,7 @@
 
 mod away;
 mod cli;
+mod compat;
 mod course;
 mod declarations;
 mod demos;
@@ -17,9 +18,12 @@ mod header;
 mod import;
 mod importers;
 mod kit;
+mod layout;
 mod mirror;
+mod misbehaves;
 mod nesting;
 mod plugins;
+mod refusals;
 mod restart;
 mod sonar;
 mod thruster;

@@ -129,7 +129,8 @@ fn no_file_is_longer_than_one_reads() {
     for file in files(root()) {
         let name = short(&file).replace('\\', "/");
         let Ok(text) = fs::read_to_string(&file) else { continue };
-        if name != "plugin-api/include/tatu.h" {
+        // The manual is one file, and its frozen copies are copies.
+        if !name.ends_with("/tatu.h") {
             assert!(text.lines().count() <= 700, "{name} has {} lines: divide it", text.lines().count());
         }
     }

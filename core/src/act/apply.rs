@@ -6,8 +6,11 @@ use tatu_plugin_api::abi::*;
 
 use super::{Acting, Actuator, mount::Mount};
 use crate::{
-    calls::ErrorSlot,
-    host::Registry,
+    calls::{ErrorSlot, answer},
+    host::{
+        Registry, guard,
+        watchdog::{Call, Watch},
+    },
     physics::{Engine, Push},
     scene::{Data, Dynamics, Scene, pose_to_array},
 };
@@ -46,6 +49,8 @@ pub(crate) struct Acts<'a> {
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
     /// Simulation time, s.
     pub time: f64,
+    /// Which plugin call is running.
+    pub watch: &'a Watch,
 }
 
 /// One actuator of a batch: its place in [`Acting::devices`], where it sits, and its commands.
@@ -87,7 +92,8 @@ fn batches(acting: &Acting, dynamics: &Dynamics, around: &Acts<'_>, every_subste
 pub(crate) fn per_step(acting: &mut Acting, dynamics: &mut Dynamics, around: &Acts<'_>, dt: f64) -> Vec<Failed> {
     let (mut failed, mut pushes) = (Vec::new(), Vec::new());
     for batch in batches(acting, dynamics, around, false) {
-        apply(acting, &batch, around.registry, dynamics.engine(), (around.time, dt), &mut pushes, &mut failed);
+        let asked = Asked { registry: around.registry, watch: around.watch, engine: dynamics.engine() };
+        apply(acting, &batch, &asked, (around.time, dt), &mut pushes, &mut failed);
     }
     for p in pushes {
         dynamics.push(p.body, p.force, p.torque);
@@ -99,6 +105,7 @@ pub(crate) fn per_step(acting: &mut Acting, dynamics: &mut Dynamics, around: &Ac
 pub(crate) struct SubSteps<'a> {
     acting: &'a mut Acting,
     registry: &'a Registry,
+    watch: &'a Watch,
     batches: Vec<Batch>,
     time: f64,
     dt: f64,
@@ -113,7 +120,7 @@ impl<'a> SubSteps<'a> {
     /// Those of a world; `None`: there are none, and the engine need not ask.
     pub fn new(
         acting: &'a mut Acting,
-        registry: &'a Registry,
+        (registry, watch): (&'a Registry, &'a Watch),
         dynamics: &Dynamics,
         around: &Acts<'_>,
         dt: f64,
@@ -123,25 +130,32 @@ impl<'a> SubSteps<'a> {
             return None;
         }
         let dt = dt / f64::from(dynamics.engine_steps(dt).max(1));
-        Some(SubSteps { acting, registry, batches, time: around.time, dt, failed: Vec::new() })
+        Some(SubSteps { acting, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
     }
 
     /// Before one engine step.
     pub fn before(&mut self, engine: &dyn Engine, step: u32, out: &mut Vec<Push>) {
         let when = (self.time + f64::from(step) * self.dt, self.dt);
         for batch in &mut self.batches {
-            apply(self.acting, batch, self.registry, engine, when, out, &mut self.failed);
+            let asked = Asked { registry: self.registry, watch: self.watch, engine };
+            apply(self.acting, batch, &asked, when, out, &mut self.failed);
             batch.seats.retain(|s| !self.acting.devices[s.device].off);
         }
     }
+}
+
+/// Whom a batch goes to, and who looks on.
+struct Asked<'a> {
+    registry: &'a Registry,
+    watch: &'a Watch,
+    engine: &'a dyn Engine,
 }
 
 /// Calls a kind once, and turns what it gives into pushes. `when`: time, and how long until the next call, s.
 fn apply(
     acting: &mut Acting,
     batch: &Batch,
-    registry: &Registry,
-    engine: &dyn Engine,
+    &Asked { registry, watch, engine }: &Asked<'_>,
     when: (f64, f64),
     pushes: &mut Vec<Push>,
     failed: &mut Vec<Failed>,
@@ -167,13 +181,17 @@ fn apply(
     let table = s.batch(seats.len(), when);
     let mut error = ErrorSlot::new();
     let me = registry.plugins[info.plugin].me;
+    let before = watch.enter(Call::Apply, info.plugin, devices[seats[0].device].slot);
     // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
-    let status = info.raw.apply.map_or(TATU_OK, |f| unsafe { f(me, &table, error.raw()) });
+    let run = || info.raw.apply.map_or(TATU_OK, |f| unsafe { answer(f(me, &table, error.raw()), false, error.raw()) });
+    let (status, moved) = guard::watched(run);
+    watch.leave(before);
     for (i, (seat, m)) in seats.iter().zip(&motions).enumerate() {
         let d = &mut devices[seat.device];
         let (wrench, effort) = (s.wrench[i], s.effort[i]);
         let finite = wrench.iter().chain([&effort]).all(|x| x.is_finite());
         let (status, text) = match status.min(s.status[i]) {
+            _ if moved => (TATU_ERR, format!("changed {}", guard::MODE)),
             bad if bad < 0 => (bad, error.text()),
             _ if !finite => {
                 (TATU_ERR, format!("gave the wrench {wrench:?} and the effort {effort}; expected finite numbers"))

@@ -16,9 +16,12 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 pub(crate) use apply::{Acts, Failed, SubSteps, per_step};
 
-use crate::host::{
-    Registry,
-    instance::{Made, make},
+use crate::{
+    host::{
+        instance::{Made, make},
+        watchdog::Call,
+    },
+    world::WorldCell,
 };
 
 /// One actuator's instance.
@@ -59,23 +62,24 @@ impl Acting {
 impl Actuator {
     /// Makes the instance of an actuator. Must be called without any borrow of the world.
     pub fn create(
-        registry: &Registry,
+        world: &WorldCell,
         kind: usize,
         slot: u32,
         instance: tatu_instance,
         params: Vec<Value>,
     ) -> Result<Self, String> {
-        let info = &registry.actuators[kind];
+        let info = &world.registry.actuators[kind];
         let object = instance.owner;
-        let Made { data, state, .. } = make(registry.plugins[info.plugin].me, &info.life, instance, &params)?;
+        let Made { data, state, .. } = make(world, info.plugin, &info.life, slot, instance, &params)?;
         Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_told: false })
     }
 
     /// Ends the instance. Must be called without any borrow of the world.
-    pub fn destroy(self, registry: &Registry) {
-        if let Some(destroy) = registry.actuators[self.kind].life.destroy {
+    pub fn destroy(self, world: &WorldCell) {
+        let kind = &world.registry.actuators[self.kind];
+        if let Some(destroy) = kind.life.destroy {
             // SAFETY: made by `create`, given back once.
-            unsafe { destroy(self.data) };
+            world.cross_quietly(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
         }
     }
 }

@@ -10,7 +10,7 @@ use tatu_plugin_api::{
 use super::{Caller, Wait, bytes, waits};
 use crate::{
     error::{Fault, FaultKind},
-    host::{CommandEntry, Declared, check_value},
+    host::{CommandEntry, Declared, check_value, watchdog::Call},
     world::WorldCell,
 };
 
@@ -94,27 +94,44 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     } else {
         calls.caller.set(Caller { kind: TATU_CALLER_NATIVE, ..caller });
         // SAFETY: the plugin's function; no borrow of the world is alive here.
-        unsafe { call(frame) }
+        world.cross(entry.plugin, Call::Command, (caller.object & 0xF_FFFF) as u32, || unsafe { call(frame) })
     };
     drop(level);
     // SAFETY: the frame again, after the plugin wrote its results.
     let f = unsafe { &mut *frame };
-    match status {
+    // SAFETY: the error object of this call.
+    match unsafe { super::answer(status, true, f.error) } {
         TATU_WAIT => begin_wait(world, entry, f, caller),
-        0.. => {
-            f.n_results = f.n_results.min(f.results_cap);
-            for i in 0..f.n_results as usize {
-                // SAFETY: within the caller's array. A span without a place has no elements.
-                let v = unsafe { &mut *f.results.add(i) };
-                // SAFETY: the tag says which member is set.
-                if (TATU_TEXT..=TATU_MAP).contains(&v.tag) && unsafe { v.u.s.ptr.is_null() } {
-                    v.u.s.len = 0;
-                }
+        TATU_OK => match check_results(f) {
+            Ok(()) => TATU_OK,
+            Err(text) => {
+                f.n_results = 0;
+                say(f.error, TATU_ERR, &text);
+                failed(world, entry, f, TATU_ERR)
             }
-            TATU_OK
-        }
-        _ => failed(world, entry, f, status),
+        },
+        status => failed(world, entry, f, status),
     }
+}
+
+/// Results as the contract has them: no more than there is room for, each of a type that there is. A span without a
+/// place has no elements. What lies in lists is looked at by who reads them.
+pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
+    if f.n_results > f.results_cap {
+        return Err(format!("broke the contract: {} results where there is room for {}", f.n_results, f.results_cap));
+    }
+    for i in 0..f.n_results as usize {
+        // SAFETY: within the caller's array.
+        let v = unsafe { &mut *f.results.add(i) };
+        if v.tag > TATU_OBJECT {
+            return Err(format!("broke the contract: result {} is of type {}, which there is not", i + 1, v.tag));
+        }
+        // SAFETY: the tag says which member is set.
+        if (TATU_TEXT..=TATU_MAP).contains(&v.tag) && unsafe { v.u.s.ptr.is_null() } {
+            v.u.s.len = 0;
+        }
+    }
+    Ok(())
 }
 
 /// The command waits on behalf of the calling script.
@@ -127,7 +144,9 @@ fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller
             TATU_WAIT
         }
         _ => {
-            say(f.error, TATU_ERR, &format!("{}: answered that it waits, but for nothing", entry_name(entry, f.alias)))
+            drop(waits);
+            say(f.error, TATU_ERR, "broke the contract: it answered that it waits, but for nothing");
+            failed(world, entry, f, TATU_ERR)
         }
     }
 }
@@ -266,7 +285,9 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
         }
     };
     let text = match status {
-        TATU_ERR_PANIC => format!("{name}: plugin `{}` {said}", plugin.id),
+        _ if status == TATU_ERR_PANIC || said.starts_with("broke the contract") => {
+            format!("{name}: plugin `{}` {said}", plugin.id)
+        }
         // A chain of calls of one command names it once.
         _ if said.starts_with(&format!("{name}: ")) => said,
         _ => format!("{name}: {said}"),

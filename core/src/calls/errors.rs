@@ -5,6 +5,7 @@ use std::ffi::c_void;
 use tatu_plugin_api::abi::*;
 
 use super::{bytes, raw};
+use crate::host::watchdog::Call;
 
 /// An error object and the texts that it points to. Not moved once its raw form has been given out.
 pub struct ErrorSlot {
@@ -71,6 +72,48 @@ impl ErrorSlot {
             out += &format!(" ({})", of(self.raw.help));
         }
         if out.is_empty() { "no reason was given".into() } else { out }
+    }
+}
+
+/// What a plugin's function answered, as a status that there is: `TATU_OK`, `TATU_WAIT` where it may wait, or an error,
+/// about which something is said. Anything else is a breach of the contract.
+///
+/// # Safety
+/// `error` is a live error object of the host.
+pub(crate) unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error) -> tatu_status {
+    if status == TATU_OK || status == TATU_WAIT && may_wait || (TATU_ERR_MEMORY..0).contains(&status) {
+        return status;
+    }
+    // SAFETY: as promised.
+    unsafe {
+        if status > 0 || (*error).code == TATU_OK {
+            let text = format!("broke the contract: it answered with the status {status}, which means nothing here");
+            say(error, TATU_ERR, raw(text.as_bytes()));
+        }
+    }
+    TATU_ERR
+}
+
+/// Names the plugin and its function where an error is the plugin's own, and not one of a script that it ran: that has
+/// a place in a text.
+///
+/// # Safety
+/// `error` is a live error object of the host.
+pub(crate) unsafe fn name_plugin(status: tatu_status, error: *mut tatu_error, plugin: &str, call: Call) {
+    // SAFETY: as promised.
+    unsafe {
+        let said = super::text((*error).text).into_owned();
+        let placed = (*error).line > 0 || (*error).traceback.len > 0;
+        let own = ["panicked", "broke the contract"].iter().any(|own| said.starts_with(own));
+        if own || status == TATU_ERR && !placed {
+            let how = if own { "" } else { "failed: " };
+            let said = if said.is_empty() { "no reason was given".into() } else { said };
+            let help = super::text((*error).help).into_owned();
+            say(error, status, raw(format!("plugin `{plugin}` {how}{said} [{}]", call.text()).as_bytes()));
+            if !help.is_empty() {
+                add(error, TATU_PART_HELP, raw(help.as_bytes()), 0);
+            }
+        }
     }
 }
 

@@ -18,8 +18,8 @@ use std::cell::{Cell, RefCell};
 use tatu_plugin_api::abi::*;
 
 pub(crate) use arena::Arena;
-pub(crate) use dispatch::{CALL_API, call_command, say};
-pub(crate) use errors::{ErrorSlot, copy as copy_error};
+pub(crate) use dispatch::{CALL_API, call_command, check_results, say};
+pub(crate) use errors::{ErrorSlot, answer, copy as copy_error, name_plugin};
 pub(crate) use waits::{Due, Wait, Waits};
 
 /// Border crossings of any kind that may nest.

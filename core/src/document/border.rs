@@ -10,10 +10,10 @@ use tatu_plugin_api::{
 
 use super::{Builder, SCRIPT_KINDS, ScriptSpec, beside::Source};
 use crate::{
-    calls::{ErrorSlot, bytes, text},
+    calls::{ErrorSlot, answer, bytes, text},
     error::{Error, Result},
     geometry::Mesh,
-    host::Declared,
+    host::{Declared, watchdog::Call},
 };
 
 /// One build: the builder, and what has gone wrong so far.
@@ -27,10 +27,22 @@ struct Build<'b, 'a> {
     files: RefCell<Vec<Vec<u8>>>,
 }
 
-/// Why a build failed: what the host refused first, and what the plugin said itself.
-pub(super) struct Failed {
-    pub refused: Option<Error>,
-    pub said: Option<ErrorSlot>,
+/// Why a build failed.
+pub(super) enum Failed {
+    /// The plugin broke the contract.
+    Breach(Error),
+    /// What the host refused first.
+    Refused(Error),
+    /// What the plugin said itself.
+    Said(ErrorSlot),
+}
+
+/// Which function of which plugin runs.
+pub(super) struct Asked<'a> {
+    pub plugin: usize,
+    pub call: Call,
+    /// What is built, for messages.
+    pub subject: &'a str,
 }
 
 /// Runs a model's build function.
@@ -45,15 +57,21 @@ pub(super) fn run_model(
     let folder = builder.document.file.as_ref().and_then(|f| f.parent().map(PathBuf::from));
     let source = Source { name: None, roots: folder.iter().cloned().collect(), folder };
     let me = registry.plugins[info.plugin].me;
-    let done = run(builder, source, &info.params, params, parent, |table, params, error| {
+    let asked = Asked { plugin: info.plugin, call: Call::Build, subject: &format!("the model `{}`", info.id) };
+    let done = run(builder, asked, source, (&info.params, params), parent, |table, params, error| {
         // SAFETY: by the contract; the table and the parameters live through the call.
         info.raw.build.map_or(TATU_OK, |f| unsafe { f(me, table, params, error) })
     });
-    done.map_err(|failed| match (failed.refused, failed.said) {
-        (Some(e), _) => Error { text: format!("the model `{}`: {}", info.id, e.text), ..e },
-        (None, said) => {
-            let why = said.map_or(String::new(), |s| s.text());
-            Error::new("E111", format!("the model `{}` cannot be built: {why}", info.id))
+    let plugin = &registry.plugins[info.plugin].id;
+    done.map_err(|failed| match failed {
+        Failed::Breach(e) => e,
+        Failed::Refused(e) => {
+            let text = format!("the model `{}`: {} [{} of `{plugin}`]", info.id, e.text, Call::Build.text());
+            Error { text, ..e }
+        }
+        Failed::Said(said) => {
+            let text = format!("the model `{}` cannot be built: plugin `{plugin}` {}", info.id, said.text());
+            Error::new("E111", format!("{text} [{}]", Call::Build.text()))
         }
     })
 }
@@ -61,12 +79,13 @@ pub(super) fn run_model(
 /// Runs a plugin's function that writes into the builder, with its parameters, defaults filled in.
 pub(super) fn run(
     builder: &mut Builder<'_>,
+    asked: Asked<'_>,
     source: Source,
-    declared: &[Declared],
-    params: &[(String, Value)],
+    (declared, params): (&[Declared], &[(String, Value)]),
     parent: Option<usize>,
     call: impl FnOnce(*const tatu_builder, *const tatu_value, *mut tatu_error) -> tatu_status,
 ) -> Result<(), Failed> {
+    let registry = builder.registry;
     let mut room: Vec<Vec<u64>> = Vec::new();
     let raw: Vec<tatu_value> = declared
         .iter()
@@ -101,10 +120,17 @@ pub(super) fn run(
         file: Some(file),
     };
     let mut slot = ErrorSlot::new();
-    let status = call(&table, raw.as_ptr(), slot.raw());
+    // SAFETY: the host's own error object.
+    let answered = registry.watched(asked.plugin, asked.call, asked.subject, || unsafe {
+        answer(call(&table, raw.as_ptr(), slot.raw()), false, slot.raw())
+    });
     let refused = build.error.into_inner();
-    let said = (status < 0).then_some(slot);
-    if refused.is_some() || said.is_some() { Err(Failed { refused, said }) } else { Ok(()) }
+    match (answered, refused) {
+        (Err(e), _) => Err(Failed::Breach(e)),
+        (_, Some(e)) => Err(Failed::Refused(e)),
+        (Ok(status), None) if status < 0 => Err(Failed::Said(slot)),
+        _ => Ok(()),
+    }
 }
 
 /// Runs one function of the table; an error is kept for the end of the build, the first one.
@@ -137,6 +163,7 @@ unsafe fn c_text(s: *const c_char) -> String {
     unsafe { std::ffi::CStr::from_ptr(s) }.to_string_lossy().into_owned()
 }
 
+/// The index of an object that a plugin names by its number in the build. Whether it is there yet, the builder tells.
 fn index(build: &Build, object: u32) -> Result<usize> {
     match object {
         0 => Err(Error::new("E110", "object 0 of a build is the place where it will stand, and cannot be changed")),
@@ -213,7 +240,9 @@ unsafe extern "C" fn script(
         let (name, source) = (text(name).into_owned(), bytes(source).to_vec());
         with(t, |build, b| {
             let owner = index(build, owner)?;
-            let language = b.registry.language(if language.is_empty() { &name } else { &language })?;
+            let language = b
+                .registry
+                .language(if language.is_empty() { &name } else { &language }, &b.document.settings.providers)?;
             let kind = if kind.is_empty() { "child".into() } else { kind };
             if !SCRIPT_KINDS.contains(&kind.as_str()) {
                 let error = Error::new("E102", format!("a script of kind `{kind}`"));

@@ -176,10 +176,12 @@ impl<'a> Builder<'a> {
     /// Makes a sensor one of a kind or of a schema's provider, or an actuator one of a kind.
     pub fn device(&mut self, object: usize, kind_or_schema: &str) -> Result {
         let providers: &BTreeMap<_, _> = &self.document.settings.providers;
-        let spec = &mut self.document.objects[object];
+        let Some(spec) = self.document.objects.get_mut(object) else {
+            return Err(Error::new("E110", "there is no such object in this build"));
+        };
         let kind = match spec.kind {
             TATU_KIND_SENSOR => self.registry.sensor(kind_or_schema, providers)?,
-            TATU_KIND_ACTUATOR => self.registry.actuator(kind_or_schema)?,
+            TATU_KIND_ACTUATOR => self.registry.actuator(kind_or_schema, providers)?,
             other => {
                 let text = format!("`{}` is a {}, not a sensor or actuator", spec.alias, kind_name(other));
                 return Err(Error::new("E102", text));

@@ -8,12 +8,12 @@ use tatu_plugin_api::safe::Value;
 use super::{
     Builder, Made,
     beside::{MOST_BYTES, Source},
-    border::{Failed, run},
+    border::{Asked, Failed, run},
 };
 use crate::{
     calls,
     error::{Error, Place, Result},
-    host::Choice,
+    host::{Choice, watchdog::Call},
 };
 
 /// One import.
@@ -66,7 +66,8 @@ impl Builder<'_> {
         let outer = std::mem::replace(&mut self.group, group);
         let from = Source { name: Some(shown.clone()), folder: Some(folder), roots };
         let me = registry.plugins[info.plugin].me;
-        let done = run(self, from, &info.params, import.params, parent, |table, params, error| {
+        let asked = Asked { plugin: info.plugin, call: Call::Load, subject: &format!("the import of {shown}") };
+        let done = run(self, asked, from, (&info.params, import.params), parent, |table, params, error| {
             // SAFETY: by the contract; bytes, table and parameters live through the call.
             info.raw.load.map_or(0, |f| unsafe { f(me, calls::raw(import.bytes), table, params, error) })
         });
@@ -82,8 +83,13 @@ impl Builder<'_> {
 fn told(id: &str, file: &Path, bytes: &[u8], from: Option<&Place>, failed: Failed) -> Error {
     // SAFETY: the texts of the host's own error object.
     let of = |s| unsafe { calls::text(s) }.into_owned();
-    let said = failed.said.as_ref().map(|s| s.parts());
-    let (text, help) = match (&failed.refused, said) {
+    let (refused, slot) = match failed {
+        Failed::Breach(e) => return e,
+        Failed::Refused(e) => (Some(e), None),
+        Failed::Said(slot) => (None, Some(slot)),
+    };
+    let said = slot.as_ref().map(|s| s.parts());
+    let (text, help) = match (&refused, said) {
         (Some(e), _) => {
             (e.text.clone(), e.help.clone().or_else(|| e.expected.clone().map(|x| format!("expected {x}"))))
         }

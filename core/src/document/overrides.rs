@@ -161,7 +161,7 @@ pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all:
         let text = std::fs::read(&o.file)
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", o.file.display())))?;
         let name = o.file.display().to_string();
-        let language = registry.language(&name)?;
+        let language = registry.language(&name, &document.settings.providers)?;
         // It is called as the one whose place it takes: a main script stays one.
         let kind = document.objects[object].scripts.first().map_or("child".into(), |s| s.kind.clone());
         let spec = ScriptSpec { language, dialect: String::new(), kind, name, text };

@@ -71,11 +71,12 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
     };
     let wanted = language.clone().unwrap_or_else(|| name.clone());
     let providers = &b.document.settings.providers;
-    let wanted = providers.get(&wanted).cloned().unwrap_or(wanted);
     let index = match (&language, b.registry.languages.as_slice()) {
         // A text without a name to go by is in the only language there is.
-        (None, [_]) if inline => 0,
-        _ => b.registry.language(&wanted).map_err(|e| e.at(Some(place.clone())))?,
+        (None, [first, rest @ ..]) if inline && rest.iter().all(|l| l.id == first.id) => {
+            b.registry.language(&first.id, providers).map_err(|e| e.at(Some(place.clone())))?
+        }
+        _ => b.registry.language(&wanted, providers).map_err(|e| e.at(Some(place.clone())))?,
     };
     b.registry.check_dialect(Some(index), &dialect).map_err(|e| e.at(Some(dialect_at)))?;
     b.script(owner, ScriptSpec { language: index, dialect, kind, name, text }).map_err(|e| e.at(Some(place)))

@@ -95,7 +95,7 @@ impl<'a> Reader<'a> {
         let mut builder = Builder { registry, document: &mut document, group: 0, place: None };
         let bytes = read_bytes(file)?;
         let named = file.extension().is_some_and(|e| e == "toml");
-        if let Some(choice) = registry.importer_of(file, &bytes, &BTreeMap::new()).filter(|_| !named) {
+        if let Some(choice) = registry.importer_of(file, &bytes, &BTreeMap::new())?.filter(|_| !named) {
             let params = model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect::<Vec<_>>();
             builder.place = Some(Place { file: file.to_owned(), ..Default::default() });
             let import = import::Import { file, bytes: &bytes, choice, params: &params };
@@ -205,13 +205,17 @@ impl<'a> Reader<'a> {
     /// Whether a provider offers what it is named for: a schema of readings, or the suffix of a language's files.
     fn check_provider(&self, key: &str, value: &str) -> Result {
         let plugin = |i: usize| self.registry.plugins[i].id.as_str();
-        let sensors = self.registry.sensors.iter().filter(|s| s.schemas.iter().any(|x| x == key));
-        let importers = self.registry.importers.iter().filter(|i| i.suffixes.iter().any(|x| x == key));
+        let sensors = self.registry.sensors.iter().filter(|s| s.id == key || s.schemas.iter().any(|x| x == key));
+        let actuators = self.registry.actuators.iter().filter(|a| a.id == key);
+        let importers = self.registry.importers.iter().filter(|i| i.id == key || i.suffixes.iter().any(|x| x == key));
+        let models = self.registry.models.iter().filter(|m| m.id == key);
         let languages = self.registry.languages.iter().filter(|l| l.id == key || l.suffixes.iter().any(|x| x == key));
         let offers: Vec<&str> = sensors
             .flat_map(|s| [s.id.as_str(), plugin(s.plugin)])
             .chain(languages.flat_map(|l| [l.id.as_str(), plugin(l.plugin)]))
             .chain(importers.flat_map(|i| [i.id.as_str(), plugin(i.plugin)]))
+            .chain(actuators.map(|a| plugin(a.plugin)))
+            .chain(models.map(|m| plugin(m.plugin)))
             .collect();
         if offers.contains(&value) {
             return Ok(());
@@ -268,8 +272,8 @@ impl<'a> Reader<'a> {
         if id.ends_with(".toml") {
             return self.included(b, table, &id, placement, parent, at);
         }
-        let model = self.registry.model(&id).map_err(|e| e.at(at.clone()))?;
-        let index = self.registry.models.iter().position(|m| m.id == model.id).unwrap_or(0);
+        let index = self.registry.model(&id, &b.document.settings.providers).map_err(|e| e.at(at.clone()))?;
+        let model = &self.registry.models[index];
         let params = self.params(b, table, &model.params, ("model", &id), MODEL_KEYS)?;
         let base = b.model(index, &params, parent, placement).map_err(|e| e.at(at))?;
         self.finish(b, table, base)
@@ -288,16 +292,16 @@ impl<'a> Reader<'a> {
         let parent = self.parent(b, table, parent)?;
         let file = self.text.file.parent().unwrap_or(Path::new("")).join(&name);
         let bytes = import::source(&file, &name).map_err(|e| e.at(Some(at.clone())))?;
+        let providers = &b.document.settings.providers;
         let choice = match table.get("importer") {
             Some(item) => {
                 let id = self.string(table, "importer", item)?;
-                let found = self.registry.importer(&id);
+                let found = self.registry.importer(&id, providers);
                 let importer = found.map_err(|e| e.at(Some(self.text.value(table, "importer"))))?;
                 Choice { importer, note: None }
             }
             None => {
-                let providers = &b.document.settings.providers;
-                let found = self.registry.importer_of(&file, &bytes, providers);
+                let found = self.registry.importer_of(&file, &bytes, providers).map_err(|e| e.at(Some(at.clone())))?;
                 found.ok_or_else(|| self.registry.no_importer(Path::new(&name)).at(Some(at.clone())))?
             }
         };

@@ -2,47 +2,71 @@
 
 use std::path::Path;
 
-/// Why a file must not be given to the loader. Files of other formats are left to it: they fail in order.
-pub fn check(path: &Path) -> Result<(), String> {
-    let bytes = std::fs::read(path).map_err(|e| e.to_string())?;
+/// Why a file must not be given to the loader, and what to do.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Unfit {
+    /// What is wrong.
+    pub text: String,
+    /// What to do.
+    pub mend: &'static str,
+}
+
+const AGAIN: &str = "build or copy it again";
+const REBUILD: &str = "build it for this processor and system";
+
+/// Looks at a file. Formats other than ELF are left to their loaders: these fail in order.
+pub fn check(path: &Path) -> Result<(), Unfit> {
+    let no = |text: String, mend| Err(Unfit { text, mend });
+    let bytes = std::fs::read(path).map_err(|e| Unfit { text: format!("it cannot be read: {e}"), mend: AGAIN })?;
     if bytes.is_empty() {
-        return Err("the file is empty".into());
+        return no("the file is empty".into(), AGAIN);
+    }
+    let elf_system = cfg!(all(unix, not(target_vendor = "apple")));
+    if elf_system && !bytes.starts_with(b"\x7fELF") {
+        return no("it is no library: it does not begin as an ELF file does".into(), AGAIN);
+    }
+    if !elf_system || bytes.len() > 5 && bytes[4..6] != [2, 1] {
+        return match elf_system && cfg!(all(target_pointer_width = "64", target_endian = "little")) {
+            true => no("it is an ELF file of another word size or byte order".into(), REBUILD),
+            false => Ok(()),
+        };
     }
     // 64-bit little-endian ELF; offsets of the ELF-64 object file format.
-    if !bytes.starts_with(b"\x7fELF\x02\x01") {
-        return Ok(());
-    }
-    let cut = || format!("the file is cut off: it has only {} bytes of what its headers tell", bytes.len());
-    let number = |at: usize, n: usize| -> Option<u64> {
-        let part = bytes.get(at..at.checked_add(n)?)?;
+    let have = bytes.len() as u64;
+    let number = |at: u64, n: u64| -> Option<u64> {
+        let part = bytes.get(at as usize..at.checked_add(n)? as usize)?;
         Some(part.iter().rev().fold(0, |x, b| x << 8 | u64::from(*b)))
     };
-    let machine = number(18, 2).ok_or_else(cut)?;
+    let whole = || -> Option<bool> {
+        let segments = (number(32, 8)?, number(54, 2)?, number(56, 2)?);
+        for i in 0..segments.2 {
+            let at = segments.0.checked_add(i * segments.1)?;
+            let (offset, length) = (number(at.checked_add(8)?, 8)?, number(at.checked_add(32)?, 8)?);
+            if offset.checked_add(length)? > have {
+                return Some(false);
+            }
+        }
+        // The loader does not need the table of sections, which stands at the end: without it the end is lost.
+        let (sections, size, count) = (number(40, 8)?, number(58, 2)?, number(60, 2)?);
+        Some(sections == 0 || sections.checked_add(size * count)? <= have)
+    };
+    let machine = number(18, 2);
     let ours = match std::env::consts::ARCH {
         "x86_64" => Some(62),
         "aarch64" => Some(183),
         "riscv64" => Some(243),
         _ => None,
     };
-    if ours.is_some_and(|m| m != machine) {
-        return Err(format!("it is built for another processor (ELF machine {machine}); build it for this one"));
-    }
-    let (Some(table), Some(size), Some(count)) = (number(32, 8), number(54, 2), number(56, 2)) else {
-        return Err(cut());
-    };
-    for i in 0..count {
-        let at = table.saturating_add(i * size) as usize;
-        let (Some(offset), Some(length)) = (number(at.saturating_add(8), 8), number(at.saturating_add(32), 8)) else {
-            return Err(cut());
-        };
-        if offset.saturating_add(length) > bytes.len() as u64 {
-            return Err(cut());
+    match (machine, ours) {
+        (Some(m), Some(ours)) if m != ours => {
+            no(format!("it is built for another processor (ELF machine {m}, this one is {ours})"), REBUILD)
         }
+        _ if whole() == Some(true) => Ok(()),
+        _ => no(format!("the file is cut off: it has only {have} bytes of what its headers tell"), AGAIN),
     }
-    Ok(())
 }
 
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(all(test, target_os = "linux", target_pointer_width = "64"))]
 mod tests {
     use super::*;
 
@@ -52,11 +76,9 @@ mod tests {
         assert_eq!(check(&whole), Ok(()));
         let bytes = std::fs::read(&whole).unwrap();
         let file = std::env::temp_dir().join(format!("tatu_elf_{}", std::process::id()));
-        for n in [0, 5, 30, 4096, 1 << 16] {
+        for n in [0, 1, 5, 6, 30, 64, 4096, 1 << 16, bytes.len() / 2, bytes.len() - 1] {
             std::fs::write(&file, &bytes[..n]).unwrap();
-            let passes = check(&file).is_ok();
-            // Too short to be known as ELF at all: the loader refuses it in order.
-            assert_eq!(passes, n == 5, "{n} bytes");
+            assert!(check(&file).is_err(), "{n} bytes");
         }
         std::fs::remove_file(&file).unwrap();
     }

@@ -4,8 +4,11 @@ use std::ffi::c_void;
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::Declared;
-use crate::calls::ErrorSlot;
+use super::{Declared, watchdog::Call};
+use crate::{
+    calls::{ErrorSlot, answer},
+    world::WorldCell,
+};
 
 /// What a plugin keeps for one device, and the state block that the host keeps for it.
 pub(crate) struct Made {
@@ -17,8 +20,10 @@ pub(crate) struct Made {
 
 /// Makes an instance with the values of its declared parameters. Must be called without any borrow of the world.
 pub(crate) fn make(
-    me: *mut c_void,
+    world: &WorldCell,
+    plugin: usize,
     life: &tatu_life,
+    slot: u32,
     instance: tatu_instance,
     params: &[Value],
 ) -> Result<Made, String> {
@@ -41,9 +46,11 @@ pub(crate) fn make(
     };
     let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
     if let Some(create) = life.create {
+        let me = world.registry.plugins[plugin].me;
         // SAFETY: by the contract of the extension; `info` and what it points to live through the call.
-        if unsafe { create(me, &info, &mut data, error.raw()) } < 0 {
-            return Err(error.text());
+        let made = || unsafe { answer(create(me, &info, &mut data, error.raw()), false, error.raw()) };
+        if world.cross(plugin, Call::Create, slot, made) < 0 {
+            return Err(format!("{} [{}]", error.text(), Call::Create.text()));
         }
     }
     Ok(Made { id: info.id, data, state })

@@ -9,8 +9,28 @@ use std::{
 use libloading::Library;
 use tatu_plugin_api::abi::*;
 
-use super::{services::HostTables, tables};
-use crate::error::{Error, Result};
+use super::{
+    drafts,
+    guard::{self, Home},
+    services::HostTables,
+    tables,
+    watchdog::{Call, Watch},
+};
+use crate::{
+    calls::answer,
+    error::{Error, Result},
+};
+
+/// What there is to say about plugins that are loaded nevertheless.
+#[derive(Default)]
+pub struct Remarks {
+    /// What does not work, or should not be.
+    pub warnings: Vec<Error>,
+    /// What is only good to know.
+    pub notes: Vec<String>,
+}
+
+const REBUILD: &str = "rebuild it against this release's plugin-api";
 
 /// A loaded and started plugin. Never unloaded: threads and thread-locals of the library may outlive any wish.
 pub struct Loaded {
@@ -33,15 +53,32 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Opens and starts a plugin.
-    pub fn open(path: &Path, host: &Arc<HostTables>) -> Result<Self> {
-        let fail = |text: String| Error::new("E301", format!("cannot load the plugin {}: {text}", path.display()));
-        super::elf::check(path).map_err(&fail)?;
+    /// Opens and starts a plugin. What it did that is no reason to refuse it is told in `remarks`.
+    pub fn open(path: &Path, host: &Arc<HostTables>, watch: &Watch, remarks: &mut Remarks) -> Result<Self> {
+        let home = Home::now();
+        watch.subject(&path.display().to_string());
+        // Beyond any index: the plugin has none yet.
+        let outside = watch.enter(Call::Load, usize::MAX, 0);
+        let opened = Self::open_watched(path, host, watch, remarks);
+        watch.leave(outside);
+        watch.subject("");
+        if let Some(what) = home.restore() {
+            let text = format!("the plugin {} changes {what} when it is loaded or started", path.display());
+            remarks.warnings.push(Error::new("E321", text).help(guard::MEND));
+        }
+        opened
+    }
+
+    fn open_watched(path: &Path, host: &Arc<HostTables>, watch: &Watch, remarks: &mut Remarks) -> Result<Self> {
+        let fail = |text: String, mend: &str| {
+            Error::new("E301", format!("cannot load the plugin {}: {text}", path.display())).help(mend)
+        };
+        super::elf::check(path).map_err(|unfit| fail(unfit.text, unfit.mend))?;
         // SAFETY: running a library's constructors is what loading a plugin means.
         let library = unsafe { Library::new(path) }.map_err(|e| {
             // The loader's own words are behind libloading's.
             let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
-            fail(format!("{e}{reason}"))
+            fail(format!("{e}{reason}"), "build it again, for this system, and install the libraries that it needs")
         })?;
         // SAFETY: the symbol is a constant of this type by the contract.
         let descriptor: *const tatu_plugin_t =
@@ -53,27 +90,53 @@ impl Loaded {
         std::mem::forget(library);
         // SAFETY: the descriptor lives as long as the library.
         let raw = unsafe { tables::read(descriptor) }.ok_or_else(|| {
-            fail("it exports no `tatu_plugin`".into())
-                .help("a plugin exports a `tatu_plugin_t` of that name; in C++ include tatu.h before defining it")
+            fail(
+                "it exports no `tatu_plugin`".into(),
+                "a plugin exports a `tatu_plugin_t` of that name; in C++ include tatu.h before defining it",
+            )
         })?;
         if raw.abi_major != TATU_ABI_MAJOR {
-            return Err(fail(format!(
+            let text = format!(
                 "it was built for ABI {}.{}, this host has {TATU_ABI_MAJOR}.{TATU_ABI_MINOR}",
                 raw.abi_major, raw.abi_minor
-            ))
-            .help("rebuild it against this release's plugin-api"));
+            );
+            return Err(fail(text, "rebuild it against this release's plugin-api"));
+        }
+        let needed = tables::required!(raw, tatu_plugin_t: id, extension);
+        if let Some(lack) = tables::lacking(raw.size, &needed) {
+            return Err(fail(format!("its descriptor `tatu_plugin` {lack}"), tables::MEND));
         }
         // SAFETY: strings of the descriptor live as long as the library.
         let text = |p| unsafe { tables::text(p) };
-        let id = text(raw.id).filter(|s| !s.is_empty()).ok_or_else(|| fail("it has no id".into()))?;
-        Self::check_needs(&raw, host).map_err(&fail)?;
+        let id = text(raw.id).filter(|s| !s.is_empty()).ok_or_else(|| {
+            fail("its id is empty".into(), "give `tatu_plugin.id` a name of your own, such as \"org.example.gripper\"")
+        })?;
+        watch.subject(&format!("{id} ({})", path.display()));
+        Self::check_needs(&raw, host, path, remarks).map_err(|text| fail(text, REBUILD))?;
         let mut me = std::ptr::null_mut();
         let mut error = crate::calls::ErrorSlot::new();
+        host.forget_refused();
         if let Some(init) = raw.init {
+            watch.enter(Call::Init, usize::MAX, 0);
             // SAFETY: by the contract; the host's table lives as long as `_host`.
-            let status = unsafe { init(host.raw(), &mut me, error.raw()) };
+            let status = unsafe { answer(init(host.raw(), &mut me, error.raw()), false, error.raw()) };
+            watch.enter(Call::Extension, usize::MAX, 0);
             if status < 0 {
-                return Err(fail(format!("its start failed: {}", error.text())));
+                let said = error.text();
+                return Err(match host.refused_drafts().as_slice() {
+                    [] => fail(
+                        format!("its start ({} of `{id}`) failed: {said}", Call::Init.text()),
+                        "do what it says, or ask the author of the plugin; `tatu list plugins` tries it again",
+                    ),
+                    asked => fail(
+                        format!(
+                            "its start ({} of `{id}`) failed: {said}; it is {}",
+                            Call::Init.text(),
+                            asked.join("; ")
+                        ),
+                        REBUILD,
+                    ),
+                });
             }
         }
         let loaded = Loaded {
@@ -87,20 +150,32 @@ impl Loaded {
             raw,
             _host: host.clone(),
         };
-        loaded.check_layouts().map_err(fail)?;
+        loaded.check_layouts().map_err(|text| fail(text, REBUILD))?;
+        guard::listen();
+        let others = drafts::offered(|id| !loaded.extension::<u8>(id).is_null());
+        if let Some(said) = guard::heard().first() {
+            return Err(fail(
+                format!("{} of `{}` {said}", Call::Extension.text(), loaded.id),
+                "ask the author of the plugin",
+            ));
+        }
+        for other in others {
+            let text = format!("the plugin {} is {other}: that part of it is not used", path.display());
+            remarks.warnings.push(Error::new("E320", text).help(REBUILD));
+        }
         Ok(loaded)
     }
 
-    fn check_needs(raw: &tatu_plugin_t, host: &HostTables) -> Result<(), String> {
+    fn check_needs(raw: &tatu_plugin_t, host: &HostTables, path: &Path, remarks: &mut Remarks) -> Result<(), String> {
         // SAFETY: a null-terminated list of tables, by the contract.
-        for need in unsafe { tables::pointers(raw.needs) } {
-            // SAFETY: as above.
-            let (optional, id) = unsafe { ((*need).optional, (*need).id) };
+        for (_, need) in unsafe { tables::list(raw.needs) } {
             // SAFETY: NUL-terminated, by the contract.
-            let Some(id) = (unsafe { tables::text(id) }) else { continue };
-            if optional == 0 && host.find(&id).is_null() {
-                return Err(format!("it needs `{id}`, which this host does not offer; rebuild it for this release"));
+            let Some(id) = (unsafe { tables::text(need.id) }).filter(|id| host.find(id).is_null()) else { continue };
+            let why = drafts::other_draft(&id).unwrap_or_else(|| "which this host does not offer".into());
+            if need.optional == 0 {
+                return Err(format!("it needs `{id}`, {why}"));
             }
+            remarks.notes.push(format!("the plugin {} would like `{id}`, {why}; it goes without", path.display()));
         }
         Ok(())
     }
@@ -112,7 +187,7 @@ impl Loaded {
             return Ok(());
         }
         // SAFETY: the extension of that id is such a table.
-        unsafe { compare_layouts(theirs) }.map(drop).map_err(|e| format!("{e}; rebuild it against this plugin-api"))
+        unsafe { compare_layouts(theirs) }.map(drop)
     }
 
     /// The table of one of its extensions, or null.
@@ -122,11 +197,23 @@ impl Loaded {
     }
 }
 
+impl Loaded {
+    /// Ends it, once; what went wrong. No instance is left, since worlds hold the registry that holds this.
+    pub(crate) fn end(&mut self) -> Vec<Error> {
+        let Some(shutdown) = self.raw.shutdown.take() else { return Vec::new() };
+        let home = Home::now();
+        guard::listen();
+        // SAFETY: by the contract; once.
+        unsafe { shutdown(self.me) };
+        let changed = home.restore().map(|what| format!("changed {what}"));
+        let told = guard::heard().into_iter().chain(changed);
+        let whose = format!("the plugin `{}` ({})", self.id, self.path.display());
+        told.map(|text| Error::new("E323", format!("{whose} {text} in {}", Call::Shutdown.text()))).collect()
+    }
+}
+
 impl Drop for Loaded {
     fn drop(&mut self) {
-        if let Some(shutdown) = self.raw.shutdown {
-            // SAFETY: no instance is left, since worlds hold the registry that holds this.
-            unsafe { shutdown(self.me) };
-        }
+        self.end();
     }
 }

@@ -3,6 +3,8 @@
 //! - `search`: the folders and files that may be plugins;
 //! - `load`: opens one and copies its tables;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
+//! - `guard`: floating-point mode and locale, which plugins must leave alone;
+//! - [`watchdog`]: which plugin call is running, and for how long;
 //! - `declared`: declarations (parameters, commands) in Rust's words; `checks`: those that make no sense;
 //! - [`schemas`]: what readings mean;
 //! - `instance`: making the instance of a device;
@@ -10,7 +12,9 @@
 
 mod checks;
 mod declared;
+mod drafts;
 mod elf;
+pub(crate) mod guard;
 pub(crate) mod instance;
 mod load;
 mod registry;
@@ -18,10 +22,11 @@ pub mod schemas;
 mod search;
 pub(crate) mod services;
 mod tables;
+pub mod watchdog;
 
 pub use declared::{Declared, check_value};
 pub use registry::{
-    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, Importer, Language, Model, NameEntry, Plugin, Prelude,
-    Registry, SensorKind,
+    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, Language, Model, NameEntry, Plugin,
+    Prelude, Registry, SensorKind,
 };
 pub use search::{Search, Source};

@@ -20,6 +20,7 @@ macro_rules! table {
 }
 table!(
     tatu_plugin_t,
+    tatu_need,
     tatu_param,
     tatu_life,
     tatu_name,
@@ -56,8 +57,44 @@ pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
         let mut to: T = std::mem::zeroed();
         let take = size.min(size_of::<T>()) & !7;
         std::ptr::copy_nonoverlapping(from.cast::<u8>(), (&raw mut to).cast::<u8>(), take);
+        // What the table tells of itself stays, for messages.
+        *(&raw mut to).cast::<u32>() = size as u32;
         Some(to)
     }
+}
+
+/// A pointer or function that a table must have: name, whether it is there, where it ends.
+pub type Required = (&'static str, bool, usize);
+
+/// The fields of a copied table that must not be null.
+macro_rules! required {
+    ($table:expr, $type:ty: $($field:ident),+) => {
+        [$((
+            stringify!($field),
+            !crate::host::tables::is_zero(&$table.$field),
+            core::mem::offset_of!($type, $field) + size_of_val(&$table.$field),
+        )),+]
+    };
+}
+pub(super) use required;
+
+/// Whether all bytes of a pointer or function are zero: null.
+pub fn is_zero<T: Copy>(field: &T) -> bool {
+    const { assert!(size_of::<T>() == size_of::<usize>()) };
+    // SAFETY: as large as a pointer, and every pattern of bits is a number.
+    unsafe { std::mem::transmute_copy::<T, usize>(field) == 0 }
+}
+
+/// What to do about a field that is not there.
+pub const MEND: &str = "set `size` to sizeof, and fill what is required";
+
+/// The first required field that is not there, in words; `size` is what the table tells of itself.
+pub fn lacking(size: u32, required: &[Required]) -> Option<String> {
+    let (name, _, end) = required.iter().find(|(_, there, _)| !there)?;
+    Some(match (size as usize) < *end {
+        true => format!("is too short: it tells {size} bytes, and `{name}`, which is required, ends at {end}"),
+        false => format!("has no `{name}`, which is required"),
+    })
 }
 
 /// The tables of a null-terminated list.

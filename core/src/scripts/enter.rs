@@ -6,7 +6,8 @@ use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::Script;
 use crate::{
-    calls::{CALL_API, MAX_DEPTH, say},
+    calls::{CALL_API, MAX_DEPTH, answer, check_results, name_plugin, say},
+    host::watchdog::Call,
     world::WorldCell,
 };
 
@@ -56,16 +57,18 @@ pub(crate) fn function_frame(args: &[tatu_value]) -> tatu_call {
 pub(super) fn enter(
     world: &WorldCell,
     script: &Rc<Script>,
+    call: Call,
     frame: &mut tatu_call,
     f: impl FnOnce(*mut c_void, *mut tatu_call, *const tatu_budget, *mut u64, *mut tatu_error) -> tatu_status,
 ) -> tatu_status {
-    enter_with_error(world, script, frame, std::ptr::null_mut(), f)
+    enter_with_error(world, script, call, frame, std::ptr::null_mut(), f)
 }
 
 /// Enters a script; the frame carries an error object for it to read, if one is given.
 pub(super) fn enter_with_error(
     world: &WorldCell,
     script: &Rc<Script>,
+    call: Call,
     frame: &mut tatu_call,
     carried: *mut tatu_error,
     f: impl FnOnce(*mut c_void, *mut tatu_call, *const tatu_budget, *mut u64, *mut tatu_error) -> tatu_status,
@@ -92,10 +95,24 @@ pub(super) fn enter_with_error(
     };
     calls.caller.set(script.as_caller(world));
     let mut used = 0;
-    let status = f(script.data.get(), frame, &budget, &mut used, error);
+    let plugin = script.plugin(world);
+    let status = world.cross(plugin, call, script.slot, || f(script.data.get(), frame, &budget, &mut used, error));
     drop(level);
-    script.instructions.set(script.instructions.get() + used);
+    script.instructions.set(script.instructions.get().saturating_add(used));
     frame.error = error;
+    // SAFETY: the error object of this call.
+    let status = unsafe { answer(status, true, error) };
+    let status = match if status < 0 { Ok(()) } else { check_results(frame) } {
+        Ok(()) => status,
+        Err(text) => {
+            frame.n_results = 0;
+            say(error, TATU_ERR, &text)
+        }
+    };
+    if status < 0 {
+        // SAFETY: as above.
+        unsafe { name_plugin(status, error, &world.registry.plugins[plugin].id, call) };
+    }
     status
 }
 
@@ -119,7 +136,7 @@ pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut t
     };
     let Some(call) = script.raw(&world.registry).call_func else { return TATU_ERR_UNSUPPORTED };
     // SAFETY: by the contract.
-    enter(world, &script, f, |data, frame, budget, used, error| unsafe {
+    enter(world, &script, Call::CallFunc, f, |data, frame, budget, used, error| unsafe {
         call(data, local, frame, budget, used, error)
     })
 }
@@ -147,7 +164,7 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
         return refuse(f, TATU_ERR_MISSING, &text);
     };
     // SAFETY: by the contract.
-    let status = enter(world, &script, f, |data, frame, budget, used, error| unsafe {
+    let status = enter(world, &script, Call::ScriptCall, f, |data, frame, budget, used, error| unsafe {
         call(data, id, frame, budget, used, error)
     });
     if status < 0 {
@@ -163,7 +180,8 @@ pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func>
     let (script, local) = owner_of_func(world, func)?;
     let keep = script.raw(&world.registry).keep_func?;
     // SAFETY: by the contract.
-    let kept = unsafe { keep(script.data.get(), local) };
+    let keep = || unsafe { keep(script.data.get(), local) };
+    let kept = world.cross_quietly(script.plugin(world), Call::KeepFunc, script.slot, keep);
     (kept != 0).then_some(script.id.get() << 32 | u64::from(kept))
 }
 
@@ -172,6 +190,7 @@ pub(crate) fn drop_func(world: &WorldCell, func: tatu_func) {
     let Some((script, local)) = owner_of_func(world, func) else { return };
     if let Some(drop) = script.raw(&world.registry).drop_func {
         // SAFETY: by the contract.
-        unsafe { drop(script.data.get(), local) };
+        let drop = || unsafe { drop(script.data.get(), local) };
+        world.cross_quietly(script.plugin(world), Call::DropFunc, script.slot, drop);
     }
 }

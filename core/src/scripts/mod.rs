@@ -12,10 +12,10 @@ use tatu_plugin_api::abi::*;
 pub(crate) use enter::{call_func, call_function, drop_func, keep_func};
 
 use crate::{
-    calls::{Caller, Due, ErrorSlot, call_command, raw},
+    calls::{Caller, Due, ErrorSlot, answer, call_command, name_plugin, raw},
     document::MAIN,
     error::{Fault, FaultKind},
-    host::Registry,
+    host::{Registry, watchdog::Call},
     scene::Data,
     world::WorldCell,
 };
@@ -224,6 +224,11 @@ impl Script {
             && world.scene.try_borrow().is_ok_and(|s| s.get(self.slot).is_some())
     }
 
+    /// The index of its language's plugin.
+    fn plugin(&self, world: &WorldCell) -> usize {
+        world.registry.languages[self.language].plugin
+    }
+
     fn raw<'r>(&self, registry: &'r Registry) -> &'r tatu_language {
         &registry.languages[self.language].raw
     }
@@ -242,9 +247,22 @@ impl Script {
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         world.calls.caller.set(self.as_caller(world));
         // SAFETY: by the contract; `info` lives through the call.
-        let status = language.life.create.map_or(TATU_ERR, |f| unsafe { f(plugin.me, &info, &mut data, error.raw()) });
+        let create =
+            || language.life.create.map_or(TATU_ERR, |f| unsafe { f(plugin.me, &info, &mut data, error.raw()) });
+        {
+            // Calls of its commands are noted under the object that it belongs to.
+            let scene = world.scene.borrow();
+            let owner = scene.get(self.slot).map_or(0, |o| o.parent);
+            world.watch.name(owner, scene.path(owner));
+            world.watch.name(self.slot, scene.path(self.slot));
+        }
+        let status = world.cross(language.plugin, Call::Create, self.slot, create);
+        // SAFETY: the host's own error object.
+        let status = unsafe { answer(status, false, error.raw()) };
         if status < 0 {
             world.calls.caller.set(Caller::HOST);
+            // SAFETY: as above.
+            unsafe { name_plugin(status, error.raw(), &plugin.id, Call::Create) };
             return self.fail(world, status, error.raw());
         }
         self.data.set(data);
@@ -254,15 +272,21 @@ impl Script {
         self.calls.set(0);
         let mut chosen = raw(&[]);
         let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
+        let load = || {
+            // SAFETY: as above; the texts live through the call.
+            language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
+        };
+        let status = world.cross(language.plugin, Call::ScriptLoad, self.slot, load);
         // SAFETY: as above.
-        let status =
-            language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) });
+        let status = unsafe { answer(status, false, error.raw()) };
         world.calls.caller.set(Caller::HOST);
         if status < 0 {
             self.dead.set(true);
+            // SAFETY: as above.
+            unsafe { name_plugin(status, error.raw(), &plugin.id, Call::ScriptLoad) };
             return self.fail(world, status, error.raw());
         }
-        self.dialect.set(chosen);
+        self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
     }
 
     /// Runs `init` and asks which callbacks there are; the thread function begins.
@@ -292,7 +316,8 @@ impl Script {
             return 0;
         }
         // SAFETY: by the contract; the name lives through the call.
-        self.raw(&world.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) })
+        let find = || self.raw(&world.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
+        world.cross_quietly(self.plugin(world), Call::ScriptFind, self.slot, find)
     }
 
     fn callback(self: &Rc<Self>, world: &WorldCell, id: u32) {
@@ -313,9 +338,10 @@ impl Script {
         let mut room = enter::Room::new();
         let mut frame = room.frame(args);
         // SAFETY: the frame lives through the call.
-        let status = enter::enter(world, self, &mut frame, |data, frame, budget, used, error| unsafe {
-            call(data, id, frame, budget, used, error)
-        });
+        let status =
+            enter::enter(world, self, Call::ScriptCall, &mut frame, |data, frame, budget, used, error| unsafe {
+                call(data, id, frame, budget, used, error)
+            });
         if status < 0 {
             self.fail(world, status, frame.error);
             self.find_callbacks(world);
@@ -370,10 +396,17 @@ impl Script {
             unsafe { crate::calls::copy_error(done.error, carried.fresh()) };
         }
         let carried = carried.raw();
-        let status = enter::enter_with_error(world, self, &mut frame, carried, |data, frame, budget, used, error| {
-            // SAFETY: the frame lives through the call.
-            unsafe { resume(data, token, failed.min(0), frame, budget, used, error) }
-        });
+        let status = enter::enter_with_error(
+            world,
+            self,
+            Call::ScriptResume,
+            &mut frame,
+            carried,
+            |data, frame, budget, used, error| {
+                // SAFETY: the frame lives through the call.
+                unsafe { resume(data, token, failed.min(0), frame, budget, used, error) }
+            },
+        );
         if status < 0 {
             self.fail(world, status, frame.error);
             self.find_callbacks(world);
@@ -391,7 +424,7 @@ impl Script {
         self.id.set(0);
         if let Some(destroy) = world.registry.languages[self.language].life.destroy {
             // SAFETY: made by `create`, given back once.
-            unsafe { destroy(data) };
+            world.cross_quietly(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
         }
     }
 
@@ -413,6 +446,10 @@ impl Script {
             (of(e.text), of(e.help), of(e.file), of(e.traceback), e.line)
         };
         let mut fault = Fault::new(kind, text.unwrap_or_else(|| "failed and gave no reason".into()));
+        let language = &world.registry.plugins[self.plugin(world)].id;
+        if fault.message.starts_with(&format!("plugin `{language}` ")) {
+            (fault.kind, fault.code) = (FaultKind::Plugin, FaultKind::Plugin.code());
+        }
         fault.script = Some(self.name.clone());
         if let Ok(scene) = world.scene.try_borrow() {
             fault.object = scene.get(self.slot).map(|o| scene.path(o.parent));
@@ -422,9 +459,8 @@ impl Script {
         fault.file = file.filter(|_| line > 0);
         let blame = world.calls.blame.borrow_mut().take();
         fault.plugin = blame.filter(|(text, _)| fault.message.contains(text.as_str())).map(|(_, plugin)| plugin);
-        if kind == FaultKind::Plugin && fault.plugin.is_none() {
-            let plugin = world.registry.languages[self.language].plugin;
-            fault.plugin = Some(world.registry.plugins[plugin].id.clone());
+        if fault.kind == FaultKind::Plugin && fault.plugin.is_none() {
+            fault.plugin = Some(language.clone());
         }
         if status == TATU_ERR_BUDGET {
             self.dead.set(true);

@@ -8,8 +8,8 @@ use tatu_plugin_api::abi::*;
 use super::Sensing;
 use crate::{
     beams::{Beam, Hit},
-    calls::ErrorSlot,
-    host::Registry,
+    calls::{ErrorSlot, answer},
+    host::{Registry, guard},
     scene::{Scene, pose_to_array},
 };
 
@@ -126,13 +126,31 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     let mut error = ErrorSlot::new();
     let me = registry.plugins[kind_info.plugin].me;
     // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
-    let status = kind_info.raw.measure.map_or(TATU_OK, |f| unsafe { f(me, &batch, error.raw()) });
-    let failed = |i: &usize, status| Failed { slot: all[*i].slot, kind, text: error.text(), status };
-    if status < 0 {
-        return devices.iter().map(|i| failed(i, status)).collect();
+    let run = || kind_info.raw.measure.map_or(TATU_OK, |f| unsafe { f(me, &batch, error.raw()) });
+    // Here and not around all of this: the mode belongs to the thread that measures.
+    let (status, moved) = guard::watched(run);
+    // SAFETY: the host's own error object.
+    let mut status = unsafe { answer(status, false, error.raw()) };
+    if moved && status >= 0 {
+        status = TATU_ERR;
+        error.set(status, &format!("measure changed {}: {}", guard::MODE, guard::MEND));
     }
-    let statuses = s.status.iter();
-    devices.iter().zip(statuses).filter(|(_, st)| **st < 0).map(|(i, st)| failed(i, *st)).collect()
+    let failed = |i: &usize, status, error: &ErrorSlot| Failed { slot: all[*i].slot, kind, text: error.text(), status };
+    if status < 0 {
+        return devices.iter().map(|i| failed(i, status, &error)).collect();
+    }
+    let mut out = Vec::new();
+    for (i, status) in devices.iter().zip(&s.status) {
+        // SAFETY: as above.
+        let status = unsafe { answer(*status, false, error.raw()) };
+        if status < 0 {
+            out.push(failed(i, status, &error));
+        } else if let Some(field) = all[*i].not_a_number(kind_info) {
+            let text = format!("broke the contract: `{field}` is not a number");
+            out.push(Failed { slot: all[*i].slot, kind, text, status: TATU_ERR });
+        }
+    }
+    out
 }
 
 impl Scratch {

@@ -17,11 +17,13 @@ pub use targets::Targets;
 
 use crate::{
     beams::{Faces, Volume},
-    calls::ErrorSlot,
+    calls::{ErrorSlot, answer},
     host::{
-        Registry, SensorKind,
+        SensorKind,
         instance::{Made, make},
+        watchdog::Call,
     },
+    world::WorldCell,
 };
 
 /// What a device sends out.
@@ -107,15 +109,14 @@ impl Sensing {
 impl Device {
     /// Makes the instance of a sensor and asks for its beams. Must be called without any borrow of the world.
     pub fn create(
-        registry: &Registry,
+        world: &WorldCell,
         kind_index: usize,
         slot: u32,
         instance: tatu_instance,
         params: Vec<Value>,
     ) -> Result<Self, String> {
-        let kind = &registry.sensors[kind_index];
-        let plugin = &registry.plugins[kind.plugin];
-        let Made { id, data, state } = make(plugin.me, &kind.life, instance, &params)?;
+        let kind = &world.registry.sensors[kind_index];
+        let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
         let mut device = Device {
             slot,
             kind: kind_index,
@@ -130,16 +131,38 @@ impl Device {
             time: 0.0,
             off: false,
         };
-        device.plan = device.ask_beams(kind)?;
+        device.plan = match world.cross(kind.plugin, Call::Beams, slot, || device.ask_beams(kind)) {
+            Ok(plan) => plan,
+            Err(text) => {
+                device.destroy(world);
+                return Err(format!("{text} [{}]", Call::Beams.text()));
+            }
+        };
+        let lengths = match device.field_lengths(kind) {
+            Ok(lengths) => lengths,
+            Err(text) => {
+                device.destroy(world);
+                return Err(text);
+            }
+        };
         let mut words = 0;
-        for f in &kind.fields {
-            let of_beams = |d: &u32| if *d == 0 { device.plan.directions.len() } else { *d as usize };
-            let elements: usize = f.dims.iter().map(of_beams).product();
+        for (f, elements) in kind.fields.iter().zip(lengths) {
             device.spans.push((words, elements));
             words += (elements * element_size(f.elem)).div_ceil(8).max(1);
         }
         device.fields = vec![0; words];
         Ok(device)
+    }
+
+    /// Elements of each field; an error where no memory could hold them.
+    fn field_lengths(&self, kind: &SensorKind) -> Result<Vec<usize>, String> {
+        let beams = self.plan.directions.len();
+        let length = |f: &crate::host::FieldInfo| {
+            let dims = f.dims.map(|d| if d == 0 { beams } else { d as usize });
+            let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d)).filter(|n| *n <= MAX_ELEMENTS);
+            n.ok_or_else(|| format!("its field `{}` of {dims:?} elements is too large", f.name))
+        };
+        kind.fields.iter().map(length).collect()
     }
 
     fn ask_beams(&self, kind: &SensorKind) -> Result<BeamPlan, String> {
@@ -158,7 +181,7 @@ impl Device {
         };
         let mut error = ErrorSlot::new();
         // SAFETY: by the contract; `[setup]`.
-        if unsafe { ask(self.data, &mut raw, error.raw()) } < 0 {
+        if unsafe { answer(ask(self.data, &mut raw, error.raw()), false, error.raw()) } < 0 {
             return Err(error.text());
         }
         let (volume, directions) = match raw.form {
@@ -185,6 +208,9 @@ impl Device {
         if !(raw.near_m >= 0.0 && raw.far_m >= raw.near_m) {
             return Err(format!("beams from {} m to {} m", raw.near_m, raw.far_m));
         }
+        if !(0.0..=std::f64::consts::PI).contains(&raw.max_incidence) {
+            return Err(format!("a greatest incidence of {} rad; expected 0 to pi", raw.max_incidence));
+        }
         Ok(BeamPlan {
             volume,
             turns: directions.iter().map(|d| look_along(*d)).collect(),
@@ -198,10 +224,11 @@ impl Device {
     }
 
     /// Ends the instance. Must be called without any borrow of the world.
-    pub fn destroy(self, registry: &Registry) {
-        if let Some(destroy) = registry.sensors[self.kind].life.destroy {
+    pub fn destroy(self, world: &WorldCell) {
+        let kind = &world.registry.sensors[self.kind];
+        if let Some(destroy) = kind.life.destroy {
             // SAFETY: made by `create`, given back once.
-            unsafe { destroy(self.data) };
+            world.cross_quietly(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
         }
     }
 
@@ -217,6 +244,23 @@ impl Device {
             time: self.time,
             sequence: self.sequence,
         }
+    }
+
+    /// The first field that holds something that is no number. Nothing to be seen is infinity or zero, never this.
+    pub fn not_a_number<'k>(&self, kind: &'k SensorKind) -> Option<&'k str> {
+        let is_bad = |i: usize| {
+            let (first, n) = self.spans[i];
+            let at = self.fields[first..].as_ptr();
+            // SAFETY: the buffer has `n` elements of the declared type.
+            unsafe {
+                match kind.fields[i].elem {
+                    TATU_ELEM_F64 => std::slice::from_raw_parts(at.cast::<f64>(), n).iter().any(|x| x.is_nan()),
+                    TATU_ELEM_F32 => std::slice::from_raw_parts(at.cast::<f32>(), n).iter().any(|x| x.is_nan()),
+                    _ => false,
+                }
+            }
+        };
+        (0..kind.fields.len()).find(|i| is_bad(*i)).map(|i| kind.fields[i].name.as_str())
     }
 
     /// A field's content as a value, for traces.
@@ -247,6 +291,9 @@ impl Device {
 
 /// Rays that one sensor may have: more is a mistake, and would be read beyond the plugin's memory.
 const MAX_RAYS: u32 = 1 << 24;
+
+/// Elements that one field of a reading may have.
+const MAX_ELEMENTS: usize = 1 << 28;
 
 const NO_BEAMS: BeamPlan = BeamPlan {
     volume: Volume::Ray,

@@ -24,6 +24,7 @@ use crate::{
     act,
     calls::Caller,
     error::{Fault, FaultKind},
+    host::watchdog::Call,
     scripts::Scripts,
     world::{WorldCell, instance_fault},
 };
@@ -59,6 +60,7 @@ pub(crate) fn barrier(world: &WorldCell) {
 /// Scripts act.
 fn actuate(world: &WorldCell) {
     Scripts::actuate(world);
+    world.look_after("actuation");
 }
 
 /// Actuators push, and the engine advances.
@@ -99,9 +101,9 @@ fn advance_with_actuators(
     let scene_now: &crate::scene::Scene = scene;
     let twist = |slot: u32| world.twist_by_motion(scene_now, slot);
     let time = world.clock.time.get() + world.clock.so_far();
-    let around = act::Acts { scene: scene_now, registry: &world.registry, twist: &twist, time };
+    let around = act::Acts { scene: scene_now, registry: &world.registry, twist: &twist, time, watch: &world.watch };
     let mut failed = act::per_step(acting, dynamics, &around, dt);
-    let lost = match act::SubSteps::new(acting, &world.registry, dynamics, &around, dt) {
+    let lost = match act::SubSteps::new(acting, (&world.registry, &world.watch), dynamics, &around, dt) {
         None => world.install(|| dynamics.advance(scene, dt, None)),
         Some(mut substeps) => {
             let lost = world.install(|| {
@@ -119,7 +121,8 @@ fn advance_with_actuators(
 fn tell_of_actuator(world: &WorldCell, failed: &act::Failed) {
     if failed.status < 0 {
         let plugin = world.registry.actuators[failed.kind].plugin;
-        world.report(instance_fault(world, plugin, failed.slot, failed.status, &failed.text));
+        let text = format!("{} [{}]", failed.text, Call::Apply.text());
+        world.report(instance_fault(world, plugin, failed.slot, failed.status, &text));
     } else {
         let path = world.scene.borrow().path(failed.slot);
         world.log(TATU_LOG_WARNING, &format!("the actuator {path} has no effect: {}", failed.text));
@@ -129,6 +132,7 @@ fn tell_of_actuator(world: &WorldCell, failed: &act::Failed) {
 /// Scripts look at what was sensed.
 fn react(world: &WorldCell) {
     Scripts::react(world);
+    world.look_after("reaction");
 }
 
 /// Ends the instances of actuators that are gone.
@@ -138,6 +142,6 @@ fn reap_actuators(world: &WorldCell) {
         world.acting.borrow_mut().take_gone(|d| scene.id(d.slot) == d.object)
     };
     for d in gone {
-        d.destroy(&world.registry);
+        d.destroy(world);
     }
 }

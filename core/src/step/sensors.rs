@@ -3,6 +3,7 @@
 use tatu_plugin_api::abi::*;
 
 use crate::{
+    host::watchdog::Call,
     scene::Data,
     sense::{self, Around, Job, Moment},
     world::{WorldCell, instance_fault},
@@ -25,6 +26,7 @@ pub(super) fn sense(world: &WorldCell) {
             sense_some(world, kind, &due, None);
         }
     }
+    world.look_after("sensing");
 }
 
 /// Handles some sensors of one kind now; whoever fails is switched off and named once.
@@ -36,7 +38,11 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
         sensing.targets.follow(&scene);
         let twist = |slot| world.twist(&scene, &dynamics, slot);
         let around = Around { scene: &scene, registry: &world.registry, twist: &twist, pool: world.pool() };
-        sense::measure(&mut sensing, &Job { kind, devices, only, moment }, &around)
+        let job = Job { kind, devices, only, moment };
+        let plugin = world.registry.sensors[kind].plugin;
+        let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
+        let run = || sense::measure(&mut sensing, &job, &around);
+        world.cross(plugin, Call::Measure, first, run)
     };
     for f in failed {
         if let Some(d) = world.sensing.borrow_mut().devices.iter_mut().find(|d| d.slot == f.slot) {
@@ -45,7 +51,8 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
             d.sequence = 0;
         }
         let plugin = world.registry.sensors[f.kind].plugin;
-        world.report(instance_fault(world, plugin, f.slot, f.status, &f.text));
+        let text = format!("{} [{}]", f.text, Call::Measure.text());
+        world.report(instance_fault(world, plugin, f.slot, f.status, &text));
     }
 }
 
@@ -57,6 +64,6 @@ pub(super) fn reap(world: &WorldCell) {
         world.sensing.borrow_mut().take_gone(|slot, d| is_there(slot, d.id))
     };
     for d in gone {
-        d.destroy(&world.registry);
+        d.destroy(world);
     }
 }

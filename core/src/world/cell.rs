@@ -19,7 +19,11 @@ use crate::{
     calls::Calls,
     document::{DeviceSpec, Document, Settings},
     error::{Fault, FaultKind},
-    host::Registry,
+    host::{
+        Registry,
+        guard::{self, Home},
+        watchdog::{Call, Watch},
+    },
     physics::EngineSettings,
     scene::{Dynamics, Scene, rows::kind_name},
     scripts::Scripts,
@@ -116,6 +120,14 @@ pub(crate) struct WorldCell {
     /// Slots, kinds and parameters of the devices at the start.
     pub(super) initial_devices: RefCell<Vec<(u32, DeviceSpec)>>,
     pub(super) pool: Arc<rayon::ThreadPool>,
+    /// Which plugin call is running.
+    pub watch: Arc<Watch>,
+    /// Floating-point mode and locale as they are to be.
+    pub(super) home: Home,
+    /// Plugins that were called since `home` was last looked at: one bit each, the last for all beyond.
+    pub(super) called: Cell<u64>,
+    /// Somebody has changed the floating-point mode: from then on every call is looked at.
+    pub(super) suspicious: Cell<bool>,
 }
 
 impl WorldCell {
@@ -130,6 +142,73 @@ impl WorldCell {
     /// The pointer that plugins get.
     pub fn raw(&self) -> *mut tatu_world {
         (&raw const *self).cast_mut().cast()
+    }
+    /// Calls a function of a plugin on behalf of an object (0: of none). Every call into a plugin goes through here: it is
+    /// noted for the watchdog, and after the outermost one the floating-point mode is put back.
+    ///
+    /// Reading the mode takes some 10 ns, ten times as long as the note: commands that scripts call are looked at one by
+    /// one only after something has been found.
+    #[inline]
+    pub fn cross<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
+        if self.watch.is_idle() || self.suspicious.get() {
+            return self.cross_watched(plugin, call, slot, f);
+        }
+        let before = self.watch.enter(call, plugin, slot);
+        let done = f();
+        self.watch.leave(before);
+        self.called.set(self.called.get() | 1 << plugin.min(63));
+        done
+    }
+    fn cross_watched<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
+        let earlier = self.called.replace(0);
+        let before = self.watch.enter(call, plugin, slot);
+        let (done, moved) = guard::watched(f);
+        self.watch.leave(before);
+        let own = 1 << plugin.min(63);
+        let within = self.called.get() | own;
+        self.called.set(earlier | within);
+        if moved {
+            // What was called within has been looked at already, once there was a suspicion.
+            let suspects = if self.suspicious.replace(true) { own } else { within };
+            self.blame(suspects, guard::MODE, call.text(), self.watch.name_of(slot));
+        }
+        done
+    }
+    /// The same for a function that has no error object: what it logs as an error, a panic for instance, is its fault.
+    pub fn cross_quietly<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
+        guard::listen();
+        let done = self.cross_watched(plugin, call, slot, f);
+        for said in guard::heard() {
+            let id = &self.registry.plugins[plugin].id;
+            let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{id}` {said} in {}", call.text()));
+            fault.plugin = Some(id.clone());
+            fault.object = self.watch.name_of(slot);
+            self.report(fault);
+        }
+        done
+    }
+    /// Looks, after a stage, at what a look at each call would take too long: the locale, and the old floating-point
+    /// unit. Who was called meanwhile is suspected.
+    pub fn look_after(&self, stage: &str) {
+        let called = self.called.take();
+        if let Some(what) = self.home.restore() {
+            self.blame(called, what, stage, None);
+        }
+    }
+    #[cold]
+    fn blame(&self, suspects: u64, what: &str, place: &str, object: Option<String>) {
+        let plugins = &self.registry.plugins;
+        let is_suspect = |i: usize| suspects & 1 << i.min(63) != 0;
+        let ids: Vec<&str> = (0..plugins.len()).filter(|i| is_suspect(*i)).map(|i| plugins[i].id.as_str()).collect();
+        let who = match ids.as_slice() {
+            [one] => format!("plugin `{one}`"),
+            many => format!("one of the plugins `{}`", many.join("`, `")),
+        };
+        let mut fault = Fault::new(FaultKind::Plugin, format!("{who} changed {what} in {place}"));
+        fault.plugin = ids.first().filter(|_| ids.len() == 1).map(|id| (*id).to_owned());
+        fault.object = object;
+        fault.help = Some(guard::MEND.into());
+        self.report(fault);
     }
     /// A number for a new instance.
     pub fn new_instance(&self) -> u64 {
@@ -270,7 +349,8 @@ pub(crate) fn instance_fault(cell: &WorldCell, plugin: usize, slot: u32, status:
     let id = &cell.registry.plugins[plugin].id;
     let path = cell.scene.try_borrow().map(|s| s.path(slot)).unwrap_or_default();
     let what = cell.scene.try_borrow().ok().and_then(|s| s.get(slot).map(|o| kind_name(o.kind()))).unwrap_or("sensor");
-    let how = if status == TATU_ERR_PANIC { "" } else { "failed: " };
+    // What it says begins with a verb where it is the host that says it.
+    let how = if status == TATU_ERR_PANIC || text.starts_with("broke the contract") { "" } else { "failed: " };
     let mut fault =
         Fault::new(FaultKind::Plugin, format!("plugin `{id}` {how}{text}; the {what} {path} is switched off"));
     fault.plugin = Some(id.clone());

@@ -63,9 +63,9 @@ impl World {
     pub(super) fn end_devices(&self) {
         let cell = &self.cell;
         let sensors = cell.sensing.borrow_mut().take_gone(|_, _| false);
-        sensors.into_iter().for_each(|d| d.destroy(&cell.registry));
+        sensors.into_iter().for_each(|d| d.destroy(cell));
         let actuators = cell.acting.borrow_mut().take_gone(|_| false);
-        actuators.into_iter().for_each(|d| d.destroy(&cell.registry));
+        actuators.into_iter().for_each(|d| d.destroy(cell));
     }
 }
 
@@ -76,6 +76,7 @@ fn make(cell: &WorldCell, slot: u32, device: &DeviceSpec, place: Option<&Place>)
         let Some(o) = scene.get(slot) else { return Ok(()) };
         (scene.id(slot), o.name(), scene.path(slot), o.kind())
     };
+    cell.watch.name(slot, path.clone());
     let info = cell.registry.device(object_kind, device.kind);
     let what = kind_name(object_kind);
     let (params, commands) = (filled(info.params, &device.params), filled(info.commands, &device.params));
@@ -99,11 +100,11 @@ fn make(cell: &WorldCell, slot: u32, device: &DeviceSpec, place: Option<&Place>)
         Error::new("E402", format!("the {what} {path} cannot be made: plugin `{plugin}`: {text}")).at(place.cloned())
     };
     if object_kind == TATU_KIND_SENSOR {
-        let made = Device::create(&cell.registry, device.kind, slot, instance, params).map_err(refused)?;
+        let made = Device::create(cell, device.kind, slot, instance, params).map_err(refused)?;
         cell.sensing.borrow_mut().add(made);
         return Ok(());
     }
-    let made = Actuator::create(&cell.registry, device.kind, slot, instance, params).map_err(refused)?;
+    let made = Actuator::create(cell, device.kind, slot, instance, params).map_err(refused)?;
     cell.acting.borrow_mut().devices.push(made);
     if let Some(Data::Actuator(a)) = cell.scene.borrow_mut().get_mut(slot).map(|o| &mut o.data)
         && a.commands.len() != commands.len()

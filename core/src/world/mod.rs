@@ -23,10 +23,10 @@ pub(crate) use cell::{Clock, WorldCell, instance_fault};
 
 use crate::{
     act::Acting,
-    calls::{Calls, ErrorSlot},
+    calls::{Calls, ErrorSlot, answer},
     document::Document,
     error::{Error, Fault, FaultKind, Result},
-    host::Registry,
+    host::{Registry, guard::Home, watchdog::Call},
     scene::{Data, Dynamics, pose_to_array},
     scripts::Scripts,
     sense::{Sensing, Targets},
@@ -71,12 +71,17 @@ impl World {
             initial: RefCell::new(None),
             initial_devices: RefCell::new(Vec::new()),
             pool,
+            watch: registry.watches.watch(),
+            home: Home::now(),
+            called: Cell::new(0),
+            suspicious: Cell::new(false),
             registry,
             document,
         });
         let world = World { cell };
         world.make_devices(&slots)?;
         world.make_instances()?;
+        world.cell.look_after("the making of the world");
         Scripts::declare(&world.cell, &slots);
         let cell = &world.cell;
         cell.dynamics.borrow_mut().settle(&mut cell.scene.borrow_mut());
@@ -93,8 +98,10 @@ impl World {
             let p = &cell.registry.plugins[*plugin];
             if let Some(create) = life.create {
                 // SAFETY: by the contract; `info` lives through the call, the state as long as the instance.
-                if unsafe { create(p.me, &info, &mut data, error.raw()) } < 0 {
-                    let text = format!("plugin `{}` cannot serve this world: {}", p.id, error.text());
+                let made = || unsafe { answer(create(p.me, &info, &mut data, error.raw()), false, error.raw()) };
+                if cell.cross(*plugin, Call::Create, 0, made) < 0 {
+                    let (why, call) = (error.text(), Call::Create.text());
+                    let text = format!("plugin `{}` cannot serve this world: {why} [{call}]", p.id);
                     return Err(Error::new("E403", text));
                 }
             }
@@ -116,6 +123,7 @@ impl World {
         cell.requests.set(0);
         cell.running.set(true);
         Scripts::begin(cell);
+        cell.look_after("the start of scripts");
     }
 
     /// One step: see [`step`]. `false`: a stop has been asked for, and carried out or not by the caller.
@@ -141,6 +149,7 @@ impl World {
         if let Err(e) = self.make_instances() {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
         }
+        cell.look_after("the end of the run");
         cell.signals.borrow_mut().clear();
         cell.before.borrow_mut().clear();
         if let Some(mut initial) = cell.initial.borrow_mut().take() {
@@ -165,10 +174,11 @@ impl World {
     /// Ends what command plugins keep for this world.
     fn end_instances(&self) {
         let instances = std::mem::take(&mut *self.cell.instances.borrow_mut());
-        for i in instances.into_iter().flatten() {
+        for (plugin, i) in instances.into_iter().enumerate() {
+            let Some(i) = i else { continue };
             if let Some(destroy) = i.destroy {
                 // SAFETY: made by `create`, given back once.
-                unsafe { destroy(i.data) };
+                self.cell.cross_quietly(plugin, Call::Destroy, 0, || unsafe { destroy(i.data) });
             }
         }
     }
@@ -249,11 +259,20 @@ pub struct Observed {
     pub reading: Option<Vec<(String, Value)>>,
 }
 
-impl Drop for World {
-    fn drop(&mut self) {
+impl World {
+    /// Ends all that plugins keep for this world; what goes wrong is still told in [`faults`](Self::faults). Afterwards
+    /// the world can only be looked at. Dropping it does the same.
+    pub fn end(&self) {
         let cell = &self.cell;
         Scripts::end(cell);
         self.end_devices();
         self.end_instances();
+        cell.look_after("the end of the world");
+    }
+}
+
+impl Drop for World {
+    fn drop(&mut self) {
+        self.end();
     }
 }

@@ -50,6 +50,7 @@ pub struct tatu_host {
 }
 
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct tatu_need {
     pub size: u32,
     pub optional: u32,

@@ -4,7 +4,7 @@ use std::{
     any::Any,
     ffi::c_void,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::Once,
+    sync::OnceLock,
 };
 
 use super::{Fail, Host, Plugin, Result, World, plugin::Started};
@@ -24,10 +24,29 @@ pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status
     }
 }
 
-/// Runs `f` where no error can be told.
-pub(crate) fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
-    catch_unwind(AssertUnwindSafe(f)).unwrap_or_default()
+/// The same for functions that a plugin writes into a table of the ABI on its own: no panic may leave these. The traits
+/// of this crate do so themselves.
+///
+/// # Safety
+/// `error` is null or what the host gave.
+pub unsafe fn guarded(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
+    run(error, f)
 }
+
+/// Runs `f` where no error can be returned: a panic goes to the host's log as an error, and the host names the function
+/// that it called.
+pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
+    catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|panic| {
+        if let Some(log) = LOG.get() {
+            log(TATU_LOG_ERROR, &format!("panicked: {}", panic_text(&*panic)));
+        }
+        T::default()
+    })
+}
+
+/// The log of the host that started this library first: each library has its own.
+static LOG: OnceLock<Log> = OnceLock::new();
+type Log = Box<dyn Fn(u32, &str) + Send + Sync>;
 
 fn panic_text(panic: &(dyn Any + Send)) -> &str {
     panic
@@ -39,11 +58,13 @@ fn panic_text(panic: &(dyn Any + Send)) -> &str {
 
 /// Sends panic messages to the host's log instead of the terminal. Each library has a panic hook of its own.
 pub fn set_panic_hook(host: &Host) {
-    static ONCE: Once = Once::new();
-    let log = host.logger();
-    ONCE.call_once(|| {
-        std::panic::set_hook(Box::new(move |info| log(TATU_LOG_DEBUG, &format!("plugin {info}"))));
-    });
+    if LOG.set(Box::new(host.logger())).is_ok() {
+        std::panic::set_hook(Box::new(|info| {
+            if let Some(log) = LOG.get() {
+                log(TATU_LOG_DEBUG, &format!("plugin {info}"));
+            }
+        }));
+    }
 }
 
 /// The life of a plugin's world instances.

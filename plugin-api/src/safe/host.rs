@@ -33,7 +33,7 @@ unsafe impl Sync for Host {}
 impl Host {
     /// # Safety
     /// `raw` is null, or a host that lives until the plugin's shutdown.
-    pub(crate) unsafe fn new(raw: *const tatu_host) -> Option<Self> {
+    pub unsafe fn new(raw: *const tatu_host) -> Option<Self> {
         // SAFETY: as promised; a service's table lives as long as the host, and has the size it tells. Drafts match
         // only their own number, so a table that is found is at least as large as ours.
         unsafe {

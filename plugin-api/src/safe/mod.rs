@@ -25,6 +25,7 @@ pub use actuator::{Actuator, Drive, Output};
 pub use call::{Call, IntoResult, Outcome};
 pub use command::{Command, Constant};
 pub use fail::{Fail, Result};
+pub use guard::{guarded, quiet as guarded_quietly};
 pub use host::{Host, Prop};
 pub use importer::Importer;
 pub use language::{Budget, Flow, Frame, Language};

@@ -1,8 +1,10 @@
 //! Kinds of actuators, and what sensors and actuators have in common as devices.
 
+use std::collections::BTreeMap;
+
 use tatu_plugin_api::abi::*;
 
-use super::{Registry, read::NO_LIFE};
+use super::Registry;
 use crate::{
     error::Result,
     host::{Declared, tables},
@@ -62,8 +64,10 @@ impl Registry {
     }
 
     /// The kind of actuator of an id.
-    pub fn actuator(&self, id: &str) -> Result<usize> {
-        self.actuators.iter().position(|a| a.id == id).ok_or_else(|| {
+    pub fn actuator(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
+        let of_id = self.actuators.iter().enumerate().filter(|(_, a)| a.id == id);
+        let claims: Vec<_> = of_id.map(|(i, a)| (i, a.plugin)).collect();
+        self.choose("kind of actuator", id, &claims, providers)?.ok_or_else(|| {
             let known: Vec<_> = self.actuators.iter().map(|a| a.id.as_str()).collect();
             self.unknown("E108", "actuator kind", id, &known)
         })
@@ -77,14 +81,17 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_actuator>(TATU_ACTUATOR)) else {
                 return;
             };
+            self.offered(plugin, TATU_ACTUATOR, ext.size, &tables::required!(ext, tatu_ext_actuator: kinds));
             for (_, raw) in tables::list(ext.kinds) {
-                let Some(id) = tables::text(raw.id) else {
-                    self.refuse(plugin, "one of its actuators has no id".into());
-                    continue;
-                };
+                let needed = tables::required!(raw, tatu_actuator: id, apply);
+                let Some(id) = self.named(plugin, "actuator", raw.id, raw.size, &needed) else { continue };
+                let Some(life) = self.life(plugin, &format!("actuator `{id}`"), raw.life) else { continue };
+                if let Some(other) = self.actuators.iter().find(|a| a.id == id) {
+                    self.claimed_twice(plugin, "actuator", &id, other.plugin);
+                }
                 let (params, commands) = (Declared::read_list(raw.params), Declared::read_list(raw.commands));
-                if let Some(why) = self.flaw(&id, &raw, &params, &commands) {
-                    self.refuse(plugin, why);
+                if let Some(why) = flaw(&id, &raw, &params, &commands) {
+                    self.refuse(plugin, why, "see tatu_actuator in tatu.h");
                     continue;
                 }
                 let number = |d: &Declared| self.host.number(&format!("{id}.{}", d.key));
@@ -96,30 +103,24 @@ impl Registry {
                     command_props: commands.iter().map(number).collect(),
                     params,
                     commands,
-                    life: tables::read(raw.life).unwrap_or(NO_LIFE),
+                    life,
                     raw,
                     id,
                 });
             }
         }
     }
+}
 
-    /// Why a kind cannot be used.
-    fn flaw(&self, id: &str, raw: &tatu_actuator, params: &[Declared], commands: &[Declared]) -> Option<String> {
-        if raw.apply.is_none() {
-            return Some(format!("its actuator `{id}` has no apply"));
-        }
-        if let Some(other) = self.actuators.iter().find(|a| a.id == id) {
-            return Some(format!("its actuator `{id}` is already offered by `{}`", self.plugins[other.plugin].id));
-        }
-        if raw.n_commands as usize != commands.len() {
-            let (n, m) = (raw.n_commands, commands.len());
-            return Some(format!("its actuator `{id}` has a buffer of {n} numbers for {m} declared commands"));
-        }
-        if let Some(c) = commands.iter().find(|c| c.kind != TATU_F64) {
-            return Some(format!("the command `{}` of its actuator `{id}` is not a number (TATU_F64)", c.key));
-        }
-        let twice = commands.iter().find(|c| params.iter().any(|p| p.key == c.key));
-        twice.map(|c| format!("`{}` is both a parameter and a command of its actuator `{id}`", c.key))
+/// Why a kind cannot be used.
+fn flaw(id: &str, raw: &tatu_actuator, params: &[Declared], commands: &[Declared]) -> Option<String> {
+    if raw.n_commands as usize != commands.len() {
+        let (n, m) = (raw.n_commands, commands.len());
+        return Some(format!("its actuator `{id}` has a buffer of {n} numbers for {m} declared commands"));
     }
+    if let Some(c) = commands.iter().find(|c| c.kind != TATU_F64) {
+        return Some(format!("the command `{}` of its actuator `{id}` is not a number (TATU_F64)", c.key));
+    }
+    let twice = commands.iter().find(|c| params.iter().any(|p| p.key == c.key));
+    twice.map(|c| format!("`{}` is both a parameter and a command of its actuator `{id}`", c.key))
 }

@@ -7,7 +7,7 @@ use tatu_plugin_api::abi::*;
 use super::Registry;
 use crate::{
     error::{Error, Result},
-    host::{Declared, tables},
+    host::{Declared, tables, watchdog::Call},
 };
 
 /// How much of a file an importer looks at to tell whether it is its own, bytes.
@@ -59,16 +59,12 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_importer>(TATU_IMPORTER)) else {
                 return;
             };
+            self.offered(plugin, TATU_IMPORTER, ext.size, &tables::required!(ext, tatu_ext_importer: importers));
             for (_, raw) in tables::list(ext.importers) {
-                let Some(id) = tables::text(raw.id) else { continue };
-                if raw.load.is_none() {
-                    self.refuse(plugin, format!("its importer `{id}` has no load"));
-                    continue;
-                }
+                let needed = tables::required!(raw, tatu_importer: id, load);
+                let Some(id) = self.named(plugin, "importer", raw.id, raw.size, &needed) else { continue };
                 if let Some(other) = self.importers.iter().find(|i| i.id == id) {
-                    let text = format!("its importer `{id}` is already offered by `{}`", self.plugins[other.plugin].id);
-                    self.refuse(plugin, text);
-                    continue;
+                    self.claimed_twice(plugin, "importer", &id, other.plugin);
                 }
                 self.importers.push(Importer {
                     plugin,
@@ -83,8 +79,10 @@ impl Registry {
     }
 
     /// An importer by id.
-    pub fn importer(&self, id: &str) -> Result<usize> {
-        self.importers.iter().position(|i| i.id == id).ok_or_else(|| {
+    pub fn importer(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
+        let of_id = self.importers.iter().enumerate().filter(|(_, i)| i.id == id);
+        let claims: Vec<_> = of_id.map(|(n, i)| (n, i.plugin)).collect();
+        self.choose("importer", id, &claims, providers)?.ok_or_else(|| {
             let known: Vec<_> = self.importers.iter().map(|i| i.id.as_str()).collect();
             self.unknown("E121", "importer", id, &known)
         })
@@ -92,16 +90,20 @@ impl Registry {
 
     /// Whoever reads a file: the surest by its first bytes; of equally sure ones the one that `[providers]` names for
     /// the suffix, then one with the file's suffix, then the one with the lowest id. If nobody is sure: by suffix.
-    pub fn importer_of(&self, file: &Path, bytes: &[u8], providers: &BTreeMap<String, String>) -> Option<Choice> {
+    pub fn importer_of(
+        &self,
+        file: &Path,
+        bytes: &[u8],
+        providers: &BTreeMap<String, String>,
+    ) -> Result<Option<Choice>> {
         let head = &bytes[..bytes.len().min(HEAD)];
-        let of = |i: &Importer| (i.sniff(self.plugins[i.plugin].me, head), i.has_suffix(file));
-        let all: Vec<(usize, u32, bool)> = self
-            .importers
-            .iter()
-            .enumerate()
-            .map(|(n, i)| (n, of(i)))
-            .map(|(n, (sure, suffix))| (n, sure, suffix))
-            .collect();
+        let mut all: Vec<(usize, u32, bool)> = Vec::new();
+        for (n, i) in self.importers.iter().enumerate() {
+            let subject = format!("the import of {}", file.display());
+            let me = self.plugins[i.plugin].me;
+            let sure = self.watched(i.plugin, Call::Sniff, &subject, || i.sniff(me, head))?;
+            all.push((n, sure, i.has_suffix(file)));
+        }
         let best = all.iter().map(|(_, sure, _)| *sure).max().unwrap_or(0);
         let mut tied: Vec<_> =
             all.into_iter().filter(|(_, sure, suffix)| *sure == best && (best > 0 || *suffix)).collect();
@@ -111,14 +113,14 @@ impl Registry {
             wanted.is_some_and(|w| *w == i.id || *w == self.plugins[i.plugin].id)
         };
         tied.sort_by_key(|(n, _, suffix)| (!named(*n), !suffix, &self.importers[*n].id));
-        let first = tied.first()?.0;
+        let Some(first) = tied.first().map(|t| t.0) else { return Ok(None) };
         // One that is named, or the only one with the suffix, needs no word.
         let alike = |(n, _, suffix): &(usize, u32, bool)| (named(*n), *suffix) == (named(first), tied[0].2);
         let ids: Vec<_> = tied.iter().filter(|t| alike(t)).map(|(n, _, _)| self.importers[*n].id.as_str()).collect();
         let note = (ids.len() > 1).then(|| {
             format!("the importers {} read it; `{}` is used, `importer = \"...\"` chooses", ids.join(", "), ids[0])
         });
-        Some(Choice { importer: first, note })
+        Ok(Some(Choice { importer: first, note }))
     }
 
     /// Nobody reads a file.

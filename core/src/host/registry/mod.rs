@@ -14,7 +14,13 @@ mod importers;
 mod read;
 
 pub use super::load::Loaded as Plugin;
-use super::{Declared, Search, Source, services::HostTables};
+use super::{
+    Declared, Search, Source,
+    guard::{self, Home},
+    load::Remarks,
+    services::HostTables,
+    watchdog::{Call, Watch, Watches},
+};
 use crate::error::{Error, Result, nearest};
 pub use actuators::{ActuatorKind, DeviceKind};
 pub use importers::{Choice, Importer};
@@ -22,7 +28,7 @@ pub use importers::{Choice, Importer};
 /// One field of a sensor kind.
 #[derive(Debug, Clone)]
 pub struct FieldInfo {
-    /// "<schema>.<field>"
+    /// `<schema>.<field>`
     pub name: String,
     /// `TATU_ELEM_*`
     pub elem: u32,
@@ -154,10 +160,17 @@ pub struct Registry {
     pub preludes: Vec<Prelude>,
     /// World life of command plugins: index of the plugin and life.
     pub(crate) world_lives: Vec<(usize, tatu_life)>,
-    /// Libraries that could not be loaded, and why.
+    /// Libraries and parts of them that could not be loaded, and why.
     pub refused: Vec<Error>,
+    /// Files that could not be loaded, or only in part, and why: where something is missing, one of them may be meant.
+    closest: Vec<(PathBuf, String)>,
+    /// What is only good to know.
+    pub notes: Vec<String>,
     /// Where was looked.
     pub search: Search,
+    /// Where calls are noted while there is no world: loading, building.
+    pub(crate) setup: Arc<Watch>,
+    pub(crate) watches: Watches,
     /// The plugins, last: they must outlive all that is above.
     pub plugins: Vec<Plugin>,
     host: Arc<HostTables>,
@@ -171,26 +184,42 @@ unsafe impl Sync for Registry {}
 impl Registry {
     /// Loads every plugin of the path. What cannot be loaded is told in `refused`.
     pub fn load(search: Search) -> Self {
+        Self::load_watched(search, Watches::default())
+    }
+
+    /// The same under the eyes of a watchdog, which then watches all worlds with these plugins.
+    pub fn load_watched(search: Search, watches: Watches) -> Self {
+        let setup = watches.watch();
         let host = Arc::new(HostTables::new());
         let mut plugins: Vec<Plugin> = Vec::new();
-        let mut refused = Vec::new();
+        let (mut refused, mut closest, mut notes) = (Vec::new(), Vec::new(), Vec::new());
         for (folder, _) in search.folders.iter().filter(|(f, s)| *s == Source::Scene && !f.is_dir()) {
             let text = format!("the scene names the plugin folder {}, which is not there", folder.display());
             refused.push(Error::new("E311", text).help("paths in `plugins` start from the folder of the scene"));
         }
         for path in search.candidates() {
-            match Plugin::open(&path, &host) {
+            let mut remarks = Remarks::default();
+            let opened = Plugin::open(&path, &host, &setup, &mut remarks);
+            closest.extend(
+                opened.as_ref().err().into_iter().chain(&remarks.warnings).map(|e| (path.clone(), e.text.clone())),
+            );
+            refused.extend(remarks.warnings);
+            notes.extend(remarks.notes);
+            match opened {
                 Ok(new) => match plugins.iter().find(|p| p.id == new.id) {
                     Some(old) if same_file(&old.path, &new.path) => {}
-                    Some(old) => refused.push(Error::new(
-                        "E302",
-                        format!(
-                            "two plugins are called `{}`: {} is used, {} is not",
-                            new.id,
-                            old.path.display(),
-                            new.path.display()
-                        ),
-                    )),
+                    Some(old) => refused.push(
+                        Error::new(
+                            "E302",
+                            format!(
+                                "two plugins are called `{}`: {} is used, {} is not",
+                                new.id,
+                                old.path.display(),
+                                new.path.display()
+                            ),
+                        )
+                        .help("remove one, or give the copy an id of its own; the folder that is searched first wins"),
+                    ),
                     None => plugins.push(new),
                 },
                 Err(e) => refused.push(e),
@@ -211,10 +240,15 @@ impl Registry {
             preludes: Vec::new(),
             world_lives: Vec::new(),
             refused,
+            closest,
+            notes,
             search,
+            setup,
+            watches,
             plugins,
             host,
         };
+        registry.watches.plugins(registry.plugins.iter().map(|p| p.id.clone()).collect());
         for i in 0..registry.plugins.len() {
             // SAFETY: tables of a started plugin, as the header tells.
             unsafe {
@@ -230,13 +264,52 @@ impl Registry {
         registry
     }
 
+    /// Ends all plugins, when no world uses them any more; what went wrong. Without it they are ended silently.
+    pub fn end(mut self) -> Vec<Error> {
+        let mut out = Vec::new();
+        for (i, plugin) in self.plugins.iter_mut().enumerate().rev() {
+            let before = self.setup.enter(Call::Shutdown, i, 0);
+            out.extend(plugin.end());
+            self.setup.leave(before);
+        }
+        out
+    }
+
     pub(crate) fn host(&self) -> &HostTables {
         &self.host
     }
 
-    fn refuse(&mut self, plugin: usize, text: String) {
+    fn refuse(&mut self, plugin: usize, text: String, mend: &str) {
         let p = &self.plugins[plugin];
-        self.refused.push(Error::new("E303", format!("plugin `{}` ({}): {text}", p.id, p.path.display())));
+        let text = format!("plugin `{}` ({}): {text}", p.id, p.path.display());
+        self.closest.push((p.path.clone(), text.clone()));
+        self.refused.push(Error::new("E303", text).help(mend));
+    }
+    /// Tells that a name is claimed by two plugins; scenes that use it say whose they mean.
+    fn claimed_twice(&mut self, plugin: usize, what: &str, id: &str, other: usize) {
+        let other = &self.plugins[other].id;
+        let text = format!("its {what} `{id}` is offered by `{other}` too");
+        let mend = format!("a scene that uses it says whose it means: [providers] \"{id}\" = \"{other}\"");
+        self.refuse(plugin, text, &mend);
+    }
+
+    /// Calls a plugin where there is no world: noted for the watchdog, with floating-point mode and locale put back;
+    /// whoever changed them is told so. `subject` is what is built.
+    pub(crate) fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
+        let home = Home::now();
+        guard::listen();
+        self.setup.subject(subject);
+        let before = self.setup.enter(call, plugin, 0);
+        let done = f();
+        self.setup.leave(before);
+        let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
+        if let Some(what) = home.restore() {
+            return Err(Error::new("E321", format!("{} changes {what} in {}", who(), call.text())).help(guard::MEND));
+        }
+        match guard::heard().first() {
+            None => Ok(done),
+            Some(said) => Err(Error::new("E111", format!("{} {said} in {}", who(), call.text()))),
+        }
     }
 
     /// A command's id and alias by name.
@@ -249,16 +322,46 @@ impl Registry {
         self.names.range(from.clone()..).next().is_some_and(|(n, _)| n.starts_with(prefix))
             || self.constants.range(from..).next().is_some_and(|(n, _)| n.starts_with(prefix))
     }
+    /// The one of several plugins of one name that a scene means: its `[providers]` say so, by the plugin's id.
+    fn choose(
+        &self,
+        what: &str,
+        id: &str,
+        claims: &[(usize, usize)],
+        providers: &BTreeMap<String, String>,
+    ) -> Result<Option<usize>> {
+        let plugin = |claim: &(usize, usize)| self.plugins[claim.1].id.as_str();
+        // A provider may be told by the id of the thing itself: then it does not say whose.
+        if let Some(wanted) = providers.get(id).filter(|w| *w != id) {
+            return Ok(claims.iter().find(|c| plugin(c) == wanted).map(|c| c.0));
+        }
+        let [first, second, ..] = claims else { return Ok(claims.first().map(|c| c.0)) };
+        let file = |c: &(usize, usize)| self.plugins[c.1].path.display().to_string();
+        let text = format!(
+            "two plugins offer a {what} `{id}`: `{}` ({}) and `{}` ({})",
+            plugin(first),
+            file(first),
+            plugin(second),
+            file(second)
+        );
+        let mend = format!("say whose is meant: [providers] \"{id}\" = \"{}\"", plugin(first));
+        Err(Error::new("E322", text).expected("one plugin, named in [providers]").help(mend))
+    }
     /// A model by id.
-    pub fn model(&self, id: &str) -> Result<&Model> {
-        self.models.iter().find(|m| m.id == id).ok_or_else(|| {
+    pub fn model(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
+        let of_id = self.models.iter().enumerate().filter(|(_, m)| m.id == id);
+        let claims: Vec<_> = of_id.map(|(i, m)| (i, m.plugin)).collect();
+        self.choose("model", id, &claims, providers)?.ok_or_else(|| {
             let known: Vec<_> = self.models.iter().map(|m| m.id.as_str()).collect();
             self.unknown("E107", "model", id, &known)
         })
     }
     /// The kind of sensor that is meant by an id, or by a schema (then: the provider, the only one, or the first).
     pub fn sensor(&self, id_or_schema: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
-        if let Some(i) = self.sensors.iter().position(|s| s.id == id_or_schema) {
+        let of_id = |id: &str| -> Vec<(usize, usize)> {
+            self.sensors.iter().enumerate().filter(|(_, s)| s.id == id).map(|(i, s)| (i, s.plugin)).collect()
+        };
+        if let Some(i) = self.choose("kind of sensor", id_or_schema, &of_id(id_or_schema), providers)? {
             return Ok(i);
         }
         let wanted = providers.get(id_or_schema);
@@ -268,27 +371,63 @@ impl Registry {
             .iter()
             .filter(fills)
             .filter(|s| wanted.is_none_or(|w| *w == s.id || *w == self.plugins[s.plugin].id));
-        found.next().and_then(|f| self.sensors.iter().position(|s| s.id == f.id)).ok_or_else(|| {
+        let known = || -> Vec<_> {
             let schemas = self.sensors.iter().flat_map(|s| &s.schemas);
             let known: BTreeSet<_> = self.sensors.iter().map(|s| &s.id).chain(schemas).map(String::as_str).collect();
-            let known: Vec<_> = known.into_iter().collect();
-            self.unknown("E108", "sensor kind", id_or_schema, &known)
+            known.into_iter().collect()
+        };
+        let found = found.next().ok_or_else(|| self.unknown("E108", "sensor kind", id_or_schema, &known()))?;
+        if wanted.is_some_and(|w| *w != found.id) {
+            return Ok(self.sensors.iter().position(|s| std::ptr::eq(s, found)).unwrap_or_default());
+        }
+        let chosen = self.choose("kind of sensor", &found.id, &of_id(&found.id), providers)?;
+        chosen.ok_or_else(|| self.unknown("E108", "sensor kind", id_or_schema, &known()))
+    }
+    /// The script language of an id or a file name. `[providers]` may put, for an id or an ending, a language or a
+    /// plugin in the place of the first that answers to it.
+    pub fn language(&self, id_or_file: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
+        let key = |l: &Language| match l.id == id_or_file {
+            true => Some(l.id.clone()),
+            false => l.suffixes.iter().find(|s| id_or_file.ends_with(s.as_str())).cloned(),
+        };
+        let all = || self.languages.iter().enumerate();
+        let answering: Vec<(usize, &Language, String)> =
+            all().filter_map(|(i, l)| key(l).map(|key| (i, l, key))).collect();
+        let wanted = providers.get(id_or_file).or_else(|| answering.iter().find_map(|(_, _, key)| providers.get(key)));
+        if let Some((i, ..)) = answering.iter().find(|(_, l, _)| wanted == Some(&self.plugins[l.plugin].id)) {
+            return Ok(*i);
+        }
+        let id = wanted.or(answering.first().map(|(_, l, _)| &l.id)).map_or(id_or_file, String::as_str);
+        let claims: Vec<_> = all().filter(|(_, l)| l.id == id).map(|(i, l)| (i, l.plugin)).collect();
+        self.choose("script language", id, &claims, providers)?.ok_or_else(|| {
+            let known: Vec<_> = self.languages.iter().map(|l| l.id.as_str()).collect();
+            self.unknown("E109", "script language", id_or_file, &known)
         })
     }
-    /// The script language of an id or a file name.
-    pub fn language(&self, id_or_file: &str) -> Result<usize> {
-        self.languages
-            .iter()
-            .position(|l| l.id == id_or_file || l.suffixes.iter().any(|s| id_or_file.ends_with(s.as_str())))
-            .ok_or_else(|| {
-                let known: Vec<_> = self.languages.iter().map(|l| l.id.as_str()).collect();
-                self.unknown("E109", "script language", id_or_file, &known)
-            })
+
+    /// The refused file that most likely has something of that name: one that says so, one that is called so, or the
+    /// only one.
+    fn closest(&self, name: &str) -> Option<&(PathBuf, String)> {
+        let named = |(_, why): &&(PathBuf, String)| why.contains(&format!("`{name}`"));
+        let holds = |(file, _): &&(PathBuf, String)| stem(file).contains(name) || name.contains(&stem(file));
+        let near = |(file, _): &&(PathBuf, String)| nearest(name, [stem(file).as_str()]).is_some();
+        let mut all = self.closest.iter();
+        all.clone().find(named).or_else(|| all.clone().find(holds)).or_else(|| all.clone().find(near)).or_else(|| {
+            let first = all.next()?;
+            all.all(|(file, _)| *file == first.0).then_some(first)
+        })
     }
 
     /// Nothing of that name: the nearest, or, without any plugin that offers such a thing, where was looked.
     fn unknown(&self, code: &'static str, what: &str, name: &str, known: &[&str]) -> Error {
-        let error = Error::new(code, format!("there is no {what} `{name}`"));
+        let mut text = format!("there is no {what} `{name}`");
+        if let Some((file, why)) = self.closest(name) {
+            let file = file.display().to_string();
+            // The reason mostly names the file itself.
+            let why = if why.contains(&file) { why.clone() } else { format!("{file}: {why}") };
+            text += &format!("; what came closest was refused: {why}");
+        }
+        let error = Error::new(code, text);
         if known.is_empty() {
             return error.expected(format!("a plugin that offers a {what}; none was found in{}", self.search.describe())).help(
                 "build the plugins beside the program (`cargo build`), copy the program together with its libraries, or set TATU_PLUGIN_PATH to their folder",
@@ -300,6 +439,13 @@ impl Registry {
             None => error.help("`tatu list plugins` shows what was found and where"),
         }
     }
+}
+
+/// A file's name as a plugin's author gave it: "libtatu_gripper.so" is "gripper".
+fn stem(path: &std::path::Path) -> String {
+    let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let stem = stem.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(&stem);
+    stem.strip_prefix("tatu_").unwrap_or(stem).to_owned()
 }
 
 fn same_file(a: &PathBuf, b: &PathBuf) -> bool {

@@ -1,27 +1,75 @@
 //! Reading the tables of a started plugin: one function per extension.
 
+use std::{
+    ffi::{CStr, c_char},
+    mem::offset_of,
+};
+
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::{CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, Registry, SensorKind};
-use crate::host::{Declared, tables};
+use crate::host::{
+    Declared,
+    tables::{self, Required},
+    watchdog::Call,
+};
 
 impl Registry {
+    /// The id of something that a plugin offers, if all that is required is there; else the plugin is told.
+    pub(super) unsafe fn named(
+        &mut self,
+        plugin: usize,
+        what: &str,
+        id: *const c_char,
+        size: u32,
+        needed: &[Required],
+    ) -> Option<String> {
+        // SAFETY: NUL-terminated or null, by the contract.
+        let id = unsafe { tables::text(id) }.filter(|id| !id.is_empty());
+        let lack = tables::lacking(size, needed).or_else(|| id.is_none().then(|| "has an empty `id`".to_owned()));
+        match lack {
+            None => id,
+            Some(lack) => {
+                let name = id.map_or(String::new(), |id| format!(" `{id}`"));
+                self.refuse(plugin, format!("its {what}{name} {lack}"), tables::MEND);
+                None
+            }
+        }
+    }
+
+    /// Tells of an extension whose table lacks its list.
+    pub(super) fn offered(&mut self, plugin: usize, extension: &CStr, size: u32, needed: &[Required]) {
+        if let Some(lack) = tables::lacking(size, needed) {
+            let text =
+                format!("the table that {} gives for `{}` {lack}", Call::Extension.text(), extension.to_string_lossy());
+            self.refuse(plugin, text, tables::MEND);
+        }
+    }
+
+    /// The life of something: whole, or none at all. `None`: it is broken, and the plugin has been told.
+    pub(super) unsafe fn life(&mut self, plugin: usize, whose: &str, life: *const tatu_life) -> Option<tatu_life> {
+        // SAFETY: a table or null, by the contract.
+        let Some(life) = (unsafe { tables::read(life) }) else { return Some(NO_LIFE) };
+        let Some(lack) = tables::lacking(life.size, &tables::required!(life, tatu_life: create, destroy)) else {
+            return Some(life);
+        };
+        self.refuse(plugin, format!("the `life` of its {whose} {lack}"), tables::MEND);
+        None
+    }
+
     pub(super) unsafe fn add_sensors(&mut self, plugin: usize) {
         // SAFETY: as promised by the caller, here and in the functions below.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_sensor>(TATU_SENSOR)) else {
                 return;
             };
+            self.offered(plugin, TATU_SENSOR, ext.size, &tables::required!(ext, tatu_ext_sensor: kinds));
             for (_, raw) in tables::list(ext.kinds) {
-                let Some(id) = tables::text(raw.id) else { continue };
-                if raw.measure.is_none() {
-                    self.refuse(plugin, format!("its sensor `{id}` has no measure"));
-                    continue;
-                }
+                let needed = tables::required!(raw, tatu_sensor: id, measure);
+                let Some(id) = self.named(plugin, "sensor", raw.id, raw.size, &needed) else { continue };
+                let Some(life) = self.life(plugin, &format!("sensor `{id}`"), raw.life) else { continue };
                 if let Some(other) = self.sensors.iter().find(|s| s.id == id) {
-                    let text = format!("its sensor `{id}` is already offered by `{}`", self.plugins[other.plugin].id);
-                    self.refuse(plugin, text);
-                    continue;
+                    self.claimed_twice(plugin, "sensor", &id, other.plugin);
                 }
                 let fields: Vec<FieldInfo> = tables::list(raw.fields)
                     .into_iter()
@@ -33,6 +81,11 @@ impl Registry {
                         text: tables::text(f.text).unwrap_or_default(),
                     })
                     .collect();
+                if let Some(f) = fields.iter().find(|f| !(TATU_ELEM_F64..=TATU_ELEM_OBJECT).contains(&f.elem)) {
+                    let text = format!("the field `{}` of its sensor `{id}` has elements of type {}", f.name, f.elem);
+                    self.refuse(plugin, text, "use one of TATU_ELEM_*");
+                    continue;
+                }
                 self.sensors.push(SensorKind {
                     plugin,
                     id,
@@ -42,7 +95,7 @@ impl Registry {
                     field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
                     fields,
                     raw,
-                    life: tables::read(raw.life).unwrap_or(NO_LIFE),
+                    life,
                 });
             }
         }
@@ -52,14 +105,12 @@ impl Registry {
         // SAFETY: as above.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_model>(TATU_MODEL)) else { return };
+            self.offered(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
             for (_, raw) in tables::list(ext.models) {
-                let Some(id) = tables::text(raw.id) else { continue };
-                if raw.build.is_none() || self.models.iter().any(|m| m.id == id) {
-                    self.refuse(
-                        plugin,
-                        format!("its model `{id}` cannot be built, or another plugin has one of that name"),
-                    );
-                    continue;
+                let needed = tables::required!(raw, tatu_model: id, build);
+                let Some(id) = self.named(plugin, "model", raw.id, raw.size, &needed) else { continue };
+                if let Some(other) = self.models.iter().find(|m| m.id == id) {
+                    self.claimed_twice(plugin, "model", &id, other.plugin);
                 }
                 self.models.push(Model {
                     plugin,
@@ -79,12 +130,15 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_script>(TATU_SCRIPT)) else {
                 return;
             };
+            self.offered(plugin, TATU_SCRIPT, ext.size, &tables::required!(ext, tatu_ext_script: languages));
             for (_, raw) in tables::list(ext.languages) {
-                let Some(id) = tables::text(raw.id) else { continue };
-                let complete = raw.load.is_some() && raw.find.is_some() && raw.call.is_some();
-                if !complete || self.languages.iter().any(|l| l.id == id) {
-                    self.refuse(plugin, format!("its language `{id}` lacks load, find or call, or is already there"));
-                    continue;
+                let needed = tables::required!(
+                    raw, tatu_language: id, life, load, find, call, resume, keep_func, drop_func, call_func
+                );
+                let Some(id) = self.named(plugin, "language", raw.id, raw.size, &needed) else { continue };
+                let Some(life) = self.life(plugin, &format!("language `{id}`"), raw.life) else { continue };
+                if let Some(other) = self.languages.iter().find(|l| l.id == id) {
+                    self.claimed_twice(plugin, "language", &id, other.plugin);
                 }
                 self.languages.push(Language {
                     plugin,
@@ -92,7 +146,7 @@ impl Registry {
                     text: tables::text(raw.text).unwrap_or_default(),
                     suffixes: tables::pointers(raw.suffixes).into_iter().filter_map(|s| tables::text(s)).collect(),
                     raw,
-                    life: tables::read(raw.life).unwrap_or(NO_LIFE),
+                    life,
                 });
             }
         }
@@ -104,8 +158,20 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_command>(TATU_COMMAND)) else {
                 return;
             };
-            if let Some(life) = tables::read(ext.per_world) {
-                self.world_lives.push((plugin, life));
+            // Constants or preludes alone are enough: there need be no list of commands, but room for one.
+            let known = ext.size as usize >= offset_of!(tatu_ext_command, constants);
+            self.offered(
+                plugin,
+                TATU_COMMAND,
+                ext.size,
+                &[("commands", known, offset_of!(tatu_ext_command, constants))],
+            );
+            if !ext.per_world.is_null() {
+                match self.life(plugin, "instance per world", ext.per_world) {
+                    Some(life) => self.world_lives.push((plugin, life)),
+                    // Its commands would be called without what they keep.
+                    None => return,
+                }
             }
             for (_, raw) in tables::list(ext.commands) {
                 let id = self.commands.len() as u32 + 1;
@@ -122,13 +188,16 @@ impl Registry {
                     if let Some((other, _)) = self.names.get(&name) {
                         let owner = self.commands.get(*other as usize - 1).map_or(plugin, |c| c.plugin);
                         let text = format!("its command `{name}` is already offered by `{}`", self.plugins[owner].id);
-                        self.refuse(plugin, text);
+                        self.refuse(plugin, text, "give the command a name space of its own: `mine.name`");
                     } else {
                         self.names.insert(name, (id, alias as u32));
                     }
                 }
-                if names.is_empty() || raw.call.is_none() {
-                    self.refuse(plugin, "one of its commands has no name or no function".into());
+                let needed = tables::required!(raw, tatu_command: names, call);
+                let lack = tables::lacking(raw.size, &needed);
+                if let Some(lack) = lack.or_else(|| names.is_empty().then(|| "has no name".to_owned())) {
+                    let name = names.first().map_or(String::new(), |n| format!(" `{}`", n.name));
+                    self.refuse(plugin, format!("its command{name} {lack}"), tables::MEND);
                     for n in &names {
                         self.names.remove(&n.name);
                     }

@@ -113,14 +113,14 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
             };
             params[at] = value;
             // No borrow is alive while the plugin makes the new instance.
-            let made = Device::create(&world.registry, kind, slot, world.instance_info(owner, &name), params)
+            let made = Device::create(world, kind, slot, world.instance_info(owner, &name), params)
                 .map_err(|e| refused(world, prop, &e))?;
             let old = {
                 let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
                 let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
                 place.map(|d| std::mem::replace(d, made))
             };
-            old.into_iter().for_each(|d| d.destroy(&world.registry));
+            old.into_iter().for_each(|d| d.destroy(world));
             Ok(())
         }
         Meaning::Actuator { kind, at } => {
@@ -130,14 +130,14 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
                 acting.device(owner).map(|d| d.params.clone()).ok_or_else(|| gone(world, slot))?
             };
             params[at] = value;
-            let made = Actuator::create(&world.registry, kind, slot, world.instance_info(owner, &name), params)
+            let made = Actuator::create(world, kind, slot, world.instance_info(owner, &name), params)
                 .map_err(|e| refused(world, prop, &e))?;
             let old = {
                 let mut acting = world.acting.try_borrow_mut().map_err(|_| busy(world))?;
                 let place = acting.devices.iter_mut().find(|d| d.object == owner);
                 place.map(|d| std::mem::replace(d, made))
             };
-            old.into_iter().for_each(|d| d.destroy(&world.registry));
+            old.into_iter().for_each(|d| d.destroy(world));
             Ok(())
         }
     }

@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::abi::*;
 
-use crate::{calls::text, world::WorldCell};
+use crate::{calls::text, host::guard, world::WorldCell};
 
 pub static TABLE: tatu_host_log = tatu_host_log {
     size: size_of::<tatu_host_log>() as u32,
@@ -18,7 +18,10 @@ unsafe extern "C" fn write(_: *const tatu_host, w: *mut tatu_world, level: u32, 
         match WorldCell::of(w) {
             Some(world) => world.log(level, &line),
             None => match level {
-                TATU_LOG_ERROR => tracing::error!("{line}"),
+                TATU_LOG_ERROR => {
+                    guard::say(&line);
+                    tracing::error!("{line}");
+                }
                 TATU_LOG_WARNING => tracing::warn!("{line}"),
                 TATU_LOG_DEBUG => tracing::debug!("{line}"),
                 _ => tracing::info!("{line}"),

@@ -41,6 +41,8 @@ unsafe impl Sync for HostTables {}
 pub struct Interner {
     numbers: BTreeMap<String, u32>,
     keys: Vec<String>,
+    /// Services that were asked for and are not offered, since somebody began to listen.
+    refused: Vec<String>,
 }
 
 impl Interner {
@@ -81,6 +83,17 @@ impl HostTables {
     pub(crate) fn find(&self, id: &str) -> *const c_void {
         std::ffi::CString::new(id).map_or(std::ptr::null(), |id| table(&id))
     }
+    /// Begins to note which services are asked for in vain.
+    pub(crate) fn forget_refused(&self) {
+        if let Ok(mut k) = self.keys.lock() {
+            k.refused.clear();
+        }
+    }
+    /// What was asked for since, of another draft, in words.
+    pub(crate) fn refused_drafts(&self) -> Vec<String> {
+        let Ok(keys) = self.keys.lock() else { return Vec::new() };
+        keys.refused.iter().filter_map(|id| super::drafts::other_draft(id)).collect()
+    }
     /// The number of a key.
     pub fn number(&self, key: &str) -> u32 {
         self.keys.lock().map_or(0, |mut k| k.number(key))
@@ -91,12 +104,22 @@ impl HostTables {
     }
 }
 
-unsafe extern "C" fn service(_: *const tatu_host, id: *const c_char) -> *const c_void {
+unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *const c_void {
     if id.is_null() {
         return std::ptr::null();
     }
     // SAFETY: NUL-terminated, by the contract.
-    table(unsafe { CStr::from_ptr(id) })
+    let id = unsafe { CStr::from_ptr(id) };
+    let found = table(id);
+    if found.is_null() {
+        // SAFETY: the host that the plugin got.
+        let keys = unsafe { interner(host) }.and_then(|keys| keys.lock().ok());
+        // A plugin that asks for ever must not fill the memory.
+        if let Some(mut keys) = keys.filter(|k| k.refused.len() < 64) {
+            keys.refused.push(id.to_string_lossy().into_owned());
+        }
+    }
+    found
 }
 
 fn table(id: &CStr) -> *const c_void {

@@ -1,0 +1,118 @@
+//! The end of a run in which a plugin call does not return: told, files closed, exit code.
+//!
+//! The thread that is stuck cannot be taken back, so all is done by another one, with what was left here for it.
+
+use std::{
+    fs::File,
+    io::{BufWriter, Write},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::Duration,
+};
+
+use serde_json::json;
+use tatu_core::{
+    error::{Fault, FaultKind},
+    host::watchdog::{Stuck, Watches},
+};
+
+use crate::report;
+
+/// A file that two threads may close.
+pub type SharedFile = Arc<Mutex<BufWriter<File>>>;
+
+/// What is known of the run, for the one who has to end it.
+#[derive(Default)]
+struct Known {
+    json: bool,
+    /// Something has been started: exit code 1 instead of 2.
+    began: bool,
+    /// The summary has been printed.
+    told: bool,
+    steps: u64,
+    time: f64,
+    faults: Vec<Fault>,
+    files: Vec<SharedFile>,
+}
+
+/// The watchdog of a run.
+#[derive(Clone, Default)]
+pub struct Watchdog {
+    /// For the registry: where calls are noted.
+    pub watches: Watches,
+    known: Arc<Mutex<Known>>,
+}
+
+impl Watchdog {
+    /// Starts to watch; a limit of 0 watches nothing.
+    pub fn start(limit: f64, json: bool) -> Self {
+        let new = Watchdog::default();
+        new.known().json = json;
+        if limit > 0.0 {
+            let known = new.known.clone();
+            let end = move |stuck: Stuck| end(&stuck, limit, &lock(&known));
+            // Without a thread for it there is only no watchdog.
+            let _ = new.watches.guard(Duration::from_secs_f64(limit), end);
+        }
+        new
+    }
+    fn known(&self) -> MutexGuard<'_, Known> {
+        lock(&self.known)
+    }
+    /// The run begins; a file that it writes is to be whole whatever happens.
+    pub fn begin(&self, file: Option<SharedFile>) {
+        let mut known = self.known();
+        known.began = true;
+        known.files.extend(file);
+    }
+    /// Something is done; `faults` if there are new ones.
+    pub fn step(&self, steps: u64, time: f64, faults: Option<Vec<Fault>>) {
+        let mut known = self.known();
+        (known.steps, known.time) = (steps, time);
+        if let Some(faults) = faults {
+            known.faults = faults;
+        }
+    }
+    /// The summary has been printed.
+    pub fn told(&self) {
+        self.known().told = true;
+    }
+}
+
+fn lock(known: &Mutex<Known>) -> MutexGuard<'_, Known> {
+    known.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Tells what there is to tell and ends the process.
+fn end(stuck: &Stuck, limit: f64, known: &Known) {
+    let Stuck { plugin, object, call } = stuck;
+    let text = format!("plugin `{plugin}` has not returned from {call} for {limit} s: the run ends here");
+    let mut fault = Fault::new(FaultKind::Stuck, text);
+    (fault.plugin, fault.object) = (Some(plugin.clone()), object.clone());
+    fault.help = Some("if it only takes long, allow more with `--watchdog S`; 0 waits for ever".into());
+    let place = object.as_ref().map_or(String::new(), |o| format!(" [{o}]"));
+    report::err!("error[{}]: {}{place} ({})", fault.code, fault.message, fault.help.as_deref().unwrap_or_default());
+    for file in &known.files {
+        // Whoever is stuck is in a plugin and not in the middle of a line; if not, the file ends there.
+        if let Ok(mut file) = file.try_lock() {
+            let _ = file.flush();
+        }
+    }
+    if known.json && known.began && !known.told {
+        let errors: Vec<&Fault> = known.faults.iter().chain([&fault]).collect();
+        let out = json!({ "steps": known.steps, "sim_time_s": known.time, "objects": {}, "errors": errors });
+        report::out!("{}", serde_json::to_string_pretty(&out).unwrap_or_default());
+    }
+    let _ = std::io::stdout().flush();
+    leave(if known.began { 1 } else { 2 });
+}
+
+/// Ends the process at once: what libraries want done at exit could hang just as well.
+#[cfg(unix)]
+fn leave(code: i32) {
+    // SAFETY: does not return, and runs nothing of this process.
+    unsafe { libc::_exit(code) }
+}
+#[cfg(not(unix))]
+fn leave(code: i32) {
+    std::process::exit(code)
+}

@@ -1,0 +1,77 @@
+//! Drafts: an extension or service of another draft is told as such, not as something unknown.
+
+use std::ffi::{CStr, CString};
+
+use tatu_plugin_api::abi::*;
+
+/// The extensions that this host asks plugins for.
+pub const EXTENSIONS: [&CStr; 7] =
+    [TATU_COMMAND, TATU_SENSOR, TATU_ACTUATOR, TATU_MODEL, TATU_IMPORTER, TATU_SCRIPT, TATU_SERVICE];
+/// The services that it offers.
+pub const SERVICES: [&CStr; 10] = [
+    TATU_HOST_SCENE,
+    TATU_HOST_READINGS,
+    TATU_HOST_BODIES,
+    TATU_HOST_COMMANDS,
+    TATU_HOST_SCRIPTS,
+    TATU_HOST_SIGNALS,
+    TATU_HOST_SESSION,
+    TATU_HOST_STAGE,
+    TATU_HOST_LOG,
+    TATU_HOST_FILES,
+];
+
+/// How many drafts beyond its own a host asks for, to name what it cannot use.
+const AHEAD: u32 = 8;
+
+/// "tatu.sensor/draft.1" into "tatu.sensor" and 1.
+fn split(id: &str) -> Option<(&str, u32)> {
+    let (name, draft) = id.split_once("/draft.")?;
+    Some((name, draft.parse().ok()?))
+}
+
+/// "built for draft 9 of `tatu.sensor`, this host has draft 1", if it is one of ours in another draft.
+pub fn other_draft(id: &str) -> Option<String> {
+    let (name, draft) = split(id)?;
+    let ours = EXTENSIONS.iter().chain(&SERVICES).filter_map(|c| split(c.to_str().ok()?)).find(|(n, _)| *n == name)?.1;
+    (ours != draft).then(|| format!("built for draft {draft} of `{name}`, this host has draft {ours}"))
+}
+
+/// What a plugin offers in another draft than this host's, in words: `offers` asks it for an id.
+pub fn offered(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
+    let mut out = Vec::new();
+    for id in EXTENSIONS.iter().filter(|id| !offers(id)) {
+        let Some((name, ours)) = id.to_str().ok().and_then(split) else { continue };
+        let others = (0..=ours + AHEAD).filter(|d| *d != ours).map(|d| format!("{name}/draft.{d}"));
+        let found = others.into_iter().find(|id| CString::new(id.as_str()).is_ok_and(|id| offers(&id)));
+        out.extend(found.and_then(|id| other_draft(&id)));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_of_the_header_are_known() {
+        let header = include_str!("../../../plugin-api/include/tatu.h");
+        let ids = header.lines().filter_map(|l| l.strip_prefix("#define TATU_")?.split_once(" \"tatu."));
+        let mut theirs: Vec<String> = ids.map(|(_, id)| format!("tatu.{}", id.trim_end_matches('"'))).collect();
+        let ours = EXTENSIONS.iter().chain(&SERVICES).map(|id| id.to_str().unwrap().to_owned());
+        let mut ours: Vec<String> = ours.collect();
+        ours.sort();
+        theirs.sort();
+        assert_eq!(ours, theirs);
+    }
+
+    #[test]
+    fn drafts_are_told_apart() {
+        let told = other_draft("tatu.sensor/draft.9").unwrap();
+        assert_eq!(told, "built for draft 9 of `tatu.sensor`, this host has draft 1");
+        assert_eq!(other_draft("tatu.sensor/draft.1"), None);
+        assert_eq!(other_draft("tatu.nonsense/draft.9"), None);
+        let found = offered(|id| id == c"tatu.command/draft.1" || id == c"tatu.script/draft.0");
+        assert_eq!(found, ["built for draft 0 of `tatu.script`, this host has draft 1"]);
+    }
+}

@@ -1,0 +1,87 @@
+//! Panics stay inside: every function that the host calls goes through here.
+
+use std::{
+    any::Any,
+    ffi::c_void,
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::Once,
+};
+
+use super::{Fail, Host, Plugin, Result, World, plugin::Started};
+use crate::abi::*;
+
+/// Runs `f`; an error or panic is written into the host's error object.
+pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
+    match catch_unwind(AssertUnwindSafe(f)) {
+        Ok(Ok(status)) => status,
+        // SAFETY: the host gives null or a live error.
+        Ok(Err(fail)) => unsafe { fail.write(error) },
+        Err(panic) => {
+            let fail = Fail::with_code(TATU_ERR_PANIC, format!("panicked: {}", panic_text(&*panic)));
+            // SAFETY: as above.
+            unsafe { fail.write(error) }
+        }
+    }
+}
+
+/// Runs `f` where no error can be told.
+pub(crate) fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
+    catch_unwind(AssertUnwindSafe(f)).unwrap_or_default()
+}
+
+fn panic_text(panic: &(dyn Any + Send)) -> &str {
+    panic
+        .downcast_ref::<&str>()
+        .copied()
+        .or_else(|| panic.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("no text")
+}
+
+/// Sends panic messages to the host's log instead of the terminal. Each library has a panic hook of its own.
+pub fn set_panic_hook(host: &Host) {
+    static ONCE: Once = Once::new();
+    let log = host.logger();
+    ONCE.call_once(|| {
+        std::panic::set_hook(Box::new(move |info| log(TATU_LOG_DEBUG, &format!("plugin {info}"))));
+    });
+}
+
+/// The life of a plugin's world instances.
+pub(crate) fn life<P: Plugin>() -> tatu_life {
+    tatu_life {
+        size: size_of::<tatu_life>() as u32,
+        state_bytes: 0,
+        create: Some(create::<P>),
+        destroy: Some(destroy::<P>),
+        configure: None,
+        save: None,
+        load: None,
+        version: 0,
+        reserved: 0,
+    }
+}
+
+unsafe extern "C" fn create<P: Plugin>(
+    me: *mut c_void,
+    info: *const tatu_instance,
+    data: *mut *mut c_void,
+    error: *mut tatu_error,
+) -> tatu_status {
+    run(error, || {
+        // SAFETY: `me` was made by `init`; the host gives valid pointers.
+        unsafe {
+            let started = &*me.cast::<Started<P>>();
+            let world = World::new((*info).world, &started.host);
+            let instance: P::World = started.plugin.world(&world)?;
+            *data = Box::into_raw(Box::new(instance)).cast();
+        }
+        Ok(TATU_OK)
+    })
+}
+
+unsafe extern "C" fn destroy<P: Plugin>(data: *mut c_void) {
+    quiet(|| {
+        // SAFETY: made by `create`, given back once.
+        drop(unsafe { Box::from_raw(data.cast::<P::World>()) });
+    });
+}

@@ -1,0 +1,51 @@
+//! An actuator that pushes with nothing.
+
+use std::{ffi::c_void, ptr::null};
+
+use tatu_plugin_api::abi::*;
+
+use crate::{
+    List, Shared, guarded, life,
+    plan::{How, Plan},
+    size,
+};
+
+unsafe extern "C" fn apply(me: *mut c_void, batch: *const tatu_actuator_batch, error: *mut tatu_error) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: the host gives a valid batch: six numbers and a status per instance.
+        unsafe {
+            let (plan, batch) = (Plan::of(me), &*batch);
+            let status = plan.act("tatu_actuator.apply", || {
+                for i in 0..batch.n as usize {
+                    *batch.wrench.add(6 * i) = f64::NAN;
+                    *batch.effort.add(i) = f64::INFINITY;
+                }
+                Ok(TATU_OK)
+            });
+            match (status, plan.ways("tatu_actuator.apply")) {
+                (Err(fail), Some(How::Error)) => {
+                    *batch.status = fail.write(error);
+                    Ok(TATU_OK)
+                }
+                (status, _) => Ok(status?.unwrap_or(TATU_OK)),
+            }
+        }
+    })
+}
+
+static KIND: Shared<tatu_actuator> = Shared(tatu_actuator {
+    size: size::<tatu_actuator>(),
+    flags: 0,
+    n_commands: 0,
+    reserved: 0,
+    id: c"misbehaves".as_ptr(),
+    text: c"For tests.".as_ptr(),
+    params: null(),
+    commands: null(),
+    life: &raw const life::ACTUATOR.0,
+    apply: Some(apply),
+});
+static KINDS: List<tatu_actuator, 2> = List([&raw const KIND.0, null()]);
+
+pub static EXTENSION: Shared<tatu_ext_actuator> =
+    Shared(tatu_ext_actuator { size: size::<tatu_ext_actuator>(), reserved: 0, kinds: (&raw const KINDS.0).cast() });

@@ -1,0 +1,162 @@
+//! Commands: one that may misbehave, one that waits, one that uses a function it is given.
+
+use std::{ffi::CStr, ptr::null};
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Fail, Result},
+};
+
+use crate::{List, Shared, guarded, life, plan::Plan, size};
+
+/// Sets the first results to these, and counts `n`.
+unsafe fn results(call: &mut tatu_call, values: &[tatu_value], n: u32) {
+    for (i, v) in values.iter().enumerate() {
+        // SAFETY: the caller has room for at least 16.
+        unsafe { *call.results.add(i) = *v };
+    }
+    call.n_results = n;
+}
+
+/// A value of any type whose content is `len` elements of nothing.
+pub fn hollow(tag: u32, len: u64) -> tatu_value {
+    tatu_value { tag, reserved: 0, u: tatu_payload { s: tatu_span_t { ptr: null(), len } } }
+}
+
+/// `misbehaves.call()`: 1, or what is asked for. With an argument, the sort of nonsense.
+unsafe extern "C" fn call(call: *mut tatu_call) -> tatu_status {
+    // SAFETY: the host gives a valid frame, and `self_` is the plan.
+    unsafe {
+        guarded((*call).error, || {
+            let (c, plan) = (&mut *call, Plan::of((*call).self_));
+            let sort = if c.n_args > 0 { (*c.args).u.i } else { 0 };
+            let done = plan.act("tatu_command.call", || {
+                match sort {
+                    // More results than there is room for.
+                    1 => results(c, &[], c.results_cap + 1_000_000),
+                    // A type that there is not.
+                    2 => results(c, &[hollow(99, 1 << 60)], 1),
+                    // Texts and lists that lie nowhere: read as empty; and a status that there is not.
+                    3 => {
+                        results(c, &[hollow(TATU_TEXT, 12), hollow(TATU_LIST, 9), hollow(TATU_MAP, 1 << 40)], 3);
+                        return Ok(-999);
+                    }
+                    // It waits for nothing.
+                    4 => return Ok(TATU_WAIT),
+                    _ => return Ok(77),
+                }
+                Ok(TATU_OK)
+            })?;
+            if done.is_none() {
+                results(c, &[tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: 1 } }], 1);
+            }
+            Ok(done.unwrap_or(TATU_OK))
+        })
+    }
+}
+
+/// `misbehaves.wait()`: returns a step later.
+unsafe extern "C" fn wait(call: *mut tatu_call) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        guarded((*call).error, || {
+            let wait = (*(*call).api).wait.ok_or_else(|| Fail::new("no wait"))?;
+            let nothing = tatu_str { ptr: null(), len: 0 };
+            Ok(if (*call).resume == 0 { wait(call, TATU_UNTIL_STEPS, 1.0, nothing, 1) } else { TATU_OK })
+        })
+    }
+}
+
+/// `misbehaves.use(f)`: keeps the function, calls it, gives it up.
+unsafe extern "C" fn use_function(call: *mut tatu_call) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        guarded((*call).error, || {
+            let c = &*call;
+            let commands = commands(Plan::of(c.self_))?;
+            let mut kept = 0;
+            let retain = commands.retain.ok_or_else(|| Fail::new("no retain"))?;
+            if retain(c.world, (*c.args).u.u, &mut kept) < 0 {
+                // Told by whoever did not keep it.
+                return Ok(TATU_OK);
+            }
+            let mut room = [hollow(TATU_NIL, 0); 16];
+            let mut frame = tatu_call {
+                size: size::<tatu_call>(),
+                args: null(),
+                n_args: 0,
+                results: room.as_mut_ptr(),
+                results_cap: 16,
+                wait_token: 0,
+                ..*c
+            };
+            let status = commands.call_func.map_or(TATU_ERR, |f| f(c.world, kept, &mut frame));
+            if let Some(drop) = commands.drop {
+                drop(c.world, kept);
+            }
+            if status < 0 { Err(said(&frame)) } else { Ok(TATU_OK) }
+        })
+    }
+}
+
+/// What a failed call said.
+pub fn said(frame: &tatu_call) -> Fail {
+    // SAFETY: the host's error object, after a failed call.
+    let text = unsafe { (*frame.error).text };
+    // SAFETY: as above.
+    let bytes = unsafe { std::slice::from_raw_parts(text.ptr.cast::<u8>(), text.len as usize) };
+    Fail::new(String::from_utf8_lossy(bytes))
+}
+
+/// The host's service of commands.
+pub fn commands(plan: &Plan) -> Result<&'static tatu_host_commands> {
+    // SAFETY: the host lives until shutdown, and its tables as long.
+    unsafe {
+        let service = (*plan.host).service.ok_or_else(|| Fail::new("no services"))?;
+        let table = service(plan.host, TATU_HOST_COMMANDS.as_ptr()).cast::<tatu_host_commands>();
+        table.as_ref().ok_or_else(|| Fail::new("no commands"))
+    }
+}
+
+const fn named(name: &'static CStr) -> Shared<tatu_name> {
+    let size = size::<tatu_name>();
+    Shared(tatu_name { size, flags: 0, name: name.as_ptr(), n_on_error: 0, reserved: 0, on_error: null() })
+}
+
+const fn table(
+    names: &'static List<tatu_name, 2>,
+    call: unsafe extern "C" fn(*mut tatu_call) -> tatu_status,
+) -> Shared<tatu_command> {
+    Shared(tatu_command {
+        size: size::<tatu_command>(),
+        flags: TATU_COMMAND_RAW,
+        names: names.0.as_ptr(),
+        params: null(),
+        returns: null(),
+        text: c"For tests.".as_ptr(),
+        example: null(),
+        no_wait: null(),
+        user: null(),
+        call: Some(call),
+    })
+}
+
+static CALL_NAME: Shared<tatu_name> = named(c"misbehaves.call");
+static WAIT_NAME: Shared<tatu_name> = named(c"misbehaves.wait");
+static USE_NAME: Shared<tatu_name> = named(c"misbehaves.use");
+static CALL_NAMES: List<tatu_name, 2> = List([&raw const CALL_NAME.0, null()]);
+static WAIT_NAMES: List<tatu_name, 2> = List([&raw const WAIT_NAME.0, null()]);
+static USE_NAMES: List<tatu_name, 2> = List([&raw const USE_NAME.0, null()]);
+static CALL: Shared<tatu_command> = table(&CALL_NAMES, call);
+static WAIT: Shared<tatu_command> = table(&WAIT_NAMES, wait);
+static USE: Shared<tatu_command> = table(&USE_NAMES, use_function);
+static ALL: List<tatu_command, 4> = List([&raw const CALL.0, &raw const WAIT.0, &raw const USE.0, null()]);
+
+pub static EXTENSION: Shared<tatu_ext_command> = Shared(tatu_ext_command {
+    size: size::<tatu_ext_command>(),
+    reserved: 0,
+    commands: &raw const ALL.0 as *const *const tatu_command,
+    constants: null(),
+    preludes: null(),
+    per_world: &raw const life::WORLD.0,
+});

@@ -1,0 +1,49 @@
+//! An importer of files that end with `.misbehaves`: whatever they hold, one dummy.
+
+use std::{ffi::c_void, ptr::null};
+
+use tatu_plugin_api::{abi::*, safe::guarded_quietly};
+
+use crate::{List, Shared, guarded, model::dummy, plan::Plan, size};
+
+unsafe extern "C" fn sniff(me: *mut c_void, _: tatu_str) -> u32 {
+    // SAFETY: made by `init`; here and below.
+    guarded_quietly(|| unsafe { Plan::of(me) }.act_quietly("tatu_importer.sniff", || u32::MAX).unwrap_or(1))
+}
+
+unsafe extern "C" fn load(
+    me: *mut c_void,
+    _: tatu_str,
+    builder: *const tatu_builder,
+    _: *const tatu_value,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: the host gives a builder, valid during the call.
+        unsafe {
+            match Plan::of(me).act("tatu_importer.load", || dummy(builder, true))? {
+                Some(status) => Ok(status),
+                None => dummy(builder, false),
+            }
+        }
+    })
+}
+
+static SUFFIXES: List<i8, 2> = List([c".misbehaves".as_ptr().cast(), null()]);
+static IMPORTER: Shared<tatu_importer> = Shared(tatu_importer {
+    size: size::<tatu_importer>(),
+    reserved: 0,
+    id: c"misbehaves".as_ptr(),
+    text: c"For tests.".as_ptr(),
+    suffixes: (&raw const SUFFIXES.0).cast(),
+    params: null(),
+    sniff: Some(sniff),
+    load: Some(load),
+});
+static IMPORTERS: List<tatu_importer, 2> = List([&raw const IMPORTER.0, null()]);
+
+pub static EXTENSION: Shared<tatu_ext_importer> = Shared(tatu_ext_importer {
+    size: size::<tatu_ext_importer>(),
+    reserved: 0,
+    importers: (&raw const IMPORTERS.0).cast(),
+});

@@ -1,0 +1,195 @@
+//! A script language without a grammar: `actuation` gives a function to `misbehaves.use`, `thread` waits for a step.
+
+use std::{ffi::c_void, ptr::null};
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Fail, Result, guarded_quietly},
+};
+
+use crate::{
+    List, Shared,
+    command::{commands, hollow, said},
+    guarded,
+    life::{self, Data},
+    size,
+};
+
+const ACTUATION: u32 = 1;
+const THREAD: u32 = 2;
+/// The only function, borrowed and kept.
+const FUNCTION: u32 = 5;
+
+/// Calls a command by name, with a function as its argument.
+fn call_command(data: &Data, caller: &tatu_call, name: &str, wait_token: u64) -> Result<tatu_status> {
+    let commands = commands(data.plan())?;
+    let name = tatu_str { ptr: name.as_ptr().cast(), len: name.len() as u64 };
+    let argument =
+        tatu_value { tag: TATU_FUNC, reserved: 0, u: tatu_payload { u: data.id << 32 | u64::from(FUNCTION) } };
+    let mut room = [hollow(TATU_NIL, 0); 16];
+    // SAFETY: the frame and what it points to live through the calls.
+    unsafe {
+        let found = commands.find.map_or(0, |f| f(data.world, name));
+        let mut frame = tatu_call {
+            size: size::<tatu_call>(),
+            command: found >> 8,
+            alias: found & 0xFF,
+            args: &argument,
+            n_args: 1,
+            results: room.as_mut_ptr(),
+            results_cap: 16,
+            wait_token,
+            ..*caller
+        };
+        let status = commands.call.map_or(TATU_ERR, |f| f(data.world, &mut frame));
+        if status < 0 { Err(said(&frame)) } else { Ok(status) }
+    }
+}
+
+unsafe extern "C" fn load(
+    data: *mut c_void,
+    _: tatu_str,
+    _: tatu_str,
+    _: tatu_str,
+    chosen: *mut tatu_str,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: made by `create`; the host gives a place for the text; likewise below.
+        unsafe {
+            let status = Data::of(data).plan().act("tatu_language.load", || {
+                *chosen = tatu_str { ptr: null(), len: 1 << 60 };
+                Ok(77)
+            })?;
+            Ok(status.unwrap_or(TATU_OK))
+        }
+    })
+}
+
+unsafe extern "C" fn find(data: *mut c_void, _: u32, name: tatu_str) -> u32 {
+    guarded_quietly(|| {
+        // SAFETY: as above.
+        let (data, name) =
+            unsafe { (Data::of(data), std::slice::from_raw_parts(name.ptr.cast::<u8>(), name.len as usize)) };
+        let found = match name {
+            b"actuation" => ACTUATION,
+            b"thread" => THREAD,
+            _ => 0,
+        };
+        data.plan().act_quietly("tatu_language.find", || u32::MAX).unwrap_or(found)
+    })
+}
+
+/// More results than there is room for, of types that there are not, and more instructions than there can be.
+unsafe fn babble(frame: *mut tatu_call, used: *mut u64) -> Result<tatu_status> {
+    // SAFETY: the host's frame has room for 16.
+    unsafe {
+        *used = u64::MAX;
+        if (*frame).results_cap > 0 {
+            *(*frame).results = hollow(99, 1 << 60);
+        }
+        (*frame).n_results = u32::MAX;
+    }
+    Ok(TATU_OK)
+}
+
+unsafe extern "C" fn call(
+    data: *mut c_void,
+    callable: u32,
+    frame: *mut tatu_call,
+    _: *const tatu_budget,
+    used: *mut u64,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: as above.
+        unsafe {
+            let data = Data::of(data);
+            if let Some(status) = data.plan().act("tatu_language.call", || babble(frame, used))? {
+                return Ok(status);
+            }
+            match callable {
+                ACTUATION => call_command(data, &*frame, "misbehaves.use", 0),
+                THREAD => call_command(data, &*frame, "misbehaves.wait", 9),
+                n => Err(Fail::new(format!("there is no callable {n}"))),
+            }
+        }
+    })
+}
+
+unsafe extern "C" fn resume(
+    data: *mut c_void,
+    _: u64,
+    _: tatu_status,
+    frame: *mut tatu_call,
+    _: *const tatu_budget,
+    used: *mut u64,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: as above.
+        unsafe {
+            let done = Data::of(data).plan().act("tatu_language.resume", || babble(frame, used))?;
+            Ok(done.unwrap_or(TATU_OK))
+        }
+    })
+}
+
+unsafe extern "C" fn keep_func(data: *mut c_void, local: u32) -> u32 {
+    guarded_quietly(|| {
+        // SAFETY: as above.
+        unsafe { Data::of(data) }.plan().act_quietly("tatu_language.keep_func", || u32::MAX).unwrap_or(local)
+    })
+}
+
+unsafe extern "C" fn drop_func(data: *mut c_void, _: u32) {
+    guarded_quietly(|| {
+        // SAFETY: as above.
+        unsafe { Data::of(data) }.plan().act_quietly("tatu_language.drop_func", crate::plan::other_mode);
+    });
+}
+
+unsafe extern "C" fn call_func(
+    data: *mut c_void,
+    local: u32,
+    frame: *mut tatu_call,
+    _: *const tatu_budget,
+    used: *mut u64,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: as above.
+        unsafe {
+            let done = Data::of(data).plan().act("tatu_language.call_func", || babble(frame, used))?;
+            match (done, local) {
+                (Some(status), _) => Ok(status),
+                (None, FUNCTION) => Ok(TATU_OK),
+                (None, n) => Err(Fail::new(format!("there is no function {n}"))),
+            }
+        }
+    })
+}
+
+static SUFFIXES: List<i8, 2> = List([c".misbehaves".as_ptr().cast(), null()]);
+static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
+    size: size::<tatu_language>(),
+    reserved: 0,
+    id: c"misbehaves".as_ptr(),
+    text: c"For tests.".as_ptr(),
+    suffixes: (&raw const SUFFIXES.0).cast(),
+    life: &raw const life::SCRIPT.0,
+    load: Some(load),
+    find: Some(find),
+    call: Some(call),
+    resume: Some(resume),
+    keep_func: Some(keep_func),
+    drop_func: Some(drop_func),
+    call_func: Some(call_func),
+});
+static LANGUAGES: List<tatu_language, 2> = List([&raw const LANGUAGE.0, null()]);
+
+pub static EXTENSION: Shared<tatu_ext_script> = Shared(tatu_ext_script {
+    size: size::<tatu_ext_script>(),
+    reserved: 0,
+    languages: (&raw const LANGUAGES.0).cast(),
+});

@@ -1,0 +1,120 @@
+//! A plugin that misbehaves on request, in each function of each table of `tatu.h`.
+//!
+//! - `plan`: what is asked for, and doing it;
+//! - one file per table.
+//!
+//! It is written against the C tables, since most of what it does the safe traits rule out.
+
+#![allow(missing_docs, reason = "tables of a plugin, see the README")]
+
+mod actuator;
+mod command;
+mod importer;
+mod language;
+mod life;
+mod model;
+mod plan;
+mod sensor;
+mod service;
+
+use std::{
+    ffi::{CStr, c_char, c_void},
+    ptr::null,
+};
+
+use plan::{How, Plan};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{self, Host, guarded_quietly, macro_support::Entry},
+};
+
+/// Runs `f`; what goes wrong is written into the host's error object.
+fn guarded(error: *mut tatu_error, f: impl FnOnce() -> safe::Result<tatu_status>) -> tatu_status {
+    // SAFETY: every function here hands on what the host gave.
+    unsafe { safe::guarded(error, f) }
+}
+
+/// A null-terminated list of tables, as constants have it.
+#[repr(transparent)]
+struct List<T, const N: usize>([*const T; N]);
+// SAFETY: nobody writes through the pointers.
+unsafe impl<T, const N: usize> Sync for List<T, N> {}
+
+/// A table with pointers, as constants have it.
+#[repr(transparent)]
+struct Shared<T>(T);
+// SAFETY: as above.
+unsafe impl<T> Sync for Shared<T> {}
+
+/// The size of a table, as its first field has it.
+const fn size<T>() -> u32 {
+    size_of::<T>() as u32
+}
+
+/// A list that holds a size and nothing else: what `extension` gives when it talks nonsense.
+static NOTHING: u32 = 4;
+
+unsafe extern "C" fn init(host: *const tatu_host, me: *mut *mut c_void, error: *mut tatu_error) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: the host lives until shutdown. This sends panics to its log, too.
+        unsafe { Host::new(host) };
+        let plan = Box::new(Plan::new(host));
+        let status = plan.act("tatu_plugin.init", || Ok(77))?;
+        // SAFETY: the host gives a place for the pointer.
+        unsafe { *me = Box::into_raw(plan).cast() };
+        Ok(status.unwrap_or(TATU_OK))
+    })
+}
+
+unsafe extern "C" fn shutdown(me: *mut c_void) {
+    guarded_quietly(|| {
+        // SAFETY: made by `init`, given back once.
+        let plan = unsafe { Box::from_raw(me.cast::<Plan>()) };
+        plan.act_quietly("tatu_plugin.shutdown", plan::other_mode);
+    });
+}
+
+unsafe extern "C" fn extension(me: *mut c_void, id: *const c_char) -> *const c_void {
+    // A pointer is no `Default`: as a number.
+    let found = guarded_quietly(|| {
+        // SAFETY: made by `init`; `id` is NUL-terminated.
+        let (plan, id) = unsafe { (Plan::of(me), CStr::from_ptr(id)) };
+        let table: *const c_void = match id {
+            id if id == TATU_COMMAND => (&raw const command::EXTENSION).cast(),
+            id if id == TATU_SENSOR => (&raw const sensor::EXTENSION).cast(),
+            id if id == TATU_ACTUATOR => (&raw const actuator::EXTENSION).cast(),
+            id if id == TATU_MODEL => (&raw const model::EXTENSION).cast(),
+            id if id == TATU_IMPORTER => (&raw const importer::EXTENSION).cast(),
+            id if id == TATU_SCRIPT => (&raw const language::EXTENSION).cast(),
+            id if id == TATU_SERVICE => (&raw const service::EXTENSION).cast(),
+            _ => return 0,
+        };
+        match plan.ways("tatu_plugin.extension") {
+            Some(How::Nonsense) => {
+                plan.act_quietly("tatu_plugin.extension", || {});
+                &raw const NOTHING as usize
+            }
+            _ => {
+                plan.act_quietly("tatu_plugin.extension", || {});
+                table as usize
+            }
+        }
+    });
+    found as *const c_void
+}
+
+#[unsafe(no_mangle)]
+#[allow(non_upper_case_globals)]
+pub static tatu_plugin: Entry = Entry(tatu_plugin_t {
+    size: size::<tatu_plugin_t>(),
+    abi_major: TATU_ABI_MAJOR,
+    abi_minor: TATU_ABI_MINOR,
+    id: c"org.tatu.misbehaves".as_ptr(),
+    name: c"Misbehaves".as_ptr(),
+    version: c"1".as_ptr(),
+    licence: c"MIT OR Apache-2.0".as_ptr(),
+    needs: null(),
+    init: Some(init),
+    shutdown: Some(shutdown),
+    extension: Some(extension),
+});

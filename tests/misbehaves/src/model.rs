@@ -1,0 +1,70 @@
+//! A model of one dummy.
+
+use std::{ffi::c_void, ptr::null};
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Fail, Result},
+};
+
+use crate::{List, Shared, command::hollow, guarded, plan::Plan, size};
+
+/// Adds a dummy; with it, if asked for, what no builder can take.
+///
+/// # Safety
+/// `builder` is the host's, during its call.
+pub unsafe fn dummy(builder: *const tatu_builder, nonsense: bool) -> Result<tatu_status> {
+    // SAFETY: as promised.
+    unsafe {
+        let b = &*builder;
+        let alias = tatu_str { ptr: c"built".as_ptr(), len: 5 };
+        let object = b.object.ok_or_else(|| Fail::new("no objects"))?;
+        if object(builder, c"dummy".as_ptr(), 0, alias) == 0 {
+            return Err(Fail::new("the host refused a dummy"));
+        }
+        if nonsense {
+            let nothing = hollow(99, 1 << 60);
+            object(builder, null(), 4_000_000_000, tatu_str { ptr: null(), len: 1 << 60 });
+            b.set.map(|set| set(builder, 4_000_000_000, c"mass".as_ptr(), &nothing));
+            b.set.map(|set| set(builder, 1, null(), &nothing));
+            b.mesh.map(|mesh| mesh(builder, null(), 1 << 60, null(), 1 << 60));
+            b.device.map(|device| device(builder, 4_000_000_000, c"misbehaves".as_ptr()));
+            if let Some(report) = b.report {
+                report(builder, 77, 4_000_000_000, tatu_str { ptr: null(), len: 9 });
+            }
+            return Ok(77);
+        }
+    }
+    Ok(TATU_OK)
+}
+
+unsafe extern "C" fn build(
+    me: *mut c_void,
+    builder: *const tatu_builder,
+    _: *const tatu_value,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: the host gives a builder, valid during the call.
+        unsafe {
+            match Plan::of(me).act("tatu_model.build", || dummy(builder, true))? {
+                Some(status) => Ok(status),
+                None => dummy(builder, false),
+            }
+        }
+    })
+}
+
+static MODEL: Shared<tatu_model> = Shared(tatu_model {
+    size: size::<tatu_model>(),
+    reserved: 0,
+    id: c"misbehaves".as_ptr(),
+    text: c"For tests.".as_ptr(),
+    params: null(),
+    slots: null(),
+    build: Some(build),
+});
+static MODELS: List<tatu_model, 2> = List([&raw const MODEL.0, null()]);
+
+pub static EXTENSION: Shared<tatu_ext_model> =
+    Shared(tatu_ext_model { size: size::<tatu_ext_model>(), reserved: 0, models: (&raw const MODELS.0).cast() });

@@ -1,0 +1,111 @@
+//! What is asked for, and doing it.
+
+use std::{ffi::c_void, time::Duration};
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Fail, Result},
+};
+
+/// A way to misbehave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum How {
+    Panic,
+    Error,
+    Nonsense,
+    Hang,
+}
+
+/// The plugin's own data: one function, and how it misbehaves.
+pub struct Plan {
+    function: String,
+    how: Option<How>,
+    pub host: *const tatu_host,
+}
+
+impl Plan {
+    /// From the environment, once, at the start.
+    pub fn new(host: *const tatu_host) -> Self {
+        let asked = std::env::var("TATU_MISBEHAVE").unwrap_or_default();
+        let (function, how) = asked.split_once('=').unwrap_or_default();
+        let how = match how {
+            "panic" => Some(How::Panic),
+            "error" => Some(How::Error),
+            "nonsense" => Some(How::Nonsense),
+            "hang" => Some(How::Hang),
+            _ => None,
+        };
+        Plan { function: function.to_owned(), how, host }
+    }
+    /// The plan behind the plugin's `self`.
+    ///
+    /// # Safety
+    /// `me` is what `init` gave, before `shutdown`.
+    pub unsafe fn of<'a>(me: *mut c_void) -> &'a Plan {
+        // SAFETY: as promised.
+        unsafe { &*me.cast::<Plan>() }
+    }
+    /// How this function misbehaves, if it does.
+    pub fn ways(&self, function: &str) -> Option<How> {
+        self.how.filter(|_| self.function == function)
+    }
+    fn tell(&self, function: &str, how: How) {
+        eprintln!("misbehaving in {function}: {how:?}");
+    }
+
+    /// Misbehaves, if this function is to: fails, panics, hangs, or gives what `nonsense` gives.
+    pub fn act<T>(&self, function: &str, nonsense: impl FnOnce() -> Result<T>) -> Result<Option<T>> {
+        let Some(how) = self.ways(function) else { return Ok(None) };
+        self.tell(function, how);
+        match how {
+            How::Panic => panic!("on request"),
+            How::Error => Err(Fail::new("failed on request")),
+            How::Nonsense => nonsense().map(Some),
+            How::Hang => hang(),
+        }
+    }
+    /// The same in a function that cannot fail: an error goes to the log.
+    pub fn act_quietly<T>(&self, function: &str, nonsense: impl FnOnce() -> T) -> Option<T> {
+        match self.act(function, || Ok(nonsense())) {
+            Ok(done) => done,
+            Err(fail) => {
+                self.log(fail.text());
+                None
+            }
+        }
+    }
+    fn log(&self, text: &str) {
+        // SAFETY: the host lives until shutdown, and its tables as long.
+        unsafe {
+            let Some(service) = (*self.host).service else { return };
+            let log = service(self.host, TATU_HOST_LOG.as_ptr()).cast::<tatu_host_log>();
+            let text = tatu_str { ptr: text.as_ptr().cast(), len: text.len() as u64 };
+            if let Some(write) = log.as_ref().and_then(|l| l.write) {
+                write(self.host, std::ptr::null_mut(), TATU_LOG_ERROR, text);
+            }
+        }
+    }
+}
+
+fn hang() -> ! {
+    loop {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// Nonsense for functions that answer nothing: leaves another floating-point mode behind.
+pub fn other_mode() {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let mut mode = 0u32;
+        // SAFETY: reads and writes the mode of this thread: flush to zero, denormals are zero.
+        unsafe {
+            std::arch::asm!("stmxcsr [{0}]", "or dword ptr [{0}], 0x8040", "ldmxcsr [{0}]", in(reg) &raw mut mode);
+        }
+    }
+    #[cfg(target_arch = "aarch64")]
+    // SAFETY: sets flush to zero in the mode of this thread.
+    unsafe {
+        std::arch::asm!("mrs {0}, fpcr", "orr {0}, {0}, #(1 << 24)", "msr fpcr, {0}", out(reg) _);
+    }
+}

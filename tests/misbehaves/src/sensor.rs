@@ -1,0 +1,99 @@
+//! A sensor with one ray and one number.
+
+use std::{ffi::c_void, ptr::null};
+
+use tatu_plugin_api::abi::*;
+
+use crate::{
+    List, Shared, guarded,
+    life::{self, Data},
+    plan::{How, Plan},
+    size,
+};
+
+static AHEAD: [f64; 3] = [0.0, 0.0, 1.0];
+
+unsafe extern "C" fn beams(data: *mut c_void, out: *mut tatu_beams, error: *mut tatu_error) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: made by `create`; the host gives a table to fill.
+        let (plan, out) = unsafe { (Data::of(data).plan(), &mut *out) };
+        out.form = TATU_BEAMS_RAYS;
+        out.count = [1, 1];
+        out.far_m = 1.0;
+        out.directions = AHEAD.as_ptr();
+        let status = plan.act("tatu_sensor.beams", || {
+            // More rays than memory, from nowhere to nowhere.
+            (out.count, out.near_m, out.far_m, out.max_incidence) = ([u32::MAX; 2], f64::NAN, -1.0, f64::NAN);
+            Ok(TATU_OK)
+        })?;
+        Ok(status.unwrap_or(TATU_OK))
+    })
+}
+
+unsafe extern "C" fn measure(me: *mut c_void, batch: *const tatu_sensor_batch, error: *mut tatu_error) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: the host gives a valid batch: a place per instance and field, a status per instance.
+        unsafe {
+            let (plan, batch) = (Plan::of(me), &*batch);
+            for i in 0..batch.n as usize {
+                **batch.fields.add(i).cast::<*mut f64>() = 1.0;
+            }
+            let status = plan.act("tatu_sensor.measure", || {
+                for i in 0..batch.n as usize {
+                    **batch.fields.add(i).cast::<*mut f64>() = f64::NAN;
+                }
+                Ok(TATU_OK)
+            });
+            // An error of one instance is told by its status.
+            match (status, plan.ways("tatu_sensor.measure")) {
+                (Err(fail), Some(How::Error)) => {
+                    *batch.status = fail.write(error);
+                    Ok(TATU_OK)
+                }
+                (status, _) => Ok(status?.unwrap_or(TATU_OK)),
+            }
+        }
+    })
+}
+
+static SCHEMAS: List<i8, 2> = List([c"misbehaves/1".as_ptr().cast(), null()]);
+static RANGE: Shared<tatu_param> = Shared(tatu_param {
+    size: size::<tatu_param>(),
+    type_: TATU_F64,
+    count: 0,
+    flags: 0,
+    key: c"range".as_ptr(),
+    unit: c"m".as_ptr(),
+    lowest: 0.0,
+    highest: 10.0,
+    fallback: tatu_value { tag: TATU_F64, reserved: 0, u: tatu_payload { f: 1.0 } },
+    choices: null(),
+    text: c"Nothing follows from it.".as_ptr(),
+});
+static PARAMS: List<tatu_param, 2> = List([&raw const RANGE.0, null()]);
+static FIELD: Shared<tatu_field> = Shared(tatu_field {
+    size: size::<tatu_field>(),
+    elem: TATU_ELEM_F64,
+    dims: [1; 3],
+    reserved: 0,
+    name: c"misbehaves.number".as_ptr(),
+    unit: null(),
+    text: c"1.".as_ptr(),
+});
+static FIELDS: List<tatu_field, 2> = List([&raw const FIELD.0, null()]);
+static KIND: Shared<tatu_sensor> = Shared(tatu_sensor {
+    size: size::<tatu_sensor>(),
+    inputs: TATU_IN_DISTANCE,
+    id: c"misbehaves".as_ptr(),
+    text: c"For tests.".as_ptr(),
+    schemas: (&raw const SCHEMAS.0).cast(),
+    params: (&raw const PARAMS.0).cast(),
+    fields: (&raw const FIELDS.0).cast(),
+    life: &raw const life::SENSOR.0,
+    beams: Some(beams),
+    measure: Some(measure),
+});
+static KINDS: List<tatu_sensor, 2> = List([&raw const KIND.0, null()]);
+
+pub static EXTENSION: Shared<tatu_ext_sensor> =
+    Shared(tatu_ext_sensor { size: size::<tatu_ext_sensor>(), reserved: 0, kinds: (&raw const KINDS.0).cast() });

@@ -1,0 +1,87 @@
+//! A service that lets everything go, and calls one waiting command.
+
+use std::{ffi::c_void, ptr::null};
+
+use tatu_plugin_api::{abi::*, safe::guarded_quietly};
+
+use crate::{
+    List, Shared,
+    command::{commands, hollow},
+    guarded,
+    plan::{self, Plan},
+    size,
+};
+
+unsafe extern "C" fn start(
+    me: *mut c_void,
+    _: *mut tatu_session,
+    _: *const tatu_value,
+    data: *mut *mut c_void,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: made by `init`; the host gives a place for the pointer.
+        unsafe {
+            // The plan is all that it needs; it outlives the service.
+            *data = me;
+            Ok(Plan::of(me).act("tatu_service.start", || Ok(77))?.unwrap_or(TATU_OK))
+        }
+    })
+}
+
+unsafe extern "C" fn stop(data: *mut c_void) {
+    // SAFETY: as given by `start`; likewise below.
+    guarded_quietly(|| unsafe { Plan::of(data) }.act_quietly("tatu_service.stop", plan::other_mode));
+}
+
+unsafe extern "C" fn barrier(data: *mut c_void, world: *mut tatu_world, step: u64) -> u32 {
+    guarded_quietly(|| {
+        // SAFETY: as above; the frame lives through the call.
+        unsafe {
+            let plan = Plan::of(data);
+            if step == 0
+                && let Ok(commands) = commands(plan)
+            {
+                let mut room = [hollow(TATU_NIL, 0); 16];
+                let mut frame: tatu_call = std::mem::zeroed();
+                let name = c"misbehaves.wait";
+                let name = tatu_str { ptr: name.as_ptr(), len: 15 };
+                let found = commands.find.map_or(0, |f| f(world, name));
+                (frame.size, frame.command, frame.alias) = (size::<tatu_call>(), found >> 8, found & 0xFF);
+                (frame.results, frame.results_cap, frame.wait_token) = (room.as_mut_ptr(), 16, 3);
+                commands.call.map(|call| call(world, &mut frame));
+            }
+            plan.act_quietly("tatu_service.barrier", || 77).unwrap_or(TATU_GO)
+        }
+    })
+}
+
+unsafe extern "C" fn event(data: *mut c_void, _: *mut tatu_world, _: tatu_str, _: *const tatu_value) {
+    // SAFETY: as above.
+    guarded_quietly(|| unsafe { Plan::of(data) }.act_quietly("tatu_service.event", plan::other_mode));
+}
+
+unsafe extern "C" fn resume(data: *mut c_void, _: *mut tatu_world, _: u64, _: tatu_status, _: *const tatu_call) {
+    // SAFETY: as above.
+    guarded_quietly(|| unsafe { Plan::of(data) }.act_quietly("tatu_service.resume", plan::other_mode));
+}
+
+static SERVICE: Shared<tatu_service> = Shared(tatu_service {
+    size: size::<tatu_service>(),
+    reserved: 0,
+    id: c"misbehaves".as_ptr(),
+    text: c"For tests.".as_ptr(),
+    params: null(),
+    start: Some(start),
+    stop: Some(stop),
+    barrier: Some(barrier),
+    event: Some(event),
+    resume: Some(resume),
+});
+static SERVICES: List<tatu_service, 2> = List([&raw const SERVICE.0, null()]);
+
+pub static EXTENSION: Shared<tatu_ext_service> = Shared(tatu_ext_service {
+    size: size::<tatu_ext_service>(),
+    reserved: 0,
+    services: (&raw const SERVICES.0).cast(),
+});

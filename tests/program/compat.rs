@@ -1,0 +1,204 @@
+//! Old and new: plugins built with frozen copies of the contract on this host, and plugins built with a later one.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use crate::kit::*;
+
+/// The frozen copies.
+fn revisions() -> Vec<PathBuf> {
+    let mut all: Vec<PathBuf> = fs::read_dir(root().join("tests/compat"))
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .filter(|p| p.join("tatu.h").is_file())
+        .collect();
+    all.sort();
+    assert!(!all.is_empty());
+    all
+}
+
+fn name(revision: &Path) -> String {
+    revision.file_name().unwrap().to_string_lossy().into_owned()
+}
+
+/// Compiles a plugin with the header of a folder.
+fn compile(source: &Path, include: &Path, to: &Path) {
+    succeed(
+        Command::new(compiler("cc"))
+            .args(["-std=c11", "-Wall", "-Wextra", "-shared", "-fPIC", "-fvisibility=hidden", "-I"])
+            .arg(include)
+            .arg("-o")
+            .args([to, source]),
+    );
+}
+
+/// Calls both commands of an old plugin, and looks at a wall 0.5 m ahead with its sensor.
+fn works(place: &Place, prefix: &str) {
+    let script = format!(
+        "function sysCall_init()
+            assert({prefix}.twice(21) == 42 and {prefix}.twice(0.5) == 1)
+            assert({prefix}.count() == 2)
+            local ok, why = pcall({prefix}.twice, 'much')
+            assert(not ok and tostring(why):find('number'), why)
+        end"
+    );
+    place.write(
+        "scene.toml",
+        &format!(
+            "format = 1\n[scene]\nplugins = [\"mine\"]\n{}[[object]]\nkind = \"sensor\"\nsensor = \"{prefix}_eye\"\nalias = \"eye\"\nrange_m = 1.5\n{}",
+            cuboid("wall", [1.0, 1.0, 0.2], [0.0, 0.0, 0.6], ""),
+            watcher("caller", &script)
+        ),
+    );
+    let line = &place.trace(&["/eye"], &["--steps", "3"])[2];
+    let seen = line.sensor("/eye", &format!("{prefix}.distance"));
+    assert!((seen - 0.5).abs() < 1e-12, "{seen}");
+    let done = place.run(&["--steps", "1"]).good();
+    assert!(!done.err.contains("warning"), "{}", done.err);
+}
+
+#[test]
+fn an_older_plugin_in_c_works_on_this_host() {
+    for revision in revisions() {
+        let place = Place::new();
+        fs::create_dir(place.path().join("mine")).unwrap();
+        compile(&revision.join("plugin.c"), &revision, &place.path().join("mine").join(library("tatu_old")));
+        works(&place, "oldc");
+    }
+}
+
+#[test]
+fn an_older_plugin_in_rust_works_on_this_host() {
+    for revision in revisions() {
+        let file = library(&format!("tatu_compat_{}", name(&revision)));
+        let place = Place::new();
+        fs::create_dir(place.path().join("mine")).unwrap();
+        fs::copy(program().with_file_name("deps").join(&file), place.path().join("mine").join(&file)).unwrap();
+        works(&place, "oldrust");
+    }
+}
+
+#[test]
+fn every_frozen_copy_has_its_record() {
+    for revision in revisions() {
+        let record = root().join(format!("plugin-api/layout/{}.txt", name(&revision)));
+        assert!(record.is_file(), "{} is missing", record.display());
+    }
+}
+
+/// The header of a release to come: one more field at the end of tables of both sides, one more extension, one more
+/// service, and a type that goes with them.
+fn header_to_come() -> String {
+    let mut text = fs::read_to_string(root().join("plugin-api/include/tatu.h")).unwrap();
+    let tables = [
+        ("tatu_plugin_t", "const char *(TATU_CALL *motto)(void *self);"),
+        ("tatu_param", "const char *tooltip;"),
+        ("tatu_life", "tatu_status(TATU_CALL *sleep)(void *data, tatu_error *);"),
+        ("tatu_name", "const char *since;"),
+        ("tatu_command", "tatu_status(TATU_CALL *preview)(tatu_call *);"),
+        ("tatu_ext_command", "const char *const *topics;"),
+        ("tatu_field", "const char *colour_map;"),
+        ("tatu_sensor", "const char *icon;"),
+        ("tatu_ext_sensor", "const char *const *groups;"),
+        ("tatu_instance", "const char *nickname;"),
+        ("tatu_sensor_batch", "const double *temperature;"),
+        ("tatu_call_api", "void(TATU_CALL *progress)(tatu_call *, double);"),
+        ("tatu_host_scene", "tatu_status(TATU_CALL *teleport)(tatu_world *, tatu_object);"),
+    ];
+    for (table, field) in tables {
+        let end = format!("}} {table};");
+        assert_eq!(text.matches(&end).count(), 1, "{table}");
+        text = text.replace(&end, &format!("  {field}\n{end}"));
+    }
+    let host = "  const void *(TATU_CALL *service)(const tatu_host *, const char *id);\n";
+    assert_eq!(text.matches(host).count(), 1);
+    text = text.replace(host, &format!("{host}  const char *(TATU_CALL *weather)(const tatu_host *);\n"));
+    let more = "#define TATU_HOLOGRAM \"tatu.hologram/draft.1\"
+typedef struct tatu_ext_hologram { uint32_t size; uint32_t reserved; const char *colour; } tatu_ext_hologram;
+#define TATU_HOST_DREAMS \"tatu.host.dreams/draft.1\"
+typedef struct tatu_host_dreams { uint32_t size; uint32_t reserved; void(TATU_CALL *dream)(tatu_world *); } tatu_host_dreams;
+";
+    let at = text.find("/* ================================================================ 12.").unwrap();
+    text.insert_str(at, more);
+    text.replace("#define TATU_ABI_MINOR 1", "#define TATU_ABI_MINOR 2")
+}
+
+/// What a plugin of that release adds to the old one: it fills the new fields, and asks for the new ones of the host.
+fn plugin_to_come() -> String {
+    let old = fs::read_to_string(root().join("tests/compat/plugin.c")).unwrap();
+    let replaced = |text: String, from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    };
+    let mut text = old;
+    for (table, field) in [
+        ("tatu_plugin_t", ".motto = motto"),
+        ("tatu_param", ".tooltip = \"new\""),
+        ("tatu_life", ".sleep = sleep_now"),
+        ("tatu_name", ".since = \"2\""),
+        ("tatu_command", ".preview = preview"),
+        ("tatu_ext_command", ".topics = topics"),
+        ("tatu_field", ".colour_map = \"new\""),
+        ("tatu_sensor", ".icon = \"new\""),
+        ("tatu_ext_sensor", ".groups = topics"),
+    ] {
+        text = replaced(text, &format!(".size = sizeof({table})"), &format!(".size = sizeof({table}), {field}"));
+    }
+    let before = "static const char *const topics[] = {\"new\", NULL};
+static const char *motto(void *self) { (void)self; return \"new\"; }
+static tatu_status sleep_now(void *data, tatu_error *e) { (void)data; (void)e; return TATU_OK; }
+static tatu_status preview(tatu_call *c) { (void)c; return TATU_OK; }
+static const tatu_ext_hologram hologram = {.size = sizeof(tatu_ext_hologram), .colour = \"blue\"};
+static const tatu_need dreams_need = {.size = sizeof(tatu_need), .optional = 1, .id = TATU_HOST_DREAMS};
+
+/* -- per world";
+    text = replaced(text, "/* -- per world", before);
+    text = replaced(text, "{&scene_need, NULL}", "{&scene_need, &dreams_need, NULL}");
+    text = replaced(
+        text,
+        "  return NULL;\n}\nstatic const tatu_need",
+        "  if (!strcmp(id, TATU_HOLOGRAM)) return &hologram;\n  return NULL;\n}\nstatic const tatu_need",
+    );
+    // What the host does not have must be told by TATU_HAS and TATU_KNOWS, and by nothing else; then it falls back.
+    text = replaced(
+        text,
+        "  return TATU_HAS(scene, find)",
+        "  if (TATU_HAS(host, weather) || TATU_HAS(scene, teleport)) return tatu_fail(error, TATU_ERR, \"claims what is not there\");
+  if (host->service(host, TATU_HOST_DREAMS)) return tatu_fail(error, TATU_ERR, \"claims to dream\");
+  return TATU_HAS(scene, find)",
+    );
+    text = replaced(
+        text,
+        "  if (!info->state)",
+        "  if (TATU_KNOWS(info, nickname)) return tatu_fail(error, TATU_ERR, \"claims a nickname\");
+  if (!info->state)",
+    );
+    text = replaced(
+        text,
+        "  for (i = 0; i < batch->n; i++) {",
+        "  if (TATU_HAS(batch, temperature)) return tatu_fail(error, TATU_ERR, \"claims a temperature\");
+  for (i = 0; i < batch->n; i++) {",
+    );
+    replaced(
+        text,
+        "  *(int64_t *)call->state += 1;",
+        "  if (TATU_HAS(call->api, progress)) return tatu_call_fail(call, TATU_ERR, \"claims progress\");
+  *(int64_t *)call->state += 1;",
+    )
+}
+
+#[test]
+fn a_newer_plugin_works_on_this_host_and_goes_without_what_is_not_there() {
+    let place = Place::new();
+    fs::create_dir(place.path().join("mine")).unwrap();
+    place.write("next/tatu.h", &header_to_come());
+    place.write("next/plugin.c", &plugin_to_come());
+    let next = place.path().join("next");
+    compile(&next.join("plugin.c"), &next, &place.path().join("mine").join(library("tatu_new")));
+    works(&place, "oldc");
+    let done = place.run(&["--steps", "1"]).good();
+    done.tells(&["note: ", "would like `tatu.host.dreams/draft.1`", "it goes without"]);
+}

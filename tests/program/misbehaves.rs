@@ -1,0 +1,243 @@
+//! A plugin that misbehaves in each function of each table: the run ends in order, names plugin, instance and call
+//! once, and everything else computes what it computes without it.
+
+use std::{collections::BTreeSet, fs};
+
+use crate::kit::*;
+
+/// Tables that plugins fill, with the kinds of instance of `tatu_life`.
+const TABLES: [&str; 9] = [
+    "tatu_plugin_t",
+    "tatu_life",
+    "tatu_command",
+    "tatu_sensor",
+    "tatu_actuator",
+    "tatu_model",
+    "tatu_importer",
+    "tatu_language",
+    "tatu_service",
+];
+const LIVES: [&str; 4] = ["world", "sensor", "actuator", "script"];
+
+/// Functions that this host does not call yet.
+const NOT_CALLED_YET: [&str; 8] = [
+    "tatu_life.configure:",
+    "tatu_life.save:",
+    "tatu_life.load:",
+    "tatu_life.create:actuator",
+    "tatu_life.destroy:actuator",
+    "tatu_actuator.",
+    "tatu_importer.",
+    "tatu_service.",
+];
+
+/// There are two languages: says which one a text is in.
+fn with_lua(scene: &str) -> String {
+    scene.replace("{ text = '''", "{ language = \"lua\", text = '''")
+}
+
+/// What stands in the scene beside the healthy robot, for a function to be called.
+fn scene_for(function: &str) -> (String, &'static str) {
+    let sensor = "[[object]]\nkind = \"sensor\"\nsensor = \"misbehaves\"\nalias = \"eye\"\n";
+    let script =
+        "[[object]]\nkind = \"dummy\"\nalias = \"talker\"\nscript = { text = 'x', language = \"misbehaves\" }\n";
+    let model = "[[model]]\nmodel = \"misbehaves\"\n";
+    let (table, kind) = function.split_once(':').unwrap_or((function, ""));
+    match (table.split('.').next().unwrap(), kind) {
+        ("tatu_sensor", _) | (_, "sensor") => (sensor.into(), "/eye"),
+        ("tatu_language", _) | (_, "script") => (script.into(), "/talker"),
+        ("tatu_model", _) => (model.into(), "the model `misbehaves`"),
+        ("tatu_command", _) => {
+            (with_lua(&watcher("caller", "function sysCall_actuation() misbehaves.call() end")), "/caller")
+        }
+        // Of the plugin, or its instance of the whole world: nothing but the plugin can be named. It must be needed.
+        ("tatu_plugin", _) => (sensor.into(), "org.tatu.misbehaves"),
+        _ => (String::new(), "org.tatu.misbehaves"),
+    }
+}
+
+/// The name that the plugin and the program give a function.
+fn written(table: &str, function: &str) -> String {
+    format!("{}.{function}", table.trim_end_matches("_t"))
+}
+
+/// Every function pointer that a plugin fills, from the header itself.
+fn functions() -> Vec<String> {
+    let header = fs::read_to_string(root().join("plugin-api/include/tatu.h")).unwrap();
+    let mut out = Vec::new();
+    for table in TABLES {
+        let start = header.find(&format!("struct {table} {{")).unwrap_or_else(|| panic!("no table {table}"));
+        let body = &header[start..start + header[start..].find("\n}").unwrap()];
+        for part in body.split("(TATU_CALL *").skip(1) {
+            let name = part.split(')').next().unwrap();
+            let name = written(table, name);
+            match table {
+                "tatu_life" => out.extend(LIVES.iter().map(|kind| format!("{name}:{kind}"))),
+                _ => out.push(name),
+            }
+        }
+    }
+    out
+}
+
+#[test]
+fn every_table_that_a_plugin_fills_is_walked() {
+    // Tables with functions are the host's, or walked: a new one belongs into one of the two lists.
+    let header = fs::read_to_string(root().join("plugin-api/include/tatu.h")).unwrap();
+    let hosts = ["tatu_error", "tatu_host", "tatu_writer", "tatu_call_api", "tatu_builder"];
+    let mut found = BTreeSet::new();
+    let mut table = "";
+    for line in header.lines() {
+        if let Some(name) = line.strip_prefix("typedef struct ").or(line.strip_prefix("struct ")) {
+            table = name.trim_end_matches([' ', '{']);
+        } else if line.starts_with('}') {
+            table = "";
+        } else if line.contains("(TATU_CALL *") && !table.starts_with("tatu_host_") && !hosts.contains(&table) {
+            found.insert(table);
+        }
+    }
+    assert_eq!(found, TABLES.into_iter().collect());
+    assert!(functions().len() >= 40, "{:?}", functions());
+}
+
+fn is_called(function: &str) -> bool {
+    !NOT_CALLED_YET.iter().any(|n| function.starts_with(n))
+}
+
+struct Bench {
+    place: Place,
+    /// The healthy robot's hash in a run without the plugin.
+    robot: serde_json::Value,
+}
+
+/// A robot that drives, and a sonar that looks.
+fn healthy() -> String {
+    let drive = "function sysCall_init() left = sim.getObject('/Pioneer_p3dx_leftMotor') end
+        function sysCall_actuation() sim.setJointTargetVelocity(left, 1 + sim.getSimulationTime()) end";
+    with_lua(&format!("plugins = [\"mine\"]\n{FLOOR}{}", pioneer(drive, "")))
+}
+
+impl Bench {
+    fn new() -> Self {
+        let place = Place::scene(&healthy());
+        let robot = place.run(&["--steps", "8"]).good().json()["objects"]["/Pioneer_p3dx"]["hash"].clone();
+        assert!(robot.is_string());
+        let file = library("tatu_testing_misbehaves");
+        fs::create_dir(place.path().join("mine")).unwrap();
+        fs::copy(program().with_file_name("deps").join(&file), place.path().join("mine").join(&file)).unwrap();
+        Bench { place, robot }
+    }
+    /// Runs with one misbehaviour; how it should have ended and did not.
+    fn run(&self, function: &str, how: &str, args: &[&str]) -> Vec<String> {
+        let (more, instance) = scene_for(function);
+        self.place.write("scene.toml", &format!("format = 1\n[scene]\n{}{more}", healthy()));
+        self.check(function, how, args, instance)
+    }
+    fn check(&self, function: &str, how: &str, args: &[&str], instance: &str) -> Vec<String> {
+        let asked = format!("{function}={how}");
+        let all = [&["run", "scene.toml", "--json", "--steps", "8"], args].concat();
+        let done = run(program(), self.place.path(), &all, &[("TATU_MISBEHAVE", &asked)]);
+        let told: Vec<&str> =
+            done.err.lines().filter(|l| l.starts_with("error") || l.starts_with("warning[E")).collect();
+        let has = |what: &str| told.iter().any(|l| l.contains(what));
+        let errors = told.iter().filter(|l| l.starts_with("error")).count();
+        let call = match (function, how) {
+            // By its own name; and what is numbered wrongly shows where the number is used.
+            ("tatu_command.call", "hang") => "tatu_command.call",
+            ("tatu_command.call", _) => "misbehaves.call",
+            ("tatu_language.find", "nonsense") => "tatu_language.call",
+            ("tatu_language.keep_func", "nonsense") => "tatu_language.call_func",
+            _ => function.split(':').next().unwrap(),
+        };
+        let names_plugin = |l: &str| l.contains("org.tatu.misbehaves");
+        // The error of a command is the caller's; whose command it is stands in the summary.
+        let in_summary = || !done.out.is_empty() && done.json()["errors"][0]["plugin"] == "org.tatu.misbehaves";
+        let robot = || done.json()["objects"]["/Pioneer_p3dx"]["hash"].clone();
+        let began = done.code == 1 && how != "hang";
+        let wanted = [
+            ("the function was never reached", done.err.contains(&format!("misbehaving in {function}"))),
+            ("the exit code is wrong", done.code == 1 || done.code == 2 && done.out.is_empty()),
+            ("a panic went its own way", !done.err.contains("panicked at")),
+            ("the plugin is not named", told.iter().any(|l| names_plugin(l)) || done.code == 1 && in_summary()),
+            ("the instance is not named", has(instance)),
+            ("the call is not named", has(call)),
+            // Before a run: as a reason, and as what is missing because of it.
+            ("it is not told once", if done.code == 1 { errors == 1 } else { (1..=2).contains(&errors) }),
+            ("the robot beside it computes something else", !began || robot() == self.robot),
+        ];
+        let wrong = wanted.iter().filter(|(_, is)| !is);
+        wrong.map(|(what, _)| format!("{asked}: {what} (exit {})\n{}", done.code, done.err)).collect()
+    }
+}
+
+fn walk(how: &str, args: &[&str]) {
+    let bench = Bench::new();
+    let all = functions();
+    let wrong: Vec<String> = all.iter().filter(|f| is_called(f)).flat_map(|f| bench.run(f, how, args)).collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn panics_stay_inside_in_every_function() {
+    walk("panic", &[]);
+}
+
+#[test]
+fn errors_are_told_in_every_function() {
+    walk("error", &[]);
+}
+
+#[test]
+fn nonsense_is_refused_in_every_function() {
+    walk("nonsense", &[]);
+}
+
+#[test]
+fn a_function_that_never_returns_is_named_and_the_run_ended() {
+    walk("hang", &["--watchdog", "0.4", "--trace", "trace.jsonl"]);
+}
+
+#[test]
+fn what_was_written_before_a_call_got_stuck_is_whole() {
+    let bench = Bench::new();
+    let caller = "function sysCall_actuation() if sim.getSimulationTime() > 0.16 then misbehaves.call() end end";
+    let caller = with_lua(&watcher("caller", caller));
+    bench.place.write("scene.toml", &format!("format = 1\n[scene]\n{}{caller}", healthy()));
+    let args = ["--watchdog", "0.4", "--trace", "trace.jsonl"];
+    let wrong = bench.check("tatu_command.call", "hang", &args, "/caller");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let lines = bench.place.lines("trace.jsonl");
+    assert_eq!(lines.len(), 4, "four steps of 0.05 s were done");
+    let all = ["run", "scene.toml", "--json", "--watchdog", "0.4"];
+    let done = run(program(), bench.place.path(), &all, &[("TATU_MISBEHAVE", "tatu_command.call=hang")]);
+    let errors = done.errors();
+    assert_eq!(done.json()["steps"], 4);
+    assert_eq!(
+        (errors.len(), errors[0]["code"].as_str(), errors[0]["kind"].as_str()),
+        (1, Some("F210"), Some("stuck"))
+    );
+    assert_eq!(errors[0]["plugin"], "org.tatu.misbehaves");
+}
+
+#[test]
+fn results_that_cannot_be_are_refused() {
+    let bench = Bench::new();
+    for sort in 1..=4 {
+        let caller = with_lua(&watcher("caller", &format!("function sysCall_actuation() misbehaves.call({sort}) end")));
+        bench.place.write("scene.toml", &format!("format = 1\n[scene]\n{}{caller}", healthy()));
+        let wrong = bench.check("tatu_command.call", "nonsense", &[], "/caller");
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    }
+}
+
+#[test]
+fn a_plugin_that_behaves_is_not_noticed() {
+    let bench = Bench::new();
+    for function in functions().iter().filter(|f| is_called(f)) {
+        let (more, _) = scene_for(function);
+        bench.place.write("scene.toml", &format!("format = 1\n[scene]\n{}{more}", healthy()));
+        let done = bench.place.run(&["--steps", "8"]).good();
+        assert_eq!(done.json()["objects"]["/Pioneer_p3dx"]["hash"], bench.robot, "{function}");
+        assert!(!done.err.contains("misbehaving"), "{}", done.err);
+    }
+}
