@@ -14,11 +14,12 @@ use tatu_plugin_api::{abi::TATU_LOG_STATUS, safe::Value};
 pub struct Trace {
     file: Option<(BufWriter<File>, PathBuf)>,
     watched: Vec<String>,
+    hashes: bool,
 }
 
 impl Trace {
     /// Opens the file; objects to watch must be there.
-    pub fn open(path: Option<&Path>, watch: &[String], world: &World) -> Result<Self, Error> {
+    pub fn open(path: Option<&Path>, watch: &[String], hashes: bool, world: &World) -> Result<Self, Error> {
         for w in watch {
             if world.observe(w).is_none() {
                 let error = Error::new("E110", format!("--watch: there is no object `{w}`"));
@@ -28,9 +29,11 @@ impl Trace {
                 });
             }
         }
-        if path.is_none() && !watch.is_empty() {
-            let error = Error::new("E114", "--watch writes nothing without --trace");
-            crate::report::warning(&error.help("add `--trace FILE`"));
+        for (option, given) in [("--watch", !watch.is_empty()), ("--hashes", hashes)] {
+            if given && path.is_none() {
+                let error = Error::new("E114", format!("{option} writes nothing without --trace"));
+                crate::report::warning(&error.help("add `--trace FILE`"));
+            }
         }
         let file = match path {
             None => None,
@@ -40,7 +43,7 @@ impl Trace {
                 Some((BufWriter::new(file), p.to_owned()))
             }
         };
-        Ok(Trace { file, watched: watch.to_vec() })
+        Ok(Trace { file, watched: watch.to_vec(), hashes })
     }
 
     /// Writes the line of the step that has just been done.
@@ -66,14 +69,19 @@ impl Trace {
             objects.insert(seen.path, o);
         }
         let status: Vec<&str> = lines.iter().filter(|l| l.level == TATU_LOG_STATUS).map(|l| l.text.as_str()).collect();
-        let line = json!({
+        let hash = world.hash();
+        let mut line = json!({
             "step": world.steps(),
             "time": world.time(),
-            "hash": format!("{:016x}", world.hash().total),
+            "hash": format!("{:016x}", hash.total),
             "objects": objects,
             "status": status,
             "sensors": sensors,
         });
+        if self.hashes {
+            let of = |(path, hash): (String, u64)| (path, json!(format!("{hash:016x}")));
+            line["hashes"] = Json::Object(hash.objects.into_iter().map(of).collect());
+        }
         self.write(&line)
     }
 

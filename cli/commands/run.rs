@@ -13,8 +13,10 @@ use std::{
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 use tatu_core::{
-    World,
+    Session, World,
     error::{Error, Fault},
+    host::Registry,
+    session::file,
     state::Hash,
 };
 use tatu_plugin_api::abi::*;
@@ -26,8 +28,8 @@ const DEFAULT_SECONDS: f64 = 10.0;
 
 /// Exit code 0; 1 if something went wrong during the run; 2 if nothing could be started.
 pub fn run(args: &Run) -> ExitCode {
-    match start(args) {
-        Ok(world) => go(args, &world),
+    match start(args).and_then(|ready| go(args, ready)) {
+        Ok(code) => code,
         Err(e) => {
             report::error(&e);
             ExitCode::from(2)
@@ -35,56 +37,139 @@ pub fn run(args: &Run) -> ExitCode {
     }
 }
 
-fn start(args: &Run) -> Result<World, Error> {
-    let registry = super::registry(Some(&args.scene.scene))?;
-    let document = super::load(&args.scene, &registry)?;
-    World::with_threads(document, registry, args.threads.into())
+/// A world that is ready to start, and what goes with it.
+struct Ready {
+    world: World,
+    /// With services, if any are asked for.
+    session: Option<Session>,
+    /// Where what comes from outside is written.
+    log: Option<file::Writer>,
+    /// Steps to run; `None`: until it is stopped.
+    steps: Option<u64>,
 }
 
-fn go(args: &Run, world: &World) -> ExitCode {
-    let steps = match (args.steps, args.seconds) {
-        (Some(n), _) => n,
-        (None, s) => (s.unwrap_or(DEFAULT_SECONDS) / world.dt()).round() as u64,
+fn start(args: &Run) -> Result<Ready, Error> {
+    let replay = args.replay.as_deref().map(file::read).transpose()?;
+    let options = match &replay {
+        Some(log) => log.header.options()?,
+        None => args.changes.options(&args.services)?,
     };
-    let mut trace = match Trace::open(args.trace.as_deref(), &args.watch, world) {
-        Ok(t) => t,
-        Err(e) => {
-            report::error(&e);
-            return ExitCode::from(2);
+    let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref());
+    let scene = scene.ok_or_else(|| Error::new("E105", "no scene was given"))?;
+    let registry = super::registry(Some(scene), &options.sources)?;
+    if let Some(log) = &replay {
+        told_of(log, &registry);
+    }
+    let document = super::load(scene, &options, &registry)?;
+    let world = World::with_threads(document.clone(), registry.clone(), args.threads.into())?;
+    let session = match &replay {
+        None if !document.services.is_empty() => {
+            let session = Session::new(registry.clone(), &document.services)?;
+            session.join(&world);
+            Some(session)
         }
+        _ => None,
     };
+    let log = args.log.as_deref().map(|path| {
+        let header = match &replay {
+            Some(log) => log.header.clone(),
+            None => {
+                let c = &args.changes;
+                file::Header::new(&document, &registry, c.seed, c.set.clone(), c.scripts.clone())
+            }
+        };
+        file::Writer::create(path, &header)
+    });
+    let log = log.transpose()?;
+    world.input_log_mut().record(log.is_some());
+    let of_log = replay.as_ref().map(file::Log::steps);
+    let steps = match (args.steps, args.seconds, of_log) {
+        (Some(n), _, _) => Some(n),
+        (None, Some(s), _) => Some((s / world.dt()).round() as u64),
+        (None, None, Some(n)) => Some(n),
+        (None, None, None) if session.is_some() => None,
+        (None, None, None) => Some((DEFAULT_SECONDS / world.dt()).round() as u64),
+    };
+    if let Some(log) = replay {
+        world.feed(log.records.into());
+    }
+    Ok(Ready { world, session, log, steps })
+}
+
+/// What a replay may do otherwise than the run that it repeats.
+fn told_of(log: &file::Log, registry: &Registry) {
+    for text in log.header.differences(registry) {
+        let error = Error::new("E117", format!("the replay may differ: {text}"));
+        report::warning(&error.help("replay it with the program and plugins that wrote it"));
+    }
+    if log.cut {
+        report::note("the last line of the input log is cut off, and left out");
+    }
+    if log.end.is_none() {
+        report::note(&format!("the logged run was ended from outside; it is replayed for {} steps", log.steps()));
+    }
+}
+
+fn go(args: &Run, ready: Ready) -> Result<ExitCode, Error> {
+    let Ready { world, session, mut log, steps } = ready;
+    let mut trace = Trace::open(args.trace.as_deref(), &args.watch, args.hashes, &world)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
     // Without a handler Ctrl-C still ends the program, only not in order: nothing to tell.
     let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    if let Some(session) = &session {
+        session.interrupt_by(interrupted.clone());
+    }
     let bar = progress(args, steps);
     let began = Instant::now();
     world.start();
-    while world.steps() < steps && !world.stop_requested() && !interrupted.load(Ordering::Relaxed) {
+    let to_do = |world: &World| steps.is_none_or(|n| world.steps() < n);
+    while to_do(&world) && !world.stop_requested() && !interrupted.load(Ordering::Relaxed) {
+        let before = world.steps();
         world.step();
         let lines = world.take_lines();
-        if let Err(e) = trace.step(world, &lines) {
-            bar.suspend(|| report::warning(&e));
+        // Between two steps a stop may have been asked for: then no step was done.
+        if world.steps() != before {
+            if let Err(e) = trace.step(&world, &lines) {
+                bar.suspend(|| report::warning(&e));
+            }
+            bar.inc(1);
         }
         lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
-        bar.inc(1);
+        keep(&mut log, &world);
     }
     let wall = began.elapsed();
     bar.finish_and_clear();
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
-    let objects = objects(world, &hash);
+    let objects = objects(&world, &hash);
     world.stop();
+    drop(session);
     world.take_lines().iter().for_each(|l| tell(args, l));
     if let Err(e) = trace.close() {
         report::warning(&e);
     }
+    if let Some(Err(e)) = log.map(|log| log.end(done)) {
+        report::warning(&e);
+    }
     let faults = world.faults();
     summary(args, done, time, wall, &hash, objects, &faults);
-    if faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    Ok(if faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Writes what came from outside; a log that cannot be written any more is told once, and the run goes on.
+fn keep(log: &mut Option<file::Writer>, world: &World) {
+    let Some(writer) = log else { return };
+    let records = world.input_log_mut().take();
+    if let Err(e) = writer.write(&records) {
+        report::warning(&e);
+        *log = None;
+        world.input_log_mut().record(false);
+    }
 }
 
 /// A bar for runs that take longer than a blink, on a terminal only.
-fn progress(args: &Run, steps: u64) -> ProgressBar {
+fn progress(args: &Run, steps: Option<u64>) -> ProgressBar {
+    let Some(steps) = steps else { return ProgressBar::hidden() };
     if args.json || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }

@@ -230,10 +230,10 @@ unsafe extern "C" fn file(t: *const tatu_builder, relative: tatu_str, out: *mut 
     // SAFETY: as above.
     unsafe {
         let name = text(relative).into_owned();
-        let read = with(t, |build, _| {
+        let read = with(t, |build, b| {
             let inside = !name.contains("..") && !std::path::Path::new(&name).is_absolute();
             let path = build.folder.as_ref().filter(|_| inside).map(|f| f.join(&name));
-            let bytes = path.as_ref().and_then(|p| std::fs::read(p).ok());
+            let bytes = path.as_ref().and_then(|p| b.document.sources.read(p).ok());
             let bytes =
                 bytes.ok_or_else(|| Error::new("E105", format!("there is no file `{name}` beside the source")))?;
             let mut files = build.files.borrow_mut();

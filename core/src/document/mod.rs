@@ -5,14 +5,18 @@
 //! - `border`: the same builder for plugins;
 //! - `toml`: scene files; `keys`: their keys and values; `units`: the units in keys;
 //! - `settings`: the numbers of the world; `scripts`: scripts in scene files;
-//! - `overrides`: `[set]`, `--set`, `--script`.
+//! - `services`: services that a scene asks for;
+//! - `overrides`: `[set]`, `--set`, `--script`;
+//! - [`Sources`]: the files that a document is made of.
 
 mod border;
 mod build;
 mod keys;
 mod overrides;
 mod scripts;
+mod services;
 mod settings;
+mod sources;
 mod toml;
 pub mod units;
 
@@ -23,7 +27,9 @@ use tatu_plugin_api::safe::Value;
 
 pub use build::Builder;
 pub use overrides::{Override, ScriptOverride};
+pub use services::{ServiceOverride, ServiceSpec};
 pub use settings::Settings;
+pub use sources::Sources;
 pub use toml::{Options, load, plugin_folders};
 
 use crate::{
@@ -101,8 +107,12 @@ pub struct Document {
     pub meshes: Vec<Arc<Mesh>>,
     /// Models placed, in order.
     pub models: Vec<ModelInstance>,
+    /// Services to start beside the world.
+    pub services: Vec<ServiceSpec>,
     /// What builders told.
     pub reports: Vec<String>,
+    /// The files that it is made of.
+    pub sources: Sources,
 }
 
 impl Document {

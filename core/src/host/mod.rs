@@ -15,5 +15,7 @@ pub(crate) mod services;
 mod tables;
 
 pub use declared::{Declared, check_value};
-pub use registry::{CommandEntry, Constant, Language, Model, NameEntry, Plugin, Prelude, Registry, SensorKind};
+pub use registry::{
+    CommandEntry, Constant, Language, Model, NameEntry, Plugin, Prelude, Registry, SensorKind, ServiceKind,
+};
 pub use search::{Search, Source};

@@ -34,6 +34,8 @@ table!(
     tatu_ext_model,
     tatu_language,
     tatu_ext_script,
+    tatu_service,
+    tatu_ext_service,
     tatu_beams
 );
 

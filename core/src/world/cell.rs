@@ -14,7 +14,7 @@ use serde::Serialize;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::{
-    calls::Calls,
+    calls::{Calls, Due},
     document::{Document, Settings},
     error::{Fault, FaultKind},
     host::Registry,
@@ -22,6 +22,7 @@ use crate::{
     scene::{Dynamics, Scene},
     scripts::Scripts,
     sense::Sensing,
+    session::Outside,
 };
 
 /// A line that something told.
@@ -69,6 +70,8 @@ pub(crate) struct WorldCell {
     /// Bits of `1 << TATU_REQUEST_*`, carried out at the barrier.
     pub requests: Cell<u32>,
     pub stage: Cell<u32>,
+    /// What comes from outside: services, the log of what they did, what is replayed.
+    pub outside: Outside,
     pub(super) next_instance: Cell<u64>,
     pub(super) instances: RefCell<Vec<Option<Instance>>>,
     pub(super) faults: RefCell<Vec<Fault>>,
@@ -170,6 +173,7 @@ impl WorldCell {
             text += &format!(" ({help})");
         }
         let code = Some(fault.code);
+        self.outside.fault(&fault);
         faults.push(fault);
         drop(faults);
         if let Ok(mut lines) = self.lines.try_borrow_mut() {
@@ -187,6 +191,15 @@ impl WorldCell {
                 text: format!("more than {MAX_LINES} lines in one step: the rest is left out"),
             }),
             _ => {}
+        }
+    }
+    /// Whether a wait is over.
+    pub fn is_over(&self, due: &Due) -> bool {
+        match due {
+            Due::Step(s) => self.clock.step.get() >= *s,
+            Due::Time(t) => self.clock.time.get() >= *t - 1e-9,
+            Due::Signal(name) => self.signals.borrow().keys().any(|(_, n)| n == name),
+            Due::Poll => true,
         }
     }
     /// Runs `f` with the world's pool of threads.

@@ -26,6 +26,10 @@ use crate::{
     scene::{Data, Dynamics, pose_to_array},
     scripts::Scripts,
     sense::{self, Device, Sensing, Targets},
+    session::{
+        self, Outside,
+        log::{InputLog, Record},
+    },
     state::{self, Hash},
     step,
 };
@@ -64,6 +68,7 @@ impl World {
             running: Cell::new(false),
             requests: Cell::new(0),
             stage: Cell::new(0),
+            outside: Outside::default(),
             next_instance: Cell::new(1),
             instances: RefCell::new(Vec::new()),
             faults: RefCell::new(Vec::new()),
@@ -142,11 +147,18 @@ impl World {
         cell.clock.step.set(0);
         cell.requests.set(0);
         cell.running.set(true);
+        cell.outside.begin();
         Scripts::begin(cell);
     }
 
-    /// One step: see [`step`]. `false`: a stop has been asked for, and carried out or not by the caller.
+    /// One step: see [`step`]. `false`: a stop has been asked for; the caller carries it out.
+    ///
+    /// In a session services have their turn first, and may hold the world: then this sleeps until they let go. If a
+    /// stop is asked for meanwhile, or the session is interrupted, no step is done.
     pub fn step(&self) -> bool {
+        if !session::before_step(&self.cell) {
+            return false;
+        }
         step::step(&self.cell);
         !self.stop_requested()
     }
@@ -164,6 +176,7 @@ impl World {
         }
         Scripts::end(cell);
         cell.running.set(false);
+        session::stopped(cell);
         self.end_instances();
         if let Err(e) = self.make_instances() {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
@@ -198,6 +211,22 @@ impl World {
                 unsafe { destroy(i.data) };
             }
         }
+    }
+
+    /// What came from outside since the start.
+    pub fn input_log(&self) -> std::cell::Ref<'_, InputLog> {
+        self.cell.outside.log.borrow()
+    }
+    /// The same, to take records out or to switch recording off.
+    pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
+        self.cell.outside.log.borrow_mut()
+    }
+    /// Feeds an input log: what it holds is done again, each at its barrier. Before the start.
+    pub fn feed(&self, records: Arc<[Record]>) {
+        session::log::attach(&self.cell, records);
+    }
+    pub(crate) fn cell(&self) -> &Rc<WorldCell> {
+        &self.cell
     }
 
     /// Simulation time, s.
@@ -280,6 +309,9 @@ impl Drop for World {
     fn drop(&mut self) {
         let cell = &self.cell;
         Scripts::end(cell);
+        if cell.running.get() {
+            session::stopped(cell);
+        }
         let devices = cell.sensing.borrow_mut().take_gone(|_, _| false);
         for d in devices {
             d.destroy(&cell.registry);

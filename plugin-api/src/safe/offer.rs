@@ -6,7 +6,7 @@ use std::{
     ptr::null,
 };
 
-use super::{Command, Constant, Language, Model, Plugin, Sensor, Value, guard};
+use super::{Command, Constant, Language, Model, Plugin, Sensor, Service, Value, guard};
 use crate::abi::*;
 
 /// Owns everything that the plugin's tables point to, until shutdown.
@@ -63,6 +63,7 @@ pub struct Offer<P: Plugin> {
     sensors: Vec<*const tatu_sensor>,
     models: Vec<*const tatu_model>,
     languages: Vec<*const tatu_language>,
+    services: Vec<*const tatu_service>,
     plugin: std::marker::PhantomData<P>,
 }
 
@@ -76,6 +77,7 @@ impl<P: Plugin> Offer<P> {
             sensors: Vec::new(),
             models: Vec::new(),
             languages: Vec::new(),
+            services: Vec::new(),
             plugin: std::marker::PhantomData,
         }
     }
@@ -126,6 +128,12 @@ impl<P: Plugin> Offer<P> {
         self.languages.push(raw);
     }
 
+    /// A service.
+    pub fn service<S: Service<Plugin = P>>(&mut self) {
+        let raw = super::service::table::<S>(&mut self.keep);
+        self.services.push(raw);
+    }
+
     pub(crate) fn finish(mut self) -> Tables {
         let keep = &mut self.keep;
         let life = guard::life::<P>();
@@ -154,11 +162,16 @@ impl<P: Plugin> Offer<P> {
             let languages = keep.list(self.languages);
             keep.table(tatu_ext_script { size: size_of::<tatu_ext_script>() as u32, reserved: 0, languages })
         });
+        let service = (!self.services.is_empty()).then(|| {
+            let services = keep.list(self.services);
+            keep.table(tatu_ext_service { size: size_of::<tatu_ext_service>() as u32, reserved: 0, services })
+        });
         Tables {
             command: command.unwrap_or(null()),
             sensor: sensor.unwrap_or(null()),
             model: model.unwrap_or(null()),
             script: script.unwrap_or(null()),
+            service: service.unwrap_or(null()),
             _keep: self.keep,
         }
     }
@@ -170,5 +183,6 @@ pub(crate) struct Tables {
     pub(crate) sensor: *const tatu_ext_sensor,
     pub(crate) model: *const tatu_ext_model,
     pub(crate) script: *const tatu_ext_script,
+    pub(crate) service: *const tatu_ext_service,
     _keep: Keep,
 }

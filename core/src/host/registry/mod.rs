@@ -5,10 +5,12 @@ use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 mod read;
+mod services;
 
 pub use super::load::Loaded as Plugin;
 use super::{Declared, Search, Source, services::HostTables};
 use crate::error::{Error, Result, nearest};
+pub use services::ServiceKind;
 
 /// One field of a sensor kind.
 #[derive(Debug, Clone)]
@@ -141,6 +143,8 @@ pub struct Registry {
     pub preludes: Vec<Prelude>,
     /// World life of command plugins: index of the plugin and life.
     pub(crate) world_lives: Vec<(usize, tatu_life)>,
+    /// Services, in order of their ids.
+    pub services: Vec<ServiceKind>,
     /// Libraries that could not be loaded, and why.
     pub refused: Vec<Error>,
     /// Where was looked.
@@ -191,6 +195,7 @@ impl Registry {
             constants: BTreeMap::new(),
             preludes: Vec::new(),
             world_lives: Vec::new(),
+            services: Vec::new(),
             refused,
             search,
             plugins,
@@ -203,8 +208,10 @@ impl Registry {
                 registry.add_models(i);
                 registry.add_languages(i);
                 registry.add_commands(i);
+                registry.add_services(i);
             }
         }
+        registry.services.sort_by(|a, b| a.id.cmp(&b.id));
         registry
     }
 
