@@ -55,6 +55,8 @@ struct Guest {
     world: usize,
     /// Steps that it let pass: number of its line, and the step at which they are over.
     until: Option<(Json, u64)>,
+    /// The next line, taken out of the queue before its world's turn.
+    next: Option<Message>,
     /// All that it sent has been handled, and no more will come.
     over: bool,
 }
@@ -99,6 +101,7 @@ impl Service for Jsonl {
             events: false,
             world: 0,
             until: None,
+            next: None,
             over: false,
         });
         state.clients.extend(new);
@@ -107,6 +110,14 @@ impl Service for Jsonl {
         for guest in &mut state.clients {
             if guest.world >= worlds {
                 guest.world = 0;
+            }
+            // What only tells how the client stands to the world needs no turn of its world.
+            while guest.world != here && guest.until.is_none() {
+                guest.next = guest.next.take().or_else(|| guest.client.next_line());
+                match guest.next.take_if(|m| matches!(m.ask, Ok(Ask::Stepping(_) | Ask::World(_)))) {
+                    Some(message) => self.handle(guest, &mut state.waits, message, turn, step, worlds)?,
+                    None => break,
+                }
             }
             if guest.world == here {
                 hold |= self.serve(guest, &mut state.waits, turn, step, worlds)?;
@@ -172,7 +183,7 @@ impl Jsonl {
             }
             // First this, then the queue: a last line comes before the end.
             let ended = guest.client.ended();
-            let Some(message) = guest.client.next_line() else {
+            let Some(message) = guest.next.take().or_else(|| guest.client.next_line()) else {
                 guest.over = ended;
                 return Ok(guest.stepping && !ended);
             };
