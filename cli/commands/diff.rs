@@ -74,7 +74,7 @@ impl Lines {
         self.line += 1;
         let wrong = |text: String| {
             let place = Place { file: self.path.clone(), line: self.line, column: 1, span: 0..0 };
-            Err(Error::new("E118", text).expected("a trace as `tatu run --trace FILE` writes it").at(Some(place)))
+            Err(Error::new("E119", text).expected("a trace as `tatu run --trace FILE` writes it").at(Some(place)))
         };
         let line = match line {
             Ok(line) => line,

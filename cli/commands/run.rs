@@ -46,6 +46,8 @@ struct Ready {
     log: Option<file::Writer>,
     /// Steps to run; `None`: until it is stopped.
     steps: Option<u64>,
+    /// The barrier after these belongs to the run: it is a replay of one that was ended there.
+    one_more_barrier: bool,
 }
 
 fn start(args: &Run) -> Result<Ready, Error> {
@@ -90,10 +92,11 @@ fn start(args: &Run) -> Result<Ready, Error> {
         (None, None, None) if session.is_some() => None,
         (None, None, None) => Some((DEFAULT_SECONDS / world.dt()).round() as u64),
     };
+    let one_more_barrier = args.steps.is_none() && args.seconds.is_none() && replay.as_ref().is_some_and(|l| l.begun);
     if let Some(log) = replay {
         world.feed(log.records.into());
     }
-    Ok(Ready { world, session, log, steps })
+    Ok(Ready { world, session, log, steps, one_more_barrier })
 }
 
 /// What a replay may do otherwise than the run that it repeats.
@@ -111,7 +114,7 @@ fn told_of(log: &file::Log, registry: &Registry) {
 }
 
 fn go(args: &Run, ready: Ready) -> Result<ExitCode, Error> {
-    let Ready { world, session, mut log, steps } = ready;
+    let Ready { world, session, mut log, steps, one_more_barrier } = ready;
     let mut trace = Trace::open(args.trace.as_deref(), &args.watch, args.hashes, &world)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
@@ -123,19 +126,27 @@ fn go(args: &Run, ready: Ready) -> Result<ExitCode, Error> {
     let bar = progress(args, steps);
     let began = Instant::now();
     world.start();
+    let mut begun = false;
     let to_do = |world: &World| steps.is_none_or(|n| world.steps() < n);
     while to_do(&world) && !world.stop_requested() && !interrupted.load(Ordering::Relaxed) {
         let before = world.steps();
         world.step();
         let lines = world.take_lines();
         // Between two steps a stop may have been asked for: then no step was done.
-        if world.steps() != before {
+        begun = world.steps() == before;
+        if !begun {
             if let Err(e) = trace.step(&world, &lines) {
                 bar.suspend(|| report::warning(&e));
             }
             bar.inc(1);
         }
         lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
+        keep(&mut log, &world);
+    }
+    if one_more_barrier && !to_do(&world) && !world.stop_requested() {
+        begun = true;
+        world.barrier();
+        world.take_lines().iter().for_each(|l| bar.suspend(|| tell(args, l)));
         keep(&mut log, &world);
     }
     let wall = began.elapsed();
@@ -148,7 +159,7 @@ fn go(args: &Run, ready: Ready) -> Result<ExitCode, Error> {
     if let Err(e) = trace.close() {
         report::warning(&e);
     }
-    if let Some(Err(e)) = log.map(|log| log.end(done)) {
+    if let Some(Err(e)) = log.map(|log| log.end(done, begun)) {
         report::warning(&e);
     }
     let faults = world.faults();

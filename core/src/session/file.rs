@@ -165,9 +165,9 @@ impl Writer {
         }
         if records.is_empty() { Ok(()) } else { self.flush() }
     }
-    /// Ends it: so many steps were done.
-    pub fn end(mut self, steps: u64) -> Result {
-        self.line(&json!({ "end": steps }))?;
+    /// Ends it: so many steps were done; `begun`: and the barrier after them had begun.
+    pub fn end(mut self, steps: u64, begun: bool) -> Result {
+        self.line(&json!({ "end": steps, "begun": begun }))?;
         self.flush()
     }
     fn line(&mut self, line: &Json) -> Result {
@@ -207,6 +207,8 @@ pub struct Log {
     pub records: Vec<Record>,
     /// Steps that the run did; `None`: it was killed.
     pub end: Option<u64>,
+    /// Whether the run was ended within the barrier after its last step, so that this belongs to it.
+    pub begun: bool,
     /// Its last line is cut off, and left out.
     pub cut: bool,
 }
@@ -214,7 +216,7 @@ pub struct Log {
 impl Log {
     /// Steps of the run, as far as the log tells.
     pub fn steps(&self) -> u64 {
-        self.end.unwrap_or_else(|| self.records.last().map_or(0, |r| r.step + 1))
+        self.end.unwrap_or_else(|| self.records.last().map_or(0, |r| r.step))
     }
 }
 
@@ -247,12 +249,13 @@ pub fn read(path: &Path) -> Result<Log> {
     }
     let header =
         serde_json::from_slice(first).map_err(|e| wrong(1, format!("the input log's header is damaged: {e}")))?;
-    let mut log = Log { header, records: Vec::new(), end: None, cut };
+    let mut log = Log { header, records: Vec::new(), end: None, begun: true, cut };
     for (i, line) in lines.iter().enumerate().skip(1) {
         let json: Json = serde_json::from_slice(line)
             .map_err(|e| wrong(i + 1, format!("this line of the input log is damaged: {e}")))?;
         if let Some(steps) = json.get("end").and_then(Json::as_u64) {
             log.end = Some(steps);
+            log.begun = json["begun"].as_bool().unwrap_or(true);
             continue;
         }
         let record = record(&json).filter(|_| log.end.is_none()).ok_or_else(|| {

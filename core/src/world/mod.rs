@@ -225,6 +225,11 @@ impl World {
     pub fn feed(&self, records: Arc<[Record]>) {
         session::log::attach(&self.cell, records);
     }
+    /// What comes before the next step, without the step; `false`: no step is to be done. For a replay of a run that was
+    /// ended within a barrier.
+    pub fn barrier(&self) -> bool {
+        session::before_step(&self.cell)
+    }
     pub(crate) fn cell(&self) -> &Rc<WorldCell> {
         &self.cell
     }
