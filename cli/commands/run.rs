@@ -1,8 +1,10 @@
 //! `tatu run`: a scene, step by step, as fast as it goes.
 
 use std::{
+    cell::RefCell,
     io::IsTerminal,
     process::ExitCode,
+    rc::Rc,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -43,7 +45,7 @@ struct Ready {
     /// With services, if any are asked for.
     session: Option<Session>,
     /// Where what comes from outside is written.
-    log: Option<file::Writer>,
+    log: Option<LogFile>,
     /// Steps to run; `None`: until it is stopped.
     steps: Option<u64>,
     /// The barrier after these belongs to the run: it is a replay of one that was ended there.
@@ -82,8 +84,8 @@ fn start(args: &Run) -> Result<Ready, Error> {
         };
         file::Writer::create(path, &header)
     });
-    let log = log.transpose()?;
-    world.input_log_mut().record(log.is_some());
+    let log = log.transpose()?.map(|log| write_log(&world, log));
+    world.input_log_mut().keep(false);
     let of_log = replay.as_ref().map(file::Log::steps);
     let steps = match (args.steps, args.seconds, of_log) {
         (Some(n), _, _) => Some(n),
@@ -114,7 +116,7 @@ fn told_of(log: &file::Log, registry: &Registry) {
 }
 
 fn go(args: &Run, ready: Ready) -> Result<ExitCode, Error> {
-    let Ready { world, session, mut log, steps, one_more_barrier } = ready;
+    let Ready { world, session, log, steps, one_more_barrier } = ready;
     let mut trace = Trace::open(args.trace.as_deref(), &args.watch, args.hashes, &world)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
@@ -141,13 +143,11 @@ fn go(args: &Run, ready: Ready) -> Result<ExitCode, Error> {
             bar.inc(1);
         }
         lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
-        keep(&mut log, &world);
     }
     if one_more_barrier && !to_do(&world) && !world.stop_requested() {
         begun = true;
         world.barrier();
         world.take_lines().iter().for_each(|l| bar.suspend(|| tell(args, l)));
-        keep(&mut log, &world);
     }
     let wall = began.elapsed();
     bar.finish_and_clear();
@@ -159,7 +159,7 @@ fn go(args: &Run, ready: Ready) -> Result<ExitCode, Error> {
     if let Err(e) = trace.close() {
         report::warning(&e);
     }
-    if let Some(Err(e)) = log.map(|log| log.end(done, begun)) {
+    if let Some(Err(e)) = log.and_then(|log| log.take()).map(|log| log.end(done, begun)) {
         report::warning(&e);
     }
     let faults = world.faults();
@@ -167,16 +167,22 @@ fn go(args: &Run, ready: Ready) -> Result<ExitCode, Error> {
     Ok(if faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Writes what came from outside; a log that cannot be written any more is told once, and the run goes on.
-fn keep(log: &mut Option<file::Writer>, world: &World) {
-    let Some(writer) = log else { return };
-    let records = world.input_log_mut().take();
-    if let Err(e) = writer.write(&records) {
-        report::warning(&e);
-        *log = None;
-        world.input_log_mut().record(false);
-    }
+/// Writes what comes from outside. If that fails it is told once, and the run goes on.
+fn write_log(world: &World, log: file::Writer) -> LogFile {
+    let log = Rc::new(RefCell::new(Some(log)));
+    let file = log.clone();
+    world.input_log_mut().hand_to(move |record| {
+        let mut file = file.borrow_mut();
+        if let Some(Err(e)) = file.as_mut().map(|f| f.write(record)) {
+            report::warning(&e);
+            *file = None;
+        }
+    });
+    log
 }
+
+/// The input log; `None` once it cannot be written any more.
+type LogFile = Rc<RefCell<Option<file::Writer>>>;
 
 /// A bar for runs that take longer than a blink, on a terminal only.
 fn progress(args: &Run, steps: Option<u64>) -> ProgressBar {

@@ -2,7 +2,7 @@
 //!
 //! The first line is the [`Header`]: versions, what the command line changed, and the text of every file that the
 //! document was made of. Then one line per [`Record`]; at the end one that tells how many steps were done. Each line is
-//! handed to the system as soon as its step begins, so that the log of a run that was killed can be used.
+//! handed to the system before what it tells is done, so that the log of a run that was killed can be used.
 
 use std::{
     fs::File,
@@ -158,12 +158,10 @@ impl Writer {
         writer.flush()?;
         Ok(writer)
     }
-    /// Writes records, down to the system.
-    pub fn write(&mut self, records: &[Record]) -> Result {
-        for r in records {
-            self.line(&record_json(r))?;
-        }
-        if records.is_empty() { Ok(()) } else { self.flush() }
+    /// Writes a record, down to the system.
+    pub fn write(&mut self, record: &Record) -> Result {
+        self.line(&record_json(record))?;
+        self.flush()
     }
     /// Ends it: so many steps were done; `begun`: and the barrier after them had begun.
     pub fn end(mut self, steps: u64, begun: bool) -> Result {

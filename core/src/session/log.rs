@@ -67,38 +67,52 @@ pub struct Record {
 }
 
 /// What came from outside since the start, in order.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct InputLog {
     records: Vec<Record>,
     /// Step and place of the next record.
     next: (u64, u64),
+    /// Records are not kept.
     off: bool,
+    sink: Option<Sink>,
 }
 
+/// Takes each record as it is made.
+type Sink = Box<dyn FnMut(&Record)>;
+
 impl InputLog {
-    /// The records, as far as they have not been taken out.
+    /// The records that were kept.
     pub fn records(&self) -> &[Record] {
         &self.records
     }
-    /// Takes out what there is, to write it elsewhere.
-    pub fn take(&mut self) -> Vec<Record> {
-        std::mem::take(&mut self.records)
-    }
-    /// Whether to record at all; a new log does. A long run that nobody will replay need not grow.
-    pub fn record(&mut self, on: bool) {
+    /// Whether records are kept; a new log does. A long run that nobody will replay from memory need not grow.
+    pub fn keep(&mut self, on: bool) {
         self.off = !on;
+    }
+    /// Hands each record on before what it tells is done, so that not even a crash loses it.
+    pub fn hand_to(&mut self, sink: impl FnMut(&Record) + 'static) {
+        self.sink = Some(Box::new(sink));
+    }
+    fn is_idle(&self) -> bool {
+        self.off && self.sink.is_none()
     }
     pub(super) fn clear(&mut self) {
         self.records.clear();
         self.next = (0, 0);
     }
     fn push(&mut self, step: u64, service: String, client: u64, input: Input) {
-        if self.off {
+        if self.is_idle() {
             return;
         }
         let at = if self.next.0 == step { self.next.1 } else { 0 };
         self.next = (step, at + 1);
-        self.records.push(Record { step, at, service, client, input });
+        let record = Record { step, at, service, client, input };
+        if let Some(sink) = &mut self.sink {
+            sink(&record);
+        }
+        if !self.off {
+            self.records.push(record);
+        }
     }
 }
 
@@ -130,7 +144,7 @@ pub(crate) fn remote_call(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_
     if !can_wait {
         f.wait_token = 0;
     }
-    if world.outside.log.borrow().off {
+    if world.outside.log.borrow().is_idle() {
         return;
     }
     // SAFETY: the frame's arguments are valid.

@@ -122,7 +122,8 @@ impl SessionCell {
         let cell = session.cast::<SessionCell>().cast_const();
         if !cell.is_null() {
             // SAFETY: as promised; of all its parts only this one, which threads may share, is looked at.
-            unsafe { (*(&raw const (*cell).wake)).wake() };
+            let wake: &Wake = unsafe { &(*cell).wake };
+            wake.wake();
         }
     }
     /// The session behind a pointer of the border.

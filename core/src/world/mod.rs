@@ -217,7 +217,7 @@ impl World {
     pub fn input_log(&self) -> std::cell::Ref<'_, InputLog> {
         self.cell.outside.log.borrow()
     }
-    /// The same, to take records out or to switch recording off.
+    /// The same, to tell whether records are kept and where else they go.
     pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
         self.cell.outside.log.borrow_mut()
     }
