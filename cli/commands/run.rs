@@ -107,6 +107,12 @@ fn told_of(log: &file::Log, registry: &Registry) {
         let error = Error::new("E117", format!("the replay may differ: {text}"));
         report::warning(&error.help("replay it with the program and plugins that wrote it"));
     }
+    if !log.opened.is_empty() {
+        let files = log.opened.join(", ");
+        report::note(&format!(
+            "the run read files which are not in the log, and which are read from the disk: {files}"
+        ));
+    }
     if log.cut {
         report::note("the last line of the input log is cut off, and left out");
     }
@@ -153,13 +159,14 @@ fn go(args: &Run, ready: Ready) -> Result<ExitCode, Error> {
     bar.finish_and_clear();
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
     let objects = objects(&world, &hash);
+    let opened = world.files_opened();
     world.stop();
     drop(session);
     world.take_lines().iter().for_each(|l| tell(args, l));
     if let Err(e) = trace.close() {
         report::warning(&e);
     }
-    if let Some(Err(e)) = log.and_then(|log| log.take()).map(|log| log.end(done, begun)) {
+    if let Some(Err(e)) = log.and_then(|log| log.take()).map(|log| log.end(done, begun, &opened)) {
         report::warning(&e);
     }
     let faults = world.faults();

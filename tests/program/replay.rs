@@ -50,6 +50,21 @@ fn a_log_needs_no_scene() {
 }
 
 #[test]
+fn files_that_scripts_read_are_told() {
+    let script = "function sysCall_init()
+        local f = io.open('gains.txt')
+        sim.addStatusbarMessage('gain ' .. f:read('l'))
+        f:close()
+    end";
+    let place = Place::scene(&watcher("w", script));
+    place.write("gains.txt", "0.5\n");
+    place.run(&["--steps", "2", "--log", "run.log"]).good();
+    let done = place.tatu(&["run", "--replay", "run.log"]).good();
+    done.tells(&["not in the log", "gains.txt"]);
+    assert!(done.out.contains("gain 0.5"));
+}
+
+#[test]
 fn a_pause_of_a_script_does_not_hold_a_replay() {
     let script = "function sysCall_actuation()
         if sim.getSimulationTime() > 0.12 then sim.pauseSimulation() end

@@ -163,9 +163,14 @@ impl Writer {
         self.line(&record_json(record))?;
         self.flush()
     }
-    /// Ends it: so many steps were done; `begun`: and the barrier after them had begun.
-    pub fn end(mut self, steps: u64, begun: bool) -> Result {
-        self.line(&json!({ "end": steps, "begun": begun }))?;
+    /// Ends it: so many steps were done; `begun`: and the barrier after them had begun; `opened`: these files were read
+    /// meanwhile and are not in the log.
+    pub fn end(mut self, steps: u64, begun: bool, opened: &[String]) -> Result {
+        let mut line = json!({ "end": steps, "begun": begun });
+        if !opened.is_empty() {
+            line["opened"] = json!(opened);
+        }
+        self.line(&line)?;
         self.flush()
     }
     fn line(&mut self, line: &Json) -> Result {
@@ -207,6 +212,8 @@ pub struct Log {
     pub end: Option<u64>,
     /// Whether the run was ended within the barrier after its last step, so that this belongs to it.
     pub begun: bool,
+    /// Files that were read while it ran, which the log does not hold: a replay reads them from the disk.
+    pub opened: Vec<String>,
     /// Its last line is cut off, and left out.
     pub cut: bool,
 }
@@ -247,12 +254,14 @@ pub fn read(path: &Path) -> Result<Log> {
     }
     let header =
         serde_json::from_slice(first).map_err(|e| wrong(1, format!("the input log's header is damaged: {e}")))?;
-    let mut log = Log { header, records: Vec::new(), end: None, begun: true, cut };
+    let mut log = Log { header, records: Vec::new(), end: None, begun: true, opened: Vec::new(), cut };
     for (i, line) in lines.iter().enumerate().skip(1) {
         let json: Json = serde_json::from_slice(line)
             .map_err(|e| wrong(i + 1, format!("this line of the input log is damaged: {e}")))?;
         if let Some(steps) = json.get("end").and_then(Json::as_u64) {
             log.end = Some(steps);
+            let opened = json["opened"].as_array().into_iter().flatten();
+            log.opened = opened.filter_map(|f| f.as_str().map(str::to_owned)).collect();
             log.begun = json["begun"].as_bool().unwrap_or(true);
             continue;
         }

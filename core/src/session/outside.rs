@@ -2,6 +2,7 @@
 
 use std::{
     cell::{Cell, RefCell},
+    collections::BTreeSet,
     rc::{Rc, Weak},
 };
 
@@ -27,6 +28,8 @@ pub(crate) struct Outside {
     pub replay: RefCell<Option<Replay>>,
     /// Who made the call that is being replayed.
     pub replayed: RefCell<String>,
+    /// Files that scripts or plugins asked to read since the start.
+    pub opened: RefCell<BTreeSet<String>>,
 }
 
 impl Outside {
@@ -41,6 +44,7 @@ impl Outside {
     pub fn begin(&self) {
         self.paused.set(false);
         self.log.borrow_mut().clear();
+        self.opened.borrow_mut().clear();
         if let Some(replay) = &mut *self.replay.borrow_mut() {
             replay.rewind();
         }

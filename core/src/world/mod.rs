@@ -225,6 +225,11 @@ impl World {
     pub fn feed(&self, records: Arc<[Record]>) {
         session::log::attach(&self.cell, records);
     }
+    /// Files that scripts or plugins asked to read since the start, by the names that they gave: what they read is not
+    /// part of the input log.
+    pub fn files_opened(&self) -> Vec<String> {
+        self.cell.outside.opened.borrow().iter().cloned().collect()
+    }
     /// What comes before the next step, without the step; `false`: no step is to be done. For a replay of a run that was
     /// ended within a barrier.
     pub fn barrier(&self) -> bool {
