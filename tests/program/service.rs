@@ -516,3 +516,20 @@ fn a_service_in_c_that_fails_is_switched_off_and_named_once() {
     let done = place.run(&["--steps", "4", "--service", "odd:how=4"]).good();
     assert_eq!(done.err.matches("third turn").count(), 4, "{}", done.err);
 }
+
+#[test]
+fn faults_are_told_to_those_who_want_events() {
+    let place = Place::scene(&watcher("w", "function sysCall_actuation() error('a fault of mine') end"));
+    let run = Running::start(&place, ",wait_for=1", &[]);
+    let mut client = run.client();
+    client.ask(json!({ "events": true }));
+    client.stepping();
+    client.send(json!({ "step": 1 }));
+    // Told at the barrier after the step, before the answer.
+    let event = client.receive();
+    assert_eq!((&event["event"], &event["payload"]["code"]), (&json!("fault"), &json!("F205")), "{event}");
+    assert!(event["payload"]["message"].as_str().unwrap().contains("a fault of mine"), "{event}");
+    assert_eq!(client.receive()["step"], 1);
+    client.ask(json!({ "request": "stop" }));
+    assert_eq!(run.end().code, Some(1), "as in any run with an error");
+}

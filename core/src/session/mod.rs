@@ -5,7 +5,7 @@
 //! - `service`: one running service and the calls into it;
 //! - `outside`: what a world keeps of its outside;
 //! - `wake`: the one word on which a held session sleeps;
-//! - [`log`]: what came from outside, and feeding it again; [`file`]: the same as a file.
+//! - [`mod@log`]: what came from outside, and feeding it again; [`mod@file`]: the same as a file.
 //!
 //! A session and its worlds live on one thread; different sessions live on different threads. Only `wake` is called
 //! from other threads.
