@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use tatu_core::{
-    document::{Options, Override, ScriptOverride},
+    document::{Options, Override, ScriptOverride, ServiceOverride},
     error::Error,
 };
 
@@ -26,13 +26,13 @@ pub enum Command {
     List(List),
     /// Describe a plugin, sensor kind, model, importer, script language, schema, object kind or command.
     Describe(Describe),
+    /// Compare two traces: the first step, and the first object in it, in which they part.
+    Diff(Diff),
 }
 
-/// What a scene is and what is changed in it.
+/// What is changed in a scene.
 #[derive(clap::Args)]
-pub struct Scene {
-    /// The scene file, or a file that an importer reads.
-    pub scene: PathBuf,
+pub struct Changes {
     /// Seed of all that is random, instead of the scene's.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -46,9 +46,21 @@ pub struct Scene {
 
 #[derive(clap::Args)]
 pub struct Run {
+    /// The scene file.
+    #[arg(required_unless_present = "replay")]
+    pub scene: Option<PathBuf>,
     #[command(flatten)]
-    pub scene: Scene,
-    /// Simulated seconds to run [default: 10].
+    pub changes: Changes,
+    /// Start a service beside the world: `ID`, or `ID:KEY=VALUE,KEY=VALUE`.
+    #[arg(long = "service", value_name = "ID")]
+    pub services: Vec<String>,
+    /// Write what comes from outside to a file, with all that a replay needs.
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
+    /// Do again what a log tells; no scene is needed, and no service is started.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "seed", "set", "scripts", "services"])]
+    pub replay: Option<PathBuf>,
+    /// Simulated seconds to run [default: 10; with a service: until it is stopped].
     #[arg(long, value_name = "S", conflicts_with = "steps", allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: Option<f64>,
     /// Steps to run.
@@ -66,6 +78,9 @@ pub struct Run {
     /// Seconds of real time after which a plugin call that has not returned ends the run; 0: never.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub watchdog: f64,
+    /// Put the hash of each object into the trace, so that `tatu diff` can name the one that differs.
+    #[arg(long)]
+    pub hashes: bool,
     /// End with a summary in JSON on standard output; everything else goes to standard error.
     #[arg(long)]
     pub json: bool,
@@ -73,8 +88,18 @@ pub struct Run {
 
 #[derive(clap::Args)]
 pub struct Check {
+    /// The scene file.
+    pub scene: PathBuf,
     #[command(flatten)]
-    pub scene: Scene,
+    pub changes: Changes,
+}
+
+#[derive(clap::Args)]
+pub struct Diff {
+    /// A trace, as `tatu run --trace` writes it.
+    pub a: PathBuf,
+    /// Another.
+    pub b: PathBuf,
 }
 
 #[derive(clap::Args)]
@@ -109,6 +134,7 @@ pub enum What {
     Actuators,
     Importers,
     Commands,
+    Services,
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -116,13 +142,15 @@ fn seconds(text: &str) -> Result<f64, String> {
     if s.is_finite() && s >= 0.0 { Ok(s) } else { Err("expected a number of seconds, at least 0".into()) }
 }
 
-impl Scene {
+impl Changes {
     /// What the run changes in the scene.
-    pub fn options(&self) -> Result<Options, Error> {
+    pub fn options(&self, services: &[String]) -> Result<Options, Error> {
         Ok(Options {
             seed: self.seed,
             set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_, _>>()?,
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_, _>>()?,
+            services: services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_, _>>()?,
+            ..Default::default()
         })
     }
 }

@@ -62,3 +62,45 @@ fn print(e: &Error, level: Level<'_>) {
     let renderer = if std::io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
     crate::report::err!("{}\n", renderer.render(&[group]));
 }
+
+/// Takes what the host and its plugins tell outside of any world: services that say where they listen, for instance.
+pub fn listen() {
+    // Nobody else has set one in this program; if so, its lines go there.
+    let _ = tracing::subscriber::set_global_default(Lines);
+}
+
+/// Lines on standard error, as they come.
+struct Lines;
+
+impl tracing::Subscriber for Lines {
+    fn enabled(&self, metadata: &tracing::Metadata<'_>) -> bool {
+        *metadata.level() <= tracing::Level::INFO && metadata.target().starts_with("tatu")
+    }
+    fn event(&self, event: &tracing::Event<'_>) {
+        let mut text = Text(String::new());
+        event.record(&mut text);
+        match *event.metadata().level() {
+            tracing::Level::ERROR => err!("error: {}", text.0),
+            tracing::Level::WARN => err!("warning: {}", text.0),
+            _ => err!("{}", text.0),
+        }
+    }
+    fn new_span(&self, _: &tracing::span::Attributes<'_>) -> tracing::span::Id {
+        tracing::span::Id::from_u64(1)
+    }
+    fn record(&self, _: &tracing::span::Id, _: &tracing::span::Record<'_>) {}
+    fn record_follows_from(&self, _: &tracing::span::Id, _: &tracing::span::Id) {}
+    fn enter(&self, _: &tracing::span::Id) {}
+    fn exit(&self, _: &tracing::span::Id) {}
+}
+
+/// The message of an event.
+struct Text(String);
+
+impl tracing::field::Visit for Text {
+    fn record_debug(&mut self, field: &tracing::field::Field, value: &dyn std::fmt::Debug) {
+        if field.name() == "message" {
+            self.0 = format!("{value:?}");
+        }
+    }
+}

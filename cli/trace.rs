@@ -17,11 +17,12 @@ use crate::watchdog::SharedFile;
 pub struct Trace {
     file: Option<(SharedFile, PathBuf)>,
     watched: Vec<String>,
+    hashes: bool,
 }
 
 impl Trace {
     /// Opens the file; objects to watch must be there.
-    pub fn open(path: Option<&Path>, watch: &[String], world: &World) -> Result<Self, Error> {
+    pub fn open(path: Option<&Path>, watch: &[String], hashes: bool, world: &World) -> Result<Self, Error> {
         for w in watch {
             if world.observe(w).is_none() {
                 let error = Error::new("E110", format!("--watch: there is no object `{w}`"));
@@ -31,9 +32,11 @@ impl Trace {
                 });
             }
         }
-        if path.is_none() && !watch.is_empty() {
-            let error = Error::new("E114", "--watch writes nothing without --trace");
-            crate::report::warning(&error.help("add `--trace FILE`"));
+        for (option, given) in [("--watch", !watch.is_empty()), ("--hashes", hashes)] {
+            if given && path.is_none() {
+                let error = Error::new("E114", format!("{option} writes nothing without --trace"));
+                crate::report::warning(&error.help("add `--trace FILE`"));
+            }
         }
         let file = match path {
             None => None,
@@ -43,7 +46,7 @@ impl Trace {
                 Some((Arc::new(Mutex::new(BufWriter::new(file))), p.to_owned()))
             }
         };
-        Ok(Trace { file, watched: watch.to_vec() })
+        Ok(Trace { file, watched: watch.to_vec(), hashes })
     }
 
     /// The file, for the watchdog.
@@ -74,14 +77,19 @@ impl Trace {
             objects.insert(seen.path, o);
         }
         let status: Vec<&str> = lines.iter().filter(|l| l.level == TATU_LOG_STATUS).map(|l| l.text.as_str()).collect();
-        let line = json!({
+        let hash = world.hash();
+        let mut line = json!({
             "step": world.steps(),
             "time": world.time(),
-            "hash": format!("{:016x}", world.hash().total),
+            "hash": format!("{:016x}", hash.total),
             "objects": objects,
             "status": status,
             "sensors": sensors,
         });
+        if self.hashes {
+            let of = |(path, hash): (String, u64)| (path, json!(format!("{hash:016x}")));
+            line["hashes"] = Json::Object(hash.objects.into_iter().map(of).collect());
+        }
         self.write(&line)
     }
 

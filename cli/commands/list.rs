@@ -12,7 +12,7 @@ use crate::{
 
 /// Prints the list.
 pub fn list(args: &List) -> ExitCode {
-    let registry = match super::registry(args.scene.as_deref()) {
+    let registry = match super::registry(args.scene.as_deref(), &Default::default()) {
         Ok(r) => r,
         Err(e) => {
             report::error(&e);
@@ -25,6 +25,7 @@ pub fn list(args: &List) -> ExitCode {
         What::Sensors => (sensors(&registry), &["id", "plugin", "schemas", "text"]),
         What::Actuators => (actuators(&registry), &["id", "plugin", "text"]),
         What::Importers => (importers(&registry), &["id", "plugin", "suffixes", "text"]),
+        What::Services => (services(&registry), &["id", "plugin", "text"]),
         What::Commands => (commands(&registry), &["names", "text"]),
     };
     if args.json {
@@ -49,6 +50,7 @@ fn plugins(r: &Registry) -> Vec<Value> {
         add(r.models.iter().any(|m| m.plugin == i), "model");
         add(r.importers.iter().any(|m| m.plugin == i), "importer");
         add(r.languages.iter().any(|l| l.plugin == i), "script");
+        add(r.services.iter().any(|s| s.plugin == i), "service");
         kinds
     };
     r.plugins
@@ -79,6 +81,16 @@ fn models(r: &Registry) -> Vec<Value> {
         .map(|m| {
             let plugin = &r.plugins[m.plugin].id;
             json!({ "id": m.id, "plugin": plugin, "slots": m.slots, "text": m.text, "parameters": params(&m.params) })
+        })
+        .collect()
+}
+
+fn services(r: &Registry) -> Vec<Value> {
+    r.services
+        .iter()
+        .map(|s| {
+            let plugin = &r.plugins[s.plugin].id;
+            json!({ "id": s.id, "plugin": plugin, "text": s.text, "parameters": params(&s.params) })
         })
         .collect()
 }

@@ -2,18 +2,19 @@
 
 pub mod check;
 pub mod describe;
+pub mod diff;
 pub mod list;
 pub mod run;
 
 use std::{path::Path, sync::Arc};
 
 use tatu_core::{
-    document::{self, Document},
+    document::{self, Document, Options, Sources},
     error::Error,
     host::{Registry, Search, watchdog::Watches},
 };
 
-use crate::{args::Scene, report};
+use crate::report;
 
 /// Packages of plugins that belong to the program, as build.rs found them in the manifest.
 fn built() -> Vec<&'static str> {
@@ -21,17 +22,17 @@ fn built() -> Vec<&'static str> {
 }
 
 /// Loads every plugin that can be found, for a scene or for a list.
-pub fn registry(scene: Option<&Path>) -> Result<Arc<Registry>, Error> {
-    registry_watched(scene, Watches::default())
+pub fn registry(scene: Option<&Path>, sources: &Sources) -> Result<Arc<Registry>, Error> {
+    registry_watched(scene, sources, Watches::default())
 }
 
 /// The same under a watchdog.
-pub fn registry_watched(scene: Option<&Path>, watches: Watches) -> Result<Arc<Registry>, Error> {
+pub fn registry_watched(scene: Option<&Path>, sources: &Sources, watches: Watches) -> Result<Arc<Registry>, Error> {
     let exe = std::env::current_exe().ok();
     let environment = std::env::var_os("TATU_PLUGIN_PATH");
     let mut search = Search::standard(exe.as_deref(), environment.as_deref(), &built());
     if let Some(scene) = scene {
-        document::plugin_folders(scene)?.into_iter().for_each(|f| search.add_scene_folder(f));
+        document::plugin_folders(scene, sources)?.into_iter().for_each(|f| search.add_scene_folder(f));
     }
     let registry = Registry::load_watched(search, watches);
     registry.refused.iter().for_each(report::warning);
@@ -66,8 +67,8 @@ fn missing(registry: &Registry) {
 }
 
 /// The document of a scene as a command line changes it.
-pub fn load(scene: &Scene, registry: &Registry) -> Result<Arc<Document>, Error> {
-    let document = document::load(&scene.scene, registry, &scene.options()?)?;
+pub fn load(scene: &Path, options: &Options, registry: &Registry) -> Result<Arc<Document>, Error> {
+    let document = document::load(scene, registry, options)?;
     document.reports.iter().for_each(|r| report::note(r));
     Ok(Arc::new(document))
 }

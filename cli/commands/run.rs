@@ -1,8 +1,10 @@
 //! `tatu run`: a scene, step by step, as fast as it goes.
 
 use std::{
+    cell::RefCell,
     io::IsTerminal,
     process::ExitCode,
+    rc::Rc,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -13,9 +15,10 @@ use std::{
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 use tatu_core::{
-    World,
+    Session, World,
     error::{Error, Fault},
     host::Registry,
+    session::file,
     state::Hash,
 };
 use tatu_plugin_api::abi::*;
@@ -28,15 +31,8 @@ const DEFAULT_SECONDS: f64 = 10.0;
 /// Exit code 0; 1 if something went wrong during the run; 2 if nothing could be started.
 pub fn run(args: &Run) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, args.json);
-    match start(args, &watchdog) {
-        Ok((world, registry)) => {
-            let code = go(args, &world, &watchdog);
-            drop(world);
-            match super::end(registry) {
-                true => code,
-                false => ExitCode::FAILURE,
-            }
-        }
+    match start(args, &watchdog).and_then(|ready| go(args, ready, &watchdog)) {
+        Ok(code) => code,
         Err(e) => {
             report::error(&e);
             ExitCode::from(2)
@@ -44,61 +40,170 @@ pub fn run(args: &Run) -> ExitCode {
     }
 }
 
-fn start(args: &Run, watchdog: &Watchdog) -> Result<(World, Arc<Registry>), Error> {
-    let registry = super::registry_watched(Some(&args.scene.scene), watchdog.watches.clone())?;
-    let document = super::load(&args.scene, &registry)?;
-    Ok((World::with_threads(document, registry.clone(), args.threads.into())?, registry))
+/// A world that is ready to start, and what goes with it.
+struct Ready {
+    world: World,
+    registry: Arc<Registry>,
+    /// With services, if any are asked for.
+    session: Option<Session>,
+    /// Where what comes from outside is written.
+    log: Option<LogFile>,
+    /// Steps to run; `None`: until it is stopped.
+    steps: Option<u64>,
+    /// The barrier after these belongs to the run: it is a replay of one that was ended there.
+    one_more_barrier: bool,
 }
 
-fn go(args: &Run, world: &World, watchdog: &Watchdog) -> ExitCode {
-    let steps = match (args.steps, args.seconds) {
-        (Some(n), _) => n,
-        (None, s) => (s.unwrap_or(DEFAULT_SECONDS) / world.dt()).round() as u64,
+fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
+    let replay = args.replay.as_deref().map(file::read).transpose()?;
+    let options = match &replay {
+        Some(log) => log.header.options()?,
+        None => args.changes.options(&args.services)?,
     };
-    let mut trace = match Trace::open(args.trace.as_deref(), &args.watch, world) {
-        Ok(t) => t,
-        Err(e) => {
-            report::error(&e);
-            return ExitCode::from(2);
+    let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref());
+    let scene = scene.ok_or_else(|| Error::new("E105", "no scene was given"))?;
+    let registry = super::registry_watched(Some(scene), &options.sources, watchdog.watches.clone())?;
+    if let Some(log) = &replay {
+        told_of(log, &registry);
+    }
+    let document = super::load(scene, &options, &registry)?;
+    let world = World::with_threads(document.clone(), registry.clone(), args.threads.into())?;
+    let session = match &replay {
+        None if !document.services.is_empty() => {
+            let session = Session::new(registry.clone(), &document.services)?;
+            session.join(&world);
+            Some(session)
         }
+        _ => None,
     };
+    let log = args.log.as_deref().map(|path| {
+        let header = match &replay {
+            Some(log) => log.header.clone(),
+            None => {
+                let c = &args.changes;
+                file::Header::new(&document, &registry, c.seed, c.set.clone(), c.scripts.clone())
+            }
+        };
+        file::Writer::create(path, &header)
+    });
+    let log = log.transpose()?.map(|log| write_log(&world, log));
+    world.input_log_mut().keep(false);
+    let of_log = replay.as_ref().map(file::Log::steps);
+    let steps = match (args.steps, args.seconds, of_log) {
+        (Some(n), _, _) => Some(n),
+        (None, Some(s), _) => Some((s / world.dt()).round() as u64),
+        (None, None, Some(n)) => Some(n),
+        (None, None, None) if session.is_some() => None,
+        (None, None, None) => Some((DEFAULT_SECONDS / world.dt()).round() as u64),
+    };
+    let one_more_barrier = args.steps.is_none() && args.seconds.is_none() && replay.as_ref().is_some_and(|l| l.begun);
+    if let Some(log) = replay {
+        world.feed(log.records.into());
+    }
+    Ok(Ready { world, registry, session, log, steps, one_more_barrier })
+}
+
+/// What a replay may do otherwise than the run that it repeats.
+fn told_of(log: &file::Log, registry: &Registry) {
+    for text in log.header.differences(registry) {
+        let error = Error::new("E117", format!("the replay may differ: {text}"));
+        report::warning(&error.help("replay it with the program and plugins that wrote it"));
+    }
+    if !log.opened.is_empty() {
+        let files = log.opened.join(", ");
+        report::note(&format!(
+            "the run read files which are not in the log, and which are read from the disk: {files}"
+        ));
+    }
+    if log.cut {
+        report::note("the last line of the input log is cut off, and left out");
+    }
+    if log.end.is_none() {
+        report::note(&format!("the logged run was ended from outside; it is replayed for {} steps", log.steps()));
+    }
+}
+
+fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> {
+    let Ready { world, registry, session, log, steps, one_more_barrier } = ready;
+    let mut trace = Trace::open(args.trace.as_deref(), &args.watch, args.hashes, &world)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
     // Without a handler Ctrl-C still ends the program, only not in order: nothing to tell.
     let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    if let Some(session) = &session {
+        session.interrupt_by(interrupted.clone());
+    }
     let bar = progress(args, steps);
     let began = Instant::now();
     watchdog.begin(trace.shared());
     world.start();
-    while world.steps() < steps && !world.stop_requested() && !interrupted.load(Ordering::Relaxed) {
+    let mut begun = false;
+    let to_do = |world: &World| steps.is_none_or(|n| world.steps() < n);
+    while to_do(&world) && !world.stop_requested() && !interrupted.load(Ordering::Relaxed) {
+        let before = world.steps();
         world.step();
         let lines = world.take_lines();
+        // Between two steps a stop may have been asked for: then no step was done.
+        begun = world.steps() == before;
         let failed = lines.iter().any(|l| l.level == TATU_LOG_ERROR);
         watchdog.step(world.steps(), world.time(), failed.then(|| world.faults()));
-        if let Err(e) = trace.step(world, &lines) {
-            bar.suspend(|| report::warning(&e));
+        if !begun {
+            if let Err(e) = trace.step(&world, &lines) {
+                bar.suspend(|| report::warning(&e));
+            }
+            bar.inc(1);
         }
         lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
-        bar.inc(1);
+    }
+    if one_more_barrier && !to_do(&world) && !world.stop_requested() {
+        begun = true;
+        world.barrier();
+        world.take_lines().iter().for_each(|l| bar.suspend(|| tell(args, l)));
     }
     let wall = began.elapsed();
     bar.finish_and_clear();
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
-    let objects = objects(world, &hash);
+    let objects = objects(&world, &hash);
+    let opened = world.files_opened();
     world.stop();
     world.end();
+    let badly_ended = session.map(Session::end).unwrap_or_default();
+    badly_ended.iter().for_each(report::error);
     world.take_lines().iter().for_each(|l| tell(args, l));
     if let Err(e) = trace.close() {
+        report::warning(&e);
+    }
+    if let Some(Err(e)) = log.and_then(|log| log.take()).map(|log| log.end(done, begun, &opened)) {
         report::warning(&e);
     }
     let faults = world.faults();
     summary(args, done, time, wall, &hash, objects, &faults);
     watchdog.told();
-    if faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    drop(world);
+    let good = super::end(registry) && faults.is_empty() && badly_ended.is_empty();
+    Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
+/// Writes what comes from outside. If that fails it is told once, and the run goes on.
+fn write_log(world: &World, log: file::Writer) -> LogFile {
+    let log = Rc::new(RefCell::new(Some(log)));
+    let file = log.clone();
+    world.input_log_mut().hand_to(move |record| {
+        let mut file = file.borrow_mut();
+        if let Some(Err(e)) = file.as_mut().map(|f| f.write(record)) {
+            report::warning(&e);
+            *file = None;
+        }
+    });
+    log
+}
+
+/// The input log; `None` once it cannot be written any more.
+type LogFile = Rc<RefCell<Option<file::Writer>>>;
+
 /// A bar for runs that take longer than a blink, on a terminal only.
-fn progress(args: &Run, steps: u64) -> ProgressBar {
+fn progress(args: &Run, steps: Option<u64>) -> ProgressBar {
+    let Some(steps) = steps else { return ProgressBar::hidden() };
     if args.json || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }

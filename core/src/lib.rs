@@ -29,8 +29,10 @@ pub mod physics;
 pub mod scene;
 mod scripts;
 mod sense;
+pub mod session;
 pub mod state;
 pub mod step;
 mod world;
 
+pub use session::Session;
 pub use world::{LogLine, Observed, World};

@@ -705,7 +705,10 @@ typedef struct tatu_ext_script {
 
 enum { TATU_GO = 0, TATU_HOLD = 1 };
 
-/* A part that lives beside worlds: a remote API, a bridge, a view, a recorder. */
+/* A part that lives beside worlds: a remote API, a bridge, a view, a recorder. It is started once in a session, and
+ * worlds come and go. It blocks only in threads of its own, and these call session.wake and log.write, nothing else.
+ * What it does to a world with commands.call and session.request is written into the input log, from which a run is
+ * repeated; what it does with other tables is not. Arrays of numbers in arguments are kept as f64 or i64. */
 typedef struct tatu_service {
   uint32_t size;
   uint32_t reserved;
@@ -717,9 +720,12 @@ typedef struct tatu_service {
   /* [setup] Ends it: its threads are joined before this returns. */
   void(TATU_CALL *stop)(void *data);
   /* [step] Before each step, and while stopped or paused: executes what is queued, never blocks, answers TATU_GO or
-   * TATU_HOLD. */
+   * TATU_HOLD. While any service holds, the session sleeps until session.wake, at most 0.1 s, and asks all again. After
+   * any other answer (a negative status, for instance) the service is switched off and named once. */
   uint32_t(TATU_CALL *barrier)(void *data, tatu_world *, uint64_t step);
-  /* [step] Something happened: a name and a payload, both valid during the call. */
+  /* [step] Something happened: a name and a payload, both valid during the call. Told at the barrier: "started",
+   * "paused", "resumed", "fault" (a map: code, message, and where known plugin, object, file, line); at the end
+   * "stopped". */
   void(TATU_CALL *event)(void *data, tatu_world *, tatu_str name, const tatu_value *payload);
   /* [step] A command that this service called with a wait token, and that gave TATU_WAIT, has finished: its results are
    * in the frame, or `status` is negative and frame->error tells why. Null: its commands cannot wait. */
@@ -899,7 +905,8 @@ enum { TATU_STOPPED = 0, TATU_RUNNING = 1, TATU_PAUSED = 2 };
 typedef struct tatu_host_session {
   uint32_t size;
   uint32_t reserved;
-  /* Asks for a change of state; carried out at the next barrier. */
+  /* Asks for a change of state; carried out at the next barrier. A pause is refused where no service could lift it. A
+   * stop releases all holds. */
   tatu_status(TATU_CALL *request)(tatu_world *, uint32_t what);
   /* [any] Wakes a session that waits at its barrier. */
   void(TATU_CALL *wake)(tatu_session *);

@@ -7,7 +7,7 @@ use tatu_plugin_api::{
     safe::{Value, ValueRef},
 };
 
-use super::{Caller, Wait, bytes, waits};
+use super::{Caller, Owner, Wait, bytes, waits};
 use crate::{
     error::{Fault, FaultKind},
     host::{CommandEntry, Declared, check_value, watchdog::Call},
@@ -87,6 +87,9 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     f.caller_script = caller.script;
     f.caller_dialect = caller.dialect;
     f.caller_kind = caller.kind;
+    if caller.kind == TATU_CALLER_REMOTE && resume == 0 {
+        crate::session::remote_call(world, entry, f);
+    }
     let mut room = [ValueRef::NIL.raw(); FEW];
     let status = if entry.raw_args || resume != 0 { TATU_OK } else { check_args(world, entry, f, &mut room) };
     let status = if status < 0 {
@@ -134,13 +137,17 @@ pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
     Ok(())
 }
 
-/// The command waits on behalf of the calling script.
+/// The command waits on behalf of the calling script or service.
 fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller: Caller) -> tatu_status {
     let mut waits = world.calls.waits.borrow_mut();
     match waits.asked.take() {
         Some((token, due, resume)) if token == f.wait_token && token != 0 => {
-            let (command, alias, script) = (f.command, f.alias, caller.instance);
-            waits.begin(Wait { script, token, command, alias, resume, due });
+            let owner = match caller.service {
+                0 => Owner::Script(caller.instance),
+                service => Owner::Service(service),
+            };
+            let (command, alias) = (f.command, f.alias);
+            waits.begin(Wait { owner, token, command, alias, resume, due });
             TATU_WAIT
         }
         _ => {

@@ -20,7 +20,7 @@ use tatu_plugin_api::abi::*;
 pub(crate) use arena::Arena;
 pub(crate) use dispatch::{CALL_API, call_command, check_results, say};
 pub(crate) use errors::{ErrorSlot, answer, copy as copy_error, name_plugin};
-pub(crate) use waits::{Due, Wait, Waits};
+pub(crate) use waits::{Due, Owner, Wait, Waits};
 
 /// Border crossings of any kind that may nest.
 pub const MAX_DEPTH: u32 = 64;
@@ -48,6 +48,8 @@ pub(crate) struct Caller {
     pub object: tatu_object,
     pub script: tatu_object,
     pub dialect: tatu_str,
+    /// The service of the session on whose behalf it calls, counted from 1; 0: none.
+    pub service: u32,
 }
 
 impl Caller {
@@ -57,7 +59,13 @@ impl Caller {
         object: 0,
         script: 0,
         dialect: tatu_str { ptr: std::ptr::null(), len: 0 },
+        service: 0,
     };
+
+    /// A service of the session, counted from 1.
+    pub fn remote(service: u32) -> Caller {
+        Caller { kind: TATU_CALLER_REMOTE, service, ..Caller::HOST }
+    }
 }
 
 impl Calls {

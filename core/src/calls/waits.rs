@@ -15,12 +15,21 @@ pub enum Due {
     Poll,
 }
 
-/// A command that waits on behalf of a script's coroutine.
+/// For whom a command waits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Owner {
+    /// A script, by its instance id.
+    Script(u64),
+    /// A service of the session, counted from 1.
+    Service(u32),
+}
+
+/// A command that waits on behalf of a script's coroutine or of a service's client.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wait {
-    /// Instance id of the script.
-    pub script: u64,
-    /// The coroutine, by the script language's number.
+    /// Who waits.
+    pub owner: Owner,
+    /// The coroutine or client, by the owner's number.
     pub token: u64,
     /// The command, to be called again.
     pub command: u32,
@@ -45,21 +54,28 @@ impl Waits {
     pub fn begin(&mut self, wait: Wait) {
         self.list.push(wait);
     }
-    /// Takes out those of a script that are over.
-    pub fn take_due(&mut self, script: u64, over: impl Fn(&Due) -> bool) -> Vec<Wait> {
-        let mut due = Vec::new();
-        self.list.retain(|w| {
-            let is_over = w.script == script && over(&w.due);
-            if is_over {
-                due.push(w.clone());
-            }
-            !is_over
-        });
-        due
+    /// Takes out those of an owner that are over.
+    pub fn take_due(&mut self, owner: Owner, over: impl Fn(&Due) -> bool) -> Vec<Wait> {
+        self.take(|w| w.owner == owner && over(&w.due))
     }
-    /// Forgets the waits of a script that has ended.
-    pub fn forget(&mut self, script: u64) {
-        self.list.retain(|w| w.script != script);
+    /// Takes out those of services that are over, in order of their beginning.
+    pub fn take_remote(&mut self, over: impl Fn(&Due) -> bool) -> Vec<Wait> {
+        self.take(|w| matches!(w.owner, Owner::Service(_)) && over(&w.due))
+    }
+    fn take(&mut self, which: impl Fn(&Wait) -> bool) -> Vec<Wait> {
+        let mut taken = Vec::new();
+        self.list.retain(|w| {
+            let is = which(w);
+            if is {
+                taken.push(w.clone());
+            }
+            !is
+        });
+        taken
+    }
+    /// Forgets the waits of an owner that has ended.
+    pub fn forget(&mut self, owner: Owner) {
+        self.list.retain(|w| w.owner != owner);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use super::sources::Sources;
 use crate::error::{Error, Result};
 
 /// What a build reads.
@@ -20,9 +21,13 @@ pub(super) const MOST_BYTES: u64 = 1 << 28;
 impl Source {
     /// A file beside the source; `None`: there is none, which the plugin may mend by another name. Leaving the
     /// allowed folders is an error, by `..`, by an absolute name or by a link.
-    pub fn read(&self, name: &str) -> Result<Option<Vec<u8>>> {
+    pub fn read(&self, name: &str, sources: &Sources) -> Result<Option<Vec<u8>>> {
         let Some(folder) = &self.folder else { return Ok(None) };
         let wanted = folder.join(name);
+        // What was kept has been looked at when it was read.
+        if sources.are_kept() {
+            return Ok(sources.read(&wanted).ok());
+        }
         let real = |p: &Path| std::fs::canonicalize(if p.as_os_str().is_empty() { Path::new(".") } else { p });
         let outside = || {
             let shown = |r: &PathBuf| if r.as_os_str().is_empty() { ".".into() } else { r.display().to_string() };
@@ -46,7 +51,7 @@ impl Source {
         if about.len() > MOST_BYTES {
             return Err(fail(format!("it has {} bytes, the limit is {MOST_BYTES}", about.len())));
         }
-        std::fs::read(&path).map(Some).map_err(|e| fail(e.to_string()))
+        sources.read(&wanted).map(Some).map_err(|e| fail(e.to_string()))
     }
 }
 

@@ -283,8 +283,8 @@ unsafe extern "C" fn file(t: *const tatu_builder, relative: tatu_str, out: *mut 
     // SAFETY: as above.
     unsafe {
         let name = text(relative).into_owned();
-        let read = with(t, |build, _| {
-            let Some(bytes) = build.source.read(&name)? else { return Ok(None) };
+        let read = with(t, |build, b| {
+            let Some(bytes) = build.source.read(&name, &b.document.sources)? else { return Ok(None) };
             let mut files = build.files.borrow_mut();
             files.push(bytes);
             // The bytes of a vector stay where they are when the vector of vectors grows.

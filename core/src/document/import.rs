@@ -9,6 +9,7 @@ use super::{
     Builder, Made,
     beside::{MOST_BYTES, Source},
     border::{Asked, Failed, run},
+    sources::Sources,
 };
 use crate::{
     calls,
@@ -29,16 +30,18 @@ pub(super) struct Import<'a> {
 }
 
 /// Reads the file of an import, which its scene calls `name`.
-pub(super) fn source(file: &Path, name: &str) -> Result<Vec<u8>> {
+pub(super) fn source(file: &Path, name: &str, sources: &Sources) -> Result<Vec<u8>> {
     let fail = |why: String| {
         Error::new("E105", format!("cannot read the import `{name}`: {why}"))
             .expected(format!("a file {}", file.display()))
     };
-    let about = std::fs::metadata(file).map_err(|e| fail(e.to_string()))?;
-    if !about.is_file() || about.len() > MOST_BYTES {
-        return Err(fail(format!("it is no file, or has more than {MOST_BYTES} bytes")));
+    if !sources.are_kept() {
+        let about = std::fs::metadata(file).map_err(|e| fail(e.to_string()))?;
+        if !about.is_file() || about.len() > MOST_BYTES {
+            return Err(fail(format!("it is no file, or has more than {MOST_BYTES} bytes")));
+        }
     }
-    std::fs::read(file).map_err(|e| fail(e.to_string()))
+    sources.read(file).map_err(|e| fail(e.to_string()))
 }
 
 impl Builder<'_> {
@@ -66,7 +69,7 @@ impl Builder<'_> {
         let outer = std::mem::replace(&mut self.group, group);
         let from = Source { name: Some(shown.clone()), folder: Some(folder), roots };
         let me = registry.plugins[info.plugin].me;
-        let asked = Asked { plugin: info.plugin, call: Call::Load, subject: &format!("the import of {shown}") };
+        let asked = Asked { plugin: info.plugin, call: Call::Import, subject: &format!("the import of {shown}") };
         let done = run(self, asked, from, (&info.params, import.params), parent, |table, params, error| {
             // SAFETY: by the contract; bytes, table and parameters live through the call.
             info.raw.load.map_or(0, |f| unsafe { f(me, calls::raw(import.bytes), table, params, error) })

@@ -5,7 +5,9 @@
 //! - `border`: the same builder for plugins; `import`: files of other formats; `beside`: what they read;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys and values; `units`: the units in keys;
 //! - `settings`: the numbers of the world; `scripts`: scripts in scene files;
-//! - `overrides`: `[set]`, `--set`, `--script`.
+//! - `services`: services that a scene asks for;
+//! - `overrides`: `[set]`, `--set`, `--script`;
+//! - [`Sources`]: the files that a document is made of.
 
 mod beside;
 mod border;
@@ -15,7 +17,9 @@ mod keys;
 mod names;
 mod overrides;
 mod scripts;
+mod services;
 mod settings;
+mod sources;
 mod toml;
 pub mod units;
 
@@ -26,7 +30,9 @@ use tatu_plugin_api::safe::Value;
 
 pub use build::Builder;
 pub use overrides::{Override, ScriptOverride};
+pub use services::{ServiceOverride, ServiceSpec};
 pub use settings::Settings;
+pub use sources::Sources;
 pub use toml::{Options, load, plugin_folders};
 
 use crate::{
@@ -118,10 +124,14 @@ pub struct Document {
     pub meshes: Vec<Arc<Mesh>>,
     /// Models placed, in order.
     pub models: Vec<ModelInstance>,
+    /// Services to start beside the world.
+    pub services: Vec<ServiceSpec>,
     /// What builders told.
     pub reports: Vec<String>,
     /// The objects by aliases.
     pub(crate) names: names::Names,
+    /// The files that it is made of.
+    pub sources: Sources,
 }
 
 impl Document {

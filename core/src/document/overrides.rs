@@ -158,7 +158,9 @@ fn model_param(
 pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all: &[ScriptOverride]) -> Result {
     for o in all {
         let object = find(document, None, &o.path)?;
-        let text = std::fs::read(&o.file)
+        let text = document
+            .sources
+            .read(&o.file)
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", o.file.display())))?;
         let name = o.file.display().to_string();
         let language = registry.language(&name, &document.settings.providers)?;

@@ -55,7 +55,7 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
     let (name, text) = match (file, text) {
         (Some(file), None) => {
             let path = source.file.parent().unwrap_or(Path::new("")).join(&file);
-            let bytes = std::fs::read(&path).map_err(|e| {
+            let bytes = b.document.sources.read(&path).map_err(|e| {
                 Error::new("E105", format!("cannot read the script `{file}`: {e}"))
                     .expected(format!("a file {}", path.display()))
                     .at(Some(place.clone()))

@@ -15,7 +15,10 @@ use toml_edit::{Item, TableLike};
 use super::{
     Builder, Document, Settings, import, keys,
     overrides::{self, Override, ScriptOverride},
-    scripts, settings,
+    scripts,
+    services::{self, ServiceOverride},
+    settings,
+    sources::Sources,
 };
 use crate::{
     error::{Error, Place, Result},
@@ -32,12 +35,16 @@ pub struct Options {
     pub set: Vec<Override>,
     /// `--script`
     pub scripts: Vec<ScriptOverride>,
+    /// `--service`
+    pub services: Vec<ServiceOverride>,
+    /// Where files are read from; the disk by default.
+    pub sources: Sources,
 }
 
 /// Folders with plugins that a scene names; looked up before anything else is read.
-pub fn plugin_folders(file: &Path) -> Result<Vec<PathBuf>> {
+pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
     // A file of another format names none.
-    let Ok(text) = String::from_utf8(read_bytes(file)?) else { return Ok(Vec::new()) };
+    let Ok(text) = String::from_utf8(read_bytes(file, sources)?) else { return Ok(Vec::new()) };
     let Ok(doc) = toml_edit::Document::parse(text.as_str()) else { return Ok(Vec::new()) };
     let here = file.parent().unwrap_or(Path::new(""));
     let list = doc.get("scene").and_then(|s| s.get("plugins")).and_then(Item::as_array);
@@ -50,7 +57,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
     let mut model_params: Vec<(usize, String, Value)> = Vec::new();
     // Each round settles at least one of them; a scene has fewer than this.
     for _ in 0..10_000 {
-        let (mut document, set) = Reader::read(file, registry, &model_params)?;
+        let (mut document, set) = Reader::read(file, registry, &model_params, &options.sources)?;
         if let Some(seed) = options.seed {
             document.settings.seed = seed;
         }
@@ -59,6 +66,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
             Some(more) => model_params.push(more),
             None => {
                 overrides::replace_scripts(&mut document, registry, &options.scripts)?;
+                services::apply(&mut document, registry, &options.services)?;
                 document.check()?;
                 return Ok(document);
             }
@@ -67,8 +75,8 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
     Err(Error::new("E102", "the settings of model parameters change which models there are"))
 }
 
-fn read_bytes(file: &Path) -> Result<Vec<u8>> {
-    std::fs::read(file).map_err(|e| unreadable(file, &e.to_string()))
+fn read_bytes(file: &Path, sources: &Sources) -> Result<Vec<u8>> {
+    sources.read(file).map_err(|e| unreadable(file, &e.to_string()))
 }
 
 fn unreadable(file: &Path, why: &str) -> Error {
@@ -90,10 +98,11 @@ impl<'a> Reader<'a> {
         file: &Path,
         registry: &'a Registry,
         model_params: &'a [(usize, String, Value)],
+        sources: &Sources,
     ) -> Result<(Document, Vec<Override>)> {
-        let mut document = Document { file: Some(file.to_owned()), ..Default::default() };
+        let mut document = Document { file: Some(file.to_owned()), sources: sources.clone(), ..Default::default() };
         let mut builder = Builder { registry, document: &mut document, group: 0, place: None };
-        let bytes = read_bytes(file)?;
+        let bytes = read_bytes(file, sources)?;
         let named = file.extension().is_some_and(|e| e == "toml");
         if let Some(choice) = registry.importer_of(file, &bytes, &BTreeMap::new())?.filter(|_| !named) {
             let params = model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect::<Vec<_>>();
@@ -124,7 +133,7 @@ impl<'a> Reader<'a> {
             Error::new("E100", format!("not a TOML file: {}", e.message())).at(Some(self.text.place(e.span())))
         })?;
         let root = doc.as_table();
-        const KNOWN: &[&str] = &["format", "scene", "providers", "model", "import", "object", "set"];
+        const KNOWN: &[&str] = &["format", "scene", "providers", "service", "model", "import", "object", "set"];
         for (key, _) in root.iter() {
             if !KNOWN.contains(&key) {
                 return Err(Error::new("E101", format!("unknown key `{key}`"))
@@ -168,24 +177,36 @@ impl<'a> Reader<'a> {
         if let Some(set) = self.table(root, "set")? {
             self.overrides(set, parent)?;
         }
+        // What runs beside a world is the business of the scene, not of its models.
+        for table in self.list(root, "service")?.into_iter().flatten().filter(|_| top) {
+            let place = self.text.place(table_span(table));
+            let spec = services::read(&self.text, self.registry, &b.document.settings.providers, table, place)?;
+            if b.document.services.iter().any(|s| s.kind == spec.kind) {
+                let text = format!("the service `{}` is asked for twice", self.registry.services[spec.kind].id);
+                return Err(Error::new("E102", text).expected("one of each").at(spec.place));
+            }
+            b.document.services.push(spec);
+        }
         Ok(())
     }
 
-    /// `[[model]]`, `[[import]]` and `[[object]]` in the order in which they stand, so that objects can hang on models and back.
+    fn list<'t>(&self, root: &'t toml_edit::Table, what: &str) -> Result<Option<&'t toml_edit::ArrayOfTables>> {
+        match root.get(what) {
+            None => Ok(None),
+            Some(Item::ArrayOfTables(list)) => Ok(Some(list)),
+            Some(_) => Err(Error::new("E102", format!("`{what}` is not a list of tables"))
+                .expected(format!("[[{what}]]"))
+                .at(Some(self.text.key(root, what)))),
+        }
+    }
+
+    /// `[[model]]`, `[[import]]` and `[[object]]` in the order in which they stand, so that objects can hang on models
+    /// and back.
     fn in_order<'t>(&self, root: &'t toml_edit::Table) -> Result<Vec<(&'static str, &'t dyn TableLike)>> {
         let mut out: Vec<(usize, &'static str, &dyn TableLike)> = Vec::new();
         for what in ["model", "import", "object"] {
-            match root.get(what) {
-                None => {}
-                Some(Item::ArrayOfTables(list)) => {
-                    out.extend(list.iter().map(|t| (t.span().map_or(0, |s| s.start), what, t as &dyn TableLike)));
-                }
-                Some(_) => {
-                    return Err(Error::new("E102", format!("`{what}` is not a list of tables"))
-                        .expected(format!("[[{what}]]"))
-                        .at(Some(self.text.key(root, what))));
-                }
-            }
+            let list = self.list(root, what)?.into_iter().flatten();
+            out.extend(list.map(|t| (t.span().map_or(0, |s| s.start), what, t as &dyn TableLike)));
         }
         out.sort_by_key(|(at, _, _)| *at);
         Ok(out.into_iter().map(|(_, w, t)| (w, t)).collect())
@@ -291,7 +312,7 @@ impl<'a> Reader<'a> {
         let placement = self.placement(table)?;
         let parent = self.parent(b, table, parent)?;
         let file = self.text.file.parent().unwrap_or(Path::new("")).join(&name);
-        let bytes = import::source(&file, &name).map_err(|e| e.at(Some(at.clone())))?;
+        let bytes = import::source(&file, &name, &b.document.sources).map_err(|e| e.at(Some(at.clone())))?;
         let providers = &b.document.settings.providers;
         let choice = match table.get("importer") {
             Some(item) => {
@@ -362,7 +383,7 @@ impl<'a> Reader<'a> {
                 .help(format!("the chain is {}", chain.join(" > ")))
                 .at(at));
         }
-        let text = std::fs::read_to_string(&file).map_err(|e| {
+        let text = b.document.sources.read_text(&file).map_err(|e| {
             Error::new("E105", format!("cannot read the model `{id}`: {e}"))
                 .expected(format!("a file {}", file.display()))
                 .at(at)

@@ -39,6 +39,8 @@ table!(
     tatu_ext_importer,
     tatu_language,
     tatu_ext_script,
+    tatu_service,
+    tatu_ext_service,
     tatu_beams
 );
 

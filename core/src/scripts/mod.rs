@@ -9,10 +9,10 @@ use std::{cell::Cell, ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::abi::*;
 
-pub(crate) use enter::{call_func, call_function, drop_func, keep_func};
+pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func};
 
 use crate::{
-    calls::{Caller, Due, ErrorSlot, answer, call_command, name_plugin, raw},
+    calls::{Caller, ErrorSlot, Owner, answer, call_command, name_plugin, raw},
     document::MAIN,
     error::{Fault, FaultKind},
     host::{Registry, watchdog::Call},
@@ -352,18 +352,8 @@ impl Script {
     /// Commands that waited for this script and need not wait any more: they are called again, and their results go
     /// to the coroutine.
     fn resume_waits(self: &Rc<Self>, world: &WorldCell) {
-        let (step, time) = (world.clock.step.get(), world.clock.time.get());
-        let id = self.id.get();
-        let over = |due: &Due| match due {
-            Due::Step(s) => step >= *s,
-            Due::Time(t) => time >= *t - 1e-9,
-            Due::Signal(name) => world.signals.borrow().keys().any(|(_, n)| n == name),
-            Due::Poll => true,
-        };
-        let due = {
-            let mut waits = world.calls.waits.borrow_mut();
-            waits.take_due(id, over)
-        };
+        let owner = Owner::Script(self.id.get());
+        let due = world.calls.waits.borrow_mut().take_due(owner, |due| world.is_over(due));
         for wait in due {
             if !self.is_there(world) {
                 return;
@@ -418,7 +408,7 @@ impl Script {
         if data.is_null() {
             return;
         }
-        world.calls.waits.borrow_mut().forget(self.id.get());
+        world.calls.waits.borrow_mut().forget(Owner::Script(self.id.get()));
         self.initialised.set(false);
         self.dialect.set(raw(&[]));
         self.id.set(0);
@@ -433,7 +423,14 @@ impl Script {
             Ok(scene) => (scene.id(self.slot), scene.id(scene.get(self.slot).map_or(0, |o| o.parent))),
             Err(_) => (0, 0),
         };
-        Caller { kind: TATU_CALLER_SCRIPT, instance: self.id.get(), object, script, dialect: self.dialect.get() }
+        Caller {
+            kind: TATU_CALLER_SCRIPT,
+            instance: self.id.get(),
+            object,
+            script,
+            dialect: self.dialect.get(),
+            service: 0,
+        }
     }
 
     /// An error that left the script: told once per place.

@@ -16,7 +16,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::{
     act::Acting,
-    calls::Calls,
+    calls::{Calls, Due},
     document::{DeviceSpec, Document, Settings},
     error::{Fault, FaultKind},
     host::{
@@ -28,6 +28,7 @@ use crate::{
     scene::{Dynamics, Scene, rows::kind_name},
     scripts::Scripts,
     sense::Sensing,
+    session::Outside,
 };
 
 /// A line that something told.
@@ -110,6 +111,8 @@ pub(crate) struct WorldCell {
     pub requests: Cell<u32>,
     /// The stages that are running, outermost first, and who asked for each.
     pub stages: RefCell<Vec<(u32, Cow<'static, str>)>>,
+    /// What comes from outside: services, the log of what they did, what is replayed.
+    pub outside: Outside,
     pub(super) next_instance: Cell<u64>,
     pub(super) instances: RefCell<Vec<Option<Instance>>>,
     pub(super) faults: RefCell<Vec<Fault>>,
@@ -288,6 +291,7 @@ impl WorldCell {
             text += &format!(" ({help})");
         }
         let code = Some(fault.code);
+        self.outside.fault(&fault);
         faults.push(fault);
         drop(faults);
         if let Ok(mut lines) = self.lines.try_borrow_mut() {
@@ -305,6 +309,15 @@ impl WorldCell {
                 text: format!("more than {MAX_LINES} lines in one step: the rest is left out"),
             }),
             _ => {}
+        }
+    }
+    /// Whether a wait is over.
+    pub fn is_over(&self, due: &Due) -> bool {
+        match due {
+            Due::Step(s) => self.clock.step.get() >= *s,
+            Due::Time(t) => self.clock.time.get() >= *t - 1e-9,
+            Due::Signal(name) => self.signals.borrow().keys().any(|(_, n)| n == name),
+            Due::Poll => true,
         }
     }
     /// Runs `f` with the world's pool of threads.

@@ -30,6 +30,10 @@ use crate::{
     scene::{Data, Dynamics, pose_to_array},
     scripts::Scripts,
     sense::{Sensing, Targets},
+    session::{
+        self, Outside,
+        log::{InputLog, Record},
+    },
     state::{self, Hash},
     step,
 };
@@ -63,6 +67,7 @@ impl World {
             running: Cell::new(false),
             requests: Cell::new(0),
             stages: RefCell::new(Vec::new()),
+            outside: Outside::default(),
             next_instance: Cell::new(1),
             instances: RefCell::new(Vec::new()),
             faults: RefCell::new(Vec::new()),
@@ -122,12 +127,19 @@ impl World {
         cell.clock.step.set(0);
         cell.requests.set(0);
         cell.running.set(true);
+        cell.outside.begin();
         Scripts::begin(cell);
         cell.look_after("the start of scripts");
     }
 
-    /// One step: see [`step`]. `false`: a stop has been asked for, and carried out or not by the caller.
+    /// One step: see [`step`]. `false`: a stop has been asked for; the caller carries it out.
+    ///
+    /// In a session services have their turn first, and may hold the world: then this sleeps until they let go. If a
+    /// stop is asked for meanwhile, or the session is interrupted, no step is done.
     pub fn step(&self) -> bool {
+        if !session::before_step(&self.cell) {
+            return false;
+        }
         step::step(&self.cell);
         !self.stop_requested()
     }
@@ -145,6 +157,7 @@ impl World {
         }
         Scripts::end(cell);
         cell.running.set(false);
+        session::stopped(cell);
         self.end_instances();
         if let Err(e) = self.make_instances() {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
@@ -181,6 +194,32 @@ impl World {
                 self.cell.cross_quietly(plugin, Call::Destroy, 0, || unsafe { destroy(i.data) });
             }
         }
+    }
+
+    /// What came from outside since the start.
+    pub fn input_log(&self) -> std::cell::Ref<'_, InputLog> {
+        self.cell.outside.log.borrow()
+    }
+    /// The same, to tell whether records are kept and where else they go.
+    pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
+        self.cell.outside.log.borrow_mut()
+    }
+    /// Feeds an input log: what it holds is done again, each at its barrier. Before the start.
+    pub fn feed(&self, records: Arc<[Record]>) {
+        session::log::attach(&self.cell, records);
+    }
+    /// Files that scripts or plugins asked to read since the start, by the names that they gave: what they read is not
+    /// part of the input log.
+    pub fn files_opened(&self) -> Vec<String> {
+        self.cell.outside.opened.borrow().iter().cloned().collect()
+    }
+    /// What comes before the next step, without the step; `false`: no step is to be done. For a replay of a run that was
+    /// ended within a barrier.
+    pub fn barrier(&self) -> bool {
+        session::before_step(&self.cell)
+    }
+    pub(crate) fn cell(&self) -> &Rc<WorldCell> {
+        &self.cell
     }
 
     /// Simulation time, s.
@@ -265,6 +304,9 @@ impl World {
     pub fn end(&self) {
         let cell = &self.cell;
         Scripts::end(cell);
+        if cell.running.get() {
+            session::stopped(cell);
+        }
         self.end_devices();
         self.end_instances();
         cell.look_after("the end of the world");

@@ -1,7 +1,8 @@
 //! Traits over the ABI: a plugin in Rust without `unsafe`.
 //!
-//! Begin with [`Plugin`]; a plugin offers [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s, [`Importer`]s and
-//! [`Language`]s through an [`Offer`]. Every callback is wrapped so that a panic becomes an error that names the plugin.
+//! Begin with [`Plugin`]; a plugin offers [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s, [`Importer`]s,
+//! [`Language`]s and [`Service`]s through an [`Offer`]. Every callback is wrapped so that a panic becomes an error that
+//! names the plugin.
 //!
 //! All traits take `&self`: a command may call a script that calls the command again.
 
@@ -18,6 +19,7 @@ mod offer;
 mod param;
 mod plugin;
 mod sensor;
+mod service;
 mod value;
 mod world;
 
@@ -34,6 +36,7 @@ pub use offer::Offer;
 pub use param::{Param, Params};
 pub use plugin::{Instance, Plugin};
 pub use sensor::{Beams, Field, Form, Readout, Sample, Sensor};
+pub use service::{Answer, Called, Service, Session, Turn};
 pub use value::{Value, ValueRef};
 pub use world::{Contact, Object, Reading, World};
 

@@ -6,7 +6,7 @@ use std::{
     ptr::null,
 };
 
-use super::{Actuator, Command, Constant, Importer, Language, Model, Plugin, Sensor, Value, guard};
+use super::{Actuator, Command, Constant, Importer, Language, Model, Plugin, Sensor, Service, Value, guard};
 use crate::abi::*;
 
 /// Owns everything that the plugin's tables point to, until shutdown.
@@ -65,6 +65,7 @@ pub struct Offer<P: Plugin> {
     models: Vec<*const tatu_model>,
     importers: Vec<*const tatu_importer>,
     languages: Vec<*const tatu_language>,
+    services: Vec<*const tatu_service>,
     plugin: std::marker::PhantomData<P>,
 }
 
@@ -80,6 +81,7 @@ impl<P: Plugin> Offer<P> {
             models: Vec::new(),
             importers: Vec::new(),
             languages: Vec::new(),
+            services: Vec::new(),
             plugin: std::marker::PhantomData,
         }
     }
@@ -140,6 +142,12 @@ impl<P: Plugin> Offer<P> {
         self.languages.push(raw);
     }
 
+    /// A service.
+    pub fn service<S: Service<Plugin = P>>(&mut self) {
+        let raw = super::service::table::<S>(&mut self.keep);
+        self.services.push(raw);
+    }
+
     pub(crate) fn finish(mut self) -> Tables {
         let keep = &mut self.keep;
         let life = guard::life::<P>();
@@ -176,6 +184,10 @@ impl<P: Plugin> Offer<P> {
             let languages = keep.list(self.languages);
             keep.table(tatu_ext_script { size: size_of::<tatu_ext_script>() as u32, reserved: 0, languages })
         });
+        let service = (!self.services.is_empty()).then(|| {
+            let services = keep.list(self.services);
+            keep.table(tatu_ext_service { size: size_of::<tatu_ext_service>() as u32, reserved: 0, services })
+        });
         Tables {
             command: command.unwrap_or(null()),
             sensor: sensor.unwrap_or(null()),
@@ -183,6 +195,7 @@ impl<P: Plugin> Offer<P> {
             model: model.unwrap_or(null()),
             importer: importer.unwrap_or(null()),
             script: script.unwrap_or(null()),
+            service: service.unwrap_or(null()),
             _keep: self.keep,
         }
     }
@@ -196,5 +209,6 @@ pub(crate) struct Tables {
     pub(crate) model: *const tatu_ext_model,
     pub(crate) importer: *const tatu_ext_importer,
     pub(crate) script: *const tatu_ext_script,
+    pub(crate) service: *const tatu_ext_service,
     _keep: Keep,
 }

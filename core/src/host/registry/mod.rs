@@ -12,6 +12,7 @@ mod actuators;
 mod dialects;
 mod importers;
 mod read;
+mod services;
 
 pub use super::load::Loaded as Plugin;
 use super::{
@@ -24,6 +25,7 @@ use super::{
 use crate::error::{Error, Result, nearest};
 pub use actuators::{ActuatorKind, DeviceKind};
 pub use importers::{Choice, Importer};
+pub use services::ServiceKind;
 
 /// One field of a sensor kind.
 #[derive(Debug, Clone)]
@@ -160,6 +162,8 @@ pub struct Registry {
     pub preludes: Vec<Prelude>,
     /// World life of command plugins: index of the plugin and life.
     pub(crate) world_lives: Vec<(usize, tatu_life)>,
+    /// Services, in order of their ids.
+    pub services: Vec<ServiceKind>,
     /// Libraries and parts of them that could not be loaded, and why.
     pub refused: Vec<Error>,
     /// Files that could not be loaded, or only in part, and why: where something is missing, one of them may be meant.
@@ -239,6 +243,7 @@ impl Registry {
             constants: BTreeMap::new(),
             preludes: Vec::new(),
             world_lives: Vec::new(),
+            services: Vec::new(),
             refused,
             closest,
             notes,
@@ -258,9 +263,11 @@ impl Registry {
                 registry.add_importers(i);
                 registry.add_languages(i);
                 registry.add_commands(i);
+                registry.add_services(i);
             }
         }
         registry.check_declarations();
+        registry.services.sort_by(|a, b| a.id.cmp(&b.id));
         registry
     }
 

@@ -19,6 +19,9 @@ unsafe extern "C" fn resolve(w: *mut tatu_world, name: tatu_str, mode: u32, out:
                 Ok(p) => p,
                 Err(why) => return Err(world.calls.refuse(TATU_ERR_MISSING, &why)),
             };
+            if mode == TATU_FILE_READ {
+                world.outside.opened.borrow_mut().insert(name.clone().into_owned());
+            }
             let Some(path) = path.to_str() else {
                 return Err(world.calls.refuse(TATU_ERR_MISSING, "the path is not UTF-8"));
             };

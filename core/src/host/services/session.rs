@@ -2,8 +2,9 @@
 
 use tatu_plugin_api::abi::*;
 
-use super::{on, passed};
+use super::{fill, on, passed};
 use crate::{
+    session::SessionCell,
     step::{self, Stage},
     world::WorldCell,
 };
@@ -12,31 +13,83 @@ pub static TABLE: tatu_host_session = tatu_host_session {
     size: size_of::<tatu_host_session>() as u32,
     reserved: 0,
     request: Some(request),
-    // Sessions come with services; until then a plugin finds null here, which means "not offered".
-    wake: None,
-    worlds: None,
-    client: None,
-    state: None,
+    wake: Some(wake),
+    worlds: Some(worlds),
+    client: Some(client),
+    state: Some(state),
 };
 
 pub static STAGE: tatu_host_stage =
     tatu_host_stage { size: size_of::<tatu_host_stage>() as u32, reserved: 0, run: Some(run) };
 
 unsafe extern "C" fn request(w: *mut tatu_world, what: u32) -> tatu_status {
-    // SAFETY: by the contract.
+    // SAFETY: by the contract, here and below.
     unsafe {
-        on(w, |world| match what {
-            TATU_REQUEST_STOP | TATU_REQUEST_QUIT => {
-                world.requests.set(world.requests.get() | 1 << what);
+        on(w, |world| {
+            let (all, bit) = (world.requests.get(), 1u32 << what.min(31));
+            let (pause, start) = (1 << TATU_REQUEST_PAUSE, 1 << TATU_REQUEST_START);
+            let running = world.running.get();
+            world.requests.set(match what {
+                TATU_REQUEST_STOP | TATU_REQUEST_QUIT => all | bit,
+                TATU_REQUEST_PAUSE if running && world.outside.can_pause() => (all | bit) & !start,
+                // A running world is started already: this lifts a pause, if there is one.
+                TATU_REQUEST_START if running => (all | bit) & !pause,
+                TATU_REQUEST_START if world.outside.can_pause() => all | bit,
+                TATU_REQUEST_PAUSE | TATU_REQUEST_START => {
+                    let text = match running {
+                        true => "this run cannot pause: nobody could lift the pause",
+                        false => "the simulation is stopped",
+                    };
+                    return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text));
+                }
+                _ => return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
+            });
+            crate::session::remote_request(world, what);
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn wake(session: *mut tatu_session) {
+    // SAFETY: as above.
+    unsafe { SessionCell::wake(session) };
+}
+
+unsafe extern "C" fn worlds(
+    session: *mut tatu_session,
+    out: *mut *mut tatu_world,
+    cap: u32,
+    n: *mut u32,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        let Some(session) = SessionCell::of(session) else { return TATU_ERR_ARGUMENT };
+        fill(&session.worlds(), out, cap, n).err().unwrap_or(TATU_OK)
+    }
+}
+
+unsafe extern "C" fn client(w: *mut tatu_world, client: u64) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| match world.calls.caller.get().kind {
+            TATU_CALLER_REMOTE => {
+                world.outside.client.set(client);
                 Ok(())
             }
-            // A running world is started already.
-            TATU_REQUEST_START if world.running.get() => Ok(()),
-            TATU_REQUEST_PAUSE | TATU_REQUEST_START => {
-                Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, "this run cannot pause: nobody could lift the pause"))
+            _ => {
+                Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, "only a service has clients, in its turn at the barrier"))
             }
-            _ => Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
         })
+    }
+}
+
+unsafe extern "C" fn state(w: *mut tatu_world) -> u32 {
+    // SAFETY: as above.
+    match unsafe { WorldCell::of(w) } {
+        Some(world) if !world.running.get() => TATU_STOPPED,
+        Some(world) if world.outside.paused.get() => TATU_PAUSED,
+        Some(_) => TATU_RUNNING,
+        None => TATU_STOPPED,
     }
 }
 

@@ -1,0 +1,153 @@
+//! `tatu diff`: where two traces part.
+
+use std::{
+    collections::BTreeSet,
+    fs::File,
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use serde_json::{Map, Value};
+use tatu_core::error::{Error, Place};
+
+use crate::{args::Diff, report};
+
+/// Fields that an object or reading shows at most.
+const SHOWN: usize = 8;
+
+/// Exit code 0: equal; 1: different; 2: a trace cannot be read.
+pub fn diff(args: &Diff) -> ExitCode {
+    match compare(&args.a, &args.b) {
+        Ok(None) => ExitCode::SUCCESS,
+        Ok(Some(text)) => {
+            report::out!("{text}");
+            ExitCode::FAILURE
+        }
+        Err(e) => {
+            report::error(&e);
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// What differs first, in words; `None`: nothing.
+fn compare(a: &Path, b: &Path) -> Result<Option<String>, Error> {
+    let (mut lines_a, mut lines_b) = (Lines::open(a)?, Lines::open(b)?);
+    let mut steps = 0_u64;
+    loop {
+        let (one, other) = match (lines_a.next_line()?, lines_b.next_line()?) {
+            (None, None) => {
+                report::out!("equal: {steps} steps");
+                return Ok(None);
+            }
+            (Some(one), Some(other)) => (one, other),
+            (one, _) => {
+                let (shorter, longer) = if one.is_none() { (a, b) } else { (b, a) };
+                let (shorter, longer) = (shorter.display(), longer.display());
+                return Ok(Some(format!("equal for {steps} steps; then {shorter} ends, and {longer} goes on")));
+            }
+        };
+        if let Some(text) = differ(&one, &other) {
+            return Ok(Some(text));
+        }
+        steps += 1;
+    }
+}
+
+/// A trace that is being read.
+struct Lines {
+    lines: std::io::Lines<BufReader<File>>,
+    path: PathBuf,
+    line: usize,
+}
+
+impl Lines {
+    fn open(path: &Path) -> Result<Self, Error> {
+        let file = File::open(path)
+            .map_err(|e| Error::new("E105", format!("cannot read the trace {}: {e}", path.display())))?;
+        Ok(Lines { lines: BufReader::new(file).lines(), path: path.to_owned(), line: 0 })
+    }
+
+    fn next_line(&mut self) -> Result<Option<Value>, Error> {
+        let Some(line) = self.lines.next() else { return Ok(None) };
+        self.line += 1;
+        let wrong = |text: String| {
+            let place = Place { file: self.path.clone(), line: self.line, column: 1, span: 0..0 };
+            Err(Error::new("E119", text).expected("a trace as `tatu run --trace FILE` writes it").at(Some(place)))
+        };
+        let line = match line {
+            Ok(line) => line,
+            Err(e) => return wrong(format!("line {} of {}: {e}", self.line, self.path.display())),
+        };
+        match serde_json::from_str::<Value>(&line) {
+            Ok(v) if v["step"].is_u64() && v["hash"].is_string() => Ok(Some(v)),
+            Ok(_) => wrong(format!("line {} of {} is no line of a trace", self.line, self.path.display())),
+            Err(e) => wrong(format!("line {} of {} is no JSON: {e}", self.line, self.path.display())),
+        }
+    }
+}
+
+/// What differs between two lines, in words.
+fn differ(a: &Value, b: &Value) -> Option<String> {
+    if a["step"] != b["step"] {
+        return Some(format!("one trace has step {} where the other has step {}", a["step"], b["step"]));
+    }
+    let at = format!("step {} (t = {} s)", a["step"], a["time"]);
+    if a["time"] != b["time"] {
+        return Some(format!(
+            "{at}: the other trace has t = {} s there: the steps are of different lengths",
+            b["time"]
+        ));
+    }
+    let empty = Map::new();
+    let part = |v: &'_ Value, key: &str| v[key].as_object().cloned().unwrap_or_else(|| empty.clone());
+    if let (Some(x), Some(y)) = (a["hashes"].as_object(), b["hashes"].as_object())
+        && let Some(path) = first(x, y)
+    {
+        let mut text = format!("{at}: {path}{}", missing(x, y, &path));
+        // What is known of it beside its hash.
+        for key in ["objects", "sensors"] {
+            let of = |v| part(v, key).get(&path).cloned().unwrap_or_default();
+            text += &fields(&of(a), &of(b));
+        }
+        return Some(text);
+    }
+    for key in ["objects", "sensors"] {
+        let (x, y) = (part(a, key), part(b, key));
+        if let Some(path) = first(&x, &y) {
+            let mut text = format!("{at}: {path}{}", missing(&x, &y, &path));
+            text += &fields(x.get(&path).unwrap_or(&Value::Null), y.get(&path).unwrap_or(&Value::Null));
+            if a["hash"] != b["hash"] && a.get("hashes").is_none() {
+                text += "\n  of the watched objects this is the first; others may differ: write traces with --hashes";
+            }
+            return Some(text);
+        }
+    }
+    if a["hash"] != b["hash"] {
+        let why = "an object that is not watched; write both traces with --hashes to have it named";
+        return Some(format!("{at}: {why}"));
+    }
+    (a["status"] != b["status"]).then(|| format!("{at}: the scripts' lines: {} and {}", a["status"], b["status"]))
+}
+
+/// The first key, in order of names, whose values differ: an object comes before what hangs below it.
+fn first(a: &Map<String, Value>, b: &Map<String, Value>) -> Option<String> {
+    let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+    keys.into_iter().find(|k| a.get(*k) != b.get(*k)).cloned()
+}
+
+fn missing(a: &Map<String, Value>, b: &Map<String, Value>, path: &str) -> &'static str {
+    match (a.contains_key(path), b.contains_key(path)) {
+        (true, false) => " is in the first trace only",
+        (false, true) => " is in the second trace only",
+        _ => "",
+    }
+}
+
+/// The fields of an object or reading that differ, with both values.
+fn fields(a: &Value, b: &Value) -> String {
+    let (Some(a), Some(b)) = (a.as_object(), b.as_object()) else { return String::new() };
+    let differing = a.iter().filter(|(key, x)| b.get(*key) != Some(x)).take(SHOWN);
+    differing.map(|(key, x)| format!("\n  {key}: {x} and {}", b.get(key).unwrap_or(&Value::Null))).collect()
+}

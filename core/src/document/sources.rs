@@ -1,0 +1,78 @@
+//! The files that a document is made of.
+
+use std::{
+    collections::BTreeMap,
+    fs, io,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+/// Reads files for a document and remembers them, so that the document can be made again without the disk.
+///
+/// Clones share what they remember. Each file is read from the disk once: make a new one to see changed files.
+#[derive(Debug, Clone, Default)]
+pub struct Sources(Arc<Inner>);
+
+#[derive(Debug, Default)]
+struct Inner {
+    files: Mutex<BTreeMap<PathBuf, Arc<[u8]>>>,
+    /// Nothing is read from the disk.
+    closed: bool,
+}
+
+impl Sources {
+    /// These files and no others, by the paths under which they were read.
+    pub fn of(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
+        let files = files.into_iter().map(|(p, b)| (p, b.into())).collect();
+        Sources(Arc::new(Inner { files: Mutex::new(files), closed: true }))
+    }
+
+    /// Whether these are kept files, and the disk is not read.
+    pub fn are_kept(&self) -> bool {
+        self.0.closed
+    }
+
+    /// The bytes of a file.
+    pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let mut files = self.0.files.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(bytes) = files.get(path) {
+            return Ok(bytes.to_vec());
+        }
+        if self.0.closed {
+            return Err(io::Error::new(io::ErrorKind::NotFound, "it is not among the files that were kept"));
+        }
+        let bytes = fs::read(path)?;
+        files.insert(path.to_owned(), bytes.as_slice().into());
+        Ok(bytes)
+    }
+
+    /// The same as text; what is not UTF-8 is an error.
+    pub fn read_text(&self, path: &Path) -> io::Result<String> {
+        String::from_utf8(self.read(path)?).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.utf8_error()))
+    }
+
+    /// All files that were read, in order of their paths.
+    pub fn files(&self) -> Vec<(PathBuf, Arc<[u8]>)> {
+        let files = self.0.files.lock().unwrap_or_else(PoisonError::into_inner);
+        files.iter().map(|(p, b)| (p.clone(), b.clone())).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_read_can_be_read_without_the_disk() {
+        let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
+        let disk = Sources::default();
+        let text = disk.read_text(&manifest).unwrap();
+        assert!(text.contains("[package]"));
+        assert!(disk.read(Path::new("no/such/file")).is_err());
+        let kept = Sources::of(disk.files().into_iter().map(|(p, b)| (p, b.to_vec())));
+        assert_eq!(kept.read_text(&manifest).unwrap(), text);
+        // The library's source is on the disk, but was not read.
+        let other = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs");
+        assert!(other.exists() && kept.read(&other).is_err());
+    }
+}

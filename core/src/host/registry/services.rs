@@ -1,0 +1,60 @@
+//! The services that plugins offer.
+
+use std::collections::BTreeMap;
+
+use tatu_plugin_api::abi::*;
+
+use super::Registry;
+use crate::{
+    error::Result,
+    host::{Declared, tables},
+};
+
+/// A service: what lives beside worlds.
+pub struct ServiceKind {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes and command lines write.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// Its parameters.
+    pub params: Vec<Declared>,
+    pub(crate) raw: tatu_service,
+}
+
+impl Registry {
+    pub(super) unsafe fn add_services(&mut self, plugin: usize) {
+        // SAFETY: tables of a started plugin, as the header tells.
+        unsafe {
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_service>(TATU_SERVICE)) else {
+                return;
+            };
+            self.offered(plugin, TATU_SERVICE, ext.size, &tables::required!(ext, tatu_ext_service: services));
+            for (_, raw) in tables::list(ext.services) {
+                let needed = tables::required!(raw, tatu_service: id, start, barrier);
+                let Some(id) = self.named(plugin, "service", raw.id, raw.size, &needed) else { continue };
+                if let Some(other) = self.services.iter().find(|s| s.id == id) {
+                    self.claimed_twice(plugin, "service", &id, other.plugin);
+                }
+                self.services.push(ServiceKind {
+                    plugin,
+                    id,
+                    text: tables::text(raw.text).unwrap_or_default(),
+                    params: Declared::read_list(raw.params),
+                    raw,
+                });
+            }
+        }
+    }
+
+    /// The index of a service by id.
+    pub fn service(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
+        let of_id = self.services.iter().enumerate().filter(|(_, s)| s.id == id);
+        let claims: Vec<_> = of_id.map(|(i, s)| (i, s.plugin)).collect();
+        self.choose("service", id, &claims, providers)?.ok_or_else(|| {
+            let known: Vec<_> = self.services.iter().map(|s| s.id.as_str()).collect();
+            self.unknown("E115", "service", id, &known)
+        })
+    }
+}

@@ -1,0 +1,153 @@
+//! Values as JSON, for people: numbers are numbers, tables are arrays and objects.
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use serde_json::{Map, Number, Value as Json, json};
+use tatu_plugin_api::safe::{Fail, Result, Value};
+
+/// Keys that stand alone in objects which mean something else than a table.
+const RESERVED: [&str; 4] = ["bytes", "number", "object", "pairs"];
+
+/// A value as JSON.
+pub fn write(value: &Value) -> Json {
+    match value {
+        Value::Nil => Json::Null,
+        Value::Bool(b) => json!(b),
+        Value::Int(i) => json!(i),
+        Value::Float(f) => float(*f),
+        Value::Text(t) => match std::str::from_utf8(t) {
+            Ok(t) => json!(t),
+            Err(_) => json!({ "bytes": STANDARD.encode(t) }),
+        },
+        Value::Bytes(b) => json!({ "bytes": STANDARD.encode(b) }),
+        Value::Floats(f) => f.iter().map(|x| float(*x)).collect(),
+        Value::Ints(i) => json!(i),
+        Value::List(l) => l.iter().map(write).collect(),
+        Value::Map(m) => map(m),
+        Value::Func(_) => json!("<function>"),
+        Value::Object(o) => json!({ "object": o }),
+    }
+}
+
+fn float(x: f64) -> Json {
+    // JSON has no number for these.
+    Number::from_f64(x).map_or_else(|| json!({ "number": x.to_string() }), Json::Number)
+}
+
+fn map(entries: &[(Value, Value)]) -> Json {
+    let mut out = Map::new();
+    for (key, value) in entries {
+        let Value::Text(key) = key else { return pairs(entries) };
+        let Ok(key) = std::str::from_utf8(key) else { return pairs(entries) };
+        out.insert(key.to_owned(), write(value));
+    }
+    let only = out.keys().next().filter(|_| out.len() == 1);
+    if only.is_some_and(|k| RESERVED.contains(&k.as_str())) { pairs(entries) } else { Json::Object(out) }
+}
+
+fn pairs(entries: &[(Value, Value)]) -> Json {
+    json!({ "pairs": entries.iter().map(|(k, v)| json!([write(k), write(v)])).collect::<Json>() })
+}
+
+/// The value that JSON means.
+pub fn read(json: &Json) -> Result<Value> {
+    Ok(match json {
+        Json::Null => Value::Nil,
+        Json::Bool(b) => Value::Bool(*b),
+        Json::Number(n) => match n.as_i64() {
+            Some(i) => Value::Int(i),
+            None => Value::Float(n.as_f64().ok_or_else(|| Fail::argument(format!("{n} is too large a number")))?),
+        },
+        Json::String(s) => Value::text(s),
+        Json::Array(a) => array(a)?,
+        Json::Object(o) => match o.iter().next().filter(|_| o.len() == 1) {
+            Some((key, inner)) if RESERVED.contains(&key.as_str()) => special(key, inner)?,
+            _ => Value::Map(o.iter().map(|(k, v)| Ok((Value::text(k), read(v)?))).collect::<Result<_>>()?),
+        },
+    })
+}
+
+/// Numbers alone make an array of numbers, all else makes a list.
+fn array(items: &[Json]) -> Result<Value> {
+    let values = items.iter().map(read).collect::<Result<Vec<_>>>()?;
+    let ints = values.iter().map(|v| if let Value::Int(i) = v { Some(*i) } else { None });
+    if let Some(ints) = ints.collect::<Option<Vec<_>>>().filter(|i| !i.is_empty()) {
+        return Ok(Value::Ints(ints));
+    }
+    let floats = values.iter().map(|v| match v {
+        Value::Int(i) => Some(*i as f64),
+        Value::Float(f) => Some(*f),
+        _ => None,
+    });
+    Ok(match floats.collect::<Option<Vec<_>>>().filter(|f| !f.is_empty()) {
+        Some(floats) => Value::Floats(floats),
+        None => Value::List(values),
+    })
+}
+
+fn special(key: &str, inner: &Json) -> Result<Value> {
+    let wrong = |what: &str| Fail::argument(format!("`{key}`: expected {what}, found {inner}"));
+    Ok(match key {
+        "bytes" => {
+            let text = inner.as_str().ok_or_else(|| wrong("a text in base64"))?;
+            Value::Bytes(STANDARD.decode(text).map_err(|_| wrong("a text in base64"))?)
+        }
+        "number" => match inner.as_str() {
+            Some("inf") => Value::Float(f64::INFINITY),
+            Some("-inf") => Value::Float(f64::NEG_INFINITY),
+            Some("NaN") => Value::Float(f64::NAN),
+            _ => return Err(wrong("\"inf\", \"-inf\" or \"NaN\"")),
+        },
+        "object" => Value::Object(inner.as_u64().ok_or_else(|| wrong("a number"))?),
+        _ => {
+            let pairs = inner.as_array().ok_or_else(|| wrong("a list of pairs"))?;
+            let pair = |p: &Json| match p.as_array().map(Vec::as_slice) {
+                Some([k, v]) => Ok((read(k)?, read(v)?)),
+                _ => Err(wrong("a list of pairs")),
+            };
+            Value::Map(pairs.iter().map(pair).collect::<Result<_>>()?)
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(text: &str) -> Value {
+        read(&serde_json::from_str(text).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn integers_stay_integers_and_floats_floats() {
+        assert_eq!(parsed("3"), Value::Int(3));
+        assert_eq!(parsed("3.0"), Value::Float(3.0));
+        assert_eq!(parsed("[1, 2]"), Value::Ints(vec![1, 2]));
+        assert_eq!(parsed("[1, 2.5]"), Value::Floats(vec![1.0, 2.5]));
+        assert_eq!(parsed("[]"), Value::List(vec![]));
+        assert_eq!(write(&Value::Float(3.0)).to_string(), "3.0");
+        assert_eq!(write(&Value::Int(3)).to_string(), "3");
+    }
+
+    #[test]
+    fn what_json_lacks_is_an_object_of_one_key() {
+        let all = [
+            Value::Bytes(vec![0, 255, 10]),
+            Value::Float(f64::INFINITY),
+            Value::Object(5 << 20 | 3),
+            Value::Map(vec![(Value::Int(2), Value::text("two"))]),
+            // A table whose only key means something else must not be taken for it.
+            Value::Map(vec![(Value::text("bytes"), Value::text("AA=="))]),
+            Value::Map(vec![(Value::text("a"), Value::Nil), (Value::text("b"), Value::Bool(true))]),
+        ];
+        for v in all {
+            assert_eq!(read(&write(&v)).unwrap(), v, "{}", write(&v));
+        }
+    }
+
+    #[test]
+    fn nonsense_is_an_error() {
+        for text in [r#"{"bytes": "?"}"#, r#"{"bytes": 1}"#, r#"{"number": "x"}"#, r#"{"pairs": [[1]]}"#] {
+            assert!(read(&serde_json::from_str(text).unwrap()).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! A socket that takes commands as lines of JSON: the protocol stands in the README.
+//!
+//! - `service`: what is done at the barrier;
+//! - `clients`: connections and their threads;
+//! - `message`: from a line to what it asks for;
+//! - `json`: values as JSON.
+
+mod clients;
+mod json;
+mod message;
+mod service;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Prop, Result, World},
+    tatu_plugin,
+};
+
+pub use service::Jsonl;
+
+/// The plugin: it offers one service.
+pub struct JsonLines {
+    /// "scene.time"
+    time: Prop,
+}
+
+impl Plugin for JsonLines {
+    type World = ();
+
+    fn start(host: &Host) -> Result<Self> {
+        Ok(JsonLines { time: host.prop("scene.time") })
+    }
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.service::<Jsonl>();
+    }
+}
+
+tatu_plugin! {
+    plugin: JsonLines,
+    id: "tatu.service.jsonl",
+    name: "Commands as lines of JSON",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

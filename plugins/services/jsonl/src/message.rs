@@ -1,0 +1,145 @@
+//! From a line to what it asks for.
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Fail, Result, Value},
+};
+
+use crate::json;
+
+/// What a client asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ask {
+    /// A call of a command.
+    Call { name: String, args: Vec<Value> },
+    /// Stepping mode on or off.
+    Stepping(bool),
+    /// Lets so many steps pass.
+    Step(u64),
+    /// A change of state: `TATU_REQUEST_*`.
+    Request(u32),
+    /// How things stand.
+    State,
+    /// Events on or off.
+    Events(bool),
+    /// Which world is meant from now on.
+    World(usize),
+}
+
+/// A line: the client's own number for it, and what it asks for or what is wrong with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Message {
+    pub id: Json,
+    pub ask: Result<Ask>,
+}
+
+/// Keys, of which a message has exactly one beside `id` and `args`.
+const ASKS: [&str; 7] = ["call", "stepping", "step", "request", "state", "events", "world"];
+
+impl Message {
+    /// Reads a line.
+    pub fn parse(line: &[u8]) -> Message {
+        let json: Json = match serde_json::from_slice(line) {
+            Ok(json) => json,
+            Err(e) => return Message::wrong(Fail::argument(format!("no JSON: {e}"))),
+        };
+        Message { id: json.get("id").cloned().unwrap_or_default(), ask: ask(&json) }
+    }
+    /// What is wrong with a line whose number is not known.
+    pub fn wrong(fail: Fail) -> Message {
+        Message { id: Json::Null, ask: Err(fail) }
+    }
+}
+
+fn ask(json: &Json) -> Result<Ask> {
+    let help =
+        "send {\"id\": 1, \"call\": \"name\", \"args\": []}, or one of stepping, step, request, state, events, world";
+    let object = json.as_object().ok_or_else(|| Fail::argument("a message is a JSON object").help(help))?;
+    if let Some(other) = object.keys().find(|k| !ASKS.contains(&k.as_str()) && !["id", "args"].contains(&k.as_str())) {
+        return Err(Fail::argument(format!("unknown key `{other}`")).help(help));
+    }
+    let mut found = ASKS.iter().filter_map(|k| object.get(*k).map(|v| (*k, v)));
+    let (Some((key, value)), None) = (found.next(), found.next()) else {
+        return Err(Fail::argument(format!("a message has exactly one of {}", ASKS.join(", "))).help(help));
+    };
+    let wrong = |what: &str| Fail::argument(format!("`{key}`: expected {what}, found {value}"));
+    let truth = || value.as_bool().ok_or_else(|| wrong("true or false"));
+    Ok(match key {
+        "call" => {
+            let name = value.as_str().ok_or_else(|| wrong("the name of a command"))?.to_owned();
+            let args = match object.get("args") {
+                None => Vec::new(),
+                Some(Json::Array(args)) => args.iter().map(json::read).collect::<Result<_>>()?,
+                Some(_) => return Err(Fail::argument("`args`: expected a list")),
+            };
+            Ask::Call { name, args }
+        }
+        "stepping" => Ask::Stepping(truth()?),
+        "events" => Ask::Events(truth()?),
+        "state" => {
+            truth()?;
+            Ask::State
+        }
+        "step" => Ask::Step(value.as_u64().filter(|n| *n > 0).ok_or_else(|| wrong("a number of steps, at least 1"))?),
+        "world" => Ask::World(value.as_u64().ok_or_else(|| wrong("a number from 0"))? as usize),
+        _ => Ask::Request(match value.as_str() {
+            Some("stop") => TATU_REQUEST_STOP,
+            Some("pause") => TATU_REQUEST_PAUSE,
+            Some("start") => TATU_REQUEST_START,
+            Some("quit") => TATU_REQUEST_QUIT,
+            _ => return Err(wrong("\"stop\", \"pause\", \"start\" or \"quit\"")),
+        }),
+    })
+}
+
+/// The line that tells an error.
+pub fn error(id: &Json, fail: &Fail) -> Json {
+    let mut error = json!({ "code": fail.code(), "text": fail.text() });
+    if let Some(help) = fail.help_text() {
+        error["help"] = json!(help);
+    }
+    json!({ "id": id, "error": error })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn asked(line: &str) -> Ask {
+        Message::parse(line.as_bytes()).ask.unwrap()
+    }
+
+    #[test]
+    fn each_kind_is_understood() {
+        let call = Ask::Call { name: "f".into(), args: vec![Value::Int(1), Value::text("a")] };
+        assert_eq!(asked(r#"{"id":1,"call":"f","args":[1,"a"]}"#), call);
+        assert_eq!(asked(r#"{"call":"f"}"#), Ask::Call { name: "f".into(), args: vec![] });
+        assert_eq!(asked(r#"{"id":1,"stepping":true}"#), Ask::Stepping(true));
+        assert_eq!(asked(r#"{"id":1,"step":3}"#), Ask::Step(3));
+        assert_eq!(asked(r#"{"id":1,"request":"pause"}"#), Ask::Request(TATU_REQUEST_PAUSE));
+        assert_eq!(asked(r#"{"id":1,"world":1}"#), Ask::World(1));
+    }
+
+    #[test]
+    fn nonsense_is_told_with_its_number() {
+        let wrong = [
+            r#"{"id":7}"#,
+            r#"{"id":7,"call":"f","step":1}"#,
+            r#"{"id":7,"call":5}"#,
+            r#"{"id":7,"call":"f","args":3}"#,
+            r#"{"id":7,"step":0}"#,
+            r#"{"id":7,"step":-1}"#,
+            r#"{"id":7,"request":"dance"}"#,
+            r#"{"id":7,"kall":"f"}"#,
+        ];
+        for line in wrong {
+            let message = Message::parse(line.as_bytes());
+            assert!(message.ask.is_err() && message.id == 7, "{line}");
+        }
+        for line in ["", "[]", "3", "{", "\u{0}", "{\"id\":1,\"call\":\"f\",\"args\":["] {
+            let message = Message::parse(line.as_bytes());
+            assert!(message.ask.is_err() && message.id == Json::Null, "{line}");
+        }
+    }
+}

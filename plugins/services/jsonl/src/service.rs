@@ -1,0 +1,290 @@
+//! What is done at the barrier: lines of clients, in order of connection, each client's in order of arrival.
+
+use std::{
+    cell::{Cell, RefCell, RefMut},
+    collections::BTreeMap,
+    thread::JoinHandle,
+};
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Answer, Called, Fail, Host, Param, Params, Prop, Result, Service, Session, Turn, ValueRef},
+};
+
+use crate::{
+    JsonLines,
+    clients::{Client, Listener},
+    json,
+    message::{Ask, Message, error},
+};
+
+/// Lines of one client that are handled in one turn; the others have theirs before its next ones.
+const AT_ONCE: usize = 1000;
+
+/// The service.
+pub struct Jsonl {
+    state: RefCell<State>,
+    session: Session,
+    time: Prop,
+    /// Clients to wait for before the first step.
+    wait_for: i64,
+    /// How many have told whether they step.
+    greeted: Cell<i64>,
+    next_token: Cell<u64>,
+}
+
+struct State {
+    clients: Vec<Guest>,
+    /// Threads of clients that have gone.
+    threads: Vec<JoinHandle<()>>,
+    /// Commands that wait: number of the client and of its line, by token.
+    waits: BTreeMap<u64, (u64, Json)>,
+    /// Last, so that no client comes while others are closed.
+    listener: Listener,
+}
+
+/// A client and how it stands to the world.
+struct Guest {
+    client: Client,
+    /// Time passes only with its leave.
+    stepping: bool,
+    greeted: bool,
+    events: bool,
+    /// Place of the world that it means.
+    world: usize,
+    /// Steps that it let pass: number of its line, and the step at which they are over.
+    until: Option<(Json, u64)>,
+    /// The next line, taken out of the queue before its world's turn.
+    next: Option<Message>,
+    /// All that it sent has been handled, and no more will come.
+    over: bool,
+}
+
+impl Service for Jsonl {
+    type Plugin = JsonLines;
+    const ID: &'static str = "jsonl";
+    const TEXT: &'static str = "Takes commands as lines of JSON on a local socket, with or without stepping.";
+
+    fn params() -> Vec<Param> {
+        vec![
+            Param::int("port")
+                .range(0.0, 65535.0)
+                .default(23300)
+                .text("of 127.0.0.1 to listen on; 0: any that is free"),
+            Param::int("wait_for")
+                .range(0.0, 1000.0)
+                .default(0)
+                .text("how many clients must have sent a `stepping` message before the first step"),
+        ]
+    }
+
+    fn start(plugin: &JsonLines, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
+        let listener = Listener::open(params.i64("port")? as u16, session)?;
+        let state = State { clients: Vec::new(), threads: Vec::new(), waits: BTreeMap::new(), listener };
+        Ok(Jsonl {
+            state: RefCell::new(state),
+            session,
+            time: plugin.time,
+            wait_for: params.i64("wait_for")?,
+            greeted: Cell::new(0),
+            next_token: Cell::new(1),
+        })
+    }
+
+    fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<Answer> {
+        let state = &mut *self.state()?;
+        let new = state.listener.take_new().into_iter().map(|client| Guest {
+            client,
+            stepping: false,
+            greeted: false,
+            events: false,
+            world: 0,
+            until: None,
+            next: None,
+            over: false,
+        });
+        state.clients.extend(new);
+        let (here, worlds) = turn.worlds();
+        let mut hold = false;
+        for guest in &mut state.clients {
+            if guest.world >= worlds {
+                guest.world = 0;
+            }
+            // What only tells how the client stands to the world needs no turn of its world.
+            while guest.world != here && guest.until.is_none() {
+                guest.next = guest.next.take().or_else(|| guest.client.next_line());
+                match guest.next.take_if(|m| matches!(m.ask, Ok(Ask::Stepping(_) | Ask::World(_)))) {
+                    Some(message) => self.handle(guest, &mut state.waits, message, turn, step, worlds)?,
+                    None => break,
+                }
+            }
+            if guest.world == here {
+                hold |= self.serve(guest, &mut state.waits, turn, step, worlds)?;
+            }
+        }
+        state.bury();
+        Ok(if hold || self.greeted.get() < self.wait_for { Answer::Hold } else { Answer::Go })
+    }
+
+    fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
+        let Ok(mut state) = self.state() else { return };
+        let here = turn.worlds().0;
+        let payload = payload.to_value().map_or(Json::Null, |v| json::write(&v));
+        for guest in state.clients.iter_mut().filter(|g| g.world == here) {
+            if guest.events {
+                guest.client.send(&json!({ "event": name, "payload": payload }));
+            }
+            if name == "stopped"
+                && let Some((id, _)) = guest.until.take()
+            {
+                let fail = Fail::with_code(TATU_ERR_GONE, "the simulation was stopped before the steps were done");
+                guest.client.send(&error(&id, &fail));
+            }
+        }
+    }
+
+    fn resume(&self, _: &Turn<'_>, token: u64, result: Result<&[ValueRef<'_>]>) {
+        let Ok(mut state) = self.state() else { return };
+        let Some((number, id)) = state.waits.remove(&token) else { return };
+        let Some(guest) = state.clients.iter().find(|g| g.client.number == number) else { return };
+        let values = result.and_then(|r| r.iter().map(|v| v.to_value()).collect::<Result<Vec<_>>>());
+        guest.client.send(&match values {
+            Ok(values) => json!({ "id": id, "result": values.iter().map(json::write).collect::<Json>() }),
+            Err(fail) => error(&id, &fail),
+        });
+    }
+}
+
+impl Jsonl {
+    fn state(&self) -> Result<RefMut<'_, State>> {
+        self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the service is in use"))
+    }
+
+    /// Handles what a client has sent; whether it holds the world.
+    fn serve(
+        &self,
+        guest: &mut Guest,
+        waits: &mut BTreeMap<u64, (u64, Json)>,
+        turn: &Turn<'_>,
+        step: u64,
+        worlds: usize,
+    ) -> Result<bool> {
+        turn.client(guest.client.number);
+        let here = guest.world;
+        for _ in 0..AT_ONCE {
+            match &guest.until {
+                Some((_, until)) if step < *until => return Ok(false),
+                Some((id, _)) => {
+                    guest.client.send(&json!({ "id": id, "time": turn.f64(0, self.time)?, "step": step }));
+                    guest.until = None;
+                }
+                None => {}
+            }
+            // First this, then the queue: a last line comes before the end.
+            let ended = guest.client.ended();
+            let Some(message) = guest.next.take().or_else(|| guest.client.next_line()) else {
+                guest.over = ended;
+                return Ok(guest.stepping && !ended);
+            };
+            self.handle(guest, waits, message, turn, step, worlds)?;
+            if guest.world != here {
+                return Ok(false);
+            }
+        }
+        // There may be more: the next turn comes at once.
+        self.session.wake();
+        Ok(guest.stepping && !guest.client.ended())
+    }
+
+    fn handle(
+        &self,
+        guest: &mut Guest,
+        waits: &mut BTreeMap<u64, (u64, Json)>,
+        message: Message,
+        turn: &Turn<'_>,
+        step: u64,
+        worlds: usize,
+    ) -> Result {
+        let id = message.id;
+        let done = |result: Json| json!({ "id": id, "result": result });
+        let reply = match message.ask {
+            Err(fail) => error(&id, &fail),
+            Ok(Ask::Call { name, args }) => {
+                let token = self.next_token.get();
+                match turn.call(&name, &args, token) {
+                    Ok(Called::Done(values)) => done(values.iter().map(json::write).collect()),
+                    Ok(Called::Waits) => {
+                        self.next_token.set(token + 1);
+                        waits.insert(token, (guest.client.number, id));
+                        return Ok(());
+                    }
+                    Err(fail) => error(&id, &fail),
+                }
+            }
+            Ok(Ask::Stepping(on)) => {
+                guest.stepping = on;
+                if !std::mem::replace(&mut guest.greeted, true) {
+                    self.greeted.set(self.greeted.get() + 1);
+                }
+                done(json!([]))
+            }
+            Ok(Ask::Step(n)) => {
+                guest.until = Some((id, step.saturating_add(n)));
+                return Ok(());
+            }
+            Ok(Ask::Request(what)) => match turn.request(what) {
+                Ok(()) => done(json!([])),
+                Err(fail) => error(&id, &fail),
+            },
+            Ok(Ask::State) => {
+                let state = match turn.state() {
+                    TATU_STOPPED => "stopped",
+                    TATU_PAUSED => "paused",
+                    _ => "running",
+                };
+                json!({ "id": id, "state": state, "time": turn.f64(0, self.time)?, "step": step })
+            }
+            Ok(Ask::Events(on)) => {
+                guest.events = on;
+                done(json!([]))
+            }
+            Ok(Ask::World(n)) if n < worlds => {
+                guest.world = n;
+                done(json!([]))
+            }
+            Ok(Ask::World(n)) => {
+                error(&id, &Fail::argument(format!("there is no world {n}: they count from 0, and there are {worlds}")))
+            }
+        };
+        guest.client.send(&reply);
+        Ok(())
+    }
+}
+
+impl State {
+    /// Lets go of clients that have gone and to whom nothing more is to be said.
+    fn bury(&mut self) {
+        let waits = &self.waits;
+        let is_over = |g: &mut Guest| {
+            let owed = waits.values().any(|(n, _)| *n == g.client.number);
+            g.client.broken() || g.over && !owed
+        };
+        let gone: Vec<Guest> = self.clients.extract_if(.., is_over).collect();
+        for g in gone {
+            self.threads.extend(g.client.leave());
+        }
+        self.threads.retain(|t| !t.is_finished());
+    }
+}
+
+impl Drop for State {
+    fn drop(&mut self) {
+        for guest in self.clients.drain(..) {
+            guest.client.close();
+        }
+        for thread in self.threads.drain(..) {
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,535 @@
+//! Services from outside: real sockets against the built program.
+
+use std::{
+    io::{BufRead, BufReader, Read, Write},
+    net::TcpStream,
+    path::Path,
+    process::{Child, Command, Stdio},
+    sync::mpsc::{Receiver, channel},
+    thread,
+    time::{Duration, Instant},
+};
+
+use serde_json::{Value, json};
+
+use crate::kit::*;
+
+/// Long enough for any answer on a busy machine: a test that reaches it fails.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A running program with a service that listens.
+pub struct Running {
+    child: Child,
+    pub port: u16,
+    /// Lines of standard error after the one with the port, and of standard output.
+    err: Receiver<String>,
+    out: Receiver<String>,
+}
+
+/// How a running program ended.
+pub struct Ended {
+    pub code: Option<i32>,
+    pub err: String,
+    pub out: String,
+}
+
+fn lines(from: impl Read + Send + 'static) -> Receiver<String> {
+    let (to, lines) = channel();
+    thread::spawn(move || BufReader::new(from).lines().map_while(Result::ok).try_for_each(|l| to.send(l)));
+    lines
+}
+
+impl Running {
+    /// `tatu run scene.toml --service jsonl:port=0,...` and more arguments.
+    pub fn start(place: &Place, service: &str, args: &[&str]) -> Running {
+        let service = format!("jsonl:port=0{service}");
+        let mut child = Command::new(program())
+            .args(["run", "scene.toml", "--service", &service])
+            .args(args)
+            .current_dir(place.path())
+            .env_remove("TATU_PLUGIN_PATH")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let (err, out) = (lines(child.stderr.take().unwrap()), lines(child.stdout.take().unwrap()));
+        let mut before = String::new();
+        let port = loop {
+            let Ok(line) = err.recv_timeout(PATIENCE) else { panic!("it never listened:\n{before}") };
+            match line.split_once("jsonl: listening on 127.0.0.1:") {
+                Some((_, port)) => break port.parse().unwrap(),
+                None => before += &format!("{line}\n"),
+            }
+        };
+        Running { child, port, err, out }
+    }
+    pub fn client(&self) -> Client {
+        Client::connect(self.port)
+    }
+    /// Sends a signal.
+    #[cfg(unix)]
+    pub fn signal(&self, name: &str) {
+        succeed(Command::new("kill").arg(format!("-{name}")).arg(self.child.id().to_string()));
+    }
+    /// Waits for its end.
+    #[track_caller]
+    pub fn end(mut self) -> Ended {
+        let began = Instant::now();
+        let status = loop {
+            match self.child.try_wait().unwrap() {
+                Some(status) => break status,
+                None if began.elapsed() > PATIENCE => {
+                    self.child.kill().unwrap();
+                    panic!("the program does not end");
+                }
+                None => thread::sleep(Duration::from_millis(5)),
+            }
+        };
+        let all = |lines: &Receiver<String>| lines.iter().fold(String::new(), |all, l| all + &l + "\n");
+        let ended = Ended { code: status.code(), err: all(&self.err), out: all(&self.out) };
+        assert!(!ended.err.contains("panicked"), "{}", ended.err);
+        ended
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // A test that failed must not leave a program that waits for ever.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Ended {
+    #[track_caller]
+    pub fn good(self) -> Self {
+        assert_eq!(self.code, Some(0), "{}\n{}", self.err, self.out);
+        self
+    }
+}
+
+/// One connection.
+pub struct Client {
+    to: TcpStream,
+    from: BufReader<TcpStream>,
+    id: u64,
+}
+
+impl Client {
+    pub fn connect(port: u16) -> Client {
+        let to = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        to.set_read_timeout(Some(PATIENCE)).unwrap();
+        Client { from: BufReader::new(to.try_clone().unwrap()), to, id: 0 }
+    }
+    pub fn send_bytes(&mut self, bytes: &[u8]) {
+        self.to.write_all(bytes).unwrap();
+    }
+    /// Sends a message; its number.
+    pub fn send(&mut self, mut message: Value) -> u64 {
+        self.id += 1;
+        message["id"] = json!(self.id);
+        self.send_bytes(format!("{message}\n").as_bytes());
+        self.id
+    }
+    #[track_caller]
+    pub fn receive(&mut self) -> Value {
+        let mut line = String::new();
+        self.from.read_line(&mut line).unwrap();
+        serde_json::from_str(&line).unwrap_or_else(|e| panic!("{e}: {line:?}"))
+    }
+    /// Sends a message, and takes the line that answers it, which must be the next one.
+    #[track_caller]
+    pub fn ask(&mut self, message: Value) -> Value {
+        let id = self.send(message);
+        let answer = self.receive();
+        assert_eq!(answer["id"], id, "{answer}");
+        answer
+    }
+    /// Calls a command, which must succeed; its results.
+    #[track_caller]
+    pub fn call(&mut self, name: &str, args: Value) -> Value {
+        let answer = self.ask(json!({ "call": name, "args": args }));
+        assert!(answer.get("error").is_none(), "{name}: {answer}");
+        answer["result"].clone()
+    }
+    #[track_caller]
+    pub fn stepping(&mut self) {
+        assert_eq!(self.ask(json!({ "stepping": true }))["result"], json!([]));
+    }
+    /// Lets steps pass; how many have been done then.
+    #[track_caller]
+    pub fn step(&mut self, n: u64) -> u64 {
+        self.ask(json!({ "step": n }))["step"].as_u64().unwrap()
+    }
+    #[track_caller]
+    pub fn handle(&mut self, name: &str) -> i64 {
+        self.call("sim.getObject", json!([name]))[0].as_i64().unwrap()
+    }
+    /// Whether nothing has come for a while. (What must not come would have come at once.)
+    pub fn is_silent(&mut self) -> bool {
+        self.to.set_read_timeout(Some(Duration::from_millis(150))).unwrap();
+        let nothing = self.from.fill_buf().is_err();
+        self.to.set_read_timeout(Some(PATIENCE)).unwrap();
+        nothing
+    }
+}
+
+/// A scene with a robot without a script, and a box beside it.
+pub fn arena() -> Place {
+    let robot = "[[model]]\nmodel = \"pioneer_p3dx\"\n";
+    let crate_ = cuboid("crate", [0.3; 3], [2.0, 0.0, 0.15], "dynamic = true\nrespondable = true\nmass_kg = 2.0");
+    Place::scene(&format!("seed = 5\n{FLOOR}{robot}{crate_}"))
+}
+
+/// A scene whose script tells when it starts and when it cleans up.
+fn telling() -> Place {
+    let script = "function sysCall_init() print('begun') end\nfunction sysCall_cleanup() print('cleaned up') end";
+    Place::scene(&watcher("w", script))
+}
+
+#[test]
+fn two_clients_drive_in_step_and_a_replay_repeats_them() {
+    let place = arena();
+    let traced = ["--hashes", "--watch", "/Pioneer_p3dx", "--watch", "crate"];
+    let live = [&["--log", "run.log", "--trace", "live.jsonl"], &traced[..]].concat();
+    let run = Running::start(&place, ",wait_for=2", &live);
+    let (mut left, mut right) = (run.client(), run.client());
+    left.stepping();
+    right.stepping();
+    let (motor_l, motor_r) = (left.handle("/Pioneer_p3dx_leftMotor"), right.handle("/Pioneer_p3dx_rightMotor"));
+    let (robot, box_) = (left.handle("/Pioneer_p3dx"), right.handle("/crate"));
+    let mut seen = Vec::new();
+    for i in 0..60_u64 {
+        left.call("sim.setJointTargetVelocity", json!([motor_l, 2.0 + 0.1 * (i % 7) as f64]));
+        left.send(json!({ "step": 1 }));
+        if i == 20 {
+            assert!(left.is_silent(), "time must stand until both have asked");
+        }
+        right.call("sim.setJointTargetVelocity", json!([motor_r, 2.5 - 0.1 * (i % 5) as f64]));
+        if i == 30 {
+            right.call("sim.setObjectPosition", json!([box_, -1, [0.1 + 1.0 / 3.0, 1.0, 0.15]]));
+        }
+        assert_eq!(right.step(1), i + 1);
+        assert_eq!(left.receive()["step"], i + 1);
+        seen.push(numbers(&left.call("sim.getObjectPosition", json!([robot, -1]))[0]));
+    }
+    right.ask(json!({ "request": "stop" }));
+    let ended = run.end().good();
+    assert!(ended.err.contains("60 steps"), "{}", ended.err);
+
+    let lines = place.lines("live.jsonl");
+    assert_eq!(lines.len(), 60);
+    for (line, seen) in lines.iter().zip(&seen) {
+        assert_eq!(line.object::<3>("/Pioneer_p3dx", "position").as_slice(), seen);
+    }
+    assert!(seen[59][0] > 0.3, "it drove: {:?}", seen[59]);
+
+    // The log alone is enough, elsewhere, with other numbers of threads; a replay's own log is the same.
+    let other = Place::new();
+    std::fs::copy(place.path().join("run.log"), other.path().join("run.log")).unwrap();
+    for threads in ["1", "2"] {
+        let args = ["run", "--replay", "run.log", "--trace", "again.jsonl", "--log", "again.log", "--threads", threads];
+        other.tatu(&[&args, &traced[..]].concat()).good();
+        assert_eq!(other.read("again.jsonl"), place.read("live.jsonl"));
+        assert!(other.read("again.log") == place.read("run.log"), "the replay's log differs");
+    }
+}
+
+#[test]
+fn commands_are_executed_between_the_steps_that_were_asked_for() {
+    let place = Place::scene(&watcher("d", ""));
+    let run = Running::start(&place, ",wait_for=1", &["--trace", "t.jsonl", "--watch", "d"]);
+    let mut client = run.client();
+    client.stepping();
+    let d = client.handle("/d");
+    // All in one go: the service must keep the order, and stop at each step.
+    for i in 0..20 {
+        client.send(json!({ "call": "sim.setObjectPosition", "args": [d, -1, [i, 0, 0]] }));
+        client.send(json!({ "step": 2 }));
+    }
+    for i in 0..20 {
+        assert_eq!(client.receive()["result"], json!([]));
+        let stepped = client.receive();
+        assert_eq!(stepped["step"], 2 * (i + 1));
+        // Steps of 0.05 s.
+        assert!((stepped["time"].as_f64().unwrap() - 0.1 * (i + 1) as f64).abs() < 1e-12, "{stepped}");
+    }
+    client.ask(json!({ "request": "quit" }));
+    run.end().good();
+    let x: Vec<f64> = place.lines("t.jsonl").iter().map(|l| l.object::<3>("/d", "position")[0]).collect();
+    let wanted: Vec<f64> = (0..40).map(|step| f64::from(step / 2)).collect();
+    assert_eq!(x, wanted);
+}
+
+#[test]
+fn a_client_that_dies_lets_go() {
+    let place = arena();
+    let run = Running::start(&place, ",wait_for=2", &["--steps", "40"]);
+    let (mut one, mut other) = (run.client(), run.client());
+    one.stepping();
+    other.stepping();
+    // It dies while it holds the world, with a command that waits and half a line.
+    one.send(json!({ "call": "sim.wait", "args": [100.0] }));
+    other.send(json!({ "step": 10 }));
+    assert!(other.is_silent(), "the other client still holds");
+    one.send_bytes(b"{\"id\": 7, \"call\": \"sim.get");
+    drop(one);
+    assert_eq!(other.receive()["step"], 10);
+    // And one that is cut off while its answer is not read.
+    let mut third = run.client();
+    third.send(json!({ "stepping": true }));
+    third.send(json!({ "state": true }));
+    assert!(!third.is_silent());
+    drop(third);
+    assert_eq!(other.step(10), 20);
+    drop(other);
+    // Nobody is left: the run goes to its end.
+    let ended = run.end().good();
+    assert!(ended.err.contains("40 steps"), "{}", ended.err);
+}
+
+#[test]
+fn nonsense_is_answered_and_harms_nobody() {
+    let place = arena();
+    let run = Running::start(&place, ",wait_for=1", &[]);
+    let mut client = run.client();
+    client.stepping();
+    for line in ["{", "[]", "nonsense", "{\"call\": 3}", "{\"step\": -1}", "{\"call\": \"a\", \"step\": 1}", "\u{1}"] {
+        client.send_bytes(format!("{line}\n").as_bytes());
+        let answer = client.receive();
+        assert!(answer["id"].is_null() && answer["error"]["text"].is_string(), "{line}: {answer}");
+    }
+    client.send_bytes(b"\xff\xfe\n\r\n\n");
+    assert!(client.receive()["error"]["text"].as_str().unwrap().contains("JSON"));
+    client.send_bytes(format!("{}1{}\n", "[".repeat(500), "]".repeat(500)).as_bytes());
+    assert!(client.receive()["error"]["text"].as_str().unwrap().contains("recursion"));
+    // One byte too long, and much too long, without a line's end for a while.
+    for length in [(16 << 20) + 1, 20 << 20] {
+        client.send_bytes(&vec![b'x'; length]);
+        client.send_bytes(b"\n");
+        assert!(client.receive()["error"]["text"].as_str().unwrap().contains("longer than"));
+    }
+    // Errors of commands: codes as in tatu.h.
+    let unknown = client.ask(json!({ "call": "sim.noSuch" }));
+    assert_eq!(unknown["error"]["code"], -6, "{unknown}");
+    let gone = client.ask(json!({ "call": "sim.getObjectPosition", "args": [99999] }));
+    assert_eq!(gone["error"]["code"], -3, "{gone}");
+    let wrong = client.ask(json!({ "call": "sim.setObjectPosition", "args": [1, -1, "here"] }));
+    assert_eq!(wrong["error"]["code"], -2, "{wrong}");
+    let world = client.ask(json!({ "world": 3 }));
+    assert!(world["error"]["text"].as_str().unwrap().contains("no world 3"), "{world}");
+    // Bytes that come one at a time are a line in the end; so are several in one go.
+    for byte in b"{\"id\": 500, \"call\": \"sim.getSimulationTime\"}\n" {
+        client.send_bytes(&[*byte]);
+    }
+    assert_eq!(client.receive(), json!({ "id": 500, "result": [0.0] }));
+    client.send_bytes(b"{\"id\": 501, \"state\": true}\n{\"id\": 502, \"state\": true}\n");
+    assert_eq!((client.receive()["id"].clone(), client.receive()["id"].clone()), (json!(501), json!(502)));
+    client.ask(json!({ "request": "stop" }));
+    run.end().good();
+}
+
+#[test]
+fn a_stop_ends_the_run_in_order() {
+    let place = telling();
+    let run = Running::start(&place, "", &[]);
+    let (mut client, mut other) = (run.client(), run.client());
+    other.ask(json!({ "events": true }));
+    other.send(json!({ "step": 1_000_000_000 }));
+    client.ask(json!({ "request": "stop" }));
+    let ended = run.end().good();
+    assert_eq!(ended.out, "begun\ncleaned up\n");
+    // What was owed is answered before the connection ends.
+    let answers = [other.receive(), other.receive()];
+    assert!(answers.iter().any(|a| a["event"] == "stopped"), "{answers:?}");
+    assert!(answers.iter().any(|a| a["error"]["code"] == -4), "{answers:?}");
+}
+
+#[test]
+fn a_pause_lets_time_stand_until_it_is_lifted() {
+    let place = Place::scene(&watcher("d", ""));
+    let run = Running::start(&place, "", &[]);
+    let (mut client, mut watching) = (run.client(), run.client());
+    watching.ask(json!({ "events": true }));
+    client.ask(json!({ "request": "pause" }));
+    assert_eq!(watching.receive()["event"], "paused");
+    let before = client.ask(json!({ "state": true }));
+    assert_eq!(before["state"], "paused");
+    // Commands go on.
+    let d = client.handle("/d");
+    client.call("sim.setObjectPosition", json!([d, -1, [1, 2, 3]]));
+    assert_eq!(client.call("sim.getObjectPosition", json!([d, -1])), json!([[1.0, 2.0, 3.0]]));
+    let after = client.ask(json!({ "state": true }));
+    assert_eq!((&after["state"], &after["step"]), (&json!("paused"), &before["step"]));
+    client.ask(json!({ "request": "start" }));
+    assert_eq!(watching.receive()["event"], "resumed");
+    let passed = client.step(3);
+    assert!(passed >= before["step"].as_u64().unwrap() + 3);
+    // A script can ask for it, too: somebody is there who can lift it.
+    client.call("sim.pauseSimulation", json!([]));
+    assert_eq!(watching.receive()["event"], "paused");
+    client.ask(json!({ "request": "stop" }));
+    run.end().good();
+}
+
+#[cfg(unix)]
+#[test]
+fn signals_end_a_held_run_in_order() {
+    for signal in ["INT", "TERM"] {
+        let place = telling();
+        let run = Running::start(&place, ",wait_for=1", &["--log", "run.log"]);
+        let mut client = run.client();
+        client.stepping();
+        assert_eq!(client.step(3), 3);
+        run.signal(signal);
+        let ended = run.end().good();
+        assert!(ended.err.contains("3 steps"), "{}", ended.err);
+        assert_eq!(ended.out, "begun\ncleaned up\n", "{signal}");
+        assert!(place.read("run.log").ends_with("{\"begun\":true,\"end\":3}\n"));
+    }
+}
+
+#[test]
+fn a_command_that_waits_is_answered_when_it_is_over() {
+    let place = Place::scene(&watcher("d", ""));
+    let run = Running::start(&place, ",wait_for=1", &["--log", "run.log", "--trace", "t.jsonl"]);
+    let mut client = run.client();
+    client.stepping();
+    let wait = client.send(json!({ "call": "sim.wait", "args": [0.2] }));
+    let signal = client.send(json!({ "call": "sim.waitForSignal", "args": ["ready"] }));
+    // The client is not blocked meanwhile.
+    assert_eq!(client.step(3), 3);
+    client.send(json!({ "step": 2 }));
+    // 0.2 s are four steps of 0.05 s.
+    assert_eq!(client.receive()["id"], wait);
+    assert_eq!(client.receive()["step"], 5);
+    client.call("sim.setStringSignal", json!(["ready", "yes"]));
+    client.send(json!({ "step": 1 }));
+    assert_eq!(client.receive(), json!({ "id": signal, "result": ["yes"] }));
+    assert_eq!(client.receive()["step"], 6);
+    // One that will never be over is told so at the end.
+    let never = client.send(json!({ "call": "sim.wait", "args": [1000.0] }));
+    client.send(json!({ "request": "stop" }));
+    assert_eq!(client.receive()["result"], json!([]));
+    let answer = client.receive();
+    assert_eq!((answer["id"].as_u64(), answer["error"]["code"].as_i64()), (Some(never), Some(-4)), "{answer}");
+    run.end().good();
+    place.tatu(&["run", "--replay", "run.log", "--trace", "again.jsonl"]).good();
+    assert_eq!(place.read("again.jsonl"), place.read("t.jsonl"));
+}
+
+#[test]
+fn a_scene_may_ask_for_its_service_and_mistakes_are_told() {
+    let scene = |service: &str| Place::scene(&format!("{}{service}", watcher("d", "")));
+    let place = scene("[[service]]\nid = \"jsonl\"\nport = 1\nwait_for = 1\n");
+    // The command line changes what the scene says.
+    let run = Running::start(&place, "", &["--steps", "2"]);
+    let mut client = run.client();
+    client.ask(json!({ "stepping": false }));
+    run.end().good();
+    scene("[[service]]\nid = \"jsnl\"\n").run(&[]).refused(&["E115", "`jsnl`", "did you mean `jsonl`?", "scene.toml:"]);
+    scene("[[service]]\nid = \"jsonl\"\nprot = 1\n").run(&[]).refused(&["E101", "`prot`", "`port`"]);
+    scene("[[service]]\nid = \"jsonl\"\nport = 70000\n").run(&[]).refused(&["E102", "from 0 to 65535"]);
+    scene("[[service]]\nport = 1\n").run(&[]).refused(&["E104", "id"]);
+    let twice = "[[service]]\nid = \"jsonl\"\nport = 0\n".repeat(2);
+    scene(&twice).run(&[]).refused(&["E102", "twice"]);
+    scene("").run(&["--service", "jsonl:port"]).refused(&["E102", "KEY=VALUE"]);
+    let held = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = held.local_addr().unwrap().port();
+    let taken = scene("").run(&["--service", &format!("jsonl:port={port}")]);
+    taken.refused(&["E404", "tatu.service.jsonl", &format!("127.0.0.1:{port}"), "port"]);
+}
+
+/// A service in C: it does what its parameter says.
+const IN_C: &str = r#"
+#include "tatu.h"
+typedef struct { int64_t how, turns; tatu_session *session; const tatu_host *host; } my_data;
+static const tatu_host *the_host; /* good enough for a test */
+static tatu_status TATU_CALL start(void *self, tatu_session *s, const tatu_value *p, void **data, tatu_error *e) {
+  static my_data d;
+  (void)self;
+  if (p[0].u.i == 3) return tatu_fail(e, TATU_ERR, "it will not");
+  d.how = p[0].u.i; d.turns = 0; d.session = s; d.host = the_host;
+  *data = &d;
+  return TATU_OK;
+}
+static void TATU_CALL stop(void *data) { (void)data; }
+static uint32_t TATU_CALL barrier(void *data, tatu_world *w, uint64_t step) {
+  my_data *d = data;
+  const tatu_host_session *s = d->host->service(d->host, TATU_HOST_SESSION);
+  const tatu_host_log *log = d->host->service(d->host, TATU_HOST_LOG);
+  d->turns++;
+  if (d->how == 1 && step == 3) return 7;             /* neither go nor hold */
+  if (d->how == 2 && step == 3) return (uint32_t)TATU_ERR;
+  if (d->how == 4 && d->turns % 3 != 0) { s->wake(d->session); return TATU_HOLD; }
+  if (d->how == 4) log->write(d->host, w, TATU_LOG_INFO, tatu_text("third turn"));
+  return TATU_GO;
+}
+static const tatu_param how = {sizeof how, TATU_I64, 0, 0, "how", 0, 0, 0, {TATU_I64, 0, {0}}, 0, "what to do"};
+static const tatu_param *const params[] = {&how, 0};
+static const tatu_service service = {sizeof service, 0, "odd", "Does odd things.", params, start, stop, barrier, 0, 0};
+static const tatu_service *const services[] = {&service, 0};
+static const tatu_ext_service ext = {sizeof ext, 0, services};
+static tatu_status TATU_CALL init(const tatu_host *h, void **self, tatu_error *e) {
+  (void)self; (void)e; the_host = h; return TATU_OK;
+}
+static const void *TATU_CALL extension(void *self, const char *id) {
+  const char *a = TATU_SERVICE;
+  (void)self;
+  while (*a && *a == *id) a++, id++;
+  return *a == *id ? &ext : 0;
+}
+TATU_EXPORT const tatu_plugin_t tatu_plugin = {sizeof tatu_plugin, TATU_ABI_MAJOR, TATU_ABI_MINOR, "org.example.odd",
+  "Odd", "1.0.0", "MIT", 0, init, 0, extension};
+"#;
+
+/// The folder of the compiled service.
+fn odd(place: &Place) {
+    place.write("odd.c", IN_C);
+    std::fs::create_dir_all(place.path().join("plugins")).unwrap();
+    succeed(
+        Command::new(compiler("cc"))
+            .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-I"])
+            .arg(root().join("plugin-api/include"))
+            .args(["odd.c", "-o"])
+            .arg(Path::new("plugins").join(library("tatu_odd")))
+            .current_dir(place.path()),
+    );
+}
+
+#[test]
+fn a_service_in_c_that_fails_is_switched_off_and_named_once() {
+    let place = Place::scene(&format!("plugins = [\"plugins\"]\n{}", watcher("d", "")));
+    odd(&place);
+    for (how, words) in [(1, "answered 7"), (2, "failed in its barrier with status -1")] {
+        let done = place.run(&["--steps", "10", "--service", &format!("odd:how={how}")]);
+        let errors = done.errors();
+        assert_eq!(errors.len(), 1, "{errors:?}");
+        let e = &errors[0];
+        assert_eq!((e["code"].as_str(), e["plugin"].as_str()), (Some("F207"), Some("org.example.odd")), "{e}");
+        assert!(e["message"].as_str().unwrap().contains(words) && e["count"] == 1, "{e}");
+        assert_eq!(done.json()["steps"], 10, "the run goes on");
+    }
+    place.run(&["--service", "odd:how=3"]).refused(&["E404", "`odd`", "it will not"]);
+    // It holds twice before each step, and wakes the session itself.
+    let done = place.run(&["--steps", "4", "--service", "odd:how=4"]).good();
+    assert_eq!(done.err.matches("third turn").count(), 4, "{}", done.err);
+}
+
+#[test]
+fn faults_are_told_to_those_who_want_events() {
+    let place = Place::scene(&watcher("w", "function sysCall_actuation() error('a fault of mine') end"));
+    let run = Running::start(&place, ",wait_for=1", &[]);
+    let mut client = run.client();
+    client.ask(json!({ "events": true }));
+    client.stepping();
+    client.send(json!({ "step": 1 }));
+    // Told at the barrier after the step, before the answer.
+    let event = client.receive();
+    assert_eq!((&event["event"], &event["payload"]["code"]), (&json!("fault"), &json!("F205")), "{event}");
+    assert!(event["payload"]["message"].as_str().unwrap().contains("a fault of mine"), "{event}");
+    assert_eq!(client.receive()["step"], 1);
+    client.ask(json!({ "request": "stop" }));
+    assert_eq!(run.end().code, Some(1), "as in any run with an error");
+}
