@@ -19,15 +19,20 @@ use tatu_core::{
 };
 use tatu_plugin_api::abi::*;
 
-use crate::{args::Run, report, trace::Trace};
+use crate::{
+    args::Run,
+    report,
+    state::{self, Wanted},
+    trace::Trace,
+};
 
 /// Simulated seconds of a run that is not told how long.
 const DEFAULT_SECONDS: f64 = 10.0;
 
 /// Exit code 0; 1 if something went wrong during the run; 2 if nothing could be started.
 pub fn run(args: &Run) -> ExitCode {
-    match start(args) {
-        Ok(world) => go(args, &world),
+    match start(args).and_then(|world| Ok((world, Wanted::parse(&args.snapshot_at)?))) {
+        Ok((world, snapshots)) => go(args, &world, snapshots),
         Err(e) => {
             report::error(&e);
             ExitCode::from(2)
@@ -38,10 +43,13 @@ pub fn run(args: &Run) -> ExitCode {
 fn start(args: &Run) -> Result<World, Error> {
     let registry = super::registry(Some(&args.scene.scene))?;
     let document = super::load(&args.scene, &registry)?;
-    World::with_threads(document, registry, args.threads.into())
+    match &args.from {
+        Some(file) => state::resume(file, document, registry, args.threads.into()),
+        None => World::with_threads(document, registry, args.threads.into()),
+    }
 }
 
-fn go(args: &Run, world: &World) -> ExitCode {
+fn go(args: &Run, world: &World, mut snapshots: Wanted) -> ExitCode {
     let steps = match (args.steps, args.seconds) {
         (Some(n), _) => n,
         (None, s) => (s.unwrap_or(DEFAULT_SECONDS) / world.dt()).round() as u64,
@@ -60,6 +68,8 @@ fn go(args: &Run, world: &World) -> ExitCode {
     let bar = progress(args, steps);
     let began = Instant::now();
     world.start();
+    bar.set_position(world.steps());
+    let mut unwritten = snapshots.write(world);
     while world.steps() < steps && !world.stop_requested() && !interrupted.load(Ordering::Relaxed) {
         world.step();
         let lines = world.take_lines();
@@ -68,9 +78,12 @@ fn go(args: &Run, world: &World) -> ExitCode {
         }
         lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
         bar.inc(1);
+        unwritten.extend(snapshots.write(world));
     }
     let wall = began.elapsed();
     bar.finish_and_clear();
+    unwritten.extend(snapshots.unwritten(world));
+    unwritten.iter().for_each(report::error);
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
     let objects = objects(world, &hash);
     world.stop();
@@ -80,7 +93,7 @@ fn go(args: &Run, world: &World) -> ExitCode {
     }
     let faults = world.faults();
     summary(args, done, time, wall, &hash, objects, &faults);
-    if faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if faults.is_empty() && unwritten.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 /// A bar for runs that take longer than a blink, on a terminal only.

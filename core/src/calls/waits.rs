@@ -1,9 +1,10 @@
 //! Commands that go on later.
 
+use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;
 
 /// When a wait is over.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Due {
     /// At the beginning of this step.
     Step(u64),
@@ -16,7 +17,7 @@ pub enum Due {
 }
 
 /// A command that waits on behalf of a script's coroutine.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Wait {
     /// Instance id of the script.
     pub script: u64,
@@ -56,6 +57,14 @@ impl Waits {
             !is_over
         });
         due
+    }
+    /// All, for snapshots.
+    pub fn all(&self) -> Vec<Wait> {
+        self.list.clone()
+    }
+    /// Takes all back.
+    pub fn restore(&mut self, list: Vec<Wait>) {
+        *self = Waits { list, asked: None };
     }
     /// Forgets the waits of a script that has ended.
     pub fn forget(&mut self, script: u64) {

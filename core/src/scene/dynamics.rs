@@ -5,6 +5,7 @@
 //! is carried along when something above it can move.
 
 use nalgebra::{Matrix3, Point3};
+use serde::{Deserialize, Serialize};
 
 use super::{Control, Data, Scene, Shape, collision_parts, default_inertia, default_mass};
 use crate::physics::{
@@ -13,6 +14,7 @@ use crate::physics::{
 };
 
 /// A body and the object it stands for, as that was when the body was made.
+#[derive(Serialize, Deserialize)]
 struct BodyRecord {
     id: BodyId,
     slot: u32,
@@ -22,6 +24,7 @@ struct BodyRecord {
 }
 
 /// A joint and the objects that it is made of.
+#[derive(Serialize, Deserialize)]
 struct JointRecord {
     id: JointId,
     tie: u32,
@@ -246,6 +249,32 @@ impl Dynamics {
                 None => o.world = frame * o.local,
             }
         }
+    }
+
+    /// Everything as bytes, for [`Dynamics::restore`].
+    pub fn snapshot(&self) -> Vec<u8> {
+        let Dynamics { engine, bodies, joints, drives, built, moved, settings, step, contacts } = self;
+        let all = (engine.snapshot(), bodies, joints, drives, built, moved, settings, step, contacts);
+        postcard::to_stdvec(&all).unwrap_or_default()
+    }
+
+    /// Takes it back. After a failure nothing has changed.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let (engine, bodies, joints, drives, built, moved, settings, step, contacts): (
+            Vec<u8>,
+            _,
+            _,
+            _,
+            _,
+            _,
+            _,
+            _,
+            _,
+        ) = postcard::from_bytes(bytes).map_err(|e| format!("the table of bodies: {e}"))?;
+        self.engine.restore(&engine)?;
+        (self.bodies, self.joints, self.drives, self.built) = (bodies, joints, drives, built);
+        (self.moved, self.settings, self.step, self.contacts) = (moved, settings, step, contacts);
+        Ok(())
     }
 
     fn object_of(&self, body: BodyId) -> Option<u32> {

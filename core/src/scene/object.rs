@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;
 
 use crate::{
@@ -11,7 +12,7 @@ use crate::{
 };
 
 /// An object of the scene.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Object {
     /// Name among its siblings.
     pub alias: String,
@@ -40,7 +41,7 @@ pub struct Object {
 }
 
 /// What the kinds add.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub enum Data {
     /// A solid.
     Shape(Box<Shape>),
@@ -90,7 +91,7 @@ impl Object {
 }
 
 /// The form of a shape or part.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum Primitive {
     Box,
@@ -116,7 +117,7 @@ impl Primitive {
 }
 
 /// One part of a compound.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShapePart {
     /// Its form.
     pub primitive: Primitive,
@@ -129,15 +130,17 @@ pub struct ShapePart {
 }
 
 /// Where a shape stands in the engine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Body(pub Option<BodyId>);
 
 /// A solid.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct Shape {
     pub primitive: Primitive,
     pub size: Vector3<f64>,
+    /// Left out of snapshots, which name the document's mesh instead.
+    #[serde(skip)]
     pub mesh: Option<Arc<Mesh>>,
     pub convex: bool,
     pub parts: Vec<ShapePart>,
@@ -190,7 +193,7 @@ impl Shape {
 }
 
 /// What a joint leaves free.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum JointType {
     Revolute,
@@ -198,7 +201,7 @@ pub enum JointType {
 }
 
 /// What a joint's motor does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum Control {
     Free,
@@ -208,7 +211,7 @@ pub enum Control {
 }
 
 /// A joint; rad and N m, or m and N.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct Joint {
     pub kind: JointType,
@@ -259,7 +262,7 @@ impl Joint {
 }
 
 /// A sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SensorData {
     /// Index of its kind in the registry.
     pub kind: usize,

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::Isometry3;
+use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
 use super::{Data, Object};
@@ -22,7 +23,7 @@ impl Handle {
     }
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Slot {
     generation: u64,
     object: Option<Object>,
@@ -31,7 +32,7 @@ struct Slot {
 }
 
 /// The live tree.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Scene {
     /// Slot 0 is the world itself and always empty.
     slots: Vec<Slot>,

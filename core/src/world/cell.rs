@@ -47,7 +47,7 @@ pub(crate) struct Clock {
 }
 
 /// What a command plugin keeps for this world.
-pub(super) struct Instance {
+pub(crate) struct Instance {
     pub data: *mut c_void,
     pub state: Vec<u64>,
     pub destroy: Option<unsafe extern "C" fn(*mut c_void)>,
@@ -69,10 +69,10 @@ pub(crate) struct WorldCell {
     /// Bits of `1 << TATU_REQUEST_*`, carried out at the barrier.
     pub requests: Cell<u32>,
     pub stage: Cell<u32>,
-    pub(super) next_instance: Cell<u64>,
-    pub(super) instances: RefCell<Vec<Option<Instance>>>,
-    pub(super) faults: RefCell<Vec<Fault>>,
-    pub(super) lines: RefCell<Vec<LogLine>>,
+    pub(crate) next_instance: Cell<u64>,
+    pub(crate) instances: RefCell<Vec<Option<Instance>>>,
+    pub(crate) faults: RefCell<Vec<Fault>>,
+    pub(crate) lines: RefCell<Vec<LogLine>>,
     /// World poses of the step before, for velocities of objects that the engine does not move.
     pub before: RefCell<BTreeMap<u32, nalgebra::Isometry3<f64>>>,
     pub(super) initial: RefCell<Option<Scene>>,

@@ -83,6 +83,11 @@ impl World {
         Ok(world)
     }
 
+    /// The inside, for snapshots.
+    pub(crate) fn cell(&self) -> &WorldCell {
+        &self.cell
+    }
+
     fn make_devices(&self, slots: &[u32]) -> Result {
         let cell = &self.cell;
         for (spec, slot) in cell.document.objects.iter().zip(slots) {
