@@ -120,6 +120,7 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
         names: Vec::new(),
     };
     compile(s, text, chunk)?;
+    crate::capture::fresh::record(s)?;
     Ok(dialect)
 }
 

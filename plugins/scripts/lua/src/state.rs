@@ -40,6 +40,8 @@ pub(crate) mod reg {
     pub const THREADS: i64 = 18;
     /// What `require` has loaded.
     pub const LOADED: i64 = 19;
+    /// What was there before the text ran: number -> object.
+    pub const FRESH: i64 = 20;
 }
 
 /// The functions of the commands service that the bindings call.
@@ -86,6 +88,8 @@ pub(crate) struct State {
     pub old: Cell<bool>,
     pub errors: RefCell<Errors>,
     pub text: RefCell<Text>,
+    /// Texts that the script loaded, chunk name and text, so that a snapshot can name their functions.
+    pub texts: RefCell<Vec<(Vec<u8>, Vec<u8>)>>,
     pub files: RefCell<Files>,
     /// A line begun with `io.write`.
     pub line: RefCell<Vec<u8>>,
@@ -195,6 +199,7 @@ impl Script {
             old: Cell::new(false),
             errors: RefCell::default(),
             text: RefCell::default(),
+            texts: RefCell::default(),
             files: RefCell::default(),
             line: RefCell::default(),
             scratch: RefCell::default(),
