@@ -16,6 +16,7 @@ mod bind;
 mod budget;
 mod callbacks;
 mod capture;
+mod collect;
 mod compat;
 mod convert;
 mod errors;

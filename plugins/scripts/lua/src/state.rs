@@ -11,7 +11,7 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     alloc::{Slot, lua_alloc},
-    budget,
+    budget, collect,
     errors::{self, Errors},
     files::Files,
     load::Text,
@@ -42,6 +42,8 @@ pub(crate) mod reg {
     pub const LOADED: i64 = 19;
     /// What was there before the text ran: number -> object.
     pub const FRESH: i64 = 20;
+    /// Objects of a snapshot, while it is taken back.
+    pub const BUILT: i64 = 21;
 }
 
 /// The functions of the commands service that the bindings call.
@@ -68,6 +70,8 @@ pub(crate) struct State {
     pub instance: Instance,
     pub commands: Commands,
     pub time: Prop,
+    /// How many calls of the host have come in.
+    pub entries: Cell<u64>,
     /// How many calls into the state are running.
     pub depth: Cell<u32>,
     /// The place in the world's arena at which the running call began.
@@ -186,6 +190,7 @@ impl Script {
             instance,
             commands,
             time: host.prop("scene.time"),
+            entries: Cell::new(0),
             depth: Cell::new(0),
             mark: Cell::new(0),
             generation: Cell::new(0),
@@ -211,6 +216,8 @@ impl Script {
         // SAFETY: the box's content stays where it is; threads made later copy the main thread's extra space.
         unsafe { *lua_getextraspace(main).cast::<*const State>() = &raw const *state };
         let script = Script(state);
+        // SAFETY: as below.
+        unsafe { collect::open(main) };
         // SAFETY: runs in protected mode, on the new state's own stack.
         script.protect(&mut |l| unsafe { stdlib::open(l) })?;
         // SAFETY: the main thread is idle.

@@ -249,6 +249,10 @@ unsafe extern "C-unwind" fn load(l: *mut lua_State) -> i32 {
     if lua_gettop(l) < 3 {
         lua_settop(l, 3);
     }
+    if lua_type(l, 1) == LUA_TSTRING {
+        let name = if lua_type(l, 2) == LUA_TSTRING { 2 } else { 1 };
+        modules::remember(state::of(l), state::bytes(l, name), state::bytes(l, 1));
+    }
     push(l, b"t");
     lua_replace(l, 3);
     state::of(l).originals.call(l, LOAD)

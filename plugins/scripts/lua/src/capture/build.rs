@@ -85,7 +85,7 @@ impl Build {
         self.join(l);
         for id in 0..self.image.objects.len() {
             if !self.fill(l, id) {
-                return self.refuse("the keys of a table cannot be put back into their order");
+                return self.refuse("a table cannot be made as large as it was");
             }
         }
         registry(l, reg::NUMBERS);
@@ -94,7 +94,32 @@ impl Build {
             lua_pushinteger(l, *number);
             lua_rawset(l, FRESH + 1);
         }
+        // The objects stay where the second half finds them, and where the collector does not take them.
+        lua_settop(l, OBJECTS);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::BUILT);
+    }
+
+    /// The second half, which makes nothing new: keys without values, and a look at every place.
+    ///
+    /// # Safety
+    /// Protected.
+    pub(super) unsafe fn settle(&mut self, l: *mut lua_State) {
+        if self.refused.is_some() {
+            return;
+        }
         lua_settop(l, 0);
+        registry(l, reg::BUILT);
+        for (id, object) in self.image.objects.iter().enumerate() {
+            let Kind::Table(t) = &object.kind else { continue };
+            lua_rawgeti(l, OBJECTS, id as i64 + 1);
+            if !tables::settle(l, OBJECTS + 1, t, &mut |l, v| push(l, &self.image, v)) {
+                self.refused = Some("the keys of a table cannot be put back into their order".to_owned());
+                break;
+            }
+            lua_settop(l, OBJECTS);
+        }
+        lua_pushnil(l);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::BUILT);
     }
 
     unsafe fn prepare(&mut self, l: *mut lua_State) {
@@ -220,7 +245,7 @@ impl Build {
             lua_createtable(l, t.array.len() as i32, t.nodes.len() as i32);
         }
         let at = lua_gettop(l);
-        let done = tables::fill(l, at, t, &mut |l, v| push(l, &self.image, v));
+        let done = tables::fill(l, at, t, &self.image.strings, &mut |l, v| push(l, &self.image, v));
         if fresh.is_some() {
             Raw::of(l, old).exchange(Raw::of(l, at));
         }

@@ -20,10 +20,10 @@ pub(super) enum Val {
 pub(super) enum Node {
     /// Never used.
     Free,
-    /// A key with a value. `chained`: it stands where there was room, not where its hash says.
-    Live { key: Val, value: Val, chained: bool },
-    /// A key whose value was taken out; none: the key itself is not known any more. `head`: where its hash says.
-    Dead { key: Option<Val>, chained: bool, head: u32 },
+    /// A key with a value.
+    Live { key: Val, value: Val },
+    /// A key whose value was taken out; none: the collector has taken the key too.
+    Dead { key: Option<Val> },
 }
 
 /// A table, place by place.
@@ -81,6 +81,7 @@ pub(super) struct Known {
     pub returned: u32,
     pub kept: u32,
     pub numbers: i64,
+    pub entries: u64,
     pub generation: u64,
     pub style: u8,
     pub silent: bool,
@@ -113,17 +114,17 @@ impl Image {
             _ => true,
         };
         let is_table = |n: &u32| matches!(self.objects.get(*n as usize), Some(Object { kind: Kind::Table(_), .. }));
-        let node = |n: &Node, size: usize| match n {
+        let node = |n: &Node| match n {
             Node::Free => true,
-            Node::Live { key, value: v, .. } => value(key) && value(v) && *key != Val::Nil && *v != Val::Nil,
-            Node::Dead { key, head, .. } => key.iter().all(value) && *key != Some(Val::Nil) && (*head as usize) < size,
+            Node::Live { key, value: v } => value(key) && value(v) && *key != Val::Nil && *v != Val::Nil,
+            Node::Dead { key } => key.iter().all(value) && !matches!(key, Some(Val::Nil | Val::Object(_))),
         };
         let object = |o: &Object| match &o.kind {
             Kind::Table(t) => {
                 let n = t.nodes.len();
                 t.array.iter().all(value)
                     && (n == 0 || n.is_power_of_two())
-                    && t.nodes.iter().all(|x| node(x, n))
+                    && t.nodes.iter().all(node)
                     && t.meta.iter().all(is_table)
             }
             Kind::Function { piece, cells } => {

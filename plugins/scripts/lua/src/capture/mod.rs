@@ -50,7 +50,9 @@ pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
     let done = s.protect(&mut |l| unsafe {
         lua_gc(l, LUA_GCSTOP);
         walk.run(l, s);
-        lua_gc(l, LUA_GCRESTART);
+        if backup.is_none() {
+            lua_gc(l, LUA_GCRESTART);
+        }
     });
     if let Some(backup) = &backup {
         // SAFETY: no call is running, so nothing outside the slot depends on what happened in it since.
@@ -76,9 +78,12 @@ pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
         lua_gc(l, LUA_GCCOLLECT);
         lua_gc(l, LUA_GCSTOP);
         build.run(l, s);
+        // The next collection is the one that the run would have made.
+        lua_gc(l, LUA_GCRESTART);
+        lua_gc(l, LUA_GCCOLLECT);
+        build.settle(l);
     });
-    // SAFETY: the main thread is idle.
-    unsafe { lua_gc(s.main, LUA_GCRESTART) };
+    // After a failure the host ends the instance: nothing has to be tidied up.
     done?;
     let image = build.finish()?;
     recall(s, image.known);
@@ -95,6 +100,7 @@ fn known(s: &Script) -> Known {
         returned: s.returned.get(),
         kept: s.kept.get(),
         numbers: s.numbers.get(),
+        entries: s.entries.get(),
         generation: s.generation.get(),
         style: match text.style {
             Style::NotRun => 0,
@@ -113,6 +119,7 @@ fn recall(s: &Script, known: Known) {
     s.returned.set(known.returned);
     s.kept.set(known.kept);
     s.numbers.set(known.numbers);
+    s.entries.set(known.entries);
     s.generation.set(known.generation);
     *s.line.borrow_mut() = known.line;
     let mut text = s.text.borrow_mut();

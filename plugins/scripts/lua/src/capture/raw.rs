@@ -15,7 +15,6 @@ const LAST_FREE: usize = 32;
 const NODE_BYTES: usize = 24;
 const VALUE_TAG: usize = 8;
 const KEY_TAG: usize = 9;
-const NEXT: usize = 12;
 const KEY: usize = 16;
 const SHORT_LEN: usize = 11;
 const LONG_LEN: usize = 16;
@@ -90,13 +89,6 @@ impl Raw {
     pub(super) unsafe fn has_value(self, i: usize) -> bool {
         *self.node(i).add(VALUE_TAG) & 0x0F != 0
     }
-    /// The place that follows in the chain.
-    pub(super) unsafe fn next(self, i: usize) -> Option<usize> {
-        match self.node(i).add(NEXT).cast::<i32>().read() {
-            0 => None,
-            by => Some((i as i64 + i64::from(by)) as usize),
-        }
-    }
     /// The key in a place.
     pub(super) unsafe fn key<'a>(self, i: usize) -> Key<'a> {
         let node = self.node(i);
@@ -118,6 +110,10 @@ impl Raw {
             tag if tag & 0x0F == 0 => Key::Nil,
             _ => Key::Object,
         }
+    }
+    /// Makes the key in a place, whose value has been taken out, one that the collector has taken.
+    pub(super) unsafe fn forget(self, i: usize) {
+        self.node(i).add(KEY_TAG).write(GONE);
     }
     /// Exchanges the contents of two tables; metatables stay.
     ///

@@ -45,7 +45,6 @@ pub(super) struct Walk {
     array: Vec<Val>,
     nodes: Vec<Node>,
     list: Vec<u32>,
-    heads: Vec<u32>,
     /// Why the state cannot be written.
     refused: Option<String>,
 }
@@ -64,7 +63,6 @@ impl Walk {
             array: Vec::new(),
             nodes: Vec::new(),
             list: Vec::new(),
-            heads: Vec::new(),
             refused: None,
         }
     }
@@ -352,15 +350,7 @@ impl Walk {
     unsafe fn places(&mut self, l: *mut lua_State, id: u32, t: Raw) {
         let n = t.nodes();
         self.nodes.clear();
-        self.heads.clear();
-        self.heads.extend(0..n as u32);
         let mut objects = 0;
-        // A chain begins where no other place leads to.
-        for i in 0..n {
-            if let Some(next) = t.next(i).filter(|next| *next < n) {
-                self.heads[next] = i as u32;
-            }
-        }
         lua_pushnil(l);
         if n > 0 {
             // Traversal visits the array first: go on behind its last value.
@@ -373,7 +363,6 @@ impl Walk {
             }
         }
         for i in 0..n {
-            let chained = self.heads[i] != i as u32;
             let node = match (t.key(i), t.has_value(i)) {
                 (Key::Nil, _) => Node::Free,
                 (key, true) => {
@@ -387,7 +376,7 @@ impl Walk {
                     lua_pop(l, 1);
                     let value = self.value(l, id, Step::Key(key));
                     lua_pop(l, 1);
-                    Node::Live { key, value, chained }
+                    Node::Live { key, value }
                 }
                 (key, false) => {
                     let key = match key {
@@ -397,7 +386,7 @@ impl Walk {
                         Key::Text(x) => Some(Val::Text(self.text(x))),
                         _ => None,
                     };
-                    Node::Dead { key, chained, head: self.head(i) }
+                    Node::Dead { key }
                 }
             };
             self.nodes.push(node);
@@ -406,19 +395,6 @@ impl Walk {
         if objects > 0 && n > 1 {
             self.refuse(id, "has keys that are tables or functions, whose order cannot be kept");
         }
-    }
-
-    /// Where the chain begins that a place is in.
-    fn head(&self, i: usize) -> u32 {
-        let mut at = i as u32;
-        for _ in 0..self.heads.len() {
-            let before = self.heads[at as usize];
-            if before == at {
-                break;
-            }
-            at = before;
-        }
-        at
     }
 }
 
