@@ -17,5 +17,6 @@ mod nesting;
 mod plugins;
 mod restart;
 mod sonar;
+mod state;
 mod tree;
 mod wheels;

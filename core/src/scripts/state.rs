@@ -17,7 +17,7 @@ impl Scripts {
                 captured = false;
                 let plugin = world.registry.languages[script.language].plugin;
                 let plugin = world.registry.plugins[plugin].id.clone();
-                missed.push(Missed { object: script.owner_path(world), plugin, reason });
+                missed.push(Missed { object: format!("the script of {}", script.owner_path(world)), plugin, reason });
                 InstanceImage::default()
             });
             let Callbacks { actuation, sensing, cleanup, thread } = script.callbacks.get();

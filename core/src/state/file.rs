@@ -51,7 +51,7 @@ pub struct Head {
 /// An instance that could not be captured.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Missed {
-    /// Path of its object; empty: it belongs to the world.
+    /// What it belongs to, such as "the script of /Robot"; empty: the world.
     pub object: String,
     /// Its plugin.
     pub plugin: String,

@@ -10,27 +10,26 @@ use mlua::ffi::*;
 use crate::state::State;
 
 /// Calls of the host between two collections.
-const EVERY: u64 = 256;
-/// Lua collects by itself when a state has grown to so many percent of what it was after the last collection.
-const PAUSE: i32 = 400;
+const EVERY: u64 = 64;
+/// Garbage, KiB, at which Lua collects by itself.
+const MUCH: i32 = 4 << 10;
 
-/// Winds up Lua's own clock, and stops it while the library is made.
+/// Stops Lua's own clock while the library is made.
 ///
 /// # Safety
 /// A new state.
 pub(crate) unsafe fn open(l: *mut lua_State) {
-    lua_gc(l, LUA_GCINC, PAUSE, 0, 0);
     lua_gc(l, LUA_GCSTOP);
 }
 
-/// Lets the clock run, as if all that is there had just been collected.
+/// Winds the clock up, as if everything had just been collected.
 ///
 /// # Safety
-/// The clock stands since the state was made.
-pub(crate) unsafe fn begin(l: *mut lua_State) {
+/// A state of ours.
+pub(crate) unsafe fn wind(l: *mut lua_State) {
     lua_gc(l, LUA_GCRESTART);
-    let more = lua_gc(l, LUA_GCCOUNT) * (PAUSE - 100) / 100;
-    lua_gc(l, LUA_GCSTEP, -more);
+    // A step of a negative size is credit.
+    lua_gc(l, LUA_GCSTEP, -MUCH);
 }
 
 /// Counts a call, and collects if it is time. Scripts take turns, so that not all collect in one step.
@@ -42,5 +41,6 @@ pub(crate) unsafe fn tick(l: *mut lua_State, s: &State) {
     s.entries.set(n);
     if (n + s.instance.id) % EVERY == 0 {
         lua_gc(l, LUA_GCCOLLECT);
+        wind(l);
     }
 }

@@ -122,7 +122,7 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     compile(s, text, chunk)?;
     crate::capture::fresh::record(s)?;
     // SAFETY: the main thread is idle.
-    unsafe { crate::collect::begin(s.main) };
+    unsafe { crate::collect::wind(s.main) };
     Ok(dialect)
 }
 

@@ -50,13 +50,13 @@ pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
     let done = s.protect(&mut |l| unsafe {
         lua_gc(l, LUA_GCSTOP);
         walk.run(l, s);
-        if backup.is_none() {
-            lua_gc(l, LUA_GCRESTART);
-        }
     });
     if let Some(backup) = &backup {
         // SAFETY: no call is running, so nothing outside the slot depends on what happened in it since.
         unsafe { s.slot.roll_back(backup) };
+    } else {
+        // SAFETY: the main thread is idle.
+        unsafe { lua_gc(s.main, LUA_GCRESTART) };
     }
     done?;
     let mut image = walk.finish()?;
@@ -79,8 +79,8 @@ pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
         lua_gc(l, LUA_GCSTOP);
         build.run(l, s);
         // The next collection is the one that the run would have made.
-        lua_gc(l, LUA_GCRESTART);
         lua_gc(l, LUA_GCCOLLECT);
+        crate::collect::wind(l);
         build.settle(l);
     });
     // After a failure the host ends the instance: nothing has to be tidied up.

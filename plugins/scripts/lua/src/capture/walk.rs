@@ -147,6 +147,9 @@ impl Walk {
     /// What stands outside of the walk: waits, numbers of objects shown as text.
     unsafe fn rest(&mut self, l: *mut lua_State) {
         for (place, what) in [(reg::THREADS, "its thread function waits"), (reg::WAITS, "a coroutine of it waits")] {
+            if self.refused.is_some() {
+                return;
+            }
             registry(l, place);
             lua_pushnil(l);
             if lua_next(l, -2) != 0 {
