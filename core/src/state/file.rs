@@ -192,3 +192,58 @@ pub(super) fn damaged(what: impl std::fmt::Display) -> Error {
     Error::new("E501", format!("the snapshot is damaged: {what}"))
         .help("write it again, or copy it again from where it is whole")
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn sample() -> Snapshot {
+        let missed = Missed { object: "/a".into(), plugin: "p".into(), reason: "r".into() };
+        let head = Head {
+            tatu: "1".into(),
+            document: 7,
+            plugins: vec![("p".into(), "1.0".into())],
+            step: 100,
+            time: 5.0,
+            hash: 9,
+            missed: vec![missed],
+            log: vec![1, 2, 3],
+        };
+        let mut s = Snapshot::new(head);
+        s.put("core", &vec![1.5f64; 50]).unwrap();
+        s
+    }
+
+    #[test]
+    fn a_snapshot_comes_back() {
+        let s = sample();
+        let back = Snapshot::from_bytes(&s.to_bytes().unwrap()).unwrap();
+        assert_eq!(back, s);
+        assert_eq!(back.get::<Vec<f64>>("core").unwrap(), vec![1.5; 50]);
+        assert_eq!(back.get::<Vec<f64>>("else").unwrap_err().code, "E501");
+    }
+
+    proptest! {
+        #[test]
+        fn cut_or_changed_bytes_are_refused(at in any::<prop::sample::Index>(), bit in 0u8..8, cut in any::<bool>()) {
+            let mut bytes = sample().to_bytes().unwrap();
+            let at = at.index(bytes.len());
+            if cut { bytes.truncate(at) } else { bytes[at] ^= 1 << bit }
+            prop_assert!(Snapshot::from_bytes(&bytes).is_err());
+        }
+
+        /// Behind a right checksum anything may stand: an error or a snapshot, never a crash.
+        #[test]
+        fn bodies_of_any_bytes(body in prop::collection::vec(any::<u8>(), 0..300)) {
+            let mut bytes = MAGIC.to_vec();
+            bytes.extend_from_slice(&FORMAT.to_le_bytes());
+            bytes.extend_from_slice(&xxh3_64(&body).to_le_bytes());
+            bytes.extend_from_slice(&body);
+            if let Ok(s) = Snapshot::from_bytes(&bytes) {
+                let _ = s.get::<super::super::image::CoreImage>("core");
+            }
+        }
+    }
+}
