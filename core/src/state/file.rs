@@ -127,7 +127,7 @@ impl Snapshot {
         if xxh3_64(body) != u64::from_le_bytes(*sum) {
             return Err(damaged("it is cut off, or bytes in it were changed (the checksum differs)"));
         }
-        let (head, sections) = postcard::from_bytes(body).map_err(|e| damaged(e))?;
+        let (head, sections) = postcard::from_bytes(body).map_err(damaged)?;
         Ok(Snapshot { head, sections })
     }
 

@@ -39,7 +39,7 @@ pub(crate) unsafe fn wind(l: *mut lua_State) {
 pub(crate) unsafe fn tick(l: *mut lua_State, s: &State) {
     let n = s.entries.get() + 1;
     s.entries.set(n);
-    if (n + s.instance.id) % EVERY == 0 {
+    if (n + s.instance.id).is_multiple_of(EVERY) {
         lua_gc(l, LUA_GCCOLLECT);
         wind(l);
     }
