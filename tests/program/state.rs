@@ -157,6 +157,19 @@ fn a_robot_that_has_fallen_stays_so() {
 }
 
 #[test]
+fn an_order_that_may_be_another_is_told() {
+    let script = "function sysCall_actuation()
+        local set = {[{}] = 1, [{}] = 2}
+        for _ in pairs(set) do end
+    end";
+    let place = Place::scene(&watcher("thing", script));
+    let first = place.run(&["--seconds", "1", "--snapshot-at", "0.5", "state"]).good();
+    assert!(!first.err.contains("order"), "{}", first.err);
+    let rest = place.run(&["--seconds", "1", "--from", "state"]).good();
+    assert_eq!(rest.err.matches("their order may be another").count(), 1, "{}", rest.err);
+}
+
+#[test]
 fn errors_of_before_are_remembered() {
     let script = "function sysCall_actuation() if sim.getSimulationTime() > 1 then error('broken') end end";
     let place = Place::scene(&format!("{FLOOR}{}", watcher("thing", script)));

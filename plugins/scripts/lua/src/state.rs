@@ -70,6 +70,8 @@ pub(crate) struct State {
     pub instance: Instance,
     pub commands: Commands,
     pub time: Prop,
+    /// Whether the state was restored, and no doubtful order of keys has been told since.
+    pub restored: Cell<bool>,
     /// How many calls of the host have come in.
     pub entries: Cell<u64>,
     /// How many calls into the state are running.
@@ -190,6 +192,7 @@ impl Script {
             instance,
             commands,
             time: host.prop("scene.time"),
+            restored: Cell::new(false),
             entries: Cell::new(0),
             depth: Cell::new(0),
             mark: Cell::new(0),

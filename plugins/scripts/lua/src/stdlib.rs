@@ -215,6 +215,9 @@ unsafe extern "C-unwind" fn nothing(_: *mut lua_State) -> i32 {
 
 unsafe extern "C-unwind" fn pairs(l: *mut lua_State) -> i32 {
     luaL_checkany(l, 1);
+    if state::of(l).restored.get() {
+        crate::capture::watch_order(l, 1);
+    }
     if luaL_getmetafield(l, 1, c"__pairs".as_ptr()) != LUA_TNIL {
         lua_pushvalue(l, 1);
         lua_callk(l, 1, 3, 0, Some(pairs_done));

@@ -24,7 +24,7 @@ mod tables;
 mod walk;
 
 use mlua::ffi::*;
-use tatu_plugin_api::safe::*;
+use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     callbacks::Style,
@@ -38,7 +38,7 @@ pub(crate) const VERSION: u32 = 1;
 /// The state as bytes; a failure names the variable that cannot be written. The script does not notice.
 pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
     if s.depth.get() != 0 {
-        return Err(Fail::with_code(tatu_plugin_api::abi::TATU_ERR_BUSY, "the script is running"));
+        return Err(Fail::with_code(TATU_ERR_BUSY, "the script is running"));
     }
     if s.broken.get() {
         return Err(Fail::unsupported("its state was damaged by a panic"));
@@ -91,6 +91,28 @@ pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
     Ok(())
 }
 
+/// Tells, once, when a restored script walks through keys whose order follows their addresses: the table was made since,
+/// and in the run that wrote the snapshot such keys lay elsewhere.
+///
+/// # Safety
+/// A state that was restored.
+pub(crate) unsafe fn watch_order(l: *mut lua_State, idx: i32) {
+    if lua_type(l, idx) != LUA_TTABLE {
+        return;
+    }
+    let t = raw::Raw::of(l, idx);
+    let objects = (0..t.nodes()).filter(|i| t.has_value(*i) && t.key(*i) == raw::Key::Object).count();
+    if objects > 1 {
+        let s = crate::state::of(l);
+        s.restored.set(false);
+        s.log(
+            TATU_LOG_WARNING,
+            b"a script goes through keys that are tables or functions: after a snapshot their order may be another than \
+              in the run that wrote it",
+        );
+    }
+}
+
 /// What the plugin knows beside the Lua state.
 fn known(s: &Script) -> Known {
     let text = s.text.borrow();
@@ -120,6 +142,7 @@ fn recall(s: &Script, known: Known) {
     s.kept.set(known.kept);
     s.numbers.set(known.numbers);
     s.entries.set(known.entries);
+    s.restored.set(true);
     s.generation.set(known.generation);
     *s.line.borrow_mut() = known.line;
     let mut text = s.text.borrow_mut();
