@@ -3,7 +3,12 @@
 
 use std::fs;
 
-use crate::kit::*;
+use tatu_core::state::Snapshot;
+
+use crate::{
+    kit::*,
+    restart::{registry, world},
+};
 
 /// Runs the scene of a folder for ten seconds, again with a snapshot at `at` s, and again from it; all must be the same.
 /// What the resumed run told on standard error.
@@ -261,4 +266,61 @@ fn what_was_not_written_is_told() {
     for file in ["a", "b"] {
         place.run(&["--seconds", "1", "--from", file]).good();
     }
+}
+
+#[test]
+fn worlds_of_one_process_restore_and_start_again() {
+    let (registry, place) = (registry(), Place::scene(&format!("{FLOOR}{}", pioneer(RICH, ""))));
+    let new = || world(&place.path().join("scene.toml"), &registry);
+    let steps = |w: &tatu_core::World, n| (0..n).for_each(|_| _ = w.step());
+    let first = new();
+    first.start();
+    steps(&first, 60);
+    let snapshot = Snapshot::from_bytes(&first.snapshot().unwrap().to_bytes().unwrap()).unwrap();
+    assert!(snapshot.is_complete());
+    let second = new();
+    second.restore(&snapshot, false).unwrap();
+    // Both live at once, in turns.
+    for _ in 0..60 {
+        assert_eq!(first.hash(), second.hash());
+        steps(&first, 1);
+        steps(&second, 1);
+    }
+    assert_eq!(second.restore(&snapshot, false).unwrap_err().code, "E503", "it has run");
+    let end = first.hash();
+    for w in [&first, &second] {
+        w.stop();
+        w.start();
+        steps(w, 120);
+        assert_eq!(w.hash(), end, "a start after a stop is a start from 0");
+        w.stop();
+        assert_eq!(w.snapshot().unwrap_err().code, "E503", "it does not run");
+    }
+}
+
+#[test]
+fn what_is_missing_begins_anew_if_that_is_allowed() {
+    let (registry, robots) = (registry(), pioneer(RICH, "") + &pioneer(SUSPENDED, "position_m = [0.0, 2.0, 0.0]"));
+    let place = Place::scene(&format!("{FLOOR}{robots}"));
+    let new = || world(&place.path().join("scene.toml"), &registry);
+    let steps = |w: &tatu_core::World, n| (0..n).for_each(|_| _ = w.step());
+    let whole = new();
+    whole.start();
+    steps(&whole, 40);
+    let snapshot = whole.snapshot().unwrap();
+    let [missed] = &snapshot.head.missed[..] else { panic!("{:?}", snapshot.head.missed) };
+    assert_eq!(missed.object, "the script of /Pioneer_p3dx[1]");
+    let refused = new().restore(&snapshot, false).unwrap_err();
+    assert!(refused.code == "E503" && refused.text.contains("`co`"), "{refused}");
+    let (partial, replayed) = (new(), new());
+    partial.restore(&snapshot, true).unwrap();
+    replayed.replay(&snapshot).unwrap();
+    for w in [&whole, &partial, &replayed] {
+        steps(w, 40);
+    }
+    assert_eq!(whole.hash(), replayed.hash());
+    let robot = |w: &tatu_core::World, path: &str| w.hash().subtree(path);
+    assert_eq!(robot(&whole, "/Pioneer_p3dx[0]"), robot(&partial, "/Pioneer_p3dx[0]"), "the other one does not notice");
+    assert_ne!(robot(&whole, "/Pioneer_p3dx[1]"), robot(&partial, "/Pioneer_p3dx[1]"), "this one has begun anew");
+    assert_eq!(partial.faults(), []);
 }
