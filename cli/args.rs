@@ -81,6 +81,12 @@ pub struct Run {
     /// Put the hash of each object into the trace, so that `tatu diff` can name the one that differs.
     #[arg(long)]
     pub hashes: bool,
+    /// Write the state of the run to a file once T simulated seconds are over, and go on; may be given several times.
+    #[arg(long, value_names = ["T", "FILE"], num_args = 2, action = clap::ArgAction::Append)]
+    pub snapshot_at: Vec<String>,
+    /// Go on from a file that `--snapshot-at` of the same scene wrote; times still count from 0.
+    #[arg(long, value_name = "FILE")]
+    pub from: Option<PathBuf>,
     /// End with a summary in JSON on standard output; everything else goes to standard error.
     #[arg(long)]
     pub json: bool,

@@ -23,7 +23,13 @@ use tatu_core::{
 };
 use tatu_plugin_api::abi::*;
 
-use crate::{args::Run, report, trace::Trace, watchdog::Watchdog};
+use crate::{
+    args::Run,
+    report,
+    state::{self, Wanted},
+    trace::Trace,
+    watchdog::Watchdog,
+};
 
 /// Simulated seconds of a run that is not told how long.
 const DEFAULT_SECONDS: f64 = 10.0;
@@ -52,6 +58,7 @@ struct Ready {
     steps: Option<u64>,
     /// The barrier after these belongs to the run: it is a replay of one that was ended there.
     one_more_barrier: bool,
+    snapshots: Wanted,
 }
 
 fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
@@ -67,7 +74,12 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         told_of(log, &registry);
     }
     let document = super::load(scene, &options, &registry)?;
-    let world = World::with_threads(document.clone(), registry.clone(), args.threads.into())?;
+    let snapshots = Wanted::parse(&args.snapshot_at)?;
+    let threads = args.threads.into();
+    let world = match &args.from {
+        Some(file) => state::resume(file, document.clone(), registry.clone(), threads)?,
+        None => World::with_threads(document.clone(), registry.clone(), threads)?,
+    };
     let session = match &replay {
         None if !document.services.is_empty() => {
             let session = Session::new(registry.clone(), &document.services)?;
@@ -87,7 +99,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         file::Writer::create(path, &header)
     });
     let log = log.transpose()?.map(|log| write_log(&world, log));
-    world.input_log_mut().keep(false);
+    world.input_log_mut().keep(!args.snapshot_at.is_empty());
     let of_log = replay.as_ref().map(file::Log::steps);
     let steps = match (args.steps, args.seconds, of_log) {
         (Some(n), _, _) => Some(n),
@@ -100,7 +112,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     if let Some(log) = replay {
         world.feed(log.records.into());
     }
-    Ok(Ready { world, registry, session, log, steps, one_more_barrier })
+    Ok(Ready { world, registry, session, log, steps, one_more_barrier, snapshots })
 }
 
 /// What a replay may do otherwise than the run that it repeats.
@@ -124,7 +136,7 @@ fn told_of(log: &file::Log, registry: &Registry) {
 }
 
 fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> {
-    let Ready { world, registry, session, log, steps, one_more_barrier } = ready;
+    let Ready { world, registry, session, log, steps, one_more_barrier, snapshots } = ready;
     let mut trace = Trace::open(args.trace.as_deref(), &args.watch, args.hashes, &world)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
@@ -137,6 +149,9 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let began = Instant::now();
     watchdog.begin(trace.shared());
     world.start();
+    bar.set_position(world.steps());
+    let mut snapshots = snapshots;
+    let mut unwritten = snapshots.write(&world);
     let mut begun = false;
     let to_do = |world: &World| steps.is_none_or(|n| world.steps() < n);
     while to_do(&world) && !world.stop_requested() && !interrupted.load(Ordering::Relaxed) {
@@ -154,6 +169,9 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
             bar.inc(1);
         }
         lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
+        if !begun {
+            unwritten.extend(snapshots.write(&world));
+        }
     }
     if one_more_barrier && !to_do(&world) && !world.stop_requested() {
         begun = true;
@@ -162,6 +180,8 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     }
     let wall = began.elapsed();
     bar.finish_and_clear();
+    unwritten.extend(snapshots.unwritten(&world));
+    unwritten.iter().for_each(report::error);
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
     let objects = objects(&world, &hash);
     let opened = world.files_opened();
@@ -180,7 +200,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     summary(args, done, time, wall, &hash, objects, &faults);
     watchdog.told();
     drop(world);
-    let good = super::end(registry) && faults.is_empty() && badly_ended.is_empty();
+    let good = super::end(registry) && faults.is_empty() && badly_ended.is_empty() && unwritten.is_empty();
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 

@@ -298,7 +298,8 @@ typedef struct tatu_life {
   void(TATU_CALL *destroy)(void *data);
   /* [step] Live parameters changed: `changed` has a bit for each, in the order of declaration. Null: rebuild. */
   tatu_status(TATU_CALL *configure)(void *data, const tatu_value *params, uint32_t n, uint64_t changed, tatu_error *);
-  /* [step] Writes what the state block does not hold. TATU_ERR_UNSUPPORTED: cannot now; the text says why. */
+  /* [step] Writes what the state block does not hold. TATU_ERR_UNSUPPORTED: cannot now; the text says why. Null: an
+   * instance whose `data` is null has nothing more; any other is named as what a snapshot lacks. */
   tatu_status(TATU_CALL *save)(void *data, const tatu_writer *, tatu_error *);
   /* [step] Takes back what `save` wrote, into an instance made with the same parameters; the state block is already
    * restored, if its writer had the same `version` (else it is zero). `version` is the writer's. After a failure the

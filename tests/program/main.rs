@@ -28,6 +28,7 @@ mod replay;
 mod restart;
 mod service;
 mod sonar;
+mod state;
 mod thruster;
 mod tree;
 mod wheels;

@@ -10,12 +10,12 @@ use tatu_core::{
 use crate::kit::*;
 
 /// The plugins beside the built program.
-fn registry() -> Arc<Registry> {
+pub fn registry() -> Arc<Registry> {
     let names = ["tatu_commands_vrep", "tatu_scripts_lua", "tatu_sensors_proximity", "tatu_robots_pioneer_p3dx"];
     Arc::new(Registry::load(Search::standard(Some(program()), None, &names)))
 }
 
-fn world(scene: &Path, registry: &Arc<Registry>) -> World {
+pub fn world(scene: &Path, registry: &Arc<Registry>) -> World {
     let document = document::load(scene, registry, &document::Options::default()).unwrap();
     World::new(Arc::new(document), registry.clone()).unwrap()
 }

@@ -8,7 +8,7 @@ mod facts;
 use std::process::ExitCode;
 
 use serde_json::{Value, json};
-use tatu_core::error::Error;
+use tatu_core::{document::Sources, error::Error};
 
 use super::list::table;
 use crate::{args::Describe, report};

@@ -1,9 +1,10 @@
 //! Commands that go on later.
 
+use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;
 
 /// When a wait is over.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Due {
     /// At the beginning of this step.
     Step(u64),
@@ -16,7 +17,7 @@ pub enum Due {
 }
 
 /// For whom a command waits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Owner {
     /// A script, by its instance id.
     Script(u64),
@@ -25,7 +26,7 @@ pub enum Owner {
 }
 
 /// A command that waits on behalf of a script's coroutine or of a service's client.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Wait {
     /// Who waits.
     pub owner: Owner,
@@ -57,6 +58,14 @@ impl Waits {
     /// Takes out those of an owner that are over.
     pub fn take_due(&mut self, owner: Owner, over: impl Fn(&Due) -> bool) -> Vec<Wait> {
         self.take(|w| w.owner == owner && over(&w.due))
+    }
+    /// All, for snapshots.
+    pub fn all(&self) -> Vec<Wait> {
+        self.list.clone()
+    }
+    /// Takes all back.
+    pub fn restore(&mut self, list: Vec<Wait>) {
+        *self = Waits { list, asked: None };
     }
     /// Takes out those of services that are over, in order of their beginning.
     pub fn take_remote(&mut self, over: impl Fn(&Due) -> bool) -> Vec<Wait> {

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::host::Declared;
 
 /// Numbers of the world.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Length of a step, s.
     pub dt: f64,

@@ -151,7 +151,7 @@ pub struct JointState {
 }
 
 /// Two bodies that touch on one face. Forms of several parts, or with corners, can touch on more than one.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
     /// The bodies, lower id first.
     pub bodies: (BodyId, BodyId),
@@ -179,7 +179,7 @@ pub struct Push {
 pub type BeforeStep<'a> = dyn FnMut(&dyn Engine, u32, &mut Vec<Push>) + 'a;
 
 /// Numbers of the engine that hold for the whole world.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EngineSettings {
     /// m/s^2.
     pub gravity: Vector3<f64>,

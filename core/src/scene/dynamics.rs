@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Matrix3, Point3};
+use serde::{Deserialize, Serialize};
 
 use super::{Control, Data, Scene, Shape, collision_parts, default_inertia, default_mass};
 use crate::physics::{
@@ -15,6 +16,7 @@ use crate::physics::{
 };
 
 /// A body and the object it stands for, as that was when the body was made.
+#[derive(Serialize, Deserialize)]
 struct BodyRecord {
     id: BodyId,
     slot: u32,
@@ -24,6 +26,7 @@ struct BodyRecord {
 }
 
 /// A joint and the objects that it is made of.
+#[derive(Serialize, Deserialize)]
 struct JointRecord {
     id: JointId,
     tie: u32,
@@ -264,6 +267,23 @@ impl Dynamics {
                 None => o.world = frame * o.local,
             }
         });
+    }
+
+    /// Everything as bytes, for [`Dynamics::restore`].
+    pub fn snapshot(&self) -> Vec<u8> {
+        let Dynamics { engine, bodies, joints, drives, built, moved, settings, step } = self;
+        let all = (engine.snapshot(), bodies, joints, drives, built, moved, settings, step);
+        postcard::to_stdvec(&all).unwrap_or_default()
+    }
+
+    /// Takes it back. After a failure nothing has changed.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let (engine, bodies, joints, drives, built, moved, settings, step): (Vec<u8>, _, _, _, _, _, _, _) =
+            postcard::from_bytes(bytes).map_err(|e| format!("the table of bodies: {e}"))?;
+        self.engine.restore(&engine)?;
+        (self.bodies, self.joints, self.drives, self.built) = (bodies, joints, drives, built);
+        (self.moved, self.settings, self.step) = (moved, settings, step);
+        Ok(())
     }
 
     fn object_of(&self, body: BodyId) -> Option<u32> {

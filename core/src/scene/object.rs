@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;
 
 use crate::{
@@ -11,7 +12,7 @@ use crate::{
 };
 
 /// An object of the scene.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Object {
     /// Name among its siblings.
     pub alias: String,
@@ -40,7 +41,7 @@ pub struct Object {
 }
 
 /// What the kinds add.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub enum Data {
     /// A solid.
     Shape(Box<Shape>),
@@ -93,7 +94,7 @@ impl Object {
 }
 
 /// The form of a shape or part.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum Primitive {
     Box,
@@ -119,7 +120,7 @@ impl Primitive {
 }
 
 /// One part of a compound.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShapePart {
     /// Its form.
     pub primitive: Primitive,
@@ -134,15 +135,17 @@ pub struct ShapePart {
 }
 
 /// Where a shape stands in the engine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Body(pub Option<BodyId>);
 
 /// A solid.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct Shape {
     pub primitive: Primitive,
     pub size: Vector3<f64>,
+    /// Left out of snapshots, which name the document's mesh instead.
+    #[serde(skip)]
     pub mesh: Option<Arc<Mesh>>,
     pub convex: bool,
     pub parts: Vec<ShapePart>,
@@ -195,7 +198,7 @@ impl Shape {
 }
 
 /// What a joint leaves free.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum JointType {
     Revolute,
@@ -203,7 +206,7 @@ pub enum JointType {
 }
 
 /// What a joint's motor does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum Control {
     Free,
@@ -213,7 +216,7 @@ pub enum Control {
 }
 
 /// A joint; rad and N m, or m and N.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct Joint {
     pub kind: JointType,
@@ -264,7 +267,7 @@ impl Joint {
 }
 
 /// A sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SensorData {
     /// Index of its kind in the registry.
     pub kind: usize,
@@ -273,7 +276,7 @@ pub struct SensorData {
 }
 
 /// An actuator.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ActuatorData {
     /// Index of its kind in the registry.
     pub kind: usize,

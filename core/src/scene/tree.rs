@@ -3,6 +3,7 @@
 use std::{cell::RefCell, collections::VecDeque};
 
 use nalgebra::Isometry3;
+use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
 use super::{Data, Object, names::NameIndex};
@@ -22,7 +23,7 @@ impl Handle {
     }
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Slot {
     generation: u64,
     object: Option<Object>,
@@ -31,7 +32,7 @@ struct Slot {
 }
 
 /// The live tree.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Scene {
     /// Slot 0 is the world itself and always empty.
     slots: Vec<Slot>,
@@ -42,6 +43,7 @@ pub struct Scene {
     next_uid: u64,
     /// Grows with every change of the tree or of what the engine and beams are made of.
     pub shape_version: u64,
+    #[serde(skip)]
     pub(super) index: RefCell<NameIndex>,
 }
 

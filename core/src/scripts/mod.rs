@@ -1,9 +1,11 @@
 //! Scripts: their states, callbacks, waits and functions.
 //!
 //! - [`Scripts`]: the world's scripts and the order in which they are called;
-//! - `enter`: one way into a script's language, with budget, caller and errors.
+//! - `enter`: one way into a script's language, with budget, caller and errors;
+//! - `state`: scripts in snapshots.
 
 mod enter;
+mod state;
 
 use std::{cell::Cell, ffi::c_void, rc::Rc};
 

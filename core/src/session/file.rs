@@ -277,6 +277,17 @@ pub fn read(path: &Path) -> Result<Log> {
     Ok(log)
 }
 
+/// Records as lines, for snapshots.
+pub(crate) fn to_bytes(records: &[Record]) -> Vec<u8> {
+    records.iter().flat_map(|r| format!("{}\n", record_json(r)).into_bytes()).collect()
+}
+
+/// Takes them back; `None`: they are damaged.
+pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Vec<Record>> {
+    let lines = bytes.split(|b| *b == b'\n').filter(|l| !l.is_empty());
+    lines.map(|l| record(&serde_json::from_slice(l).ok()?)).collect()
+}
+
 fn record(json: &Json) -> Option<Record> {
     let input = match (json.get("call"), json.get("request")) {
         (Some(name), None) => Input::Call {

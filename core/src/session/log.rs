@@ -93,6 +93,11 @@ impl InputLog {
     pub fn hand_to(&mut self, sink: impl FnMut(&Record) + 'static) {
         self.sink = Some(Box::new(sink));
     }
+    /// Takes over what came from outside before a snapshot.
+    pub(crate) fn restore(&mut self, records: Vec<Record>) {
+        self.next = records.last().map_or((0, 0), |r| (r.step, r.at + 1));
+        self.records = records;
+    }
     fn is_idle(&self) -> bool {
         self.off && self.sink.is_none()
     }

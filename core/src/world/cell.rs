@@ -87,7 +87,7 @@ impl Clock {
 }
 
 /// What a command plugin keeps for this world.
-pub(super) struct Instance {
+pub(crate) struct Instance {
     pub data: *mut c_void,
     pub state: Vec<u64>,
     pub destroy: Option<unsafe extern "C" fn(*mut c_void)>,
@@ -113,10 +113,10 @@ pub(crate) struct WorldCell {
     pub stages: RefCell<Vec<(u32, Cow<'static, str>)>>,
     /// What comes from outside: services, the log of what they did, what is replayed.
     pub outside: Outside,
-    pub(super) next_instance: Cell<u64>,
-    pub(super) instances: RefCell<Vec<Option<Instance>>>,
-    pub(super) faults: RefCell<Vec<Fault>>,
-    pub(super) lines: RefCell<Vec<LogLine>>,
+    pub(crate) next_instance: Cell<u64>,
+    pub(crate) instances: RefCell<Vec<Option<Instance>>>,
+    pub(crate) faults: RefCell<Vec<Fault>>,
+    pub(crate) lines: RefCell<Vec<LogLine>>,
     /// World poses of the step before by slots, for velocities of objects that the engine does not move.
     pub before: RefCell<Vec<Option<nalgebra::Isometry3<f64>>>>,
     pub(super) initial: RefCell<Option<Scene>>,

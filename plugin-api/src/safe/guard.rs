@@ -7,7 +7,7 @@ use std::{
     sync::OnceLock,
 };
 
-use super::{Fail, Host, Plugin, Result, World, plugin::Started};
+use super::{Fail, Host, Plugin, Result, World, fail::bytes_of, plugin::Started};
 use crate::abi::*;
 
 /// Runs `f`; an error or panic is written into the host's error object.
@@ -75,9 +75,9 @@ pub(crate) fn life<P: Plugin>() -> tatu_life {
         create: Some(create::<P>),
         destroy: Some(destroy::<P>),
         configure: None,
-        save: None,
-        load: None,
-        version: 0,
+        save: Some(save::<P>),
+        load: Some(load::<P>),
+        version: P::STATE_VERSION,
         reserved: 0,
     }
 }
@@ -98,6 +98,41 @@ unsafe extern "C" fn create<P: Plugin>(
         }
         Ok(TATU_OK)
     })
+}
+
+unsafe extern "C" fn save<P: Plugin>(
+    data: *mut c_void,
+    writer: *const tatu_writer,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: made by `create`; the host gives a valid writer.
+    run(error, || unsafe { write(writer, &P::save(&*data.cast::<P::World>())?) })
+}
+
+unsafe extern "C" fn load<P: Plugin>(
+    data: *mut c_void,
+    bytes: tatu_str,
+    version: u32,
+    error: *mut tatu_error,
+) -> tatu_status {
+    run(error, || {
+        // SAFETY: made by `create`; the bytes are valid during the call.
+        unsafe { P::load(&*data.cast::<P::World>(), bytes_of(bytes), version)? };
+        Ok(TATU_OK)
+    })
+}
+
+/// Hands what an instance saved to the host.
+///
+/// # Safety
+/// The writer is the host's.
+pub(crate) unsafe fn write(writer: *const tatu_writer, bytes: &[u8]) -> Result<tatu_status> {
+    // SAFETY: as promised.
+    let write = unsafe { writer.as_ref() }.and_then(|w| w.write);
+    let write = write.ok_or_else(|| Fail::new("the host gave no writer"))?;
+    // SAFETY: as promised; the bytes are copied.
+    unsafe { write(writer, bytes.as_ptr().cast(), bytes.len() as u64) };
+    Ok(TATU_OK)
 }
 
 unsafe extern "C" fn destroy<P: Plugin>(data: *mut c_void) {

@@ -92,6 +92,18 @@ pub trait Language: Sized + 'static {
         budget: Budget,
         used: &mut u64,
     ) -> Result<Flow>;
+    /// Version of what [`Language::save`] writes; count it when that changes.
+    const STATE_VERSION: u32 = 0;
+    /// The state of the script, for a snapshot; a failure says which variable cannot be written. The script that goes
+    /// on must not notice.
+    fn save(&self) -> Result<Vec<u8>> {
+        Err(Fail::unsupported("this language cannot write the state of a script"))
+    }
+    /// Takes back what `save` of `version` wrote; the text has been loaded, and has not run.
+    fn restore(&self, bytes: &[u8], version: u32) -> Result<()> {
+        let _ = (bytes, version);
+        Err(Fail::unsupported("this language cannot read the state of a script"))
+    }
     /// Makes a borrowed function last: its lasting id, 0 if it is gone.
     fn keep_func(&self, local: u32) -> u32;
     /// Gives a kept function up.
@@ -123,9 +135,9 @@ pub(crate) fn table<L: Language>(keep: &mut Keep) -> *const tatu_language {
             create: Some(create::<L>),
             destroy: Some(destroy::<L>),
             configure: None,
-            save: None,
-            load: None,
-            version: 0,
+            save: Some(save::<L>),
+            load: Some(restore::<L>),
+            version: L::STATE_VERSION,
             reserved: 0,
         }),
         load: Some(load::<L>),
@@ -177,6 +189,28 @@ unsafe extern "C" fn destroy<L: Language>(data: *mut c_void) {
         // SAFETY: made by `create`, given back once.
         drop(unsafe { Box::from_raw(data.cast::<Data<L>>()) });
     });
+}
+
+unsafe extern "C" fn save<L: Language>(
+    data: *mut c_void,
+    writer: *const tatu_writer,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: made by `create`; the host gives a valid writer.
+    guard::run(error, || unsafe { guard::write(writer, &(*data.cast::<Data<L>>()).language.save()?) })
+}
+
+unsafe extern "C" fn restore<L: Language>(
+    data: *mut c_void,
+    bytes: tatu_str,
+    version: u32,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: made by `create`; the bytes are valid during the call.
+        unsafe { (*data.cast::<Data<L>>()).language.restore(bytes_of(bytes), version)? };
+        Ok(TATU_OK)
+    })
 }
 
 unsafe extern "C" fn load<L: Language>(

@@ -14,6 +14,22 @@ pub trait Plugin: Sized + Send + Sync + 'static {
     fn start(host: &Host) -> Result<Self>;
     /// Makes the instance for a new world.
     fn world(&self, world: &World<'_>) -> Result<Self::World>;
+    /// Version of what [`Plugin::save`] writes; count it when that changes.
+    const STATE_VERSION: u32 = 0;
+    /// What `world` keeps, for a snapshot. Without this function a plugin that keeps something is named as what a
+    /// snapshot lacks, and the run comes back by replay.
+    fn save(world: &Self::World) -> Result<Vec<u8>> {
+        let _ = world;
+        if size_of::<Self::World>() == 0 {
+            return Ok(Vec::new());
+        }
+        Err(Fail::unsupported("it cannot write what it keeps for the world"))
+    }
+    /// Takes back what `save` of a plugin of `version` wrote, into a new instance.
+    fn load(world: &Self::World, bytes: &[u8], version: u32) -> Result<()> {
+        let _ = (world, version);
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+    }
     /// Declares what it offers.
     fn offer(offer: &mut Offer<Self>);
 }

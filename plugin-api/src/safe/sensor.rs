@@ -2,7 +2,9 @@
 
 use std::{f64::consts::FRAC_PI_2, ffi::c_void};
 
-use super::{Fail, Host, Instance, Param, Params, Plugin, Result, ValueRef, guard, offer::Keep, plugin::Started};
+use super::{
+    Fail, Host, Instance, Param, Params, Plugin, Result, ValueRef, fail::bytes_of, guard, offer::Keep, plugin::Started,
+};
 use crate::abi::*;
 
 /// One field that a sensor fills.
@@ -214,6 +216,17 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     fn create(host: &Host, instance: Instance, params: &Params<'_>) -> Result<Self>;
     /// Its beams.
     fn beams(&self) -> Result<Beams>;
+    /// Version of what [`Sensor::save`] writes; count it when that changes.
+    const STATE_VERSION: u32 = 0;
+    /// What a reading depends on beside parameters and what is seen, for a snapshot. Most sensors have no such thing.
+    fn save(&self) -> Result<Vec<u8>> {
+        Ok(Vec::new())
+    }
+    /// Takes back what `save` of `version` wrote, into a sensor made with the same parameters.
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        let _ = version;
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+    }
     /// Turns what was seen into a reading. Must not block; runs on several threads.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result;
 }
@@ -241,9 +254,9 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
             create: Some(create::<S>),
             destroy: Some(destroy::<S>),
             configure: None,
-            save: None,
-            load: None,
-            version: 0,
+            save: Some(save::<S>),
+            load: Some(load::<S>),
+            version: S::STATE_VERSION,
             reserved: 0,
         }),
         beams: Some(beams::<S>),
@@ -277,6 +290,28 @@ unsafe extern "C" fn destroy<S: Sensor>(data: *mut c_void) {
         // SAFETY: made by `create`, given back once.
         drop(unsafe { Box::from_raw(data.cast::<Data<S>>()) });
     });
+}
+
+unsafe extern "C" fn save<S: Sensor>(
+    data: *mut c_void,
+    writer: *const tatu_writer,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: made by `create`; the host gives a valid writer.
+    guard::run(error, || unsafe { guard::write(writer, &(*data.cast::<Data<S>>()).sensor.save()?) })
+}
+
+unsafe extern "C" fn load<S: Sensor>(
+    data: *mut c_void,
+    bytes: tatu_str,
+    version: u32,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: made by `create`; the bytes are valid during the call.
+        unsafe { (*data.cast::<Data<S>>()).sensor.load(bytes_of(bytes), version)? };
+        Ok(TATU_OK)
+    })
 }
 
 unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, error: *mut tatu_error) -> tatu_status {

@@ -5,6 +5,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Vrep, kit::*, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -135,12 +137,13 @@ fn change(c: &mut Ctx<'_>, work: impl FnOnce(&mut Consoles, Tell<'_>) -> bool) -
 type Tell<'a> = &'a mut dyn FnMut(&[u8]);
 
 /// All consoles of a world.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub(crate) struct Consoles {
     open: BTreeMap<i64, Console>,
     opened: i64,
 }
 
+#[derive(Serialize, Deserialize)]
 struct Console {
     title: Vec<u8>,
     line: Vec<u8>,

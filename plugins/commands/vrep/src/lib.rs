@@ -49,6 +49,14 @@ impl Plugin for Vrep {
         Ok(state::State::new(*world.host()))
     }
 
+    const STATE_VERSION: u32 = 1;
+    fn save(world: &state::State) -> Result<Vec<u8>> {
+        world.save()
+    }
+    fn load(world: &state::State, bytes: &[u8], _: u32) -> Result<()> {
+        world.load(bytes)
+    }
+
     fn offer(offer: &mut Offer<Self>) {
         objects::offer(offer);
         aliases::offer(offer);

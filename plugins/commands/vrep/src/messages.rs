@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Vrep, kit::*, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -46,7 +48,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 const ROOM: usize = 64;
 
 /// The last messages, and how many each script has taken.
-#[derive(Default)]
+#[derive(Default, Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub(crate) struct Messages {
     last: VecDeque<(i64, [i64; 4])>,
     sent: u64,

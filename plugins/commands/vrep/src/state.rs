@@ -5,14 +5,18 @@ use std::{
     collections::BTreeMap,
 };
 
+use serde::{Deserialize, Serialize};
+
 use crate::{console::Consoles, kit::*, messages::Messages, tubes::Tubes};
 
 /// The instance of a world. Commands may enter each other: borrow it briefly, never across a call to the host.
 pub struct State(RefCell<Inner>);
 
 /// What is in it.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct Inner {
-    host: Host,
+    #[serde(skip)]
+    host: Option<Host>,
     step: i64,
     pub(crate) consoles: Consoles,
     pub(crate) tubes: Tubes,
@@ -30,12 +34,28 @@ pub(crate) struct Inner {
 
 impl State {
     pub(crate) fn new(host: Host) -> Self {
-        State(RefCell::new(Inner::new(host)))
+        State(RefCell::new(Inner::new(Some(host))))
+    }
+
+    /// Everything, for a snapshot.
+    pub(crate) fn save(&self) -> Result<Vec<u8>> {
+        let inner = self.0.try_borrow().map_err(|_| busy())?;
+        postcard::to_stdvec(&*inner).map_err(|e| Fail::new(format!("what it keeps cannot be written: {e}")))
+    }
+
+    /// Takes it back.
+    pub(crate) fn load(&self, bytes: &[u8]) -> Result<()> {
+        let mut new: Inner =
+            postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("what it kept cannot be read: {e}")))?;
+        let mut inner = self.0.try_borrow_mut().map_err(|_| busy())?;
+        new.host = inner.host;
+        *inner = new;
+        Ok(())
     }
 }
 
 impl Inner {
-    fn new(host: Host) -> Self {
+    fn new(host: Option<Host>) -> Self {
         Inner {
             host,
             step: 0,
@@ -54,19 +74,22 @@ impl Inner {
 /// When a simulation ends, consoles and tubes of scripts close; half a line that a console holds is told then.
 impl Drop for Inner {
     fn drop(&mut self) {
-        let host = self.host;
+        let Some(host) = self.host else { return };
         self.consoles.close_all(&mut |line| {
             host.log(TATU_LOG_INFO, &String::from_utf8_lossy(line));
         });
     }
 }
 
+fn busy() -> Fail {
+    Fail::with_code(TATU_ERR_BUSY, "called from within itself")
+}
+
 /// The instance of the caller's world. The host does not tell when a simulation starts: a step number that is lower
 /// than before means a new one.
 pub(crate) fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Inner>> {
     let step = int_of(c, 0, c.plugin().p.step)?;
-    let mut inner =
-        c.instance().0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "called from within itself"))?;
+    let mut inner = c.instance().0.try_borrow_mut().map_err(|_| busy())?;
     if step < inner.step {
         *inner = Inner::new(inner.host);
     }

@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Vrep, kit::*, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -100,19 +102,20 @@ fn read(c: &mut Ctx<'_>) -> Result<Outcome> {
 }
 
 /// All tubes of a world.
-#[derive(Default)]
+#[derive(Default, Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub(crate) struct Tubes {
     tubes: Vec<Tube>,
     next: i64,
 }
 
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 struct Tube {
     header: i64,
     name: Vec<u8>,
     ends: [End; 2],
 }
 
-#[derive(Default)]
+#[derive(Default, Clone, PartialEq, Debug, Serialize, Deserialize)]
 struct End {
     /// 0, 2, 4, ...; none while nobody has it.
     handle: Option<i64>,

@@ -39,6 +39,13 @@ pub(crate) struct Slot {
     free: [Cell<*mut u8>; CLASSES],
 }
 
+/// A slot as it was.
+pub(crate) struct Backup {
+    bytes: Vec<u8>,
+    used: usize,
+    free: Vec<*mut u8>,
+}
+
 /// The class of a size, and the size of its blocks: steps of 16 bytes, then four per doubling.
 fn class(bytes: usize) -> (usize, usize) {
     if bytes <= SMALL {
@@ -81,6 +88,30 @@ impl Slot {
     /// The limit, bytes.
     pub(crate) fn limit(&self) -> usize {
         self.limit.get()
+    }
+
+    /// Everything in the slot; `None` where the system's allocator is used.
+    pub(crate) fn backup(&self) -> Option<Backup> {
+        if !self.is_mapped() {
+            return None;
+        }
+        // SAFETY: all that was taken from the slot so far is committed.
+        let bytes = unsafe { std::slice::from_raw_parts(self.base, self.top.get()) }.to_vec();
+        let free = self.free.iter().map(Cell::get).collect();
+        Some(Backup { bytes, used: self.used.get(), free })
+    }
+
+    /// Makes the slot what it was at the time of a backup, bit by bit.
+    ///
+    /// # Safety
+    /// Nothing outside the slot points to what was taken from it since, and the state in it is idle.
+    pub(crate) unsafe fn roll_back(&self, backup: &Backup) {
+        copy_nonoverlapping(backup.bytes.as_ptr(), self.base, backup.bytes.len());
+        self.top.set(backup.bytes.len());
+        self.used.set(backup.used);
+        for (list, first) in self.free.iter().zip(&backup.free) {
+            list.set(*first);
+        }
     }
 
     fn take(&self, bytes: usize, force: bool) -> *mut u8 {

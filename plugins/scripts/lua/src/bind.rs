@@ -55,7 +55,7 @@ pub(crate) enum Target {
 }
 
 /// A command as a Lua function; upvalue 1: id << 8 | alias.
-unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
+pub(crate) unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
     let packed = lua_tointegerx(l, lua_upvalueindex(1), null_mut()) as u32;
     run(l, Target::Command(packed))
 }
@@ -157,7 +157,7 @@ fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
 }
 
 /// Asks the host for a name; upvalue 1: its prefix.
-unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
+pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     if lua_type(l, 2) != LUA_TSTRING {
         return 0;
     }

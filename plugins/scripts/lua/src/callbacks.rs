@@ -92,6 +92,7 @@ pub(crate) fn enter(
         bind::refresh(l, s);
         if s.depth.get() == 1 {
             crate::functions::unlend_all(l, s);
+            crate::collect::tick(l, s);
         }
         flow = body(l, frame);
     });

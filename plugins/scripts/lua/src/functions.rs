@@ -78,7 +78,7 @@ unsafe fn look(l: *mut lua_State, local: u32) {
 }
 
 /// Calls a function of another script.
-unsafe extern "C-unwind" fn foreign(l: *mut lua_State) -> i32 {
+pub(crate) unsafe extern "C-unwind" fn foreign(l: *mut lua_State) -> i32 {
     let func = lua_tointeger(l, lua_upvalueindex(1)) as u64;
     bind::run(l, bind::Target::Function(func))
 }

@@ -15,6 +15,8 @@ mod alloc;
 mod bind;
 mod budget;
 mod callbacks;
+mod capture;
+mod collect;
 mod compat;
 mod convert;
 mod errors;
@@ -94,6 +96,13 @@ impl Language for state::Script {
             self.text.borrow_mut().silent = true;
         }
         result
+    }
+    const STATE_VERSION: u32 = capture::VERSION;
+    fn save(&self) -> Result<Vec<u8>> {
+        capture::save(self)
+    }
+    fn restore(&self, bytes: &[u8], version: u32) -> Result<()> {
+        capture::restore(self, bytes, version)
     }
     fn keep_func(&self, local: u32) -> u32 {
         functions::keep(self, local)

@@ -120,6 +120,9 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
         names: Vec::new(),
     };
     compile(s, text, chunk)?;
+    crate::capture::fresh::record(s)?;
+    // SAFETY: the main thread is idle.
+    unsafe { crate::collect::wind(s.main) };
     Ok(dialect)
 }
 

@@ -66,6 +66,23 @@ fn read(s: &State, name: &[u8]) -> bool {
     done
 }
 
+/// Texts, and bytes of them, that are kept for snapshots: a script that loads a new text in each step must not fill the
+/// memory.
+const TEXTS: usize = 64;
+const TEXT_BYTES: usize = 1 << 20;
+
+/// Keeps a text that is about to be loaded, so that a snapshot can name the functions in it.
+pub(crate) fn remember(s: &State, name: &[u8], text: &[u8]) {
+    let mut texts = s.texts.borrow_mut();
+    if texts.iter().any(|(n, t)| n == name && t == text) {
+        return;
+    }
+    let bytes: usize = texts.iter().map(|(n, t)| n.len() + t.len()).sum();
+    if texts.len() < TEXTS && bytes + name.len() + text.len() <= TEXT_BYTES {
+        texts.push((name.to_vec(), text.to_vec()));
+    }
+}
+
 /// Compiles the file named at `idx`: pushes a function, or nil and the reason.
 unsafe fn compile(l: *mut lua_State, idx: i32) -> bool {
     let s = state::of(l);
@@ -87,6 +104,7 @@ unsafe fn compile(l: *mut lua_State, idx: i32) -> bool {
         }
     }
     let name = lua_tolstring(l, -1, std::ptr::null_mut());
+    remember(s, bytes(l, -1), std::slice::from_raw_parts(ptr, len));
     if luaL_loadbufferx(l, ptr.cast(), len, name, c"t".as_ptr()) != LUA_OK {
         lua_pushnil(l);
         lua_insert(l, -2);
@@ -176,6 +194,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
         lua_pushvalue(l, 1);
         lua_concat(l, 2);
         let name = lua_tolstring(l, 3, std::ptr::null_mut());
+        remember(s, bytes(l, 3), text);
         if luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name, c"t".as_ptr()) != LUA_OK {
             lua_error(l);
         }

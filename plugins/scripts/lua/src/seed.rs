@@ -2,6 +2,15 @@
 
 use mlua::ffi::*;
 
+/// The seed of `.cargo/config.toml`.
+const SEED: u32 = 0x5EED;
+
+/// Lua's hash of a short text.
+pub(crate) fn hash(text: &[u8]) -> u32 {
+    let begin = SEED ^ text.len() as u32;
+    text.iter().rev().fold(begin, |h, b| h ^ (h << 5).wrapping_add(h >> 2).wrapping_add(u32::from(*b)))
+}
+
 /// The order in which `pairs` visits the keys k1..k16 when strings are hashed with the seed of `.cargo/config.toml`.
 const EXPECTED: &str = "k1k2k3k4k6k5k8k7k11k9k13k15k14k12k10k16";
 

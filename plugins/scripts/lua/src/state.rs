@@ -11,7 +11,7 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     alloc::{Slot, lua_alloc},
-    budget,
+    budget, collect,
     errors::{self, Errors},
     files::Files,
     load::Text,
@@ -40,6 +40,10 @@ pub(crate) mod reg {
     pub const THREADS: i64 = 18;
     /// What `require` has loaded.
     pub const LOADED: i64 = 19;
+    /// What was there before the text ran: number -> object.
+    pub const FRESH: i64 = 20;
+    /// Objects of a snapshot, while it is taken back.
+    pub const BUILT: i64 = 21;
 }
 
 /// The functions of the commands service that the bindings call.
@@ -66,6 +70,10 @@ pub(crate) struct State {
     pub instance: Instance,
     pub commands: Commands,
     pub time: Prop,
+    /// Whether the state was restored, and no doubtful order of keys has been told since.
+    pub restored: Cell<bool>,
+    /// How many calls of the host have come in.
+    pub entries: Cell<u64>,
     /// How many calls into the state are running.
     pub depth: Cell<u32>,
     /// The place in the world's arena at which the running call began.
@@ -86,6 +94,8 @@ pub(crate) struct State {
     pub old: Cell<bool>,
     pub errors: RefCell<Errors>,
     pub text: RefCell<Text>,
+    /// Texts that the script loaded, chunk name and text, so that a snapshot can name their functions.
+    pub texts: RefCell<Vec<(Vec<u8>, Vec<u8>)>>,
     pub files: RefCell<Files>,
     /// A line begun with `io.write`.
     pub line: RefCell<Vec<u8>>,
@@ -182,6 +192,8 @@ impl Script {
             instance,
             commands,
             time: host.prop("scene.time"),
+            restored: Cell::new(false),
+            entries: Cell::new(0),
             depth: Cell::new(0),
             mark: Cell::new(0),
             generation: Cell::new(0),
@@ -195,6 +207,7 @@ impl Script {
             old: Cell::new(false),
             errors: RefCell::default(),
             text: RefCell::default(),
+            texts: RefCell::default(),
             files: RefCell::default(),
             line: RefCell::default(),
             scratch: RefCell::default(),
@@ -206,6 +219,8 @@ impl Script {
         // SAFETY: the box's content stays where it is; threads made later copy the main thread's extra space.
         unsafe { *lua_getextraspace(main).cast::<*const State>() = &raw const *state };
         let script = Script(state);
+        // SAFETY: as below.
+        unsafe { collect::open(main) };
         // SAFETY: runs in protected mode, on the new state's own stack.
         script.protect(&mut |l| unsafe { stdlib::open(l) })?;
         // SAFETY: the main thread is idle.

@@ -215,6 +215,9 @@ unsafe extern "C-unwind" fn nothing(_: *mut lua_State) -> i32 {
 
 unsafe extern "C-unwind" fn pairs(l: *mut lua_State) -> i32 {
     luaL_checkany(l, 1);
+    if state::of(l).restored.get() {
+        crate::capture::watch_order(l, 1);
+    }
     if luaL_getmetafield(l, 1, c"__pairs".as_ptr()) != LUA_TNIL {
         lua_pushvalue(l, 1);
         lua_callk(l, 1, 3, 0, Some(pairs_done));
@@ -248,6 +251,10 @@ unsafe extern "C-unwind" fn ipairs_next(l: *mut lua_State) -> i32 {
 unsafe extern "C-unwind" fn load(l: *mut lua_State) -> i32 {
     if lua_gettop(l) < 3 {
         lua_settop(l, 3);
+    }
+    if lua_type(l, 1) == LUA_TSTRING {
+        let name = if lua_type(l, 2) == LUA_TSTRING { 2 } else { 1 };
+        modules::remember(state::of(l), state::bytes(l, name), state::bytes(l, 1));
     }
     push(l, b"t");
     lua_replace(l, 3);

@@ -138,7 +138,7 @@ pub(crate) unsafe extern "C-unwind" fn gmatch(l: *mut lua_State) -> i32 {
     1
 }
 
-unsafe extern "C-unwind" fn gmatch_next(l: *mut lua_State) -> i32 {
+pub(crate) unsafe extern "C-unwind" fn gmatch_next(l: *mut lua_State) -> i32 {
     let (src, pat) = (bytes(l, lua_upvalueindex(1)), bytes(l, lua_upvalueindex(2)));
     let first = lua_tointeger(l, lua_upvalueindex(3)) as usize;
     let last = lua_tointeger(l, lua_upvalueindex(4));

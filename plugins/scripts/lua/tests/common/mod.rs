@@ -477,6 +477,30 @@ impl Script {
             self.lang().call_func.unwrap()(self.data, local, frame, budget, used, error)
         })
     }
+    /// What the instance writes of itself.
+    pub fn save(&self) -> Result<Vec<u8>, Box<Error>> {
+        unsafe extern "C" fn write(w: *const tatu_writer, bytes: *const c_void, n: u64) {
+            let out = &mut *(*w).ctx.cast::<Vec<u8>>();
+            out.extend_from_slice(std::slice::from_raw_parts(bytes.cast(), n as usize));
+        }
+        let (mut out, mut error) = (Vec::<u8>::new(), Error::new());
+        let writer = tatu_writer {
+            size: size_of::<tatu_writer>() as u32,
+            reserved: 0,
+            ctx: (&raw mut out).cast(),
+            write: Some(write),
+        };
+        let status = unsafe { (*self.lang().life).save.unwrap()(self.data, &writer, &mut error.raw) };
+        if status < 0 { Err(error) } else { Ok(out) }
+    }
+    /// Takes it back.
+    pub fn restore(&self, bytes: &[u8]) -> Result<(), Box<Error>> {
+        let mut error = Error::new();
+        let state = tatu_str { ptr: bytes.as_ptr().cast(), len: bytes.len() as u64 };
+        let life = unsafe { &*self.lang().life };
+        let status = unsafe { life.load.unwrap()(self.data, state, life.version, &mut error.raw) };
+        if status < 0 { Err(error) } else { Ok(()) }
+    }
     /// Runs a text as `init` and gives what its global function `f` returns.
     pub fn eval(&self, body: &str) -> Result<Vec<Value>, Box<Error>> {
         self.load(&format!("function f(...) {body}\nend"), "test.lua", "")?;

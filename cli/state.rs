@@ -1,0 +1,97 @@
+//! Snapshots of a run: `--snapshot-at T FILE` and `--from FILE`.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use tatu_core::{
+    World,
+    document::Document,
+    error::{Error, Result},
+    host::Registry,
+    state::{Missed, Snapshot},
+};
+
+use crate::report;
+
+/// The snapshots that a run is to write.
+pub struct Wanted {
+    /// Simulation time, s, and file, in order of time.
+    pending: Vec<(f64, PathBuf)>,
+}
+
+impl Wanted {
+    /// From the values of all `--snapshot-at`, two each.
+    pub fn parse(values: &[String]) -> Result<Self> {
+        let mut pending = Vec::new();
+        for pair in values.chunks(2) {
+            let [time, file] = pair else { continue };
+            let number = time.parse::<f64>().ok().filter(|t| t.is_finite() && *t >= 0.0);
+            let time = number.ok_or_else(|| {
+                Error::new("E102", format!("--snapshot-at: `{time}` is no time"))
+                    .expected("seconds of simulated time, at least 0, then a file")
+            })?;
+            pending.push((time, PathBuf::from(file)));
+        }
+        pending.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(Wanted { pending })
+    }
+
+    /// Writes those whose time has come, between two steps. What could not be captured is told, and what could not be
+    /// written.
+    pub fn write(&mut self, world: &World) -> Vec<Error> {
+        let mut failed = Vec::new();
+        while self.pending.first().is_some_and(|(time, _)| world.time() >= time - 1e-9) {
+            let (_, path) = self.pending.remove(0);
+            match world.snapshot().and_then(|s| s.write(&path).map(|()| s)) {
+                Ok(s) if s.is_complete() => {}
+                Ok(s) => {
+                    report::note(&format!("{} will be restored by replay: {}", path.display(), reasons(&s.head.missed)))
+                }
+                Err(e) => failed.push(e),
+            }
+        }
+        failed
+    }
+
+    /// Those that the run ended before.
+    pub fn unwritten(&self, world: &World) -> Vec<Error> {
+        let tell = |(time, path): &(f64, PathBuf)| {
+            let text = format!("{} was not written: the run ended at {} s", path.display(), world.time());
+            Error::new("E505", text)
+                .expected(format!("a run of more than {time} s"))
+                .help("run longer, with `--seconds`")
+        };
+        self.pending.iter().map(tell).collect()
+    }
+}
+
+/// A world that goes on from a snapshot: restored, or replayed where something could not be captured.
+pub fn resume(path: &Path, document: Arc<Document>, registry: Arc<Registry>, threads: usize) -> Result<World> {
+    let snapshot = Snapshot::read(path)?;
+    snapshot.check(&document, &registry)?;
+    let new = || World::with_threads(document.clone(), registry.clone(), threads);
+    let why = if snapshot.is_complete() {
+        let world = new()?;
+        match world.restore(&snapshot, false) {
+            Ok(()) => return Ok(world),
+            Err(e) => e.text,
+        }
+    } else {
+        reasons(&snapshot.head.missed)
+    };
+    let world = new()?;
+    world.replay(&snapshot)?;
+    report::note(&format!("restored by replay: {why}"));
+    Ok(world)
+}
+
+/// The first reason, and how many more there are.
+fn reasons(missed: &[Missed]) -> String {
+    match missed {
+        [] => String::new(),
+        [one] => one.to_string(),
+        [first, rest @ ..] => format!("{first} (and {} more)", rest.len()),
+    }
+}

@@ -1,0 +1,100 @@
+//! Scripts in snapshots: what the host knows of each, and what its language wrote.
+
+use super::{Callbacks, Script, Scripts};
+use crate::{
+    calls::Owner,
+    error::{Error, Result},
+    state::{InstanceImage, Kept, Missed, ScriptImage, load_instance, save_instance},
+    world::WorldCell,
+};
+
+impl Scripts {
+    /// Every script as a snapshot holds it.
+    pub fn images(world: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ScriptImage> {
+        let mut out = Vec::new();
+        while let Some(script) = Self::nth(world, out.len()) {
+            let mut captured = true;
+            let instance = script.save(world).unwrap_or_else(|reason| {
+                captured = false;
+                let plugin = world.registry.languages[script.language].plugin;
+                let plugin = world.registry.plugins[plugin].id.clone();
+                missed.push(Missed { object: format!("the script of {}", script.owner_path(world)), plugin, reason });
+                InstanceImage::default()
+            });
+            let Callbacks { actuation, sensing, cleanup, thread } = script.callbacks.get();
+            out.push(ScriptImage {
+                slot: script.slot,
+                id: script.id.get(),
+                // What cannot be captured begins anew, if it is restored at all.
+                initialised: script.initialised.get() && captured,
+                dead: script.dead.get(),
+                callbacks: [actuation, sensing, cleanup, thread],
+                calls: script.calls.get(),
+                instructions: script.instructions.get(),
+                instance,
+            });
+        }
+        out
+    }
+
+    /// Ends the scripts that are not in `slots`, without their clean-up, which they have behind them.
+    pub fn end_others(world: &WorldCell, slots: &[u32]) {
+        let (keep, gone) = std::mem::take(&mut world.scripts.borrow_mut().list)
+            .into_iter()
+            .partition::<Vec<_>, _>(|s| slots.contains(&s.slot));
+        world.scripts.borrow_mut().list = keep;
+        for script in gone {
+            script.end(world);
+        }
+    }
+
+    /// Takes all back; the scripts have been begun.
+    pub fn load(world: &WorldCell, images: Vec<ScriptImage>) -> Result {
+        for image in images {
+            let Some(script) = world.scripts.borrow().by_slot(image.slot) else { continue };
+            let refused = |why: &str| {
+                let path = script.owner_path(world);
+                Error::new("E503", format!("the script of {path} cannot be restored: {why}"))
+                    .help("replay the run to that step: a new world of the scene, stepped until then")
+            };
+            if script.id.get() != image.id {
+                return Err(refused("it was made anew during the run"));
+            }
+            if image.initialised && !image.dead {
+                let life = &world.registry.languages[script.language].life;
+                let of = Kept { plugin: script.plugin(world), slot: script.slot, data: script.data.get() };
+                load_instance(world, &of, life, &image.instance).map_err(|e| refused(&e))?;
+            }
+            if !image.initialised {
+                world.calls.waits.borrow_mut().forget(Owner::Script(image.id));
+            }
+            script.initialised.set(image.initialised);
+            script.dead.set(image.dead);
+            let [actuation, sensing, cleanup, thread] = image.callbacks;
+            script.callbacks.set(Callbacks { actuation, sensing, cleanup, thread });
+            script.calls.set(image.calls);
+            script.instructions.set(image.instructions);
+        }
+        Ok(())
+    }
+}
+
+impl Script {
+    /// What its language writes. A script that has not begun, or never will again, has nothing to tell.
+    fn save(&self, world: &WorldCell) -> Result<InstanceImage, String> {
+        if !self.initialised.get() || self.dead.get() || self.data.get().is_null() {
+            return Ok(InstanceImage::default());
+        }
+        let language = &world.registry.languages[self.language];
+        if language.life.save.is_none() {
+            return Err(format!("the language `{}` cannot write the state of a script", language.id));
+        }
+        let of = Kept { plugin: language.plugin, slot: self.slot, data: self.data.get() };
+        save_instance(world, &of, &language.life, &[])
+    }
+
+    fn owner_path(&self, world: &WorldCell) -> String {
+        let scene = world.scene.borrow();
+        scene.path(scene.get(self.slot).map_or(0, |o| o.parent))
+    }
+}

@@ -1,0 +1,293 @@
+//! Into a state: objects first, then what is in them.
+
+use std::ffi::{c_char, c_void};
+
+use mlua::ffi::*;
+use tatu_plugin_api::safe::*;
+
+use super::{
+    image::{Image, Kind, Object, Piece, Val},
+    pieces,
+    raw::{self, Raw},
+    tables,
+    walk::{compile, fingerprint, natives},
+};
+use crate::state::{State, reg, registry};
+
+/// The stack while building, as in `walk`; above them a table that is being filled.
+const OBJECTS: i32 = 1;
+const FRESH: i32 = 2;
+
+/// The build and all that it needs; outside of Lua's reach.
+pub(super) struct Build {
+    image: Image,
+    /// Functions of all texts.
+    pieces: Vec<Vec<Vec<u8>>>,
+    dump: Vec<u8>,
+    refused: Option<String>,
+}
+
+/// A chunk on its way into Lua.
+struct Chunk {
+    bytes: *const u8,
+    len: usize,
+}
+
+unsafe extern "C-unwind" fn hand_over(_: *mut lua_State, chunk: *mut c_void, n: *mut usize) -> *const c_char {
+    let chunk = &mut *chunk.cast::<Chunk>();
+    *n = std::mem::take(&mut chunk.len);
+    chunk.bytes.cast()
+}
+
+impl Build {
+    pub(super) fn new(image: Image) -> Self {
+        Build { image, pieces: Vec::new(), dump: Vec::new(), refused: None }
+    }
+
+    /// The image, once the state is built of it.
+    pub(super) fn finish(self) -> Result<Image> {
+        match self.refused {
+            None => Ok(self.image),
+            Some(reason) => Err(Fail::unsupported(reason)),
+        }
+    }
+
+    fn refuse(&mut self, reason: &str) {
+        if self.refused.is_none() {
+            self.refused = Some(reason.to_owned());
+        }
+    }
+
+    /// Builds the state.
+    ///
+    /// # Safety
+    /// Protected; the collector rests, and all that exists is of one colour.
+    pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
+        luaL_checkstack(l, 40, std::ptr::null());
+        if !raw::is_known(l) {
+            return self.refuse("this build of Lua lays its tables out in an unknown way");
+        }
+        lua_createtable(l, self.image.objects.len().min(1 << 24) as i32, 0);
+        if registry(l, reg::FRESH) != LUA_TTABLE || fingerprint(l, FRESH) != self.image.fresh {
+            return self.refuse("the library and the preludes are not those that it was written with");
+        }
+        self.prepare(l);
+        for id in 0..self.image.objects.len() {
+            if !self.make(l, s, id) {
+                return self.refuse("what was there before its text ran is not what it was");
+            }
+            lua_rawseti(l, OBJECTS, id as i64 + 1);
+        }
+        // Metatables are set while they are empty: a finalizer in one is never to be found by Lua.
+        for id in 0..self.image.objects.len() {
+            self.set_meta(l, id);
+        }
+        self.join(l);
+        for id in 0..self.image.objects.len() {
+            if !self.fill(l, id) {
+                return self.refuse("a table cannot be made as large as it was");
+            }
+        }
+        registry(l, reg::NUMBERS);
+        for (id, number) in &self.image.numbers {
+            lua_rawgeti(l, OBJECTS, i64::from(*id) + 1);
+            lua_pushinteger(l, *number);
+            lua_rawset(l, FRESH + 1);
+        }
+        // The objects stay where the second half finds them, and where the collector does not take them.
+        lua_settop(l, OBJECTS);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::BUILT);
+    }
+
+    /// The second half, which makes nothing new: keys without values, and a look at every place.
+    ///
+    /// # Safety
+    /// Protected.
+    pub(super) unsafe fn settle(&mut self, l: *mut lua_State) {
+        if self.refused.is_some() {
+            return;
+        }
+        lua_settop(l, 0);
+        registry(l, reg::BUILT);
+        for (id, object) in self.image.objects.iter().enumerate() {
+            let Kind::Table(t) = &object.kind else { continue };
+            lua_rawgeti(l, OBJECTS, id as i64 + 1);
+            if !tables::settle(l, OBJECTS + 1, t, &mut |l, v| push(l, &self.image, v)) {
+                self.refused = Some("the keys of a table cannot be put back into their order".to_owned());
+                break;
+            }
+            lua_settop(l, OBJECTS);
+        }
+        lua_pushnil(l);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::BUILT);
+    }
+
+    unsafe fn prepare(&mut self, l: *mut lua_State) {
+        if registry(l, reg::CHUNK) == LUA_TFUNCTION {
+            pieces::dump(l, &mut self.dump);
+        }
+        lua_pop(l, 1);
+        self.pieces.push(pieces::cut(&self.dump).unwrap_or_default());
+        for i in 0..self.image.texts.len() {
+            self.dump.clear();
+            if compile(l, &self.image.texts[i]) {
+                pieces::dump(l, &mut self.dump);
+            }
+            lua_pop(l, 1);
+            self.pieces.push(pieces::cut(&self.dump).unwrap_or_default());
+        }
+    }
+
+    /// Pushes an object, empty.
+    unsafe fn make(&mut self, l: *mut lua_State, s: &State, id: usize) -> bool {
+        let Object { fresh, kind } = &self.image.objects[id];
+        if let Some(k) = fresh {
+            let there = lua_rawgeti(l, FRESH, i64::from(*k) + 1);
+            return match kind {
+                Kind::Table(_) => there == LUA_TTABLE,
+                Kind::Function { cells, .. } => {
+                    let n = cells.len() as i32;
+                    there == LUA_TFUNCTION && lua_iscfunction(l, -1) == 0 && has_upvalues(l, n)
+                }
+                Kind::Native { .. } => there == LUA_TFUNCTION && lua_iscfunction(l, -1) != 0,
+                Kind::Bytes(bytes) => there == LUA_TUSERDATA && put_bytes(l, bytes),
+                Kind::Ended => false,
+            };
+        }
+        match kind {
+            Kind::Table(t) => lua_createtable(l, t.array.len() as i32, t.nodes.len() as i32),
+            Kind::Function { piece: Some(piece), cells } => return self.make_function(l, *piece, cells.len() as i32),
+            Kind::Native { function: Some(n), upvalues } => {
+                let Some(f) = natives().get(usize::from(*n)).copied() else { return false };
+                for _ in upvalues {
+                    lua_pushnil(l);
+                }
+                lua_pushcclosure(l, f, upvalues.len() as i32);
+            }
+            Kind::Ended => {
+                crate::budget::charge_coroutine(s);
+                lua_newthread(l);
+            }
+            _ => return false,
+        }
+        true
+    }
+
+    /// Pushes a function of one of the texts; its bytes come from the compiler, not from the image.
+    unsafe fn make_function(&self, l: *mut lua_State, piece: Piece, cells: i32) -> bool {
+        let text = self.pieces.get(piece.text as usize);
+        let Some(code) = text.and_then(|t| t.get(piece.function as usize)) else { return false };
+        let mut chunk = Chunk { bytes: code.as_ptr(), len: code.len() };
+        lua_load(l, hand_over, (&raw mut chunk).cast(), c"=text".as_ptr(), c"b".as_ptr()) == LUA_OK
+            && has_upvalues(l, cells)
+    }
+
+    unsafe fn set_meta(&self, l: *mut lua_State, id: usize) {
+        let Kind::Table(t) = &self.image.objects[id].kind else { return };
+        if t.meta.is_none() && self.image.objects[id].fresh.is_none() {
+            return;
+        }
+        lua_rawgeti(l, OBJECTS, id as i64 + 1);
+        match t.meta {
+            Some(meta) => {
+                lua_rawgeti(l, OBJECTS, i64::from(meta) + 1);
+            }
+            None => lua_pushnil(l),
+        }
+        lua_setmetatable(l, -2);
+        lua_pop(l, 1);
+    }
+
+    /// Outer variables: the first function that has one owns it, the others share it.
+    unsafe fn join(&mut self, l: *mut lua_State) {
+        lua_createtable(l, self.image.cells.len().min(1 << 24) as i32, 0);
+        let owners = lua_gettop(l);
+        for (id, object) in self.image.objects.iter().enumerate() {
+            lua_rawgeti(l, OBJECTS, id as i64 + 1);
+            let at = lua_gettop(l);
+            match &object.kind {
+                Kind::Function { cells, .. } => {
+                    for (i, cell) in cells.iter().enumerate() {
+                        let n = i as i32 + 1;
+                        // Of each cell: the object that owns it, and the number of the variable there.
+                        if lua_rawgeti(l, owners, i64::from(*cell) + 1) == LUA_TNUMBER {
+                            let owner = lua_tointeger(l, -1);
+                            lua_rawgeti(l, OBJECTS, owner >> 8);
+                            lua_upvaluejoin(l, at, n, -1, (owner & 0xFF) as i32);
+                        } else {
+                            lua_pushinteger(l, (id as i64 + 1) << 8 | i64::from(n));
+                            lua_rawseti(l, owners, i64::from(*cell) + 1);
+                            push(l, &self.image, self.image.cells[*cell as usize]);
+                            lua_setupvalue(l, at, n);
+                        }
+                        lua_settop(l, at);
+                    }
+                }
+                Kind::Native { function: Some(_), upvalues } => {
+                    for (i, v) in upvalues.iter().enumerate() {
+                        push(l, &self.image, *v);
+                        lua_setupvalue(l, at, i as i32 + 1);
+                    }
+                }
+                _ => {}
+            }
+            lua_settop(l, owners);
+        }
+        lua_settop(l, FRESH);
+    }
+
+    /// Fills a table. One that was there before the text keeps its identity and gets the content of a new one.
+    unsafe fn fill(&self, l: *mut lua_State, id: usize) -> bool {
+        let Object { fresh, kind: Kind::Table(t) } = &self.image.objects[id] else { return true };
+        lua_rawgeti(l, OBJECTS, id as i64 + 1);
+        let old = lua_gettop(l);
+        if fresh.is_some() {
+            lua_createtable(l, t.array.len() as i32, t.nodes.len() as i32);
+        }
+        let at = lua_gettop(l);
+        let done = tables::fill(l, at, t, &self.image.strings, &mut |l, v| push(l, &self.image, v));
+        if fresh.is_some() {
+            Raw::of(l, old).exchange(Raw::of(l, at));
+        }
+        lua_settop(l, FRESH);
+        done
+    }
+}
+
+/// Pushes a value of the image.
+unsafe fn push(l: *mut lua_State, image: &Image, v: Val) {
+    match v {
+        Val::Nil => lua_pushnil(l),
+        Val::Bool(b) => lua_pushboolean(l, i32::from(b)),
+        Val::Int(i) => lua_pushinteger(l, i),
+        Val::Float(bits) => lua_pushnumber(l, f64::from_bits(bits)),
+        Val::Text(n) => crate::state::push(l, &image.strings[n as usize]),
+        Val::Object(n) => {
+            lua_rawgeti(l, OBJECTS, i64::from(n) + 1);
+        }
+    }
+}
+
+/// Whether the function on top has exactly `n` outer variables.
+unsafe fn has_upvalues(l: *mut lua_State, n: i32) -> bool {
+    let has = |k: i32| {
+        let there = !lua_getupvalue(l, -1, k).is_null();
+        if there {
+            lua_pop(l, 1);
+        }
+        there
+    };
+    (n == 0 || has(n)) && !has(n + 1)
+}
+
+unsafe fn put_bytes(l: *mut lua_State, bytes: &[u8]) -> bool {
+    if lua_getmetatable(l, -1) != 0 {
+        lua_pop(l, 1);
+        return bytes.is_empty();
+    }
+    if lua_rawlen(l, -1) != bytes.len() {
+        return false;
+    }
+    std::ptr::copy_nonoverlapping(bytes.as_ptr(), lua_touserdata(l, -1).cast(), bytes.len());
+    true
+}

@@ -1,0 +1,90 @@
+//! What was there before a script's text ran: listed once, in an order that is the same in every state that is made in
+//! the same way, so that a number in the list is a name.
+
+use std::{
+    collections::HashSet,
+    hash::{BuildHasherDefault, Hasher},
+};
+
+use mlua::ffi::*;
+use tatu_plugin_api::safe::*;
+
+use crate::state::{Script, reg};
+
+/// Addresses that were seen. They are asked for only, never walked, so the cheapest hash will do.
+type Seen = HashSet<usize, BuildHasherDefault<Address>>;
+
+#[derive(Default)]
+struct Address(u64);
+
+impl Hasher for Address {
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|b| self.write_usize(usize::from(*b)));
+    }
+    fn write_usize(&mut self, n: usize) {
+        self.0 = (self.0 ^ n as u64 >> 4).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    }
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}
+
+/// Makes the list, after the text has been loaded and before it runs.
+pub(crate) fn record(s: &Script) -> Result {
+    let mut seen = Seen::with_capacity_and_hasher(512, BuildHasherDefault::default());
+    // SAFETY: protected; what has a destructor belongs to this function.
+    s.protect(&mut |l| unsafe {
+        luaL_checkstack(l, 32, std::ptr::null());
+        lua_createtable(l, 256, 0); // 1
+        let n = super::roots(l);
+        for i in 2..2 + n {
+            note(l, i, &mut seen);
+        }
+        lua_settop(l, 1);
+        let mut at = 0;
+        while at < seen.len() {
+            at += 1;
+            lua_rawgeti(l, 1, at as i64);
+            spread(l, &mut seen);
+            lua_settop(l, 1);
+        }
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::FRESH);
+    })
+}
+
+/// Adds the object at `idx` to the list at 1.
+unsafe fn note(l: *mut lua_State, idx: i32, seen: &mut Seen) {
+    if matches!(lua_type(l, idx), LUA_TTABLE | LUA_TFUNCTION | LUA_TUSERDATA)
+        && seen.insert(lua_topointer(l, idx) as usize)
+    {
+        lua_pushvalue(l, idx);
+        lua_rawseti(l, 1, seen.len() as i64);
+    }
+}
+
+/// Adds what the object on top leads to.
+unsafe fn spread(l: *mut lua_State, seen: &mut Seen) {
+    let top = lua_gettop(l);
+    match lua_type(l, top) {
+        LUA_TTABLE => {
+            lua_pushnil(l);
+            while lua_next(l, top) != 0 {
+                note(l, top + 1, seen);
+                note(l, top + 2, seen);
+                lua_settop(l, top + 1);
+            }
+        }
+        LUA_TFUNCTION => {
+            let mut n = 1;
+            while !lua_getupvalue(l, top, n).is_null() {
+                note(l, top + 1, seen);
+                lua_settop(l, top);
+                n += 1;
+            }
+        }
+        _ => {}
+    }
+    if lua_getmetatable(l, top) != 0 {
+        note(l, top + 1, seen);
+    }
+}

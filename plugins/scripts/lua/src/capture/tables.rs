@@ -1,0 +1,172 @@
+//! Keys back to their places.
+//!
+//! Lua puts a key where its hash says, or, if another key stands there that belongs there, in the last place that is
+//! free. So a table of the same size gets first the keys that stand where their hashes say, and then the others from the
+//! last place to the first. Keys without a value are set too, since their places are not free, and taken out again in
+//! the end, when every place is looked at.
+
+use mlua::ffi::*;
+
+use super::{
+    image::{Node, Table, Val},
+    raw::{Key, Raw},
+};
+use crate::seed;
+
+/// Where a key's hash leads to in a table of `n` places; none for objects, of which there is one alone.
+fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
+    let modulo = ((n - 1) | 1) as u64;
+    Some(match key {
+        Val::Bool(b) => usize::from(b) & (n - 1),
+        Val::Int(i) => (i as u64 % modulo) as usize,
+        Val::Float(bits) => (u64::from(hash_of_float(f64::from_bits(bits))) % modulo) as usize,
+        Val::Text(t) => seed::hash(&strings[t as usize]) as usize & (n - 1),
+        Val::Nil | Val::Object(_) => return None,
+    })
+}
+
+/// Lua's `l_hashfloat`: mantissa and exponent.
+fn hash_of_float(x: f64) -> u32 {
+    if !x.is_finite() {
+        return 0;
+    }
+    // Numbers below the normal range are lifted into it.
+    let (y, lift) = if x != 0.0 && x.abs() < f64::MIN_POSITIVE { (x * 2f64.powi(64), 64) } else { (x, 0) };
+    let (mantissa, exponent) = match y.to_bits() >> 52 & 0x7FF {
+        0 => (0.0, 0),
+        e => (f64::from_bits(y.to_bits() & !(0x7FF << 52) | 1022 << 52), e as i32 - 1022 - lift),
+    };
+    let u = (exponent as u32).wrapping_add((mantissa * 2_147_483_648.0) as i64 as u32);
+    if u <= i32::MAX as u32 { u } else { !u }
+}
+
+/// A text that stands in for a key that the collector took: its hash leads to `place` of `n`.
+fn stand_in(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
+    loop {
+        *count += 1;
+        let mut text = *b"\0\0gone....";
+        text[6..].copy_from_slice(&count.to_le_bytes());
+        if seed::hash(&text) as usize & (n - 1) == place {
+            return text;
+        }
+    }
+}
+
+/// Fills the table at `at`, which is empty and has room for exactly this; `push` pushes a value. False: it has not.
+///
+/// # Safety
+/// Protected, the collector rests, and there is room on the stack.
+pub(super) unsafe fn fill(
+    l: *mut lua_State,
+    at: i32,
+    table: &Table,
+    strings: &[Vec<u8>],
+    push: &mut dyn FnMut(*mut lua_State, Val),
+) -> bool {
+    let t = Raw::of(l, at);
+    if t.array() != table.array.len() || t.nodes() != table.nodes.len() {
+        return false;
+    }
+    for (i, v) in table.array.iter().enumerate() {
+        if *v != Val::Nil {
+            push(l, *v);
+            lua_rawseti(l, at, i as i64 + 1);
+        }
+    }
+    let n = table.nodes.len();
+    let mut count = 0;
+    for at_home in [true, false] {
+        for i in (0..n).rev() {
+            match table.nodes[i] {
+                Node::Live { key, .. } | Node::Dead { key: Some(key) }
+                    if place_of(key, n, strings).is_none_or(|p| p == i) == at_home =>
+                {
+                    push(l, key);
+                }
+                Node::Dead { key: None } if at_home => {
+                    let text = stand_in(i, n, &mut count);
+                    lua_pushlstring(l, text.as_ptr().cast(), text.len());
+                }
+                _ => continue,
+            }
+            lua_pushboolean(l, 1);
+            lua_rawset(l, at);
+        }
+    }
+    for node in &table.nodes {
+        if let Node::Live { key, value } = node {
+            push(l, *key);
+            push(l, *value);
+            lua_rawset(l, at);
+        }
+    }
+    true
+}
+
+/// Takes out the values of keys that have none, and looks at every place. False: a key stands elsewhere than it did.
+///
+/// # Safety
+/// As `fill`, except that the collector may have run.
+pub(super) unsafe fn settle(
+    l: *mut lua_State,
+    at: i32,
+    table: &Table,
+    push: &mut dyn FnMut(*mut lua_State, Val),
+) -> bool {
+    let t = Raw::of(l, at);
+    if t.array() != table.array.len() || t.nodes() != table.nodes.len() {
+        return false;
+    }
+    for (i, node) in table.nodes.iter().enumerate() {
+        let Node::Dead { key } = node else { continue };
+        if !clear(l, at, t, i) {
+            return false;
+        }
+        if key.is_none() {
+            t.forget(i);
+        }
+    }
+    t.set_limit(table.limit, table.is_hint) && (0..table.nodes.len()).all(|i| is_there(l, t, table, i, push))
+}
+
+/// Takes out the value in a place.
+unsafe fn clear(l: *mut lua_State, at: i32, t: Raw, i: usize) -> bool {
+    match t.key(i) {
+        Key::Bool(b) => lua_pushboolean(l, i32::from(b)),
+        Key::Int(x) => lua_pushinteger(l, x),
+        Key::Float(x) => lua_pushnumber(l, f64::from_bits(x)),
+        Key::Text(x) => crate::state::push(l, x),
+        Key::Object | Key::Nil | Key::Gone => return false,
+    }
+    lua_pushnil(l);
+    lua_rawset(l, at);
+    true
+}
+
+/// Whether a place holds what it should.
+unsafe fn is_there(
+    l: *mut lua_State,
+    t: Raw,
+    table: &Table,
+    i: usize,
+    push: &mut dyn FnMut(*mut lua_State, Val),
+) -> bool {
+    let (key, has_value) = match table.nodes[i] {
+        Node::Free => return t.key(i) == Key::Nil,
+        Node::Dead { key: None } => return !t.has_value(i) && t.key(i) == Key::Gone,
+        Node::Dead { key: Some(key) } => (key, false),
+        Node::Live { key, .. } => (key, true),
+    };
+    push(l, key);
+    let same = match t.key(i) {
+        Key::Bool(b) => key == Val::Bool(b),
+        Key::Int(x) => key == Val::Int(x),
+        Key::Float(x) => key == Val::Float(x),
+        Key::Text(x) => lua_type(l, -1) == LUA_TSTRING && crate::state::bytes(l, -1) == x,
+        // One of its kind: see `walk`.
+        Key::Object => matches!(key, Val::Object(_)) && table.nodes.len() == 1,
+        Key::Nil | Key::Gone => false,
+    };
+    lua_pop(l, 1);
+    same && t.has_value(i) == has_value
+}

@@ -1,0 +1,434 @@
+//! Out of a state: everything that can be reached, each object once.
+
+use std::{collections::HashMap, ffi::CStr};
+
+use mlua::ffi::*;
+use tatu_plugin_api::safe::*;
+
+use super::{
+    ROOT_NAMES,
+    image::{Image, Kind, Node, Object, Piece, Table, Val},
+    pieces,
+    raw::{self, Key, Raw},
+    roots,
+};
+use crate::state::{State, bytes, reg, registry};
+
+/// How something was reached from the object before.
+#[derive(Clone, Copy)]
+enum Step {
+    Root(usize),
+    Key(Val),
+    /// As an outer variable of this name.
+    Variable(u32),
+    Metatable,
+    /// As a key.
+    Among,
+}
+
+/// The stack while walking: objects by number plus one, what was there before the text.
+const OBJECTS: i32 = 1;
+const FRESH: i32 = 2;
+
+/// The walk and all that it gathers; outside of Lua's reach, so that an error in Lua leaks nothing.
+pub(super) struct Walk {
+    image: Image,
+    ids: HashMap<usize, u32>,
+    /// How each object was reached.
+    from: Vec<(u32, Step)>,
+    cells: HashMap<usize, u32>,
+    strings: HashMap<Vec<u8>, u32>,
+    fresh: HashMap<usize, u32>,
+    pieces: HashMap<Vec<u8>, Piece>,
+    dump: Vec<u8>,
+    /// The object at hand, while it is gathered.
+    array: Vec<Val>,
+    nodes: Vec<Node>,
+    list: Vec<u32>,
+    /// Why the state cannot be written.
+    refused: Option<String>,
+}
+
+impl Walk {
+    pub(super) fn new() -> Self {
+        Walk {
+            image: Image::default(),
+            ids: HashMap::new(),
+            from: Vec::new(),
+            cells: HashMap::new(),
+            strings: HashMap::new(),
+            fresh: HashMap::new(),
+            pieces: HashMap::new(),
+            dump: Vec::new(),
+            array: Vec::new(),
+            nodes: Vec::new(),
+            list: Vec::new(),
+            refused: None,
+        }
+    }
+
+    /// The image, or the reason why there is none.
+    pub(super) fn finish(self) -> Result<Image> {
+        match self.refused {
+            None => Ok(self.image),
+            Some(reason) => Err(Fail::unsupported(reason)),
+        }
+    }
+
+    /// Walks the state.
+    ///
+    /// # Safety
+    /// Protected; the collector rests.
+    pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
+        luaL_checkstack(l, 40, std::ptr::null());
+        if !raw::is_known(l) {
+            self.refused = Some("this build of Lua lays its tables out in an unknown way".to_owned());
+            return;
+        }
+        lua_newtable(l);
+        if registry(l, reg::FRESH) != LUA_TTABLE {
+            self.refused = Some("its text has not been loaded".to_owned());
+            return;
+        }
+        self.prepare(l, s);
+        let n = roots(l) as usize;
+        for i in 0..n {
+            lua_pushvalue(l, FRESH + 1 + i as i32);
+            self.object(l, 0, Step::Root(i));
+            lua_pop(l, 1);
+        }
+        lua_settop(l, FRESH);
+        let mut id = 0;
+        while id < self.from.len() && self.refused.is_none() {
+            lua_rawgeti(l, OBJECTS, id as i64 + 1);
+            let kind = self.describe(l, id as u32);
+            self.image.objects.push(Object { fresh: self.fresh_number(l, FRESH + 1), kind });
+            lua_settop(l, FRESH);
+            id += 1;
+        }
+        if self.refused.is_none() {
+            self.rest(l);
+        }
+    }
+
+    /// Lists what was there before the text, and the functions of all texts.
+    unsafe fn prepare(&mut self, l: *mut lua_State, s: &State) {
+        for k in 0..lua_rawlen(l, FRESH) {
+            lua_rawgeti(l, FRESH, k as i64 + 1);
+            self.fresh.insert(lua_topointer(l, -1) as usize, k as u32);
+            lua_pop(l, 1);
+        }
+        self.image.fresh = fingerprint(l, FRESH);
+        if registry(l, reg::CHUNK) == LUA_TFUNCTION {
+            self.learn(l, 0);
+        }
+        lua_pop(l, 1);
+        self.image.texts.clone_from(&s.texts.borrow());
+        for i in 0..self.image.texts.len() {
+            if compile(l, &self.image.texts[i]) {
+                self.learn(l, i as u32 + 1);
+            }
+            lua_pop(l, 1);
+        }
+    }
+
+    /// Learns the functions of the text on top.
+    unsafe fn learn(&mut self, l: *mut lua_State, text: u32) {
+        pieces::dump(l, &mut self.dump);
+        for (i, piece) in pieces::cut(&self.dump).into_iter().flatten().enumerate() {
+            self.pieces.entry(piece).or_insert(Piece { text, function: i as u32 });
+        }
+    }
+
+    unsafe fn fresh_number(&self, l: *mut lua_State, idx: i32) -> Option<u32> {
+        self.fresh.get(&(lua_topointer(l, idx) as usize)).copied()
+    }
+
+    /// What stands outside of the walk: waits, numbers of objects shown as text.
+    unsafe fn rest(&mut self, l: *mut lua_State) {
+        for (place, what) in [(reg::THREADS, "its thread function waits"), (reg::WAITS, "a coroutine of it waits")] {
+            if self.refused.is_some() {
+                return;
+            }
+            registry(l, place);
+            lua_pushnil(l);
+            if lua_next(l, -2) != 0 {
+                self.refused = Some(what.to_owned());
+            }
+            lua_settop(l, FRESH);
+        }
+        registry(l, reg::NUMBERS);
+        lua_pushnil(l);
+        while lua_next(l, FRESH + 1) != 0 {
+            if let Some(id) = self.ids.get(&(lua_topointer(l, -2) as usize)) {
+                self.image.numbers.push((*id, lua_tointeger(l, -1)));
+            }
+            lua_pop(l, 1);
+        }
+        lua_settop(l, FRESH);
+    }
+
+    /// The value on top, reached from `id` by `step`.
+    unsafe fn value(&mut self, l: *mut lua_State, id: u32, step: Step) -> Val {
+        match lua_type(l, -1) {
+            LUA_TNIL => Val::Nil,
+            LUA_TBOOLEAN => Val::Bool(lua_toboolean(l, -1) != 0),
+            LUA_TNUMBER if lua_isinteger(l, -1) != 0 => Val::Int(lua_tointeger(l, -1)),
+            LUA_TNUMBER => Val::Float(lua_tonumber(l, -1).to_bits()),
+            LUA_TSTRING => Val::Text(self.text(bytes(l, -1))),
+            _ => self.object(l, id, step),
+        }
+    }
+
+    fn text(&mut self, text: &[u8]) -> u32 {
+        if let Some(known) = self.strings.get(text) {
+            return *known;
+        }
+        let number = self.image.strings.len() as u32;
+        self.image.strings.push(text.to_vec());
+        self.strings.insert(text.to_vec(), number);
+        number
+    }
+
+    /// The object on top: its number, and its place among those yet to be described.
+    unsafe fn object(&mut self, l: *mut lua_State, id: u32, step: Step) -> Val {
+        let pointer = lua_topointer(l, -1) as usize;
+        if let Some(known) = self.ids.get(&pointer) {
+            return Val::Object(*known);
+        }
+        let number = self.from.len() as u32;
+        lua_pushvalue(l, -1);
+        lua_rawseti(l, OBJECTS, i64::from(number) + 1);
+        self.ids.insert(pointer, number);
+        self.from.push((id, step));
+        Val::Object(number)
+    }
+
+    fn refuse(&mut self, id: u32, what: &str) -> Kind {
+        if self.refused.is_none() {
+            self.refused = Some(format!("{} {what}", self.name(id)));
+        }
+        Kind::Ended
+    }
+
+    /// How a script would call an object.
+    fn name(&self, id: u32) -> String {
+        let mut tail = String::new();
+        let mut at = id;
+        for _ in 0..20 {
+            let (from, step) = self.from[at as usize];
+            let text = |n: u32| String::from_utf8_lossy(&self.image.strings[n as usize]).into_owned();
+            match step {
+                Step::Root(0) => return format!("the table of globals{tail}"),
+                Step::Root(n) => return format!("{}{}{tail}", ROOT_NAMES[n], if tail.is_empty() { "" } else { ": " }),
+                Step::Variable(name) => return format!("local variable `{}{tail}`", text(name)),
+                Step::Key(Val::Text(key)) if from == 0 => return format!("variable `{}{tail}`", text(key)),
+                Step::Key(Val::Text(key)) => tail = format!(".{}{tail}", text(key)),
+                Step::Key(Val::Int(i)) => tail = format!("[{i}]{tail}"),
+                Step::Key(Val::Float(bits)) => tail = format!("[{}]{tail}", f64::from_bits(bits)),
+                Step::Key(_) => tail = format!("[...]{tail}"),
+                Step::Metatable => tail = format!(" (its metatable){tail}"),
+                Step::Among => tail = format!(" (a key){tail}"),
+            }
+            at = from;
+        }
+        format!("something deep in its variables, at `{tail}`")
+    }
+
+    /// Describes the object on top, which stands at `FRESH + 1`.
+    unsafe fn describe(&mut self, l: *mut lua_State, id: u32) -> Kind {
+        match lua_type(l, -1) {
+            LUA_TTABLE => self.table(l, id),
+            LUA_TFUNCTION if lua_iscfunction(l, -1) != 0 => self.native(l, id),
+            LUA_TFUNCTION => self.function(l, id),
+            LUA_TUSERDATA if self.fresh_number(l, -1).is_some() => {
+                if lua_getmetatable(l, -1) != 0 {
+                    // A file of the library: it has no state in Lua.
+                    lua_pop(l, 1);
+                    return Kind::Bytes(Vec::new());
+                }
+                let (ptr, n) = (lua_touserdata(l, -1).cast::<u8>(), lua_rawlen(l, -1));
+                Kind::Bytes(std::slice::from_raw_parts(ptr, n).to_vec())
+            }
+            LUA_TUSERDATA => self.refuse(id, "is an open file"),
+            LUA_TTHREAD => {
+                let thread = lua_tothread(l, -1);
+                match lua_status(thread) {
+                    LUA_YIELD => self.refuse(id, "is a suspended coroutine"),
+                    LUA_OK if lua_gettop(thread) > 0 => self.refuse(id, "is a coroutine that has yet to begin"),
+                    _ => Kind::Ended,
+                }
+            }
+            _ => self.refuse(id, "is of a type that cannot be written"),
+        }
+    }
+
+    unsafe fn native(&mut self, l: *mut lua_State, id: u32) -> Kind {
+        let f = lua_tocfunction(l, -1);
+        self.array.clear();
+        let mut n = 1;
+        while !lua_getupvalue(l, FRESH + 1, n).is_null() {
+            if lua_type(l, -1) == LUA_TTHREAD {
+                return self.refuse(id, "is a coroutine, made by `coroutine.wrap`");
+            }
+            let v = self.value(l, id, Step::Key(Val::Nil));
+            self.array.push(v);
+            lua_pop(l, 1);
+            n += 1;
+        }
+        let upvalues = std::mem::take(&mut self.array);
+        if self.fresh_number(l, FRESH + 1).is_some() {
+            return Kind::Native { function: None, upvalues };
+        }
+        let known = natives();
+        match known.iter().position(|k| f.is_some_and(|f| f as usize == *k as usize)) {
+            Some(i) => Kind::Native { function: Some(i as u8), upvalues },
+            None => self.refuse(id, "is a function of the library that cannot be written"),
+        }
+    }
+
+    unsafe fn function(&mut self, l: *mut lua_State, id: u32) -> Kind {
+        let mut piece = None;
+        if self.fresh_number(l, -1).is_none() {
+            pieces::dump(l, &mut self.dump);
+            piece = self.pieces.get(&self.dump).copied();
+            if piece.is_none() {
+                return self.refuse(id, "is a function whose text is not known any more");
+            }
+        }
+        self.list.clear();
+        for n in 1..=255 {
+            let name = lua_getupvalue(l, FRESH + 1, n);
+            if name.is_null() {
+                break;
+            }
+            let cell = lua_upvalueid(l, FRESH + 1, n) as usize;
+            let number = match self.cells.get(&cell) {
+                Some(known) => *known,
+                None => {
+                    let number = self.image.cells.len() as u32;
+                    self.cells.insert(cell, number);
+                    self.image.cells.push(Val::Nil);
+                    let name = self.text(CStr::from_ptr(name).to_bytes());
+                    let v = self.value(l, id, Step::Variable(name));
+                    self.image.cells[number as usize] = v;
+                    number
+                }
+            };
+            self.list.push(number);
+            lua_pop(l, 1);
+        }
+        Kind::Function { piece, cells: std::mem::take(&mut self.list) }
+    }
+
+    unsafe fn table(&mut self, l: *mut lua_State, id: u32) -> Kind {
+        let at = FRESH + 1;
+        let t = Raw::of(l, at);
+        let mut meta = None;
+        if lua_getmetatable(l, at) != 0 {
+            lua_pushlstring(l, c"__mode".as_ptr(), 6);
+            if lua_rawget(l, -2) != LUA_TNIL {
+                return self.refuse(id, "is a weak table");
+            }
+            lua_pop(l, 1);
+            if let Val::Object(m) = self.object(l, id, Step::Metatable) {
+                meta = Some(m);
+            }
+            lua_pop(l, 1);
+        }
+        self.array.clear();
+        for i in 1..=t.array() as i64 {
+            lua_rawgeti(l, at, i);
+            let v = self.value(l, id, Step::Key(Val::Int(i)));
+            self.array.push(v);
+            lua_pop(l, 1);
+        }
+        self.places(l, id, t);
+        let (limit, is_hint) = t.limit();
+        let (array, nodes) = (std::mem::take(&mut self.array), std::mem::take(&mut self.nodes));
+        Kind::Table(Table { array, limit, is_hint, nodes, meta })
+    }
+
+    /// The hash part: raw places, with the values that Lua's own traversal gives in the same order.
+    unsafe fn places(&mut self, l: *mut lua_State, id: u32, t: Raw) {
+        let n = t.nodes();
+        self.nodes.clear();
+        let mut objects = 0;
+        lua_pushnil(l);
+        if n > 0 {
+            // Traversal visits the array first: go on behind its last value.
+            for i in (1..=t.array() as i64).rev() {
+                if self.array[i as usize - 1] != Val::Nil {
+                    lua_pop(l, 1);
+                    lua_pushinteger(l, i);
+                    break;
+                }
+            }
+        }
+        for i in 0..n {
+            let node = match (t.key(i), t.has_value(i)) {
+                (Key::Nil, _) => Node::Free,
+                (key, true) => {
+                    if lua_next(l, FRESH + 1) == 0 {
+                        self.refuse(id, "is a table that cannot be traversed");
+                        return;
+                    }
+                    objects += usize::from(key == Key::Object);
+                    lua_pushvalue(l, -2);
+                    let key = self.value(l, id, Step::Among);
+                    lua_pop(l, 1);
+                    let value = self.value(l, id, Step::Key(key));
+                    lua_pop(l, 1);
+                    Node::Live { key, value }
+                }
+                (key, false) => {
+                    let key = match key {
+                        Key::Bool(b) => Some(Val::Bool(b)),
+                        Key::Int(x) => Some(Val::Int(x)),
+                        Key::Float(x) => Some(Val::Float(x)),
+                        Key::Text(x) => Some(Val::Text(self.text(x))),
+                        _ => None,
+                    };
+                    Node::Dead { key }
+                }
+            };
+            self.nodes.push(node);
+        }
+        lua_settop(l, FRESH + 1);
+        if objects > 0 && n > 1 {
+            self.refuse(id, "has keys that are tables or functions, whose order cannot be kept");
+        }
+    }
+}
+
+/// Functions of the plugin that are made while a script runs.
+pub(super) fn natives() -> [lua_CFunction; 4] {
+    [crate::bind::command, crate::bind::index, crate::functions::foreign, crate::strings::gmatch_next]
+}
+
+/// Pushes a compiled text; or an error.
+///
+/// # Safety
+/// Protected.
+pub(super) unsafe fn compile(l: *mut lua_State, text: &(Vec<u8>, Vec<u8>)) -> bool {
+    // The name is handed over as a text of Lua's own, which ends in a zero.
+    lua_pushlstring(l, text.0.as_ptr().cast(), text.0.len());
+    let name = lua_tolstring(l, -1, std::ptr::null_mut());
+    let status = luaL_loadbufferx(l, text.1.as_ptr().cast(), text.1.len(), name, c"t".as_ptr());
+    lua_remove(l, -2);
+    status == LUA_OK
+}
+
+/// A number over the kinds of the objects in the list at `idx`.
+///
+/// # Safety
+/// A list; one free place on the stack.
+pub(super) unsafe fn fingerprint(l: *mut lua_State, idx: i32) -> u64 {
+    let mut h = 0xcbf2_9ce4_8422_2325_u64;
+    for k in 1..=lua_rawlen(l, idx) as i64 {
+        let kind = lua_rawgeti(l, idx, k) as u64 * 2 + u64::from(lua_iscfunction(l, -1) != 0);
+        lua_pop(l, 1);
+        h = (h ^ kind).wrapping_mul(0x0100_0000_01b3);
+    }
+    h
+}

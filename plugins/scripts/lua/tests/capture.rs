@@ -1,0 +1,346 @@
+//! States of scripts, written and taken back: what a script can see is the same, in the same order, and the script that
+//! goes on does not notice.
+#![allow(clippy::undocumented_unsafe_blocks, reason = "the test plays the host")]
+
+mod common;
+
+use common::{Host, Script, num, ret};
+use proptest::prelude::*;
+use tatu_plugin_api::abi::*;
+
+/// Runs `text` up to `save`, and gives the bytes.
+fn saved(s: &Script) -> Result<Vec<u8>, String> {
+    s.save().map_err(|e| e.text)
+}
+
+/// A new script of the same text with the state of `bytes`.
+fn again(host: &'static Host, text: &str, bytes: &[u8]) -> Script {
+    let s = host.load(text);
+    s.restore(bytes).unwrap_or_else(|e| panic!("{e:?}"));
+    s
+}
+
+/// What `look` says now, here and in a copy, and what `go` does to both afterwards, some times.
+#[track_caller]
+fn same(text: &str) {
+    let host = Host::new();
+    host.command("robot.read", |_, frame| {
+        ret(frame, num(1.25));
+        TATU_OK
+    });
+    let s = host.load(text);
+    s.init().unwrap();
+    for _ in 0..3 {
+        s.function("go", &[]).unwrap();
+    }
+    let bytes = saved(&s).unwrap_or_else(|e| panic!("{e}"));
+    assert!(saved(&s).unwrap() == bytes, "writing changes nothing");
+    let copy = again(host, text, &bytes);
+    assert!(saved(&copy).unwrap() == bytes, "a copy's state is the same, place by place");
+    for i in 0..20 {
+        assert_eq!(s.function("look", &[]).unwrap(), copy.function("look", &[]).unwrap(), "round {i}");
+        let (a, b) = (s.function("go", &[]).unwrap(), copy.function("go", &[]).unwrap());
+        assert_eq!(a, b, "round {i}");
+    }
+}
+
+/// The reason why a state cannot be written.
+#[track_caller]
+fn refusal(text: &str) -> String {
+    let s = Host::new().load(text);
+    s.init().unwrap();
+    saved(&s).expect_err("this cannot be captured")
+}
+
+#[test]
+fn values_of_every_type() {
+    same(
+        "a, b, c, d, e, f = nil, true, 7, 2.0, 'te\\0xt', -0.0
+        nan, inf, big = 0/0, math.huge, math.maxinteger
+        function look() return tostring(a), b, c, d, e, 1/f, tostring(nan), inf, big, math.type(c), math.type(d) end
+        function go() c = c + 1 d = d * 1.5 e = e .. '!' return c, d, e end",
+    );
+}
+
+#[test]
+fn tables_that_are_shared_and_go_round() {
+    same(
+        "local inner = {n = 1}
+        t = {inner, inner, x = inner}
+        t.t = t
+        setmetatable(t, {__index = function(_, k) return 'no ' .. tostring(k) end, __len = function() return 42 end})
+        function look() return t[1] == t[2], t.x == t[1], t.t == t, t.missing, #t, getmetatable(t).__len == nil end
+        function go() t[1].n = t[1].n + 1 t[#t + 1] = inner.n return t[2].n, inner.n end",
+    );
+}
+
+#[test]
+fn functions_share_their_variables() {
+    same(
+        "local function counter()
+            local n = 0
+            return function() n = n + 1 return n end, function() return n end
+        end
+        up, get = counter()
+        up2, get2 = counter()
+        local function fact(n) return n < 2 and 1 or n * fact(n - 1) end
+        local class = {} class.__index = class
+        function class.new(v) return setmetatable({v = v}, class) end
+        function class:add(x) self.v = self.v + x return self.v end
+        object = class.new(3)
+        local later
+        function look() return get(), get2(), fact(5), object.v, later end
+        function go() later = (later or 0) + up() return up(), object:add(2), later end",
+    );
+}
+
+#[test]
+fn errors_in_restored_functions_still_name_their_lines() {
+    same(
+        "local deep = {f = function()
+            local x = nil
+            return x.y
+        end}
+        function look() return select(2, pcall(deep.f)) end
+        function go() return debug.getinfo(deep.f, 'S').linedefined, debug.getinfo(deep.f, 'S').source end",
+    );
+}
+
+#[test]
+fn the_random_generator_goes_on() {
+    same(
+        "math.randomseed(99)
+        function look() return tostring(math.random) end
+        function go() return math.random(), math.random(100) end",
+    );
+}
+
+#[test]
+fn the_order_of_pairs_is_part_of_the_state() {
+    same(
+        "t, log = {}, {}
+        for i = 1, 50 do t['key' .. (i * 7919) % 101] = i end
+        for i = 1, 50, 3 do t['key' .. (i * 7919) % 101] = nil end
+        for i = 1, 20 do t[i * 1.5], t[i * 1000] = i, -i end
+        t[true] = 'yes'
+        local n = 0
+        local function digest(x)
+            local s = {}
+            for k, v in pairs(x) do s[#s + 1] = tostring(k) .. '=' .. tostring(v) end
+            return table.concat(s, ' ')
+        end
+        function look() return digest(t), digest(string), #log, digest(log) end
+        function go()
+            n = n + 1
+            t['new' .. n], t['key' .. n], t[n] = n, nil, 'x'
+            log[n] = n
+            if n % 3 == 0 then log[n - 1] = nil end
+            return digest(t), #log
+        end",
+    );
+}
+
+#[test]
+fn lengths_of_arrays_with_holes_stay() {
+    same(
+        "lists = {}
+        for i = 1, 30 do
+            local t = {}
+            for k = 1, i do t[k] = k end
+            for k = i, i // 2, -2 do t[k] = nil end
+            local _ = #t
+            lists[i] = t
+        end
+        function look() local s = '' for i = 1, 30 do s = s .. #lists[i] .. ' ' end return s end
+        local n = 0
+        function go() n = n + 1 local t = lists[n % 30 + 1] t[#t + 1] = n t[n % 7] = nil return #t end",
+    );
+}
+
+#[test]
+fn a_changed_library_stays_changed() {
+    same(
+        "local format = string.format
+        string.shout = function(s) return s:upper() .. '!' end
+        string.format = function(...) return '<' .. format(...) .. '>' end
+        print = nil
+        math.pi = 3
+        function look() return ('a'):shout(), string.format('%d', 5), print == nil, math.pi, string.rep('x', 3) end
+        function go() math.pi = math.pi + 1 return math.pi, ('b'):shout() end",
+    );
+}
+
+#[test]
+fn commands_and_iterators_stay_what_they_are() {
+    same(
+        "read = robot.read
+        next_word = ('one two three four five six seven eight nine ten eleven twelve'):gmatch('%a+')
+        function look() return read == robot.read, read(), robot.nothing end
+        function go() return next_word(), robot.read() end",
+    );
+}
+
+#[test]
+fn loaded_texts_and_their_functions() {
+    same(
+        "local make = load('local n = ... return function() n = n + 1 return n end', '=made')
+        f, g = make(10), make(20)
+        function look() return debug.getinfo(f, 'S').source end
+        function go() return f(), g() end",
+    );
+}
+
+#[test]
+fn shown_numbers_of_objects_stay() {
+    same(
+        "a, b = {}, {}
+        shown = tostring(b)
+        function look() return tostring(b), shown end
+        function go() return tostring(a), tostring({}) end",
+    );
+}
+
+#[test]
+fn old_texts_run_as_a_whole() {
+    let prelude = "return {
+        functions = 'on_%s',
+        rerun = {variable = 'why', values = {init = 0, actuation = 1}},
+        old_marks = {'why'}, old_dialect = '3.2', new_dialect = '4.9'}";
+    let text = "if why == 0 then count, list = 0, {} end
+        if why == 1 then count = count + 1 list[#list + 1] = count * 1.5 return count, #list, math.random(7.9) end";
+    let host = Host::new();
+    host.preludes.borrow_mut().push((String::new(), prelude.into()));
+    let s = host.load(text);
+    s.init().unwrap();
+    let actuation = s.find(TATU_FIND_CALLBACK, "actuation");
+    s.call_id(actuation, &[]).unwrap();
+    let copy = again(host, text, &saved(&s).unwrap());
+    for _ in 0..10 {
+        assert_eq!(s.call_id(actuation, &[]).unwrap(), copy.call_id(actuation, &[]).unwrap());
+    }
+}
+
+#[test]
+fn what_cannot_be_captured_is_named() {
+    let co = "co = coroutine.create(function() coroutine.yield() end) ";
+    for (text, reason) in [
+        (format!("{co} coroutine.resume(co)"), "variable `co` is a suspended coroutine"),
+        (format!("{co} coroutine.resume(co) a = {{b = {{0, co}}}} co = nil"), "variable `a.b[2]` is a suspended"),
+        (co.to_string(), "variable `co` is a coroutine that has yet to begin"),
+        ("local c = coroutine.wrap(function() end) function f() c() end".into(), "local variable `c` is a coroutine"),
+        ("t = setmetatable({}, {__mode = 'k'})".into(), "variable `t` is a weak table"),
+        ("set = {} set[{}] = 1 set[{}] = 2".into(), "variable `set` has keys that are tables"),
+        (
+            "local n = 0 f = load(function() n = n + 1 return ({'return ', 'function() end'})[n] end)()".into(),
+            "variable `f` is a function whose text",
+        ),
+    ] {
+        let got = refusal(&text);
+        assert!(got.starts_with(reason), "{text}\n{got}");
+    }
+    // One that has ended is as good as gone.
+    same(&format!(
+        "{co} coroutine.resume(co) coroutine.resume(co) function look() return coroutine.status(co) end
+        function go() return coroutine.resume(co) end"
+    ));
+}
+
+#[test]
+fn writing_does_not_move_what_comes_after() {
+    // The order of keys that are tables shows where the allocator put them.
+    let text = "local function digest() local t, s = {}, {}
+            for i = 1, 40 do t[{i}] = i end
+            for _, v in pairs(t) do s[#s + 1] = v end
+            return table.concat(s, ' ') end
+        keep = {}
+        function go() keep[#keep + 1] = {digest()} return digest() end";
+    let host = Host::new();
+    let (plain, watched) = (host.load(text), host.load(text));
+    plain.init().unwrap();
+    watched.init().unwrap();
+    for i in 0..20 {
+        saved(&watched).unwrap();
+        assert_eq!(plain.function("go", &[]).unwrap(), watched.function("go", &[]).unwrap(), "round {i}");
+    }
+}
+
+#[test]
+fn damaged_bytes_are_refused() {
+    let text = "t = {1, 2, x = {y = function() return t end}} function go() return #t end";
+    let host = Host::new();
+    let s = host.load(text);
+    s.init().unwrap();
+    let bytes = saved(&s).unwrap();
+    let mut refused = 0;
+    for i in 0..bytes.len() {
+        for cut in [true, false] {
+            let mut bad = bytes.clone();
+            if cut {
+                bad.truncate(i);
+            } else {
+                bad[i] ^= 1 << (i % 8);
+            }
+            let copy = host.load(text);
+            refused += usize::from(copy.restore(&bad).is_err());
+            // Whatever came of it, it is a state that can be used.
+            drop(copy);
+        }
+    }
+    assert!(refused > bytes.len(), "{refused} of {}", 2 * bytes.len());
+}
+
+/// A step of a script that builds tables: which table, which key, what becomes of it.
+type Move = (usize, usize, usize);
+
+fn statement((table, key, value): &Move) -> String {
+    let keys = ["'a'", "'longer'", "'key_%'", "%", "-%", "%.5", "1", "2", "3", "#T + 1", "true", "false", "'x' .. %"];
+    let values = ["nil", "%", "'v%'", "tables[% % #tables + 1]", "1.5", "true", "nil"];
+    let number = (table * 31 + key * 7 + value) % 50;
+    let key = keys[key % keys.len()].replace('%', &number.to_string());
+    let value = values[value % values.len()];
+    let value = if value.starts_with("tables") {
+        format!("tables[{number} % #tables + 1]")
+    } else {
+        value.replace('%', &number.to_string())
+    };
+    let t = format!("tables[{}]", table % 5 + 1);
+    format!("{t}[{}] = {value}", key.replace('T', &t))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    /// Random graphs of tables: content, order, length, and the same after more changes.
+    #[test]
+    fn any_graph_of_tables(
+        before in proptest::collection::vec((0usize..5, 0usize..200, 0usize..60), 1..150),
+        after in proptest::collection::vec((0usize..5, 0usize..200, 0usize..60), 1..60),
+    ) {
+        let moves = |m: &[Move]| m.iter().map(statement).collect::<Vec<_>>().join("\n");
+        let text = format!(
+            "tables = {{{{}}, {{}}, {{}}, {{}}, {{}}}}
+            local ids = {{}}
+            local function id(v)
+                if type(v) ~= 'table' then return tostring(v) end
+                for i = 1, #tables do if tables[i] == v then return 'T' .. i end end
+            end
+            function look()
+                local s = {{}}
+                for i = 1, #tables do
+                    s[#s + 1] = '#' .. #tables[i]
+                    for k, v in pairs(tables[i]) do s[#s + 1] = tostring(k) .. '=' .. id(v) end
+                end
+                return table.concat(s, ' ')
+            end
+            {}
+            function go() {} end", moves(&before), moves(&after));
+        let host = Host::new();
+        let s = host.load(&text);
+        s.init().unwrap();
+        let copy = again(host, &text, &saved(&s).unwrap());
+        prop_assert_eq!(s.function("look", &[]).unwrap(), copy.function("look", &[]).unwrap());
+        s.function("go", &[]).unwrap();
+        copy.function("go", &[]).unwrap();
+        prop_assert_eq!(s.function("look", &[]).unwrap(), copy.function("look", &[]).unwrap());
+    }
+}
