@@ -185,6 +185,7 @@ static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
     keep_func: Some(keep_func),
     drop_func: Some(drop_func),
     call_func: Some(call_func),
+    knows_dialect: None,
 });
 static LANGUAGES: List<tatu_language, 2> = List([&raw const LANGUAGE.0, null()]);
 
