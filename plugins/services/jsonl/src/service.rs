@@ -187,6 +187,12 @@ impl Jsonl {
                 guest.over = ended;
                 return Ok(guest.stepping && !ended);
             };
+            // Steps are counted from the start: until then they wait, and what came after them too.
+            if matches!(message.ask, Ok(Ask::Step(_))) && turn.state() == TATU_STOPPED {
+                guest.next = Some(message);
+                guest.over = ended;
+                return Ok(guest.stepping && !ended);
+            }
             self.handle(guest, waits, message, turn, step, worlds)?;
             if guest.world != here {
                 return Ok(false);
