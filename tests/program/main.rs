@@ -8,6 +8,7 @@ mod away;
 mod cli;
 mod compat;
 mod course;
+mod crowd;
 mod declarations;
 mod demos;
 mod describe;
