@@ -24,7 +24,8 @@ pub enum Command {
     Check(Check),
     /// List what plugins offer.
     List(List),
-    /// Describe a plugin, sensor kind, model, importer, script language, schema, object kind or command.
+    /// Describe a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or
+    /// command.
     Describe(Describe),
     /// Compare two traces: the first step, and the first object in it, in which they part.
     Diff(Diff),

@@ -79,7 +79,7 @@ fn plugins_list_what_they_offer_on_a_page() {
 #[test]
 fn every_example_is_a_scene_that_would_start() {
     let mut tried = 0;
-    for what in ["sensors", "models", "importers"] {
+    for what in ["sensors", "actuators", "models", "importers", "services"] {
         for id in ids(what) {
             let fact = describe(&id);
             let example = fact["example"].as_str().unwrap();

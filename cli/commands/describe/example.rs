@@ -20,6 +20,18 @@ pub fn sensor(id: &str, params: &[Declared]) -> String {
     format!("[[object]]\nkind = \"sensor\"\nsensor = {}\nalias = \"my_sensor\"\n{}", quoted(id), lines(params))
 }
 
+/// An actuator of a kind, on a body that it can push.
+pub fn actuator(id: &str, params: &[Declared]) -> String {
+    let body = "[[object]]\nkind = \"shape\"\nalias = \"my_body\"\ndynamic = true\n\n";
+    let own = format!("kind = \"actuator\"\nactuator = {}\nparent = \"my_body\"", quoted(id));
+    format!("{body}[[object]]\n{own}\nalias = \"my_actuator\"\n{}", lines(params))
+}
+
+/// A service.
+pub fn service(id: &str, params: &[Declared]) -> String {
+    format!("[[service]]\nid = {}\n{}", quoted(id), lines(params))
+}
+
 /// A model.
 pub fn model(id: &str, params: &[Declared]) -> String {
     format!("[[model]]\nmodel = {}\nposition_m = [0.0, 0.0, 0.0]\n{}", quoted(id), lines(params))

@@ -21,6 +21,8 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             "abi": format!("{}.{}", p.abi.0, p.abi.1), "path": p.path.display().to_string(),
             "sensors": r.sensors.iter().filter(|s| s.plugin == i).map(|s| &s.id).collect::<Vec<_>>(),
             "models": r.models.iter().filter(|m| m.plugin == i).map(|m| &m.id).collect::<Vec<_>>(),
+            "actuators": r.actuators.iter().filter(|a| a.plugin == i).map(|a| &a.id).collect::<Vec<_>>(),
+            "services": r.services.iter().filter(|s| s.plugin == i).map(|s| &s.id).collect::<Vec<_>>(),
             "importers": r.importers.iter().filter(|m| m.plugin == i).map(|m| &m.id).collect::<Vec<_>>(),
             "languages": r.languages.iter().filter(|l| l.plugin == i).map(|l| &l.id).collect::<Vec<_>>(),
             "commands": commands.collect::<Vec<_>>(),
@@ -38,6 +40,20 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             "what": "sensor kind", "id": s.id, "plugin": plugin(s.plugin), "text": s.text, "schemas": s.schemas,
             "parameters": parameters(&s.params, true), "fields": fields.collect::<Vec<_>>(),
             "example": example::sensor(&s.id, &s.params),
+        }));
+    }
+    for a in r.actuators.iter().filter(|a| a.id == id) {
+        let both: Vec<Declared> = a.params.iter().chain(&a.commands).cloned().collect();
+        out.push(json!({
+            "what": "actuator kind", "id": a.id, "plugin": plugin(a.plugin), "text": a.text,
+            "every_substep": a.every_substep, "parameters": parameters(&a.params, true),
+            "controls": parameters(&a.commands, true), "example": example::actuator(&a.id, &both),
+        }));
+    }
+    for s in r.services.iter().filter(|s| s.id == id) {
+        out.push(json!({
+            "what": "service", "id": s.id, "plugin": plugin(s.plugin), "text": s.text,
+            "parameters": parameters(&s.params, true), "example": example::service(&s.id, &s.params),
         }));
     }
     for m in r.models.iter().filter(|m| m.id == id) {
@@ -82,6 +98,8 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
 pub fn names(r: &Registry) -> Vec<String> {
     let ids = (r.plugins.iter().map(|p| &p.id))
         .chain(r.sensors.iter().map(|s| &s.id))
+        .chain(r.actuators.iter().map(|a| &a.id))
+        .chain(r.services.iter().map(|s| &s.id))
         .chain(r.models.iter().map(|m| &m.id))
         .chain(r.importers.iter().map(|i| &i.id))
         .chain(r.languages.iter().map(|l| &l.id))

@@ -32,8 +32,8 @@ pub fn describe(args: &Describe) -> ExitCode {
         let names = facts::names(&registry);
         report::error(
             &Error::new("E130", format!("nothing is called `{}`", args.id))
-                .expected("a plugin, sensor kind, model, importer, script language, schema, object kind or command")
-                .help("`tatu list plugins`, `models`, `sensors`, `importers` and `commands` show what there is")
+                .expected("a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or command")
+                .help("`tatu list plugins`, `models`, `sensors`, `actuators`, `importers`, `services` and `commands` show what there is")
                 .nearest(&args.id, names.iter().map(String::as_str)),
         );
         return ExitCode::from(2);
@@ -60,10 +60,22 @@ fn print(fact: &Value) {
             report::out!("  {}: {t}", key.replace('_', " "));
         }
     }
-    for key in ["names", "schemas", "suffixes", "slots", "sensors", "models", "importers", "languages"] {
+    for key in [
+        "names",
+        "schemas",
+        "suffixes",
+        "slots",
+        "sensors",
+        "actuators",
+        "models",
+        "importers",
+        "languages",
+        "services",
+    ] {
         names(key, &fact[key]);
     }
     section("parameters", &fact["parameters"], &["name", "type", "unit", "range", "default", "text"]);
+    section("controls", &fact["controls"], &["name", "type", "unit", "range", "default", "text"]);
     section("returns", &fact["returns"], &["name", "type", "unit", "text"]);
     section("fields", &fact["fields"], &["name", "element", "shape", "unit", "text", "nothing"]);
     if let Some(commands) = fact["commands"].as_array().filter(|c| !c.is_empty()) {

@@ -62,6 +62,13 @@ impl Registry {
             let lacks = schemas::lacks(s).into_iter().map(|l| format!("it {l}")).collect();
             add(s.plugin, format!("the sensor `{}`", s.id), lacks);
         }
+        for a in &self.actuators {
+            let all: Vec<Declared> = a.params.iter().chain(&a.commands).cloned().collect();
+            add(a.plugin, format!("the actuator `{}`", a.id), parameters(&all, true));
+        }
+        for s in &self.services {
+            add(s.plugin, format!("the service `{}`", s.id), parameters(&s.params, true));
+        }
         for m in &self.models {
             add(m.plugin, format!("the model `{}`", m.id), parameters(&m.params, true));
         }
