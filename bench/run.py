@@ -1,0 +1,218 @@
+"""The project and its peers in one pass: each row is measured in turns, and the ratio of the medians is printed.
+
+    python bench/run.py [--quick] [--rows arena100,arena1000,...]
+
+Needs a release build (`cargo build --release`); the peers' rows need Python packages: `pip install -r
+bench/peers/requirements.txt`. Without them only the project's own figures are printed. Compare ratios, not times of two
+machines, and let nothing else run meanwhile.
+"""
+import argparse
+import json
+import os
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.dirname(HERE)
+sys.path.insert(0, HERE)
+
+import arena  # noqa: E402
+
+TATU = os.path.join(ROOT, "target", "release", "tatu")
+PEERS = os.path.join(HERE, "peers")
+
+# The project's best step for the arena: one search for collisions in 50 ms, velocities solved in 6 parts. Its paths
+# agree with those of a 1 ms run within the 1 % that `motion` prints.
+PHYSICS = ["--set", "scene.physics_dt_s=0.05", "--set", "scene.physics_substeps=6"]
+
+
+def cpu_of(command, **more):
+    """Processor time of a command, s, its output, and its greatest memory, MB."""
+    before = time.perf_counter()
+    p = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, **more)
+    out = p.stdout.read()
+    _, status, used = os.wait4(p.pid, 0)
+    if status != 0:
+        sys.exit("failed: %s" % " ".join(command))
+    return used.ru_utime + used.ru_stime, out, used.ru_maxrss / 1024, time.perf_counter() - before
+
+
+def tatu(scene, steps, *more):
+    cpu, out, rss, _ = cpu_of([TATU, "run", scene, "--steps", str(steps), "--json", *more])
+    summary = json.loads(out)
+    if summary["errors"]:
+        sys.exit("the run has errors: %s" % summary["errors"][:1])
+    return {"cpu": cpu, "wall": summary["wall_s"], "hash": summary["hash"], "objects": summary["objects"], "rss": rss}
+
+
+class Scenes:
+    """Scenes of the arena, written when first asked for."""
+
+    def __init__(self, folder):
+        self.folder = folder
+
+    def __call__(self, robots):
+        folder = os.path.join(self.folder, str(robots))
+        path = os.path.join(folder, "arena.toml")
+        return path if os.path.exists(path) else arena.write(folder, robots)
+
+
+def rate(scene, robots, steps, *more):
+    """Robot-steps a processor second, without what loading takes."""
+    run, load = tatu(scene, steps, *PHYSICS, *more), tatu(scene, 0, *PHYSICS)
+    return robots * steps / max(run["cpu"] - load["cpu"], 1e-9)
+
+
+def mujoco(robots, seconds):
+    out = cpu_of([sys.executable, "mujoco_arena.py", "--robots", str(robots), "--seconds", str(seconds),
+                  "--step", "0.01"], cwd=PEERS)[1]
+    return json.loads(out)["robot_steps_per_cpu_s"]
+
+
+def has_peer():
+    return subprocess.run([sys.executable, "-c", "import mujoco, numpy"], capture_output=True).returncode == 0
+
+
+def row(name, ours, peer, wanted, unit):
+    line = "%-34s ours %10.4g %s" % (name, ours, unit)
+    if peer:
+        line += "   peer %10.4g   ratio %5.2f" % (peer, ours / peer)
+    print("%s   (to reach: %s)" % (line, wanted), flush=True)
+
+
+def arena_row(scenes, robots, steps, passes, wanted, peer):
+    ours, theirs = [], []
+    for _ in range(passes):
+        ours.append(rate(scenes(robots), robots, steps))
+        if peer:
+            theirs.append(mujoco(robots, steps * 0.05))
+    row("%d robots, MuJoCo at 10 ms" % robots, statistics.median(ours), theirs and statistics.median(theirs), wanted,
+        "robot-steps/s")
+
+
+def growth(scenes, passes):
+    pairs = []
+    for _ in range(passes):
+        pairs.append(rate(scenes(10), 10, 4000) / rate(scenes(1000), 1000, 60))
+    row("cost per robot, 1000 against 10", statistics.median(pairs), None, "at most 1.5", "x")
+
+
+def threads(scenes, passes):
+    pairs, hashes = [], set()
+    for _ in range(passes):
+        one, two = (tatu(scenes(1000), 60, *PHYSICS, "--threads", n) for n in ("1", "2"))
+        hashes |= {one["hash"], two["hash"]}
+        pairs.append(one["wall"] / two["wall"])
+    row("1000 robots, two threads", statistics.median(pairs), None, "1.6, same hashes", "x")
+    print("    hashes: %s" % ("the same" if len(hashes) == 1 else "DIFFERENT"))
+
+
+CALLS = 2_000_000
+CALL_SCENE = """format = 1
+[scene]
+dt_s = 0.05
+script_budget = 100000000000
+[[object]]
+kind = "joint"
+alias = "joint"
+[object.script]
+text = '''
+function sysCall_init() joint = sim.getObject('/joint') end
+function sysCall_actuation()
+    local read, s = sim.getJointPosition, 0
+    for _ = 1, %d do %s end
+end
+'''
+"""
+
+
+def call(folder, passes, peer):
+    """A call that reads a joint, hook armed, less the empty loop."""
+    costs, theirs = [], []
+    for _ in range(passes):
+        walls = []
+        for body in ("s = s + read(joint)", "s = s + joint"):
+            path = os.path.join(folder, "call.toml")
+            with open(path, "w") as f:
+                f.write(CALL_SCENE % (CALLS, body))
+            walls.append(tatu(path, 1)["wall"])
+        costs.append((walls[0] - walls[1]) / CALLS * 1e9)
+        if peer:
+            out = cpu_of([sys.executable, "calls.py", "--peer", "mujoco"], cwd=PEERS)[1]
+            found = [json.loads(x) for x in out.splitlines() if x.startswith("{")]
+            theirs.append(next(x["ns_per_call"] for x in found if x["call"].startswith("read joint position (")))
+    row("a Lua call that reads a joint", statistics.median(costs), theirs and statistics.median(theirs), "100 ns", "ns")
+
+
+def startup(scenes, passes, peer):
+    """Process start to the end of a run of one step."""
+    runs = [cpu_of([TATU, "run", scenes(1), "--steps", "1", "--json"]) for _ in range(3 * passes)]
+    theirs = None
+    if peer:
+        out = cpu_of([sys.executable, "startup.py", "--peer", "mujoco", "--repeat", str(passes)], cwd=PEERS)[1]
+        theirs = json.loads(out)["ready_ms"]
+    row("start to first step", statistics.median(r[3] for r in runs) * 1e3, theirs, "50 ms", "ms")
+    row("memory of it", max(r[2] for r in runs), None, "50 MB", "MB")
+
+
+def paths(trace, robots):
+    """Length of each robot's path in a trace."""
+    length, last = [0.0] * robots, None
+    for line in open(trace):
+        objects = json.loads(line)["objects"]
+        here = [objects["/r%d/robot" % i]["position"] for i in range(robots)]
+        if last:
+            for i, (a, b) in enumerate(zip(last, here)):
+                length[i] += ((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2) ** 0.5
+        last = here
+    return length
+
+
+def motion(scenes, folder):
+    """How far paths of 2 s (before robots meet and all differences grow) are from those of a 1 ms run."""
+    robots, watch = 100, []
+    for i in range(robots):
+        watch += ["--watch", "/r%d/robot" % i]
+    found = []
+    for name, more in (("best", PHYSICS), ("exact", ["--set", "scene.physics_dt_s=0.001"])):
+        trace = os.path.join(folder, name + ".jsonl")
+        tatu(scenes(robots), 40, "--trace", trace, *watch, *more)
+        found.append(paths(trace, robots))
+    error = sum(abs(a - b) / b for a, b in zip(*found)) / robots
+    row("motion error, mean of 100 paths", 100 * error, None, "1 %", "%")
+
+
+def main():
+    ap = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    ap.add_argument("--quick", action="store_true", help="one pass, shorter runs")
+    ap.add_argument("--rows", default="motion,arena100,arena1000,growth,threads,call,startup")
+    args = ap.parse_args()
+    if not os.path.exists(TATU):
+        sys.exit("no %s: run `cargo build --release`" % os.path.relpath(TATU))
+    peer = has_peer()
+    if not peer:
+        print("the peer is not there (pip install -r bench/peers/requirements.txt): only our own figures\n")
+    passes, rows = (1 if args.quick else 3), re.split("[, ]+", args.rows)
+    with tempfile.TemporaryDirectory() as folder:
+        scenes = Scenes(folder)
+        table = {
+            "motion": lambda: motion(scenes, folder),
+            "arena100": lambda: arena_row(scenes, 100, 200 if args.quick else 400, passes, "1.7, then 3", peer),
+            "arena1000": lambda: arena_row(scenes, 1000, 20 if args.quick else 60, passes, "6", peer),
+            "growth": lambda: growth(scenes, passes),
+            "threads": lambda: threads(scenes, passes),
+            "call": lambda: call(folder, passes, peer),
+            "startup": lambda: startup(scenes, passes, peer),
+        }
+        for name in rows:
+            if name not in table:
+                sys.exit("there is no row `%s`: %s" % (name, ", ".join(table)))
+            table[name]()
+
+
+if __name__ == "__main__":
+    main()
