@@ -58,19 +58,27 @@ impl Scene {
         let (pattern, sibling, index) = split_index(part)?;
         let wild = pattern.contains(['*', '?']);
         let fits = |o: &Object| if wild { matches(&pattern, &o.alias) } else { o.alias == pattern };
-        let skip = usize::from(base != 0);
-        self.tree(base)
-            .into_iter()
-            .skip(skip)
-            .filter(|s| {
-                let Some(o) = self.get(*s) else { return false };
-                fits(o)
-                    && sibling.is_none_or(|n| {
-                        let same = self.children(o.parent).iter().filter(|c| self.get(**c).is_some_and(fits));
-                        same.copied().nth(n) == Some(*s)
-                    })
-            })
-            .nth(index)
+        let is_meant = |s: u32| {
+            let Some(o) = self.get(s) else { return false };
+            fits(o)
+                && sibling.is_none_or(|n| {
+                    let same = self.children(o.parent).iter().filter(|c| self.get(**c).is_some_and(fits));
+                    same.copied().nth(n) == Some(s)
+                })
+        };
+        // Level by level, and no further than needed: what is meant mostly lies near.
+        let mut level = self.children(base).to_vec();
+        let mut left = index;
+        while !level.is_empty() {
+            for s in level.iter().filter(|s| is_meant(**s)) {
+                if left == 0 {
+                    return Some(*s);
+                }
+                left -= 1;
+            }
+            level = level.iter().flat_map(|s| self.children(*s)).copied().collect();
+        }
+        None
     }
 
     /// Finds by unique name: "b", "b#0", or "b#" for exactly "b".

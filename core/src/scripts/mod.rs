@@ -241,7 +241,10 @@ impl Script {
         let (owner, key) = {
             let scene = world.scene.borrow();
             let at = scene.get(self.slot).map_or(0, |o| o.parent);
-            let number = scene.scripts(at).iter().position(|s| *s == self.slot).unwrap_or(0);
+            // Of those before it that hang on the same object.
+            let scripts = world.scripts.borrow();
+            let before = scripts.list.iter().take_while(|s| s.slot != self.slot);
+            let number = before.filter(|s| scene.get(s.slot).is_some_and(|o| o.parent == at)).count();
             (scene.id(self.slot), format!("{}/script{number}", scene.get(at).map_or(String::new(), |o| o.name())))
         };
         let info = world.instance_info(owner, &key);
