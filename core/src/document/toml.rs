@@ -104,7 +104,8 @@ impl<'a> Reader<'a> {
         let mut builder = Builder { registry, document: &mut document, group: 0, place: None };
         let bytes = read_bytes(file, sources)?;
         let named = file.extension().is_some_and(|e| e == "toml");
-        if let Some(choice) = registry.importer_of(file, &bytes, &BTreeMap::new())?.filter(|_| !named) {
+        let choice = if named { None } else { registry.importer_of(file, &bytes, &BTreeMap::new())? };
+        if let Some(choice) = choice {
             let params = model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect::<Vec<_>>();
             builder.place = Some(Place { file: file.to_owned(), ..Default::default() });
             let import = import::Import { file, bytes: &bytes, choice, params: &params };
@@ -319,7 +320,7 @@ impl<'a> Reader<'a> {
                 let id = self.string(table, "importer", item)?;
                 let found = self.registry.importer(&id, providers);
                 let importer = found.map_err(|e| e.at(Some(self.text.value(table, "importer"))))?;
-                Choice { importer, note: None }
+                Choice { importer, notes: Vec::new() }
             }
             None => {
                 let found = self.registry.importer_of(&file, &bytes, providers).map_err(|e| e.at(Some(at.clone())))?;

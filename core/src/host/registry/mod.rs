@@ -292,28 +292,36 @@ impl Registry {
         self.closest.push((p.path.clone(), text.clone()));
         self.refused.push(Error::new("E303", text).help(mend));
     }
-    /// Tells that a name is claimed by two plugins; scenes that use it say whose they mean.
-    fn claimed_twice(&mut self, plugin: usize, what: &str, id: &str, other: usize) {
-        let other = &self.plugins[other].id;
-        let text = format!("its {what} `{id}` is offered by `{other}` too");
-        let mend = format!("a scene that uses it says whose it means: [providers] \"{id}\" = \"{other}\"");
-        self.refuse(plugin, text, &mend);
+    /// Tells that a name is claimed twice; whether the second claim counts. Of two in one plugin only the first does; of
+    /// two plugins a scene says whose it means.
+    fn is_own(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
+        if claimed.contains(&plugin) {
+            let mend = "give each an id of its own";
+            self.refuse(plugin, format!("it offers the {what} `{id}` twice; the first one is used"), mend);
+            return false;
+        }
+        if let Some(other) = claimed.first() {
+            let other = &self.plugins[*other].id;
+            let text = format!("its {what} `{id}` is offered by `{other}` too");
+            let mend = format!("a scene that uses it says whose it means: [providers] \"{id}\" = \"{other}\"");
+            self.refuse(plugin, text, &mend);
+        }
+        true
     }
 
     /// Calls a plugin where there is no world: noted for the watchdog, with floating-point mode and locale put back;
     /// whoever changed them is told so. `subject` is what is built.
     pub(crate) fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = Home::now();
-        guard::listen();
         self.setup.subject(subject);
         let before = self.setup.enter(call, plugin, 0);
-        let done = f();
+        let (done, heard) = guard::hear(f);
         self.setup.leave(before);
         let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
         if let Some(what) = home.restore() {
             return Err(Error::new("E321", format!("{} changes {what} in {}", who(), call.text())).help(guard::MEND));
         }
-        match guard::heard().first() {
+        match heard.first() {
             None => Ok(done),
             Some(said) => Err(Error::new("E111", format!("{} {said} in {}", who(), call.text()))),
         }
