@@ -7,6 +7,7 @@
 mod away;
 mod cli;
 mod compat;
+mod configure;
 mod course;
 mod declarations;
 mod demos;

@@ -288,6 +288,21 @@ fn results_that_cannot_be_are_refused() {
 }
 
 #[test]
+fn an_importer_that_cannot_tell_stops_nobody_else() {
+    let bench = Bench::new();
+    bench.place.write("one.urdf", "<robot name=\"one\"><link name=\"base\"/></robot>");
+    bench.scene("[[import]]\nfile = \"one.urdf\"\n");
+    let all = ["run", "scene.toml", "--json", "--steps", "8"];
+    for how in ["panic", "error", "nonsense"] {
+        let env = [("TATU_MISBEHAVE", format!("tatu_importer.sniff={how}"))];
+        let done = run(program(), bench.place.path(), &all, &env.each_ref().map(|(k, v)| (*k, v.as_str()))).good();
+        assert_eq!(done.json()["objects"]["/Pioneer_p3dx"]["hash"], bench.robot, "{how}");
+        let tells = |l: &&str| l.starts_with("note: ") && l.contains("`org.tatu.misbehaves`") && l.contains("sniff");
+        assert_eq!(done.err.lines().filter(tells).count(), 1, "{}", done.err);
+    }
+}
+
+#[test]
 fn a_plugin_that_behaves_is_not_noticed() {
     let bench = Bench::new();
     for function in &functions() {
