@@ -5,6 +5,7 @@
 //! a printed reason where it is absent. Nothing here looks at how long something takes.
 
 mod away;
+mod claims;
 mod cli;
 mod compat;
 mod configure;
@@ -20,6 +21,7 @@ mod import;
 mod importers;
 mod kit;
 mod layout;
+mod made;
 mod mirror;
 mod misbehaves;
 mod nesting;

@@ -231,6 +231,7 @@ impl<'a> Reader<'a> {
         let actuators = self.registry.actuators.iter().filter(|a| a.id == key);
         let importers = self.registry.importers.iter().filter(|i| i.id == key || i.suffixes.iter().any(|x| x == key));
         let models = self.registry.models.iter().filter(|m| m.id == key);
+        let services = self.registry.services.iter().filter(|s| s.id == key);
         let languages = self.registry.languages.iter().filter(|l| l.id == key || l.suffixes.iter().any(|x| x == key));
         let offers: Vec<&str> = sensors
             .flat_map(|s| [s.id.as_str(), plugin(s.plugin)])
@@ -238,6 +239,7 @@ impl<'a> Reader<'a> {
             .chain(importers.flat_map(|i| [i.id.as_str(), plugin(i.plugin)]))
             .chain(actuators.map(|a| plugin(a.plugin)))
             .chain(models.map(|m| plugin(m.plugin)))
+            .chain(services.map(|s| plugin(s.plugin)))
             .collect();
         if offers.contains(&value) {
             return Ok(());
