@@ -83,7 +83,8 @@ impl Running {
         let Some(stop) = kind.raw.stop else { return Ok(()) };
         // SAFETY: made by `start`, given back once.
         let run = || unsafe { stop(self.data) };
-        registry.watched(kind.plugin, Call::Stop, &self.subject, run)
+        let done = registry.watched(kind.plugin, Call::Stop, &self.subject, run);
+        done.map_err(|e| if e.code == "E111" { Error { code: "E323", ..e } } else { e })
     }
 
     fn info<'r>(&self, registry: &'r Registry) -> &'r ServiceKind {
