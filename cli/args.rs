@@ -17,6 +17,7 @@ pub struct Args {
 }
 
 #[derive(Subcommand)]
+#[allow(clippy::large_enum_variant, reason = "there is one, for the whole run")]
 pub enum Command {
     /// Run a scene.
     Run(Run),

@@ -17,9 +17,10 @@ to="tests/compat/$name"
 
 # The content of a file, now or then.
 text() { if [ -n "$commit" ]; then git show "$commit:$1"; else cat "$1"; fi; }
-# The Rust sources, now or then.
+# The Rust sources and the schemas that they include, now or then.
 sources() {
-  if [ -n "$commit" ]; then git ls-tree -r --name-only "$commit" plugin-api/src; else find plugin-api/src -name '*.rs'; fi
+  if [ -n "$commit" ]; then git ls-tree -r --name-only "$commit" plugin-api/src plugin-api/schemas
+  else find plugin-api/src plugin-api/schemas -name '*.rs' -o -name '*.toml'; fi
 }
 
 mkdir -p "$to/plugin/src"

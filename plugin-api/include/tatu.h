@@ -296,7 +296,9 @@ typedef struct tatu_life {
   tatu_status(TATU_CALL *create)(void *self, const tatu_instance *, void **data, tatu_error *);
   /* [setup] Ends it. */
   void(TATU_CALL *destroy)(void *data);
-  /* [step] Live parameters changed: `changed` has a bit for each, in the order of declaration. Null: rebuild. */
+  /* [step] Live parameters of a sensor or actuator changed: `params` are all, `changed` has a bit for each of the first
+   * 64, in the order of declaration. A sensor is then asked for its beams. After an error the values are the old ones,
+   * and whoever set them is told. Never called for one with TATU_PARAM_REBUILDS. Null: every change rebuilds. */
   tatu_status(TATU_CALL *configure)(void *data, const tatu_value *params, uint32_t n, uint64_t changed, tatu_error *);
   /* [step] Writes what the state block does not hold. TATU_ERR_UNSUPPORTED: cannot now; the text says why. Null: an
    * instance whose `data` is null has nothing more; any other is named as what a snapshot lacks. */

@@ -113,7 +113,7 @@ fn the_surest_importer_reads_and_ties_are_told_once() {
     }
     imported(&place, "file = \"robot.urdf\"", "\".urdf\" = \"faulty\"").refused(&["E113", "faulty", "also", "urdf"]);
     // One without a load is left out, and told.
-    tie.tells(&["warning[E303]", "org.example.other", "`broken` has no load"]);
+    tie.tells(&["warning[E303]", "org.example.other", "`broken` has no `load`, which is required"]);
 }
 
 #[test]

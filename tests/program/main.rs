@@ -5,8 +5,10 @@
 //! a printed reason where it is absent. Nothing here looks at how long something takes.
 
 mod away;
+mod claims;
 mod cli;
 mod compat;
+mod configure;
 mod course;
 mod crowd;
 mod declarations;
@@ -20,6 +22,7 @@ mod import;
 mod importers;
 mod kit;
 mod layout;
+mod made;
 mod mirror;
 mod misbehaves;
 mod nesting;

@@ -224,16 +224,23 @@ fn lists_name_what_was_found_and_where() {
 
 #[test]
 fn a_rust_sensor_is_read_like_any_other() {
-    // A wall's face 0.5057 m ahead; the template's sensor tells it in steps of 1 cm.
+    // A wall's face 0.5057 m ahead; the template's sensor tells it in steps of 1 cm, then of 10.
     let place = Place::scene(&format!(
         "{}[[object]]\nkind = \"sensor\"\nsensor = \"example_range\"\nalias = \"feeler\"\nstep_m = 0.01\nrange_m = 1.0\n{}",
         cuboid("wall", [1.0, 1.0, 0.2], [0.0, 0.0, 0.6057], ""),
         watcher(
             "reader",
-            "function sysCall_sensing()
+            "local expected, n = 0.51, 0
+            function sysCall_actuation()
+                n = n + 1
+                if n < 3 then return end
+                sim.setFloatProperty(sim.getObject('/feeler'), 'example_range.step', 0.1)
+                expected = 0.5
+            end
+            function sysCall_sensing()
                 local state, distance, point, object = sim.readProximitySensor(sim.getObject('/feeler'))
                 assert(state == 1 and object == sim.getObject('/wall'))
-                assert(math.abs(distance - 0.51) < 1e-12 and math.abs(point[3] - 0.5057) < 1e-9, distance)
+                assert(math.abs(distance - expected) < 1e-12 and math.abs(point[3] - 0.5057) < 1e-9, distance)
             end"
         )
     ));

@@ -1,123 +1,9 @@
 //! Plugins that are refused, each made on purpose: the sentence names file, cause and mend, and a scene that does not
 //! need the plugin runs as without it.
 
-use std::{fs, process::Command};
+use std::fs;
 
-use crate::kit::*;
-
-/// A plugin in C with one command, `<name>.one`; each part can be put in the place of the good one.
-#[derive(Clone)]
-pub struct Source {
-    /// File-scope text before the tables.
-    pub before: String,
-    /// Id of the plugin, as C text.
-    pub id: String,
-    pub major: String,
-    pub size: String,
-    pub needs: String,
-    pub init: String,
-    /// Body of `extension`; `id` is what is asked for.
-    pub extension: String,
-    pub tail: String,
-}
-
-impl Source {
-    pub fn new(name: &str) -> Self {
-        let before = format!(
-            "static tatu_status one(tatu_call *c) {{ return tatu_return(c, tatu_int(1)); }}
-static const tatu_name one_name = {{.size = sizeof(tatu_name), .name = \"{name}.one\"}};
-static const tatu_name *const one_names[] = {{&one_name, NULL}};
-static const tatu_command one_command = {{.size = sizeof(tatu_command), .names = one_names, .text = \"One.\", .call = one}};
-static const tatu_command *const commands[] = {{&one_command, NULL}};
-static const tatu_ext_command ext_command = {{.size = sizeof(tatu_ext_command), .commands = commands}};
-"
-        );
-        Source {
-            before,
-            id: format!("\"org.test.{name}\""),
-            major: "TATU_ABI_MAJOR".into(),
-            size: "sizeof(tatu_plugin_t)".into(),
-            needs: "NULL".into(),
-            init: "NULL".into(),
-            extension: "return strcmp(id, TATU_COMMAND) ? NULL : (const void *)&ext_command;".into(),
-            tail: String::new(),
-        }
-    }
-    pub fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
-        change(&mut self);
-        self
-    }
-    pub fn text(&self) -> String {
-        let Source { before, id, major, size, needs, init, extension, tail } = self;
-        let init_field = if init == "NULL" { "NULL" } else { "init" };
-        let init = if init == "NULL" {
-            String::new()
-        } else {
-            format!(
-                "static tatu_status init(const tatu_host *host, void **self, tatu_error *e) {{ (void)host; (void)self; (void)e; {init} }}"
-            )
-        };
-        let (offer, extension) = match extension.as_str() {
-            "NULL" => ("NULL", String::new()),
-            body => (
-                "extension",
-                format!("static const void *extension(void *self, const char *id) {{ (void)self; {body} }}"),
-            ),
-        };
-        format!(
-            "#include \"tatu.h\"\n#include <math.h>\n#include <string.h>\n{before}\n{init}\n{extension}
-TATU_EXPORT const tatu_plugin_t tatu_plugin = {{.size = {size}, .abi_major = {major}, .abi_minor = TATU_ABI_MINOR,
-  .id = {id}, .name = \"Test\", .version = \"1\", .licence = \"MIT\", .needs = {needs}, .init = {init_field},
-  .extension = {offer}}};\n{tail}\n"
-        )
-    }
-}
-
-/// A sensor `eye` that measures nothing; the tables of a plugin that offers it.
-fn sensor(id: &str, table: &str) -> String {
-    format!(
-        "static tatu_status create(void *s, const tatu_instance *i, void **d, tatu_error *e) {{ (void)s; (void)i; (void)d; (void)e; return TATU_OK; }}
-static void destroy(void *d) {{ (void)d; }}
-static tatu_status measure(void *s, const tatu_sensor_batch *b, tatu_error *e) {{ (void)s; (void)b; (void)e; MEASURE return TATU_OK; }}
-static const char *const schemas[] = {{\"eye/1\", NULL}};
-static const tatu_life life = {{.size = sizeof(tatu_life), .create = create, .destroy = destroy}};
-static const tatu_sensor eye = {{.size = sizeof(tatu_sensor), .id = \"{id}\", .text = \"An eye.\", .schemas = schemas, .life = &life, .measure = measure{table}}};
-static const tatu_sensor *const kinds[] = {{&eye, NULL}};
-static const tatu_ext_sensor ext_sensor = {{.size = sizeof(tatu_ext_sensor), .kinds = kinds}};
-"
-    )
-}
-
-/// A plugin with a sensor.
-fn eye(name: &str, id: &str, table: &str) -> Source {
-    let before = format!("#ifndef MEASURE\n#define MEASURE\n#endif\n{}", sensor(id, table));
-    Source::new(name).with(|s| {
-        s.before += &before;
-        s.extension = format!("if (!strcmp(id, TATU_SENSOR)) return &ext_sensor; {}", s.extension);
-    })
-}
-
-/// Compiles a plugin into `mine/`.
-pub fn compile(place: &Place, name: &str, source: &str) {
-    place.write(&format!("mine/{name}.c"), source);
-    let file = place.path().join("mine").join(library(&format!("tatu_{name}")));
-    succeed(
-        Command::new(compiler("cc"))
-            .args(["-std=c11", "-Wall", "-Wextra", "-Wno-unused-function", "-Wno-unused-const-variable"])
-            .args(["-Wno-override-init", "-shared", "-fPIC", "-fvisibility=hidden", "-I"])
-            .arg(root().join("plugin-api/include"))
-            .arg("-o")
-            .arg(file)
-            .arg(place.path().join("mine").join(format!("{name}.c"))),
-    );
-}
-
-/// A scene with the folder `mine` and more.
-fn place(more: &str) -> Place {
-    let place = Place::scene(&format!("plugins = [\"mine\"]\n{FLOOR}{more}"));
-    fs::create_dir(place.path().join("mine")).unwrap();
-    place
-}
+use crate::{kit::*, made::*};
 
 /// Runs a scene that does not need the plugin: exit 0, and standard error has these words and the file's name.
 #[track_caller]
@@ -242,39 +128,8 @@ fn tables_that_lack_something_are_refused() {
     }
 }
 
-/// Tables of a model and a language, whole.
-const OTHERS: &str = "static tatu_status build(void *s, const tatu_builder *b, const tatu_value *p, tatu_error *e) { (void)s; (void)p; (void)e; b->object(b, \"dummy\", 0, tatu_text(\"BUILT\")); return TATU_OK; }
-static const tatu_model model = {.size = sizeof(tatu_model), .id = \"thing\", .text = \"A thing.\", .build = build};
-static const tatu_model *const models[] = {&model, NULL};
-static const tatu_ext_model ext_model = {.size = sizeof(tatu_ext_model), .models = models};
-static tatu_status made(void *s, const tatu_instance *i, void **d, tatu_error *e) { (void)s; (void)i; (void)e; *d = (void *)&model; return TATU_OK; }
-static void ended(void *d) { (void)d; }
-static tatu_status load(void *d, tatu_str t, tatu_str c, tatu_str a, tatu_str *o, tatu_error *e) { (void)d; (void)t; (void)c; (void)a; (void)o; return tatu_fail(e, TATU_ERR_SCRIPT, \"loaded by LANGUAGE\"); }
-static uint32_t find(void *d, uint32_t h, tatu_str n) { (void)d; (void)h; (void)n; return 0; }
-static tatu_status call(void *d, uint32_t i, tatu_call *f, const tatu_budget *b, uint64_t *u, tatu_error *e) { (void)d; (void)i; (void)f; (void)b; (void)u; (void)e; return TATU_OK; }
-static tatu_status resume(void *d, uint64_t t, tatu_status x, tatu_call *f, const tatu_budget *b, uint64_t *u, tatu_error *e) { (void)d; (void)t; (void)x; (void)f; (void)b; (void)u; (void)e; return TATU_OK; }
-static uint32_t keep(void *d, uint32_t l) { (void)d; return l; }
-static void drop(void *d, uint32_t l) { (void)d; (void)l; }
-static const tatu_life script_life = {.size = sizeof(tatu_life), .create = made, .destroy = ended};
-static const char *const suffixes[] = {\".tongue\", NULL};
-static const tatu_language language = {.size = sizeof(tatu_language), .id = \"tongue\", .text = \"A language.\", .suffixes = suffixes, .life = &script_life, .load = load, .find = find, .call = call, .resume = resume, .keep_func = keep, .drop_func = drop, .call_func = call};
-static const tatu_language *const languages[] = {&language, NULL};
-static const tatu_ext_script ext_script = {.size = sizeof(tatu_ext_script), .languages = languages};
-";
-
-/// A plugin with a sensor, a model and a language; `mark` tells whose they are.
-fn all(name: &str, mark: &str) -> Source {
-    eye(name, "eye", "").with(|s| {
-        s.before += &OTHERS.replace("BUILT", &format!("built_by_{mark}")).replace("LANGUAGE", mark);
-        s.extension = format!(
-            "if (!strcmp(id, TATU_MODEL)) return &ext_model; if (!strcmp(id, TATU_SCRIPT)) return &ext_script; {}",
-            s.extension
-        );
-    })
-}
-
 #[test]
-fn every_required_function_of_models_and_languages_is_asked_for() {
+fn every_required_function_is_asked_for() {
     for (from, words) in [
         (", .build = build", "its model `thing` has no `build`"),
         (", .load = load", "its language `tongue` has no `load`"),
@@ -285,65 +140,17 @@ fn every_required_function_of_models_and_languages_is_asked_for() {
         (", .drop_func = drop", "its language `tongue` has no `drop_func`"),
         (", .call_func = call", "its language `tongue` has no `call_func`"),
         (", .life = &script_life", "its language `tongue` has no `life`"),
+        (", .apply = apply", "its actuator `arm` has no `apply`"),
+        (".suffixes = endings, .load = read", "its importer `reader` has no `load`"),
+        (", .start = start", "its service `butler` has no `start`"),
+        (", .barrier = barrier", "its service `butler` has no `barrier`"),
     ] {
-        let source = all("parts", "a").with(|s| s.before = s.before.replace(from, ""));
+        let source = all("parts", "a").with(|s| {
+            assert!(s.before.contains(from), "{from}");
+            s.before = s.before.replace(from, "");
+        });
         told("parts", &source, &[words, "E303", "fill what is required"]);
     }
-}
-
-#[test]
-fn two_plugins_of_one_id_are_told_with_both_paths() {
-    let place = place("");
-    compile(&place, "first", &Source::new("twin").text());
-    compile(&place, "second", &Source::new("twin").text());
-    let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["E302", "`org.test.twin`", &library("tatu_first"), &library("tatu_second"), "an id of its own"]);
-}
-
-#[test]
-fn two_that_claim_one_name_are_told_and_the_scene_decides() {
-    let base = place("");
-    compile(&base, "a", &all("a", "a").text());
-    compile(&base, "b", &all("b", "b").text());
-    // Nothing of it is used: told, and the scene runs.
-    let done = base.run(&["--steps", "1"]).good();
-    done.tells(&["E303", "its sensor `eye`", "its model `thing`", "its language `tongue`", "[providers]"]);
-    let scene = base.read("scene.toml");
-    let run = |more: &str| {
-        base.write("scene.toml", &format!("{scene}{more}"));
-        base.run(&["--steps", "1"])
-    };
-    let object = |key: &str| format!("[[object]]\nkind = \"sensor\"\nalias = \"s\"\nsensor = \"{key}\"\n");
-    let model = "[[model]]\nmodel = \"thing\"\n";
-    let script = "[[object]]\nkind = \"dummy\"\nscript = { text = '', language = \"tongue\" }\n";
-    for used in [&object("eye"), &object("eye/1"), model, script] {
-        run(used).refused(&[
-            "E322",
-            "`org.test.a`",
-            "`org.test.b`",
-            &library("tatu_a"),
-            &library("tatu_b"),
-            "[providers]",
-        ]);
-    }
-    for (plugin, mark) in [("org.test.a", "a"), ("org.test.b", "b")] {
-        let provider = |key: &str| format!("[providers]\n\"{key}\" = \"{plugin}\"\n");
-        run(&(object("eye") + &provider("eye"))).good();
-        run(&(object("eye/1") + &provider("eye/1"))).good();
-        let built = run(&(model.to_owned() + &provider("thing"))).good().json();
-        assert!(built["objects"][format!("/built_by_{mark}")].is_object(), "{built}");
-        let errors = run(&(script.to_owned() + &provider("tongue"))).errors();
-        assert!(errors[0]["message"].as_str().unwrap().contains(&format!("loaded by {mark}")), "{errors:?}");
-    }
-    run(&(object("eye") + "[providers]\neye = \"org.test.c\"\n")).refused(&["E113", "org.test.a", "org.test.b"]);
-    // One command of two plugins: that of the lower id is called, and both are named.
-    let place = place(&watcher("w", "function sysCall_init() assert(same.one() == 1) end"));
-    compile(&place, "a", &Source::new("same").with(|s| s.id = "\"org.test.a\"".into()).text());
-    let other =
-        Source::new("same").with(|s| s.id = "\"org.test.b\"".into()).text().replace("tatu_int(1)", "tatu_int(2)");
-    compile(&place, "b", &other);
-    let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["E303", "`org.test.b`", "its command `same.one`", "`org.test.a`", "name space"]);
 }
 
 /// Puts a file `mine/libtatu_bad.so` beside a good one, and checks that it is told and the run goes on.

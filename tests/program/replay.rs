@@ -74,12 +74,17 @@ fn a_pause_of_a_script_does_not_hold_a_replay() {
     let run = Running::start(&place, ",wait_for=1", &["--log", "run.log", "--trace", "t.jsonl"]);
     let mut client = run.client();
     client.ask(json!({ "stepping": false }));
-    for _ in 0..3 {
-        while client.ask(json!({ "state": true }))["state"] != "paused" {}
-        client.ask(json!({ "request": "start" }));
+    // A start is carried out when the turn is over: until then it is paused where it was.
+    let mut last = json!(0);
+    for ask in ["start", "start", "start", "stop"] {
+        last = loop {
+            let now = client.ask(json!({ "state": true }));
+            if now["state"] == "paused" && now["step"] != last {
+                break now["step"].clone();
+            }
+        };
+        client.ask(json!({ "request": ask }));
     }
-    while client.ask(json!({ "state": true }))["state"] != "paused" {}
-    client.ask(json!({ "request": "stop" }));
     run.end().good();
     place.tatu(&["run", "--replay", "run.log", "--trace", "again.jsonl"]).good();
     assert_eq!(place.read("again.jsonl"), place.read("t.jsonl"));

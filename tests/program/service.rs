@@ -502,7 +502,7 @@ fn odd(place: &Place) {
 fn a_service_in_c_that_fails_is_switched_off_and_named_once() {
     let place = Place::scene(&format!("plugins = [\"plugins\"]\n{}", watcher("d", "")));
     odd(&place);
-    for (how, words) in [(1, "answered 7"), (2, "failed in its barrier with status -1")] {
+    for (how, words) in [(1, "answered 7"), (2, "failed with status -1 in tatu_service.barrier")] {
         let done = place.run(&["--steps", "10", "--service", &format!("odd:how={how}")]);
         let errors = done.errors();
         assert_eq!(errors.len(), 1, "{errors:?}");

@@ -375,7 +375,7 @@ fn commands_are_numbers_for_the_fast_functions_too() {
 #[test]
 fn flawed_kinds_in_c_are_refused_and_bounds_hold() {
     let done = with_motor(&jointed("motor", "revolute", "effort = 6.0")).tatu(&["check", "scene.toml"]);
-    done.refused(&["E303", "`lame` has no apply", "`motor` is already offered by `org.example.motor`"]);
+    done.refused(&["E303", "`lame` has no `apply`", "it offers the actuator `motor` twice"]);
     done.refused(&["E102", "from -5 to 5"]);
 }
 

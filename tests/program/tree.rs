@@ -24,7 +24,8 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     entries.sort();
     for path in entries {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        if path.is_dir() {
+        // In a second working tree `.git` is a file.
+        if path.is_dir() || name == ".git" {
             if name != "target" && name != ".git" {
                 out.extend(files(&path));
             }

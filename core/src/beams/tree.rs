@@ -205,8 +205,7 @@ impl Tree {
             let quad = &self.quads[first as usize];
             let bounds = bounds_of(quad, limit);
             let bottom = stack.len();
-            for lane in 0..quad.lanes {
-                let bound = bounds[lane];
+            for (lane, bound) in bounds.into_iter().enumerate().take(quad.lanes) {
                 if bound > limit || bound == f64::INFINITY {
                     continue;
                 }

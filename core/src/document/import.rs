@@ -61,9 +61,7 @@ impl Builder<'_> {
         let mut roots: Vec<PathBuf> = [folder.clone()].into_iter().chain(scene).chain([PathBuf::new()]).collect();
         roots.dedup();
         let shown = import.file.display().to_string();
-        if let Some(note) = import.choice.note {
-            self.document.reports.push(format!("{shown}: {note}"));
-        }
+        self.document.reports.extend(import.choice.notes.iter().map(|note| format!("{shown}: {note}")));
         let first = self.document.objects.len();
         let group = self.document.objects.iter().map(|o| o.group).max().unwrap_or(0) + 1;
         let outer = std::mem::replace(&mut self.group, group);
@@ -75,7 +73,8 @@ impl Builder<'_> {
             info.raw.load.map_or(0, |f| unsafe { f(me, calls::raw(import.bytes), table, params, error) })
         });
         self.group = outer;
-        done.map_err(|failed| told(&info.id, import.file, import.bytes, self.place.as_ref(), failed))?;
+        let who = format!("{} of `{}`", Call::Import.text(), registry.plugins[info.plugin].id);
+        done.map_err(|failed| told((&info.id, &who), import.file, import.bytes, self.place.as_ref(), failed))?;
         let nothing = || Error::new("E120", format!("cannot import {shown}: `{}` found nothing in it", info.id));
         self.placed(first, placement, Made::Import(import.choice.importer)).ok_or_else(nothing)
     }
@@ -83,7 +82,7 @@ impl Builder<'_> {
 
 /// The error of a failed import: the host's refusal, or what the plugin said; in the file and line that the plugin
 /// told. An empty file name, or none, is the import itself.
-fn told(id: &str, file: &Path, bytes: &[u8], from: Option<&Place>, failed: Failed) -> Error {
+fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>, failed: Failed) -> Error {
     // SAFETY: the texts of the host's own error object.
     let of = |s| unsafe { calls::text(s) }.into_owned();
     let (refused, slot) = match failed {
@@ -105,8 +104,9 @@ fn told(id: &str, file: &Path, bytes: &[u8], from: Option<&Place>, failed: Faile
         // Beside it: without its bytes only the line is known.
         false => Place { file: file.with_file_name(named), line, column: 1, span: 0..0 },
     };
-    let line = if line > 0 { format!(":{line}") } else { String::new() };
-    let error = Error::new("E120", format!("cannot import {}{line}: {text}", place.file.display()));
+    // What has no place in the file may be the plugin's own error.
+    let (line, who) = if line > 0 { (format!(":{line}"), String::new()) } else { (String::new(), format!(" [{who}]")) };
+    let error = Error::new("E120", format!("cannot import {}{line}: {text}{who}", place.file.display()));
     let wanted = from.filter(|p| p.line > 0).map(|p| format!("imported in {}:{}", p.file.display(), p.line));
     let error = match [help, wanted].into_iter().flatten().collect::<Vec<_>>() {
         parts if parts.is_empty() => error,

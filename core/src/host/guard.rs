@@ -101,26 +101,27 @@ impl Mode {
 }
 
 thread_local! {
-    /// Errors that were logged without a world since [`listen`]: how functions that cannot fail tell that they did.
-    static SAID: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+    /// Errors that are logged without a world during [`hear`]: how functions that cannot fail tell that they did.
+    static SAID: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
 }
 
-/// Begins to listen on this thread, before a function that has no error object.
-pub fn listen() {
-    SAID.with_borrow_mut(Vec::clear);
+/// Calls a function that has no error object, and gives the errors that were logged on this thread meanwhile: the host
+/// tells them, with the name of the function.
+pub fn hear<T>(f: impl FnOnce() -> T) -> (T, Vec<String>) {
+    let outer = SAID.replace(Some(Vec::new()));
+    let done = f();
+    (done, SAID.replace(outer).unwrap_or_default())
 }
-/// Notes an error that a plugin logs.
-pub fn say(text: &str) {
+/// Notes an error that a plugin logs; whether somebody hears it.
+pub fn say(text: &str) -> bool {
     SAID.with_borrow_mut(|said| {
+        let Some(said) = said else { return false };
         // A plugin that logs for ever must not fill the memory.
         if said.len() < 64 {
             said.push(text.to_owned());
         }
-    });
-}
-/// What was said on this thread since.
-pub fn heard() -> Vec<String> {
-    SAID.take()
+        true
+    })
 }
 
 /// Calls a plugin; whether it left another floating-point mode behind, which has been restored then.

@@ -18,6 +18,21 @@ pub(crate) struct Made {
     pub state: Vec<u64>,
 }
 
+/// Values as they cross the border, and the memory that their spans lie in.
+fn laid(params: &[Value]) -> (Vec<tatu_value>, Vec<Vec<u64>>) {
+    let mut room: Vec<Vec<u64>> = Vec::new();
+    let raw = params
+        .iter()
+        .filter_map(|p| {
+            p.to_raw(&mut |n| {
+                room.push(vec![0; n.div_ceil(8).max(1)]);
+                room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+            })
+        })
+        .collect();
+    (raw, room)
+}
+
 /// Makes an instance with the values of its declared parameters. Must be called without any borrow of the world.
 pub(crate) fn make(
     world: &WorldCell,
@@ -27,16 +42,7 @@ pub(crate) fn make(
     instance: tatu_instance,
     params: &[Value],
 ) -> Result<Made, String> {
-    let mut room: Vec<Vec<u64>> = Vec::new();
-    let raw: Vec<tatu_value> = params
-        .iter()
-        .filter_map(|p| {
-            p.to_raw(&mut |n| {
-                room.push(vec![0; n.div_ceil(8).max(1)]);
-                room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-            })
-        })
-        .collect();
+    let (raw, _room) = laid(params);
     let mut state = vec![0u64; (life.state_bytes as usize).div_ceil(8)];
     let info = tatu_instance {
         n_params: raw.len() as u32,
@@ -54,6 +60,46 @@ pub(crate) fn make(
         }
     }
     Ok(Made { id: info.id, data, state })
+}
+
+/// An instance that lives: whose, of which object, and what its plugin knows it by.
+#[derive(Clone, Copy)]
+pub(crate) struct Living {
+    pub plugin: usize,
+    pub slot: u32,
+    pub data: *mut c_void,
+}
+
+/// Whether a change of a parameter is handed to the living instance, instead of making it anew.
+pub(crate) fn takes_changes(life: &tatu_life, declared: &[Declared], at: usize) -> bool {
+    let rebuilds = declared.get(at).is_none_or(|d| d.flags & TATU_PARAM_REBUILDS != 0);
+    // There is a bit for each of the first 64.
+    life.configure.is_some() && !rebuilds && at < 64
+}
+
+/// Hands an instance its parameters, of which the one at `at` has changed. Must be called without any borrow of the
+/// world.
+pub(crate) fn configure(
+    world: &WorldCell,
+    of: Living,
+    life: &tatu_life,
+    params: &[Value],
+    at: usize,
+) -> Result<(), String> {
+    let Some(configure) = life.configure else { return Ok(()) };
+    // It may set parameters itself.
+    let Some(_level) = world.calls.enter() else { return Err("calls nest too deep".to_owned()) };
+    let (raw, _room) = laid(params);
+    let mut error = ErrorSlot::new();
+    // SAFETY: by the contract; the values live through the call.
+    let run = || unsafe {
+        answer(configure(of.data, raw.as_ptr(), raw.len() as u32, 1 << at, error.raw()), false, error.raw())
+    };
+    if world.cross(of.plugin, Call::Configure, of.slot, run) < 0 {
+        let plugin = &world.registry.plugins[of.plugin].id;
+        return Err(format!("plugin `{plugin}`: {} [{}]", error.text(), Call::Configure.text()));
+    }
+    Ok(())
 }
 
 /// Values of declared parameters from what a document gives, defaults filled in.

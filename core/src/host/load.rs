@@ -151,9 +151,8 @@ impl Loaded {
             _host: host.clone(),
         };
         loaded.check_layouts().map_err(|text| fail(text, REBUILD))?;
-        guard::listen();
-        let others = drafts::offered(|id| !loaded.extension::<u8>(id).is_null());
-        if let Some(said) = guard::heard().first() {
+        let (others, heard) = guard::hear(|| drafts::offered(|id| !loaded.extension::<u8>(id).is_null()));
+        if let Some(said) = heard.first() {
             return Err(fail(
                 format!("{} of `{}` {said}", Call::Extension.text(), loaded.id),
                 "ask the author of the plugin",
@@ -202,11 +201,10 @@ impl Loaded {
     pub(crate) fn end(&mut self) -> Vec<Error> {
         let Some(shutdown) = self.raw.shutdown.take() else { return Vec::new() };
         let home = Home::now();
-        guard::listen();
         // SAFETY: by the contract; once.
-        unsafe { shutdown(self.me) };
+        let ((), heard) = guard::hear(|| unsafe { shutdown(self.me) });
         let changed = home.restore().map(|what| format!("changed {what}"));
-        let told = guard::heard().into_iter().chain(changed);
+        let told = heard.into_iter().chain(changed);
         let whose = format!("the plugin `{}` ({})", self.id, self.path.display());
         told.map(|text| Error::new("E323", format!("{whose} {text} in {}", Call::Shutdown.text()))).collect()
     }

@@ -52,6 +52,7 @@ calls! {
     KeepFunc = "tatu_language.keep_func",
     DropFunc = "tatu_language.drop_func",
     CallFunc = "tatu_language.call_func",
+    KnowsDialect = "tatu_language.knows_dialect",
     Start = "tatu_service.start",
     Stop = "tatu_service.stop",
     Barrier = "tatu_service.barrier",
@@ -77,7 +78,7 @@ pub struct Watch {
     now: AtomicU64,
     /// Names of objects, by slot.
     names: Mutex<BTreeMap<u32, String>>,
-    /// While nothing has an index yet: what is loaded or built.
+    /// While nothing has an index yet: what is loaded or built. Within a service's turn: the service.
     subject: Mutex<String>,
 }
 
@@ -112,11 +113,14 @@ impl Watch {
             names.insert(slot, name);
         }
     }
-    /// The name of an object, if it was told.
+    /// The name of an object, if it was told; 0: of what runs for none.
     pub fn name_of(&self, slot: u32) -> Option<String> {
+        if slot == 0 {
+            return self.subject.lock().ok().map(|s| s.clone()).filter(|s| !s.is_empty());
+        }
         self.names.lock().ok()?.get(&slot).cloned()
     }
-    /// What is loaded or built.
+    /// What is loaded or built, or whose turn it is.
     pub fn subject(&self, name: &str) {
         if let Ok(mut subject) = self.subject.lock() {
             name.clone_into(&mut subject);

@@ -1,14 +1,27 @@
 //! Paths ("/a/b[1]", "./b", ":/b") and unique names ("b#0").
 
-use std::collections::BTreeMap;
+use std::{
+    collections::BTreeMap,
+    sync::{Mutex, PoisonError},
+};
 
 use super::{Object, Scene};
 
-/// Unique names and where they were when the tree last changed.
-#[derive(Debug, Clone, Default)]
-pub(super) struct NameIndex {
+/// Unique names and where they were when the tree last changed. Behind a lock, since documents, which worlds on several
+/// threads share, hold a tree too; a copy makes its own.
+#[derive(Debug, Default)]
+pub(super) struct NameIndex(Mutex<Names>);
+
+#[derive(Debug, Default)]
+struct Names {
     version: u64,
     slots: BTreeMap<(String, i32), u32>,
+}
+
+impl Clone for NameIndex {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 impl Scene {
@@ -90,7 +103,7 @@ impl Scene {
         };
         let fits =
             |o: &Object| o.kind() != tatu_plugin_api::abi::TATU_KIND_SCRIPT && o.suffix == suffix && o.alias == alias;
-        let mut index = self.index.borrow_mut();
+        let mut index = self.index.0.lock().unwrap_or_else(PoisonError::into_inner);
         if index.version != self.shape_version {
             let named = self.slots().map(|(s, o)| ((o.alias.clone(), o.suffix), s));
             // In reverse, so that of equal names the first slot stays.

@@ -1,6 +1,6 @@
 //! The tree: slots with generations, parents and children, world poses.
 
-use std::{cell::RefCell, collections::VecDeque};
+use std::collections::VecDeque;
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
@@ -44,7 +44,7 @@ pub struct Scene {
     /// Grows with every change of the tree or of what the engine and beams are made of.
     pub shape_version: u64,
     #[serde(skip)]
-    pub(super) index: RefCell<NameIndex>,
+    pub(super) index: NameIndex,
 }
 
 impl Default for Scene {
@@ -56,7 +56,7 @@ impl Default for Scene {
             order: Vec::new(),
             next_uid: 1,
             shape_version: 1,
-            index: RefCell::default(),
+            index: NameIndex::default(),
         }
     }
 }

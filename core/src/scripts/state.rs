@@ -4,7 +4,8 @@ use super::{Callbacks, Script, Scripts};
 use crate::{
     calls::Owner,
     error::{Error, Result},
-    state::{InstanceImage, Kept, Missed, ScriptImage, load_instance, save_instance},
+    host::instance::Living,
+    state::{InstanceImage, Missed, ScriptImage, load_instance, save_instance},
     world::WorldCell,
 };
 
@@ -62,7 +63,7 @@ impl Scripts {
             }
             if image.initialised && !image.dead {
                 let life = &world.registry.languages[script.language].life;
-                let of = Kept { plugin: script.plugin(world), slot: script.slot, data: script.data.get() };
+                let of = Living { plugin: script.plugin(world), slot: script.slot, data: script.data.get() };
                 load_instance(world, &of, life, &image.instance).map_err(|e| refused(&e))?;
             }
             if !image.initialised {
@@ -89,7 +90,7 @@ impl Script {
         if language.life.save.is_none() {
             return Err(format!("the language `{}` cannot write the state of a script", language.id));
         }
-        let of = Kept { plugin: language.plugin, slot: self.slot, data: self.data.get() };
+        let of = Living { plugin: language.plugin, slot: self.slot, data: self.data.get() };
         save_instance(world, &of, &language.life, &[])
     }
 

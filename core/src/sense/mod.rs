@@ -19,7 +19,7 @@ use crate::{
     beams::{Faces, Volume},
     calls::{ErrorSlot, answer},
     host::{
-        SensorKind,
+        FieldInfo, SensorKind,
         instance::{Made, make},
         watchdog::Call,
     },
@@ -131,41 +131,25 @@ impl Device {
             time: 0.0,
             off: false,
         };
-        device.plan = match world.cross(kind.plugin, Call::Beams, slot, || device.ask_beams(kind)) {
-            Ok(plan) => plan,
-            Err(text) => {
-                device.destroy(world);
-                return Err(format!("{text} [{}]", Call::Beams.text()));
-            }
-        };
-        let lengths = match device.field_lengths(kind) {
-            Ok(lengths) => lengths,
+        match Layout::ask(world, kind_index, slot, data) {
+            Ok(layout) => device.lay_out(layout),
             Err(text) => {
                 device.destroy(world);
                 return Err(text);
             }
-        };
-        let mut words = 0;
-        for (f, elements) in kind.fields.iter().zip(lengths) {
-            device.spans.push((words, elements));
-            words += (elements * element_size(f.elem)).div_ceil(8).max(1);
         }
-        device.fields = vec![0; words];
         Ok(device)
     }
 
-    /// Elements of each field; an error where no memory could hold them.
-    fn field_lengths(&self, kind: &SensorKind) -> Result<Vec<usize>, String> {
-        let beams = self.plan.directions.len();
-        let length = |f: &crate::host::FieldInfo| {
-            let dims = f.dims.map(|d| if d == 0 { beams } else { d as usize });
-            let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d)).filter(|n| *n <= MAX_ELEMENTS);
-            n.ok_or_else(|| format!("its field `{}` of {dims:?} elements is too large", f.name))
-        };
-        kind.fields.iter().map(length).collect()
+    /// Takes beams and fields. Where the fields have other sizes now, the last reading is forgotten.
+    pub fn lay_out(&mut self, Layout { plan, spans, words }: Layout) {
+        self.plan = plan;
+        if self.spans != spans {
+            (self.spans, self.fields, self.sequence) = (spans, vec![0; words], 0);
+        }
     }
 
-    fn ask_beams(&self, kind: &SensorKind) -> Result<BeamPlan, String> {
+    fn ask_beams(data: *mut c_void, kind: &SensorKind) -> Result<BeamPlan, String> {
         let Some(ask) = kind.raw.beams else { return Ok(NO_BEAMS) };
         let mut raw = tatu_beams {
             size: size_of::<tatu_beams>() as u32,
@@ -181,7 +165,7 @@ impl Device {
         };
         let mut error = ErrorSlot::new();
         // SAFETY: by the contract; `[setup]`.
-        if unsafe { answer(ask(self.data, &mut raw, error.raw()), false, error.raw()) } < 0 {
+        if unsafe { answer(ask(data, &mut raw, error.raw()), false, error.raw()) } < 0 {
             return Err(error.text());
         }
         let (volume, directions) = match raw.form {
@@ -287,6 +271,36 @@ impl Device {
             }
         }
     }
+}
+
+/// What follows from a sensor's parameters: its beams, and where its fields lie.
+pub(crate) struct Layout {
+    plan: BeamPlan,
+    spans: Vec<(usize, usize)>,
+    words: usize,
+}
+
+impl Layout {
+    /// Asks an instance for its beams. Must be called without any borrow of the world.
+    pub fn ask(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Self, String> {
+        let kind = &world.registry.sensors[kind];
+        let asked = world.cross(kind.plugin, Call::Beams, slot, || Device::ask_beams(data, kind));
+        let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
+        let (mut spans, mut words) = (Vec::new(), 0);
+        for f in &kind.fields {
+            let elements = length(f, plan.directions.len())?;
+            spans.push((words, elements));
+            words += (elements * element_size(f.elem)).div_ceil(8).max(1);
+        }
+        Ok(Layout { plan, spans, words })
+    }
+}
+
+/// Elements of a field; an error where no memory could hold them.
+fn length(field: &FieldInfo, beams: usize) -> Result<usize, String> {
+    let dims = field.dims.map(|d| if d == 0 { beams } else { d as usize });
+    let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d)).filter(|n| *n <= MAX_ELEMENTS);
+    n.ok_or_else(|| format!("its field `{}` of {dims:?} elements is too large", field.name))
 }
 
 /// Rays that one sensor may have: more is a mistake, and would be read beyond the plugin's memory.

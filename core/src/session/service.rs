@@ -23,6 +23,8 @@ pub(super) struct Running {
     /// Its number in the session, from 1.
     pub number: u32,
     data: *mut c_void,
+    /// How messages call it.
+    subject: String,
     /// It failed: it has no more turns, and holds nothing.
     pub off: Cell<bool>,
 }
@@ -72,7 +74,7 @@ impl Running {
             let text = format!("{subject} cannot be started: {why}");
             return Err(Error::new("E404", text).at(spec.place.clone()));
         }
-        Ok(Running { kind: spec.kind, number, data, off: Cell::new(false) })
+        Ok(Running { kind: spec.kind, number, data, subject, off: Cell::new(false) })
     }
 
     /// Ends it; its threads are joined when this returns.
@@ -81,7 +83,8 @@ impl Running {
         let Some(stop) = kind.raw.stop else { return Ok(()) };
         // SAFETY: made by `start`, given back once.
         let run = || unsafe { stop(self.data) };
-        registry.watched(kind.plugin, Call::Stop, &format!("the service `{}`", kind.id), run)
+        let done = registry.watched(kind.plugin, Call::Stop, &self.subject, run);
+        done.map_err(|e| if e.code == "E111" { Error { code: "E323", ..e } } else { e })
     }
 
     fn info<'r>(&self, registry: &'r Registry) -> &'r ServiceKind {
@@ -103,9 +106,15 @@ impl Running {
         world.calls.caller.set(Caller::remote(self.number));
         world.outside.client.set(0);
         let kind = self.info(&world.registry);
-        let out = world.cross_quietly(kind.plugin, call, 0, || f(&kind.raw, self.data));
+        world.watch.subject(&self.subject);
+        let (out, heard) = world.cross_heard(kind.plugin, call, 0, || f(&kind.raw, self.data));
         world.calls.arena.borrow_mut().release(mark);
+        world.watch.subject("");
         drop(level);
+        if let Some(said) = heard.first() {
+            self.switch_off(world, call, said);
+            return None;
+        }
         Some(out)
     }
 
@@ -120,7 +129,7 @@ impl Running {
             None | Some(TATU_GO) => false,
             Some(TATU_HOLD) => true,
             Some(other) => {
-                self.switch_off(world, other);
+                self.switch_off(world, Call::Barrier, &breach(other));
                 false
             }
         }
@@ -147,18 +156,23 @@ impl Running {
         });
     }
 
-    fn switch_off(&self, world: &WorldCell, answer: u32) {
+    /// It failed, and has no more turns; `how` begins with a verb.
+    fn switch_off(&self, world: &WorldCell, call: Call, how: &str) {
         self.off.set(true);
         let info = self.info(&world.registry);
         let plugin = &world.registry.plugins[info.plugin].id;
-        let how = match answer as i32 {
-            TATU_ERR_PANIC => "panicked in its barrier".to_owned(),
-            status @ ..0 => format!("failed in its barrier with status {status}"),
-            n => format!("answered {n} in its barrier, neither go (0) nor hold (1)"),
-        };
-        let text = format!("plugin `{plugin}`: the service `{}` {how}; it is switched off", info.id);
+        let text = format!("plugin `{plugin}`: {} {how} in {}; it is switched off", self.subject, call.text());
         let mut fault = Fault::new(FaultKind::Plugin, text);
         fault.plugin = Some(plugin.clone());
         world.report(fault);
+    }
+}
+
+/// What an answer of a barrier that is neither go nor hold means.
+fn breach(answer: u32) -> String {
+    match answer as i32 {
+        TATU_ERR_PANIC => "panicked".to_owned(),
+        status @ ..0 => format!("failed with status {status}"),
+        n => format!("answered {n}, neither go (0) nor hold (1),"),
     }
 }

@@ -21,4 +21,4 @@ pub use hash::Hash;
 pub(crate) use hash::hash;
 pub(crate) use image::{InstanceImage, ScriptImage};
 pub(crate) use restore::load_instance;
-pub(crate) use snapshot::{Kept, save_instance};
+pub(crate) use snapshot::save_instance;

@@ -8,13 +8,12 @@ use super::{
     Snapshot,
     file::damaged,
     image::{ActuatorImage, CoreImage, DeviceImage, InstanceImage, ScriptImage},
-    snapshot::Kept,
 };
 use crate::{
     act::Actuator,
     calls::{ErrorSlot, answer, raw},
     error::{Error, Result},
-    host::watchdog::Call,
+    host::{instance::Living, watchdog::Call},
     scene::Data,
     scripts::Scripts,
     sense::Targets,
@@ -25,7 +24,7 @@ use crate::{
 /// Gives an instance back what it wrote. Must be called without any borrow of the world.
 pub(crate) fn load_instance(
     world: &WorldCell,
-    of: &Kept,
+    of: &Living,
     life: &tatu_life,
     image: &InstanceImage,
 ) -> Result<(), String> {
@@ -35,7 +34,11 @@ pub(crate) fn load_instance(
     let mut error = ErrorSlot::new();
     // SAFETY: by the contract; the bytes live through the call.
     let run = || unsafe { answer(load(of.data, raw(&image.saved), image.version, error.raw()), false, error.raw()) };
-    if world.cross(of.plugin, Call::Restore, of.slot, run) < 0 { Err(error.text()) } else { Ok(()) }
+    if world.cross(of.plugin, Call::Restore, of.slot, run) < 0 {
+        let plugin = &world.registry.plugins[of.plugin].id;
+        return Err(format!("{} [{} of `{plugin}`]", error.text(), Call::Restore.text()));
+    }
+    Ok(())
 }
 
 /// The state block of an image, if its writer meant the same by it.
@@ -156,7 +159,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
             (d.sequence, d.time, d.off) = (image.sequence, image.time, image.off);
         }
         if !image.instance.missed {
-            let of = Kept { plugin: cell.registry.sensors[kind].plugin, slot: image.slot, data };
+            let of = Living { plugin: cell.registry.sensors[kind].plugin, slot: image.slot, data };
             load_instance(cell, &of, life, &image.instance).map_err(|e| refused(&what, e))?;
         }
     }
@@ -184,7 +187,7 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
             // Plugins hold the block's address: it is filled, not replaced.
             d.state.copy_from_slice(&state_of(&kind.life, &image.instance));
             (d.off, d.idle_told) = (image.off, image.idle_told);
-            (&kind.life, Kept { plugin: kind.plugin, slot: d.slot, data: d.data })
+            (&kind.life, Living { plugin: kind.plugin, slot: d.slot, data: d.data })
         };
         if !image.instance.missed {
             load_instance(cell, &of, life, &image.instance).map_err(|e| refused(&what, e))?;
@@ -230,7 +233,7 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
         if let Some(Some(instance)) = cell.instances.borrow_mut().get_mut(*plugin) {
             instance.state.copy_from_slice(&state_of(life, &image));
         }
-        let of = Kept { plugin: *plugin, slot: 0, data: cell.instance(*plugin) };
+        let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin) };
         load_instance(cell, &of, life, &image).map_err(|e| refused(format!("plugin `{id}`"), e))?;
     }
     Ok(())

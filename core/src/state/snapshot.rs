@@ -10,8 +10,8 @@ use super::{
 };
 use crate::{
     calls::{ErrorSlot, Owner, answer},
-    error::{Error, Result},
-    host::watchdog::Call,
+    error::{Error, Fault, FaultKind, Result},
+    host::{instance::Living, watchdog::Call},
     scene::Scene,
     scripts::Scripts,
     session,
@@ -27,17 +27,11 @@ unsafe extern "C" fn write(writer: *const tatu_writer, bytes: *const c_void, n: 
     }
 }
 
-/// An instance: whose, for which object (0: the world), and what its plugin knows it by.
-pub(crate) struct Kept {
-    pub plugin: usize,
-    pub slot: u32,
-    pub data: *mut c_void,
-}
-
-/// What an instance writes of itself; or why it cannot. Must be called without any borrow of the world.
+/// What an instance writes of itself; or why it cannot. That it cannot is no fault, unless it panicked or broke the
+/// contract. Must be called without any borrow of the world.
 pub(crate) fn save_instance(
     world: &WorldCell,
-    of: &Kept,
+    of: &Living,
     life: &tatu_life,
     state: &[u64],
 ) -> Result<InstanceImage, String> {
@@ -55,8 +49,20 @@ pub(crate) fn save_instance(
     };
     let mut error = ErrorSlot::new();
     // SAFETY: by the contract; the writer lives through the call.
-    let run = || unsafe { answer(save(of.data, &writer, error.raw()), false, error.raw()) };
-    if world.cross(of.plugin, Call::Save, of.slot, run) < 0 { Err(error.text()) } else { Ok(image) }
+    let status = world.cross(of.plugin, Call::Save, of.slot, || unsafe { save(of.data, &writer, error.raw()) });
+    // SAFETY: the host's own error object.
+    if unsafe { answer(status, false, error.raw()) } == TATU_OK {
+        return Ok(image);
+    }
+    if status == TATU_ERR_PANIC || !(TATU_ERR_MEMORY..0).contains(&status) {
+        let plugin = &world.registry.plugins[of.plugin].id;
+        let text = format!("plugin `{plugin}` {} [{}]", error.text(), Call::Save.text());
+        let mut fault = Fault::new(FaultKind::Plugin, text);
+        fault.plugin = Some(plugin.clone());
+        fault.object = world.watch.name_of(of.slot);
+        world.report(fault);
+    }
+    Err(error.text())
 }
 
 impl World {
@@ -129,7 +135,7 @@ fn sensors(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<DeviceImage> {
             (d.kind, d.slot, d.data, d.state.clone())
         };
         let entry = &cell.registry.sensors[kind];
-        let of = Kept { plugin: entry.plugin, slot, data };
+        let of = Living { plugin: entry.plugin, slot, data };
         let instance = save_instance(cell, &of, &entry.life, &state).unwrap_or_else(|reason| {
             let plugin = cell.registry.plugins[entry.plugin].id.clone();
             missed.push(Missed { object: cell.scene.borrow().path(slot), plugin, reason });
@@ -171,7 +177,7 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
             (image, d.state.clone(), d.data)
         };
         let entry = &cell.registry.actuators[image.kind as usize];
-        let of = Kept { plugin: entry.plugin, slot: image.slot, data };
+        let of = Living { plugin: entry.plugin, slot: image.slot, data };
         image.instance = save_instance(cell, &of, &entry.life, &state).unwrap_or_else(|reason| {
             let plugin = cell.registry.plugins[entry.plugin].id.clone();
             missed.push(Missed { object: cell.scene.borrow().path(image.slot), plugin, reason });
@@ -202,7 +208,7 @@ fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceI
     for (plugin, life) in &cell.registry.world_lives {
         let id = cell.registry.plugins[*plugin].id.clone();
         let state = cell.instances.borrow()[*plugin].as_ref().map(|i| i.state.clone()).unwrap_or_default();
-        let of = Kept { plugin: *plugin, slot: 0, data: cell.instance(*plugin) };
+        let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin) };
         match save_instance(cell, &of, life, &state) {
             Ok(image) => out.push((id, image)),
             Err(reason) => missed.push(Missed { object: String::new(), plugin: id, reason }),

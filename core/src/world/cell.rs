@@ -177,11 +177,14 @@ impl WorldCell {
         }
         done
     }
-    /// The same for a function that has no error object: what it logs as an error, a panic for instance, is its fault.
+    /// The same for a function that has no error object; what it logged as an error comes with it.
+    pub fn cross_heard<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> (T, Vec<String>) {
+        guard::hear(|| self.cross_watched(plugin, call, slot, f))
+    }
+    /// The same: what it logs as an error, a panic for instance, is its fault.
     pub fn cross_quietly<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
-        guard::listen();
-        let done = self.cross_watched(plugin, call, slot, f);
-        for said in guard::heard() {
+        let (done, heard) = self.cross_heard(plugin, call, slot, f);
+        for said in heard {
             let id = &self.registry.plugins[plugin].id;
             let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{id}` {said} in {}", call.text()));
             fault.plugin = Some(id.clone());

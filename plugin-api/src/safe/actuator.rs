@@ -1,6 +1,6 @@
 //! Actuator kinds: motion and commands in, wrench and effort out.
 
-use std::ffi::c_void;
+use std::{cell::RefCell, ffi::c_void};
 
 use super::{Fail, Host, Instance, Param, Params, Plugin, Result, ValueRef, guard, offer::Keep, plugin::Started};
 use crate::abi::*;
@@ -88,6 +88,14 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     fn commands() -> Vec<Param>;
     /// Makes one.
     fn create(host: &Host, instance: Instance, params: &Params<'_>) -> Result<Self>;
+    /// Whether it takes new values of live parameters by [`Actuator::configure`]; else any change makes a new actuator.
+    const CONFIGURES: bool = false;
+    /// Takes new values: `changed` has a bit for each parameter, in the order of declaration; what it remembers stays.
+    /// After an error it is as if nothing had changed. A parameter with [`Param::rebuilds`] never comes here.
+    fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result {
+        let _ = (params, changed);
+        Err(Fail::unsupported("it takes no new values"))
+    }
     /// Turns a command into forces. Must not block; runs on several threads.
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result;
 }
@@ -109,7 +117,7 @@ pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
             state_bytes: (A::STATE * size_of::<f64>()) as u32,
             create: Some(create::<A>),
             destroy: Some(destroy::<A>),
-            configure: None,
+            configure: if A::CONFIGURES { Some(configure::<A>) } else { None },
             save: None,
             load: None,
             version: 0,
@@ -122,7 +130,9 @@ pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
 
 /// What the host keeps as `data`.
 struct Data<A> {
-    actuator: A,
+    /// In a cell: while it is configured nothing else may use it, not even what it calls itself. Each instance is used
+    /// by one thread at a time.
+    actuator: RefCell<A>,
     n_commands: usize,
 }
 
@@ -140,10 +150,30 @@ unsafe extern "C" fn create<A: Actuator>(
             let values = ValueRef::slice(info.params, info.n_params as usize);
             let instance = Instance { owner: info.owner, id: info.id, seed: info.seed };
             let actuator = A::create(&started.host, instance, &Params::new(values, &declared))?;
-            *data = Box::into_raw(Box::new(Data { actuator, n_commands: A::commands().len() })).cast();
+            *data = Box::into_raw(Box::new(Data { actuator: actuator.into(), n_commands: A::commands().len() })).cast();
         }
         Ok(TATU_OK)
     })
+}
+
+unsafe extern "C" fn configure<A: Actuator>(
+    data: *mut c_void,
+    params: *const tatu_value,
+    n: u32,
+    changed: u64,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        let declared = A::params();
+        // SAFETY: made by `create`; the host gives one value per declared parameter.
+        let (data, values) = unsafe { (&*data.cast::<Data<A>>(), ValueRef::slice(params, n as usize)) };
+        data.actuator.try_borrow_mut().map_err(|_| in_use())?.configure(&Params::new(values, &declared), changed)?;
+        Ok(TATU_OK)
+    })
+}
+
+fn in_use() -> Fail {
+    Fail::with_code(TATU_ERR_BUSY, "the actuator is being configured")
 }
 
 unsafe extern "C" fn destroy<A: Actuator>(data: *mut c_void) {
@@ -175,7 +205,8 @@ unsafe extern "C" fn apply<A: Actuator>(
                     n => std::slice::from_raw_parts(*batch.command.add(i), n),
                 };
                 let mut out = Output { force: [0.0; 3], torque: [0.0; 3], effort: 0.0, state: &mut state };
-                if let Err(fail) = data.actuator.apply(&Drive { batch, commands, i }, &mut out) {
+                let actuator = data.actuator.try_borrow().map_err(|_| in_use());
+                if let Err(fail) = actuator.and_then(|a| a.apply(&Drive { batch, commands, i }, &mut out)) {
                     *batch.status.add(i) = fail.write(error);
                     continue;
                 }

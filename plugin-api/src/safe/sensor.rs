@@ -1,6 +1,6 @@
 //! Sensor kinds: beams and a measure.
 
-use std::{f64::consts::FRAC_PI_2, ffi::c_void};
+use std::{cell::RefCell, f64::consts::FRAC_PI_2, ffi::c_void};
 
 use super::{
     Fail, Host, Instance, Param, Params, Plugin, Result, ValueRef, fail::bytes_of, guard, offer::Keep, plugin::Started,
@@ -214,6 +214,14 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     fn fields() -> Vec<Field>;
     /// Makes one.
     fn create(host: &Host, instance: Instance, params: &Params<'_>) -> Result<Self>;
+    /// Whether it takes new values of live parameters by [`Sensor::configure`]; else any change makes a new sensor.
+    const CONFIGURES: bool = false;
+    /// Takes new values: `changed` has a bit for each parameter, in the order of declaration. It is then asked for its
+    /// beams. After an error it is as if nothing had changed. A parameter with [`Param::rebuilds`] never comes here.
+    fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result {
+        let _ = (params, changed);
+        Err(Fail::unsupported("it takes no new values"))
+    }
     /// Its beams.
     fn beams(&self) -> Result<Beams>;
     /// Version of what [`Sensor::save`] writes; count it when that changes.
@@ -233,7 +241,9 @@ pub trait Sensor: Sized + Send + Sync + 'static {
 
 /// What the host keeps as `data`: the sensor, and the directions that its beams point to.
 struct Data<S: Sensor> {
-    sensor: S,
+    /// In a cell: while it is configured nothing else may use it, not even what it calls itself. Each instance is used
+    /// by one thread at a time.
+    sensor: RefCell<S>,
     directions: std::cell::UnsafeCell<Vec<[f64; 3]>>,
 }
 
@@ -253,7 +263,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
             state_bytes: 0,
             create: Some(create::<S>),
             destroy: Some(destroy::<S>),
-            configure: None,
+            configure: if S::CONFIGURES { Some(configure::<S>) } else { None },
             save: Some(save::<S>),
             load: Some(load::<S>),
             version: S::STATE_VERSION,
@@ -279,10 +289,30 @@ unsafe extern "C" fn create<S: Sensor>(
             let values = ValueRef::slice(info.params, info.n_params as usize);
             let instance = Instance { owner: info.owner, id: info.id, seed: info.seed };
             let sensor = S::create(&started.host, instance, &Params::new(values, &declared))?;
-            *data = Box::into_raw(Box::new(Data { sensor, directions: Vec::new().into() })).cast();
+            *data = Box::into_raw(Box::new(Data { sensor: sensor.into(), directions: Vec::new().into() })).cast();
         }
         Ok(TATU_OK)
     })
+}
+
+unsafe extern "C" fn configure<S: Sensor>(
+    data: *mut c_void,
+    params: *const tatu_value,
+    n: u32,
+    changed: u64,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        let declared = S::params();
+        // SAFETY: made by `create`; the host gives one value per declared parameter.
+        let (data, values) = unsafe { (&*data.cast::<Data<S>>(), ValueRef::slice(params, n as usize)) };
+        data.sensor.try_borrow_mut().map_err(|_| in_use())?.configure(&Params::new(values, &declared), changed)?;
+        Ok(TATU_OK)
+    })
+}
+
+fn in_use() -> Fail {
+    Fail::with_code(TATU_ERR_BUSY, "the sensor is being configured")
 }
 
 unsafe extern "C" fn destroy<S: Sensor>(data: *mut c_void) {
@@ -298,7 +328,9 @@ unsafe extern "C" fn save<S: Sensor>(
     error: *mut tatu_error,
 ) -> tatu_status {
     // SAFETY: made by `create`; the host gives a valid writer.
-    guard::run(error, || unsafe { guard::write(writer, &(*data.cast::<Data<S>>()).sensor.save()?) })
+    guard::run(error, || unsafe {
+        guard::write(writer, &(*data.cast::<Data<S>>()).sensor.try_borrow().map_err(|_| in_use())?.save()?)
+    })
 }
 
 unsafe extern "C" fn load<S: Sensor>(
@@ -309,7 +341,7 @@ unsafe extern "C" fn load<S: Sensor>(
 ) -> tatu_status {
     guard::run(error, || {
         // SAFETY: made by `create`; the bytes are valid during the call.
-        unsafe { (*data.cast::<Data<S>>()).sensor.load(bytes_of(bytes), version)? };
+        unsafe { (*data.cast::<Data<S>>()).sensor.try_borrow().map_err(|_| in_use())?.load(bytes_of(bytes), version)? };
         Ok(TATU_OK)
     })
 }
@@ -318,7 +350,7 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
     guard::run(error, || {
         // SAFETY: made by `create`; `[setup]`: nobody else uses the instance now.
         let (data, out) = unsafe { (&*data.cast::<Data<S>>(), &mut *out) };
-        let beams = data.sensor.beams()?;
+        let beams = data.sensor.try_borrow().map_err(|_| in_use())?.beams()?;
         (out.near_m, out.far_m) = (beams.near, beams.far);
         out.max_incidence = beams.max_incidence;
         out.flags = 0;
@@ -364,7 +396,9 @@ unsafe extern "C" fn measure<S: Sensor>(
             // SAFETY: one entry per instance.
             let data = unsafe { &*(*batch.data.add(i)).cast::<Data<S>>() };
             let sample = Sample { batch, i };
-            if let Err(fail) = data.sensor.measure(&sample, &mut Readout { sample: &sample, fields: &fields }) {
+            let mut out = Readout { sample: &sample, fields: &fields };
+            let sensor = data.sensor.try_borrow().map_err(|_| in_use());
+            if let Err(fail) = sensor.and_then(|sensor| sensor.measure(&sample, &mut out)) {
                 // SAFETY: one status per instance.
                 unsafe { *batch.status.add(i) = fail.write(error) };
             }

@@ -7,7 +7,7 @@ use tatu_plugin_api::abi::*;
 use crate::{
     List, Shared, guarded, life,
     plan::{How, Plan},
-    size,
+    sensor, size,
 };
 
 unsafe extern "C" fn apply(me: *mut c_void, batch: *const tatu_actuator_batch, error: *mut tatu_error) -> tatu_status {
@@ -40,7 +40,7 @@ static KIND: Shared<tatu_actuator> = Shared(tatu_actuator {
     reserved: 0,
     id: c"misbehaves".as_ptr(),
     text: c"For tests.".as_ptr(),
-    params: null(),
+    params: (&raw const sensor::PARAMS.0).cast(),
     commands: null(),
     life: &raw const life::ACTUATOR.0,
     apply: Some(apply),

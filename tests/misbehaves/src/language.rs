@@ -12,6 +12,7 @@ use crate::{
     command::{commands, hollow, said},
     guarded,
     life::{self, Data},
+    plan::Plan,
     size,
 };
 
@@ -170,6 +171,14 @@ unsafe extern "C" fn call_func(
     })
 }
 
+unsafe extern "C" fn knows_dialect(me: *mut c_void, _: tatu_str, error: *mut tatu_error) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: made by `init`.
+        let done = unsafe { Plan::of(me) }.act("tatu_language.knows_dialect", || Ok(77))?;
+        Ok(done.unwrap_or(TATU_OK))
+    })
+}
+
 static SUFFIXES: List<i8, 2> = List([c".misbehaves".as_ptr().cast(), null()]);
 static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
     size: size::<tatu_language>(),
@@ -185,7 +194,7 @@ static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
     keep_func: Some(keep_func),
     drop_func: Some(drop_func),
     call_func: Some(call_func),
-    knows_dialect: None,
+    knows_dialect: Some(knows_dialect),
 });
 static LANGUAGES: List<tatu_language, 2> = List([&raw const LANGUAGE.0, null()]);
 

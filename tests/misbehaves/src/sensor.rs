@@ -70,7 +70,7 @@ static RANGE: Shared<tatu_param> = Shared(tatu_param {
     choices: null(),
     text: c"Nothing follows from it.".as_ptr(),
 });
-static PARAMS: List<tatu_param, 2> = List([&raw const RANGE.0, null()]);
+pub static PARAMS: List<tatu_param, 2> = List([&raw const RANGE.0, null()]);
 static FIELD: Shared<tatu_field> = Shared(tatu_field {
     size: size::<tatu_field>(),
     elem: TATU_ELEM_F64,

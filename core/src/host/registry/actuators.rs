@@ -86,8 +86,9 @@ impl Registry {
                 let needed = tables::required!(raw, tatu_actuator: id, apply);
                 let Some(id) = self.named(plugin, "actuator", raw.id, raw.size, &needed) else { continue };
                 let Some(life) = self.life(plugin, &format!("actuator `{id}`"), raw.life) else { continue };
-                if let Some(other) = self.actuators.iter().find(|a| a.id == id) {
-                    self.claimed_twice(plugin, "actuator", &id, other.plugin);
+                let claimed: Vec<usize> = self.actuators.iter().filter(|a| a.id == id).map(|a| a.plugin).collect();
+                if !self.is_own(plugin, "actuator", &id, &claimed) {
+                    continue;
                 }
                 let (params, commands) = (Declared::read_list(raw.params), Declared::read_list(raw.commands));
                 if let Some(why) = flaw(&id, &raw, &params, &commands) {

@@ -4,6 +4,7 @@ use super::Registry;
 use crate::{
     calls::{self, ErrorSlot},
     error::{Error, Result},
+    host::watchdog::Call,
 };
 
 impl Registry {
@@ -16,11 +17,21 @@ impl Registry {
         for (i, l) in self.languages.iter().enumerate().filter(|(i, _)| language.is_none_or(|l| l == *i)) {
             let Some(knows) = l.raw.knows_dialect else { return Ok(()) };
             let (me, mut slot) = (self.plugins[l.plugin].me, ErrorSlot::new());
+            let subject = format!("the dialect `{dialect}`");
             // SAFETY: by the contract; the text lives through the call.
-            if unsafe { knows(me, calls::raw(dialect.as_bytes()), slot.raw()) } >= 0 {
+            let ask =
+                || unsafe { calls::answer(knows(me, calls::raw(dialect.as_bytes()), slot.raw()), false, slot.raw()) };
+            let status = self.watched(l.plugin, Call::KnowsDialect, &subject, ask)?;
+            if status >= 0 {
                 return Ok(());
             }
-            said.get_or_insert((i, slot.text()));
+            let text = slot.text();
+            // An answer is a reason; all else is the plugin's own error.
+            if text.starts_with("panicked") || text.starts_with("broke the contract") {
+                let (id, call) = (&self.plugins[l.plugin].id, Call::KnowsDialect.text());
+                return Err(Error::new("E111", format!("{subject}: plugin `{id}` {text} [{call}]")));
+            }
+            said.get_or_insert((i, text));
         }
         // Without any language there is nobody to ask, and nothing to run either.
         let Some((i, text)) = said else { return Ok(()) };

@@ -33,8 +33,8 @@ pub struct Importer {
 pub struct Choice {
     /// Index of the importer.
     pub importer: usize,
-    /// Others read it as well: which one was taken.
-    pub note: Option<String>,
+    /// Others read it as well: which one was taken; and who could not tell whether the file is its own.
+    pub notes: Vec<String>,
 }
 
 impl Importer {
@@ -48,7 +48,7 @@ impl Importer {
     fn sniff(&self, me: *mut c_void, head: &[u8]) -> u32 {
         let head = crate::calls::raw(head);
         // SAFETY: by the contract; the bytes live through the call.
-        self.raw.sniff.map_or(0, |f| unsafe { f(me, head) }).min(100)
+        self.raw.sniff.map_or(0, |f| unsafe { f(me, head) })
     }
 }
 
@@ -63,8 +63,9 @@ impl Registry {
             for (_, raw) in tables::list(ext.importers) {
                 let needed = tables::required!(raw, tatu_importer: id, load);
                 let Some(id) = self.named(plugin, "importer", raw.id, raw.size, &needed) else { continue };
-                if let Some(other) = self.importers.iter().find(|i| i.id == id) {
-                    self.claimed_twice(plugin, "importer", &id, other.plugin);
+                let claimed: Vec<usize> = self.importers.iter().filter(|i| i.id == id).map(|i| i.plugin).collect();
+                if !self.is_own(plugin, "importer", &id, &claimed) {
+                    continue;
                 }
                 self.importers.push(Importer {
                     plugin,
@@ -98,11 +99,12 @@ impl Registry {
     ) -> Result<Option<Choice>> {
         let head = &bytes[..bytes.len().min(HEAD)];
         let mut all: Vec<(usize, u32, bool)> = Vec::new();
+        let mut failed: Vec<Error> = Vec::new();
         for (n, i) in self.importers.iter().enumerate() {
-            let subject = format!("the import of {}", file.display());
-            let me = self.plugins[i.plugin].me;
-            let sure = self.watched(i.plugin, Call::Sniff, &subject, || i.sniff(me, head))?;
-            all.push((n, sure, i.has_suffix(file)));
+            match self.how_sure(i, file, head) {
+                Ok(sure) => all.push((n, sure, i.has_suffix(file))),
+                Err(e) => failed.push(e),
+            }
         }
         let best = all.iter().map(|(_, sure, _)| *sure).max().unwrap_or(0);
         let mut tied: Vec<_> =
@@ -113,14 +115,27 @@ impl Registry {
             wanted.is_some_and(|w| *w == i.id || *w == self.plugins[i.plugin].id)
         };
         tied.sort_by_key(|(n, _, suffix)| (!named(*n), !suffix, &self.importers[*n].id));
-        let Some(first) = tied.first().map(|t| t.0) else { return Ok(None) };
+        let Some(first) = tied.first().map(|t| t.0) else { return failed.into_iter().next().map_or(Ok(None), Err) };
         // One that is named, or the only one with the suffix, needs no word.
         let alike = |(n, _, suffix): &(usize, u32, bool)| (named(*n), *suffix) == (named(first), tied[0].2);
         let ids: Vec<_> = tied.iter().filter(|t| alike(t)).map(|(n, _, _)| self.importers[*n].id.as_str()).collect();
-        let note = (ids.len() > 1).then(|| {
+        let tie = (ids.len() > 1).then(|| {
             format!("the importers {} read it; `{}` is used, `importer = \"...\"` chooses", ids.join(", "), ids[0])
         });
-        Ok(Some(Choice { importer: first, note }))
+        // Those that fail are not asked to read it; whoever does not need them is not stopped.
+        let notes = failed.into_iter().map(|e| e.text).chain(tie).collect();
+        Ok(Some(Choice { importer: first, notes }))
+    }
+
+    fn how_sure(&self, importer: &Importer, file: &Path, head: &[u8]) -> Result<u32> {
+        let plugin = &self.plugins[importer.plugin];
+        let subject = format!("the import of {}", file.display());
+        let sure = self.watched(importer.plugin, Call::Sniff, &subject, || importer.sniff(plugin.me, head))?;
+        if sure <= 100 {
+            return Ok(sure);
+        }
+        let broke = format!("plugin `{}` broke the contract: it answered {sure} in {}", plugin.id, Call::Sniff.text());
+        Err(Error::new("E111", format!("{subject}: {broke}")).expected("how sure it is, 0 to 100"))
     }
 
     /// Nobody reads a file.

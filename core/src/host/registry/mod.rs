@@ -1,144 +1,35 @@
 //! Everything that the loaded plugins offer, by id.
+//!
+//! - [`Registry`]: loading, ending, calls of plugins where there is no world;
+//! - `types`: what is offered, as the host keeps it; `read`: reading the tables of a plugin;
+//! - `lookup`: finding by name;
+//! - `actuators`, `importers`, `services`: these kinds, whole; `dialects`: of script languages.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    path::PathBuf,
-    sync::Arc,
-};
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugin_api::abi::*;
 
 mod actuators;
 mod dialects;
 mod importers;
+mod lookup;
 mod read;
 mod services;
+mod types;
 
 pub use super::load::Loaded as Plugin;
 use super::{
-    Declared, Search, Source,
+    Search, Source,
     guard::{self, Home},
     load::Remarks,
     services::HostTables,
     watchdog::{Call, Watch, Watches},
 };
-use crate::error::{Error, Result, nearest};
+use crate::error::{Error, Result};
 pub use actuators::{ActuatorKind, DeviceKind};
 pub use importers::{Choice, Importer};
 pub use services::ServiceKind;
-
-/// One field of a sensor kind.
-#[derive(Debug, Clone)]
-pub struct FieldInfo {
-    /// `<schema>.<field>`
-    pub name: String,
-    /// `TATU_ELEM_*`
-    pub elem: u32,
-    /// Shape; 0: as many as there are beams.
-    pub dims: [u32; 3],
-    /// Unit.
-    pub unit: Option<String>,
-    /// One sentence.
-    pub text: String,
-}
-
-/// A kind of sensor.
-pub struct SensorKind {
-    /// Index of the plugin.
-    pub plugin: usize,
-    /// What scenes write.
-    pub id: String,
-    /// One sentence.
-    pub text: String,
-    /// What readers look for.
-    pub schemas: Vec<String>,
-    /// Its parameters.
-    pub params: Vec<Declared>,
-    /// What it fills.
-    pub fields: Vec<FieldInfo>,
-    /// The interned keys of its fields.
-    pub(crate) field_props: Vec<u32>,
-    pub(crate) raw: tatu_sensor,
-    pub(crate) life: tatu_life,
-}
-
-/// A model.
-pub struct Model {
-    /// Index of the plugin.
-    pub plugin: usize,
-    /// What scenes write.
-    pub id: String,
-    /// One sentence.
-    pub text: String,
-    /// Its parameters.
-    pub params: Vec<Declared>,
-    /// Where others may be hung.
-    pub slots: Vec<String>,
-    pub(crate) raw: tatu_model,
-}
-
-/// A script language.
-pub struct Language {
-    /// Index of the plugin.
-    pub plugin: usize,
-    /// Its id.
-    pub id: String,
-    /// One sentence.
-    pub text: String,
-    /// File suffixes.
-    pub suffixes: Vec<String>,
-    pub(crate) raw: tatu_language,
-    pub(crate) life: tatu_life,
-}
-
-/// One name of a command.
-pub struct NameEntry {
-    /// The name.
-    pub name: String,
-    /// What it returns instead of an error, if it is an old-style name.
-    pub on_error: Option<Vec<Value>>,
-}
-
-/// A command.
-pub struct CommandEntry {
-    /// Index of the plugin.
-    pub plugin: usize,
-    /// Its names.
-    pub names: Vec<NameEntry>,
-    /// Its parameters.
-    pub params: Vec<Declared>,
-    /// Its results.
-    pub returns: Vec<Declared>,
-    /// One sentence.
-    pub text: String,
-    /// A call.
-    pub example: String,
-    /// What to do where waiting is not possible.
-    pub no_wait: Option<String>,
-    /// Takes arguments as they come.
-    pub raw_args: bool,
-    pub(crate) raw: tatu_command,
-}
-
-/// A named value for scripts, and who gave it.
-pub struct Constant {
-    /// Index of the plugin.
-    pub plugin: usize,
-    /// The value as its plugin declares it; valid as long as the plugin.
-    pub(crate) raw: tatu_value,
-}
-
-/// A text for scripts of a language.
-pub struct Prelude {
-    /// Index of the plugin.
-    pub plugin: usize,
-    /// Language.
-    pub language: String,
-    /// Module; "" runs in every new state.
-    pub module: String,
-    /// Its text.
-    pub text: Vec<u8>,
-}
+pub use types::{CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, SensorKind};
 
 /// What plugins offer, in order of plugin ids.
 pub struct Registry {
@@ -292,167 +183,40 @@ impl Registry {
         self.closest.push((p.path.clone(), text.clone()));
         self.refused.push(Error::new("E303", text).help(mend));
     }
-    /// Tells that a name is claimed by two plugins; scenes that use it say whose they mean.
-    fn claimed_twice(&mut self, plugin: usize, what: &str, id: &str, other: usize) {
-        let other = &self.plugins[other].id;
-        let text = format!("its {what} `{id}` is offered by `{other}` too");
-        let mend = format!("a scene that uses it says whose it means: [providers] \"{id}\" = \"{other}\"");
-        self.refuse(plugin, text, &mend);
+    /// Tells that a name is claimed twice; whether the second claim counts. Of two in one plugin only the first does; of
+    /// two plugins a scene says whose it means.
+    fn is_own(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
+        if claimed.contains(&plugin) {
+            let mend = "give each an id of its own";
+            self.refuse(plugin, format!("it offers the {what} `{id}` twice; the first one is used"), mend);
+            return false;
+        }
+        if let Some(other) = claimed.first() {
+            let other = &self.plugins[*other].id;
+            let text = format!("its {what} `{id}` is offered by `{other}` too");
+            let mend = format!("a scene that uses it says whose it means: [providers] \"{id}\" = \"{other}\"");
+            self.refuse(plugin, text, &mend);
+        }
+        true
     }
 
     /// Calls a plugin where there is no world: noted for the watchdog, with floating-point mode and locale put back;
     /// whoever changed them is told so. `subject` is what is built.
     pub(crate) fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = Home::now();
-        guard::listen();
         self.setup.subject(subject);
         let before = self.setup.enter(call, plugin, 0);
-        let done = f();
+        let (done, heard) = guard::hear(f);
         self.setup.leave(before);
         let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
         if let Some(what) = home.restore() {
             return Err(Error::new("E321", format!("{} changes {what} in {}", who(), call.text())).help(guard::MEND));
         }
-        match guard::heard().first() {
+        match heard.first() {
             None => Ok(done),
             Some(said) => Err(Error::new("E111", format!("{} {said} in {}", who(), call.text()))),
         }
     }
-
-    /// A command's id and alias by name.
-    pub fn command(&self, name: &str) -> Option<(u32, u32)> {
-        self.names.get(name).copied()
-    }
-    /// Whether any command or constant begins with a name and a dot.
-    pub(crate) fn has_namespace(&self, prefix: &str) -> bool {
-        let from = prefix.to_owned();
-        self.names.range(from.clone()..).next().is_some_and(|(n, _)| n.starts_with(prefix))
-            || self.constants.range(from..).next().is_some_and(|(n, _)| n.starts_with(prefix))
-    }
-    /// The one of several plugins of one name that a scene means: its `[providers]` say so, by the plugin's id.
-    fn choose(
-        &self,
-        what: &str,
-        id: &str,
-        claims: &[(usize, usize)],
-        providers: &BTreeMap<String, String>,
-    ) -> Result<Option<usize>> {
-        let plugin = |claim: &(usize, usize)| self.plugins[claim.1].id.as_str();
-        // A provider may be told by the id of the thing itself: then it does not say whose.
-        if let Some(wanted) = providers.get(id).filter(|w| *w != id) {
-            return Ok(claims.iter().find(|c| plugin(c) == wanted).map(|c| c.0));
-        }
-        let [first, second, ..] = claims else { return Ok(claims.first().map(|c| c.0)) };
-        let file = |c: &(usize, usize)| self.plugins[c.1].path.display().to_string();
-        let text = format!(
-            "two plugins offer a {what} `{id}`: `{}` ({}) and `{}` ({})",
-            plugin(first),
-            file(first),
-            plugin(second),
-            file(second)
-        );
-        let mend = format!("say whose is meant: [providers] \"{id}\" = \"{}\"", plugin(first));
-        Err(Error::new("E322", text).expected("one plugin, named in [providers]").help(mend))
-    }
-    /// A model by id.
-    pub fn model(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
-        let of_id = self.models.iter().enumerate().filter(|(_, m)| m.id == id);
-        let claims: Vec<_> = of_id.map(|(i, m)| (i, m.plugin)).collect();
-        self.choose("model", id, &claims, providers)?.ok_or_else(|| {
-            let known: Vec<_> = self.models.iter().map(|m| m.id.as_str()).collect();
-            self.unknown("E107", "model", id, &known)
-        })
-    }
-    /// The kind of sensor that is meant by an id, or by a schema (then: the provider, the only one, or the first).
-    pub fn sensor(&self, id_or_schema: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
-        let of_id = |id: &str| -> Vec<(usize, usize)> {
-            self.sensors.iter().enumerate().filter(|(_, s)| s.id == id).map(|(i, s)| (i, s.plugin)).collect()
-        };
-        if let Some(i) = self.choose("kind of sensor", id_or_schema, &of_id(id_or_schema), providers)? {
-            return Ok(i);
-        }
-        let wanted = providers.get(id_or_schema);
-        let fills = |s: &&SensorKind| s.schemas.iter().any(|x| x == id_or_schema);
-        let mut found = self
-            .sensors
-            .iter()
-            .filter(fills)
-            .filter(|s| wanted.is_none_or(|w| *w == s.id || *w == self.plugins[s.plugin].id));
-        let known = || -> Vec<_> {
-            let schemas = self.sensors.iter().flat_map(|s| &s.schemas);
-            let known: BTreeSet<_> = self.sensors.iter().map(|s| &s.id).chain(schemas).map(String::as_str).collect();
-            known.into_iter().collect()
-        };
-        let found = found.next().ok_or_else(|| self.unknown("E108", "sensor kind", id_or_schema, &known()))?;
-        if wanted.is_some_and(|w| *w != found.id) {
-            return Ok(self.sensors.iter().position(|s| std::ptr::eq(s, found)).unwrap_or_default());
-        }
-        let chosen = self.choose("kind of sensor", &found.id, &of_id(&found.id), providers)?;
-        chosen.ok_or_else(|| self.unknown("E108", "sensor kind", id_or_schema, &known()))
-    }
-    /// The script language of an id or a file name. `[providers]` may put, for an id or an ending, a language or a
-    /// plugin in the place of the first that answers to it.
-    pub fn language(&self, id_or_file: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
-        let key = |l: &Language| match l.id == id_or_file {
-            true => Some(l.id.clone()),
-            false => l.suffixes.iter().find(|s| id_or_file.ends_with(s.as_str())).cloned(),
-        };
-        let all = || self.languages.iter().enumerate();
-        let answering: Vec<(usize, &Language, String)> =
-            all().filter_map(|(i, l)| key(l).map(|key| (i, l, key))).collect();
-        let wanted = providers.get(id_or_file).or_else(|| answering.iter().find_map(|(_, _, key)| providers.get(key)));
-        if let Some((i, ..)) = answering.iter().find(|(_, l, _)| wanted == Some(&self.plugins[l.plugin].id)) {
-            return Ok(*i);
-        }
-        let id = wanted.or(answering.first().map(|(_, l, _)| &l.id)).map_or(id_or_file, String::as_str);
-        let claims: Vec<_> = all().filter(|(_, l)| l.id == id).map(|(i, l)| (i, l.plugin)).collect();
-        self.choose("script language", id, &claims, providers)?.ok_or_else(|| {
-            let known: Vec<_> = self.languages.iter().map(|l| l.id.as_str()).collect();
-            self.unknown("E109", "script language", id_or_file, &known)
-        })
-    }
-
-    /// The refused file that most likely has something of that name: one that says so, one that is called so, or the
-    /// only one.
-    fn closest(&self, name: &str) -> Option<&(PathBuf, String)> {
-        let named = |(_, why): &&(PathBuf, String)| why.contains(&format!("`{name}`"));
-        let holds = |(file, _): &&(PathBuf, String)| stem(file).contains(name) || name.contains(&stem(file));
-        let near = |(file, _): &&(PathBuf, String)| nearest(name, [stem(file).as_str()]).is_some();
-        let mut all = self.closest.iter();
-        all.clone().find(named).or_else(|| all.clone().find(holds)).or_else(|| all.clone().find(near)).or_else(|| {
-            let first = all.next()?;
-            all.all(|(file, _)| *file == first.0).then_some(first)
-        })
-    }
-
-    /// Nothing of that name: the nearest, or, without any plugin that offers such a thing, where was looked.
-    fn unknown(&self, code: &'static str, what: &str, name: &str, known: &[&str]) -> Error {
-        let mut text = format!("there is no {what} `{name}`");
-        if let Some((file, why)) = self.closest(name) {
-            let file = file.display().to_string();
-            // The reason mostly names the file itself.
-            let why = if why.contains(&file) { why.clone() } else { format!("{file}: {why}") };
-            text += &format!("; what came closest was refused: {why}");
-        }
-        let error = Error::new(code, text);
-        if known.is_empty() {
-            return error.expected(format!("a plugin that offers a {what}; none was found in{}", self.search.describe())).help(
-                "build the plugins beside the program (`cargo build`), copy the program together with its libraries, or set TATU_PLUGIN_PATH to their folder",
-            );
-        }
-        let error = error.expected(format!("one of {}", known.join(", ")));
-        match nearest(name, known.iter().copied()) {
-            Some(near) => error.help(format!("did you mean `{near}`?")),
-            None => error.help("`tatu list plugins` shows what was found and where"),
-        }
-    }
-}
-
-/// A file's name as a plugin's author gave it: "libtatu_gripper.so" is "gripper".
-fn stem(path: &std::path::Path) -> String {
-    let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-    let stem = stem.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(&stem);
-    stem.strip_prefix("tatu_").unwrap_or(stem).to_owned()
 }
 
 fn same_file(a: &PathBuf, b: &PathBuf) -> bool {

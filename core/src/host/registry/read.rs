@@ -68,8 +68,9 @@ impl Registry {
                 let needed = tables::required!(raw, tatu_sensor: id, measure);
                 let Some(id) = self.named(plugin, "sensor", raw.id, raw.size, &needed) else { continue };
                 let Some(life) = self.life(plugin, &format!("sensor `{id}`"), raw.life) else { continue };
-                if let Some(other) = self.sensors.iter().find(|s| s.id == id) {
-                    self.claimed_twice(plugin, "sensor", &id, other.plugin);
+                let claimed: Vec<usize> = self.sensors.iter().filter(|s| s.id == id).map(|s| s.plugin).collect();
+                if !self.is_own(plugin, "sensor", &id, &claimed) {
+                    continue;
                 }
                 let fields: Vec<FieldInfo> = tables::list(raw.fields)
                     .into_iter()
@@ -109,8 +110,9 @@ impl Registry {
             for (_, raw) in tables::list(ext.models) {
                 let needed = tables::required!(raw, tatu_model: id, build);
                 let Some(id) = self.named(plugin, "model", raw.id, raw.size, &needed) else { continue };
-                if let Some(other) = self.models.iter().find(|m| m.id == id) {
-                    self.claimed_twice(plugin, "model", &id, other.plugin);
+                let claimed: Vec<usize> = self.models.iter().filter(|m| m.id == id).map(|m| m.plugin).collect();
+                if !self.is_own(plugin, "model", &id, &claimed) {
+                    continue;
                 }
                 self.models.push(Model {
                     plugin,
@@ -137,8 +139,9 @@ impl Registry {
                 );
                 let Some(id) = self.named(plugin, "language", raw.id, raw.size, &needed) else { continue };
                 let Some(life) = self.life(plugin, &format!("language `{id}`"), raw.life) else { continue };
-                if let Some(other) = self.languages.iter().find(|l| l.id == id) {
-                    self.claimed_twice(plugin, "language", &id, other.plugin);
+                let claimed: Vec<usize> = self.languages.iter().filter(|l| l.id == id).map(|l| l.plugin).collect();
+                if !self.is_own(plugin, "language", &id, &claimed) {
+                    continue;
                 }
                 self.languages.push(Language {
                     plugin,
@@ -187,8 +190,17 @@ impl Registry {
                     names.push(NameEntry { name: name.clone(), on_error });
                     if let Some((other, _)) = self.names.get(&name) {
                         let owner = self.commands.get(*other as usize - 1).map_or(plugin, |c| c.plugin);
-                        let text = format!("its command `{name}` is already offered by `{}`", self.plugins[owner].id);
-                        self.refuse(plugin, text, "give the command a name space of its own: `mine.name`");
+                        let (text, mend) = match owner == plugin {
+                            true => (
+                                format!("it offers the command `{name}` twice; the first one is used"),
+                                "give each a name of its own",
+                            ),
+                            false => (
+                                format!("its command `{name}` is already offered by `{}`", self.plugins[owner].id),
+                                "give the command a name space of its own: `mine.name`",
+                            ),
+                        };
+                        self.refuse(plugin, text, mend);
                     } else {
                         self.names.insert(name, (id, alias as u32));
                     }

@@ -34,8 +34,9 @@ impl Registry {
             for (_, raw) in tables::list(ext.services) {
                 let needed = tables::required!(raw, tatu_service: id, start, barrier);
                 let Some(id) = self.named(plugin, "service", raw.id, raw.size, &needed) else { continue };
-                if let Some(other) = self.services.iter().find(|s| s.id == id) {
-                    self.claimed_twice(plugin, "service", &id, other.plugin);
+                let claimed: Vec<usize> = self.services.iter().filter(|s| s.id == id).map(|s| s.plugin).collect();
+                if !self.is_own(plugin, "service", &id, &claimed) {
+                    continue;
                 }
                 self.services.push(ServiceKind {
                     plugin,

@@ -1,5 +1,5 @@
-//! What may be read and set of a sensor or actuator by the key `<kind>.<key>`: parameters, which make the instance anew,
-//! and commands of actuators, which are live.
+//! What may be read and set of a sensor or actuator by the key `<kind>.<key>`: parameters, of which live ones are handed
+//! to the instance and others make it anew, and commands of actuators.
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
@@ -7,9 +7,12 @@ use super::{Done, busy, slot};
 use crate::{
     act::Actuator,
     error::nearest,
-    host::{Declared, check_value},
+    host::{
+        Declared, check_value,
+        instance::{Living, configure, takes_changes},
+    },
     scene::{Data, Scene},
-    sense::Device,
+    sense::{Device, Layout},
     world::WorldCell,
 };
 
@@ -107,40 +110,109 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         Meaning::Command { kind, at } => command(world, slot, kind, at, prop, value),
         Meaning::Sensor { kind, at } => {
             let value = checked(world, &world.registry.sensors[kind].params[at], prop, value)?;
-            let mut params = {
-                let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
-                sensing.device(slot).map(|d| d.params.clone()).ok_or_else(|| gone(world, slot))?
-            };
-            params[at] = value;
-            // No borrow is alive while the plugin makes the new instance.
-            let made = Device::create(world, kind, slot, world.instance_info(owner, &name), params)
-                .map_err(|e| refused(world, prop, &e))?;
-            let old = {
-                let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
-                let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
-                place.map(|d| std::mem::replace(d, made))
-            };
-            old.into_iter().for_each(|d| d.destroy(world));
-            Ok(())
+            set_of_sensor(world, (slot, owner, &name), (kind, at), value).map_err(|stop| stop.status(world, slot, prop))
         }
         Meaning::Actuator { kind, at } => {
             let value = checked(world, &world.registry.actuators[kind].params[at], prop, value)?;
-            let mut params = {
-                let acting = world.acting.try_borrow().map_err(|_| busy(world))?;
-                acting.device(owner).map(|d| d.params.clone()).ok_or_else(|| gone(world, slot))?
-            };
-            params[at] = value;
-            let made = Actuator::create(world, kind, slot, world.instance_info(owner, &name), params)
-                .map_err(|e| refused(world, prop, &e))?;
-            let old = {
-                let mut acting = world.acting.try_borrow_mut().map_err(|_| busy(world))?;
-                let place = acting.devices.iter_mut().find(|d| d.object == owner);
-                place.map(|d| std::mem::replace(d, made))
-            };
-            old.into_iter().for_each(|d| d.destroy(world));
-            Ok(())
+            set_of_actuator(world, (slot, owner, &name), (kind, at), value)
+                .map_err(|stop| stop.status(world, slot, prop))
         }
     }
+}
+
+/// Why a parameter keeps its value.
+enum Stop {
+    /// A part of the world is in use.
+    Busy,
+    /// There is no instance any more.
+    Gone,
+    /// The plugin, or the host, did not take it.
+    Refused(String),
+}
+
+impl Stop {
+    fn status(self, world: &WorldCell, slot: u32, prop: tatu_prop) -> tatu_status {
+        let key = || world.registry.host().key(prop).unwrap_or_default();
+        let path = || world.scene.try_borrow().map_or(format!("object {slot}"), |s| s.path(slot));
+        match self {
+            Stop::Busy => busy(world),
+            Stop::Gone => world.calls.refuse(TATU_ERR_GONE, &format!("the instance of object {slot} has ended")),
+            Stop::Refused(why) => world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}` of {}: {why}", key(), path())),
+        }
+    }
+}
+
+/// Slot, full id and name of a device's object.
+type Whose<'a> = (u32, tatu_object, &'a str);
+
+/// Changes a sensor's parameter. A *live* one is handed to the instance, which is then asked for its beams; for others
+/// the instance is made anew. No borrow is alive while the plugin is called.
+fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize), value: Value) -> Result<(), Stop> {
+    let (slot, ..) = whose;
+    let info = &world.registry.sensors[kind];
+    let (old, data, id) = {
+        let sensing = world.sensing.try_borrow().map_err(|_| Stop::Busy)?;
+        let d = sensing.device(slot).ok_or(Stop::Gone)?;
+        (d.params.clone(), d.data, d.id)
+    };
+    let mut params = old.clone();
+    params[at] = value;
+    if !takes_changes(&info.life, &info.params, at) {
+        return new_sensor(world, whose, kind, params);
+    }
+    configure(world, Living { plugin: info.plugin, slot, data }, &info.life, &params, at).map_err(Stop::Refused)?;
+    let layout = match Layout::ask(world, kind, slot, data) {
+        Ok(layout) => layout,
+        // It has the new value, and no beams for it: back to what worked.
+        Err(why) => return new_sensor(world, whose, kind, old).and(Err(Stop::Refused(why))),
+    };
+    let mut sensing = world.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
+    // It may have been removed or made anew meanwhile.
+    let device = sensing.devices.iter_mut().find(|d| d.slot == slot && d.id == id).ok_or(Stop::Gone)?;
+    device.params[at] = params.swap_remove(at);
+    device.lay_out(layout);
+    Ok(())
+}
+
+fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, params: Vec<Value>) -> Result<(), Stop> {
+    let made = Device::create(world, kind, slot, world.instance_info(owner, name), params).map_err(Stop::Refused)?;
+    let old = {
+        let mut sensing = world.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
+        let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
+        place.map(|d| std::mem::replace(d, made))
+    };
+    old.into_iter().for_each(|d| d.destroy(world));
+    Ok(())
+}
+
+/// The same for an actuator, which has no beams.
+fn set_of_actuator(
+    world: &WorldCell,
+    (slot, owner, name): Whose<'_>,
+    (kind, at): (usize, usize),
+    value: Value,
+) -> Result<(), Stop> {
+    let info = &world.registry.actuators[kind];
+    let (mut params, data) = {
+        let acting = world.acting.try_borrow().map_err(|_| Stop::Busy)?;
+        acting.device(owner).map(|d| (d.params.clone(), d.data)).ok_or(Stop::Gone)?
+    };
+    params[at] = value;
+    if takes_changes(&info.life, &info.params, at) {
+        configure(world, Living { plugin: info.plugin, slot, data }, &info.life, &params, at).map_err(Stop::Refused)?;
+        let mut acting = world.acting.try_borrow_mut().map_err(|_| Stop::Busy)?;
+        let device = acting.devices.iter_mut().find(|d| d.object == owner && d.data == data).ok_or(Stop::Gone)?;
+        device.params[at] = params.swap_remove(at);
+        return Ok(());
+    }
+    let made = Actuator::create(world, kind, slot, world.instance_info(owner, name), params).map_err(Stop::Refused)?;
+    let old = {
+        let mut acting = world.acting.try_borrow_mut().map_err(|_| Stop::Busy)?;
+        let place = acting.devices.iter_mut().find(|d| d.object == owner);
+        place.map(|d| std::mem::replace(d, made))
+    };
+    old.into_iter().for_each(|d| d.destroy(world));
+    Ok(())
 }
 
 fn command(world: &WorldCell, slot: u32, kind: usize, at: usize, prop: tatu_prop, value: Value) -> Done {
@@ -157,14 +229,4 @@ fn command(world: &WorldCell, slot: u32, kind: usize, at: usize, prop: tatu_prop
         *place = x;
     }
     Ok(())
-}
-
-fn gone(world: &WorldCell, slot: u32) -> tatu_status {
-    world.calls.refuse(TATU_ERR_GONE, &format!("the instance of object {slot} has ended"))
-}
-
-/// The plugin did not take a parameter; the instance is as before.
-fn refused(world: &WorldCell, prop: tatu_prop, why: &str) -> tatu_status {
-    let key = world.registry.host().key(prop).unwrap_or_default();
-    world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}`: {why}"))
 }

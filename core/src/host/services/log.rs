@@ -18,10 +18,9 @@ unsafe extern "C" fn write(_: *const tatu_host, w: *mut tatu_world, level: u32, 
         match WorldCell::of(w) {
             Some(world) => world.log(level, &line),
             None => match level {
-                TATU_LOG_ERROR => {
-                    guard::say(&line);
-                    tracing::error!("{line}");
-                }
+                // The host tells it once, with the function that it was in.
+                TATU_LOG_ERROR if guard::say(&line) => {}
+                TATU_LOG_ERROR => tracing::error!("{line}"),
                 TATU_LOG_WARNING => tracing::warn!("{line}"),
                 TATU_LOG_DEBUG => tracing::debug!("{line}"),
                 _ => tracing::info!("{line}"),

@@ -38,7 +38,7 @@ impl Sensor for ExampleRange {
 
     // (3) What can be set, with unit, range and default; `range` in metres is written `range_m` in scenes.
     fn params() -> Vec<Param> {
-        let metres = |key| Param::float(key).unit("m").range(0.0, 1e6).rebuilds();
+        let metres = |key| Param::float(key).unit("m").range(0.0, 1e6);
         vec![
             metres("range").default(2.0).text("How far it sees."),
             metres("step").default(0.001).text("Smallest step of its distance."),
@@ -58,6 +58,13 @@ impl Sensor for ExampleRange {
 
     fn create(_: &Host, _: Instance, params: &Params<'_>) -> Result<Self> {
         Ok(ExampleRange { range: params.f64("range")?, step: params.f64("step")? })
+    }
+
+    // Both may change while it lives. Without this, or with `.rebuilds()` in (3), a change makes a new sensor.
+    const CONFIGURES: bool = true;
+    fn configure(&mut self, params: &Params<'_>, _: u64) -> Result {
+        (self.range, self.step) = (params.f64("range")?, params.f64("step")?);
+        Ok(())
     }
 
     // (5) What it sends out: rays along unit vectors in its own frame, or a cone; +z is ahead.

@@ -1,0 +1,285 @@
+//! One script: making it, its callbacks, its waits, its end.
+
+use std::rc::Rc;
+
+use tatu_plugin_api::abi::*;
+
+use super::{Callbacks, Script, enter};
+use crate::{
+    calls::{Caller, ErrorSlot, Owner, answer, call_command, name_plugin, raw},
+    document::MAIN,
+    error::{Fault, FaultKind},
+    host::{Registry, watchdog::Call},
+    world::WorldCell,
+};
+
+impl Script {
+    pub(super) fn is_driver(&self) -> bool {
+        self.kind == MAIN
+    }
+
+    /// One step of the driver: `init` first, then its callbacks, from which it asks for the stages. A driver that could not
+    /// be loaded or was stopped for its budget runs none: steps count, and time stands.
+    pub fn drive(self: &Rc<Self>, world: &WorldCell) {
+        if !self.is_there(world) {
+            return;
+        }
+        if !self.initialised.get() {
+            self.initialise(world);
+        }
+        self.resume_waits(world);
+        self.callback(world, self.callbacks.get().actuation);
+        self.callback(world, self.callbacks.get().sensing);
+    }
+
+    pub(super) fn is_there(&self, world: &WorldCell) -> bool {
+        !self.data.get().is_null()
+            && !self.dead.get()
+            && world.scene.try_borrow().is_ok_and(|s| s.get(self.slot).is_some())
+    }
+
+    /// The index of its language's plugin.
+    pub(super) fn plugin(&self, world: &WorldCell) -> usize {
+        world.registry.languages[self.language].plugin
+    }
+
+    pub(super) fn raw<'r>(&self, registry: &'r Registry) -> &'r tatu_language {
+        &registry.languages[self.language].raw
+    }
+
+    pub(super) fn begin(&self, world: &WorldCell) {
+        let language = &world.registry.languages[self.language];
+        let plugin = &world.registry.plugins[language.plugin];
+        let (owner, key) = {
+            let scene = world.scene.borrow();
+            let at = scene.get(self.slot).map_or(0, |o| o.parent);
+            // Of those before it that hang on the same object.
+            let scripts = world.scripts.borrow();
+            let before = scripts.list.iter().take_while(|s| s.slot != self.slot);
+            let number = before.filter(|s| scene.get(s.slot).is_some_and(|o| o.parent == at)).count();
+            (scene.id(self.slot), format!("{}/script{number}", scene.get(at).map_or(String::new(), |o| o.name())))
+        };
+        let info = world.instance_info(owner, &key);
+        self.id.set(info.id);
+        let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
+        world.calls.caller.set(self.as_caller(world));
+        // SAFETY: by the contract; `info` lives through the call.
+        let create =
+            || language.life.create.map_or(TATU_ERR, |f| unsafe { f(plugin.me, &info, &mut data, error.raw()) });
+        {
+            // Calls of its commands are noted under the object that it belongs to.
+            let scene = world.scene.borrow();
+            let owner = scene.get(self.slot).map_or(0, |o| o.parent);
+            world.watch.name(owner, scene.path(owner));
+            world.watch.name(self.slot, scene.path(self.slot));
+        }
+        let status = world.cross(language.plugin, Call::Create, self.slot, create);
+        // SAFETY: the host's own error object.
+        let status = unsafe { answer(status, false, error.raw()) };
+        if status < 0 {
+            world.calls.caller.set(Caller::HOST);
+            // SAFETY: as above.
+            unsafe { name_plugin(status, error.raw(), &plugin.id, Call::Create) };
+            return self.fail(world, status, error.raw());
+        }
+        self.data.set(data);
+        self.initialised.set(false);
+        self.dead.set(false);
+        self.callbacks.set(Callbacks::default());
+        self.calls.set(0);
+        let mut chosen = raw(&[]);
+        let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
+        let load = || {
+            // SAFETY: as above; the texts live through the call.
+            language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
+        };
+        let status = world.cross(language.plugin, Call::ScriptLoad, self.slot, load);
+        // SAFETY: as above.
+        let status = unsafe { answer(status, false, error.raw()) };
+        world.calls.caller.set(Caller::HOST);
+        if status < 0 {
+            self.dead.set(true);
+            // SAFETY: as above.
+            unsafe { name_plugin(status, error.raw(), &plugin.id, Call::ScriptLoad) };
+            return self.fail(world, status, error.raw());
+        }
+        self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
+    }
+
+    /// Runs `init` and asks which callbacks there are; the thread function begins.
+    pub(super) fn initialise(self: &Rc<Self>, world: &WorldCell) {
+        self.initialised.set(true);
+        let init = self.find(world, TATU_FIND_CALLBACK, b"init");
+        self.callback(world, init);
+        self.find_callbacks(world);
+        let thread = self.callbacks.get().thread;
+        if thread != 0 && self.is_there(world) {
+            self.callback(world, thread);
+        }
+    }
+
+    pub(super) fn find_callbacks(&self, world: &WorldCell) {
+        let find = |name: &[u8]| self.find(world, TATU_FIND_CALLBACK, name);
+        self.callbacks.set(Callbacks {
+            actuation: find(b"actuation"),
+            sensing: find(b"sensing"),
+            cleanup: find(b"cleanup"),
+            thread: find(b"thread"),
+        });
+    }
+
+    pub fn find(&self, world: &WorldCell, how: u32, name: &[u8]) -> u32 {
+        if self.data.get().is_null() || self.dead.get() {
+            return 0;
+        }
+        // SAFETY: by the contract; the name lives through the call.
+        let find = || self.raw(&world.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
+        world.cross_quietly(self.plugin(world), Call::ScriptFind, self.slot, find)
+    }
+
+    pub(super) fn callback(self: &Rc<Self>, world: &WorldCell, id: u32) {
+        self.callback_with(world, id, &[]);
+    }
+
+    /// Calls a callback; an error is a fault of this script, and it may have other callbacks afterwards.
+    pub(super) fn callback_with(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
+        if self.is_there(world) {
+            self.run_callback(world, id, args);
+        }
+    }
+
+    pub(super) fn run_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
+        let Some(call) = self.raw(&world.registry).call.filter(|_| id != 0) else { return };
+        self.calls.set(self.calls.get() + 1);
+        let mark = world.calls.arena.borrow().mark();
+        let mut room = enter::Room::new();
+        let mut frame = room.frame(args);
+        // SAFETY: the frame lives through the call.
+        let status =
+            enter::enter(world, self, Call::ScriptCall, &mut frame, |data, frame, budget, used, error| unsafe {
+                call(data, id, frame, budget, used, error)
+            });
+        if status < 0 {
+            self.fail(world, status, frame.error);
+            self.find_callbacks(world);
+        }
+        world.calls.arena.borrow_mut().release(mark);
+    }
+
+    /// Commands that waited for this script and need not wait any more: they are called again, and their results go
+    /// to the coroutine.
+    pub(super) fn resume_waits(self: &Rc<Self>, world: &WorldCell) {
+        let owner = Owner::Script(self.id.get());
+        let due = world.calls.waits.borrow_mut().take_due(owner, |due| world.is_over(due));
+        for wait in due {
+            if !self.is_there(world) {
+                return;
+            }
+            let mark = world.calls.arena.borrow().mark();
+            let mut room = enter::Room::new();
+            let mut frame = room.frame(&[]);
+            (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
+            world.calls.caller.set(self.as_caller(world));
+            // SAFETY: the frame and its room live through the call.
+            let status = unsafe { call_command(world, &mut frame, wait.resume) };
+            world.calls.caller.set(Caller::HOST);
+            if status != TATU_WAIT {
+                self.resume(world, wait.token, status, &frame);
+            }
+            world.calls.arena.borrow_mut().release(mark);
+        }
+    }
+
+    pub(super) fn resume(self: &Rc<Self>, world: &WorldCell, token: u64, failed: tatu_status, done: &tatu_call) {
+        let Some(resume) = self.raw(&world.registry).resume else { return };
+        let mut room = enter::Room::new();
+        // SAFETY: the results of the command, which are still in the arena.
+        let results = unsafe { std::slice::from_raw_parts(done.results, done.n_results as usize) };
+        let mut frame = room.frame(results);
+        // The command's error object is used again by the call below: keep what it says.
+        let mut carried = ErrorSlot::new();
+        if failed < 0 {
+            // SAFETY: both are error objects of the host.
+            unsafe { crate::calls::copy_error(done.error, carried.fresh()) };
+        }
+        let carried = carried.raw();
+        let status = enter::enter_with_error(
+            world,
+            self,
+            Call::ScriptResume,
+            &mut frame,
+            carried,
+            |data, frame, budget, used, error| {
+                // SAFETY: the frame lives through the call.
+                unsafe { resume(data, token, failed.min(0), frame, budget, used, error) }
+            },
+        );
+        if status < 0 {
+            self.fail(world, status, frame.error);
+            self.find_callbacks(world);
+        }
+    }
+
+    pub(super) fn end(&self, world: &WorldCell) {
+        let data = self.data.replace(std::ptr::null_mut());
+        if data.is_null() {
+            return;
+        }
+        world.calls.waits.borrow_mut().forget(Owner::Script(self.id.get()));
+        self.initialised.set(false);
+        self.dialect.set(raw(&[]));
+        self.id.set(0);
+        if let Some(destroy) = world.registry.languages[self.language].life.destroy {
+            // SAFETY: made by `create`, given back once.
+            world.cross_quietly(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
+        }
+    }
+
+    pub fn as_caller(&self, world: &WorldCell) -> Caller {
+        let (script, object) = match world.scene.try_borrow() {
+            Ok(scene) => (scene.id(self.slot), scene.id(scene.get(self.slot).map_or(0, |o| o.parent))),
+            Err(_) => (0, 0),
+        };
+        Caller {
+            kind: TATU_CALLER_SCRIPT,
+            instance: self.id.get(),
+            object,
+            script,
+            dialect: self.dialect.get(),
+            service: 0,
+        }
+    }
+
+    /// An error that left the script: told once per place.
+    pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
+        let kind = FaultKind::of(status);
+        // SAFETY: an error object of the host.
+        let (text, help, file, traceback, line) = unsafe {
+            let e = &*error;
+            let of = |s| Some(crate::calls::text(s).into_owned()).filter(|s: &String| !s.is_empty());
+            (of(e.text), of(e.help), of(e.file), of(e.traceback), e.line)
+        };
+        let mut fault = Fault::new(kind, text.unwrap_or_else(|| "failed and gave no reason".into()));
+        let language = &world.registry.plugins[self.plugin(world)].id;
+        if fault.message.starts_with(&format!("plugin `{language}` ")) {
+            (fault.kind, fault.code) = (FaultKind::Plugin, FaultKind::Plugin.code());
+        }
+        fault.script = Some(self.name.clone());
+        if let Ok(scene) = world.scene.try_borrow() {
+            fault.object = scene.get(self.slot).map(|o| scene.path(o.parent));
+        }
+        (fault.help, fault.traceback) = (help, traceback);
+        fault.line = (line > 0).then_some(line);
+        fault.file = file.filter(|_| line > 0);
+        let blame = world.calls.blame.borrow_mut().take();
+        fault.plugin = blame.filter(|(text, _)| fault.message.contains(text.as_str())).map(|(_, plugin)| plugin);
+        if fault.kind == FaultKind::Plugin && fault.plugin.is_none() {
+            fault.plugin = Some(language.clone());
+        }
+        if status == TATU_ERR_BUDGET {
+            self.dead.set(true);
+            fault.help = Some("look for a loop without an end, or raise `script_budget` in [scene]".into());
+        }
+        world.report(fault);
+    }
+}

@@ -1,0 +1,221 @@
+//! Actuator kinds: motion and commands in, wrench and effort out.
+
+use std::{cell::RefCell, ffi::c_void};
+
+use super::{Fail, Host, Instance, Param, Params, Plugin, Result, ValueRef, guard, offer::Keep, plugin::Started};
+use crate::abi::*;
+
+/// How the mount of one actuator of a batch moves, and what it is told to do.
+pub struct Drive<'a> {
+    batch: &'a tatu_actuator_batch,
+    commands: &'a [f64],
+    i: usize,
+}
+
+impl<'a> Drive<'a> {
+    /// Simulation time, s.
+    pub fn time(&self) -> f64 {
+        self.batch.time
+    }
+    /// How long what is given acts: the time until the next call, s.
+    pub fn dt(&self) -> f64 {
+        self.batch.dt
+    }
+    /// The actuator.
+    pub fn actuator(&self) -> tatu_object {
+        // SAFETY: one per instance.
+        unsafe { *self.batch.actuator.add(self.i) }
+    }
+    /// The mount's pose in the world: x y z, quaternion x y z w.
+    pub fn pose(&self) -> [f64; 7] {
+        // SAFETY: 7 per instance.
+        unsafe { *self.batch.pose.cast::<[f64; 7]>().add(self.i) }
+    }
+    /// A direction of the mount's frame, in the world.
+    pub fn to_world(&self, v: [f64; 3]) -> [f64; 3] {
+        let [_, _, _, x, y, z, w] = self.pose();
+        let cross = |a: [f64; 3], b: [f64; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let t = cross([x, y, z], v).map(|c| 2.0 * c);
+        let u = cross([x, y, z], t);
+        [v[0] + w * t[0] + u[0], v[1] + w * t[1] + u[1], v[2] + w * t[2] + u[2]]
+    }
+    /// The mount's twist: m/s, then rad/s, world.
+    pub fn twist(&self) -> [f64; 6] {
+        // SAFETY: 6 per instance.
+        unsafe { *self.batch.twist.cast::<[f64; 6]>().add(self.i) }
+    }
+    /// Position and velocity of the joint it sits on: rad or m; 0 without one.
+    pub fn joint(&self) -> [f64; 2] {
+        // SAFETY: 2 per instance.
+        unsafe { *self.batch.joint.cast::<[f64; 2]>().add(self.i) }
+    }
+    /// What it is told to do, in the order of [`Actuator::commands`].
+    pub fn commands(&self) -> &'a [f64] {
+        self.commands
+    }
+}
+
+/// What one actuator does until the next call, and what it remembers; all is zero at first.
+pub struct Output<'a> {
+    /// Force on the mount's origin, N, world.
+    pub force: [f64; 3],
+    /// Torque on the mount, N m, world.
+    pub torque: [f64; 3],
+    /// Torque N m or force N of the joint it sits on.
+    pub effort: f64,
+    /// [`Actuator::STATE`] numbers that live from call to call; zero again when the scene is reset.
+    pub state: &'a mut [f64],
+}
+
+/// A kind of actuator. One value per actuator in a world.
+pub trait Actuator: Sized + Send + Sync + 'static {
+    /// The plugin that offers it.
+    type Plugin: Plugin;
+    /// What scenes write: "thruster".
+    const ID: &'static str;
+    /// One sentence.
+    const TEXT: &'static str;
+    /// Whether it is asked before each engine step, instead of once per step of the world.
+    const EVERY_SUBSTEP: bool = false;
+    /// Numbers that each remembers between calls.
+    const STATE: usize = 0;
+
+    /// Its parameters.
+    fn params() -> Vec<Param>;
+    /// What it may be told to do: floats, which scenes set like parameters and scripts at any time.
+    fn commands() -> Vec<Param>;
+    /// Makes one.
+    fn create(host: &Host, instance: Instance, params: &Params<'_>) -> Result<Self>;
+    /// Whether it takes new values of live parameters by [`Actuator::configure`]; else any change makes a new actuator.
+    const CONFIGURES: bool = false;
+    /// Takes new values: `changed` has a bit for each parameter, in the order of declaration; what it remembers stays.
+    /// After an error it is as if nothing had changed. A parameter with [`Param::rebuilds`] never comes here.
+    fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result {
+        let _ = (params, changed);
+        Err(Fail::unsupported("it takes no new values"))
+    }
+    /// Turns a command into forces. Must not block; runs on several threads.
+    fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result;
+}
+
+pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
+    let params = A::params().iter().map(|p| p.keep(keep)).collect();
+    let commands: Vec<_> = A::commands().iter().map(|p| p.keep(keep)).collect();
+    let raw = tatu_actuator {
+        size: size_of::<tatu_actuator>() as u32,
+        flags: if A::EVERY_SUBSTEP { TATU_ACTUATOR_EVERY_SUBSTEP } else { 0 },
+        n_commands: commands.len() as u32,
+        reserved: 0,
+        id: keep.text(A::ID),
+        text: keep.text(A::TEXT),
+        params: keep.list(params),
+        commands: keep.list(commands),
+        life: keep.table(tatu_life {
+            size: size_of::<tatu_life>() as u32,
+            state_bytes: (A::STATE * size_of::<f64>()) as u32,
+            create: Some(create::<A>),
+            destroy: Some(destroy::<A>),
+            configure: if A::CONFIGURES { Some(configure::<A>) } else { None },
+            save: None,
+            load: None,
+            version: 0,
+            reserved: 0,
+        }),
+        apply: Some(apply::<A>),
+    };
+    keep.table(raw)
+}
+
+/// What the host keeps as `data`.
+struct Data<A> {
+    /// In a cell: while it is configured nothing else may use it, not even what it calls itself. Each instance is used
+    /// by one thread at a time.
+    actuator: RefCell<A>,
+    n_commands: usize,
+}
+
+unsafe extern "C" fn create<A: Actuator>(
+    me: *mut c_void,
+    info: *const tatu_instance,
+    data: *mut *mut c_void,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: `me` was made by `init`; the host gives valid pointers.
+        unsafe {
+            let (started, info) = (&*me.cast::<Started<A::Plugin>>(), &*info);
+            let declared = A::params();
+            let values = ValueRef::slice(info.params, info.n_params as usize);
+            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed };
+            let actuator = A::create(&started.host, instance, &Params::new(values, &declared))?;
+            *data = Box::into_raw(Box::new(Data { actuator: actuator.into(), n_commands: A::commands().len() })).cast();
+        }
+        Ok(TATU_OK)
+    })
+}
+
+unsafe extern "C" fn configure<A: Actuator>(
+    data: *mut c_void,
+    params: *const tatu_value,
+    n: u32,
+    changed: u64,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        let declared = A::params();
+        // SAFETY: made by `create`; the host gives one value per declared parameter.
+        let (data, values) = unsafe { (&*data.cast::<Data<A>>(), ValueRef::slice(params, n as usize)) };
+        data.actuator.try_borrow_mut().map_err(|_| in_use())?.configure(&Params::new(values, &declared), changed)?;
+        Ok(TATU_OK)
+    })
+}
+
+fn in_use() -> Fail {
+    Fail::with_code(TATU_ERR_BUSY, "the actuator is being configured")
+}
+
+unsafe extern "C" fn destroy<A: Actuator>(data: *mut c_void) {
+    guard::quiet(|| {
+        // SAFETY: made by `create`, given back once.
+        drop(unsafe { Box::from_raw(data.cast::<Data<A>>()) });
+    });
+}
+
+unsafe extern "C" fn apply<A: Actuator>(
+    _: *mut c_void,
+    batch: *const tatu_actuator_batch,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+        let batch = unsafe { batch.as_ref() }.ok_or_else(|| Fail::new("the host gave no batch"))?;
+        // The state is copied in and out: the block itself is the host's.
+        let mut state = vec![0.0; A::STATE];
+        for i in 0..batch.n as usize {
+            // SAFETY: one entry per instance in each array, as many commands as declared, and a state block as large as
+            // told, whose alignment is that of the host's numbers of 8 bytes.
+            unsafe {
+                let data = &*(*batch.data.add(i)).cast::<Data<A>>();
+                let block = (*batch.state.add(i)).cast::<f64>();
+                std::ptr::copy_nonoverlapping(block, state.as_mut_ptr(), A::STATE);
+                let commands = match data.n_commands {
+                    0 => &[],
+                    n => std::slice::from_raw_parts(*batch.command.add(i), n),
+                };
+                let mut out = Output { force: [0.0; 3], torque: [0.0; 3], effort: 0.0, state: &mut state };
+                let actuator = data.actuator.try_borrow().map_err(|_| in_use());
+                if let Err(fail) = actuator.and_then(|a| a.apply(&Drive { batch, commands, i }, &mut out)) {
+                    *batch.status.add(i) = fail.write(error);
+                    continue;
+                }
+                let wrench = batch.wrench.cast::<[[f64; 3]; 2]>().add(i);
+                *wrench = [out.force, out.torque];
+                *batch.effort.add(i) = out.effort;
+                std::ptr::copy_nonoverlapping(state.as_ptr(), block, A::STATE);
+            }
+        }
+        Ok(TATU_OK)
+    })
+}

@@ -1,0 +1,131 @@
+//! Commands: declared once, callable from every script language, remote client and plugin.
+
+use std::ptr::null;
+
+use super::{Call, IntoResult, Outcome, Param, Plugin, Result, Value, call::trampoline, offer::Keep};
+use crate::abi::*;
+
+type Run<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome>>;
+
+/// A command.
+pub struct Command<P: Plugin> {
+    names: Vec<Name>,
+    params: Vec<Param>,
+    returns: Vec<Param>,
+    text: String,
+    example: String,
+    no_wait: Option<String>,
+    raw: bool,
+    run: Run<P>,
+}
+
+struct Name {
+    name: String,
+    on_error: Option<Vec<Value>>,
+}
+
+impl<P: Plugin> Command<P> {
+    /// A command with its first name and its function.
+    pub fn new<T: IntoResult + 'static>(
+        name: impl Into<String>,
+        run: impl Fn(&mut Call<'_, P>) -> Result<T> + 'static,
+    ) -> Self {
+        Command {
+            names: vec![Name { name: name.into(), on_error: None }],
+            params: Vec::new(),
+            returns: Vec::new(),
+            text: String::new(),
+            example: String::new(),
+            no_wait: None,
+            raw: false,
+            run: Box::new(move |call| run(call).map(IntoResult::into_outcome)),
+        }
+    }
+    /// Another name.
+    pub fn alias(mut self, name: impl Into<String>) -> Self {
+        self.names.push(Name { name: name.into(), on_error: None });
+        self
+    }
+    /// Another name, whose errors go to the log and give these values instead.
+    pub fn old_name(mut self, name: impl Into<String>, on_error: impl Into<Vec<Value>>) -> Self {
+        self.names.push(Name { name: name.into(), on_error: Some(on_error.into()) });
+        self
+    }
+    /// The next parameter.
+    pub fn param(mut self, param: Param) -> Self {
+        self.params.push(param);
+        self
+    }
+    /// Takes arguments as they come; parameters are for people only.
+    pub fn raw(mut self) -> Self {
+        self.raw = true;
+        self
+    }
+    /// The next result.
+    pub fn returns(mut self, param: Param) -> Self {
+        self.returns.push(param);
+        self
+    }
+    /// What it does: one sentence.
+    pub fn text(mut self, text: impl Into<String>) -> Self {
+        self.text = text.into();
+        self
+    }
+    /// A call, in Lua.
+    pub fn example(mut self, example: impl Into<String>) -> Self {
+        self.example = example.into();
+        self
+    }
+    /// What to do where waiting is not possible.
+    pub fn no_wait(mut self, text: impl Into<String>) -> Self {
+        self.no_wait = Some(text.into());
+        self
+    }
+
+    pub(crate) fn keep(self, keep: &mut Keep) -> *const tatu_command {
+        let names = self
+            .names
+            .iter()
+            .map(|n| {
+                let raw = tatu_name {
+                    size: size_of::<tatu_name>() as u32,
+                    flags: if n.on_error.is_some() { TATU_NAME_OLD_ERRORS } else { 0 },
+                    name: keep.text(&n.name),
+                    n_on_error: n.on_error.as_ref().map_or(0, |v| v.len() as u32),
+                    reserved: 0,
+                    on_error: n.on_error.as_ref().map_or(null(), |v| keep.values(v)),
+                };
+                keep.table(raw)
+            })
+            .collect();
+        let params = self.params.iter().map(|p| p.keep(keep)).collect();
+        let returns = self.returns.iter().map(|p| p.keep(keep)).collect();
+        let raw = tatu_command {
+            size: size_of::<tatu_command>() as u32,
+            flags: if self.raw { TATU_COMMAND_RAW } else { 0 },
+            names: keep.list(names),
+            params: keep.list(params),
+            returns: keep.list(returns),
+            text: keep.text(&self.text),
+            example: keep.text(&self.example),
+            no_wait: self.no_wait.as_ref().map_or(null(), |t| keep.text(t)),
+            user: keep.table::<Run<P>>(self.run).cast(),
+            call: Some(trampoline::<P>),
+        };
+        keep.table(raw)
+    }
+}
+
+/// A named value for scripts.
+#[derive(Debug, Clone)]
+pub struct Constant {
+    pub(crate) name: String,
+    pub(crate) value: Value,
+}
+
+impl Constant {
+    /// A name and its value.
+    pub fn new(name: impl Into<String>, value: impl Into<Value>) -> Self {
+        Constant { name: name.into(), value: value.into() }
+    }
+}

@@ -1,0 +1,96 @@
+//! The host's services, found once at start.
+
+use std::ffi::{CStr, CString, c_char};
+
+use super::fail::text_raw;
+use crate::abi::*;
+
+/// The number of an interned key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Prop(pub tatu_prop);
+
+/// The host, with the tables of its services; cheap to copy, valid until the plugin's shutdown.
+#[derive(Clone, Copy)]
+pub struct Host {
+    raw: *const tatu_host,
+    pub(crate) scene: Option<&'static tatu_host_scene>,
+    pub(crate) readings: Option<&'static tatu_host_readings>,
+    pub(crate) bodies: Option<&'static tatu_host_bodies>,
+    pub(crate) commands: Option<&'static tatu_host_commands>,
+    pub(crate) scripts: Option<&'static tatu_host_scripts>,
+    pub(crate) signals: Option<&'static tatu_host_signals>,
+    pub(crate) session: Option<&'static tatu_host_session>,
+    pub(crate) stage: Option<&'static tatu_host_stage>,
+    pub(crate) log: Option<&'static tatu_host_log>,
+    pub(crate) files: Option<&'static tatu_host_files>,
+}
+
+// SAFETY: the tables are constant; which thread may call which function is told by the header's tags.
+unsafe impl Send for Host {}
+// SAFETY: as above.
+unsafe impl Sync for Host {}
+
+impl Host {
+    /// # Safety
+    /// `raw` is null, or a host that lives until the plugin's shutdown.
+    pub unsafe fn new(raw: *const tatu_host) -> Option<Self> {
+        // SAFETY: as promised; a service's table lives as long as the host, and has the size it tells. Drafts match
+        // only their own number, so a table that is found is at least as large as ours.
+        unsafe {
+            let service = raw.as_ref()?.service?;
+            unsafe fn table<T>(
+                raw: *const tatu_host,
+                service: unsafe extern "C" fn(*const tatu_host, *const c_char) -> *const std::ffi::c_void,
+                id: &CStr,
+            ) -> Option<&'static T> {
+                // SAFETY: as in the caller.
+                let ptr = unsafe { service(raw, id.as_ptr()) };
+                // SAFETY: every table begins with its size.
+                let size = unsafe { ptr.cast::<u32>().as_ref() }.copied().unwrap_or(0);
+                // SAFETY: the table is as large as it tells, and lives as long as the host.
+                (size as usize >= size_of::<T>()).then(|| unsafe { &*ptr.cast::<T>() })
+            }
+            let host = Host {
+                raw,
+                scene: table(raw, service, TATU_HOST_SCENE),
+                readings: table(raw, service, TATU_HOST_READINGS),
+                bodies: table(raw, service, TATU_HOST_BODIES),
+                commands: table(raw, service, TATU_HOST_COMMANDS),
+                scripts: table(raw, service, TATU_HOST_SCRIPTS),
+                signals: table(raw, service, TATU_HOST_SIGNALS),
+                session: table(raw, service, TATU_HOST_SESSION),
+                stage: table(raw, service, TATU_HOST_STAGE),
+                log: table(raw, service, TATU_HOST_LOG),
+                files: table(raw, service, TATU_HOST_FILES),
+            };
+            super::guard::set_panic_hook(&host);
+            Some(host)
+        }
+    }
+
+    /// The raw table, for what these wrappers lack.
+    pub fn raw(&self) -> *const tatu_host {
+        self.raw
+    }
+    /// The table of the commands service, for script languages that call it in their inner loop.
+    pub fn commands_table(&self) -> Option<&'static tatu_host_commands> {
+        self.commands
+    }
+    /// Interns a key: "joint.position", "proximity.distance".
+    pub fn prop(&self, key: &str) -> Prop {
+        let key = CString::new(key).unwrap_or_default();
+        // SAFETY: the key is NUL-terminated.
+        Prop(self.scene.and_then(|s| s.prop).map_or(0, |f| unsafe { f(self.raw, key.as_ptr()) }))
+    }
+    /// Writes a line to the log: one of `TATU_LOG_*`.
+    pub fn log(&self, level: u32, text: &str) {
+        if let Some(write) = self.log.and_then(|l| l.write) {
+            // SAFETY: the text is valid during the call.
+            unsafe { write(self.raw, std::ptr::null_mut(), level, text_raw(text)) };
+        }
+    }
+    pub(crate) fn logger(&self) -> impl Fn(u32, &str) + Send + Sync + 'static {
+        let host = *self;
+        move |level, text| host.log(level, text)
+    }
+}

@@ -1,0 +1,47 @@
+//! Traits over the ABI: a plugin in Rust without `unsafe`.
+//!
+//! Begin with [`Plugin`]; a plugin offers [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s, [`Importer`]s,
+//! [`Language`]s and [`Service`]s through an [`Offer`]. Every callback is wrapped so that a panic becomes an error that
+//! names the plugin.
+//!
+//! All traits take `&self`: a command may call a script that calls the command again.
+
+mod actuator;
+mod call;
+mod command;
+mod fail;
+mod guard;
+mod host;
+mod importer;
+mod language;
+mod model;
+mod offer;
+mod param;
+mod plugin;
+mod sensor;
+mod service;
+mod value;
+mod world;
+
+pub use actuator::{Actuator, Drive, Output};
+pub use call::{Call, IntoResult, Outcome};
+pub use command::{Command, Constant};
+pub use fail::{Fail, Result};
+pub use guard::{guarded, quiet as guarded_quietly};
+pub use host::{Host, Prop};
+pub use importer::Importer;
+pub use language::{Budget, Flow, Frame, Language};
+pub use model::{Builder, Model, Node};
+pub use offer::Offer;
+pub use param::{Param, Params};
+pub use plugin::{Instance, Plugin};
+pub use sensor::{Beams, Field, Form, Readout, Sample, Sensor};
+pub use service::{Answer, Called, Service, Session, Turn};
+pub use value::{Value, ValueRef};
+pub use world::{Contact, Object, Reading, World};
+
+#[doc(hidden)]
+pub mod macro_support {
+    pub use super::guard::set_panic_hook;
+    pub use super::plugin::{Entry, extension, init, shutdown};
+}

@@ -1,0 +1,172 @@
+//! Models: functions from parameters to objects.
+
+use std::ffi::{CString, c_void};
+
+use super::{
+    Fail, Param, Params, Plugin, Result, Value, ValueRef,
+    fail::{bytes_of, bytes_raw, text_raw},
+    guard,
+    offer::Keep,
+};
+use crate::abi::*;
+
+/// A model.
+pub trait Model: Sized + 'static {
+    /// The plugin that offers it.
+    type Plugin: Plugin;
+    /// What scenes write: "pioneer_p3dx".
+    const ID: &'static str;
+    /// One sentence.
+    const TEXT: &'static str;
+    /// Aliases of the objects where others may be hung.
+    const SLOTS: &'static [&'static str];
+
+    /// Its parameters.
+    fn params() -> Vec<Param>;
+    /// Builds it: the first object is the base, standing where the model wants to stand.
+    fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result;
+}
+
+/// Writes the document of a model or import.
+#[derive(Clone, Copy)]
+pub struct Builder<'a> {
+    raw: &'a tatu_builder,
+}
+
+/// An object that is being described.
+#[derive(Clone, Copy)]
+pub struct Node<'a> {
+    builder: Builder<'a>,
+    id: u32,
+}
+
+impl<'a> Builder<'a> {
+    pub(crate) fn new(raw: &'a tatu_builder) -> Self {
+        Builder { raw }
+    }
+    /// The C table, for what these wrappers lack.
+    pub fn raw(&self) -> &'a tatu_builder {
+        self.raw
+    }
+    /// Adds an object: "shape", "joint", "dummy", "sensor", "force_sensor".
+    pub fn object(&self, kind: &str, parent: Option<Node<'a>>, alias: &str) -> Result<Node<'a>> {
+        let text = CString::new(kind).unwrap_or_default();
+        let parent = parent.map_or(0, |p| p.id);
+        // SAFETY: valid pointers during the call, here and below.
+        let id = self.raw.object.map_or(0, |f| unsafe { f(self.raw, text.as_ptr(), parent, text_raw(alias)) });
+        if id == 0 {
+            return Err(Fail::new(format!("the host refused the {kind} `{alias}`")));
+        }
+        Ok(Node { builder: *self, id })
+    }
+    /// Adds a triangle mesh; its number for the property "mesh".
+    pub fn mesh(&self, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<i64> {
+        let (n, m) = (points.len() as u64, triangles.len() as u64);
+        // SAFETY: as above.
+        let id = self
+            .raw
+            .mesh
+            .map_or(0, |f| unsafe { f(self.raw, points.as_ptr().cast(), n, triangles.as_ptr().cast(), m) });
+        if id == 0 { Err(Fail::new("the host refused a mesh")) } else { Ok(id as i64) }
+    }
+    /// Reads a file beside the source; the bytes live as long as the build. `None`: there is none. Leaving the folders
+    /// that may be read is an error of the build.
+    pub fn file(&self, relative: &str) -> Option<&'a [u8]> {
+        let mut out = tatu_str { ptr: std::ptr::null(), len: 0 };
+        // SAFETY: as above; the host's bytes live as long as the build, and so does the table.
+        unsafe {
+            let status = self.raw.file.map_or(TATU_ERR_UNSUPPORTED, |f| f(self.raw, text_raw(relative), &mut out));
+            (status >= 0).then(|| bytes_of(out))
+        }
+    }
+    /// Tells something about the source: `TATU_REPORT_*`.
+    pub fn report(&self, severity: u32, node: Option<Node<'a>>, text: &str) {
+        if let Some(f) = self.raw.report {
+            // SAFETY: as above.
+            unsafe { f(self.raw, severity, node.map_or(0, |n| n.id), text_raw(text)) };
+        }
+    }
+}
+
+impl<'a> Node<'a> {
+    /// Its number in this build.
+    pub fn id(&self) -> u32 {
+        self.id
+    }
+    /// Sets a property: "mass", "position", "color"; SI units. Gives the node back.
+    pub fn set(self, key: &str, value: impl Into<Value>) -> Result<Self> {
+        let mut room: Vec<Vec<u64>> = Vec::new();
+        let value = value.into().to_raw(&mut |bytes| {
+            room.push(vec![0; bytes.div_ceil(8).max(1)]);
+            room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+        });
+        let value = value.unwrap_or(ValueRef::NIL.raw());
+        let text = CString::new(key).unwrap_or_default();
+        let raw = self.builder.raw;
+        // SAFETY: as above; `room` outlives the call.
+        let status = raw.set.map_or(TATU_ERR_UNSUPPORTED, |f| unsafe { f(raw, self.id, text.as_ptr(), &value) });
+        if status < 0 {
+            return Err(Fail::with_code(status, format!("the host refused the property `{key}`")));
+        }
+        Ok(self)
+    }
+    /// Makes a "sensor" or "actuator" object one of a kind or schema.
+    pub fn device(self, kind_or_schema: &str) -> Result<Self> {
+        let text = CString::new(kind_or_schema).unwrap_or_default();
+        let raw = self.builder.raw;
+        // SAFETY: as above.
+        let status = raw.device.map_or(TATU_ERR_UNSUPPORTED, |f| unsafe { f(raw, self.id, text.as_ptr()) });
+        if status < 0 {
+            return Err(Fail::with_code(status, format!("the host refused the device `{kind_or_schema}`")));
+        }
+        Ok(self)
+    }
+    /// Adds a script; language by id, dialect or "" for "from the text", kind "child", "customization" or "main".
+    pub fn script(self, language: &str, dialect: &str, kind: &str, name: &str, text: &[u8]) -> Result<Self> {
+        let c = |s: &str| CString::new(s).unwrap_or_default();
+        let (language, dialect, kind) = (c(language), c(dialect), c(kind));
+        let raw = self.builder.raw;
+        // SAFETY: as above.
+        let id = raw.script.map_or(0, |f| unsafe {
+            f(
+                raw,
+                self.id,
+                language.as_ptr(),
+                if dialect.is_empty() { std::ptr::null() } else { dialect.as_ptr() },
+                kind.as_ptr(),
+                text_raw(name),
+                bytes_raw(text),
+            )
+        });
+        if id == 0 { Err(Fail::new("the host refused a script")) } else { Ok(self) }
+    }
+}
+
+pub(crate) fn table<M: Model>(keep: &mut Keep) -> *const tatu_model {
+    let params = M::params().iter().map(|p| p.keep(keep)).collect();
+    let raw = tatu_model {
+        size: size_of::<tatu_model>() as u32,
+        reserved: 0,
+        id: keep.text(M::ID),
+        text: keep.text(M::TEXT),
+        params: keep.list(params),
+        slots: keep.texts(M::SLOTS),
+        build: Some(build::<M>),
+    };
+    keep.table(raw)
+}
+
+unsafe extern "C" fn build<M: Model>(
+    _: *mut c_void,
+    builder: *const tatu_builder,
+    params: *const tatu_value,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        let declared = M::params();
+        // SAFETY: the host gives a live builder and one value per declared parameter.
+        let (raw, values) = unsafe { (&*builder, ValueRef::slice(params, declared.len())) };
+        M::build(&Builder::new(raw), &Params::new(values, &declared))?;
+        Ok(TATU_OK)
+    })
+}

@@ -1,0 +1,214 @@
+//! What a plugin offers, and the memory that its C tables live in.
+
+use std::{
+    any::Any,
+    ffi::{CString, c_char},
+    ptr::null,
+};
+
+use super::{Actuator, Command, Constant, Importer, Language, Model, Plugin, Sensor, Service, Value, guard};
+use crate::abi::*;
+
+/// Owns everything that the plugin's tables point to, until shutdown.
+#[derive(Default)]
+pub(crate) struct Keep(Vec<Box<dyn Any>>);
+
+impl Keep {
+    pub(crate) fn table<T: 'static>(&mut self, table: T) -> *const T {
+        let boxed = Box::new(table);
+        let ptr: *const T = &raw const *boxed;
+        self.0.push(boxed);
+        ptr
+    }
+    pub(crate) fn text(&mut self, text: &str) -> *const c_char {
+        // A NUL inside a declared text would only cut it: leave it out.
+        let text = CString::new(text.replace('\0', "")).unwrap_or_default();
+        let ptr = text.as_ptr();
+        self.0.push(Box::new(text));
+        ptr
+    }
+    pub(crate) fn list<T: 'static>(&mut self, mut items: Vec<*const T>) -> *const *const T {
+        items.push(null());
+        let ptr = items.as_ptr();
+        self.0.push(Box::new(items));
+        ptr
+    }
+    pub(crate) fn texts<S: AsRef<str>>(&mut self, items: &[S]) -> *const *const c_char {
+        let items = items.iter().map(|s| self.text(s.as_ref())).collect();
+        self.list(items)
+    }
+    pub(crate) fn value(&mut self, value: &Value) -> tatu_value {
+        let mut alloc = |bytes: usize| {
+            let mut room = vec![0u64; bytes.div_ceil(8).max(1)];
+            let ptr = room.as_mut_ptr().cast();
+            self.0.push(Box::new(room));
+            ptr
+        };
+        value.to_raw(&mut alloc).unwrap_or(super::value::raw_int(TATU_NIL, 0))
+    }
+    pub(crate) fn values(&mut self, values: &[Value]) -> *const tatu_value {
+        let raw: Vec<_> = values.iter().map(|v| self.value(v)).collect();
+        let ptr = raw.as_ptr();
+        self.0.push(Box::new(raw));
+        ptr
+    }
+}
+
+/// Collects what a plugin offers; see [`Plugin::offer`].
+pub struct Offer<P: Plugin> {
+    pub(crate) keep: Keep,
+    commands: Vec<*const tatu_command>,
+    constants: Vec<*const tatu_constant>,
+    preludes: Vec<*const tatu_prelude>,
+    sensors: Vec<*const tatu_sensor>,
+    actuators: Vec<*const tatu_actuator>,
+    models: Vec<*const tatu_model>,
+    importers: Vec<*const tatu_importer>,
+    languages: Vec<*const tatu_language>,
+    services: Vec<*const tatu_service>,
+    plugin: std::marker::PhantomData<P>,
+}
+
+impl<P: Plugin> Offer<P> {
+    pub(crate) fn new() -> Self {
+        Offer {
+            keep: Keep::default(),
+            commands: Vec::new(),
+            constants: Vec::new(),
+            preludes: Vec::new(),
+            sensors: Vec::new(),
+            actuators: Vec::new(),
+            models: Vec::new(),
+            importers: Vec::new(),
+            languages: Vec::new(),
+            services: Vec::new(),
+            plugin: std::marker::PhantomData,
+        }
+    }
+    /// A command for scripts, remote clients and other plugins.
+    pub fn command(&mut self, command: Command<P>) {
+        let raw = command.keep(&mut self.keep);
+        self.commands.push(raw);
+    }
+    /// A named value for scripts.
+    pub fn constant(&mut self, constant: Constant) {
+        let raw = tatu_constant {
+            size: size_of::<tatu_constant>() as u32,
+            reserved: 0,
+            name: self.keep.text(&constant.name),
+            value: self.keep.value(&constant.value),
+        };
+        let raw = self.keep.table(raw);
+        self.constants.push(raw);
+    }
+    /// Text for a script language: module "" runs in every new script state, others are found by `require`.
+    pub fn prelude(&mut self, language: &str, module: &str, text: &str) {
+        let owned = self.keep.table(text.as_bytes().to_vec());
+        // SAFETY: `keep` owns the bytes until shutdown.
+        let bytes: &[u8] = unsafe { (*owned).as_slice() };
+        let raw = tatu_prelude {
+            size: size_of::<tatu_prelude>() as u32,
+            reserved: 0,
+            language: self.keep.text(language),
+            module: self.keep.text(module),
+            text: super::fail::bytes_raw(bytes),
+        };
+        let raw = self.keep.table(raw);
+        self.preludes.push(raw);
+    }
+    /// A kind of sensor.
+    pub fn sensor<S: Sensor<Plugin = P>>(&mut self) {
+        let raw = super::sensor::table::<S>(&mut self.keep);
+        self.sensors.push(raw);
+    }
+    /// A kind of actuator.
+    pub fn actuator<A: Actuator<Plugin = P>>(&mut self) {
+        let raw = super::actuator::table::<A>(&mut self.keep);
+        self.actuators.push(raw);
+    }
+    /// A model.
+    pub fn model<M: Model<Plugin = P>>(&mut self) {
+        let raw = super::model::table::<M>(&mut self.keep);
+        self.models.push(raw);
+    }
+    /// An importer.
+    pub fn importer<I: Importer<Plugin = P>>(&mut self) {
+        let raw = super::importer::table::<I>(&mut self.keep);
+        self.importers.push(raw);
+    }
+    /// A script language.
+    pub fn language<L: Language<Plugin = P>>(&mut self) {
+        let raw = super::language::table::<L>(&mut self.keep);
+        self.languages.push(raw);
+    }
+
+    /// A service.
+    pub fn service<S: Service<Plugin = P>>(&mut self) {
+        let raw = super::service::table::<S>(&mut self.keep);
+        self.services.push(raw);
+    }
+
+    pub(crate) fn finish(mut self) -> Tables {
+        let keep = &mut self.keep;
+        let life = guard::life::<P>();
+        let life = keep.table(life);
+        let command =
+            (!self.commands.is_empty() || !self.constants.is_empty() || !self.preludes.is_empty()).then(|| {
+                let table = tatu_ext_command {
+                    size: size_of::<tatu_ext_command>() as u32,
+                    reserved: 0,
+                    commands: keep.list(self.commands),
+                    constants: keep.list(self.constants),
+                    preludes: keep.list(self.preludes),
+                    per_world: life,
+                };
+                keep.table(table)
+            });
+        let sensor = (!self.sensors.is_empty()).then(|| {
+            let kinds = keep.list(self.sensors);
+            keep.table(tatu_ext_sensor { size: size_of::<tatu_ext_sensor>() as u32, reserved: 0, kinds })
+        });
+        let actuator = (!self.actuators.is_empty()).then(|| {
+            let kinds = keep.list(self.actuators);
+            keep.table(tatu_ext_actuator { size: size_of::<tatu_ext_actuator>() as u32, reserved: 0, kinds })
+        });
+        let model = (!self.models.is_empty()).then(|| {
+            let models = keep.list(self.models);
+            keep.table(tatu_ext_model { size: size_of::<tatu_ext_model>() as u32, reserved: 0, models })
+        });
+        let importer = (!self.importers.is_empty()).then(|| {
+            let importers = keep.list(self.importers);
+            keep.table(tatu_ext_importer { size: size_of::<tatu_ext_importer>() as u32, reserved: 0, importers })
+        });
+        let script = (!self.languages.is_empty()).then(|| {
+            let languages = keep.list(self.languages);
+            keep.table(tatu_ext_script { size: size_of::<tatu_ext_script>() as u32, reserved: 0, languages })
+        });
+        let service = (!self.services.is_empty()).then(|| {
+            let services = keep.list(self.services);
+            keep.table(tatu_ext_service { size: size_of::<tatu_ext_service>() as u32, reserved: 0, services })
+        });
+        Tables {
+            command: command.unwrap_or(null()),
+            sensor: sensor.unwrap_or(null()),
+            actuator: actuator.unwrap_or(null()),
+            model: model.unwrap_or(null()),
+            importer: importer.unwrap_or(null()),
+            script: script.unwrap_or(null()),
+            service: service.unwrap_or(null()),
+            _keep: self.keep,
+        }
+    }
+}
+
+/// The finished tables of a started plugin.
+pub(crate) struct Tables {
+    pub(crate) command: *const tatu_ext_command,
+    pub(crate) sensor: *const tatu_ext_sensor,
+    pub(crate) actuator: *const tatu_ext_actuator,
+    pub(crate) model: *const tatu_ext_model,
+    pub(crate) importer: *const tatu_ext_importer,
+    pub(crate) script: *const tatu_ext_script,
+    pub(crate) service: *const tatu_ext_service,
+    _keep: Keep,
+}

@@ -1,0 +1,282 @@
+//! Services: what lives beside worlds, with threads of its own.
+
+use std::{ffi::c_void, ops::Deref};
+
+use super::{
+    Fail, Host, Param, Params, Plugin, Result, Value, ValueRef, World, fail::bytes_of, fail::text_raw, guard,
+    offer::Keep, plugin::Started,
+};
+use crate::abi::*;
+
+/// A service. One value per session; dropping it ends it, threads included.
+///
+/// Only `barrier`, `event` and `resume` reach a world, each in the thread of its session. Threads of the service put
+/// down what came in, call [`Session::wake`], and do nothing else with the host but write to its log.
+pub trait Service: Sized + 'static {
+    /// The plugin that offers it.
+    type Plugin: Plugin;
+    /// What scenes and command lines write.
+    const ID: &'static str;
+    /// One sentence.
+    const TEXT: &'static str;
+
+    /// Its parameters.
+    fn params() -> Vec<Param>;
+    /// Starts it. Dropping the value must join its threads.
+    fn start(plugin: &Self::Plugin, host: &Host, session: Session, params: &Params<'_>) -> Result<Self>;
+    /// Its turn before a step, and while a world is stopped or paused: executes what came in, never blocks. After an
+    /// error or a panic the service is switched off.
+    fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<Answer>;
+    /// Something happened: "started", "paused", "resumed", "stopped", "fault".
+    fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
+        let _ = (turn, name, payload);
+    }
+    /// A command that waited has ended; `token` is the one that [`Turn::call`] was given.
+    fn resume(&self, turn: &Turn<'_>, token: u64, result: Result<&[ValueRef<'_>]>) {
+        let _ = (turn, token, result);
+    }
+}
+
+/// What a service wants at the barrier.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Answer {
+    /// Time may go on.
+    Go,
+    /// Time stands until the service has been woken and says go.
+    Hold,
+}
+
+/// How a call went.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Called {
+    /// Its results.
+    Done(Vec<Value>),
+    /// It goes on later; [`Service::resume`] will have its token.
+    Waits,
+}
+
+/// The session, as the threads of a service may use it.
+#[derive(Clone, Copy)]
+pub struct Session {
+    raw: *mut tatu_session,
+    host: Host,
+}
+
+// SAFETY: from other threads only `wake` is called, which is for any thread.
+unsafe impl Send for Session {}
+// SAFETY: as above.
+unsafe impl Sync for Session {}
+
+impl Session {
+    /// Wakes a session that waits at its barrier. Until the service has ended.
+    pub fn wake(&self) {
+        if let Some(wake) = self.host.session.and_then(|s| s.wake) {
+            // SAFETY: the session lives as long as the service.
+            unsafe { wake(self.raw) };
+        }
+    }
+    /// Writes a line to the host's log: `TATU_LOG_*`.
+    pub fn log(&self, level: u32, text: &str) {
+        self.host.log(level, text);
+    }
+}
+
+/// A world while it is a service's turn.
+pub struct Turn<'a> {
+    world: World<'a>,
+    session: Session,
+}
+
+impl<'a> Deref for Turn<'a> {
+    type Target = World<'a>;
+    fn deref(&self) -> &World<'a> {
+        &self.world
+    }
+}
+
+impl Turn<'_> {
+    /// For which client the calls that follow are made, by a number of the service's choice: for the input log.
+    pub fn client(&self, client: u64) {
+        if let Some(f) = self.session.host.session.and_then(|s| s.client) {
+            // SAFETY: the world of this turn.
+            unsafe { f(self.world.raw(), client) };
+        }
+    }
+    /// `TATU_STOPPED`, `TATU_RUNNING` or `TATU_PAUSED`.
+    pub fn state(&self) -> u32 {
+        // SAFETY: as above.
+        self.session.host.session.and_then(|s| s.state).map_or(TATU_RUNNING, |f| unsafe { f(self.world.raw()) })
+    }
+    /// The place of this world among those of its session, from 0, and how many these are.
+    pub fn worlds(&self) -> (usize, usize) {
+        let Some(worlds) = self.session.host.session.and_then(|s| s.worlds) else { return (0, 1) };
+        let (mut all, mut n) = (vec![std::ptr::null_mut(); 64], 0_u32);
+        loop {
+            // SAFETY: as much room as is told; the session lives as long as the service.
+            unsafe { worlds(self.session.raw, all.as_mut_ptr(), all.len() as u32, &mut n) };
+            if n as usize <= all.len() {
+                break;
+            }
+            all.resize(n as usize, std::ptr::null_mut());
+        }
+        (all.iter().take(n as usize).position(|w| *w == self.world.raw()).unwrap_or(0), n as usize)
+    }
+    /// Calls a command by any of its names. `token` 0: it is not to wait; else it may, and comes back by this token.
+    pub fn call(&self, name: &str, args: &[Value], token: u64) -> Result<Called> {
+        let commands = self.session.host.commands;
+        let (Some(find), Some(call), Some(mark), Some(release)) = (
+            commands.and_then(|t| t.find),
+            commands.and_then(|t| t.call),
+            commands.and_then(|t| t.mark),
+            commands.and_then(|t| t.release),
+        ) else {
+            return Err(Fail::unsupported("this host cannot call commands"));
+        };
+        let world = self.world.raw();
+        // SAFETY: the world of this turn; the name is valid during the call.
+        let found = if name.ends_with('.') { 0 } else { unsafe { find(world, text_raw(name)) } };
+        if found == 0 {
+            return Err(Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`")));
+        }
+        let mut room: Vec<Vec<u64>> = Vec::new();
+        let mut alloc = |bytes: usize| {
+            room.push(vec![0; bytes.div_ceil(8).max(1)]);
+            room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+        };
+        let args: Vec<tatu_value> = args.iter().filter_map(|a| a.to_raw(&mut alloc)).collect();
+        let mut results = [ValueRef::NIL.raw(); 64];
+        // SAFETY: an all-zero frame is a valid empty one.
+        let mut frame: tatu_call = unsafe { std::mem::zeroed() };
+        frame.size = size_of::<tatu_call>() as u32;
+        (frame.command, frame.alias, frame.wait_token) = (found >> 8, found & 0xFF, token);
+        (frame.args, frame.n_args) = (args.as_ptr(), args.len() as u32);
+        (frame.results, frame.results_cap) = (results.as_mut_ptr(), results.len() as u32);
+        // SAFETY: the frame and its arrays live through the call; results are copied before the release.
+        unsafe {
+            let here = mark(world);
+            let out = match call(world, &mut frame) {
+                TATU_WAIT => Ok(Called::Waits),
+                status if status < 0 => Err(Fail::read(status, frame.error)),
+                _ => {
+                    let results = ValueRef::slice(frame.results, frame.n_results as usize);
+                    results.iter().map(|v| v.to_value()).collect::<Result<_>>().map(Called::Done)
+                }
+            };
+            release(world, here);
+            out
+        }
+    }
+}
+
+struct Data<S> {
+    service: S,
+    session: Session,
+}
+
+impl<S> Data<S> {
+    /// # Safety
+    /// `world` is a living world of the session, in whose thread this is called.
+    unsafe fn turn(&self, world: *mut tatu_world) -> Turn<'_> {
+        // SAFETY: as promised.
+        Turn { world: unsafe { World::new(world, &self.session.host) }, session: self.session }
+    }
+}
+
+pub(crate) fn table<S: Service>(keep: &mut Keep) -> *const tatu_service {
+    let params = S::params().iter().map(|p| p.keep(keep)).collect();
+    let raw = tatu_service {
+        size: size_of::<tatu_service>() as u32,
+        reserved: 0,
+        id: keep.text(S::ID),
+        text: keep.text(S::TEXT),
+        params: keep.list(params),
+        start: Some(start::<S>),
+        stop: Some(stop::<S>),
+        barrier: Some(barrier::<S>),
+        event: Some(event::<S>),
+        resume: Some(resume::<S>),
+    };
+    keep.table(raw)
+}
+
+unsafe extern "C" fn start<S: Service>(
+    me: *mut c_void,
+    session: *mut tatu_session,
+    params: *const tatu_value,
+    data: *mut *mut c_void,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        let declared = S::params();
+        // SAFETY: `me` was made by `init`; the host gives one value per declared parameter.
+        let (started, values) = unsafe { (&*me.cast::<Started<S::Plugin>>(), ValueRef::slice(params, declared.len())) };
+        let session = Session { raw: session, host: started.host };
+        let service = S::start(&started.plugin, &started.host, session, &Params::new(values, &declared))?;
+        // SAFETY: the host gives a place for the pointer.
+        unsafe { *data = Box::into_raw(Box::new(Data { service, session })).cast() };
+        Ok(TATU_OK)
+    })
+}
+
+unsafe extern "C" fn stop<S: Service>(data: *mut c_void) {
+    guard::quiet(|| {
+        // SAFETY: made by `start`, given back once.
+        drop(unsafe { Box::from_raw(data.cast::<Data<S>>()) });
+    });
+}
+
+unsafe extern "C" fn barrier<S: Service>(data: *mut c_void, world: *mut tatu_world, step: u64) -> u32 {
+    let mut answer = TATU_GO;
+    let status = guard::run(std::ptr::null_mut(), || {
+        // SAFETY: made by `start`; a world of the session.
+        let (data, turn) = unsafe { (&*data.cast::<Data<S>>(), (*data.cast::<Data<S>>()).turn(world)) };
+        match data.service.barrier(&turn, step) {
+            Ok(Answer::Go) => {}
+            Ok(Answer::Hold) => answer = TATU_HOLD,
+            Err(fail) => {
+                turn.log(TATU_LOG_WARNING, format!("the service `{}`: {fail}", S::ID).as_bytes());
+                return Err(fail);
+            }
+        }
+        Ok(TATU_OK)
+    });
+    // A status is no answer: the host switches the service off.
+    if status < 0 { status as u32 } else { answer }
+}
+
+unsafe extern "C" fn event<S: Service>(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    name: tatu_str,
+    payload: *const tatu_value,
+) {
+    guard::quiet(|| {
+        // SAFETY: as above; name and payload are valid during the call.
+        unsafe {
+            let data = &*data.cast::<Data<S>>();
+            let payload = payload.as_ref().map_or(ValueRef::NIL, |p| ValueRef::new(*p));
+            data.service.event(&data.turn(world), &String::from_utf8_lossy(bytes_of(name)), payload);
+        }
+    });
+}
+
+unsafe extern "C" fn resume<S: Service>(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    token: u64,
+    status: tatu_status,
+    frame: *const tatu_call,
+) {
+    guard::quiet(|| {
+        // SAFETY: as above; the frame is valid during the call.
+        unsafe {
+            let data = &*data.cast::<Data<S>>();
+            let result = if status < 0 {
+                Err(Fail::read(status, (*frame).error))
+            } else {
+                Ok(ValueRef::slice((*frame).results, (*frame).n_results as usize))
+            };
+            data.service.resume(&data.turn(world), token, result);
+        }
+    });
+}

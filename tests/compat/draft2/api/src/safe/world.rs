@@ -1,0 +1,350 @@
+//! A world, as plugins see it: objects, poses, readings, bodies, signals, scripts.
+
+use std::ffi::CString;
+
+use super::{
+    Fail, Host, Prop, Result, Value, ValueRef,
+    fail::{bytes_of, bytes_raw, text_raw},
+};
+use crate::abi::*;
+
+/// An object and its kind (`TATU_KIND_*`), checked to exist.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Object {
+    /// Generation and slot.
+    pub id: tatu_object,
+    /// `TATU_KIND_*`.
+    pub kind: i32,
+}
+
+impl Object {
+    /// The number that scripts see.
+    pub fn handle(self) -> i64 {
+        (self.id & 0xF_FFFF) as i64
+    }
+}
+
+/// Two shapes that touch.
+pub type Contact = tatu_contact;
+
+/// One field of a sensor's last reading.
+#[derive(Debug, Clone, Copy)]
+pub struct Reading<'a> {
+    view: tatu_field_view,
+    life: std::marker::PhantomData<&'a ()>,
+}
+
+impl<'a> Reading<'a> {
+    /// How often the sensor has been handled; 0: never, or reset since.
+    pub fn sequence(&self) -> u64 {
+        self.view.sequence
+    }
+    /// Simulation time of the reading, s.
+    pub fn time(&self) -> f64 {
+        self.view.time
+    }
+    /// Shape, outermost first.
+    pub fn dims(&self) -> [u32; 3] {
+        self.view.dims
+    }
+    fn slice<T>(&self, elem: u32) -> &'a [T] {
+        if self.view.elem != elem || self.view.ptr.is_null() {
+            return &[];
+        }
+        // SAFETY: the host's buffer has this many elements of this type, valid until the sensor is next handled.
+        unsafe { std::slice::from_raw_parts(self.view.ptr.cast(), self.view.len as usize) }
+    }
+    /// The numbers, if they are doubles.
+    pub fn f64s(&self) -> &'a [f64] {
+        self.slice(TATU_ELEM_F64)
+    }
+    /// The numbers, if they are 32-bit integers.
+    pub fn i32s(&self) -> &'a [i32] {
+        self.slice(TATU_ELEM_I32)
+    }
+    /// The objects, if they are objects.
+    pub fn objects(&self) -> &'a [tatu_object] {
+        self.slice(TATU_ELEM_OBJECT)
+    }
+}
+
+/// A world during a call.
+#[derive(Clone, Copy)]
+pub struct World<'a> {
+    raw: *mut tatu_world,
+    host: &'a Host,
+}
+
+/// Calls a function of a service, or says that this host lacks it.
+macro_rules! service {
+    ($world:ident . $table:ident . $function:ident) => {
+        $world.host.$table.and_then(|t| t.$function).ok_or_else(|| {
+            Fail::unsupported(concat!("this host offers no ", stringify!($table), ".", stringify!($function)))
+        })?
+    };
+}
+
+impl<'a> World<'a> {
+    /// # Safety
+    /// `raw` is a world of `host`, and this is a `[step]` call of it.
+    pub(crate) unsafe fn new(raw: *mut tatu_world, host: &'a Host) -> Self {
+        World { raw, host }
+    }
+    /// A world from its pointer: for plugins that keep it between calls.
+    ///
+    /// # Safety
+    /// `raw` is a living world of `host`, and this is a `[step]` call of it.
+    pub unsafe fn from_raw(raw: *mut tatu_world, host: &'a Host) -> Self {
+        World { raw, host }
+    }
+    /// The raw pointer.
+    pub fn raw(&self) -> *mut tatu_world {
+        self.raw
+    }
+    /// The host.
+    pub fn host(&self) -> &'a Host {
+        self.host
+    }
+    fn check(&self, status: tatu_status) -> Result {
+        if status >= 0 { Ok(()) } else { Err(self.refusal(status)) }
+    }
+    #[cold]
+    fn refusal(&self, status: tatu_status) -> Fail {
+        match self.host.log.and_then(|l| l.last_error) {
+            // SAFETY: the host gives a live error or null.
+            Some(last) => unsafe { Fail::read(status, last(self.raw)) },
+            None => Fail::with_code(status, "refused"),
+        }
+    }
+
+    /// Checks a number that a script gave, or an id: it must name an object.
+    pub fn look(&self, object: tatu_object) -> Result<Object> {
+        let (mut id, mut kind) = (0, 0);
+        // SAFETY: valid pointers; likewise in all calls below.
+        self.check(unsafe { service!(self.scene.look)(self.raw, object, &mut id, &mut kind) })?;
+        Ok(Object { id, kind })
+    }
+    /// Finds an object by path or unique name.
+    pub fn find(&self, from: tatu_object, path: &str) -> Result<tatu_object> {
+        let mut id = 0;
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.scene.find)(self.raw, from, text_raw(path), &mut id) })?;
+        Ok(id)
+    }
+    /// Reads a property; text and arrays live until the call that you are in returns.
+    pub fn get(&self, object: tatu_object, prop: Prop) -> Result<ValueRef<'a>> {
+        let mut value = ValueRef::NIL.raw();
+        // SAFETY: as above; the value lives until the plugin's call returns, which 'a does not outlive.
+        unsafe {
+            self.check(service!(self.scene.get)(self.raw, object, prop.0, &mut value))?;
+            Ok(ValueRef::new(value))
+        }
+    }
+    /// Reads `N` numbers of a property.
+    #[inline]
+    pub fn f64s<const N: usize>(&self, object: tatu_object, prop: Prop) -> Result<[f64; N]> {
+        let mut out = [0.0; N];
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.scene.get_f64)(self.raw, object, prop.0, out.as_mut_ptr(), N as u32) })?;
+        Ok(out)
+    }
+    /// Reads one number.
+    #[inline]
+    pub fn f64(&self, object: tatu_object, prop: Prop) -> Result<f64> {
+        Ok(self.f64s::<1>(object, prop)?[0])
+    }
+    /// Sets a property.
+    pub fn set(&self, object: tatu_object, prop: Prop, value: &Value) -> Result {
+        let mut room: Vec<Vec<u64>> = Vec::new();
+        let raw = value.to_raw(&mut |bytes| {
+            room.push(vec![0; bytes.div_ceil(8).max(1)]);
+            room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+        });
+        let raw = raw.unwrap_or(ValueRef::NIL.raw());
+        // SAFETY: as above; `room` lives until after the call.
+        self.check(unsafe { service!(self.scene.set)(self.raw, object, prop.0, &raw) })
+    }
+    /// Sets numbers of a property.
+    #[inline]
+    pub fn set_f64s(&self, object: tatu_object, prop: Prop, values: &[f64]) -> Result {
+        let (ptr, n) = (values.as_ptr(), values.len() as u32);
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.scene.set_f64)(self.raw, object, prop.0, ptr, n) })
+    }
+    /// Pose in a frame (0: world): x y z, quaternion x y z w.
+    pub fn pose(&self, object: tatu_object, frame: tatu_object) -> Result<[f64; 7]> {
+        let mut out = [0.0; 7];
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.scene.pose)(self.raw, object, frame, out.as_mut_ptr()) })?;
+        Ok(out)
+    }
+    /// Places an object.
+    pub fn set_pose(&self, object: tatu_object, frame: tatu_object, pose: &[f64; 7]) -> Result {
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.scene.set_pose)(self.raw, object, frame, pose.as_ptr()) })
+    }
+    /// Makes an object.
+    pub fn create(&self, kind: &str, parent: tatu_object, alias: &str) -> Result<tatu_object> {
+        let kind = CString::new(kind).unwrap_or_default();
+        let mut id = 0;
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.scene.create)(self.raw, kind.as_ptr(), parent, text_raw(alias), &mut id) })?;
+        Ok(id)
+    }
+    /// Removes objects.
+    pub fn remove(&self, objects: &[tatu_object]) -> Result {
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.scene.remove)(self.raw, objects.as_ptr(), objects.len() as u32) })
+    }
+    /// Lists objects below `base` (0: all); see the header for `kinds` and `flags`.
+    pub fn list(&self, base: tatu_object, kinds: u32, flags: u32) -> Result<Vec<tatu_object>> {
+        let list = service!(self.scene.list);
+        self.fill(|out, cap, n| {
+            // SAFETY: as above.
+            unsafe { list(self.raw, base, kinds, flags, out, cap, n) }
+        })
+    }
+    fn fill<T: Copy + Default>(&self, call: impl Fn(*mut T, u32, *mut u32) -> tatu_status) -> Result<Vec<T>> {
+        let (mut out, mut n) = (vec![T::default(); 64], 0);
+        loop {
+            self.check(call(out.as_mut_ptr(), out.len() as u32, &mut n))?;
+            if n as usize <= out.len() {
+                out.truncate(n as usize);
+                return Ok(out);
+            }
+            out.resize(n as usize, T::default());
+        }
+    }
+
+    /// One field of a sensor's last reading.
+    #[inline]
+    pub fn reading(&self, sensor: tatu_object, field: Prop) -> Result<Reading<'a>> {
+        let mut view = tatu_field_view { ptr: std::ptr::null(), len: 0, elem: 0, dims: [0; 3], time: 0.0, sequence: 0 };
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.readings.field)(self.raw, sensor, field.0, &mut view) })?;
+        Ok(Reading { view, life: std::marker::PhantomData })
+    }
+    /// Handles a sensor now; `only`: see only this object, 0: all.
+    pub fn sense_now(&self, sensor: tatu_object, only: tatu_object) -> Result {
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.readings.sense_now)(self.raw, sensor, only) })
+    }
+    /// Forgets a sensor's reading.
+    pub fn reset_reading(&self, sensor: tatu_object) -> Result {
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.readings.reset)(self.raw, sensor) })
+    }
+    /// The sensors that fill a schema ("proximity/1").
+    pub fn sensors(&self, schema: &str) -> Result<Vec<tatu_object>> {
+        let schema = CString::new(schema).unwrap_or_default();
+        let list = service!(self.readings.list);
+        self.fill(|out, cap, n| {
+            // SAFETY: as above.
+            unsafe { list(self.raw, schema.as_ptr(), out, cap, n) }
+        })
+    }
+
+    /// Velocity of an object: m/s, rad/s, world.
+    pub fn twist(&self, object: tatu_object) -> Result<[f64; 6]> {
+        let mut out = [0.0; 6];
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.bodies.twist)(self.raw, object, out.as_mut_ptr()) })?;
+        Ok(out)
+    }
+    /// Sets the velocity of a dynamic shape.
+    pub fn set_twist(&self, object: tatu_object, twist: &[f64; 6]) -> Result {
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.bodies.set_twist)(self.raw, object, twist.as_ptr()) })
+    }
+    /// Pushes a dynamic shape in the next physics step: N and N m at its centre of mass, world.
+    pub fn push(&self, object: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.bodies.push)(self.raw, object, force.as_ptr(), torque.as_ptr()) })
+    }
+    /// Touching pairs of a shape, or (0) of all.
+    pub fn contacts(&self, object: tatu_object) -> Result<Vec<Contact>> {
+        let contacts = service!(self.bodies.contacts);
+        self.fill(|out, cap, n| {
+            // SAFETY: as above.
+            unsafe { contacts(self.raw, object, out, cap, n) }
+        })
+    }
+
+    /// A signal; nil if it is not set.
+    pub fn signal(&self, kind: u32, name: &[u8]) -> Result<ValueRef<'a>> {
+        let mut value = ValueRef::NIL.raw();
+        // SAFETY: as above.
+        unsafe {
+            match service!(self.signals.get)(self.raw, kind, bytes_raw(name), &mut value) {
+                TATU_ERR_MISSING => Ok(ValueRef::NIL),
+                status => self.check(status).map(|()| ValueRef::new(value)),
+            }
+        }
+    }
+    /// Sets a signal.
+    pub fn set_signal(&self, kind: u32, name: &[u8], value: ValueRef<'_>) -> Result {
+        let raw = value.raw();
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.signals.set)(self.raw, kind, bytes_raw(name), &raw) })
+    }
+    /// Removes a signal, or all of a kind (empty name); gives how many there were.
+    pub fn clear_signal(&self, kind: u32, name: &[u8]) -> Result<u32> {
+        // SAFETY: as above.
+        Ok(unsafe { service!(self.signals.clear)(self.raw, kind, bytes_raw(name)) })
+    }
+    /// The `index`-th signal name of a kind.
+    pub fn signal_name(&self, kind: u32, index: u32) -> Result<Option<Vec<u8>>> {
+        let mut name = bytes_raw(&[]);
+        // SAFETY: as above.
+        unsafe {
+            match service!(self.signals.name)(self.raw, kind, index, &mut name) {
+                TATU_ERR_MISSING => Ok(None),
+                status => self.check(status).map(|()| Some(bytes_of(name).to_vec())),
+            }
+        }
+    }
+
+    /// The scripts of an object; 0: all.
+    pub fn scripts(&self, owner: tatu_object) -> Result<Vec<tatu_object>> {
+        let list = service!(self.scripts.list);
+        self.fill(|out, cap, n| {
+            // SAFETY: as above.
+            unsafe { list(self.raw, owner, out, cap, n) }
+        })
+    }
+    /// Calls a function of a script by name; `frame` as in the header.
+    ///
+    /// # Safety
+    /// The frame's arrays are valid and as large as it tells.
+    pub unsafe fn call_script(&self, script: tatu_object, function: &str, frame: &mut tatu_call) -> Result {
+        // SAFETY: as promised.
+        self.check(unsafe { service!(self.scripts.call)(self.raw, script, text_raw(function), frame) })
+    }
+
+    /// Asks for a change of state at the next barrier: one of `TATU_REQUEST_*`.
+    pub fn request(&self, what: u32) -> Result {
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.session.request)(self.raw, what) })
+    }
+    /// Runs one stage now, as a driver does: one of `TATU_STAGE_*`.
+    pub fn run_stage(&self, stage: u32, dt: f64) -> Result {
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.stage.run)(self.raw, stage, dt) })
+    }
+    /// The real path of a file as a script names it, if the run allows it: `TATU_FILE_READ` or `TATU_FILE_WRITE`.
+    pub fn file(&self, name: &[u8], mode: u32) -> Result<Vec<u8>> {
+        let mut path = bytes_raw(&[]);
+        // SAFETY: as above; the path is copied at once.
+        unsafe {
+            self.check(service!(self.files.resolve)(self.raw, bytes_raw(name), mode, &mut path))?;
+            Ok(bytes_of(path).to_vec())
+        }
+    }
+    /// Writes a line to the log: `TATU_LOG_*`.
+    pub fn log(&self, level: u32, text: &[u8]) {
+        if let Some(write) = self.host.log.and_then(|l| l.write) {
+            // SAFETY: as above.
+            unsafe { write(self.host.raw(), self.raw, level, bytes_raw(text)) };
+        }
+    }
+}
