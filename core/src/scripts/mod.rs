@@ -2,9 +2,11 @@
 //!
 //! - [`Scripts`]: the world's scripts and the order in which they are called;
 //! - `enter`: one way into a script's language, with budget, caller and errors;
+//! - `reload`: another text in place of one that runs;
 //! - `state`: scripts in snapshots.
 
 mod enter;
+mod reload;
 mod state;
 
 use std::{cell::Cell, ffi::c_void, rc::Rc};
@@ -12,10 +14,11 @@ use std::{cell::Cell, ffi::c_void, rc::Rc};
 use tatu_plugin_api::abi::*;
 
 pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func};
+pub(crate) use reload::Handed;
 
 use crate::{
     calls::{Caller, ErrorSlot, Owner, answer, call_command, name_plugin, raw},
-    document::MAIN,
+    document::{MAIN, ScriptSpec},
     error::{Fault, FaultKind},
     host::{Registry, watchdog::Call},
     scene::Data,
@@ -67,22 +70,7 @@ impl Scripts {
                 let local = nalgebra::Isometry3::identity();
                 let Some(slot) = world.scene.borrow_mut().add(*owner, "script", local, Data::Script) else { continue };
                 let default = world.settings.borrow().dialect.clone();
-                world.scripts.borrow_mut().list.push(Rc::new(Script {
-                    slot,
-                    language: s.language,
-                    kind: s.kind.clone(),
-                    name: s.name.clone(),
-                    text: s.text.clone().into(),
-                    wanted_dialect: if s.dialect.is_empty() { default } else { s.dialect.clone() },
-                    id: Cell::new(0),
-                    data: Cell::new(std::ptr::null_mut()),
-                    dialect: Cell::new(raw(&[])),
-                    initialised: Cell::new(false),
-                    dead: Cell::new(false),
-                    callbacks: Cell::default(),
-                    calls: Cell::new(0),
-                    instructions: Cell::new(0),
-                }));
+                world.scripts.borrow_mut().list.push(Rc::new(Script::new(slot, s, default)));
             }
         }
     }
@@ -202,6 +190,26 @@ impl Scripts {
 }
 
 impl Script {
+    /// A script that has not begun; `dialect` is the one of scripts that name none.
+    fn new(slot: u32, spec: &ScriptSpec, dialect: String) -> Self {
+        Script {
+            slot,
+            language: spec.language,
+            kind: spec.kind.clone(),
+            name: spec.name.clone(),
+            text: spec.text.clone().into(),
+            wanted_dialect: if spec.dialect.is_empty() { dialect } else { spec.dialect.clone() },
+            id: Cell::new(0),
+            data: Cell::new(std::ptr::null_mut()),
+            dialect: Cell::new(raw(&[])),
+            initialised: Cell::new(false),
+            dead: Cell::new(false),
+            callbacks: Cell::default(),
+            calls: Cell::new(0),
+            instructions: Cell::new(0),
+        }
+    }
+
     fn is_driver(&self) -> bool {
         self.kind == MAIN
     }
@@ -235,7 +243,15 @@ impl Script {
         &registry.languages[self.language].raw
     }
 
+    /// Makes its state and loads its text; what goes wrong is told, and the script never runs.
     fn begin(&self, world: &WorldCell) {
+        if let Err((status, mut error)) = self.try_begin(world, world.new_instance()) {
+            self.fail(world, status, error.raw());
+        }
+    }
+
+    /// The same under this number; `Err`: it is dead, and nothing has been told.
+    fn try_begin(&self, world: &WorldCell, number: u64) -> Result<(), (tatu_status, ErrorSlot)> {
         let language = &world.registry.languages[self.language];
         let plugin = &world.registry.plugins[language.plugin];
         let (owner, key) = {
@@ -244,7 +260,7 @@ impl Script {
             let number = scene.scripts(at).iter().position(|s| *s == self.slot).unwrap_or(0);
             (scene.id(self.slot), format!("{}/script{number}", scene.get(at).map_or(String::new(), |o| o.name())))
         };
-        let info = world.instance_info(owner, &key);
+        let info = world.instance_again(owner, &key, number);
         self.id.set(info.id);
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         world.calls.caller.set(self.as_caller(world));
@@ -265,7 +281,7 @@ impl Script {
             world.calls.caller.set(Caller::HOST);
             // SAFETY: as above.
             unsafe { name_plugin(status, error.raw(), &plugin.id, Call::Create) };
-            return self.fail(world, status, error.raw());
+            return Err((status, error));
         }
         self.data.set(data);
         self.initialised.set(false);
@@ -286,16 +302,25 @@ impl Script {
             self.dead.set(true);
             // SAFETY: as above.
             unsafe { name_plugin(status, error.raw(), &plugin.id, Call::ScriptLoad) };
-            return self.fail(world, status, error.raw());
+            return Err((status, error));
         }
         self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
+        Ok(())
     }
 
     /// Runs `init` and asks which callbacks there are; the thread function begins.
     fn initialise(self: &Rc<Self>, world: &WorldCell) {
+        self.initialise_and(world, || {});
+    }
+
+    /// The same; `then` comes after `init`, if that went well.
+    fn initialise_and(self: &Rc<Self>, world: &WorldCell, then: impl FnOnce()) {
         self.initialised.set(true);
         let init = self.find(world, TATU_FIND_CALLBACK, b"init");
         self.callback(world, init);
+        if self.is_there(world) {
+            then();
+        }
         self.find_callbacks(world);
         let thread = self.callbacks.get().thread;
         if thread != 0 && self.is_there(world) {
@@ -406,11 +431,19 @@ impl Script {
     }
 
     fn end(&self, world: &WorldCell) {
+        if self.data.get().is_null() {
+            return;
+        }
+        world.calls.waits.borrow_mut().forget(Owner::Script(self.id.get()));
+        self.destroy(world);
+    }
+
+    /// Gives its state back.
+    fn destroy(&self, world: &WorldCell) {
         let data = self.data.replace(std::ptr::null_mut());
         if data.is_null() {
             return;
         }
-        world.calls.waits.borrow_mut().forget(Owner::Script(self.id.get()));
         self.initialised.set(false);
         self.dialect.set(raw(&[]));
         self.id.set(0);
@@ -437,6 +470,14 @@ impl Script {
 
     /// An error that left the script: told once per place.
     fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
+        let fault = self.fault(world, status, error);
+        if status == TATU_ERR_BUDGET {
+            self.dead.set(true);
+        }
+        world.report(fault);
+    }
+
+    fn fault(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) -> Fault {
         let kind = FaultKind::of(status);
         // SAFETY: an error object of the host.
         let (text, help, file, traceback, line) = unsafe {
@@ -462,9 +503,8 @@ impl Script {
             fault.plugin = Some(language.clone());
         }
         if status == TATU_ERR_BUDGET {
-            self.dead.set(true);
             fault.help = Some("look for a loop without an end, or raise `script_budget` in [scene]".into());
         }
-        world.report(fault);
+        fault
     }
 }
