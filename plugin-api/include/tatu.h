@@ -303,7 +303,7 @@ typedef struct tatu_life {
   tatu_status(TATU_CALL *save)(void *data, const tatu_writer *, tatu_error *);
   /* [step] Takes back what `save` wrote, into an instance made with the same parameters; the state block is already
    * restored, if its writer had the same `version` (else it is zero). `version` is the writer's. After a failure the
-   * instance is made anew. */
+   * instance is made anew. When a file is reloaded, `save` is the old version's and `load` the new one's. */
   tatu_status(TATU_CALL *load)(void *data, tatu_str bytes, uint32_t version, tatu_error *);
   uint32_t version; /* of the state block and of what `save` writes; yours to count */
   uint32_t reserved;

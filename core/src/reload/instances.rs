@@ -178,6 +178,12 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
                 }
             };
             let done = hand_over(cell, &Kept { plugin, slot: 0, data }, life, image, &mut block);
+            if done.is_err() && image.is_ok() {
+                // It may have taken a part.
+                let fresh = Instance::create(cell, plugin, life, cell.new_replacement()).ok();
+                let half = fresh.and_then(|f| cell.instances.borrow_mut()[plugin].replace(f));
+                half.into_iter().for_each(|i| i.end(cell, plugin));
+            }
             reset("what its commands keep".into(), done.err());
         }
     }
@@ -339,7 +345,17 @@ fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool
             sensing.devices[i].state.copy_from_slice(state);
         }
     };
-    (old, hand_over(cell, &of, &kind.life, &m.image, &mut block).err())
+    let why = hand_over(cell, &of, &kind.life, &m.image, &mut block).err();
+    if why.is_some() && m.image.is_ok() {
+        // It may have taken a part.
+        let fresh = Device::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
+        let half = fresh.ok().and_then(|fresh| {
+            let mut sensing = cell.sensing.borrow_mut();
+            sensing.index(m.slot).map(|i| std::mem::replace(&mut sensing.devices[i], fresh))
+        });
+        half.into_iter().for_each(|d| d.destroy(cell));
+    }
+    (old, why)
 }
 
 fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuator>, Option<String>) {
@@ -355,7 +371,16 @@ fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuat
             acting.devices[i].state.copy_from_slice(state);
         }
     };
-    (old, hand_over(cell, &of, &kind.life, &m.image, &mut block).err())
+    let why = hand_over(cell, &of, &kind.life, &m.image, &mut block).err();
+    if why.is_some() && m.image.is_ok() {
+        let fresh = Actuator::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
+        let half = fresh.ok().and_then(|fresh| {
+            let mut acting = cell.acting.borrow_mut();
+            acting.index(object).map(|i| std::mem::replace(&mut acting.devices[i], fresh))
+        });
+        half.into_iter().for_each(|d| d.destroy(cell));
+    }
+    (old, why)
 }
 
 /// What an actuator is commanded, for the commands that it has now.

@@ -50,6 +50,18 @@ impl Scripts {
     }
 }
 
+/// The bytes of a line, counted from 1.
+fn line_of(text: &[u8], line: usize) -> std::ops::Range<usize> {
+    let mut start = 0;
+    for (i, l) in text.split(|b| *b == b'\n').enumerate() {
+        if i + 1 == line {
+            return start..start + l.len();
+        }
+        start += l.len() + 1;
+    }
+    0..0
+}
+
 impl Script {
     /// What it wrote of itself; `None`: there is nothing to write.
     pub fn written(&self, world: &WorldCell) -> Option<Result<InstanceImage, String>> {
@@ -80,7 +92,8 @@ impl Script {
             let place = fault.line.map(|line| Place {
                 file: fault.file.unwrap_or_default().into(),
                 line: line as usize,
-                ..Place::default()
+                column: 1,
+                span: line_of(&new.text, line as usize),
             });
             return Err(Error::new("E306", text).at(place).help("the old one goes on; correct the file"));
         }
