@@ -213,7 +213,8 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         report::warning(&e);
     }
     let faults = world.faults();
-    summary(args, done, time, wall, &hash, objects, &faults, reload.is_some().then_some(reloads));
+    let ran = Ran { steps: done, time, wall, reloads: reload.is_some().then_some(reloads) };
+    summary(args, &ran, &hash, objects, &faults);
     watchdog.told();
     // The registry of the end: a reload makes another.
     let registry = if reload.is_some() { world.registry() } else { registry };
@@ -285,16 +286,18 @@ fn objects(world: &World, hash: &Hash) -> Map<String, Value> {
         .collect()
 }
 
-fn summary(
-    args: &Run,
+/// How far a run came.
+struct Ran {
     steps: u64,
+    /// Simulated, s.
     time: f64,
     wall: Duration,
-    hash: &Hash,
-    objects: Map<String, Value>,
-    faults: &[Fault],
+    /// What was reloaded, if that was asked for.
     reloads: Option<u64>,
-) {
+}
+
+fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faults: &[Fault]) {
+    let Ran { steps, time, wall, reloads } = *ran;
     let (hash, wall) = (format!("{:016x}", hash.total), wall.as_secs_f64());
     if args.json {
         let mut out = json!({

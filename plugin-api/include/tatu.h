@@ -668,7 +668,9 @@ typedef struct tatu_language {
   const char *id;              /* "lua" */
   const char *text;
   const char *const *suffixes; /* ".lua" */
-  const tatu_life *life;       /* the instance's owner is the script object */
+  const tatu_life *life;       /* the instance's owner is the script object. Its `load` comes after the text's: all of
+                                * the state if the text means the same as the writer's, else it fails. When a file
+                                * was changed, it comes again after `init`, and takes what fits of the old state */
   /* [step] Takes the text. `chunk` is the name for messages, a file if there is one. `dialect` may be empty: found
    * from the text; the one chosen is told in `*chosen`, which the plugin keeps. */
   tatu_status(TATU_CALL *load)(void *data, tatu_str text, tatu_str chunk, tatu_str dialect, tatu_str *chosen,

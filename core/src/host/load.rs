@@ -52,6 +52,11 @@ pub struct Loaded {
     _host: Arc<HostTables>,
 }
 
+// SAFETY: tables are constant after loading; which thread may call what is told by the header's tags.
+unsafe impl Send for Loaded {}
+// SAFETY: as above.
+unsafe impl Sync for Loaded {}
+
 impl Loaded {
     /// Opens and starts a plugin. What it did that is no reason to refuse it is told in `remarks`.
     ///

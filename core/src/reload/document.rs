@@ -74,10 +74,9 @@ fn same_kind(a: &ObjectSpec, b: &ObjectSpec) -> bool {
 impl World {
     /// Takes what differs between a document and the one that the world was made of, between two steps: properties,
     /// parameters, scripts. Names what needs another start.
-    pub fn take_document(&self, new: Document) -> Told {
+    pub fn take_document(&self, new: Arc<Document>) -> Told {
         let cell: &WorldCell = self.cell();
         let old = cell.document.shared();
-        let new = Arc::new(new);
         let (was, is) = (Described::new(&old), Described::new(&new));
         let pairs = pairs(&was, &is);
         let origins = std::mem::take(&mut *cell.origins.borrow_mut());

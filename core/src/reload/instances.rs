@@ -10,13 +10,11 @@ use crate::{
     error::{Error, Result},
     host::{Declared, Registry, instance::filled},
     scene::Data,
-    scripts::{Handed, Script, Scripts},
+    scripts::{Handed, Script, Scripts, Written},
     sense::Device,
-    state::{InstanceImage, Kept, load_instance, save_instance},
+    state::{Kept, load_instance, save_instance},
     world::{Instance, World, WorldCell},
 };
-
-type Written = Result<InstanceImage, String>;
 
 /// A device on its way: its object, what the old instance wrote, the parameters of the new one.
 struct Moving {
@@ -156,7 +154,8 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
     cell.registry.set(new.clone());
     let made = match make(cell, plugin, &sensors, &actuators, &scripts) {
         Ok(made) => made,
-        Err((e, made)) => {
+        Err(failed) => {
+            let (e, made) = *failed;
             made.undo(cell, plugin);
             cell.registry.set(old.clone());
             return Err(e);
@@ -166,8 +165,8 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
     let mut reset = |what: String, why: Option<String>| {
         resets.extend(why.map(|why| format!("{what} begins anew: {why}")));
     };
-    let mut gone = Made::default();
-    gone.instance = cell.instances.borrow_mut().get_mut(plugin).and_then(Option::take);
+    let instance_gone = cell.instances.borrow_mut().get_mut(plugin).and_then(Option::take);
+    let mut gone = Made { instance: instance_gone, ..Made::default() };
     if let Some(i) = made.instance {
         let data = i.data;
         cell.instances.borrow_mut()[plugin] = Some(i);
@@ -283,7 +282,7 @@ fn make(
     sensors: &[Moving],
     actuators: &[Moving],
     scripts: &[(Rc<Script>, Option<Written>)],
-) -> Result<Made, (Error, Made)> {
+) -> Result<Made, Box<(Error, Made)>> {
     let mut made = Made::default();
     let refused =
         |m: &Moving, why: String| Error::new("E402", format!("{} cannot be made: {why}", path_of(cell, m.slot)));
@@ -294,31 +293,31 @@ fn make(
     if let Some((_, life)) = cell.registry.world_lives.iter().find(|(p, _)| *p == plugin) {
         match Instance::create(cell, plugin, life, cell.new_replacement()) {
             Ok(i) => made.instance = Some(i),
-            Err(e) => return Err((e, made)),
+            Err(e) => return Err(Box::new((e, made))),
         }
     }
     for m in sensors {
         if let Some(e) = lacking(m, &cell.registry.sensors[m.kind].params) {
-            return Err((e, made));
+            return Err(Box::new((e, made)));
         }
         match Device::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone()) {
             Ok(d) => made.sensors.push(d),
-            Err(why) => return Err((refused(m, why), made)),
+            Err(why) => return Err(Box::new((refused(m, why), made))),
         }
     }
     for m in actuators {
         if let Some(e) = lacking(m, &cell.registry.actuators[m.kind].params) {
-            return Err((e, made));
+            return Err(Box::new((e, made)));
         }
         match Actuator::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone()) {
             Ok(d) => made.actuators.push(d),
-            Err(why) => return Err((refused(m, why), made)),
+            Err(why) => return Err(Box::new((refused(m, why), made))),
         }
     }
     for (script, _) in scripts {
         match script.renewed(cell, None) {
             Ok(s) => made.scripts.push(s),
-            Err(e) => return Err((e, made)),
+            Err(e) => return Err(Box::new((e, made))),
         }
     }
     Ok(made)

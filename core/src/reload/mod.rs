@@ -85,7 +85,7 @@ impl Reload {
         let document = scene::load(&self.scene, &world.registry(), &options);
         self.follow(&options.sources);
         match document {
-            Ok(document) => told.add(world.take_document(document)),
+            Ok(document) => told.add(world.take_document(document.into())),
             Err(e) => told.warnings.push(e),
         }
         told

@@ -99,15 +99,15 @@ mod tests {
         long_ago("one", 40);
         assert!(changed().is_empty(), "written again with the same content");
         long_ago("two", 30);
-        assert_eq!(changed(), [file.clone()]);
+        assert_eq!(changed(), [&*file]);
         assert!(changed().is_empty(), "told once");
         fs::write(&file, "th").unwrap();
         assert!(changed().is_empty(), "still being written");
         long_ago("three", 20);
-        assert_eq!(changed(), [file.clone()]);
+        assert_eq!(changed(), [&*file]);
         fs::remove_file(&file).unwrap();
         assert!(changed().is_empty());
         long_ago("four", 10);
-        assert_eq!(changed(), [file.clone()]);
+        assert_eq!(changed(), [&*file]);
     }
 }

@@ -14,7 +14,7 @@ use std::{cell::Cell, ffi::c_void, rc::Rc};
 use tatu_plugin_api::abi::*;
 
 pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func};
-pub(crate) use reload::Handed;
+pub(crate) use reload::{Handed, Written};
 
 use crate::{
     calls::{Caller, ErrorSlot, Owner, answer, call_command, name_plugin, raw},

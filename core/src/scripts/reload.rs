@@ -10,6 +10,9 @@ use crate::{
     world::WorldCell,
 };
 
+/// What an instance wrote of itself, or why it could not.
+pub(crate) type Written = Result<InstanceImage, String>;
+
 /// What became of a script's state.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Handed {
@@ -23,7 +26,7 @@ pub(crate) enum Handed {
 
 impl Scripts {
     /// The scripts of a language's plugin, and what each wrote of itself; `None`: it has not begun, or failed.
-    pub fn written(world: &WorldCell, plugin: usize) -> Vec<(Rc<Script>, Option<Result<InstanceImage, String>>)> {
+    pub fn written(world: &WorldCell, plugin: usize) -> Vec<(Rc<Script>, Option<Written>)> {
         let all = world.scripts.borrow().list.clone();
         let of_plugin = all.into_iter().filter(|s| s.plugin(world) == plugin);
         of_plugin.map(|s| (s.clone(), s.written(world))).collect()
@@ -31,12 +34,7 @@ impl Scripts {
 
     /// Puts a script in the place of another and hands the state over. The old one is still to be
     /// [ended](Script::end_replaced).
-    pub fn replace(
-        world: &WorldCell,
-        old: &Rc<Script>,
-        new: &Rc<Script>,
-        image: Option<Result<InstanceImage, String>>,
-    ) -> Handed {
+    pub fn replace(world: &WorldCell, old: &Rc<Script>, new: &Rc<Script>, image: Option<Written>) -> Handed {
         if let Some(place) = world.scripts.borrow_mut().list.iter_mut().find(|s| Rc::ptr_eq(s, old)) {
             *place = new.clone();
         }
@@ -64,7 +62,7 @@ fn line_of(text: &[u8], line: usize) -> std::ops::Range<usize> {
 
 impl Script {
     /// What it wrote of itself; `None`: there is nothing to write.
-    pub fn written(&self, world: &WorldCell) -> Option<Result<InstanceImage, String>> {
+    pub fn written(&self, world: &WorldCell) -> Option<Written> {
         let lives = self.initialised.get() && !self.dead.get() && !self.data.get().is_null();
         lives.then(|| self.save(world))
     }
