@@ -89,6 +89,9 @@ pub struct Run {
     /// Go on from a file that `--snapshot-at` of the same scene wrote; times still count from 0.
     #[arg(long, value_name = "FILE")]
     pub from: Option<PathBuf>,
+    /// Take scripts, models and plugins that are changed while it runs at the next step; such a run cannot be repeated.
+    #[arg(long, conflicts_with_all = ["log", "replay", "snapshot_at", "from"])]
+    pub reload: bool,
     /// End with a summary in JSON on standard output; everything else goes to standard error.
     #[arg(long)]
     pub json: bool,

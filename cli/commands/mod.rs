@@ -11,7 +11,7 @@ use std::{path::Path, sync::Arc};
 use tatu_core::{
     document::{self, Document, Options, Sources},
     error::Error,
-    host::{Registry, Search, watchdog::Watches},
+    host::{Copies, Registry, Search, watchdog::Watches},
 };
 
 use crate::report;
@@ -23,14 +23,20 @@ fn built() -> Vec<&'static str> {
 
 /// Loads every plugin that can be found, for a scene or for a list.
 pub fn registry(scene: Option<&Path>, sources: &Sources) -> Result<Arc<Registry>, Error> {
-    registry_watched(scene, sources, Watches::default())
+    registry_watched(scene, sources, Watches::default(), None)
 }
 
-/// The same under a watchdog.
-pub fn registry_watched(scene: Option<&Path>, sources: &Sources, watches: Watches) -> Result<Arc<Registry>, Error> {
+/// The same under a watchdog; libraries are opened as copies if a folder for these is given.
+pub fn registry_watched(
+    scene: Option<&Path>,
+    sources: &Sources,
+    watches: Watches,
+    copies: Option<Copies>,
+) -> Result<Arc<Registry>, Error> {
     let exe = std::env::current_exe().ok();
     let environment = std::env::var_os("TATU_PLUGIN_PATH");
     let mut search = Search::standard(exe.as_deref(), environment.as_deref(), &built());
+    search.copies = copies.map(Arc::new);
     if let Some(scene) = scene {
         document::plugin_folders(scene, sources)?.into_iter().for_each(|f| search.add_scene_folder(f));
     }

@@ -17,7 +17,8 @@ use serde_json::{Map, Value, json};
 use tatu_core::{
     Session, World,
     error::{Error, Fault},
-    host::Registry,
+    host::{Copies, Registry},
+    reload::{Reload, Told},
     session::file,
     state::Hash,
 };
@@ -59,6 +60,8 @@ struct Ready {
     /// The barrier after these belongs to the run: it is a replay of one that was ended there.
     one_more_barrier: bool,
     snapshots: Wanted,
+    /// Looks for changed files, if it is asked for.
+    reload: Option<Reload>,
 }
 
 fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
@@ -69,7 +72,8 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     };
     let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref());
     let scene = scene.ok_or_else(|| Error::new("E105", "no scene was given"))?;
-    let registry = super::registry_watched(Some(scene), &options.sources, watchdog.watches.clone())?;
+    let copies = args.reload.then(Copies::new).transpose()?;
+    let registry = super::registry_watched(Some(scene), &options.sources, watchdog.watches.clone(), copies)?;
     if let Some(log) = &replay {
         told_of(log, &registry);
     }
@@ -108,11 +112,12 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         (None, None, None) if session.is_some() => None,
         (None, None, None) => Some((DEFAULT_SECONDS / world.dt()).round() as u64),
     };
+    let reload = args.reload.then(|| Reload::new(scene, &options, &world));
     let one_more_barrier = args.steps.is_none() && args.seconds.is_none() && replay.as_ref().is_some_and(|l| l.begun);
     if let Some(log) = replay {
         world.feed(log.records.into());
     }
-    Ok(Ready { world, registry, session, log, steps, one_more_barrier, snapshots })
+    Ok(Ready { world, registry, session, log, steps, one_more_barrier, snapshots, reload })
 }
 
 /// What a replay may do otherwise than the run that it repeats.
@@ -136,7 +141,8 @@ fn told_of(log: &file::Log, registry: &Registry) {
 }
 
 fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> {
-    let Ready { world, registry, session, log, steps, one_more_barrier, snapshots } = ready;
+    let Ready { world, registry, session, log, steps, one_more_barrier, snapshots, mut reload } = ready;
+    let mut reloads = 0;
     let mut trace = Trace::open(args.trace.as_deref(), &args.watch, args.hashes, &world)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
@@ -156,7 +162,17 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let to_do = |world: &World| steps.is_none_or(|n| world.steps() < n);
     while to_do(&world) && !world.stop_requested() && !interrupted.load(Ordering::Relaxed) {
         let before = world.steps();
-        world.step();
+        match &mut reload {
+            None => drop(world.step()),
+            // At the barrier, where time stands: after services let go, before anything moves.
+            Some(reload) if world.barrier() => {
+                let told = reload.look(&world);
+                reloads += told.taken;
+                bar.suspend(|| tell_reload(&told));
+                world.step_on();
+            }
+            Some(_) => {}
+        }
         let lines = world.take_lines();
         // Between two steps a stop may have been asked for: then no step was done.
         begun = world.steps() == before;
@@ -197,8 +213,11 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         report::warning(&e);
     }
     let faults = world.faults();
-    summary(args, done, time, wall, &hash, objects, &faults);
+    let ran = Ran { steps: done, time, wall, reloads: reload.is_some().then_some(reloads) };
+    summary(args, &ran, &hash, objects, &faults);
     watchdog.told();
+    // The registry of the end: a reload makes another.
+    let registry = if reload.is_some() { world.registry() } else { registry };
     drop(world);
     let good = super::end(registry) && faults.is_empty() && badly_ended.is_empty() && unwritten.is_empty();
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
@@ -245,6 +264,12 @@ fn tell(args: &Run, line: &tatu_core::LogLine) {
     }
 }
 
+/// What became of changed files.
+fn tell_reload(told: &Told) {
+    told.notes.iter().for_each(|n| report::note(n));
+    told.warnings.iter().for_each(report::warning);
+}
+
 fn objects(world: &World, hash: &Hash) -> Map<String, Value> {
     world
         .model_bases()
@@ -261,20 +286,26 @@ fn objects(world: &World, hash: &Hash) -> Map<String, Value> {
         .collect()
 }
 
-fn summary(
-    args: &Run,
+/// How far a run came.
+struct Ran {
     steps: u64,
+    /// Simulated, s.
     time: f64,
     wall: Duration,
-    hash: &Hash,
-    objects: Map<String, Value>,
-    faults: &[Fault],
-) {
+    /// What was reloaded, if that was asked for.
+    reloads: Option<u64>,
+}
+
+fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faults: &[Fault]) {
+    let Ran { steps, time, wall, reloads } = *ran;
     let (hash, wall) = (format!("{:016x}", hash.total), wall.as_secs_f64());
     if args.json {
-        let out = json!({
+        let mut out = json!({
             "steps": steps, "sim_time_s": time, "wall_s": wall, "hash": hash, "objects": objects, "errors": faults,
         });
+        if let Some(n) = reloads {
+            out["reloads"] = n.into();
+        }
         report::out!("{}", serde_json::to_string_pretty(&out).unwrap_or_default());
         return;
     }
@@ -288,6 +319,9 @@ fn summary(
             .map(|x| format!("{:.4}", x.as_f64().unwrap_or(0.0)))
             .collect();
         report::err!("  {path} at {} m", p.join(" "));
+    }
+    if let Some(n) = reloads.filter(|n| *n > 0) {
+        report::err!("{n} reload(s): this run cannot be repeated");
     }
     if !faults.is_empty() {
         let n: u64 = faults.iter().map(|f| f.count).sum();

@@ -26,6 +26,7 @@ pub mod error;
 pub mod geometry;
 pub mod host;
 pub mod physics;
+pub mod reload;
 pub mod scene;
 mod scripts;
 mod sense;

@@ -305,7 +305,7 @@ typedef struct tatu_life {
   tatu_status(TATU_CALL *save)(void *data, const tatu_writer *, tatu_error *);
   /* [step] Takes back what `save` wrote, into an instance made with the same parameters; the state block is already
    * restored, if its writer had the same `version` (else it is zero). `version` is the writer's. After a failure the
-   * instance is made anew. */
+   * instance is made anew. When a file is reloaded, `save` is the old version's and `load` the new one's. */
   tatu_status(TATU_CALL *load)(void *data, tatu_str bytes, uint32_t version, tatu_error *);
   uint32_t version; /* of the state block and of what `save` writes; yours to count */
   uint32_t reserved;
@@ -670,7 +670,9 @@ typedef struct tatu_language {
   const char *id;              /* "lua" */
   const char *text;
   const char *const *suffixes; /* ".lua" */
-  const tatu_life *life;       /* the instance's owner is the script object */
+  const tatu_life *life;       /* the instance's owner is the script object. Its `load` comes after the text's: all of
+                                * the state if the text means the same as the writer's, else it fails. When a file
+                                * was changed, it comes again after `init`, and takes what fits of the old state */
   /* [step] Takes the text. `chunk` is the name for messages, a file if there is one. `dialect` may be empty: found
    * from the text; the one chosen is told in `*chosen`, which the plugin keeps. */
   tatu_status(TATU_CALL *load)(void *data, tatu_str text, tatu_str chunk, tatu_str dialect, tatu_str *chosen,

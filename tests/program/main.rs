@@ -28,6 +28,7 @@ mod misbehaves;
 mod nesting;
 mod plugins;
 mod refusals;
+mod reload;
 mod replay;
 mod restart;
 mod service;

@@ -51,6 +51,10 @@ impl Acting {
     pub fn device(&self, object: tatu_object) -> Option<&Actuator> {
         self.devices.iter().find(|d| d.object == object)
     }
+    /// Its place in the list.
+    pub fn index(&self, object: tatu_object) -> Option<usize> {
+        self.devices.iter().position(|d| d.object == object)
+    }
     /// Takes out the instances of actuators that are gone.
     pub fn take_gone(&mut self, alive: impl Fn(&Actuator) -> bool) -> Vec<Actuator> {
         let (keep, gone) = std::mem::take(&mut self.devices).into_iter().partition(alive);

@@ -10,7 +10,7 @@ use libloading::Library;
 use tatu_plugin_api::abi::*;
 
 use super::{
-    drafts,
+    Copies, drafts,
     guard::{self, Home},
     services::HostTables,
     tables,
@@ -52,14 +52,27 @@ pub struct Loaded {
     _host: Arc<HostTables>,
 }
 
+// SAFETY: tables are constant after loading; which thread may call what is told by the header's tags.
+unsafe impl Send for Loaded {}
+// SAFETY: as above.
+unsafe impl Sync for Loaded {}
+
 impl Loaded {
     /// Opens and starts a plugin. What it did that is no reason to refuse it is told in `remarks`.
-    pub fn open(path: &Path, host: &Arc<HostTables>, watch: &Watch, remarks: &mut Remarks) -> Result<Self> {
+    ///
+    /// With `copies` the library is a copy of the file; messages name the file.
+    pub fn open(
+        path: &Path,
+        copies: Option<&Copies>,
+        host: &Arc<HostTables>,
+        watch: &Watch,
+        remarks: &mut Remarks,
+    ) -> Result<Self> {
         let home = Home::now();
         watch.subject(&path.display().to_string());
         // Beyond any index: the plugin has none yet.
         let outside = watch.enter(Call::Load, usize::MAX, 0);
-        let opened = Self::open_watched(path, host, watch, remarks);
+        let opened = Self::open_watched(path, copies, host, watch, remarks);
         watch.leave(outside);
         watch.subject("");
         if let Some(what) = home.restore() {
@@ -69,13 +82,22 @@ impl Loaded {
         opened
     }
 
-    fn open_watched(path: &Path, host: &Arc<HostTables>, watch: &Watch, remarks: &mut Remarks) -> Result<Self> {
+    fn open_watched(
+        path: &Path,
+        copies: Option<&Copies>,
+        host: &Arc<HostTables>,
+        watch: &Watch,
+        remarks: &mut Remarks,
+    ) -> Result<Self> {
         let fail = |text: String, mend: &str| {
             Error::new("E301", format!("cannot load the plugin {}: {text}", path.display())).help(mend)
         };
-        super::elf::check(path).map_err(|unfit| fail(unfit.text, unfit.mend))?;
+        let copy = copies.map(|c| c.copy(path)).transpose();
+        let copy = copy.map_err(|e| fail(format!("it cannot be copied: {e}"), "free some space, or set TMPDIR"))?;
+        let file = copy.as_deref().unwrap_or(path);
+        super::elf::check(file).map_err(|unfit| fail(unfit.text, unfit.mend))?;
         // SAFETY: running a library's constructors is what loading a plugin means.
-        let library = unsafe { Library::new(path) }.map_err(|e| {
+        let library = unsafe { Library::new(file) }.map_err(|e| {
             // The loader's own words are behind libloading's.
             let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
             fail(format!("{e}{reason}"), "build it again, for this system, and install the libraries that it needs")

@@ -29,4 +29,4 @@ pub use registry::{
     ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, Language, Model, NameEntry, Plugin,
     Prelude, Registry, SensorKind, ServiceKind,
 };
-pub use search::{Search, Source};
+pub use search::{Copies, Search, Source};

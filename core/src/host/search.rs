@@ -1,6 +1,16 @@
 //! Where plugins are looked for, and which files may be some.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
+
+use tempfile::TempDir;
+
+use crate::error::{Error, Result};
 
 /// Where a folder of the path comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,6 +32,33 @@ pub struct Search {
     pub folders: Vec<(PathBuf, Source)>,
     /// Names of libraries (without prefix and suffix) that may be opened in `Source::Built` folders.
     pub built: Vec<String>,
+    /// Libraries are opened as copies that lie here, so that their files can be written while they are used.
+    pub copies: Option<Arc<Copies>>,
+}
+
+/// A folder for copies of libraries, which vanishes with this.
+#[derive(Debug)]
+pub struct Copies {
+    folder: TempDir,
+    made: AtomicUsize,
+}
+
+impl Copies {
+    /// A new folder.
+    pub fn new() -> Result<Self> {
+        let folder = TempDir::with_prefix("tatu-").map_err(|e| {
+            let text = format!("no folder for copies of plugins can be made: {e}");
+            Error::new("E105", text).help("set TMPDIR to a folder that can be written")
+        })?;
+        Ok(Copies { folder, made: AtomicUsize::new(0) })
+    }
+    /// A copy of a file, under a name that no other has: a library of the same name would be taken for the first one.
+    pub fn copy(&self, file: &Path) -> std::io::Result<PathBuf> {
+        let number = self.made.fetch_add(1, Ordering::Relaxed);
+        let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let copy = self.folder.path().join(format!("{number}-{name}"));
+        std::fs::copy(file, &copy).map(|_| copy)
+    }
 }
 
 impl Search {
@@ -40,7 +77,7 @@ impl Search {
                 folders.push((up.join("lib/tatu/plugins"), Source::Installed));
             }
         }
-        Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect() }
+        Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), copies: None }
     }
 
     /// Adds a folder that a scene names.

@@ -3,9 +3,11 @@
 //! - [`Scripts`]: the world's scripts and the order in which they are called;
 //! - `script`: one script's callbacks and waits;
 //! - `enter`: one way into a script's language, with budget, caller and errors;
+//! - `reload`: another text in place of one that runs;
 //! - `state`: scripts in snapshots.
 
 mod enter;
+mod reload;
 mod script;
 mod state;
 
@@ -14,8 +16,9 @@ use std::{cell::Cell, ffi::c_void, rc::Rc};
 use tatu_plugin_api::abi::*;
 
 pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func};
+pub(crate) use reload::{Handed, Written};
 
-use crate::{calls::raw, scene::Data, world::WorldCell};
+use crate::{calls::raw, document::ScriptSpec, scene::Data, world::WorldCell};
 
 /// One script. Its instance exists while the world runs.
 pub(crate) struct Script {
@@ -62,22 +65,7 @@ impl Scripts {
                 let local = nalgebra::Isometry3::identity();
                 let Some(slot) = world.scene.borrow_mut().add(*owner, "script", local, Data::Script) else { continue };
                 let default = world.settings.borrow().dialect.clone();
-                world.scripts.borrow_mut().list.push(Rc::new(Script {
-                    slot,
-                    language: s.language,
-                    kind: s.kind.clone(),
-                    name: s.name.clone(),
-                    text: s.text.clone().into(),
-                    wanted_dialect: if s.dialect.is_empty() { default } else { s.dialect.clone() },
-                    id: Cell::new(0),
-                    data: Cell::new(std::ptr::null_mut()),
-                    dialect: Cell::new(raw(&[])),
-                    initialised: Cell::new(false),
-                    dead: Cell::new(false),
-                    callbacks: Cell::default(),
-                    calls: Cell::new(0),
-                    instructions: Cell::new(0),
-                }));
+                world.scripts.borrow_mut().list.push(Rc::new(Script::new(slot, s, default)));
             }
         }
     }
@@ -192,6 +180,28 @@ impl Scripts {
         while let Some(script) = Self::nth(world, i) {
             i += 1;
             script.end(world);
+        }
+    }
+}
+
+impl Script {
+    /// A script that has not begun; `dialect` is the one of scripts that name none.
+    fn new(slot: u32, spec: &ScriptSpec, dialect: String) -> Self {
+        Script {
+            slot,
+            language: spec.language,
+            kind: spec.kind.clone(),
+            name: spec.name.clone(),
+            text: spec.text.clone().into(),
+            wanted_dialect: if spec.dialect.is_empty() { dialect } else { spec.dialect.clone() },
+            id: Cell::new(0),
+            data: Cell::new(std::ptr::null_mut()),
+            dialect: Cell::new(raw(&[])),
+            initialised: Cell::new(false),
+            dead: Cell::new(false),
+            callbacks: Cell::default(),
+            calls: Cell::new(0),
+            instructions: Cell::new(0),
         }
     }
 }

@@ -47,7 +47,15 @@ impl Script {
         &registry.languages[self.language].raw
     }
 
+    /// Makes its state and loads its text; what goes wrong is told, and the script never runs.
     pub(super) fn begin(&self, world: &WorldCell) {
+        if let Err((status, mut error)) = self.try_begin(world, world.new_instance()) {
+            self.fail(world, status, error.raw());
+        }
+    }
+
+    /// The same under this number; `Err`: it is dead, and nothing has been told.
+    pub(super) fn try_begin(&self, world: &WorldCell, number: u64) -> Result<(), (tatu_status, ErrorSlot)> {
         let language = &world.registry.languages[self.language];
         let plugin = &world.registry.plugins[language.plugin];
         let (owner, key) = {
@@ -59,7 +67,7 @@ impl Script {
             let number = before.filter(|s| scene.get(s.slot).is_some_and(|o| o.parent == at)).count();
             (scene.id(self.slot), format!("{}/script{number}", scene.get(at).map_or(String::new(), |o| o.name())))
         };
-        let info = world.instance_info(owner, &key);
+        let info = world.instance_again(owner, &key, number);
         self.id.set(info.id);
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         world.calls.caller.set(self.as_caller(world));
@@ -80,7 +88,7 @@ impl Script {
             world.calls.caller.set(Caller::HOST);
             // SAFETY: as above.
             unsafe { name_plugin(status, error.raw(), &plugin.id, Call::Create) };
-            return self.fail(world, status, error.raw());
+            return Err((status, error));
         }
         self.data.set(data);
         self.initialised.set(false);
@@ -101,16 +109,25 @@ impl Script {
             self.dead.set(true);
             // SAFETY: as above.
             unsafe { name_plugin(status, error.raw(), &plugin.id, Call::ScriptLoad) };
-            return self.fail(world, status, error.raw());
+            return Err((status, error));
         }
         self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
+        Ok(())
     }
 
     /// Runs `init` and asks which callbacks there are; the thread function begins.
     pub(super) fn initialise(self: &Rc<Self>, world: &WorldCell) {
+        self.initialise_and(world, || {});
+    }
+
+    /// The same; `then` comes after `init`, if that went well.
+    pub(super) fn initialise_and(self: &Rc<Self>, world: &WorldCell, then: impl FnOnce()) {
         self.initialised.set(true);
         let init = self.find(world, TATU_FIND_CALLBACK, b"init");
         self.callback(world, init);
+        if self.is_there(world) {
+            then();
+        }
         self.find_callbacks(world);
         let thread = self.callbacks.get().thread;
         if thread != 0 && self.is_there(world) {
@@ -221,11 +238,19 @@ impl Script {
     }
 
     pub(super) fn end(&self, world: &WorldCell) {
+        if self.data.get().is_null() {
+            return;
+        }
+        world.calls.waits.borrow_mut().forget(Owner::Script(self.id.get()));
+        self.destroy(world);
+    }
+
+    /// Gives its state back.
+    pub(super) fn destroy(&self, world: &WorldCell) {
         let data = self.data.replace(std::ptr::null_mut());
         if data.is_null() {
             return;
         }
-        world.calls.waits.borrow_mut().forget(Owner::Script(self.id.get()));
         self.initialised.set(false);
         self.dialect.set(raw(&[]));
         self.id.set(0);
@@ -252,6 +277,14 @@ impl Script {
 
     /// An error that left the script: told once per place.
     pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
+        let fault = self.fault(world, status, error);
+        if status == TATU_ERR_BUDGET {
+            self.dead.set(true);
+        }
+        world.report(fault);
+    }
+
+    pub(super) fn fault(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) -> Fault {
         let kind = FaultKind::of(status);
         // SAFETY: an error object of the host.
         let (text, help, file, traceback, line) = unsafe {
@@ -277,9 +310,8 @@ impl Script {
             fault.plugin = Some(language.clone());
         }
         if status == TATU_ERR_BUDGET {
-            self.dead.set(true);
             fault.help = Some("look for a loop without an end, or raise `script_budget` in [scene]".into());
         }
-        world.report(fault);
+        fault
     }
 }

@@ -82,7 +82,7 @@ impl Scripts {
 
 impl Script {
     /// What its language writes. A script that has not begun, or never will again, has nothing to tell.
-    fn save(&self, world: &WorldCell) -> Result<InstanceImage, String> {
+    pub(super) fn save(&self, world: &WorldCell) -> Result<InstanceImage, String> {
         if !self.initialised.get() || self.dead.get() || self.data.get().is_null() {
             return Ok(InstanceImage::default());
         }
@@ -94,7 +94,7 @@ impl Script {
         save_instance(world, &of, &language.life, &[])
     }
 
-    fn owner_path(&self, world: &WorldCell) -> String {
+    pub(super) fn owner_path(&self, world: &WorldCell) -> String {
         let scene = world.scene.borrow();
         scene.path(scene.get(self.slot).map_or(0, |o| o.parent))
     }

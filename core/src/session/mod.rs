@@ -160,6 +160,11 @@ impl SessionCell {
     fn any_service(&self) -> bool {
         self.services.borrow().iter().any(|s| !s.off.get())
     }
+    /// A service of a plugin that runs, by id.
+    pub fn service_of(&self, plugin: usize) -> Option<String> {
+        let kind = |s: &Rc<Running>| &self.registry.services[s.kind];
+        self.services.borrow().iter().map(kind).find(|k| k.plugin == plugin).map(|k| k.id.clone())
+    }
     /// The `i`-th service, copied out so that the list is free while it runs.
     fn nth(&self, i: usize) -> Option<Rc<Running>> {
         self.services.borrow().get(i).cloned()

@@ -14,6 +14,7 @@ use std::{
 use serde::Serialize;
 use tatu_plugin_api::{abi::*, safe::Value};
 
+use super::swap::Swap;
 use crate::{
     act::Acting,
     calls::{Calls, Due},
@@ -95,8 +96,10 @@ pub(crate) struct Instance {
 
 /// The inside of a world, at an address that stays: plugins hold it as `tatu_world *`.
 pub(crate) struct WorldCell {
-    pub registry: Arc<Registry>,
-    pub document: Arc<Document>,
+    pub registry: Swap<Registry>,
+    pub document: Swap<Document>,
+    /// The object of each in the document, by generation and slot; 0: it was never made.
+    pub origins: RefCell<Vec<tatu_object>>,
     pub settings: RefCell<Settings>,
     pub scene: RefCell<Scene>,
     pub dynamics: RefCell<Dynamics>,
@@ -114,14 +117,16 @@ pub(crate) struct WorldCell {
     /// What comes from outside: services, the log of what they did, what is replayed.
     pub outside: Outside,
     pub(crate) next_instance: Cell<u64>,
+    pub(super) next_replacement: Cell<u64>,
     pub(crate) instances: RefCell<Vec<Option<Instance>>>,
     pub(crate) faults: RefCell<Vec<Fault>>,
     pub(crate) lines: RefCell<Vec<LogLine>>,
     /// World poses of the step before by slots, for velocities of objects that the engine does not move.
     pub before: RefCell<Vec<Option<nalgebra::Isometry3<f64>>>>,
-    pub(super) initial: RefCell<Option<Scene>>,
+    /// What a stop goes back to.
+    pub initial: RefCell<Option<Scene>>,
     /// Slots, kinds and parameters of the devices at the start.
-    pub(super) initial_devices: RefCell<Vec<(u32, DeviceSpec)>>,
+    pub initial_devices: RefCell<Vec<(u32, DeviceSpec)>>,
     pub(super) pool: Arc<rayon::ThreadPool>,
     /// Which plugin call is running.
     pub watch: Arc<Watch>,
@@ -222,16 +227,26 @@ impl WorldCell {
         self.next_instance.set(id + 1);
         id
     }
+    /// A number for an instance in the place of another: from the upper half, so that a reload changes no other numbers.
+    pub fn new_replacement(&self) -> u64 {
+        let id = self.next_replacement.get();
+        self.next_replacement.set(id + 1);
+        id
+    }
     /// What a new instance of an object is told.
     ///
     /// `key` names the owner by what does not change when other things are added: its seed follows from it.
     pub fn instance_info(&self, owner: tatu_object, key: &str) -> tatu_instance {
+        self.instance_again(owner, key, self.new_instance())
+    }
+    /// The same for one that takes the place of another, under a number that is given.
+    pub fn instance_again(&self, owner: tatu_object, key: &str, id: u64) -> tatu_instance {
         tatu_instance {
             size: size_of::<tatu_instance>() as u32,
             n_params: 0,
             world: self.raw(),
             owner,
-            id: self.new_instance(),
+            id,
             seed: self.seed_of(key),
             params: std::ptr::null(),
             state: std::ptr::null_mut(),

@@ -1,7 +1,5 @@
 //! The instances of sensors and actuators: made of the document, and made anew when the scene is reset.
 
-use std::sync::Arc;
-
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{World, WorldCell};
@@ -17,7 +15,7 @@ use crate::{
 impl World {
     /// Makes the devices of the document.
     pub(super) fn make_devices(&self, slots: &[u32]) -> Result {
-        let document = Arc::clone(&self.cell.document);
+        let document = self.cell.document.shared();
         for (spec, slot) in document.objects.iter().zip(slots) {
             if let Some(device) = &spec.device {
                 make(&self.cell, *slot, device, spec.place.as_ref())?;

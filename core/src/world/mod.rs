@@ -1,11 +1,12 @@
 //! A world: a scene, its engine, sensors and scripts, made, started, stepped, stopped and looked at.
 //!
 //! `cell` holds its parts, which plugins reach through `tatu_world *`; `devices` makes the instances of sensors and
-//! actuators; `pool` is its threads.
+//! actuators; `pool` is its threads; `swap` what a reload exchanges.
 
 mod cell;
 mod devices;
 mod pool;
+mod swap;
 
 use std::{
     cell::{Cell, RefCell},
@@ -17,9 +18,10 @@ use std::{
 use nalgebra::Vector3;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use cell::Instance;
+pub(crate) use cell::Instance;
 pub use cell::LogLine;
 pub(crate) use cell::{Clock, WorldCell, instance_fault};
+use swap::Swap;
 
 use crate::{
     act::Acting,
@@ -58,7 +60,6 @@ impl World {
             dynamics: RefCell::new(Dynamics::new(WorldCell::engine_settings(&settings))),
             clock: Clock::new(settings.dt),
             settings: RefCell::new(settings),
-            scene: RefCell::new(scene),
             sensing: RefCell::new(Sensing::default()),
             acting: RefCell::new(Acting::default()),
             scripts: RefCell::new(Scripts::default()),
@@ -69,6 +70,7 @@ impl World {
             stages: RefCell::new(Vec::new()),
             outside: Outside::default(),
             next_instance: Cell::new(1),
+            next_replacement: Cell::new(1 << 31),
             instances: RefCell::new(Vec::new()),
             faults: RefCell::new(Vec::new()),
             lines: RefCell::new(Vec::new()),
@@ -80,8 +82,10 @@ impl World {
             home: Home::now(),
             called: Cell::new(0),
             suspicious: Cell::new(false),
-            registry,
-            document,
+            origins: RefCell::new(slots.iter().map(|s| scene.id(*s)).collect()),
+            scene: RefCell::new(scene),
+            registry: Swap::new(registry),
+            document: Swap::new(document),
         });
         let world = World { cell };
         world.make_devices(&slots)?;
@@ -97,20 +101,8 @@ impl World {
         let cell = &self.cell;
         cell.instances.borrow_mut().resize_with(cell.registry.plugins.len(), || None);
         for (plugin, life) in &cell.registry.world_lives {
-            let mut state = vec![0u64; (life.state_bytes as usize).div_ceil(8)];
-            let info = tatu_instance { state: state.as_mut_ptr().cast(), ..cell.instance_info(0, "") };
-            let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
-            let p = &cell.registry.plugins[*plugin];
-            if let Some(create) = life.create {
-                // SAFETY: by the contract; `info` lives through the call, the state as long as the instance.
-                let made = || unsafe { answer(create(p.me, &info, &mut data, error.raw()), false, error.raw()) };
-                if cell.cross(*plugin, Call::Create, 0, made) < 0 {
-                    let (why, call) = (error.text(), Call::Create.text());
-                    let text = format!("plugin `{}` cannot serve this world: {why} [{call}]", p.id);
-                    return Err(Error::new("E403", text));
-                }
-            }
-            cell.instances.borrow_mut()[*plugin] = Some(Instance { data, state, destroy: life.destroy });
+            let made = Instance::create(cell, *plugin, life, cell.new_instance())?;
+            cell.instances.borrow_mut()[*plugin] = Some(made);
         }
         Ok(())
     }
@@ -140,8 +132,7 @@ impl World {
         if !session::before_step(&self.cell) {
             return false;
         }
-        step::step(&self.cell);
-        !self.stop_requested()
+        self.step_on()
     }
 
     /// Whether something asked for a stop.
@@ -188,12 +179,19 @@ impl World {
     fn end_instances(&self) {
         let instances = std::mem::take(&mut *self.cell.instances.borrow_mut());
         for (plugin, i) in instances.into_iter().enumerate() {
-            let Some(i) = i else { continue };
-            if let Some(destroy) = i.destroy {
-                // SAFETY: made by `create`, given back once.
-                self.cell.cross_quietly(plugin, Call::Destroy, 0, || unsafe { destroy(i.data) });
+            if let Some(i) = i {
+                i.end(&self.cell, plugin);
             }
         }
+    }
+
+    /// What plugins offer, as it is now.
+    pub fn registry(&self) -> Arc<Registry> {
+        self.cell.registry.shared()
+    }
+    /// What the world was made of, as it is now.
+    pub fn document(&self) -> Arc<Document> {
+        self.cell.document.shared()
     }
 
     /// What came from outside since the start.
@@ -217,6 +215,11 @@ impl World {
     /// ended within a barrier.
     pub fn barrier(&self) -> bool {
         session::before_step(&self.cell)
+    }
+    /// The step that comes after [`barrier`](Self::barrier).
+    pub fn step_on(&self) -> bool {
+        step::step(&self.cell);
+        !self.stop_requested()
     }
     pub(crate) fn cell(&self) -> &Rc<WorldCell> {
         &self.cell
@@ -280,6 +283,34 @@ impl World {
     /// Gravity, m/s^2.
     pub fn gravity(&self) -> Vector3<f64> {
         self.cell.settings.borrow().gravity
+    }
+}
+
+impl Instance {
+    /// What a command plugin keeps for a world. Must be called without any borrow of the world.
+    pub fn create(cell: &WorldCell, plugin: usize, life: &tatu_life, id: u64) -> Result<Self> {
+        let mut state = vec![0u64; (life.state_bytes as usize).div_ceil(8)];
+        let info = tatu_instance { state: state.as_mut_ptr().cast(), ..cell.instance_again(0, "", id) };
+        let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
+        let p = &cell.registry.plugins[plugin];
+        if let Some(create) = life.create {
+            // SAFETY: by the contract; `info` lives through the call, the state as long as the instance.
+            let made = || unsafe { answer(create(p.me, &info, &mut data, error.raw()), false, error.raw()) };
+            if cell.cross(plugin, Call::Create, 0, made) < 0 {
+                let (why, call) = (error.text(), Call::Create.text());
+                let text = format!("plugin `{}` cannot serve this world: {why} [{call}]", p.id);
+                return Err(Error::new("E403", text));
+            }
+        }
+        Ok(Instance { data, state, destroy: life.destroy })
+    }
+
+    /// Ends it.
+    pub fn end(self, cell: &WorldCell, plugin: usize) {
+        if let Some(destroy) = self.destroy {
+            // SAFETY: made by `create`, given back once.
+            cell.cross_quietly(plugin, Call::Destroy, 0, || unsafe { destroy(self.data) });
+        }
     }
 }
 

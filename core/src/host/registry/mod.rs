@@ -14,6 +14,7 @@ mod dialects;
 mod importers;
 mod lookup;
 mod read;
+mod renew;
 mod services;
 mod types;
 
@@ -67,8 +68,10 @@ pub struct Registry {
     pub(crate) setup: Arc<Watch>,
     pub(crate) watches: Watches,
     /// The plugins, last: they must outlive all that is above.
-    pub plugins: Vec<Plugin>,
+    pub plugins: Vec<Arc<Plugin>>,
     host: Arc<HostTables>,
+    /// Grows when commands are exchanged.
+    pub(crate) generation: u64,
 }
 
 // SAFETY: tables are constant after loading; which thread may call what is told by the header's tags.
@@ -86,7 +89,7 @@ impl Registry {
     pub fn load_watched(search: Search, watches: Watches) -> Self {
         let setup = watches.watch();
         let host = Arc::new(HostTables::new());
-        let mut plugins: Vec<Plugin> = Vec::new();
+        let mut plugins: Vec<Arc<Plugin>> = Vec::new();
         let (mut refused, mut closest, mut notes) = (Vec::new(), Vec::new(), Vec::new());
         for (folder, _) in search.folders.iter().filter(|(f, s)| *s == Source::Scene && !f.is_dir()) {
             let text = format!("the scene names the plugin folder {}, which is not there", folder.display());
@@ -94,7 +97,7 @@ impl Registry {
         }
         for path in search.candidates() {
             let mut remarks = Remarks::default();
-            let opened = Plugin::open(&path, &host, &setup, &mut remarks);
+            let opened = Plugin::open(&path, search.copies.as_deref(), &host, &setup, &mut remarks);
             closest.extend(
                 opened.as_ref().err().into_iter().chain(&remarks.warnings).map(|e| (path.clone(), e.text.clone())),
             );
@@ -115,15 +118,31 @@ impl Registry {
                         )
                         .help("remove one, or give the copy an id of its own; the folder that is searched first wins"),
                     ),
-                    None => plugins.push(new),
+                    None => plugins.push(Arc::new(new)),
                 },
                 Err(e) => refused.push(e),
             }
         }
         // By id, not by folder or time; those that a scene brings come last, so that none takes a name from the others.
-        let of_scene = |p: &Plugin| search.folders.iter().any(|(f, s)| *s == Source::Scene && p.path.starts_with(f));
+        let of_scene =
+            |p: &Arc<Plugin>| search.folders.iter().any(|(f, s)| *s == Source::Scene && p.path.starts_with(f));
         plugins.sort_by(|a, b| (of_scene(a), &a.id).cmp(&(of_scene(b), &b.id)));
-        let mut registry = Registry {
+        let mut registry = Registry { refused, closest, notes, ..Self::of(plugins, search, setup, watches, host) };
+        registry.read();
+        registry.services.sort_by(|a, b| a.id.cmp(&b.id));
+        registry
+    }
+
+    /// With these plugins, of whose offers nothing has been read yet.
+    fn of(
+        plugins: Vec<Arc<Plugin>>,
+        search: Search,
+        setup: Arc<Watch>,
+        watches: Watches,
+        host: Arc<HostTables>,
+    ) -> Self {
+        watches.plugins(plugins.iter().map(|p| p.id.clone()).collect());
+        Registry {
             sensors: Vec::new(),
             actuators: Vec::new(),
             models: Vec::new(),
@@ -135,31 +154,33 @@ impl Registry {
             preludes: Vec::new(),
             world_lives: Vec::new(),
             services: Vec::new(),
-            refused,
-            closest,
-            notes,
+            refused: Vec::new(),
+            closest: Vec::new(),
+            notes: Vec::new(),
             search,
             setup,
             watches,
             plugins,
             host,
-        };
-        registry.watches.plugins(registry.plugins.iter().map(|p| p.id.clone()).collect());
-        for i in 0..registry.plugins.len() {
+            generation: 1,
+        }
+    }
+
+    /// Reads what all plugins offer, in their order.
+    fn read(&mut self) {
+        for i in 0..self.plugins.len() {
             // SAFETY: tables of a started plugin, as the header tells.
             unsafe {
-                registry.add_sensors(i);
-                registry.add_actuators(i);
-                registry.add_models(i);
-                registry.add_importers(i);
-                registry.add_languages(i);
-                registry.add_commands(i);
-                registry.add_services(i);
+                self.add_sensors(i);
+                self.add_actuators(i);
+                self.add_models(i);
+                self.add_importers(i);
+                self.add_languages(i);
+                self.add_commands(i);
+                self.add_services(i);
             }
         }
-        registry.check_declarations();
-        registry.services.sort_by(|a, b| a.id.cmp(&b.id));
-        registry
+        self.check_declarations();
     }
 
     /// Ends all plugins, when no world uses them any more; what went wrong. Without it they are ended silently.
@@ -167,7 +188,7 @@ impl Registry {
         let mut out = Vec::new();
         for (i, plugin) in self.plugins.iter_mut().enumerate().rev() {
             let before = self.setup.enter(Call::Shutdown, i, 0);
-            out.extend(plugin.end());
+            out.extend(Arc::get_mut(plugin).map(Plugin::end).unwrap_or_default());
             self.setup.leave(before);
         }
         out

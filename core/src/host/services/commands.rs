@@ -64,9 +64,9 @@ unsafe extern "C" fn call(w: *mut tatu_world, frame: *mut tatu_call) -> tatu_sta
     }
 }
 
-unsafe extern "C" fn generation(_: *mut tatu_world) -> u64 {
-    // Commands are declared when plugins are loaded, before the first world.
-    1
+unsafe extern "C" fn generation(w: *mut tatu_world) -> u64 {
+    // SAFETY: as above.
+    unsafe { WorldCell::of(w) }.map_or(1, |world| world.registry.generation)
 }
 
 unsafe extern "C" fn constant(w: *mut tatu_world, name: tatu_str, out: *mut tatu_value) -> tatu_status {

@@ -280,7 +280,7 @@ unsafe fn has_upvalues(l: *mut lua_State, n: i32) -> bool {
     (n == 0 || has(n)) && !has(n + 1)
 }
 
-unsafe fn put_bytes(l: *mut lua_State, bytes: &[u8]) -> bool {
+pub(super) unsafe fn put_bytes(l: *mut lua_State, bytes: &[u8]) -> bool {
     if lua_getmetatable(l, -1) != 0 {
         lua_pop(l, 1);
         return bytes.is_empty();

@@ -94,6 +94,8 @@ pub(super) struct Known {
 pub(super) struct Image {
     /// Over what was there before the text ran.
     pub fresh: u64,
+    /// Over the code of the script's own text.
+    pub code: u64,
     pub objects: Vec<Object>,
     /// Outer variables, each shared by all functions that name it.
     pub cells: Vec<Val>,

@@ -9,7 +9,8 @@
 //! - `raw`: the inside of tables, which Lua's interface does not show;
 //! - `fresh`: what was there before the text ran;
 //! - `pieces`: the functions of a text, one by one;
-//! - `walk`: out of a state; `build`: into one; `tables`: keys back to their places.
+//! - `walk`: out of a state; `build`: into one; `tables`: keys back to their places;
+//! - `take`: what fits of it, into a state of another text.
 //!
 //! The order in which `pairs` visits keys belongs to the state: every key comes back to its place in its table, and
 //! what cannot be brought back so is refused by name. A suspended coroutine, an open file, a weak table and keys that
@@ -21,6 +22,7 @@ mod image;
 mod pieces;
 mod raw;
 mod tables;
+mod take;
 mod walk;
 
 use mlua::ffi::*;
@@ -33,7 +35,7 @@ use crate::{
 use image::{Image, Known};
 
 /// Version of the bytes.
-pub(crate) const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 2;
 
 /// The state as bytes; a failure names the variable that cannot be written. The script does not notice.
 pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
@@ -46,9 +48,11 @@ pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
     // Walking needs room in the state, and its collector might run: all that is undone.
     let backup = s.slot.backup();
     let mut walk = walk::Walk::new();
+    let (mut code, mut room) = (0, Vec::new());
     // SAFETY: protected; what has a destructor belongs to `walk`.
     let done = s.protect(&mut |l| unsafe {
         lua_gc(l, LUA_GCSTOP);
+        code = meaning(l, &mut room);
         walk.run(l, s);
     });
     if let Some(backup) = &backup {
@@ -61,16 +65,27 @@ pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
     done?;
     let mut image = walk.finish()?;
     image.known = known(s);
+    image.code = code;
     postcard::to_stdvec(&image).map_err(|e| Fail::new(format!("the script's state cannot be written: {e}")))
 }
 
-/// Takes back what `save` wrote, into a state whose text has been loaded and has not run.
+/// Takes back what `save` wrote: all of it into a state whose text means the same, has been loaded and has not run; what
+/// fits into one whose text has run.
 pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
     if version != VERSION {
         return Err(Fail::unsupported(format!("its state has version {version}, this plugin reads version {VERSION}")));
     }
     let image: Image = postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("its state cannot be read: {e}")))?;
     image.check()?;
+    if s.text.borrow().style != Style::NotRun {
+        return take_what_fits(s, image);
+    }
+    let (mut code, mut room) = (0, Vec::new());
+    // SAFETY: protected.
+    s.protect(&mut |l| unsafe { code = meaning(l, &mut room) })?;
+    if code != image.code {
+        return Err(Fail::unsupported("its text is another one now"));
+    }
     let mut build = build::Build::new(image);
     // SAFETY: protected; what has a destructor belongs to `build`.
     let done = s.protect(&mut |l| unsafe {
@@ -89,6 +104,24 @@ pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
     recall(s, image.known);
     *s.texts.borrow_mut() = image.texts;
     Ok(())
+}
+
+fn take_what_fits(s: &Script, image: Image) -> Result<()> {
+    let mut take = take::Take::new(image);
+    // SAFETY: protected; what has a destructor belongs to `take`.
+    s.protect(&mut |l| unsafe { take.run(l) })?;
+    take.refused.map_or(Ok(()), |why| Err(Fail::unsupported(why)))
+}
+
+/// A number over what the script's text does; 0: it has none.
+///
+/// # Safety
+/// Protected; `room` lies outside of Lua's reach.
+unsafe fn meaning(l: *mut lua_State, room: &mut Vec<u8>) -> u64 {
+    let there = registry(l, reg::CHUNK) == LUA_TFUNCTION;
+    let code = if there { pieces::meaning(l, room) } else { 0 };
+    lua_pop(l, 1);
+    code
 }
 
 /// Tells, once, when a restored script walks through keys whose order follows their addresses: the table was made since,

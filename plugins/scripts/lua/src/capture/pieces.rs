@@ -53,8 +53,32 @@ pub(super) fn cut(whole: &[u8]) -> Option<Vec<Vec<u8>>> {
     Some(reader.found.iter().map(piece).collect())
 }
 
+/// A number over what the Lua function on top does, with all that is in it: the same wherever in its text it stands, and
+/// whatever is said in comments.
+///
+/// # Safety
+/// As of `dump`; `out` is room.
+pub(super) unsafe fn meaning(l: *mut lua_State, out: &mut Vec<u8>) -> u64 {
+    out.clear();
+    lua_dump(l, extend, (&raw mut *out).cast(), 1);
+    let mut reader = Reader { bytes: out, at: HEADER + 1, found: Vec::new() };
+    let lines = |f: &Found, i: usize| f.lines.contains(&i);
+    let known = reader.function().is_some();
+    let mut found = std::mem::take(&mut reader.found).into_iter().peekable();
+    let mut h = 0xcbf2_9ce4_8422_2325_u64;
+    for (i, byte) in out.iter().enumerate() {
+        while known && found.next_if(|f| f.lines.end <= i).is_some() {}
+        if !known || !found.peek().is_some_and(|f| lines(f, i)) {
+            h = (h ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+    h
+}
+
 /// Where a function stands in the whole.
 struct Found {
+    /// Its first and last line in the text.
+    lines: std::ops::Range<usize>,
     source: std::ops::Range<usize>,
     end: usize,
     upvalues: u8,
@@ -95,9 +119,10 @@ impl Reader<'_> {
         let start = self.at;
         self.text()?;
         let index = self.found.len();
-        self.found.push(Found { source: start..self.at, end: 0, upvalues: 0 });
+        self.found.push(Found { lines: self.at..self.at, source: start..self.at, end: 0, upvalues: 0 });
         self.size()?; // first line
         self.size()?; // last line
+        self.found[index].lines.end = self.at;
         self.skip(3)?; // parameters, whether they vary, registers
         let code = self.size()?;
         self.skip(code.checked_mul(4)?)?;

@@ -1,0 +1,113 @@
+//! Which files have changed.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    time::{Duration, Instant, SystemTime},
+};
+
+use xxhash_rust::xxh3::xxh3_64;
+
+/// Between two looks at the disk.
+const PAUSE: Duration = Duration::from_millis(100);
+/// A file that was written less than this ago may still be half of itself.
+const SETTLED: Duration = Duration::from_millis(50);
+
+/// What is known of a file.
+#[derive(Default)]
+struct Known {
+    /// When it was last written, and its size, bytes.
+    stamp: Option<(SystemTime, u64)>,
+    /// Hash of its content.
+    content: Option<u64>,
+}
+
+/// Files, and what was last seen of them.
+pub(super) struct Watcher {
+    files: BTreeMap<PathBuf, Known>,
+    looked: Option<Instant>,
+}
+
+fn stamp(file: &Path) -> Option<(SystemTime, u64)> {
+    let meta = fs::metadata(file).ok()?;
+    Some((meta.modified().ok()?, meta.len()))
+}
+
+impl Watcher {
+    pub fn new() -> Self {
+        Watcher { files: BTreeMap::new(), looked: None }
+    }
+
+    /// Watches a file from now on; `content`: what was read of it, if it has been read already.
+    pub fn watch(&mut self, file: &Path, content: Option<&[u8]>) {
+        let known = self.files.entry(file.to_owned()).or_default();
+        if let Some(bytes) = content {
+            known.content = Some(xxh3_64(bytes));
+        } else if known.content.is_none() {
+            known.stamp = stamp(file);
+            known.content = fs::read(file).ok().map(|b| xxh3_64(&b));
+        }
+    }
+
+    /// Files whose content differs from what was last seen; each change is told once. Looks at the disk ten times a second
+    /// at most. A file that is not there is waited for.
+    pub fn changed(&mut self) -> Vec<PathBuf> {
+        if self.looked.is_some_and(|l| l.elapsed() < PAUSE) {
+            return Vec::new();
+        }
+        self.looked = Some(Instant::now());
+        let changed = self.files.iter_mut().filter_map(|(file, known)| has_changed(file, known).then_some(file));
+        changed.cloned().collect()
+    }
+}
+
+fn has_changed(file: &Path, known: &mut Known) -> bool {
+    let Some(now) = stamp(file) else { return false };
+    // A time in the future says nothing about how long ago it was.
+    let fresh = now.0.elapsed().is_ok_and(|e| e < SETTLED);
+    if fresh || known.stamp == Some(now) {
+        return false;
+    }
+    let Ok(bytes) = fs::read(file) else { return false };
+    known.stamp = Some(now);
+    let content = xxh3_64(&bytes);
+    known.content.replace(content).is_some_and(|old| old != content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_another_content_is_a_change() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("a.txt");
+        let long_ago = |text: &str, seconds: u64| {
+            fs::write(&file, text).unwrap();
+            let time = SystemTime::now() - Duration::from_secs(seconds);
+            fs::File::options().write(true).open(&file).unwrap().set_modified(time).unwrap();
+        };
+        let mut watcher = Watcher::new();
+        let mut changed = || {
+            watcher.watch(&file, None);
+            watcher.looked = None;
+            watcher.changed()
+        };
+        long_ago("one", 50);
+        assert!(changed().is_empty());
+        long_ago("one", 40);
+        assert!(changed().is_empty(), "written again with the same content");
+        long_ago("two", 30);
+        assert_eq!(changed(), [&*file]);
+        assert!(changed().is_empty(), "told once");
+        fs::write(&file, "th").unwrap();
+        assert!(changed().is_empty(), "still being written");
+        long_ago("three", 20);
+        assert_eq!(changed(), [&*file]);
+        fs::remove_file(&file).unwrap();
+        assert!(changed().is_empty());
+        long_ago("four", 10);
+        assert_eq!(changed(), [&*file]);
+    }
+}

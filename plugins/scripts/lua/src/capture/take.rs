@@ -1,0 +1,153 @@
+//! What fits of a state, for a script whose text is another one now.
+//!
+//! The new text has run. Global variables that hold plain data (numbers, texts, truth values, tables of these without
+//! metatables) get the values of the old script, unless the new text has made something of another type of them; so does
+//! the random generator. Functions and local variables are those of the new text.
+
+use mlua::ffi::*;
+
+use super::{
+    build::put_bytes,
+    image::{Image, Kind, Node, Object, Val},
+    walk::fingerprint,
+};
+use crate::state::{reg, registry};
+
+/// The stack: tables made, by their numbers in the image; what was there before any text ran; the globals.
+const OBJECTS: i32 = 1;
+const FRESH: i32 = 2;
+const GLOBALS: i32 = 3;
+
+/// The hand-over; outside of Lua's reach.
+pub(super) struct Take {
+    image: Image,
+    /// Tables that hold nothing but plain data, by object.
+    plain: Vec<bool>,
+    pub(super) refused: Option<&'static str>,
+}
+
+impl Take {
+    pub(super) fn new(image: Image) -> Self {
+        let plain = plain(&image);
+        Take { image, plain, refused: None }
+    }
+
+    fn is_plain(&self, v: Val) -> bool {
+        if let Val::Object(n) = v { self.plain[n as usize] } else { true }
+    }
+
+    /// Takes what fits.
+    ///
+    /// # Safety
+    /// Protected, with an empty stack.
+    pub(super) unsafe fn run(&mut self, l: *mut lua_State) {
+        luaL_checkstack(l, 20, std::ptr::null());
+        lua_createtable(l, 0, 0);
+        if registry(l, reg::FRESH) != LUA_TTABLE || fingerprint(l, FRESH) != self.image.fresh {
+            self.refused = Some("the library and the preludes are not those that it was written with");
+            return;
+        }
+        lua_pushglobaltable(l);
+        for (id, object) in self.image.objects.iter().enumerate() {
+            match object {
+                Object { fresh: Some(k), kind: Kind::Bytes(bytes) } => {
+                    if lua_rawgeti(l, FRESH, i64::from(*k) + 1) == LUA_TUSERDATA {
+                        put_bytes(l, bytes);
+                    }
+                    lua_settop(l, GLOBALS);
+                }
+                Object { kind: Kind::Table(t), .. } if self.plain[id] => {
+                    lua_createtable(l, t.array.len() as i32, t.nodes.len() as i32);
+                    lua_rawseti(l, OBJECTS, id as i64 + 1);
+                }
+                _ => {}
+            }
+        }
+        for (id, object) in self.image.objects.iter().enumerate() {
+            let Kind::Table(t) = &object.kind else { continue };
+            if self.plain[id] {
+                lua_rawgeti(l, OBJECTS, id as i64 + 1);
+                for (i, v) in t.array.iter().enumerate() {
+                    self.push(l, *v);
+                    lua_rawseti(l, -2, i as i64 + 1);
+                }
+                for node in &t.nodes {
+                    if let Node::Live { key, value } = node {
+                        self.push(l, *key);
+                        self.push(l, *value);
+                        lua_rawset(l, -3);
+                    }
+                }
+            } else if let Some(k) = object.fresh {
+                lua_rawgeti(l, FRESH, i64::from(k) + 1);
+                if lua_rawequal(l, -1, GLOBALS) != 0 {
+                    for node in &t.nodes {
+                        self.global(l, node);
+                    }
+                }
+            }
+            lua_settop(l, GLOBALS);
+        }
+    }
+
+    /// Sets a global variable, if it is plain data and the new text has made nothing else of it.
+    unsafe fn global(&self, l: *mut lua_State, node: &Node) {
+        let Node::Live { key: key @ Val::Text(_), value } = node else { return };
+        if !self.is_plain(*value) {
+            return;
+        }
+        self.push(l, *key);
+        self.push(l, *value);
+        lua_pushvalue(l, -2);
+        let now = lua_rawget(l, GLOBALS);
+        let was = lua_type(l, -2);
+        lua_pop(l, 1);
+        if now == LUA_TNIL || now == was {
+            lua_rawset(l, GLOBALS);
+        } else {
+            lua_pop(l, 2);
+        }
+    }
+
+    unsafe fn push(&self, l: *mut lua_State, v: Val) {
+        match v {
+            Val::Nil => lua_pushnil(l),
+            Val::Bool(b) => lua_pushboolean(l, i32::from(b)),
+            Val::Int(i) => lua_pushinteger(l, i),
+            Val::Float(bits) => lua_pushnumber(l, f64::from_bits(bits)),
+            Val::Text(n) => crate::state::push(l, &self.image.strings[n as usize]),
+            Val::Object(n) => {
+                lua_rawgeti(l, OBJECTS, i64::from(n) + 1);
+            }
+        }
+    }
+}
+
+/// Of each object, whether it is a table of plain data, however deep.
+fn plain(image: &Image) -> Vec<bool> {
+    let own = |o: &Object| o.fresh.is_none() && matches!(&o.kind, Kind::Table(t) if t.meta.is_none());
+    let mut plain: Vec<bool> = image.objects.iter().map(own).collect();
+    // Who holds whom: what is not plain makes its holders so.
+    let mut holders: Vec<Vec<u32>> = vec![Vec::new(); image.objects.len()];
+    for (id, object) in image.objects.iter().enumerate() {
+        let Kind::Table(t) = &object.kind else { continue };
+        let of_nodes = t.nodes.iter().flat_map(|n| match n {
+            Node::Live { key, value } => [*key, *value],
+            _ => [Val::Nil, Val::Nil],
+        });
+        for v in t.array.iter().copied().chain(of_nodes) {
+            if let Val::Object(n) = v {
+                holders[n as usize].push(id as u32);
+            }
+        }
+    }
+    let mut others: Vec<usize> = (0..plain.len()).filter(|i| !plain[*i]).collect();
+    while let Some(id) = others.pop() {
+        for holder in &holders[id] {
+            if std::mem::take(&mut plain[*holder as usize]) {
+                others.push(*holder as usize);
+            }
+        }
+    }
+    plain
+}
