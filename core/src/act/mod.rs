@@ -57,6 +57,9 @@ impl Acting {
     }
     /// Takes out the instances of actuators that are gone.
     pub fn take_gone(&mut self, alive: impl Fn(&Actuator) -> bool) -> Vec<Actuator> {
+        if self.devices.iter().all(&alive) {
+            return Vec::new();
+        }
         let (keep, gone) = std::mem::take(&mut self.devices).into_iter().partition(alive);
         self.devices = keep;
         gone

@@ -156,6 +156,9 @@ impl Scripts {
             let (Ok(mut scripts), Ok(scene)) = (world.scripts.try_borrow_mut(), world.scene.try_borrow()) else {
                 return;
             };
+            if scripts.list.iter().all(|s| scene.get(s.slot).is_some()) {
+                return;
+            }
             let (keep, gone) = std::mem::take(&mut scripts.list).into_iter().partition(|s| scene.get(s.slot).is_some());
             scripts.list = keep;
             gone

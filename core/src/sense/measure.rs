@@ -5,7 +5,7 @@ use std::ffi::c_void;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tatu_plugin_api::abi::*;
 
-use super::Sensing;
+use super::{Layout, Sensing};
 use crate::{
     beams::{Beam, Hit},
     calls::{ErrorSlot, answer},
@@ -88,17 +88,18 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     s.clear();
     for i in devices {
         let d = &mut all[*i];
+        let Layout { plan, spans, .. } = &*d.layout;
         let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);
-        let skip_group = d.plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
+        let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
         s.first_beam.push(s.beams.len() as u64);
-        for turn in &d.plan.turns {
+        for turn in &plan.turns {
             s.beams.push(Beam {
                 world_from_beam: world * turn,
-                volume: d.plan.volume,
-                near: d.plan.near,
-                far: d.plan.far,
-                max_incidence: d.plan.max_incidence,
-                faces: d.plan.faces,
+                volume: plan.volume,
+                near: plan.near,
+                far: plan.far,
+                max_incidence: plan.max_incidence,
+                faces: plan.faces,
                 skip_group,
                 only_object: only,
             });
@@ -107,7 +108,7 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
         s.state.push(d.state.as_mut_ptr().cast());
         s.sensor.push(scene.id(d.slot));
         d.fields.fill(0);
-        s.fields.extend(d.spans.iter().map(|(first, _)| d.fields[*first..].as_mut_ptr().cast::<c_void>()));
+        s.fields.extend(spans.iter().map(|(first, _)| d.fields[*first..].as_mut_ptr().cast::<c_void>()));
         if inputs & TATU_IN_POSE != 0 {
             s.pose.push(pose_to_array(&world));
         }
@@ -120,7 +121,7 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     s.first_beam.push(s.beams.len() as u64);
     s.hits.resize(s.beams.len(), Hit::NONE);
     pool.install(|| targets.beams.cast(&s.beams, &mut s.hits));
-    s.spread(inputs, devices.iter().map(|i| all[*i].plan.turns.as_slice()));
+    s.spread(inputs, devices.iter().map(|i| all[*i].layout.plan.turns.as_slice()));
     s.status.resize(devices.len(), TATU_OK);
     let batch = s.batch(devices.len(), kind_info.fields.len(), moment);
     let mut error = ErrorSlot::new();

@@ -7,7 +7,7 @@
 mod measure;
 mod targets;
 
-use std::ffi::c_void;
+use std::{ffi::c_void, rc::Rc};
 
 use nalgebra::{UnitQuaternion, Vector3};
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// What a device sends out.
-#[derive(Debug, Clone)]
+#[derive(Debug, PartialEq)]
 pub(crate) struct BeamPlan {
     pub volume: Volume,
     /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for a sensor without beams.
@@ -49,11 +49,10 @@ pub(crate) struct Device {
     pub data: *mut c_void,
     pub state: Vec<u64>,
     pub params: Vec<Value>,
-    pub plan: BeamPlan,
+    /// Shared by sensors that are alike: there may be thousands, and each step goes through all.
+    pub layout: Rc<Layout>,
     /// The fields one after the other, each 8-byte aligned.
     pub fields: Vec<u64>,
-    /// Of each field: the word at which it begins, and how many elements it has.
-    pub spans: Vec<(usize, usize)>,
     pub sequence: u64,
     pub time: f64,
     /// Switched off after a fault.
@@ -83,6 +82,11 @@ impl Sensing {
         }
         self.by_slot[slot] = index as u32 + 1;
     }
+    /// The layout of one of the last sensors, if it is the same.
+    fn like(&self, layout: &Layout) -> Option<Rc<Layout>> {
+        let last = self.devices.iter().rev().take(LOOK_BACK).map(|d| &d.layout);
+        last.into_iter().find(|l| ***l == *layout).cloned()
+    }
     /// The index of a sensor's device.
     pub(crate) fn index(&self, slot: u32) -> Option<usize> {
         self.by_slot.get(slot as usize).and_then(|i| (*i as usize).checked_sub(1))
@@ -91,16 +95,17 @@ impl Sensing {
     pub(crate) fn device(&self, slot: u32) -> Option<&Device> {
         self.index(slot).map(|i| &self.devices[i])
     }
-    /// Ends the instances of sensors that are gone.
-    pub(crate) fn take_gone(&mut self, alive: impl Fn(u32, &Device) -> bool) -> Vec<Device> {
+    /// The instances of sensors that are gone.
+    pub(crate) fn take_gone(&mut self, alive: impl Fn(&Device) -> bool) -> Vec<Device> {
+        if self.devices.iter().all(&alive) {
+            return Vec::new();
+        }
         let (keep, gone): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.devices).into_iter().partition(|d| alive(d.slot, d));
+            std::mem::take(&mut self.devices).into_iter().partition(alive);
         self.devices = keep;
-        if !gone.is_empty() {
-            self.by_slot.clear();
-            for i in 0..self.devices.len() {
-                self.note(self.devices[i].slot, i);
-            }
+        self.by_slot.clear();
+        for i in 0..self.devices.len() {
+            self.note(self.devices[i].slot, i);
         }
         gone
     }
@@ -124,9 +129,8 @@ impl Device {
             data,
             state,
             params,
-            plan: NO_BEAMS,
+            layout: Rc::default(),
             fields: Vec::new(),
-            spans: Vec::new(),
             sequence: 0,
             time: 0.0,
             off: false,
@@ -142,11 +146,11 @@ impl Device {
     }
 
     /// Takes beams and fields. Where the fields have other sizes now, the last reading is forgotten.
-    pub fn lay_out(&mut self, Layout { plan, spans, words }: Layout) {
-        self.plan = plan;
-        if self.spans != spans {
-            (self.spans, self.fields, self.sequence) = (spans, vec![0; words], 0);
+    pub fn lay_out(&mut self, layout: Rc<Layout>) {
+        if self.layout.spans != layout.spans {
+            (self.fields, self.sequence) = (vec![0; layout.words], 0);
         }
+        self.layout = layout;
     }
 
     fn ask_beams(data: *mut c_void, kind: &SensorKind) -> Result<BeamPlan, String> {
@@ -219,10 +223,11 @@ impl Device {
     /// A look at one field.
     pub fn view(&self, kind: &SensorKind, field: usize) -> tatu_field_view {
         let info = &kind.fields[field];
-        let beams = self.plan.directions.len() as u32;
+        let beams = self.layout.plan.directions.len() as u32;
+        let (first, n) = self.layout.spans[field];
         tatu_field_view {
-            ptr: self.fields[self.spans[field].0..].as_ptr().cast(),
-            len: self.spans[field].1 as u64,
+            ptr: self.fields[first..].as_ptr().cast(),
+            len: n as u64,
             elem: info.elem,
             dims: info.dims.map(|d| if d == 0 { beams } else { d }),
             time: self.time,
@@ -233,7 +238,7 @@ impl Device {
     /// The first field that holds something that is no number. Nothing to be seen is infinity or zero, never this.
     pub fn not_a_number<'k>(&self, kind: &'k SensorKind) -> Option<&'k str> {
         let is_bad = |i: usize| {
-            let (first, n) = self.spans[i];
+            let (first, n) = self.layout.spans[i];
             let at = self.fields[first..].as_ptr();
             // SAFETY: the buffer has `n` elements of the declared type.
             unsafe {
@@ -249,7 +254,7 @@ impl Device {
 
     /// A field's content as a value, for traces.
     pub fn value(&self, kind: &SensorKind, field: usize) -> Value {
-        let (first, n) = self.spans[field];
+        let (first, n) = self.layout.spans[field];
         let bytes = self.fields[first..].as_ptr();
         // SAFETY: the buffer has `n` elements of the declared type.
         unsafe {
@@ -274,15 +279,23 @@ impl Device {
 }
 
 /// What follows from a sensor's parameters: its beams, and where its fields lie.
+#[derive(Debug, PartialEq)]
 pub(crate) struct Layout {
-    plan: BeamPlan,
-    spans: Vec<(usize, usize)>,
+    pub plan: BeamPlan,
+    /// Of each field: the word at which it begins, and how many elements it has.
+    pub spans: Vec<(usize, usize)>,
     words: usize,
+}
+
+impl Default for Layout {
+    fn default() -> Self {
+        Layout { plan: NO_BEAMS, spans: Vec::new(), words: 0 }
+    }
 }
 
 impl Layout {
     /// Asks an instance for its beams. Must be called without any borrow of the world.
-    pub fn ask(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Self, String> {
+    pub fn ask(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Self>, String> {
         let kind = &world.registry.sensors[kind];
         let asked = world.cross(kind.plugin, Call::Beams, slot, || Device::ask_beams(data, kind));
         let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
@@ -292,7 +305,9 @@ impl Layout {
             spans.push((words, elements));
             words += (elements * element_size(f.elem)).div_ceil(8).max(1);
         }
-        Ok(Layout { plan, spans, words })
+        let layout = Layout { plan, spans, words };
+        let like_it = world.sensing.try_borrow().ok().and_then(|s| s.like(&layout));
+        Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
     }
 }
 
@@ -302,6 +317,9 @@ fn length(field: &FieldInfo, beams: usize) -> Result<usize, String> {
     let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d)).filter(|n| *n <= MAX_ELEMENTS);
     n.ok_or_else(|| format!("its field `{}` of {dims:?} elements is too large", field.name))
 }
+
+/// Among how many sensors before it one looks for its like: about a robot's.
+const LOOK_BACK: usize = 64;
 
 /// Rays that one sensor may have: more is a mistake, and would be read beyond the plugin's memory.
 const MAX_RAYS: u32 = 1 << 24;

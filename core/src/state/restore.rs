@@ -1,6 +1,6 @@
 //! Into a world: a snapshot, or a replay of the run that led to it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
@@ -127,8 +127,8 @@ fn scripts(cell: &WorldCell, images: Vec<ScriptImage>, core: &CoreImage) -> Resu
 }
 
 fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
-    let is_there = |slot: u32, id: u64| images.iter().any(|i| i.slot == slot && i.id == id);
-    let gone = cell.sensing.borrow_mut().take_gone(|slot, d| is_there(slot, d.id));
+    let there: BTreeSet<(u32, u64)> = images.iter().map(|i| (i.slot, i.id)).collect();
+    let gone = cell.sensing.borrow_mut().take_gone(|d| there.contains(&(d.slot, d.id)));
     for d in gone {
         d.destroy(cell);
     }

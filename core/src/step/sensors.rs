@@ -60,8 +60,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
 pub(super) fn reap(world: &WorldCell) {
     let gone = {
         let scene = world.scene.borrow();
-        let is_there = |slot: u32, i: u64| scene.get(slot).is_some() && i > 0;
-        world.sensing.borrow_mut().take_gone(|slot, d| is_there(slot, d.id))
+        world.sensing.borrow_mut().take_gone(|d| scene.get(d.slot).is_some() && d.id > 0)
     };
     for d in gone {
         d.destroy(world);

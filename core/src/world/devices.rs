@@ -60,7 +60,7 @@ impl World {
     /// Ends all devices.
     pub(super) fn end_devices(&self) {
         let cell = &self.cell;
-        let sensors = cell.sensing.borrow_mut().take_gone(|_, _| false);
+        let sensors = cell.sensing.borrow_mut().take_gone(|_| false);
         sensors.into_iter().for_each(|d| d.destroy(cell));
         let actuators = cell.acting.borrow_mut().take_gone(|_| false);
         actuators.into_iter().for_each(|d| d.destroy(cell));
