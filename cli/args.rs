@@ -146,6 +146,7 @@ pub enum What {
     Importers,
     Commands,
     Services,
+    Events,
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

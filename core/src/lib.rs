@@ -23,6 +23,7 @@ pub mod beams;
 mod calls;
 pub mod document;
 pub mod error;
+pub mod events;
 pub mod geometry;
 pub mod host;
 pub mod physics;

@@ -735,6 +735,9 @@ typedef struct tatu_service {
   /* [step] A command that this service called with a wait token, and that gave TATU_WAIT, has finished: its results are
    * in the frame, or `status` is negative and frame->error tells why. Null: its commands cannot wait. */
   void(TATU_CALL *resume)(void *data, tatu_world *, uint64_t token, tatu_status status, const tatu_call *frame);
+  /* Names of the events that it is told; "*": all but those that cost something ("collision", "separation", "contact"),
+   * which must be named. Null-terminated. Null: the five above. */
+  const char *const *events;
 } tatu_service;
 
 typedef struct tatu_ext_service {
@@ -742,6 +745,26 @@ typedef struct tatu_ext_service {
   uint32_t reserved;
   const tatu_service *const *services;
 } tatu_ext_service;
+
+/* ---------------------------------------------------------------- Events ------------------------------ */
+
+#define TATU_EVENT "tatu.event/draft.1"
+
+/* An event that can happen: declared by whoever publishes it (host.events), so that others find it in `tatu list events`.
+ * Names without a dot belong to the host ("collision"); yours begin with a name space ("gripper.closed"). */
+typedef struct tatu_event {
+  uint32_t size;
+  uint32_t reserved;
+  const char *name;
+  const char *text;                /* when it is published, one sentence */
+  const tatu_param *const *fields; /* of the payload, which is a map; null: it is empty */
+} tatu_event;
+
+typedef struct tatu_ext_event {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_event *const *events;
+} tatu_ext_event;
 
 /* ================================================================ 11. What the host offers =========== */
 /* Every function that takes a world is [step] and may be called from within any [step] call of that world. It gives
@@ -884,6 +907,9 @@ typedef struct tatu_host_scripts {
   /* Calls a callback in all scripts that have it, but not in `except`; results are dropped. */
   tatu_status(TATU_CALL *broadcast)(tatu_world *, tatu_str callback, const tatu_value *args, uint32_t n_args,
                                     tatu_object except);
+  /* What a script was given when it was started from outside: a map of texts, empty for all others. Lives until the call
+   * that you are in returns. */
+  tatu_status(TATU_CALL *options)(tatu_world *, tatu_object script, tatu_value *);
 } tatu_host_scripts;
 
 #define TATU_HOST_SIGNALS "tatu.host.signals/draft.1"
@@ -900,6 +926,29 @@ typedef struct tatu_host_signals {
   /* The `index`-th name of a kind, in order of names. TATU_ERR_MISSING past the end. */
   tatu_status(TATU_CALL *name)(tatu_world *, uint32_t kind, uint32_t index, tatu_str *);
 } tatu_host_signals;
+
+#define TATU_HOST_EVENTS "tatu.host.events/draft.1"
+
+/* What happens in a world. An event is a name and a payload, a map. It is kept in order and delivered to functions of
+ * scripts, in the order in which they subscribed, at stated moments: before a step, after each of its stages, and when
+ * the world has stopped; to services at their next barrier. What handlers publish comes after what was kept before, at
+ * the same moment. A handler that fails is named and no longer called. */
+typedef struct tatu_host_events {
+  uint32_t size;
+  uint32_t reserved;
+  /* Publishes an event. Its name has a dot: those without belong to the host. `payload` is a map, or null: empty. */
+  tatu_status(TATU_CALL *publish)(tatu_world *, tatu_str name, const tatu_value *payload);
+  /* From now on `handler` is called with the payload and the name. A lasting reference: see commands.retain; it is
+   * dropped when the subscription ends. `name`: one event, or "*" as in tatu_service.events. TATU_ERR_MISSING: a name
+   * without a dot that nobody declares. The subscription ends with its script. */
+  tatu_status(TATU_CALL *subscribe)(tatu_world *, tatu_str name, tatu_func handler, uint64_t *id);
+  /* Ends a subscription. TATU_ERR_MISSING: there is none of that id. */
+  tatu_status(TATU_CALL *unsubscribe)(tatu_world *, uint64_t id);
+  /* Whether anybody listens to an event: what costs something need not be gathered else. */
+  uint32_t(TATU_CALL *wanted)(tatu_world *, tatu_str name);
+  /* The `index`-th declared event, name and sentence. TATU_ERR_MISSING past the end. */
+  tatu_status(TATU_CALL *declared)(tatu_world *, uint32_t index, tatu_str *name, tatu_str *text);
+} tatu_host_events;
 
 #define TATU_HOST_SESSION "tatu.host.session/draft.1"
 

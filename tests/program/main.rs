@@ -17,6 +17,7 @@ mod describe;
 mod determinism;
 mod driver;
 mod errors;
+mod events;
 mod header;
 mod import;
 mod importers;

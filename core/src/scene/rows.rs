@@ -122,12 +122,15 @@ rows! {
     Limits "joint.limits" JOINT, TATU_F64S 2 Some("rad|m"), Rebuilds FREE, "Lowest and highest position.";
     SensorKind "sensor.kind" SENSOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of sensor.";
     Explicit "sensor.explicit" SENSOR, TATU_BOOL 0 None, Live FREE, "Whether it measures only when it is told to; default false.";
+    SensorMeasured "sensor.measured" SENSOR, TATU_I64 0 None, ReadOnly FREE, "How often it has measured since the start, or since its reading was reset.";
+    SensorBeams "sensor.beams" SENSOR, TATU_I64 0 None, ReadOnly FREE, "How many beams it sends out; a volume is one.";
     ActuatorKind "actuator.kind" ACTUATOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of actuator.";
     ScriptLanguage "script.language" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "Its language.";
     ScriptDialect "script.dialect" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "The dialect chosen for it.";
     ScriptKind "script.kind" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "child, customization or main.";
     ScriptName "script.name" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "The file it came from, or a name for messages.";
     ScriptCalls "script.calls" SCRIPT, TATU_I64 0 None, ReadOnly FREE, "How often its callbacks have been called.";
+    ScriptInstructions "script.instructions" SCRIPT, TATU_I64 0 None, ReadOnly FREE, "How many instructions of its language it has run.";
     Time "scene.time" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Simulation time.";
     Dt "scene.dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Length of a step; default 0.05.";
     PhysicsDt "scene.physics_dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Greatest length of a physics step; a step is divided evenly; default 0.01.";

@@ -15,7 +15,7 @@ use std::{cell::Cell, ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::abi::*;
 
-pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func};
+pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func, owner_of_func};
 pub(crate) use reload::{Handed, Written};
 
 use crate::{calls::raw, document::ScriptSpec, scene::Data, world::WorldCell};

@@ -284,7 +284,7 @@ impl Script {
         world.report(fault);
     }
 
-    pub(super) fn fault(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) -> Fault {
+    pub(crate) fn fault(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) -> Fault {
         let kind = FaultKind::of(status);
         // SAFETY: an error object of the host.
         let (text, help, file, traceback, line) = unsafe {

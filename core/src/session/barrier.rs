@@ -101,7 +101,7 @@ fn tell(world: &WorldCell, session: &SessionCell) {
         let mut i = 0;
         while let Some(service) = session.nth(i) {
             i += 1;
-            service.event(world, name, &payload);
+            service.event(world, &name, &payload);
         }
     }
 }
@@ -169,8 +169,8 @@ pub(crate) fn stopped(world: &WorldCell) {
         Ended { frame: room.frame(&[]), wait, status: TATU_ERR_GONE, room, error }
     });
     hand_over(world, ended.collect());
+    world.outside.tell("stopped", Value::Nil);
     if let Some(session) = world.outside.session() {
-        world.outside.tell("stopped", Value::Nil);
         tell(world, &session);
     }
 }

@@ -160,6 +160,11 @@ impl SessionCell {
     fn any_service(&self) -> bool {
         self.services.borrow().iter().any(|s| !s.off.get())
     }
+    /// Whether a service that works is told of an event.
+    pub fn wants(&self, name: &str) -> bool {
+        let Ok(services) = self.services.try_borrow() else { return false };
+        services.iter().any(|s| !s.off.get() && s.wants(&self.registry, name))
+    }
     /// A service of a plugin that runs, by id.
     pub fn service_of(&self, plugin: usize) -> Option<String> {
         let kind = |s: &Rc<Running>| &self.registry.services[s.kind];

@@ -89,6 +89,13 @@ impl World {
         snapshot.put("actuators", &actuators(cell, &mut missed))?;
         snapshot.put("plugins", &plugins(cell, &mut missed))?;
         snapshot.put("scripts", &Scripts::images(cell, &mut missed))?;
+        if cell.outside.bus.has_listeners() {
+            missed.push(Missed {
+                object: "the events".into(),
+                plugin: String::new(),
+                reason: "functions that scripts gave for events are not written".into(),
+            });
+        }
         snapshot.head.missed = missed;
         Ok(snapshot)
     }

@@ -24,6 +24,7 @@ use crate::{
     act,
     calls::Caller,
     error::{Fault, FaultKind},
+    events,
     host::watchdog::Call,
     scripts::Scripts,
     world::{WorldCell, instance_fault},
@@ -55,6 +56,8 @@ pub(crate) fn barrier(world: &WorldCell) {
     let Ok(mut scene) = world.scene.try_borrow_mut() else { return };
     world.dynamics.borrow_mut().settle(&mut scene);
     scene.poses(&mut world.before.borrow_mut());
+    drop(scene);
+    events::deliver(world);
 }
 
 /// Scripts act.

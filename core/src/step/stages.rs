@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use tatu_plugin_api::abi::*;
 
 use super::{actuate, physics, react, sensors::sense};
-use crate::{calls::Caller, world::WorldCell};
+use crate::{calls::Caller, events, world::WorldCell};
 
 /// A part of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,12 +63,20 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
         }
         stages.push((stage as u32, who));
     }
+    let outermost = world.stages.try_borrow().is_ok_and(|s| s.len() == 1);
     let _running = Running(world, world.calls.caller.replace(Caller::HOST));
     match stage {
         Stage::Actuate => actuate(world),
         Stage::Physics => physics(world, dt),
         Stage::Sense => sense(world),
         Stage::React => react(world),
+    }
+    if stage == Stage::Physics {
+        events::compare_contacts(world);
+    }
+    // A stage within a stage: the outer one delivers.
+    if outermost {
+        events::deliver(world);
     }
     Ok(())
 }

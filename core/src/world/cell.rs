@@ -20,6 +20,7 @@ use crate::{
     calls::{Calls, Due},
     document::{DeviceSpec, Document, Settings},
     error::{Fault, FaultKind},
+    events,
     host::{
         Registry,
         guard::{self, Home},
@@ -310,6 +311,7 @@ impl WorldCell {
         }
         let code = Some(fault.code);
         self.outside.fault(&fault);
+        self.tell_line(TATU_LOG_ERROR, &text);
         faults.push(fault);
         drop(faults);
         if let Ok(mut lines) = self.lines.try_borrow_mut() {
@@ -318,6 +320,7 @@ impl WorldCell {
     }
     /// Keeps a line for whoever runs the world.
     pub fn log(&self, level: u32, text: &str) {
+        self.tell_line(level, text);
         let Ok(mut lines) = self.lines.try_borrow_mut() else { return };
         match lines.len() {
             0..MAX_LINES => lines.push(LogLine { level, code: None, text: text.to_owned() }),
@@ -328,6 +331,27 @@ impl WorldCell {
             }),
             _ => {}
         }
+    }
+    /// Publishes a line, if somebody listens.
+    fn tell_line(&self, level: u32, text: &str) {
+        let level = match level {
+            TATU_LOG_ERROR => "error",
+            TATU_LOG_WARNING => "warning",
+            TATU_LOG_INFO => "info",
+            TATU_LOG_DEBUG => "debug",
+            TATU_LOG_STATUS => "status",
+            _ => return,
+        };
+        self.outside
+            .publish("message", || events::payload([("level", Value::text(level)), ("text", Value::text(text))]));
+    }
+    /// Publishes that an object is there, or is gone.
+    pub fn tell_object(&self, event: &str, scene: &Scene, slot: u32) {
+        self.outside.publish(event, || {
+            let kind = scene.get(slot).map_or("", |o| kind_name(o.kind()));
+            let path = Value::text(scene.path(slot));
+            events::payload([("object", Value::Int(slot.into())), ("path", path), ("kind", Value::text(kind))])
+        });
     }
     /// Whether a wait is over.
     pub fn is_over(&self, due: &Due) -> bool {

@@ -28,6 +28,7 @@ use crate::{
     calls::{Calls, ErrorSlot, answer},
     document::Document,
     error::{Error, Fault, FaultKind, Result},
+    events,
     host::{Registry, guard::Home, watchdog::Call},
     scene::{Data, Dynamics, pose_to_array},
     scripts::Scripts,
@@ -173,6 +174,7 @@ impl World {
             cell.dynamics.borrow_mut().settle(&mut scene);
         }
         self.remake_devices();
+        events::deliver(cell);
     }
 
     /// Ends what command plugins keep for this world.

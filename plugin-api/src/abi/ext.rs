@@ -11,6 +11,7 @@ pub const TATU_MODEL: &CStr = c"tatu.model/draft.1";
 pub const TATU_IMPORTER: &CStr = c"tatu.importer/draft.1";
 pub const TATU_SCRIPT: &CStr = c"tatu.script/draft.1";
 pub const TATU_SERVICE: &CStr = c"tatu.service/draft.1";
+pub const TATU_EVENT: &CStr = c"tatu.event/draft.1";
 
 pub const TATU_UNTIL_STEPS: u32 = 1;
 pub const TATU_UNTIL_TIME: u32 = 2;
@@ -426,6 +427,7 @@ pub struct tatu_service {
     pub barrier: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u64) -> u32>,
     pub event: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, tatu_str, *const tatu_value)>,
     pub resume: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u64, tatu_status, *const tatu_call)>,
+    pub events: *const *const c_char,
 }
 
 #[repr(C)]
@@ -434,4 +436,22 @@ pub struct tatu_ext_service {
     pub size: u32,
     pub reserved: u32,
     pub services: *const *const tatu_service,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_event {
+    pub size: u32,
+    pub reserved: u32,
+    pub name: *const c_char,
+    pub text: *const c_char,
+    pub fields: *const *const tatu_param,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_ext_event {
+    pub size: u32,
+    pub reserved: u32,
+    pub events: *const *const tatu_event,
 }

@@ -31,11 +31,24 @@ pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> R
         (Row::SensorKind, Some(Data::Sensor(s))) => {
             Ok(Value::text(world.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
         }
+        (Row::SensorMeasured | Row::SensorBeams, Some(Data::Sensor(_))) => {
+            let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+            let device = sensing.index(slot).map(|i| &sensing.devices[i]);
+            Ok(Value::Int(device.map_or(0, |d| match row {
+                Row::SensorBeams => d.layout.plan.directions.len() as i64,
+                _ => d.sequence as i64,
+            })))
+        }
         (Row::ActuatorKind, Some(Data::Actuator(a))) => {
             Ok(Value::text(world.registry.actuators.get(a.kind).map_or("", |k| k.id.as_str())))
         }
         (
-            Row::ScriptLanguage | Row::ScriptDialect | Row::ScriptKind | Row::ScriptName | Row::ScriptCalls,
+            Row::ScriptLanguage
+            | Row::ScriptDialect
+            | Row::ScriptKind
+            | Row::ScriptName
+            | Row::ScriptCalls
+            | Row::ScriptInstructions,
             Some(Data::Script),
         ) => {
             let script = world.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
@@ -46,6 +59,7 @@ pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> R
                 Row::ScriptDialect => Value::text(unsafe { crate::calls::bytes(s.dialect.get()) }),
                 Row::ScriptKind => Value::text(&s.kind),
                 Row::ScriptName => Value::text(&s.name),
+                Row::ScriptInstructions => Value::Int(s.instructions.get() as i64),
                 _ => Value::Int(s.calls.get() as i64),
             })
         }
