@@ -41,18 +41,24 @@ pub struct Changes {
     /// Set a property or model parameter: `/Robot/leftMotor.max_force_nm=2`, `scene.dt_s=0.01`.
     #[arg(long = "set", value_name = "PATH=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
-    /// Put a script in place of an object's own: `/Robot=my_controller.lua`.
-    #[arg(long = "script", value_name = "OBJECT=FILE")]
+    /// Put a script in place of an object's own: `/Robot=my_controller.lua`. With `--stand-ins`: the script to run.
+    #[arg(long = "script", value_name = "[OBJECT=]FILE")]
     pub scripts: Vec<String>,
 }
 
 #[derive(clap::Args)]
 pub struct Run {
     /// The scene file.
-    #[arg(required_unless_present = "replay")]
+    #[arg(required_unless_present_any = ["replay", "stand_ins"])]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub changes: Changes,
+    /// Run a script without its scene, `--script FILE`: what it asks for by name is made as its calls need it.
+    #[arg(long, conflicts_with_all = ["scene", "replay", "from", "reload"], requires = "scripts")]
+    pub stand_ins: bool,
+    /// The kind of that script, if its text is not to tell: main, child, threaded, customization, add-on or module.
+    #[arg(long = "as", value_name = "KIND", requires = "stand_ins")]
+    pub kind: Option<ScriptKind>,
     /// Start a service beside the world: `ID`, or `ID:KEY=VALUE,KEY=VALUE`.
     #[arg(long = "service", value_name = "ID")]
     pub services: Vec<String>,
@@ -146,6 +152,17 @@ pub enum What {
     Importers,
     Commands,
     Services,
+}
+
+/// What a script without a scene is run as.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ScriptKind {
+    Main,
+    Child,
+    Threaded,
+    Customization,
+    AddOn,
+    Module,
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -795,6 +795,13 @@ typedef struct tatu_host_scene {
    * count even when `cap` is smaller. */
   tatu_status(TATU_CALL *list)(tatu_world *, tatu_object base, uint32_t kinds, uint32_t flags, tatu_object *out,
                                uint32_t cap, uint32_t *n);
+  /* [step] Tells what a script asked for and what is not there. Only runs that make stand-ins listen. There `name`, as
+   * for `find`, is made as a dummy (a path part by part, a unique name below `from`) and given in `*object`, of `kind`
+   * if one is told. With an empty name, `from` was used as one of `kind` (a kind of object, "joint", or a schema,
+   * "proximity/1"): TATU_OK if it is one now, so that the call can go on; it will be one in the next run in any case.
+   * All other runs, and what cannot be made: TATU_ERR_MISSING, at no cost, without a sentence. `kind`, `object` may be
+   * null. */
+  tatu_status(TATU_CALL *wanted)(tatu_world *, tatu_object from, tatu_str name, const char *kind, tatu_object *object);
 } tatu_host_scene;
 
 #define TATU_HOST_READINGS "tatu.host.readings/draft.1"

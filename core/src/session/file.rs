@@ -42,6 +42,9 @@ pub struct Header {
     pub set: Vec<String>,
     /// `--script` of the command line.
     pub scripts: Vec<String>,
+    /// The scene was made of what a script asked for.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stand_ins: bool,
     /// Plugins that were loaded, but for those that only offer services: a replay starts none.
     pub plugins: Vec<PluginVersion>,
     /// Every file that the document was made of.
@@ -87,6 +90,7 @@ impl Header {
             seed,
             set,
             scripts,
+            stand_ins: false,
             plugins: versions(registry),
             files: files.collect(),
         }

@@ -1,12 +1,13 @@
 //! A world: a scene, its engine, sensors and scripts, made, started, stepped, stopped and looked at.
 //!
 //! `cell` holds its parts, which plugins reach through `tatu_world *`; `devices` makes the instances of sensors and
-//! actuators; `pool` is its threads; `swap` what a reload exchanges.
+//! actuators; `pool` is its threads; `swap` what a reload exchanges; `wants` what stands in for what is asked for.
 
 mod cell;
 mod devices;
 mod pool;
 mod swap;
+pub(crate) mod wants;
 
 use std::{
     cell::{Cell, RefCell},
@@ -22,6 +23,7 @@ pub(crate) use cell::Instance;
 pub use cell::LogLine;
 pub(crate) use cell::{Clock, WorldCell, instance_fault};
 use swap::Swap;
+pub use wants::StandIn;
 
 use crate::{
     act::Acting,
@@ -69,6 +71,7 @@ impl World {
             requests: Cell::new(0),
             stages: RefCell::new(Vec::new()),
             outside: Outside::default(),
+            wants: wants::Wants::default(),
             next_instance: Cell::new(1),
             next_replacement: Cell::new(1 << 31),
             instances: RefCell::new(Vec::new()),
@@ -183,6 +186,18 @@ impl World {
                 i.end(&self.cell, plugin);
             }
         }
+    }
+
+    /// Makes a stand-in for each object that scripts ask for and that is not there, and lets dummies become what they
+    /// are used as. For runs without a scene of their own: before the start.
+    pub fn make_stand_ins(&self) {
+        let cell = &self.cell;
+        cell.wants.begin(cell);
+    }
+    /// The objects of the document, then what was made since, each as what its use showed; empty unless
+    /// [`make_stand_ins`](Self::make_stand_ins) was called.
+    pub fn stand_ins(&self) -> Vec<StandIn> {
+        self.cell.wants.list()
     }
 
     /// What plugins offer, as it is now.

@@ -55,6 +55,8 @@ pub struct tatu_host_scene {
     pub remove: Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32) -> tatu_status>,
     pub list:
         Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, u32, *mut tatu_object, u32, *mut u32) -> tatu_status>,
+    pub wanted:
+        Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *const c_char, *mut tatu_object) -> tatu_status>,
 }
 
 #[repr(C)]

@@ -1,8 +1,13 @@
 //! `tatu run`: a scene, step by step, as fast as it goes.
+//!
+//! `standins`: a script without its scene.
+
+mod standins;
 
 use std::{
     cell::RefCell,
     io::IsTerminal,
+    path::PathBuf,
     process::ExitCode,
     rc::Rc,
     sync::{
@@ -66,14 +71,22 @@ struct Ready {
 
 fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     let replay = args.replay.as_deref().map(file::read).transpose()?;
-    let options = match &replay {
+    let mut options = match &replay {
         Some(log) => log.header.options()?,
+        None if args.stand_ins => standins::options(args)?,
         None => args.changes.options(&args.services)?,
     };
-    let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref());
-    let scene = scene.ok_or_else(|| Error::new("E105", "no scene was given"))?;
     let copies = args.reload.then(Copies::new).transpose()?;
-    let registry = super::registry_watched(Some(scene), &options.sources, watchdog.watches.clone(), copies)?;
+    let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref()).map(PathBuf::as_path);
+    let registry = super::registry_watched(scene, &options.sources, watchdog.watches.clone(), copies)?;
+    let made;
+    let scene = match scene {
+        None if args.stand_ins => {
+            (made, options.sources) = standins::learn(args, &options, &registry)?;
+            made.as_path()
+        }
+        scene => scene.ok_or_else(|| Error::new("E105", "no scene was given"))?,
+    };
     if let Some(log) = &replay {
         told_of(log, &registry);
     }
@@ -84,6 +97,9 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         Some(file) => state::resume(file, document.clone(), registry.clone(), threads)?,
         None => World::with_threads(document.clone(), registry.clone(), threads)?,
     };
+    if args.stand_ins || replay.as_ref().is_some_and(|log| log.header.stand_ins) {
+        world.make_stand_ins();
+    }
     let session = match &replay {
         None if !document.services.is_empty() => {
             let session = Session::new(registry.clone(), &document.services)?;
@@ -97,7 +113,11 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
             Some(log) => log.header.clone(),
             None => {
                 let c = &args.changes;
-                file::Header::new(&document, &registry, c.seed, c.set.clone(), c.scripts.clone())
+                // A script that is run without its scene is among the document's own files.
+                let scripts = if args.stand_ins { Vec::new() } else { c.scripts.clone() };
+                let mut header = file::Header::new(&document, &registry, c.seed, c.set.clone(), scripts);
+                header.stand_ins = args.stand_ins;
+                header
             }
         };
         file::Writer::create(path, &header)
@@ -201,6 +221,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
     let objects = objects(&world, &hash);
     let opened = world.files_opened();
+    let stand_ins = args.stand_ins.then(|| standins::told(&world));
     world.stop();
     world.end();
     let badly_ended = session.map(Session::end).unwrap_or_default();
@@ -213,7 +234,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         report::warning(&e);
     }
     let faults = world.faults();
-    let ran = Ran { steps: done, time, wall, reloads: reload.is_some().then_some(reloads) };
+    let ran = Ran { steps: done, time, wall, reloads: reload.is_some().then_some(reloads), stand_ins };
     summary(args, &ran, &hash, objects, &faults);
     watchdog.told();
     // The registry of the end: a reload makes another.
@@ -294,10 +315,12 @@ struct Ran {
     wall: Duration,
     /// What was reloaded, if that was asked for.
     reloads: Option<u64>,
+    /// What stood in for the script's scene, if it has none.
+    stand_ins: Option<Vec<Value>>,
 }
 
 fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faults: &[Fault]) {
-    let Ran { steps, time, wall, reloads } = *ran;
+    let Ran { steps, time, wall, reloads, .. } = *ran;
     let (hash, wall) = (format!("{:016x}", hash.total), wall.as_secs_f64());
     if args.json {
         let mut out = json!({
@@ -305,6 +328,9 @@ fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faul
         });
         if let Some(n) = reloads {
             out["reloads"] = n.into();
+        }
+        if let Some(all) = &ran.stand_ins {
+            out["stand_ins"] = json!(all);
         }
         report::out!("{}", serde_json::to_string_pretty(&out).unwrap_or_default());
         return;
