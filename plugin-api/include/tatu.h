@@ -409,6 +409,19 @@ typedef struct tatu_prelude {
   tatu_str text;
 } tatu_prelude;
 
+/* The last line of the text that is not empty begins with the word; else a name anywhere in it does. */
+enum { TATU_MARK_LAST_LINE = 1 };
+
+/* A word by which a text tells of what kind its script is, where nothing else does: a script that is run without its
+ * scene. Kinds are "main", "child", "threaded", "customization", "add-on", "module". The first that fits is right. */
+typedef struct tatu_kind_mark {
+  uint32_t size;
+  uint32_t flags; /* TATU_MARK_* */
+  const char *language;
+  const char *kind;
+  const char *word;
+} tatu_kind_mark;
+
 typedef struct tatu_ext_command {
   uint32_t size;
   uint32_t reserved;
@@ -416,6 +429,7 @@ typedef struct tatu_ext_command {
   const tatu_constant *const *constants; /* may be null */
   const tatu_prelude *const *preludes;   /* may be null */
   const tatu_life *per_world;            /* null: the plugin keeps nothing per world */
+  const tatu_kind_mark *const *kind_marks; /* may be null */
 } tatu_ext_command;
 
 /* ================================================================ 6. Sensors ========================= */

@@ -67,7 +67,8 @@ mirror! {
     tatu_command { size, flags, names, params, returns, text, example, no_wait, user, call }
     tatu_constant { size, reserved, name, value }
     tatu_prelude { size, reserved, language, module, text }
-    tatu_ext_command { size, reserved, commands, constants, preludes, per_world }
+    tatu_kind_mark { size, flags, language, kind, word }
+    tatu_ext_command { size, reserved, commands, constants, preludes, per_world, kind_marks }
     tatu_beams { size, form, count, near_m, far_m, dims, max_incidence, directions, flags, reserved }
     tatu_field { size, elem, dims, reserved, name, unit, text }
     tatu_sensor_batch {

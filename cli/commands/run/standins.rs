@@ -10,10 +10,11 @@ use std::{
     sync::Arc,
 };
 
+use clap::ValueEnum;
 use serde_json::{Value, json};
 use tatu_core::{
     StandIn, World,
-    document::{Options, Override, ServiceOverride, Sources},
+    document::{Options, Override, SCRIPT_KINDS, ServiceOverride, Sources},
     error::Error,
     host::Registry,
     scene::rows::KINDS,
@@ -42,7 +43,7 @@ pub fn options(args: &Run) -> Result<Options, Error> {
 
 /// Tries the script until nothing new shows; the scene's name, which is on no disk, and its files.
 pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<(PathBuf, Sources), Error> {
-    let script = Script::read(args)?;
+    let script = Script::read(args, registry)?;
     let steps = args.steps.unwrap_or(TRIAL_STEPS).min(TRIAL_STEPS);
     let mut known = Vec::new();
     let mut tried = script.sources(&known, registry);
@@ -86,7 +87,7 @@ struct Script {
 }
 
 impl Script {
-    fn read(args: &Run) -> Result<Self, Error> {
+    fn read(args: &Run, registry: &Registry) -> Result<Self, Error> {
         let wrong = |what: String| Error::new("E102", what).expected("--script FILE --stand-ins, with one script");
         let [name] = args.changes.scripts.as_slice() else { return Err(wrong("several scripts".into())) };
         let file = PathBuf::from(name);
@@ -95,7 +96,9 @@ impl Script {
         }
         let text = std::fs::read(&file)
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", file.display())))?;
-        let kind = args.kind.unwrap_or(ScriptKind::Child);
+        let language = registry.language(name, &BTreeMap::new())?;
+        let shown = || ScriptKind::from_str(registry.kind_of_script(language, &text)?, false).ok();
+        let kind = args.kind.or_else(shown).unwrap_or(ScriptKind::Child);
         let scene = file.parent().unwrap_or(Path::new("")).join("stand-ins.toml");
         Ok(Script { scene, file, text, kind })
     }
@@ -107,11 +110,15 @@ impl Script {
     }
 
     fn scene(&self, known: &[StandIn], registry: &Registry) -> String {
-        let kind = match self.kind {
-            ScriptKind::Main => "main",
-            ScriptKind::Customization | ScriptKind::AddOn => "customization",
-            ScriptKind::Child | ScriptKind::Threaded | ScriptKind::Module => "child",
+        // The nearest kind that scenes know; what runs as a thread shows in the text.
+        let kinds: &[&str] = match self.kind {
+            ScriptKind::Main => &["main"],
+            ScriptKind::AddOn => &["addon", "customization"],
+            ScriptKind::Customization => &["customization"],
+            ScriptKind::Threaded => &["threaded", "child"],
+            ScriptKind::Child | ScriptKind::Module => &["child"],
         };
+        let kind = kinds.iter().find(|k| SCRIPT_KINDS.contains(k)).unwrap_or(&"child");
         let file = self.file.file_name().unwrap_or_default().to_string_lossy();
         let mut out = String::from("format = 1\n");
         out += "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
@@ -135,10 +142,8 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
     let at = [0.3 + 0.2 * column as f64, 0.2 * line as f64, 0.05];
     let kind = match s.kind.as_str() {
         schema if schema.contains('/') && registry.sensor(schema, &BTreeMap::new()).is_ok() => "sensor",
-        kind @ ("sensor" | "actuator") => {
-            let _ = kind;
-            "dummy"
-        }
+        // Of what sort is not known.
+        "sensor" | "actuator" => "dummy",
         kind if KINDS.iter().any(|(k, _)| *k == kind) => kind,
         _ => "dummy",
     };

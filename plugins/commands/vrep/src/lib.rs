@@ -10,6 +10,7 @@ mod console;
 mod constants;
 mod forces;
 mod joints;
+mod kinds;
 mod kit;
 mod main_script;
 mod math;
@@ -81,6 +82,7 @@ impl Plugin for Vrep {
         math::offer(offer);
         constants::offer(offer);
         prelude::offer(offer);
+        kinds::offer(offer);
     }
 }
 
