@@ -62,6 +62,9 @@ pub struct Run {
     /// Start a service beside the world: `ID`, or `ID:KEY=VALUE,KEY=VALUE`.
     #[arg(long = "service", value_name = "ID")]
     pub services: Vec<String>,
+    /// The folder in which scripts open files [default: the working folder].
+    #[arg(long, value_name = "DIR")]
+    pub files: Option<PathBuf>,
     /// Write what comes from outside to a file, with all that a replay needs.
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,

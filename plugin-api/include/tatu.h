@@ -943,6 +943,11 @@ typedef struct tatu_host_session {
   tatu_status(TATU_CALL *client)(tatu_world *, uint64_t client);
   /* [step] What a world does: TATU_STOPPED, TATU_RUNNING or TATU_PAUSED. */
   uint32_t(TATU_CALL *state)(tatu_world *);
+  /* [step] The `index`-th thing that came in from outside since the start, from 0, but for what services did: a key, for
+   * instance, `kind` being "key" and `text` its character or name. What kinds and texts there are is agreed between who
+   * puts in and who reads. The texts live until the call that you are in returns. TATU_ERR_MISSING, without a sentence:
+   * no more has come. */
+  tatu_status(TATU_CALL *input)(tatu_world *, uint64_t index, tatu_str *kind, tatu_str *text);
 } tatu_host_session;
 
 #define TATU_HOST_STAGE "tatu.host.stage/draft.1"
@@ -963,7 +968,9 @@ typedef struct tatu_host_stage {
 enum {
   TATU_LOG_ERROR = 1, TATU_LOG_WARNING = 2, TATU_LOG_INFO = 3, TATU_LOG_DEBUG = 4,
   TATU_LOG_STATUS = 5, /* a line of the status bar: what scripts tell their user; stands in traces */
-  TATU_LOG_CLEAR = 6   /* empties the status bar */
+  TATU_LOG_CLEAR = 6,  /* empties the status bar */
+  TATU_LOG_CONSOLE = 7,      /* text on a console, as it came: title, NUL, text; stands in traces only */
+  TATU_LOG_CONSOLE_CLEAR = 8 /* empties a console: its title; stands in traces only */
 };
 
 typedef struct tatu_host_log {

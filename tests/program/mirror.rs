@@ -107,7 +107,7 @@ mirror! {
     }
     tatu_host_scripts { size, reserved, list, call, broadcast }
     tatu_host_signals { size, reserved, get, set, clear, name }
-    tatu_host_session { size, reserved, request, wake, worlds, client, state }
+    tatu_host_session { size, reserved, request, wake, worlds, client, state, input }
     tatu_host_stage { size, reserved, run }
     tatu_host_log { size, reserved, write, last_error }
     tatu_host_files { size, reserved, resolve }

@@ -97,6 +97,9 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         Some(file) => state::resume(file, document.clone(), registry.clone(), threads)?,
         None => World::with_threads(document.clone(), registry.clone(), threads)?,
     };
+    if let Some(folder) = &args.files {
+        world.open_files_in(folder)?;
+    }
     if args.stand_ins || replay.as_ref().is_some_and(|log| log.header.stand_ins) {
         world.make_stand_ins();
     }
@@ -279,7 +282,7 @@ fn tell(args: &Run, line: &tatu_core::LogLine) {
         TATU_LOG_ERROR => report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),
         TATU_LOG_WARNING => report::err!("warning: {}", line.text),
         TATU_LOG_DEBUG => tracing::debug!("{}", line.text),
-        TATU_LOG_CLEAR => {}
+        TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => {}
         _ if args.json => report::err!("{}", line.text),
         _ => report::out!("{}", line.text),
     }

@@ -51,6 +51,9 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
         let options = Options { sources: tried.clone(), services: Vec::new(), set: Vec::new(), ..options.clone() };
         let document = tatu_core::document::load(&script.scene, registry, &options)?;
         let world = World::with_threads(Arc::new(document), registry.clone(), args.threads.into())?;
+        if let Some(folder) = &args.files {
+            world.open_files_in(folder)?;
+        }
         world.make_stand_ins();
         world.start();
         while world.steps() < steps && world.step() {

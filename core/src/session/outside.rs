@@ -3,6 +3,7 @@
 use std::{
     cell::{Cell, RefCell},
     collections::BTreeSet,
+    path::PathBuf,
     rc::{Rc, Weak},
 };
 
@@ -28,6 +29,10 @@ pub(crate) struct Outside {
     pub replay: RefCell<Option<Replay>>,
     /// Who made the call that is being replayed.
     pub replayed: RefCell<String>,
+    /// What came in since the start, but for what services did: kind and text.
+    pub inputs: RefCell<Vec<(String, String)>>,
+    /// The folder in which scripts open files; `None`: the working folder.
+    pub files: RefCell<Option<PathBuf>>,
     /// Files that scripts or plugins asked to read since the start.
     pub opened: RefCell<BTreeSet<String>>,
 }
@@ -45,6 +50,7 @@ impl Outside {
         self.paused.set(false);
         self.log.borrow_mut().clear();
         self.opened.borrow_mut().clear();
+        self.inputs.borrow_mut().clear();
         if let Some(replay) = &mut *self.replay.borrow_mut() {
             replay.rewind();
         }

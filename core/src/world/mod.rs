@@ -12,6 +12,7 @@ pub(crate) mod wants;
 use std::{
     cell::{Cell, RefCell},
     collections::BTreeMap,
+    path::Path,
     rc::Rc,
     sync::Arc,
 };
@@ -188,6 +189,17 @@ impl World {
         }
     }
 
+    /// The folder in which scripts open files, and whose files they may write, instead of the working folder. E105: it
+    /// is no folder.
+    pub fn open_files_in(&self, folder: &Path) -> Result {
+        let folder = match folder.canonicalize() {
+            Ok(folder) if folder.is_dir() => folder,
+            Ok(_) => return Err(Error::new("E105", format!("{} is no folder", folder.display()))),
+            Err(e) => return Err(Error::new("E105", format!("cannot use the folder {}: {e}", folder.display()))),
+        };
+        *self.cell.outside.files.borrow_mut() = Some(folder);
+        Ok(())
+    }
     /// Makes a stand-in for each object that scripts ask for and that is not there, and lets dummies become what they
     /// are used as. For runs without a scene of their own: before the start.
     pub fn make_stand_ins(&self) {
@@ -216,6 +228,11 @@ impl World {
     /// The same, to tell whether records are kept and where else they go.
     pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
         self.cell.outside.log.borrow_mut()
+    }
+    /// Puts something in from outside at the barrier that the world stands at, before its next step: a key, say, `kind`
+    /// being "key" and `text` its character or name. Plugins that know the kind read it; it stands in the input log.
+    pub fn put_in(&self, kind: &str, text: &str) {
+        session::log::put_in(&self.cell, kind, text);
     }
     /// Feeds an input log: what it holds is done again, each at its barrier. Before the start.
     pub fn feed(&self, records: Arc<[Record]>) {

@@ -139,6 +139,7 @@ pub struct tatu_host_session {
     pub worlds: Option<unsafe extern "C" fn(*mut tatu_session, *mut WorldPtr, u32, *mut u32) -> tatu_status>,
     pub client: Option<unsafe extern "C" fn(WorldPtr, u64) -> tatu_status>,
     pub state: Option<unsafe extern "C" fn(WorldPtr) -> u32>,
+    pub input: Option<unsafe extern "C" fn(WorldPtr, u64, *mut tatu_str, *mut tatu_str) -> tatu_status>,
 }
 
 pub const TATU_STOPPED: u32 = 0;
@@ -164,6 +165,8 @@ pub const TATU_LOG_INFO: u32 = 3;
 pub const TATU_LOG_DEBUG: u32 = 4;
 pub const TATU_LOG_STATUS: u32 = 5;
 pub const TATU_LOG_CLEAR: u32 = 6;
+pub const TATU_LOG_CONSOLE: u32 = 7;
+pub const TATU_LOG_CONSOLE_CLEAR: u32 = 8;
 
 #[repr(C)]
 #[derive(Clone, Copy)]

@@ -341,6 +341,17 @@ impl<'a> World<'a> {
         // SAFETY: as above.
         self.check(unsafe { service!(self.session.request)(self.raw, what) })
     }
+    /// The `index`-th thing that came in from outside since the start, but for what services did: its kind ("key") and
+    /// its text. `None`: no more has come.
+    pub fn input(&self, index: u64) -> Option<(String, String)> {
+        let input = self.host.session?.input?;
+        let (mut kind, mut text) = (bytes_raw(&[]), bytes_raw(&[]));
+        // SAFETY: as above; the texts are copied at once.
+        unsafe {
+            let of = |s| String::from_utf8_lossy(bytes_of(s)).into_owned();
+            (input(self.raw, index, &mut kind, &mut text) >= 0).then(|| (of(kind), of(text)))
+        }
+    }
     /// Runs one stage now, as a driver does: one of `TATU_STAGE_*`.
     pub fn run_stage(&self, stage: u32, dt: f64) -> Result {
         // SAFETY: as above.

@@ -10,6 +10,7 @@ mod console;
 mod constants;
 mod forces;
 mod joints;
+mod keys;
 mod kinds;
 mod kit;
 mod main_script;
