@@ -71,7 +71,7 @@ pub struct Run {
     /// Do again what a log tells; no scene is needed, and no service is started.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "seed", "set", "scripts", "services"])]
     pub replay: Option<PathBuf>,
-    /// Simulated seconds to run [default: 10; with a service: until it is stopped].
+    /// Simulated seconds to run [default: 10; with a service or `--interactive`: until it is stopped].
     #[arg(long, value_name = "S", conflicts_with = "steps", allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: Option<f64>,
     /// Steps to run.
@@ -80,6 +80,18 @@ pub struct Run {
     /// Threads; the results do not depend on them.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: u16,
+    /// Press keys: lines `TIME KEY`, a character, a name such as `up`, or the API's code.
+    #[arg(long, value_name = "FILE", conflicts_with = "replay")]
+    pub keys: Option<PathBuf>,
+    /// Run as fast as the clock, which scripts then read.
+    #[arg(long, conflicts_with = "replay")]
+    pub realtime: bool,
+    /// The same, so many times as fast.
+    #[arg(long, value_name = "F", conflicts_with = "replay", value_parser = speed)]
+    pub speed: Option<f64>,
+    /// Take keys from the terminal: F5 play or pause, F6 one step, F7 stop, + and - the speed; scripts get all others.
+    #[arg(long, conflicts_with = "replay")]
+    pub interactive: bool,
     /// Write one JSON line a step to a file.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
@@ -166,6 +178,11 @@ pub enum ScriptKind {
     Customization,
     AddOn,
     Module,
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    let f = text.parse().ok().filter(|f: &f64| *f > 0.0 && f.is_finite());
+    f.ok_or_else(|| "expected a number above 0: how many times as fast as the clock".into())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

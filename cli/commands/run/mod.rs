@@ -1,8 +1,12 @@
 //! `tatu run`: a scene, step by step, as fast as it goes.
 //!
-//! `standins`: a script without its scene.
+//! `pace`: when a step may be done, and what is put in before it; `keys`: keys from a file; `terminal`: those of the
+//! terminal; `standins`: a script without its scene.
 
+mod keys;
+mod pace;
 mod standins;
+mod terminal;
 
 use std::{
     cell::RefCell,
@@ -28,6 +32,8 @@ use tatu_core::{
     state::Hash,
 };
 use tatu_plugin_api::abi::*;
+
+use pace::Pace;
 
 use crate::{
     args::Run,
@@ -132,7 +138,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         (Some(n), _, _) => Some(n),
         (None, Some(s), _) => Some((s / world.dt()).round() as u64),
         (None, None, Some(n)) => Some(n),
-        (None, None, None) if session.is_some() => None,
+        (None, None, None) if session.is_some() || args.interactive => None,
         (None, None, None) => Some((DEFAULT_SECONDS / world.dt()).round() as u64),
     };
     let reload = args.reload.then(|| Reload::new(scene, &options, &world));
@@ -174,6 +180,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     if let Some(session) = &session {
         session.interrupt_by(interrupted.clone());
     }
+    let mut pace = Pace::new(args, &world)?;
     let bar = progress(args, steps);
     let began = Instant::now();
     watchdog.begin(trace.shared());
@@ -184,6 +191,9 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let mut begun = false;
     let to_do = |world: &World| steps.is_none_or(|n| world.steps() < n);
     while to_do(&world) && !world.stop_requested() && !interrupted.load(Ordering::Relaxed) {
+        if !pace.before_step(&world, &interrupted) {
+            break;
+        }
         let before = world.steps();
         match &mut reload {
             None => drop(world.step()),
@@ -217,6 +227,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         world.barrier();
         world.take_lines().iter().for_each(|l| bar.suspend(|| tell(args, l)));
     }
+    drop(pace);
     let wall = began.elapsed();
     bar.finish_and_clear();
     unwritten.extend(snapshots.unwritten(&world));
@@ -267,7 +278,7 @@ type LogFile = Rc<RefCell<Option<file::Writer>>>;
 /// A bar for runs that take longer than a blink, on a terminal only.
 fn progress(args: &Run, steps: Option<u64>) -> ProgressBar {
     let Some(steps) = steps else { return ProgressBar::hidden() };
-    if args.json || !std::io::stderr().is_terminal() {
+    if args.json || args.interactive || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template("{wide_bar} step {pos} of {len}, {eta} left");

@@ -188,19 +188,19 @@ fn record(world: &WorldCell, input: Input) {
 
 /// Something comes in at the barrier, not from a service.
 pub(crate) fn put_in(world: &WorldCell, kind: &str, text: &str) {
+    world.outside.take_in(kind, text);
     let (kind, text) = (kind.to_owned(), text.to_owned());
-    world.outside.inputs.borrow_mut().push((kind.clone(), text.clone()));
     let step = world.clock.step.get();
     world.outside.log.borrow_mut().push(step, String::new(), 0, Input::Event { kind, text });
 }
 
 /// What came in before a snapshot is there again.
 pub(crate) fn restore(world: &WorldCell, records: Vec<Record>) {
-    let event = |r: &Record| match &r.input {
-        Input::Event { kind, text } => Some((kind.clone(), text.clone())),
-        _ => None,
-    };
-    *world.outside.inputs.borrow_mut() = records.iter().filter_map(event).collect();
+    for record in &records {
+        if let Input::Event { kind, text } = &record.input {
+            world.outside.take_in(kind, text);
+        }
+    }
     world.outside.log.borrow_mut().restore(records);
 }
 

@@ -231,6 +231,7 @@ impl World {
     }
     /// Puts something in from outside at the barrier that the world stands at, before its next step: a key, say, `kind`
     /// being "key" and `text` its character or name. Plugins that know the kind read it; it stands in the input log.
+    /// "clock" (s since the start) and "epoch" (s since 1970) set what clocks show.
     pub fn put_in(&self, kind: &str, text: &str) {
         session::log::put_in(&self.cell, kind, text);
     }

@@ -66,6 +66,8 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
     let stopping = world.requests.get() & (1 << TATU_REQUEST_STOP) != 0;
     Ok(match row {
         Row::Time => Value::Float(world.clock.time.get()),
+        Row::ClockTime => Value::Float(world.outside.clock.get().unwrap_or(world.clock.time.get())),
+        Row::Epoch => Value::Int(world.outside.epoch.get()),
         Row::Dt => Value::Float(world.clock.dt.get()),
         Row::PhysicsDt => Value::Float(settings.physics_dt),
         Row::PhysicsSubsteps => Value::Int(settings.physics_substeps.into()),

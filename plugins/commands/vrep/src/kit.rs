@@ -76,6 +76,7 @@ props! {
     script_kind: "script.kind",
     script_calls: "script.calls",
     time: "scene.time",
+    clock: "scene.clock",
     dt: "scene.dt",
     physics_dt: "scene.physics_dt",
     step: "scene.step",
