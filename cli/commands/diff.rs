@@ -107,13 +107,13 @@ fn differ(a: &Value, b: &Value) -> Option<String> {
     {
         let mut text = format!("{at}: {path}{}", missing(x, y, &path));
         // What is known of it beside its hash.
-        for key in ["objects", "sensors"] {
+        for key in ["objects", "readings"] {
             let of = |v| part(v, key).get(&path).cloned().unwrap_or_default();
             text += &fields(&of(a), &of(b));
         }
         return Some(text);
     }
-    for key in ["objects", "sensors"] {
+    for key in ["objects", "readings"] {
         let (x, y) = (part(a, key), part(b, key));
         if let Some(path) = first(&x, &y) {
             let mut text = format!("{at}: {path}{}", missing(&x, &y, &path));
@@ -128,7 +128,8 @@ fn differ(a: &Value, b: &Value) -> Option<String> {
         let why = "an object that is not watched; write both traces with --hashes to have it named";
         return Some(format!("{at}: {why}"));
     }
-    (a["status"] != b["status"]).then(|| format!("{at}: the scripts' lines: {} and {}", a["status"], b["status"]))
+    let told = ["statusbar", "console"].into_iter().find(|key| a[*key] != b[*key])?;
+    Some(format!("{at}: the scripts' lines ({told}): {} and {}", a[told], b[told]))
 }
 
 /// The first key, in order of names, whose values differ: an object comes before what hangs below it.

@@ -409,6 +409,19 @@ typedef struct tatu_prelude {
   tatu_str text;
 } tatu_prelude;
 
+/* The last line of the text that is not empty begins with the word; else a name anywhere in it does. */
+enum { TATU_MARK_LAST_LINE = 1 };
+
+/* A word by which a text tells of what kind its script is, where nothing else does: a script that is run without its
+ * scene. Kinds are "main", "child", "threaded", "customization", "add-on", "module". The first that fits is right. */
+typedef struct tatu_kind_mark {
+  uint32_t size;
+  uint32_t flags; /* TATU_MARK_* */
+  const char *language;
+  const char *kind;
+  const char *word;
+} tatu_kind_mark;
+
 typedef struct tatu_ext_command {
   uint32_t size;
   uint32_t reserved;
@@ -416,6 +429,7 @@ typedef struct tatu_ext_command {
   const tatu_constant *const *constants; /* may be null */
   const tatu_prelude *const *preludes;   /* may be null */
   const tatu_life *per_world;            /* null: the plugin keeps nothing per world */
+  const tatu_kind_mark *const *kind_marks; /* may be null */
 } tatu_ext_command;
 
 /* ================================================================ 6. Sensors ========================= */
@@ -818,6 +832,13 @@ typedef struct tatu_host_scene {
    * count even when `cap` is smaller. */
   tatu_status(TATU_CALL *list)(tatu_world *, tatu_object base, uint32_t kinds, uint32_t flags, tatu_object *out,
                                uint32_t cap, uint32_t *n);
+  /* [step] Tells what a script asked for and what is not there. Only runs that make stand-ins listen. There `name`, as
+   * for `find`, is made as a dummy (a path part by part, a unique name below `from`) and given in `*object`, of `kind`
+   * if one is told. With an empty name, `from` was used as one of `kind` (a kind of object, "joint", or a schema,
+   * "proximity/1"): TATU_OK if it is one now, so that the call can go on; it will be one in the next run in any case.
+   * All other runs, and what cannot be made: TATU_ERR_MISSING, at no cost, without a sentence. `kind`, `object` may be
+   * null. */
+  tatu_status(TATU_CALL *wanted)(tatu_world *, tatu_object from, tatu_str name, const char *kind, tatu_object *object);
 } tatu_host_scene;
 
 #define TATU_HOST_READINGS "tatu.host.readings/draft.1"
@@ -971,6 +992,11 @@ typedef struct tatu_host_session {
   tatu_status(TATU_CALL *client)(tatu_world *, uint64_t client);
   /* [step] What a world does: TATU_STOPPED, TATU_RUNNING or TATU_PAUSED. */
   uint32_t(TATU_CALL *state)(tatu_world *);
+  /* [step] The `index`-th thing that came in from outside since the start, from 0, but for what services did: a key, for
+   * instance, `kind` being "key" and `text` its character or name. What kinds and texts there are is agreed between who
+   * puts in and who reads. The texts live until the call that you are in returns. TATU_ERR_MISSING, without a sentence:
+   * no more has come. */
+  tatu_status(TATU_CALL *input)(tatu_world *, uint64_t index, tatu_str *kind, tatu_str *text);
 } tatu_host_session;
 
 #define TATU_HOST_STAGE "tatu.host.stage/draft.1"
@@ -991,7 +1017,9 @@ typedef struct tatu_host_stage {
 enum {
   TATU_LOG_ERROR = 1, TATU_LOG_WARNING = 2, TATU_LOG_INFO = 3, TATU_LOG_DEBUG = 4,
   TATU_LOG_STATUS = 5, /* a line of the status bar: what scripts tell their user; stands in traces */
-  TATU_LOG_CLEAR = 6   /* empties the status bar */
+  TATU_LOG_CLEAR = 6,  /* empties the status bar */
+  TATU_LOG_CONSOLE = 7,      /* text on a console, as it came: title, NUL, text; stands in traces only */
+  TATU_LOG_CONSOLE_CLEAR = 8 /* empties a console: its title; stands in traces only */
 };
 
 typedef struct tatu_host_log {

@@ -156,7 +156,7 @@ impl Line {
         self.0["hash"].as_str().unwrap()
     }
     pub fn status(&self) -> Vec<&str> {
-        self.0["status"].as_array().unwrap().iter().map(|s| s.as_str().unwrap()).collect()
+        self.0["statusbar"].as_array().unwrap().iter().map(|s| s.as_str().unwrap()).collect()
     }
     /// Numbers of a watched object: "position", "quaternion", "linear_velocity", "angular_velocity".
     #[track_caller]
@@ -167,7 +167,7 @@ impl Line {
     /// One number of a watched sensor.
     #[track_caller]
     pub fn sensor(&self, path: &str, field: &str) -> f64 {
-        let value = &self.0["sensors"][path][field];
+        let value = &self.0["readings"][path][field];
         value.as_f64().unwrap_or_else(|| panic!("`{path}` {field}: {value} in {}", self.0))
     }
 }

@@ -67,7 +67,8 @@ mirror! {
     tatu_command { size, flags, names, params, returns, text, example, no_wait, user, call }
     tatu_constant { size, reserved, name, value }
     tatu_prelude { size, reserved, language, module, text }
-    tatu_ext_command { size, reserved, commands, constants, preludes, per_world }
+    tatu_kind_mark { size, flags, language, kind, word }
+    tatu_ext_command { size, reserved, commands, constants, preludes, per_world, kind_marks }
     tatu_beams { size, form, count, near_m, far_m, dims, max_incidence, directions, flags, reserved }
     tatu_field { size, elem, dims, reserved, name, unit, text }
     tatu_sensor_batch {
@@ -98,7 +99,7 @@ mirror! {
     tatu_ext_event { size, reserved, events }
     tatu_host_scene {
         size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
-        find, create, remove, list
+        find, create, remove, list, wanted
     }
     tatu_host_readings { size, reserved, field, sense_now, reset, list }
     tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts }
@@ -109,7 +110,7 @@ mirror! {
     tatu_host_scripts { size, reserved, list, call, broadcast, options }
     tatu_host_signals { size, reserved, get, set, clear, name }
     tatu_host_events { size, reserved, publish, subscribe, unsubscribe, wanted, declared }
-    tatu_host_session { size, reserved, request, wake, worlds, client, state }
+    tatu_host_session { size, reserved, request, wake, worlds, client, state, input }
     tatu_host_stage { size, reserved, run }
     tatu_host_log { size, reserved, write, last_error }
     tatu_host_files { size, reserved, resolve }

@@ -27,6 +27,7 @@ table!(
     tatu_command,
     tatu_constant,
     tatu_prelude,
+    tatu_kind_mark,
     tatu_ext_command,
     tatu_field,
     tatu_sensor,

@@ -140,6 +140,8 @@ rows! {
     Seed "scene.seed" WORLD, TATU_I64 0 None, ReadOnly FREE, "The seed of all that is random; default 0.";
     SceneFile "scene.file" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "The file of the scene.";
     Running "scene.running" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether the world is started.";
+    ClockTime "scene.clock" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "What clocks show since the start: simulation time, or in a run in real time what passed outside until this step.";
+    Epoch "scene.epoch" WORLD, TATU_I64 0 Some("s"), ReadOnly FREE, "The date of the start, from the first second of 1970: the first second of 2015, or in a run in real time the real one.";
     Stopping "scene.stopping" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether a stop has been asked for.";
 }
 

@@ -161,6 +161,14 @@ impl Scene {
         }
     }
 
+    /// Makes an object one of another kind, in its place and with its name; whether it is there.
+    pub(crate) fn change_kind(&mut self, slot: u32, data: Data) -> bool {
+        let Some(o) = self.get_mut(slot) else { return false };
+        o.data = data;
+        self.touch(slot);
+        true
+    }
+
     fn reorder(&mut self) {
         self.shape_version += 1;
         self.order.clear();

@@ -4,7 +4,7 @@
 //! place within it something was done; [`World::feed`](crate::World::feed) does it again in another world of the same
 //! document, and [`replay_to`] makes such a world and runs it to a step.
 //!
-//! Recorded are the calls of commands that services make, and their requests. Whether a call succeeded is not: it will
+//! Recorded are the calls of commands that services make, their requests, and what the program puts in, such as keys. Whether a call succeeded is not: it will
 //! again or not. What a service changes by other tables than `commands` and `session` is not recorded.
 
 use std::sync::Arc;
@@ -49,6 +49,13 @@ pub enum Input {
     },
     /// A change of state was asked for: `TATU_REQUEST_*`.
     Request(u32),
+    /// Something came in, such as a key.
+    Event {
+        /// What: "key".
+        kind: String,
+        /// Which.
+        text: String,
+    },
 }
 
 /// One thing that came from outside.
@@ -179,6 +186,24 @@ fn record(world: &WorldCell, input: Input) {
     world.outside.log.borrow_mut().push(step, service, client, input);
 }
 
+/// Something comes in at the barrier, not from a service.
+pub(crate) fn put_in(world: &WorldCell, kind: &str, text: &str) {
+    world.outside.take_in(kind, text);
+    let (kind, text) = (kind.to_owned(), text.to_owned());
+    let step = world.clock.step.get();
+    world.outside.log.borrow_mut().push(step, String::new(), 0, Input::Event { kind, text });
+}
+
+/// What came in before a snapshot is there again.
+pub(crate) fn restore(world: &WorldCell, records: Vec<Record>) {
+    for record in &records {
+        if let Input::Event { kind, text } = &record.input {
+            world.outside.take_in(kind, text);
+        }
+    }
+    world.outside.log.borrow_mut().restore(records);
+}
+
 /// Attaches a log to a world that has not been started.
 pub(crate) fn attach(world: &WorldCell, records: Arc<[Record]>) {
     *world.outside.replay.borrow_mut() = Some(Replay { records, next: 0 });
@@ -208,6 +233,7 @@ fn feed_one(world: &WorldCell, record: Record) {
                 world.requests.set(world.requests.get() | 1 << what);
             }
         }
+        Input::Event { kind, text } => put_in(world, &kind, &text),
         Input::Call { name, args, waits } => match world.registry.command(&name) {
             None => {
                 let mut fault =

@@ -3,6 +3,7 @@
 use std::{
     cell::{Cell, RefCell},
     collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
     rc::{Rc, Weak},
 };
 
@@ -18,7 +19,6 @@ use crate::{
 };
 
 /// The world's side of its session: events for services, the input log, what is replayed.
-#[derive(Default)]
 pub(crate) struct Outside {
     session: RefCell<Weak<SessionCell>>,
     /// A pause has been asked for and not been lifted: time stands.
@@ -35,11 +35,51 @@ pub(crate) struct Outside {
     pub replay: RefCell<Option<Replay>>,
     /// Who made the call that is being replayed.
     pub replayed: RefCell<String>,
+    /// What came in since the start, but for what services did: kind and text.
+    pub inputs: RefCell<Vec<(String, String)>>,
+    /// What clocks show, s since the start, where that is not simulation time.
+    pub clock: Cell<Option<f64>>,
+    /// The date of the start, s since 1970.
+    pub epoch: Cell<i64>,
+    /// The folder in which scripts open files; `None`: the working folder.
+    pub files: RefCell<Option<PathBuf>>,
     /// Files that scripts or plugins asked to read since the start.
     pub opened: RefCell<BTreeSet<String>>,
 }
 
+/// Where clocks show simulation time, runs start with the first second of 2015, in universal time.
+const EPOCH: i64 = 1_420_070_400;
+
+impl Default for Outside {
+    fn default() -> Self {
+        Outside {
+            session: RefCell::default(),
+            paused: Cell::default(),
+            client: Cell::default(),
+            options: RefCell::default(),
+            bus: Bus::default(),
+            events: RefCell::default(),
+            log: RefCell::default(),
+            replay: RefCell::default(),
+            replayed: RefCell::default(),
+            inputs: RefCell::default(),
+            clock: Cell::default(),
+            epoch: Cell::new(EPOCH),
+            files: RefCell::default(),
+            opened: RefCell::default(),
+        }
+    }
+}
+
 impl Outside {
+    /// Something came in: kept for plugins, and if it is the time, for clocks.
+    pub fn take_in(&self, kind: &str, text: &str) {
+        match kind {
+            "clock" => self.clock.set(text.parse().ok()),
+            "epoch" => self.epoch.set(text.parse().unwrap_or(EPOCH)),
+            _ => self.inputs.borrow_mut().push((kind.to_owned(), text.to_owned())),
+        }
+    }
     pub fn join(&self, session: &Rc<SessionCell>) {
         *self.session.borrow_mut() = Rc::downgrade(session);
     }
@@ -52,6 +92,9 @@ impl Outside {
         self.paused.set(false);
         self.log.borrow_mut().clear();
         self.opened.borrow_mut().clear();
+        self.inputs.borrow_mut().clear();
+        self.clock.set(None);
+        self.epoch.set(EPOCH);
         if let Some(replay) = &mut *self.replay.borrow_mut() {
             replay.rewind();
         }

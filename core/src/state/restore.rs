@@ -75,7 +75,7 @@ impl World {
         core(cell, image)?;
         plugins(cell, snapshot.get("plugins")?)?;
         Scripts::load(cell, snapshot.get("scripts")?)?;
-        self.input_log_mut().restore(records(snapshot)?);
+        session::log::restore(cell, records(snapshot)?);
         let hash = self.hash().total;
         if hash != snapshot.head.hash {
             return Err(refused(

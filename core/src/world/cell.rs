@@ -14,7 +14,7 @@ use std::{
 use serde::Serialize;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::swap::Swap;
+use super::{swap::Swap, wants::Wants};
 use crate::{
     act::Acting,
     calls::{Calls, Due},
@@ -117,6 +117,8 @@ pub(crate) struct WorldCell {
     pub stages: RefCell<Vec<(u32, Cow<'static, str>)>>,
     /// What comes from outside: services, the log of what they did, what is replayed.
     pub outside: Outside,
+    /// Stand-ins for what scripts ask for, in runs without a scene.
+    pub wants: Wants,
     pub(crate) next_instance: Cell<u64>,
     pub(super) next_replacement: Cell<u64>,
     pub(crate) instances: RefCell<Vec<Option<Instance>>>,

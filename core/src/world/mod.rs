@@ -1,16 +1,18 @@
 //! A world: a scene, its engine, sensors and scripts, made, started, stepped, stopped and looked at.
 //!
 //! `cell` holds its parts, which plugins reach through `tatu_world *`; `devices` makes the instances of sensors and
-//! actuators; `pool` is its threads; `swap` what a reload exchanges.
+//! actuators; `pool` is its threads; `swap` what a reload exchanges; `wants` what stands in for what is asked for.
 
 mod cell;
 mod devices;
 mod pool;
 mod swap;
+pub(crate) mod wants;
 
 use std::{
     cell::{Cell, RefCell},
     collections::BTreeMap,
+    path::Path,
     rc::Rc,
     sync::Arc,
 };
@@ -22,6 +24,7 @@ pub(crate) use cell::Instance;
 pub use cell::LogLine;
 pub(crate) use cell::{Clock, WorldCell, instance_fault};
 use swap::Swap;
+pub use wants::StandIn;
 
 use crate::{
     act::Acting,
@@ -70,6 +73,7 @@ impl World {
             requests: Cell::new(0),
             stages: RefCell::new(Vec::new()),
             outside: Outside::default(),
+            wants: wants::Wants::default(),
             next_instance: Cell::new(1),
             next_replacement: Cell::new(1 << 31),
             instances: RefCell::new(Vec::new()),
@@ -187,6 +191,29 @@ impl World {
         }
     }
 
+    /// The folder in which scripts open files, and whose files they may write, instead of the working folder. E105: it
+    /// is no folder.
+    pub fn open_files_in(&self, folder: &Path) -> Result {
+        let folder = match folder.canonicalize() {
+            Ok(folder) if folder.is_dir() => folder,
+            Ok(_) => return Err(Error::new("E105", format!("{} is no folder", folder.display()))),
+            Err(e) => return Err(Error::new("E105", format!("cannot use the folder {}: {e}", folder.display()))),
+        };
+        *self.cell.outside.files.borrow_mut() = Some(folder);
+        Ok(())
+    }
+    /// Makes a stand-in for each object that scripts ask for and that is not there, and lets dummies become what they
+    /// are used as. For runs without a scene of their own: before the start.
+    pub fn make_stand_ins(&self) {
+        let cell = &self.cell;
+        cell.wants.begin(cell);
+    }
+    /// The objects of the document, then what was made since, each as what its use showed; empty unless
+    /// [`make_stand_ins`](Self::make_stand_ins) was called.
+    pub fn stand_ins(&self) -> Vec<StandIn> {
+        self.cell.wants.list()
+    }
+
     /// What plugins offer, as it is now.
     pub fn registry(&self) -> Arc<Registry> {
         self.cell.registry.shared()
@@ -203,6 +230,12 @@ impl World {
     /// The same, to tell whether records are kept and where else they go.
     pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
         self.cell.outside.log.borrow_mut()
+    }
+    /// Puts something in from outside at the barrier that the world stands at, before its next step: a key, say, `kind`
+    /// being "key" and `text` its character or name. Plugins that know the kind read it; it stands in the input log.
+    /// "clock" (s since the start) and "epoch" (s since 1970) set what clocks show.
+    pub fn put_in(&self, kind: &str, text: &str) {
+        session::log::put_in(&self.cell, kind, text);
     }
     /// Feeds an input log: what it holds is done again, each at its barrier. Before the start.
     pub fn feed(&self, records: Arc<[Record]>) {

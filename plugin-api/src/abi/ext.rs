@@ -107,6 +107,18 @@ pub struct tatu_prelude {
     pub text: tatu_str,
 }
 
+pub const TATU_MARK_LAST_LINE: u32 = 1;
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_kind_mark {
+    pub size: u32,
+    pub flags: u32,
+    pub language: *const c_char,
+    pub kind: *const c_char,
+    pub word: *const c_char,
+}
+
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tatu_ext_command {
@@ -116,6 +128,7 @@ pub struct tatu_ext_command {
     pub constants: *const *const tatu_constant,
     pub preludes: *const *const tatu_prelude,
     pub per_world: *const tatu_life,
+    pub kind_marks: *const *const tatu_kind_mark,
 }
 
 pub const TATU_BEAMS_NONE: u32 = 0;

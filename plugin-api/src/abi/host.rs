@@ -56,6 +56,8 @@ pub struct tatu_host_scene {
     pub remove: Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32) -> tatu_status>,
     pub list:
         Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, u32, *mut tatu_object, u32, *mut u32) -> tatu_status>,
+    pub wanted:
+        Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *const c_char, *mut tatu_object) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -151,6 +153,7 @@ pub struct tatu_host_session {
     pub worlds: Option<unsafe extern "C" fn(*mut tatu_session, *mut WorldPtr, u32, *mut u32) -> tatu_status>,
     pub client: Option<unsafe extern "C" fn(WorldPtr, u64) -> tatu_status>,
     pub state: Option<unsafe extern "C" fn(WorldPtr) -> u32>,
+    pub input: Option<unsafe extern "C" fn(WorldPtr, u64, *mut tatu_str, *mut tatu_str) -> tatu_status>,
 }
 
 pub const TATU_STOPPED: u32 = 0;
@@ -176,6 +179,8 @@ pub const TATU_LOG_INFO: u32 = 3;
 pub const TATU_LOG_DEBUG: u32 = 4;
 pub const TATU_LOG_STATUS: u32 = 5;
 pub const TATU_LOG_CLEAR: u32 = 6;
+pub const TATU_LOG_CONSOLE: u32 = 7;
+pub const TATU_LOG_CONSOLE_CLEAR: u32 = 8;
 
 #[repr(C)]
 #[derive(Clone, Copy)]

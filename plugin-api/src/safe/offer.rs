@@ -60,6 +60,7 @@ pub struct Offer<P: Plugin> {
     commands: Vec<*const tatu_command>,
     constants: Vec<*const tatu_constant>,
     preludes: Vec<*const tatu_prelude>,
+    kind_marks: Vec<*const tatu_kind_mark>,
     sensors: Vec<*const tatu_sensor>,
     actuators: Vec<*const tatu_actuator>,
     models: Vec<*const tatu_model>,
@@ -77,6 +78,7 @@ impl<P: Plugin> Offer<P> {
             commands: Vec::new(),
             constants: Vec::new(),
             preludes: Vec::new(),
+            kind_marks: Vec::new(),
             sensors: Vec::new(),
             actuators: Vec::new(),
             models: Vec::new(),
@@ -117,6 +119,20 @@ impl<P: Plugin> Offer<P> {
         };
         let raw = self.keep.table(raw);
         self.preludes.push(raw);
+    }
+    /// A word by which a text of a language tells of what kind its script is, where nothing else does: "main", "child",
+    /// "threaded", "customization", "add-on", "module". A name in the text begins with it; with `TATU_MARK_LAST_LINE` in
+    /// `flags` its last line does. The first that fits is right.
+    pub fn kind_mark(&mut self, language: &str, kind: &str, word: &str, flags: u32) {
+        let raw = tatu_kind_mark {
+            size: size_of::<tatu_kind_mark>() as u32,
+            flags,
+            language: self.keep.text(language),
+            kind: self.keep.text(kind),
+            word: self.keep.text(word),
+        };
+        let raw = self.keep.table(raw);
+        self.kind_marks.push(raw);
     }
     /// A kind of sensor.
     pub fn sensor<S: Sensor<Plugin = P>>(&mut self) {
@@ -168,6 +184,7 @@ impl<P: Plugin> Offer<P> {
                     constants: keep.list(self.constants),
                     preludes: keep.list(self.preludes),
                     per_world: life,
+                    kind_marks: keep.list(self.kind_marks),
                 };
                 keep.table(table)
             });

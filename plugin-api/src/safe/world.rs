@@ -216,6 +216,21 @@ impl<'a> World<'a> {
         }
     }
 
+    /// Asks for an object by path or unique name that was not found: a run that makes stand-ins makes one, of `kind`
+    /// if one is told (empty: any). `None` in all other runs.
+    pub fn wanted(&self, from: tatu_object, name: &str, kind: &str) -> Option<tatu_object> {
+        let kind = CString::new(kind).ok()?;
+        let mut id = 0;
+        let wanted = self.host.scene?.wanted?;
+        // SAFETY: as above.
+        (unsafe { wanted(self.raw, from, text_raw(name), kind.as_ptr(), &mut id) } >= 0).then_some(id)
+    }
+    /// Tells that an object was used as one of a kind of object or as a sensor that fills a schema ("proximity/1");
+    /// whether it is one now, which only stand-ins become.
+    pub fn used_as(&self, object: tatu_object, kind: &str) -> bool {
+        self.wanted(object, "", kind).is_some()
+    }
+
     /// One field of a sensor's last reading.
     #[inline]
     pub fn reading(&self, sensor: tatu_object, field: Prop) -> Result<Reading<'a>> {
@@ -370,6 +385,17 @@ impl<'a> World<'a> {
     pub fn request(&self, what: u32) -> Result {
         // SAFETY: as above.
         self.check(unsafe { service!(self.session.request)(self.raw, what) })
+    }
+    /// The `index`-th thing that came in from outside since the start, but for what services did: its kind ("key") and
+    /// its text. `None`: no more has come.
+    pub fn input(&self, index: u64) -> Option<(String, String)> {
+        let input = self.host.session?.input?;
+        let (mut kind, mut text) = (bytes_raw(&[]), bytes_raw(&[]));
+        // SAFETY: as above; the texts are copied at once.
+        unsafe {
+            let of = |s| String::from_utf8_lossy(bytes_of(s)).into_owned();
+            (input(self.raw, index, &mut kind, &mut text) >= 0).then(|| (of(kind), of(text)))
+        }
     }
     /// Runs one stage now, as a driver does: one of `TATU_STAGE_*`.
     pub fn run_stage(&self, stage: u32, dt: f64) -> Result {

@@ -159,4 +159,5 @@ pub static EXTENSION: Shared<tatu_ext_command> = Shared(tatu_ext_command {
     constants: null(),
     preludes: null(),
     per_world: &raw const life::WORLD.0,
+    kind_marks: std::ptr::null(),
 });

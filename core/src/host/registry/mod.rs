@@ -13,6 +13,7 @@ mod actuators;
 mod dialects;
 mod events;
 mod importers;
+mod kinds;
 mod lookup;
 mod read;
 mod renew;
@@ -30,6 +31,7 @@ use super::{
 use crate::error::{Error, Result};
 pub use actuators::{ActuatorKind, DeviceKind};
 pub use importers::{Choice, Importer};
+pub(crate) use kinds::KindMark;
 pub use services::ServiceKind;
 pub use types::{CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, SensorKind};
 
@@ -53,6 +55,8 @@ pub struct Registry {
     pub(crate) constants: BTreeMap<String, Constant>,
     /// Preludes.
     pub preludes: Vec<Prelude>,
+    /// Words by which texts tell their kind, in order.
+    pub(crate) kind_marks: Vec<KindMark>,
     /// World life of command plugins: index of the plugin and life.
     pub(crate) world_lives: Vec<(usize, tatu_life)>,
     /// Services, in order of their ids.
@@ -155,6 +159,7 @@ impl Registry {
             names: BTreeMap::new(),
             constants: BTreeMap::new(),
             preludes: Vec::new(),
+            kind_marks: Vec::new(),
             world_lives: Vec::new(),
             services: Vec::new(),
             events: crate::events::of_host(),

@@ -7,7 +7,7 @@ use std::{
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
-use super::{CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, Registry, SensorKind};
+use super::{CommandEntry, Constant, FieldInfo, KindMark, Language, Model, NameEntry, Prelude, Registry, SensorKind};
 use crate::host::{
     Declared,
     tables::{self, Required},
@@ -238,6 +238,14 @@ impl Registry {
                     language: tables::text(raw.language).unwrap_or_default(),
                     module: tables::text(raw.module).unwrap_or_default(),
                     text: crate::calls::bytes(raw.text).to_vec(),
+                });
+            }
+            for (_, raw) in tables::list(ext.kind_marks) {
+                self.kind_marks.push(KindMark {
+                    language: tables::text(raw.language).unwrap_or_default(),
+                    kind: tables::text(raw.kind).unwrap_or_default(),
+                    word: tables::text(raw.word).unwrap_or_default(),
+                    last: raw.flags & TATU_MARK_LAST_LINE != 0,
                 });
             }
         }

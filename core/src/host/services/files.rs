@@ -38,8 +38,9 @@ unsafe extern "C" fn resolve(w: *mut tatu_world, name: tatu_str, mode: u32, out:
 }
 
 fn allowed(world: &WorldCell, name: &Path, mode: u32) -> Result<PathBuf, String> {
-    let here = std::env::current_dir().map_err(|e| format!("the working folder cannot be read: {e}"))?;
-    let scene = world.document.file.as_ref().and_then(|f| f.parent()).map(|p| here.join(p));
+    let working = std::env::current_dir().map_err(|e| format!("the working folder cannot be read: {e}"))?;
+    let here = world.outside.files.borrow().as_ref().map_or_else(|| working.clone(), |root| working.join(root));
+    let scene = world.document.file.as_ref().and_then(|f| f.parent()).map(|p| working.join(p));
     let roots: Vec<PathBuf> = match mode {
         TATU_FILE_WRITE => vec![here.clone()],
         _ => std::iter::once(here.clone()).chain(scene).collect(),

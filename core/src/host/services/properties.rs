@@ -9,7 +9,7 @@ use crate::{
         self, Changed, Data, Refusal,
         rows::{Of, Row},
     },
-    world::WorldCell,
+    world::{WorldCell, wants},
 };
 
 pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
@@ -17,6 +17,14 @@ pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
 }
 
 pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
+    let value = read_row(world, object, prop);
+    match value {
+        Err(TATU_ERR_ARGUMENT) if wants::becomes_by_row(world, object, Row::of(prop)) => read_row(world, object, prop),
+        value => value,
+    }
+}
+
+fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
     let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
     let row = Row::of(prop);
     if object == 0 || row.info().of == Of::World && row != Row::None {
@@ -72,6 +80,8 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
     let stopping = world.requests.get() & (1 << TATU_REQUEST_STOP) != 0;
     Ok(match row {
         Row::Time => Value::Float(world.clock.time.get()),
+        Row::ClockTime => Value::Float(world.outside.clock.get().unwrap_or(world.clock.time.get())),
+        Row::Epoch => Value::Int(world.outside.epoch.get()),
         Row::Dt => Value::Float(world.clock.dt.get()),
         Row::PhysicsDt => Value::Float(settings.physics_dt),
         Row::PhysicsSubsteps => Value::Int(settings.physics_substeps.into()),
@@ -95,9 +105,16 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     if row.info().of == Of::World {
         return write_world(world, row, &value);
     }
-    let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
-    let slot = slot(world, &scene, object)?;
-    let changed = scene::set(&mut scene, slot, row, &value).map_err(|r| refusal(world, r))?;
+    let set = || {
+        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        let slot = slot(world, &scene, object)?;
+        let changed = scene::set(&mut scene, slot, row, &value).map_err(|r| refusal(world, r))?;
+        Ok((slot, changed))
+    };
+    let (slot, changed) = match set() {
+        Err(TATU_ERR_ARGUMENT) if wants::becomes_by_row(world, object, row) => set()?,
+        done => done?,
+    };
     after_change(world, slot, changed)
 }
 

@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::abi::*;
 
-use super::{fill, on, passed};
+use super::{busy, fill, on, passed};
 use crate::{
     session::SessionCell,
     step::{self, Stage},
@@ -17,6 +17,7 @@ pub static TABLE: tatu_host_session = tatu_host_session {
     worlds: Some(worlds),
     client: Some(client),
     state: Some(state),
+    input: Some(input),
 };
 
 pub static STAGE: tatu_host_stage =
@@ -90,6 +91,25 @@ unsafe extern "C" fn state(w: *mut tatu_world) -> u32 {
         Some(world) if world.outside.paused.get() => TATU_PAUSED,
         Some(_) => TATU_RUNNING,
         None => TATU_STOPPED,
+    }
+}
+
+unsafe extern "C" fn input(w: *mut tatu_world, index: u64, kind: *mut tatu_str, text: *mut tatu_str) -> tatu_status {
+    // SAFETY: as above; both are writable.
+    unsafe {
+        let Some(world) = WorldCell::of(w) else { return TATU_ERR_ARGUMENT };
+        let inputs = world.outside.inputs.borrow();
+        let Some(found) = usize::try_from(index).ok().and_then(|i| inputs.get(i)) else { return TATU_ERR_MISSING };
+        let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return busy(world) };
+        for (from, to) in [(&found.0, kind), (&found.1, text)] {
+            let room = arena.alloc(from.len());
+            if room.is_null() {
+                return TATU_ERR_SPACE;
+            }
+            std::ptr::copy_nonoverlapping(from.as_ptr(), room, from.len());
+            *to = tatu_str { ptr: room.cast(), len: from.len() as u64 };
+        }
+        TATU_OK
     }
 }
 

@@ -76,6 +76,7 @@ props! {
     script_kind: "script.kind",
     script_calls: "script.calls",
     time: "scene.time",
+    clock: "scene.clock",
     dt: "scene.dt",
     physics_dt: "scene.physics_dt",
     step: "scene.step",
@@ -140,7 +141,7 @@ pub(crate) fn living(c: &Ctx<'_>, i: usize) -> Result<Object> {
 /// The object that argument `i` names, which must be of a kind.
 pub(crate) fn of_kind(c: &Ctx<'_>, i: usize, kind: i32) -> Result<tatu_object> {
     let o = living(c, i)?;
-    if o.kind == kind { Ok(o.id) } else { Err(wrong_kind(c, o, kind)) }
+    if o.kind == kind || c.world().used_as(o.id, kind_key(kind)) { Ok(o.id) } else { Err(wrong_kind(c, o, kind)) }
 }
 fn no_object(id: tatu_object, why: &Fail) -> Fail {
     Fail::with_code(why.code(), format!("there is no object {}", handle(id)))
@@ -159,7 +160,10 @@ fn wrong_kind(c: &Ctx<'_>, o: Object, wanted: i32) -> Fail {
 pub(crate) fn explain(c: &Ctx<'_>, id: tatu_object, wanted: i32, fail: Fail) -> Fail {
     match c.world().look(id) {
         Err(e) => no_object(id, &e),
-        Ok(o) if o.kind != wanted => wrong_kind(c, o, wanted),
+        Ok(o) if o.kind != wanted => {
+            c.world().used_as(o.id, kind_key(wanted));
+            wrong_kind(c, o, wanted)
+        }
         Ok(_) => fail,
     }
 }
@@ -169,6 +173,22 @@ pub(crate) fn explain_any(c: &Ctx<'_>, id: tatu_object, fail: Fail) -> Fail {
     match c.world().look(id) {
         Err(e) => no_object(id, &e),
         Ok(_) => fail,
+    }
+}
+/// A kind as properties tell it (`object.kind`).
+fn kind_key(kind: i32) -> &'static str {
+    match kind {
+        TATU_KIND_SHAPE => "shape",
+        TATU_KIND_JOINT => "joint",
+        TATU_KIND_DUMMY => "dummy",
+        TATU_KIND_SENSOR => "sensor",
+        TATU_KIND_ACTUATOR => "actuator",
+        TATU_KIND_FORCE_SENSOR => "force_sensor",
+        TATU_KIND_CAMERA => "camera",
+        TATU_KIND_LIGHT => "light",
+        TATU_KIND_GRAPH => "graph",
+        TATU_KIND_PATH => "path",
+        _ => "",
     }
 }
 /// A kind for people.

@@ -10,6 +10,8 @@ mod console;
 mod constants;
 mod forces;
 mod joints;
+mod keys;
+mod kinds;
 mod kit;
 mod main_script;
 mod math;
@@ -81,6 +83,7 @@ impl Plugin for Vrep {
         math::offer(offer);
         constants::offer(offer);
         prelude::offer(offer);
+        kinds::offer(offer);
     }
 }
 

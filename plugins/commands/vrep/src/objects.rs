@@ -123,8 +123,10 @@ fn get_handle(c: &mut Ctx<'_>) -> Result {
     let found = if silent && !names::is_path(name) {
         let name = names::adjusted(name, names::suffix(c)?).into_owned();
         c.world().find(0, &name)
-    } else {
+    } else if silent {
         names::find(c, name)
+    } else {
+        names::find_or_ask(c, name)
     };
     answer(c, found, silent)
 }
@@ -138,15 +140,16 @@ fn get_object(c: &mut Ctx<'_>) -> Result {
         _ => None,
     };
     let index = index.and_then(|v| v.as_i64()).unwrap_or(0);
+    let silent = no_error(c);
+    let find = if silent { names::find_path } else { names::find_path_or_ask };
     let found = if !names::is_path(&path) {
         Err(Fail::missing(format!("`{path}` is no path"))
             .help("a path begins with `/`, `.` or `:`; names of old scripts go to sim.getObjectHandle"))
     } else if index > 0 {
-        names::find_path(c, &format!("{path}{{{index}}}"), base)
+        find(c, &format!("{path}{{{index}}}"), base)
     } else {
-        names::find_path(c, &path, base)
+        find(c, &path, base)
     };
-    let silent = no_error(c);
     answer(c, found, silent)
 }
 

@@ -168,6 +168,7 @@ fn sensors(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
 #[cold]
 fn not_proximity(c: &Ctx<'_>, sensor: tatu_object, fail: Fail) -> Fail {
     let p = &c.plugin().p;
+    c.world().used_as(sensor, "proximity/1");
     match c.world().look(sensor) {
         Ok(o) if o.kind == TATU_KIND_SENSOR && c.world().reading(o.id, p.detected).is_err() => Fail::argument(format!(
             "object {} `{}` is a sensor of kind `{}`, not a proximity sensor",

@@ -91,18 +91,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getSystemTime", |c| {
-            let t = c.world().f64(0, c.plugin().p.time)?;
+            let t = c.world().f64(0, c.plugin().p.clock)?;
             c.ret(t);
             Ok(())
         })
         .old_name("simGetSystemTime", NIL)
         .returns(Param::float("time").unit("s"))
-        .text("Gives the simulation time, in place of a clock's, so that runs repeat.")
+        .text("Gives the simulation time, in place of a clock's, so that runs repeat; in real time a clock's.")
         .example("t = sim.getSystemTime()"),
     );
     offer.command(
         Cmd::new("sim.getSystemTimeInMs", |c| {
-            let t = c.world().f64(0, c.plugin().p.time)?;
+            let t = c.world().f64(0, c.plugin().p.clock)?;
             let ms = (t * 1000.0).round() as i64;
             let since = int_or(c, 0, -1)?;
             c.ret(if since >= 0 { ms - since } else { ms });
