@@ -8,7 +8,9 @@ mod aliases;
 mod by_name;
 mod console;
 mod constants;
+mod drawing;
 mod forces;
+mod graphs;
 mod joints;
 mod kit;
 mod main_script;
@@ -30,6 +32,7 @@ mod state;
 mod threads;
 mod tree;
 mod tubes;
+mod views;
 
 use tatu_plugin_api::safe::{Host, Offer, Plugin, Result, World};
 
@@ -73,6 +76,9 @@ impl Plugin for Vrep {
         packing::offer(offer);
         console::offer(offer);
         messages::offer(offer);
+        graphs::offer(offer);
+        drawing::offer(offer);
+        views::offer(offer);
         simulation::offer(offer);
         parameters::offer(offer);
         scripts::offer(offer);
