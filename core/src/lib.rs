@@ -24,6 +24,7 @@ mod calls;
 pub mod document;
 pub mod error;
 pub mod events;
+pub mod figures;
 pub mod geometry;
 pub mod host;
 pub mod physics;
@@ -36,5 +37,6 @@ pub mod state;
 pub mod step;
 mod world;
 
+pub use figures::{Figures, Graph};
 pub use session::Session;
 pub use world::{LogLine, Observed, StandIn, World};

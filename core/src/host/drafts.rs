@@ -20,6 +20,7 @@ pub const SERVICES: [&CStr; 11] = [
     TATU_HOST_STAGE,
     TATU_HOST_LOG,
     TATU_HOST_FILES,
+    TATU_HOST_FIGURES,
 ];
 
 /// How many drafts beyond its own a host asks for, to name what it cannot use.

@@ -25,6 +25,7 @@ use crate::{
     calls::Caller,
     error::{Fault, FaultKind},
     events,
+    figures,
     host::watchdog::Call,
     scripts::Scripts,
     world::{WorldCell, instance_fault},
@@ -42,6 +43,8 @@ pub(crate) fn step(world: &WorldCell) {
                 // Nothing runs yet that could be in the way.
                 let _ = run(world, stage, dt, "the step");
             }
+            // What the step has led to; a driver records by itself.
+            let _ = figures::record_due(world, world.clock.time.get() + world.clock.so_far());
         }
     }
     world.clock.advance();

@@ -21,6 +21,7 @@ use crate::{
     document::{DeviceSpec, Document, Settings},
     error::{Fault, FaultKind},
     events,
+    figures::Figures,
     host::{
         Registry,
         guard::{self, Home},
@@ -126,6 +127,8 @@ pub(crate) struct WorldCell {
     pub(crate) lines: RefCell<Vec<LogLine>>,
     /// World poses of the step before by slots, for velocities of objects that the engine does not move.
     pub before: RefCell<Vec<Option<nalgebra::Isometry3<f64>>>>,
+    /// Graphs and drawings.
+    pub figures: RefCell<Figures>,
     /// What a stop goes back to.
     pub initial: RefCell<Option<Scene>>,
     /// Slots, kinds and parameters of the devices at the start.
