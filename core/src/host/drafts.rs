@@ -8,7 +8,7 @@ use tatu_plugin_api::abi::*;
 pub const EXTENSIONS: [&CStr; 8] =
     [TATU_COMMAND, TATU_SENSOR, TATU_ACTUATOR, TATU_MODEL, TATU_IMPORTER, TATU_SCRIPT, TATU_SERVICE, TATU_EVENT];
 /// The services that it offers.
-pub const SERVICES: [&CStr; 11] = [
+pub const SERVICES: [&CStr; 12] = [
     TATU_HOST_SCENE,
     TATU_HOST_READINGS,
     TATU_HOST_BODIES,
