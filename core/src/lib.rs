@@ -36,4 +36,4 @@ pub mod step;
 mod world;
 
 pub use session::Session;
-pub use world::{LogLine, Observed, World};
+pub use world::{LogLine, Observed, Phase, World};

@@ -197,6 +197,7 @@ fn record_json(r: &Record) -> Json {
         Input::Request(what) => {
             line["request"] = json!(REQUESTS.iter().find(|(_, n)| n == what).map_or("", |(name, _)| *name));
         }
+        Input::Pass => line["pass"] = json!(true),
     }
     line
 }
@@ -266,7 +267,7 @@ pub fn read(path: &Path) -> Result<Log> {
             continue;
         }
         let record = record(&json).filter(|_| log.end.is_none()).ok_or_else(|| {
-            wrong(i + 1, "this line of the input log is damaged".into()).expected("a call or a request")
+            wrong(i + 1, "this line of the input log is damaged".into()).expected("a call, a request or a pass")
         })?;
         if log.records.last().is_some_and(|before| (before.step, before.at) >= (record.step, record.at)) {
             return Err(wrong(i + 1, "this line of the input log comes before the one above it".into())
@@ -296,6 +297,7 @@ fn record(json: &Json) -> Option<Record> {
             waits: json.get("waits").and_then(Json::as_bool).unwrap_or(false),
         },
         (None, Some(name)) => Input::Request(REQUESTS.iter().find(|(n, _)| Some(*n) == name.as_str())?.1),
+        (None, None) if json.get("pass").is_some() => Input::Pass,
         _ => return None,
     };
     Some(Record {

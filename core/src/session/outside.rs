@@ -18,8 +18,8 @@ use crate::error::Fault;
 #[derive(Default)]
 pub(crate) struct Outside {
     session: RefCell<Weak<SessionCell>>,
-    /// A pause has been asked for and not been lifted: time stands.
-    pub paused: Cell<bool>,
+    /// Somebody stands by who can lift a pause.
+    pub interactive: Cell<bool>,
     /// For whom the service whose turn it is acts, by the service's number.
     pub client: Cell<u64>,
     /// Told to services at the next barrier.
@@ -42,7 +42,6 @@ impl Outside {
     }
     /// The world starts.
     pub fn begin(&self) {
-        self.paused.set(false);
         self.log.borrow_mut().clear();
         self.opened.borrow_mut().clear();
         if let Some(replay) = &mut *self.replay.borrow_mut() {
@@ -77,9 +76,5 @@ impl Outside {
         }
         payload.extend(fault.line.map(|l| (Value::text("line"), Value::Int(l as i64))));
         self.tell("fault", Value::Map(payload));
-    }
-    /// Whether a pause can be lifted again: by a service, or because a replay takes no notice of it.
-    pub fn can_pause(&self) -> bool {
-        self.replay.borrow().is_some() || self.session().is_some_and(|s| s.any_service())
     }
 }
