@@ -27,6 +27,7 @@ mod made;
 mod mirror;
 mod misbehaves;
 mod nesting;
+mod order;
 mod plugins;
 mod refusals;
 mod reload;

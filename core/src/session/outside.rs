@@ -21,8 +21,8 @@ use crate::{
 /// The world's side of its session: events for services, the input log, what is replayed.
 pub(crate) struct Outside {
     session: RefCell<Weak<SessionCell>>,
-    /// A pause has been asked for and not been lifted: time stands.
-    pub paused: Cell<bool>,
+    /// Somebody stands by who can lift a pause.
+    pub interactive: Cell<bool>,
     /// For whom the service whose turn it is acts, by the service's number.
     pub client: Cell<u64>,
     /// What scripts from outside were given, by slot.
@@ -89,7 +89,6 @@ impl Outside {
     }
     /// The world starts.
     pub fn begin(&self) {
-        self.paused.set(false);
         self.log.borrow_mut().clear();
         self.opened.borrow_mut().clear();
         self.inputs.borrow_mut().clear();
@@ -156,9 +155,5 @@ impl Outside {
             self.tell(of, Value::Map(payload.clone()));
         }
         self.tell("fault", Value::Map(payload));
-    }
-    /// Whether a pause can be lifted again: by a service, or because a replay takes no notice of it.
-    pub fn can_pause(&self) -> bool {
-        self.replay.borrow().is_some() || self.session().is_some_and(|s| s.any_service())
     }
 }

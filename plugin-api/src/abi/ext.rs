@@ -356,6 +356,12 @@ pub struct tatu_budget {
     pub memory: u64,
 }
 
+pub const TATU_SCRIPT_SILENT: u32 = 1;
+pub const TATU_SCRIPT_MODERN: u32 = 2;
+pub const TATU_SCRIPT_THREADED: u32 = 4;
+pub const TATU_ORDER_PARENTS_FIRST: u32 = 1;
+pub const TATU_ORDER_BY_KIND: u32 = 2;
+pub const TATU_ORDER_DEEPEST_FIRST: u32 = 3;
 pub const TATU_FIND_CALLBACK: u32 = 0;
 pub const TATU_FIND_FUNCTION: u32 = 1;
 
@@ -406,6 +412,8 @@ pub struct tatu_language {
         ) -> tatu_status,
     >,
     pub knows_dialect: Option<unsafe extern "C" fn(*mut c_void, tatu_str, *mut tatu_error) -> tatu_status>,
+    pub traits: Option<unsafe extern "C" fn(*mut c_void) -> u32>,
+    pub order: Option<unsafe extern "C" fn(*mut c_void, tatu_str, u32) -> u32>,
 }
 
 #[repr(C)]

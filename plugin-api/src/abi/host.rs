@@ -160,11 +160,20 @@ pub struct tatu_host_session {
 pub const TATU_STOPPED: u32 = 0;
 pub const TATU_RUNNING: u32 = 1;
 pub const TATU_PAUSED: u32 = 2;
+pub const TATU_PHASE_STOPPED: u32 = 0;
+pub const TATU_PHASE_FIRST: u32 = 1;
+pub const TATU_PHASE_RUNNING: u32 = 2;
+pub const TATU_PHASE_LAST_BEFORE_PAUSE: u32 = 3;
+pub const TATU_PHASE_PAUSED: u32 = 4;
+pub const TATU_PHASE_FIRST_AFTER_PAUSE: u32 = 5;
+pub const TATU_PHASE_STOPPING: u32 = 6;
+pub const TATU_PHASE_LAST: u32 = 7;
 
 pub const TATU_STAGE_ACTUATE: u32 = 1;
 pub const TATU_STAGE_PHYSICS: u32 = 2;
 pub const TATU_STAGE_SENSE: u32 = 3;
 pub const TATU_STAGE_REACT: u32 = 4;
+pub const TATU_STAGE_CLEAN: u32 = 5;
 
 #[repr(C)]
 #[derive(Clone, Copy)]
