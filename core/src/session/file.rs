@@ -45,10 +45,26 @@ pub struct Header {
     /// The scene was made of what a script asked for.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub stand_ins: bool,
+    /// Add-ons that ran, in their order; their files are among those below.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub addons: Vec<AddonEntry>,
     /// Plugins that were loaded, but for those that only offer services: a replay starts none.
     pub plugins: Vec<PluginVersion>,
     /// Every file that the document was made of.
     files: Vec<KeptFile>,
+}
+
+/// An add-on that ran.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AddonEntry {
+    /// Its name.
+    pub name: String,
+    /// Its script.
+    pub file: PathBuf,
+    /// The version that it was written for; empty: from its text.
+    pub dialect: String,
+    /// What it was started with.
+    pub options: Vec<(String, String)>,
 }
 
 /// A plugin and its version.
@@ -91,6 +107,7 @@ impl Header {
             set,
             scripts,
             stand_ins: false,
+            addons: Vec::new(),
             plugins: versions(registry),
             files: files.collect(),
         }
@@ -275,7 +292,8 @@ pub fn read(path: &Path) -> Result<Log> {
             continue;
         }
         let record = record(&json).filter(|_| log.end.is_none()).ok_or_else(|| {
-            wrong(i + 1, "this line of the input log is damaged".into()).expected("a call, a request, an input or a pass")
+            wrong(i + 1, "this line of the input log is damaged".into())
+                .expected("a call, a request, an input or a pass")
         })?;
         if log.records.last().is_some_and(|before| (before.step, before.at) >= (record.step, record.at)) {
             return Err(wrong(i + 1, "this line of the input log comes before the one above it".into())

@@ -29,8 +29,7 @@ use crate::{
     act,
     calls::Caller,
     error::{Fault, FaultKind},
-    events,
-    figures,
+    events, figures,
     host::watchdog::Call,
     scripts::Scripts,
     world::{Phase, WorldCell, instance_fault},
@@ -59,6 +58,7 @@ pub(crate) fn step(world: &WorldCell) {
     if world.phase.get() == Phase::Last {
         let _ = run(world, Stage::Clean, 0.0, "the step");
     }
+    Scripts::run_addons(world);
     world.clock.advance();
     turn(world);
 }

@@ -36,6 +36,10 @@ if script.kind == "main" then
     -- Old main scripts have one part for the whole step, which calls the other scripts twice.
     reasons.sensing, reasons.thread = nil, nil
 end
+if script.kind == "addon" then
+    -- Old add-ons are called at the end of each pass.
+    reasons = {init = 0, run = 1, addonSuspend = 2, addonResume = 3, cleanup = 4}
+end
 
 return {
     -- Modern scripts define functions of these names, %s being the callback.
@@ -47,6 +51,8 @@ return {
         needs = { thread = { "sim_childscriptcall_threaded" } },
         extra = { sim_current_script_id = "script" },
     },
+    -- Old add-ons end by returning 0.
+    ends = script.kind == "addon" and (script.dialect == "3.2" and 0) or nil,
     -- The name space of commands and constants.
     api = { "sim" },
     -- What tells an old script by its text, and which versions scripts are taken for.
