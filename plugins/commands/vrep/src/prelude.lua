@@ -37,8 +37,13 @@ if script.kind == "main" then
     reasons.sensing, reasons.thread = nil, nil
 end
 if script.kind == "addon" then
-    -- Old add-ons are called at the end of each pass.
-    reasons = {init = 0, run = 1, addonSuspend = 2, addonResume = 3, cleanup = 4}
+    -- Old add-ons are called at the end of each pass; the numbers changed with 3.5.
+    reasons = {init = 0, cleanup = 1, run = 14, addonSuspend = 15, addonResume = 16}
+    if script.dialect == "3.2" then
+        reasons = {init = 0, run = 1, addonSuspend = 2, addonResume = 3, cleanup = 4}
+        sim_addonscriptcall_initialization, sim_addonscriptcall_run, sim_addonscriptcall_suspend = 0, 1, 2
+        sim_addonscriptcall_restarting, sim_addonscriptcall_cleanup = 3, 4
+    end
 end
 
 return {
