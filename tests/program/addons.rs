@@ -192,6 +192,12 @@ fn a_failing_addon_is_named_and_suspended_and_nothing_else_changes() {
     assert_eq!(told(&done), ["7"]);
     let (with, without) = (&done.json()["objects"], &without["objects"]);
     assert_eq!(with, without, "robots are where they were, with the same hashes");
+    assert!(errors[0]["object"].is_null(), "an add-on belongs to no object: {errors:?}");
+    // An old one is stopped, too (script-api.md section 4.2), while old scripts of the scene would be called again.
+    let old = "if sim_call_type == sim_addonscriptcall_run then local x = nil + 1 end
+        if sim_call_type == sim_addonscriptcall_cleanup then print('> ends') end";
+    let done = place(&[("old.lua", old)]).run(&["--steps", "5"]);
+    assert_eq!((&done.errors()[0]["count"], told(&done)), (&1.into(), vec!["ends".to_owned()]), "{}", done.err);
     let loops = place(&[("loops.lua", "function sysCall_actuation() while true do end end")]).run(&["--steps", "3"]);
     assert_eq!(loops.errors()[0]["kind"], "budget");
 }
