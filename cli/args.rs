@@ -167,6 +167,7 @@ pub enum What {
     Importers,
     Commands,
     Services,
+    Events,
 }
 
 /// What a script without a scene is run as.

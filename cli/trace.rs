@@ -54,8 +54,8 @@ impl Trace {
         self.file.as_ref().map(|(file, _)| file.clone())
     }
 
-    /// Writes the line of the step that has just been done.
-    pub fn step(&mut self, world: &World, lines: &[LogLine]) -> Result<(), Error> {
+    /// Writes the line of the step that has just been done; `stopping`: after the request to stop.
+    pub fn step(&mut self, world: &World, lines: &[LogLine], stopping: bool) -> Result<(), Error> {
         if self.file.is_none() {
             return Ok(());
         }
@@ -88,6 +88,9 @@ impl Trace {
             "console": consoles(lines),
             "readings": readings,
         });
+        if stopping {
+            line["stopping"] = json!(true);
+        }
         if self.hashes {
             let of = |(path, hash): (String, u64)| (path, json!(format!("{hash:016x}")));
             line["hashes"] = Json::Object(hash.objects.into_iter().map(of).collect());

@@ -41,9 +41,10 @@ fn compare(a: &Path, b: &Path) -> Result<Option<String>, Error> {
                 report::out!("equal: {steps} steps");
                 return Ok(None);
             }
-            (Some(one), Some(other)) => (one, other),
+            (Some(one), Some(other)) if ends(&one) == ends(&other) => (one, other),
             (one, _) => {
-                let (shorter, longer) = if one.is_none() { (a, b) } else { (b, a) };
+                // One that is asked to stop ends there, too.
+                let (shorter, longer) = if one.is_none_or(|l| ends(&l)) { (a, b) } else { (b, a) };
                 let (shorter, longer) = (shorter.display(), longer.display());
                 return Ok(Some(format!("equal for {steps} steps; then {shorter} ends, and {longer} goes on")));
             }
@@ -51,8 +52,13 @@ fn compare(a: &Path, b: &Path) -> Result<Option<String>, Error> {
         if let Some(text) = differ(&one, &other) {
             return Ok(Some(text));
         }
-        steps += 1;
+        steps += u64::from(!ends(&one));
     }
+}
+
+/// Whether a line is of a pass after a stop was asked for, which is not counted.
+fn ends(line: &Value) -> bool {
+    line["stopping"] == Value::Bool(true)
 }
 
 /// A trace that is being read.

@@ -26,6 +26,7 @@ pub fn list(args: &List) -> ExitCode {
         What::Actuators => (actuators(&registry), &["id", "plugin", "text"]),
         What::Importers => (importers(&registry), &["id", "plugin", "suffixes", "text"]),
         What::Services => (services(&registry), &["id", "plugin", "text"]),
+        What::Events => (events(&registry), &["name", "by", "fields", "text"]),
         What::Commands => (commands(&registry), &["names", "text"]),
     };
     if args.json {
@@ -91,6 +92,19 @@ fn services(r: &Registry) -> Vec<Value> {
         .map(|s| {
             let plugin = &r.plugins[s.plugin].id;
             json!({ "id": s.id, "plugin": plugin, "text": s.text, "parameters": params(&s.params) })
+        })
+        .collect()
+}
+
+fn events(r: &Registry) -> Vec<Value> {
+    let by = |plugin: Option<usize>| plugin.map_or("tatu", |p| r.plugins[p].id.as_str());
+    r.events
+        .iter()
+        .map(|e| {
+            let fields: Vec<_> = e.fields.iter().map(|f| f.key.as_str()).collect();
+            json!({
+                "name": e.name, "by": by(e.plugin), "text": e.text, "fields": fields, "parameters": params(&e.fields),
+            })
         })
         .collect()
 }

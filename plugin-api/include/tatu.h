@@ -673,8 +673,24 @@ typedef struct tatu_budget {
 } tatu_budget;
 
 enum {
-  TATU_FIND_CALLBACK = 0, /* one of the life cycle: "init", "actuation", "sensing", "cleanup", "thread", ... */
+  /* One of the life cycle: "init", "thread", "actuation", "sensing", "cleanup", "nonSimulation", "beforeSimulation",
+   * "afterSimulation", "suspend", "suspended", "resume", "beforeMainScript", "dyn", "joint", "contact". It may answer a
+   * map: with `cmd` "cleanup" the script ends, with "restart" it ends and begins anew; `doNotRunMainScript` true of
+   * "beforeMainScript" leaves the stages of the pass out, and time stands. */
+  TATU_FIND_CALLBACK = 0,
   TATU_FIND_FUNCTION = 1  /* a function of the script, by its own name */
+};
+
+enum {
+  TATU_SCRIPT_SILENT = 1,  /* after an error its clean-up is called at once, and nothing more until the next start */
+  TATU_SCRIPT_MODERN = 2,  /* a scene that names no dialect counts as modern if it has such a script */
+  TATU_SCRIPT_THREADED = 4 /* it runs as a thread by itself, without being called in each step */
+};
+
+enum {
+  TATU_ORDER_PARENTS_FIRST = 1, /* down each tree; then customization scripts */
+  TATU_ORDER_BY_KIND = 2,       /* threaded child scripts, child scripts, customization scripts; each up the trees */
+  TATU_ORDER_DEEPEST_FIRST = 3  /* child scripts, customization scripts; each by depth over the whole scene */
 };
 
 /* A script language. Each script is one instance with a state of its own. Nothing may leave but a status. */
@@ -710,6 +726,11 @@ typedef struct tatu_language {
                                     tatu_error *);
   /* [any] Whether it knows a dialect that a scene names; the error tells what it knows. Null: any is taken. */
   tatu_status(TATU_CALL *knows_dialect)(void *self, tatu_str dialect, tatu_error *);
+  /* [step] What the host must know of a script whose text has been loaded: TATU_SCRIPT_* bits. Null: none of them. */
+  uint32_t(TATU_CALL *traits)(void *data);
+  /* [step] In which order scripts of a world are called, TATU_ORDER_*, if its scene names this dialect, or, where that is
+   * empty, if it has modern scripts (1) or none (0). Asked of one script that has been loaded. Null or 0: deepest first. */
+  uint32_t(TATU_CALL *order)(void *data, tatu_str dialect, uint32_t modern);
 } tatu_language;
 
 typedef struct tatu_ext_script {
@@ -749,6 +770,9 @@ typedef struct tatu_service {
   /* [step] A command that this service called with a wait token, and that gave TATU_WAIT, has finished: its results are
    * in the frame, or `status` is negative and frame->error tells why. Null: its commands cannot wait. */
   void(TATU_CALL *resume)(void *data, tatu_world *, uint64_t token, tatu_status status, const tatu_call *frame);
+  /* Names of the events that it is told; "*": all but those that cost something ("collision", "separation", "contact"),
+   * which must be named. Null-terminated. Null: the five above. */
+  const char *const *events;
 } tatu_service;
 
 typedef struct tatu_ext_service {
@@ -756,6 +780,26 @@ typedef struct tatu_ext_service {
   uint32_t reserved;
   const tatu_service *const *services;
 } tatu_ext_service;
+
+/* ---------------------------------------------------------------- Events ------------------------------ */
+
+#define TATU_EVENT "tatu.event/draft.1"
+
+/* An event that can happen: declared by whoever publishes it (host.events), so that others find it in `tatu list events`.
+ * Names without a dot belong to the host ("collision"); yours begin with a name space ("gripper.closed"). */
+typedef struct tatu_event {
+  uint32_t size;
+  uint32_t reserved;
+  const char *name;
+  const char *text;                /* when it is published, one sentence */
+  const tatu_param *const *fields; /* of the payload, which is a map; null: it is empty */
+} tatu_event;
+
+typedef struct tatu_ext_event {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_event *const *events;
+} tatu_ext_event;
 
 /* ================================================================ 11. What the host offers =========== */
 /* Every function that takes a world is [step] and may be called from within any [step] call of that world. It gives
@@ -905,6 +949,9 @@ typedef struct tatu_host_scripts {
   /* Calls a callback in all scripts that have it, but not in `except`; results are dropped. */
   tatu_status(TATU_CALL *broadcast)(tatu_world *, tatu_str callback, const tatu_value *args, uint32_t n_args,
                                     tatu_object except);
+  /* What a script was given when it was started from outside: a map of texts, empty for all others. Lives until the call
+   * that you are in returns. */
+  tatu_status(TATU_CALL *options)(tatu_world *, tatu_object script, tatu_value *);
 } tatu_host_scripts;
 
 #define TATU_HOST_SIGNALS "tatu.host.signals/draft.1"
@@ -922,17 +969,53 @@ typedef struct tatu_host_signals {
   tatu_status(TATU_CALL *name)(tatu_world *, uint32_t kind, uint32_t index, tatu_str *);
 } tatu_host_signals;
 
+#define TATU_HOST_EVENTS "tatu.host.events/draft.1"
+
+/* What happens in a world. An event is a name and a payload, a map. It is kept in order and delivered to functions of
+ * scripts, in the order in which they subscribed, at stated moments: before a step, after each of its stages, and when
+ * the world has stopped; to services at their next barrier. What handlers publish comes after what was kept before, at
+ * the same moment. A handler that fails is named and no longer called. */
+typedef struct tatu_host_events {
+  uint32_t size;
+  uint32_t reserved;
+  /* Publishes an event. Its name has a dot: those without belong to the host. `payload` is a map, or null: empty. */
+  tatu_status(TATU_CALL *publish)(tatu_world *, tatu_str name, const tatu_value *payload);
+  /* From now on `handler` is called with the payload and the name. A lasting reference: see commands.retain; it is
+   * dropped when the subscription ends. `name`: one event, or "*" as in tatu_service.events. TATU_ERR_MISSING: a name
+   * without a dot that nobody declares. The subscription ends with its script. */
+  tatu_status(TATU_CALL *subscribe)(tatu_world *, tatu_str name, tatu_func handler, uint64_t *id);
+  /* Ends a subscription. TATU_ERR_MISSING: there is none of that id. */
+  tatu_status(TATU_CALL *unsubscribe)(tatu_world *, uint64_t id);
+  /* Whether anybody listens to an event: what costs something need not be gathered else. */
+  uint32_t(TATU_CALL *wanted)(tatu_world *, tatu_str name);
+  /* The `index`-th declared event, name and sentence. TATU_ERR_MISSING past the end. */
+  tatu_status(TATU_CALL *declared)(tatu_world *, uint32_t index, tatu_str *name, tatu_str *text);
+} tatu_host_events;
+
 #define TATU_HOST_SESSION "tatu.host.session/draft.1"
 
 enum { TATU_REQUEST_STOP = 1, TATU_REQUEST_PAUSE = 2, TATU_REQUEST_START = 3, TATU_REQUEST_QUIT = 4 };
 enum { TATU_STOPPED = 0, TATU_RUNNING = 1, TATU_PAUSED = 2 };
 
+/* What the property `scene.phase` tells. A stop asked for between two passes takes effect after three: an ordinary one,
+ * STOPPING, LAST. A pause takes two: an ordinary one, LAST_BEFORE_PAUSE. Time advances in each. */
+enum {
+  TATU_PHASE_STOPPED = 0,
+  TATU_PHASE_FIRST = 1,
+  TATU_PHASE_RUNNING = 2,
+  TATU_PHASE_LAST_BEFORE_PAUSE = 3,
+  TATU_PHASE_PAUSED = 4,
+  TATU_PHASE_FIRST_AFTER_PAUSE = 5,
+  TATU_PHASE_STOPPING = 6,
+  TATU_PHASE_LAST = 7
+};
+
 /* Worlds and their life. */
 typedef struct tatu_host_session {
   uint32_t size;
   uint32_t reserved;
-  /* Asks for a change of state; carried out at the next barrier. A pause is refused where no service could lift it. A
-   * stop releases all holds. */
+  /* Asks for a change of state, which takes effect after passes: see TATU_PHASE_*. A start while time stands takes effect
+   * at once, unless a script asks. A stop releases all holds. */
   tatu_status(TATU_CALL *request)(tatu_world *, uint32_t what);
   /* [any] Wakes a session that waits at its barrier. */
   void(TATU_CALL *wake)(tatu_session *);
@@ -952,14 +1035,15 @@ typedef struct tatu_host_session {
 
 #define TATU_HOST_STAGE "tatu.host.stage/draft.1"
 
-enum { TATU_STAGE_ACTUATE = 1, TATU_STAGE_PHYSICS = 2, TATU_STAGE_SENSE = 3, TATU_STAGE_REACT = 4 };
+enum { TATU_STAGE_ACTUATE = 1, TATU_STAGE_PHYSICS = 2, TATU_STAGE_SENSE = 3, TATU_STAGE_REACT = 4, TATU_STAGE_CLEAN = 5 };
 
 /* For drivers: a script of kind "main", or a plugin that it calls, runs the stages of a step itself: none, once or several
  * times. Time then moves on, at the end of the step, by what the physics stages took. */
 typedef struct tatu_host_stage {
   uint32_t size;
   uint32_t reserved;
-  /* Runs one stage now; refused from within itself with the chain of calls. */
+  /* Runs one stage now; refused from within itself with the chain of calls. TATU_STAGE_CLEAN lets scripts of the run
+   * clean up, each once; it does nothing but in the last pass. */
   tatu_status(TATU_CALL *run)(tatu_world *, uint32_t stage, double dt);
 } tatu_host_stage;
 

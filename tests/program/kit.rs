@@ -139,8 +139,12 @@ impl Place {
         self.run(&[&all, args].concat()).good();
         self.lines("trace.jsonl")
     }
-    /// The lines of a trace.
+    /// The lines of a trace until a stop was asked for.
     pub fn lines(&self, file: &str) -> Vec<Line> {
+        self.all_lines(file).into_iter().filter(|l| !l.is_stopping()).collect()
+    }
+    /// All lines of a trace.
+    pub fn all_lines(&self, file: &str) -> Vec<Line> {
         self.read(file).lines().map(|l| Line(serde_json::from_str(l).unwrap())).collect()
     }
 }
@@ -149,6 +153,10 @@ impl Place {
 pub struct Line(pub Value);
 
 impl Line {
+    /// Of a pass after a stop was asked for.
+    pub fn is_stopping(&self) -> bool {
+        self.0["stopping"] == Value::Bool(true)
+    }
     pub fn time(&self) -> f64 {
         self.0["time"].as_f64().unwrap()
     }

@@ -90,11 +90,13 @@ mirror! {
     tatu_budget { size, reserved, instructions, memory }
     tatu_language {
         size, reserved, id, text, suffixes, life, load, find, call, resume, keep_func, drop_func, call_func,
-        knows_dialect
+        knows_dialect, traits, order
     }
     tatu_ext_script { size, reserved, languages }
-    tatu_service { size, reserved, id, text, params, start, stop, barrier, event, resume }
+    tatu_service { size, reserved, id, text, params, start, stop, barrier, event, resume, events }
     tatu_ext_service { size, reserved, services }
+    tatu_event { size, reserved, name, text, fields }
+    tatu_ext_event { size, reserved, events }
     tatu_host_scene {
         size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
         find, create, remove, list, wanted
@@ -105,8 +107,9 @@ mirror! {
         size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,
         retain, drop, call_func
     }
-    tatu_host_scripts { size, reserved, list, call, broadcast }
+    tatu_host_scripts { size, reserved, list, call, broadcast, options }
     tatu_host_signals { size, reserved, get, set, clear, name }
+    tatu_host_events { size, reserved, publish, subscribe, unsubscribe, wanted, declared }
     tatu_host_session { size, reserved, request, wake, worlds, client, state, input }
     tatu_host_stage { size, reserved, run }
     tatu_host_log { size, reserved, write, last_error }

@@ -24,7 +24,7 @@ use std::{
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 use tatu_core::{
-    Session, World,
+    Phase, Session, World,
     error::{Error, Fault},
     host::{Copies, Registry},
     reload::{Reload, Told},
@@ -206,19 +206,11 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
             }
             Some(_) => {}
         }
-        let lines = world.take_lines();
-        // Between two steps a stop may have been asked for: then no step was done.
+        // Between two steps a stop may have been asked for, and while time stands there are none.
         begun = world.steps() == before;
-        let failed = lines.iter().any(|l| l.level == TATU_LOG_ERROR);
-        watchdog.step(world.steps(), world.time(), failed.then(|| world.faults()));
+        pass(args, &world, &bar, &mut trace, watchdog, begun, false);
         if !begun {
-            if let Err(e) = trace.step(&world, &lines) {
-                bar.suspend(|| report::warning(&e));
-            }
             bar.inc(1);
-        }
-        lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
-        if !begun {
             unwritten.extend(snapshots.write(&world));
         }
     }
@@ -236,7 +228,13 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let objects = objects(&world, &hash);
     let opened = world.files_opened();
     let stand_ins = args.stand_ins.then(|| standins::told(&world));
-    world.stop();
+    // The passes in which scripts see the end coming are not counted.
+    world.request_stop();
+    while world.phase() != Phase::Stopped {
+        let before = world.steps();
+        world.step();
+        pass(args, &world, &bar, &mut trace, watchdog, world.steps() == before, true);
+    }
     world.end();
     let badly_ended = session.map(Session::end).unwrap_or_default();
     badly_ended.iter().for_each(report::error);
@@ -256,6 +254,25 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     drop(world);
     let good = super::end(registry) && faults.is_empty() && badly_ended.is_empty() && unwritten.is_empty();
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// After a pass: what was told is told on, and the trace gets its line. `idle`: time stood, and no step was done.
+fn pass(
+    args: &Run,
+    world: &World,
+    bar: &ProgressBar,
+    trace: &mut Trace,
+    watchdog: &Watchdog,
+    idle: bool,
+    ending: bool,
+) {
+    let lines = world.take_lines();
+    let failed = lines.iter().any(|l| l.level == TATU_LOG_ERROR);
+    watchdog.step(world.steps(), world.time(), failed.then(|| world.faults()));
+    if !idle && let Err(e) = trace.step(world, &lines, ending) {
+        bar.suspend(|| report::warning(&e));
+    }
+    lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
 }
 
 /// Writes what comes from outside. If that fails it is told once, and the run goes on.

@@ -39,7 +39,7 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
     if resume == 0 {
         return say(call.error, TATU_ERR_ARGUMENT, "the resume word of a wait is not 0");
     }
-    match waits::parse(until, value, name, world.clock.step.get()) {
+    match waits::parse(until, value, name, world.clock.pass.get()) {
         Ok(due) => {
             world.calls.waits.borrow_mut().asked = Some((call.wait_token, due, resume));
             TATU_WAIT

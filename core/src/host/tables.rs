@@ -42,6 +42,8 @@ table!(
     tatu_ext_script,
     tatu_service,
     tatu_ext_service,
+    tatu_event,
+    tatu_ext_event,
     tatu_beams
 );
 

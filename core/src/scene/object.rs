@@ -218,6 +218,7 @@ pub enum Control {
     Velocity,
     Position,
     Force,
+    Callback,
 }
 
 /// A joint; rad and N m, or m and N.

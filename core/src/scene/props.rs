@@ -69,7 +69,7 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
         }
         (Row::JointMode, Data::Joint(j)) => Value::text(if j.dynamic { "dynamic" } else { "kinematic" }),
         (Row::Control, Data::Joint(j)) => {
-            let names = ["free", "velocity", "position", "force"];
+            let names = ["free", "velocity", "position", "force", "callback"];
             Value::text(names[j.control as usize])
         }
         (Row::Cyclic, Data::Joint(j)) => Value::Bool(j.limits.is_none() && j.kind == JointType::Revolute),
@@ -426,6 +426,7 @@ fn set_joint(j: &mut Joint, row: Row, value: &Value, text: &str) -> Option<Chang
                 "velocity" => Control::Velocity,
                 "position" => Control::Position,
                 "force" => Control::Force,
+                "callback" => Control::Callback,
                 _ => Control::Free,
             };
             return Some(Changed::Drive);

@@ -205,6 +205,7 @@ fn record_json(r: &Record) -> Json {
         Input::Request(what) => {
             line["request"] = json!(REQUESTS.iter().find(|(_, n)| n == what).map_or("", |(name, _)| *name));
         }
+        Input::Pass => line["pass"] = json!(true),
     }
     line
 }
@@ -274,7 +275,7 @@ pub fn read(path: &Path) -> Result<Log> {
             continue;
         }
         let record = record(&json).filter(|_| log.end.is_none()).ok_or_else(|| {
-            wrong(i + 1, "this line of the input log is damaged".into()).expected("a call, a request or an input")
+            wrong(i + 1, "this line of the input log is damaged".into()).expected("a call, a request, an input or a pass")
         })?;
         if log.records.last().is_some_and(|before| (before.step, before.at) >= (record.step, record.at)) {
             return Err(wrong(i + 1, "this line of the input log comes before the one above it".into())
@@ -307,6 +308,7 @@ fn record(json: &Json) -> Option<Record> {
             waits: json.get("waits").and_then(Json::as_bool).unwrap_or(false),
         },
         (None, Some(name), None) => Input::Request(REQUESTS.iter().find(|(n, _)| Some(*n) == name.as_str())?.1),
+        (None, None, None) if json.get("pass").is_some() => Input::Pass,
         _ => return None,
     };
     Some(Record {

@@ -6,7 +6,7 @@ use std::{
     ptr::null,
 };
 
-use super::{Actuator, Command, Constant, Importer, Language, Model, Plugin, Sensor, Service, Value, guard};
+use super::{Actuator, Command, Constant, Event, Importer, Language, Model, Plugin, Sensor, Service, Value, guard};
 use crate::abi::*;
 
 /// Owns everything that the plugin's tables point to, until shutdown.
@@ -67,6 +67,7 @@ pub struct Offer<P: Plugin> {
     importers: Vec<*const tatu_importer>,
     languages: Vec<*const tatu_language>,
     services: Vec<*const tatu_service>,
+    events: Vec<*const tatu_event>,
     plugin: std::marker::PhantomData<P>,
 }
 
@@ -84,6 +85,7 @@ impl<P: Plugin> Offer<P> {
             importers: Vec::new(),
             languages: Vec::new(),
             services: Vec::new(),
+            events: Vec::new(),
             plugin: std::marker::PhantomData,
         }
     }
@@ -163,6 +165,11 @@ impl<P: Plugin> Offer<P> {
         let raw = super::service::table::<S>(&mut self.keep);
         self.services.push(raw);
     }
+    /// An event that the plugin publishes.
+    pub fn event(&mut self, event: Event) {
+        let raw = event.keep(&mut self.keep);
+        self.events.push(raw);
+    }
 
     pub(crate) fn finish(mut self) -> Tables {
         let keep = &mut self.keep;
@@ -205,6 +212,10 @@ impl<P: Plugin> Offer<P> {
             let services = keep.list(self.services);
             keep.table(tatu_ext_service { size: size_of::<tatu_ext_service>() as u32, reserved: 0, services })
         });
+        let event = (!self.events.is_empty()).then(|| {
+            let events = keep.list(self.events);
+            keep.table(tatu_ext_event { size: size_of::<tatu_ext_event>() as u32, reserved: 0, events })
+        });
         Tables {
             command: command.unwrap_or(null()),
             sensor: sensor.unwrap_or(null()),
@@ -213,6 +224,7 @@ impl<P: Plugin> Offer<P> {
             importer: importer.unwrap_or(null()),
             script: script.unwrap_or(null()),
             service: service.unwrap_or(null()),
+            event: event.unwrap_or(null()),
             _keep: self.keep,
         }
     }
@@ -227,5 +239,6 @@ pub(crate) struct Tables {
     pub(crate) importer: *const tatu_ext_importer,
     pub(crate) script: *const tatu_ext_script,
     pub(crate) service: *const tatu_ext_service,
+    pub(crate) event: *const tatu_ext_event,
     _keep: Keep,
 }

@@ -346,6 +346,51 @@ impl<'a> World<'a> {
         self.check(unsafe { service!(self.scripts.call)(self.raw, script, text_raw(function), frame) })
     }
 
+    /// What a script was given when it was started from outside: a map of texts, empty for others.
+    pub fn script_options(&self, script: tatu_object) -> Result<ValueRef<'a>> {
+        let mut value = ValueRef::NIL.raw();
+        // SAFETY: as above; the value lives until the plugin's call returns.
+        unsafe {
+            self.check(service!(self.scripts.options)(self.raw, script, &mut value))?;
+            Ok(ValueRef::new(value))
+        }
+    }
+
+    /// Publishes an event of this plugin; `payload` is a map, or nil.
+    pub fn publish(&self, name: &str, payload: ValueRef<'_>) -> Result {
+        let raw = payload.raw();
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.events.publish)(self.raw, text_raw(name), &raw) })
+    }
+    /// Calls a function of a script for each event of a name from now on; the number of the subscription.
+    pub fn subscribe(&self, name: &str, handler: tatu_func) -> Result<u64> {
+        let commands = self.host.commands;
+        let retain =
+            commands.and_then(|t| t.retain).ok_or_else(|| Fail::unsupported("this host keeps no functions"))?;
+        let (mut kept, mut id) = (0, 0);
+        // SAFETY: as above.
+        unsafe {
+            self.check(retain(self.raw, handler, &mut kept))?;
+            let done = self.check(service!(self.events.subscribe)(self.raw, text_raw(name), kept, &mut id));
+            if done.is_err()
+                && let Some(drop) = commands.and_then(|t| t.drop)
+            {
+                drop(self.raw, kept);
+            }
+            done.map(|()| id)
+        }
+    }
+    /// Ends a subscription.
+    pub fn unsubscribe(&self, id: u64) -> Result {
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.events.unsubscribe)(self.raw, id) })
+    }
+    /// Whether anybody listens to an event.
+    pub fn is_wanted(&self, name: &str) -> bool {
+        // SAFETY: as above.
+        self.host.events.and_then(|t| t.wanted).is_some_and(|f| unsafe { f(self.raw, text_raw(name)) } != 0)
+    }
+
     /// Asks for a change of state at the next barrier: one of `TATU_REQUEST_*`.
     pub fn request(&self, what: u32) -> Result {
         // SAFETY: as above.

@@ -11,6 +11,7 @@ use tatu_plugin_api::abi::*;
 
 mod actuators;
 mod dialects;
+mod events;
 mod importers;
 mod kinds;
 mod lookup;
@@ -60,6 +61,8 @@ pub struct Registry {
     pub(crate) world_lives: Vec<(usize, tatu_life)>,
     /// Services, in order of their ids.
     pub services: Vec<ServiceKind>,
+    /// Events that are declared: the host's own first, then those of plugins in their order.
+    pub events: Vec<crate::events::EventInfo>,
     /// Libraries and parts of them that could not be loaded, and why.
     pub refused: Vec<Error>,
     /// Files that could not be loaded, or only in part, and why: where something is missing, one of them may be meant.
@@ -159,6 +162,7 @@ impl Registry {
             kind_marks: Vec::new(),
             world_lives: Vec::new(),
             services: Vec::new(),
+            events: crate::events::of_host(),
             refused: Vec::new(),
             closest: Vec::new(),
             notes: Vec::new(),
@@ -183,6 +187,7 @@ impl Registry {
                 self.add_languages(i);
                 self.add_commands(i);
                 self.add_services(i);
+                self.add_events(i);
             }
         }
         self.check_declarations();

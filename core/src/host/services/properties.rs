@@ -39,11 +39,24 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
         (Row::SensorKind, Some(Data::Sensor(s))) => {
             Ok(Value::text(world.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
         }
+        (Row::SensorMeasured | Row::SensorBeams, Some(Data::Sensor(_))) => {
+            let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+            let device = sensing.index(slot).map(|i| &sensing.devices[i]);
+            Ok(Value::Int(device.map_or(0, |d| match row {
+                Row::SensorBeams => d.layout.plan.directions.len() as i64,
+                _ => d.sequence as i64,
+            })))
+        }
         (Row::ActuatorKind, Some(Data::Actuator(a))) => {
             Ok(Value::text(world.registry.actuators.get(a.kind).map_or("", |k| k.id.as_str())))
         }
         (
-            Row::ScriptLanguage | Row::ScriptDialect | Row::ScriptKind | Row::ScriptName | Row::ScriptCalls,
+            Row::ScriptLanguage
+            | Row::ScriptDialect
+            | Row::ScriptKind
+            | Row::ScriptName
+            | Row::ScriptCalls
+            | Row::ScriptInstructions,
             Some(Data::Script),
         ) => {
             let script = world.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
@@ -52,8 +65,9 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
                 Row::ScriptLanguage => Value::text(&world.registry.languages[s.language].id),
                 // SAFETY: the dialect lives as long as the script's instance, which is there.
                 Row::ScriptDialect => Value::text(unsafe { crate::calls::bytes(s.dialect.get()) }),
-                Row::ScriptKind => Value::text(&s.kind),
+                Row::ScriptKind => Value::text(&s.kind_name),
                 Row::ScriptName => Value::text(&s.name),
+                Row::ScriptInstructions => Value::Int(s.instructions.get() as i64),
                 _ => Value::Int(s.calls.get() as i64),
             })
         }
@@ -63,7 +77,7 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
 
 pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_status> {
     let settings = world.settings.try_borrow().map_err(|_| busy(world))?;
-    let stopping = world.requests.get() & (1 << TATU_REQUEST_STOP) != 0;
+    let phase = world.phase.get();
     Ok(match row {
         Row::Time => Value::Float(world.clock.time.get()),
         Row::ClockTime => Value::Float(world.outside.clock.get().unwrap_or(world.clock.time.get())),
@@ -75,8 +89,9 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
         Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),
         Row::Seed => Value::Int(settings.seed as i64),
         Row::SceneFile => Value::text(world.document.file.as_ref().map_or(String::new(), |f| f.display().to_string())),
-        Row::Running => Value::Bool(world.running.get()),
-        Row::Stopping => Value::Bool(stopping),
+        Row::Running => Value::Bool(world.running()),
+        Row::Stopping => Value::Bool(phase.is_ending()),
+        Row::Phase => Value::Int(phase as i64),
         _ => return Err(world.calls.refuse(TATU_ERR_MISSING, "the world has no such property")),
     })
 }

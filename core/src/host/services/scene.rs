@@ -273,6 +273,7 @@ unsafe extern "C" fn create(
                 Some(s) => {
                     scene.make_unique(&[s]);
                     *out = scene.id(s);
+                    world.tell_object("object_added", &scene, s);
                     Ok(())
                 }
                 None => Err(world.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")),
@@ -295,6 +296,9 @@ unsafe extern "C" fn remove(w: *mut tatu_world, objects: *const tatu_object, n: 
                 }
             }
             for s in slots {
+                if scene.get(s).is_some() {
+                    world.tell_object("object_removed", &scene, s);
+                }
                 for script in scene.scripts(s) {
                     scene.remove(script);
                 }

@@ -6,7 +6,7 @@ use super::{busy, fill, on, passed};
 use crate::{
     session::SessionCell,
     step::{self, Stage},
-    world::WorldCell,
+    world::{Phase, WorldCell},
 };
 
 pub static TABLE: tatu_host_session = tatu_host_session {
@@ -27,25 +27,18 @@ unsafe extern "C" fn request(w: *mut tatu_world, what: u32) -> tatu_status {
     // SAFETY: by the contract, here and below.
     unsafe {
         on(w, |world| {
-            let (all, bit) = (world.requests.get(), 1u32 << what.min(31));
-            let (pause, start) = (1 << TATU_REQUEST_PAUSE, 1 << TATU_REQUEST_START);
-            let running = world.running.get();
-            world.requests.set(match what {
-                TATU_REQUEST_STOP | TATU_REQUEST_QUIT => all | bit,
-                TATU_REQUEST_PAUSE if running && world.outside.can_pause() => (all | bit) & !start,
-                // A running world is started already: this lifts a pause, if there is one.
-                TATU_REQUEST_START if running => (all | bit) & !pause,
-                TATU_REQUEST_START if world.outside.can_pause() => all | bit,
+            let running = world.running();
+            match what {
+                TATU_REQUEST_STOP | TATU_REQUEST_QUIT => {}
+                TATU_REQUEST_PAUSE | TATU_REQUEST_START if running => {}
+                TATU_REQUEST_START if world.outside.session().is_some_and(|s| s.any_service()) => {}
                 TATU_REQUEST_PAUSE | TATU_REQUEST_START => {
-                    let text = match running {
-                        true => "this run cannot pause: nobody could lift the pause",
-                        false => "the simulation is stopped",
-                    };
-                    return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text));
+                    return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, "the simulation is stopped"));
                 }
                 _ => return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
-            });
+            }
             crate::session::remote_request(world, what);
+            crate::session::log::apply(world, what);
             Ok(())
         })
     }
@@ -87,9 +80,11 @@ unsafe extern "C" fn client(w: *mut tatu_world, client: u64) -> tatu_status {
 unsafe extern "C" fn state(w: *mut tatu_world) -> u32 {
     // SAFETY: as above.
     match unsafe { WorldCell::of(w) } {
-        Some(world) if !world.running.get() => TATU_STOPPED,
-        Some(world) if world.outside.paused.get() => TATU_PAUSED,
-        Some(_) => TATU_RUNNING,
+        Some(world) => match world.phase.get() {
+            Phase::Stopped => TATU_STOPPED,
+            Phase::Paused => TATU_PAUSED,
+            _ => TATU_RUNNING,
+        },
         None => TATU_STOPPED,
     }
 }

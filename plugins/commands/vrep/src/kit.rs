@@ -86,6 +86,7 @@ props! {
     file: "scene.file",
     stopping: "scene.stopping",
     running: "scene.running",
+    phase: "scene.phase",
 }
 
 /// The number that scripts see; -1 for no object.
