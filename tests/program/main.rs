@@ -20,6 +20,9 @@ mod errors;
 mod header;
 mod import;
 mod importers;
+#[cfg(unix)]
+mod interactive;
+mod keys;
 mod kit;
 mod layout;
 mod made;
@@ -33,6 +36,7 @@ mod replay;
 mod restart;
 mod service;
 mod sonar;
+mod standins;
 mod state;
 mod thruster;
 mod tree;

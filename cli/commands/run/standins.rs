@@ -20,6 +20,7 @@ use tatu_core::{
     scene::rows::KINDS,
 };
 
+use super::keys::Keys;
 use crate::args::{Run, ScriptKind};
 
 /// Times that the run starts over.
@@ -56,7 +57,14 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
         }
         world.make_stand_ins();
         world.start();
-        while world.steps() < steps && world.step() {
+        let mut keys = args.keys.as_deref().map(Keys::read).transpose()?.unwrap_or_default();
+        while world.steps() < steps {
+            while let Some(key) = keys.due(world.time()) {
+                world.put_in("key", &key);
+            }
+            if !world.step() {
+                break;
+            }
             world.take_lines();
         }
         world.stop();
