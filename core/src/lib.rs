@@ -36,4 +36,4 @@ pub mod step;
 mod world;
 
 pub use session::Session;
-pub use world::{LogLine, Observed, StandIn, World};
+pub use world::{LogLine, Observed, StandIn, Wish, World};

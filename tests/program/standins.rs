@@ -103,6 +103,23 @@ fn a_path_hangs_below_the_right_object() {
     assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
 }
 
+/// What a tree lacks is mostly asked for to see where it ends, and a parameter of the scene may well be absent.
+#[test]
+fn parents_children_and_parameters_are_made_when_they_are_missed() {
+    let asks = "function sysCall_init()
+            parent = sim.getObjectParent(sim.getObject('..'))
+            child = sim.getObjectChild(sim.getObject('/tree'), 0)
+            speed = sim.getScriptSimulationParameter(sim.handle_self, 'speed')
+            name = sim.getScriptSimulationParameter(sim.handle_self, 'name')";
+    let looks = "if parent ~= -1 or child ~= -1 or speed or name then error('there is one') end end";
+    assert_eq!(kinds(&stand_ins(&format!("{asks} {looks}"), &[])), Vec::<Value>::new());
+    let uses = "sim.getObjectPosition(parent, -1); sim.getObjectPosition(child, -1)
+            twice = 2 * speed; for word in string.gmatch(name, '%w') do end end";
+    let done = stand_ins(&format!("{asks} {uses}"), &[]);
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+    assert_eq!(kind_of(&done, "child"), "dummy");
+}
+
 #[test]
 fn two_runs_are_equal_and_a_log_replays_without_the_script() {
     let place = Place::new();
