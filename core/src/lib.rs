@@ -23,6 +23,7 @@ pub mod beams;
 mod calls;
 pub mod document;
 pub mod error;
+pub mod figures;
 pub mod geometry;
 pub mod host;
 pub mod physics;
@@ -35,5 +36,6 @@ pub mod state;
 pub mod step;
 mod world;
 
+pub use figures::{Figures, Graph};
 pub use session::Session;
 pub use world::{LogLine, Observed, StandIn, Wish, World};

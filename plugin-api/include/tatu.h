@@ -997,6 +997,39 @@ typedef struct tatu_host_files {
   tatu_status(TATU_CALL *resolve)(tatu_world *, tatu_str name, uint32_t mode, tatu_str *path);
 } tatu_host_files;
 
+#define TATU_HOST_FIGURES "tatu.host.figures/draft.1"
+
+enum {
+  TATU_FIGURE_STREAM = 1,  /* of a graph: a number over time. Keys: name, unit, color, of, data, transform, factor, offset, window, hidden */
+  TATU_FIGURE_CURVE = 2,   /* of a graph: one stream over another. Keys: name, unit, color, x, y, z (a stream's name or a number) */
+  TATU_FIGURE_COPY = 3,    /* of a graph: a curve that stays as another one is now. Keys: name, curve (its number) */
+  TATU_FIGURE_DRAWING = 4  /* of the world: items in space. Keys: form, size, color, parent, capacity, cyclic, tolerance, persistent, extra */
+};
+
+/* What is drawn for people: streams and curves of graphs (objects of kind graph), and drawings, whose `graph` is 0. They are
+ * numbered from 1 in their graph or among the drawings; tables are maps, as scene files write them, SI units and radians. Nothing of it
+ * acts on objects. Graphs are emptied when a run starts, and keep what they recorded when it stops. */
+typedef struct tatu_host_figures {
+  uint32_t size;
+  uint32_t reserved;
+  /* Adds one: TATU_FIGURE_*, and a map of its keys. */
+  tatu_status(TATU_CALL *add)(tatu_world *, tatu_object graph, uint32_t what, const tatu_value *keys, int64_t *id);
+  /* Changes keys of a stream (a map), or removes a stream, curve or drawing (null). TATU_ERR_MISSING: there is none. */
+  tatu_status(TATU_CALL *change)(tatu_world *, tatu_object graph, int64_t id, const tatu_value *keys);
+  /* Gives a stream the number of its next sample (`n` is 1), or adds items to a drawing: numbers in the world, as many an item
+   * as "stride" tells. `n` 0 empties a drawing or, with `id` 0, a whole graph. `*taken`: how many numbers or items. */
+  tatu_status(TATU_CALL *put)(tatu_world *, tatu_object graph, int64_t id, const double *numbers, uint64_t n,
+                              uint64_t *taken);
+  /* A graph takes a sample of all its streams, under this time in s. 0: all graphs that are not told when to record. */
+  tatu_status(TATU_CALL *record)(tatu_world *, tatu_object graph, double time);
+  /* The numbers of all of one sort (TATU_FIGURE_STREAM, _CURVE or _DRAWING), in order of their making. `*n` is the full count. */
+  tatu_status(TATU_CALL *list)(tatu_world *, tatu_object graph, uint32_t what, int64_t *out, uint32_t cap, uint32_t *n);
+  /* One as a map: its keys and "figure" (TATU_FIGURE_*); with `numbers` not 0 also what it holds, as arrays of double: "times" and
+   * "values" of a stream (not a number: missing), "points" of a curve and "dims" coordinates each, "items" of a drawing and the "stride"
+   * of each. Lives until the call that you are in returns. */
+  tatu_status(TATU_CALL *get)(tatu_world *, tatu_object graph, int64_t id, uint32_t numbers, tatu_value *);
+} tatu_host_figures;
+
 /* ================================================================ 12. Conveniences =================== */
 
 /* A text literal or NUL-terminated string as tatu_str. */

@@ -111,4 +111,5 @@ mirror! {
     tatu_host_stage { size, reserved, run }
     tatu_host_log { size, reserved, write, last_error }
     tatu_host_files { size, reserved, resolve }
+    tatu_host_figures { size, reserved, add, change, put, record, list, get }
 }

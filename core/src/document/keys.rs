@@ -81,6 +81,11 @@ fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
                 _ => Value::List(items),
             }
         }
+        // What has a name is no part: whoever reads it knows its keys.
+        T::InlineTable(t) if t.contains_key("name") => {
+            let entries = t.iter().map(|(k, v)| Ok((Value::text(k), value(v, 1.0)?)));
+            Value::Map(entries.collect::<Result<_>>()?)
+        }
         T::InlineTable(t) => part(t)?,
     })
 }

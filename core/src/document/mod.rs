@@ -154,6 +154,7 @@ impl Document {
                     commands: Vec::new(),
                 }),
                 TATU_KIND_FORCE_SENSOR => Data::ForceSensor,
+                TATU_KIND_GRAPH => Data::Graph(Box::default()),
                 _ => Data::Dummy,
             };
             let parent = spec.parent.and_then(|p| slots.get(p).copied()).unwrap_or(0);
@@ -203,6 +204,17 @@ impl Document {
             };
             let text = format!("the shape `{}` has no {lacks}", spec.alias);
             return Err(Error::new("E104", text).at(spec.place.clone()));
+        }
+        if !self.objects.iter().any(|o| o.kind == tatu_plugin_api::abi::TATU_KIND_GRAPH) {
+            return Ok(());
+        }
+        let (scene, slots) = self.instantiate();
+        for (spec, slot) in self.objects.iter().zip(slots) {
+            if let Some(Data::Graph(graph)) = scene.get(slot).map(|o| &o.data) {
+                crate::figures::Graph::try_new(graph, spec.alias.clone()).map_err(|e| {
+                    Error::new("E102", format!("the graph `{}`: {}", spec.alias, e.1)).at(spec.place.clone())
+                })?;
+            }
         }
         Ok(())
     }

@@ -8,7 +8,7 @@ use tatu_plugin_api::abi::*;
 pub const EXTENSIONS: [&CStr; 7] =
     [TATU_COMMAND, TATU_SENSOR, TATU_ACTUATOR, TATU_MODEL, TATU_IMPORTER, TATU_SCRIPT, TATU_SERVICE];
 /// The services that it offers.
-pub const SERVICES: [&CStr; 10] = [
+pub const SERVICES: [&CStr; 11] = [
     TATU_HOST_SCENE,
     TATU_HOST_READINGS,
     TATU_HOST_BODIES,
@@ -19,6 +19,7 @@ pub const SERVICES: [&CStr; 10] = [
     TATU_HOST_STAGE,
     TATU_HOST_LOG,
     TATU_HOST_FILES,
+    TATU_HOST_FIGURES,
 ];
 
 /// How many drafts beyond its own a host asks for, to name what it cannot use.

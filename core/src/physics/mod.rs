@@ -116,6 +116,8 @@ pub enum Drive {
         target: f64,
         /// Limit of torque or force.
         max_force: f64,
+        /// Speed given up for each N m or N of load; 0: none.
+        slip: f64,
     },
     /// Hold `target` with at most `max_force`, approaching with at most `max_velocity`.
     Position {

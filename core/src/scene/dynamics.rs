@@ -47,6 +47,8 @@ pub struct Dynamics {
     drives: Vec<u32>,
     built: u64,
     moved: Vec<u32>,
+    /// Joints that follow others, and whom.
+    followers: Vec<(u32, u32)>,
     settings: EngineSettings,
     /// Length of an engine step as the engine has it now, s.
     step: f64,
@@ -62,6 +64,7 @@ impl Dynamics {
             drives: Vec::new(),
             built: 0,
             moved: Vec::new(),
+            followers: Vec::new(),
             settings,
             step: settings.step,
         }
@@ -74,6 +77,7 @@ impl Dynamics {
             return;
         }
         self.built = scene.shape_version;
+        self.followers = super::follow::followers(scene);
         let twists: BTreeMap<u32, Twist> = self.bodies.iter().map(|b| (b.slot, self.engine.twist(b.id))).collect();
         let kept = |b: &BodyRecord| {
             scene.get(b.slot).is_some_and(|o| o.uid == b.uid && o.version == b.version)
@@ -197,7 +201,9 @@ impl Dynamics {
             let Some(id) = j.id else { continue };
             let drive = match j.control {
                 Control::Free => Drive::Free,
-                Control::Velocity => Drive::Velocity { target: j.target_velocity, max_force: j.max_force.abs() },
+                Control::Velocity => {
+                    Drive::Velocity { target: j.target_velocity, max_force: j.max_force.abs(), slip: j.slip }
+                }
                 Control::Position => Drive::Position {
                     target: j.target_position,
                     max_force: j.max_force.abs(),
@@ -217,6 +223,7 @@ impl Dynamics {
     /// Tells the engine what was set by hand since the last step, so that both are at one.
     pub fn prepare(&mut self, scene: &mut Scene) {
         self.settle(scene);
+        super::follow::update(scene, &self.followers, &mut self.drives);
         self.apply_changes(scene);
     }
 
@@ -228,6 +235,7 @@ impl Dynamics {
     /// Lets `dt` pass in engine steps, then copies poses and joint states back. Objects whose bodies were lost.
     /// `before`, if there is one, is asked before each engine step for pushes that act in it.
     pub fn advance(&mut self, scene: &mut Scene, dt: f64, before: Option<&mut BeforeStep<'_>>) -> Vec<u32> {
+        super::follow::update(scene, &self.followers, &mut self.drives);
         self.apply_changes(scene);
         if dt > 0.0 {
             // Whatever dt is, exactly dt passes.
@@ -271,18 +279,20 @@ impl Dynamics {
 
     /// Everything as bytes, for [`Dynamics::restore`].
     pub fn snapshot(&self) -> Vec<u8> {
-        let Dynamics { engine, bodies, joints, drives, built, moved, settings, step } = self;
-        let all = (engine.snapshot(), bodies, joints, drives, built, moved, settings, step);
+        let Dynamics { engine, bodies, joints, drives, built, moved, followers, settings, step } = self;
+        let all = (engine.snapshot(), bodies, joints, drives, built, moved, followers, settings, step);
         postcard::to_stdvec(&all).unwrap_or_default()
     }
 
     /// Takes it back. After a failure nothing has changed.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let (engine, bodies, joints, drives, built, moved, settings, step): (Vec<u8>, _, _, _, _, _, _, _) =
+        type All =
+            (Vec<u8>, Vec<BodyRecord>, Vec<JointRecord>, Vec<u32>, u64, Vec<u32>, Vec<(u32, u32)>, EngineSettings, f64);
+        let (engine, bodies, joints, drives, built, moved, followers, settings, step): All =
             postcard::from_bytes(bytes).map_err(|e| format!("the table of bodies: {e}"))?;
         self.engine.restore(&engine)?;
         (self.bodies, self.joints, self.drives, self.built) = (bodies, joints, drives, built);
-        (self.moved, self.settings, self.step) = (moved, settings, step);
+        (self.moved, self.followers, self.settings, self.step) = (moved, followers, settings, step);
         Ok(())
     }
 

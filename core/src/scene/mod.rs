@@ -5,9 +5,11 @@
 //! - [`rows`]: the property rows of the core;
 //! - `props`: reading and setting them;
 //! - `dynamics`: which objects become bodies and joints of the engine, and back;
+//! - `follow`: joints that follow others;
 //! - `forms`: the solids of a shape.
 
 mod dynamics;
+mod follow;
 mod forms;
 mod names;
 mod object;
@@ -17,6 +19,7 @@ mod tree;
 
 pub use dynamics::Dynamics;
 pub(crate) use dynamics::mass_props;
+pub use follow::Follow;
 pub use forms::{collision_parts, default_inertia, default_mass, visible_parts};
 pub use object::{
     ActuatorData, Body, Control, Data, Joint, JointType, Object, Primitive, SensorData, Shape, ShapePart,

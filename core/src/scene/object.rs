@@ -6,7 +6,9 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;
 
+use super::follow::Follow;
 use crate::{
+    figures::GraphSpec,
     geometry::Mesh,
     physics::{BodyId, JointId},
 };
@@ -55,6 +57,8 @@ pub enum Data {
     Actuator(ActuatorData),
     /// Ties what is below rigidly to what is above.
     ForceSensor,
+    /// Records numbers over time.
+    Graph(Box<GraphSpec>),
     /// A script; belongs to its parent, and is not among its children.
     Script,
 }
@@ -69,6 +73,7 @@ impl Object {
             Data::Sensor(_) => TATU_KIND_SENSOR,
             Data::Actuator(_) => TATU_KIND_ACTUATOR,
             Data::ForceSensor => TATU_KIND_FORCE_SENSOR,
+            Data::Graph(_) => TATU_KIND_GRAPH,
             Data::Script => TATU_KIND_SCRIPT,
         }
     }
@@ -230,6 +235,8 @@ pub struct Joint {
     pub max_velocity: f64,
     pub effort: f64,
     pub limits: Option<(f64, f64)>,
+    pub slip: f64,
+    pub follow: Follow,
     /// In the engine, if it ties two bodies there.
     pub id: Option<JointId>,
 }
@@ -248,6 +255,8 @@ impl Default for Joint {
             max_velocity: 10.0,
             effort: 0.0,
             limits: None,
+            slip: 0.0,
+            follow: Follow::default(),
             id: None,
         }
     }

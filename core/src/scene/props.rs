@@ -3,6 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 use tatu_plugin_api::{abi::*, safe::Value};
 
+use crate::figures::{CurveSpec, GraphSpec, MOST_SAMPLES, StreamSpec};
+
 use super::{
     Control, Data, Joint, JointType, Object, Primitive, Scene, Shape, ShapePart, default_inertia, default_mass,
     from_euler, pose_from_array, pose_to_array,
@@ -75,6 +77,8 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
             let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
             floats(&[low, high])
         }
+        (Row::Follows, Data::Joint(j)) => Value::text(&j.follow.master),
+        (Row::FollowCurve, Data::Joint(j)) => floats(&j.follow.curve),
         (_, Data::Joint(_)) => {
             let mut out = [0.0];
             match numbers(o, row, &mut out) {
@@ -83,6 +87,10 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
             }
         }
         (Row::Explicit, Data::Sensor(s)) => Value::Bool(s.explicit),
+        (Row::GraphExplicit, Data::Graph(g)) => Value::Bool(g.explicit),
+        (Row::GraphBuffer, Data::Graph(g)) => Value::Int(g.buffer as i64),
+        (Row::GraphStreams, Data::Graph(g)) => Value::List(g.streams.iter().map(|s| s.to_value()).collect()),
+        (Row::GraphCurves, Data::Graph(g)) => Value::List(g.curves.iter().map(|c| c.to_value()).collect()),
         _ => return lacks(scene, slot, row),
     })
 }
@@ -128,6 +136,9 @@ pub fn numbers(o: &Object, row: Row, out: &mut [f64]) -> Option<usize> {
         (Row::MaxForce, Data::Joint(j)) => put(out, &[j.max_force]),
         (Row::MaxVelocity, Data::Joint(j)) => put(out, &[j.max_velocity]),
         (Row::Effort, Data::Joint(j)) => put(out, &[j.effort]),
+        (Row::Slip, Data::Joint(j)) => put(out, &[j.slip]),
+        (Row::FollowFactor, Data::Joint(j)) => put(out, &[j.follow.factor]),
+        (Row::FollowOffset, Data::Joint(j)) => put(out, &[j.follow.offset]),
         (Row::Position, _) => put(out, o.local.translation.vector.as_slice()),
         (Row::Quaternion, _) => put(out, o.local.rotation.coords.as_slice()),
         (Row::Orientation, _) => put(out, &to_euler(&o.local.rotation)),
@@ -155,6 +166,9 @@ pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<
             Row::TargetPosition => replace(&mut j.target_position, *x),
             Row::MaxForce => replace(&mut j.max_force, *x),
             Row::MaxVelocity => replace(&mut j.max_velocity, *x),
+            Row::Slip => replace(&mut j.slip, x.max(0.0)),
+            Row::FollowFactor => replace(&mut j.follow.factor, *x),
+            Row::FollowOffset => replace(&mut j.follow.offset, *x),
             Row::JointPosition => {
                 j.position = clamp(j, *x);
                 scene.refresh(slot);
@@ -279,6 +293,7 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
             s.explicit = *b;
             Some(Changed::Value)
         }
+        (_, Data::Graph(g), _) => set_graph(g, row, value)?,
         _ => None,
     };
     match done {
@@ -384,6 +399,24 @@ fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
     Ok(part)
 }
 
+fn set_graph(g: &mut GraphSpec, row: Row, value: &Value) -> Result<Option<Changed>, Refusal> {
+    match (row, value) {
+        (Row::GraphExplicit, Value::Bool(b)) => g.explicit = *b,
+        (Row::GraphBuffer, Value::Int(n)) if (1..=MOST_SAMPLES).contains(n) => g.buffer = *n as usize,
+        (Row::GraphBuffer, _) => {
+            return refuse(TATU_ERR_ARGUMENT, format!("a graph keeps 1 to {MOST_SAMPLES} samples"));
+        }
+        (Row::GraphStreams, Value::List(all)) => {
+            g.streams = all.iter().map(StreamSpec::from_value).collect::<Result<_, _>>()?;
+        }
+        (Row::GraphCurves, Value::List(all)) => {
+            g.curves = all.iter().map(CurveSpec::from_value).collect::<Result<_, _>>()?;
+        }
+        _ => return Ok(None),
+    }
+    Ok(Some(Changed::Value))
+}
+
 fn set_joint(j: &mut Joint, row: Row, value: &Value, text: &str) -> Option<Changed> {
     match (row, value) {
         (Row::JointType, _) => j.kind = if text == "prismatic" { JointType::Prismatic } else { JointType::Revolute },
@@ -401,6 +434,8 @@ fn set_joint(j: &mut Joint, row: Row, value: &Value, text: &str) -> Option<Chang
             j.limits = Some((v[0].min(v[1]), v[0].max(v[1])));
             j.position = clamp(j, j.position);
         }
+        (Row::Follows, _) => text.clone_into(&mut j.follow.master),
+        (Row::FollowCurve, Value::Floats(v)) if super::follow::is_curve(v) => j.follow.curve.clone_from(v),
         (Row::Cyclic, Value::Bool(true)) => j.limits = None,
         (Row::Cyclic, Value::Bool(false)) => {}
         _ => return None,

@@ -67,6 +67,7 @@ const SHAPE: Of = Of::Kind(TATU_KIND_SHAPE);
 const JOINT: Of = Of::Kind(TATU_KIND_JOINT);
 const SENSOR: Of = Of::Kind(TATU_KIND_SENSOR);
 const ACTUATOR: Of = Of::Kind(TATU_KIND_ACTUATOR);
+const GRAPH: Of = Of::Kind(TATU_KIND_GRAPH);
 const SCRIPT: Of = Of::Kind(TATU_KIND_SCRIPT);
 const ANY: Of = Of::Any;
 const WORLD: Of = Of::World;
@@ -120,9 +121,18 @@ rows! {
     Effort "joint.effort" JOINT, TATU_F64 0 Some("N m|N"), ReadOnly FREE, "Torque or force that its motor exerted in the last step.";
     Cyclic "joint.cyclic" JOINT, TATU_BOOL 0 None, Rebuilds FREE, "Whether it turns without end; default true without limits.";
     Limits "joint.limits" JOINT, TATU_F64S 2 Some("rad|m"), Rebuilds FREE, "Lowest and highest position.";
+    Slip "joint.slip" JOINT, TATU_F64 0 None, Live FREE, "Speed that velocity control gives up under load, (rad/s)/(N m) or (m/s)/N; default 0.";
+    Follows "joint.follows" JOINT, TATU_TEXT 0 None, Rebuilds FREE, "Path of the joint that it follows, seen from itself: position control and kinematic joints follow its position, velocity control its velocity; default: none.";
+    FollowFactor "joint.follow_factor" JOINT, TATU_F64 0 None, Live FREE, "How far it follows: its position or velocity for 1 of the other's; default 1.";
+    FollowOffset "joint.follow_offset" JOINT, TATU_F64 0 Some("rad|m"), Live FREE, "Where it stands when the other stands at 0; default 0.";
+    FollowCurve "joint.follow_curve" JOINT, TATU_F64S 0 None, Live FREE, "Pairs of the other's position and its own, rad or m, ascending, with straight lines between; takes the place of factor and offset for positions; default: none.";
     SensorKind "sensor.kind" SENSOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of sensor.";
     Explicit "sensor.explicit" SENSOR, TATU_BOOL 0 None, Live FREE, "Whether it measures only when it is told to; default false.";
     ActuatorKind "actuator.kind" ACTUATOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of actuator.";
+    GraphExplicit "graph.explicit" GRAPH, TATU_BOOL 0 None, Live FREE, "Whether it records only when it is told to; default false: at the end of each step.";
+    GraphBuffer "graph.buffer" GRAPH, TATU_I64 0 None, Live FREE, "How many samples of a stream it keeps, the newest ones, 1 to 1000000; default 10000.";
+    GraphStreams "graph.streams" GRAPH, TATU_LIST 0 None, Live FREE, "What it records: name, unit, color, of, data, transform, factor, offset, window, hidden; default: nothing.";
+    GraphCurves "graph.curves" GRAPH, TATU_LIST 0 None, Live FREE, "Curves of one stream over another: name, x, y, z, unit, color; default: none.";
     ScriptLanguage "script.language" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "Its language.";
     ScriptDialect "script.dialect" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "The dialect chosen for it.";
     ScriptKind "script.kind" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "child, customization or main.";
@@ -193,6 +203,7 @@ pub const KINDS: &[(&str, i32)] = &[
     ("sensor", TATU_KIND_SENSOR),
     ("actuator", TATU_KIND_ACTUATOR),
     ("force_sensor", TATU_KIND_FORCE_SENSOR),
+    ("graph", TATU_KIND_GRAPH),
 ];
 
 /// The name of a kind.

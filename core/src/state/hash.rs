@@ -41,7 +41,7 @@ pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
         let mut h = Xxh3::new();
         let mut put = |x: f64| h.update(&(x + 0.0).to_bits().to_le_bytes());
         match &o.data {
-            Data::Sensor(_) | Data::Script => continue,
+            Data::Sensor(_) | Data::Script | Data::Graph(_) => continue,
             Data::Actuator(a) => a.commands.iter().copied().for_each(&mut put),
             Data::Joint(j) => [j.position, j.velocity, j.target_velocity, j.target_position, j.max_force]
                 .into_iter()

@@ -73,6 +73,7 @@ impl World {
         sensors(cell, snapshot.get("sensors")?)?;
         actuators(cell, snapshot.get("actuators")?)?;
         core(cell, image)?;
+        *cell.figures.borrow_mut() = snapshot.get("figures")?;
         plugins(cell, snapshot.get("plugins")?)?;
         Scripts::load(cell, snapshot.get("scripts")?)?;
         session::log::restore(cell, records(snapshot)?);

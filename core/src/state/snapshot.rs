@@ -85,6 +85,7 @@ impl World {
         });
         let mut missed = clients(cell);
         snapshot.put("core", &core(cell)?)?;
+        snapshot.put("figures", &*cell.figures.borrow())?;
         snapshot.put("sensors", &sensors(cell, &mut missed))?;
         snapshot.put("actuators", &actuators(cell, &mut missed))?;
         snapshot.put("plugins", &plugins(cell, &mut missed))?;

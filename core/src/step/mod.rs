@@ -24,6 +24,7 @@ use crate::{
     act,
     calls::Caller,
     error::{Fault, FaultKind},
+    figures,
     host::watchdog::Call,
     scripts::Scripts,
     world::{WorldCell, instance_fault},
@@ -41,6 +42,8 @@ pub(crate) fn step(world: &WorldCell) {
                 // Nothing runs yet that could be in the way.
                 let _ = run(world, stage, dt, "the step");
             }
+            // What the step has led to; a driver records by itself.
+            let _ = figures::record_due(world, world.clock.time.get() + world.clock.so_far());
         }
     }
     world.clock.advance();

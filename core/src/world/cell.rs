@@ -20,6 +20,7 @@ use crate::{
     calls::{Calls, Due},
     document::{DeviceSpec, Document, Settings},
     error::{Fault, FaultKind},
+    figures::Figures,
     host::{
         Registry,
         guard::{self, Home},
@@ -125,6 +126,8 @@ pub(crate) struct WorldCell {
     pub(crate) lines: RefCell<Vec<LogLine>>,
     /// World poses of the step before by slots, for velocities of objects that the engine does not move.
     pub before: RefCell<Vec<Option<nalgebra::Isometry3<f64>>>>,
+    /// Graphs and drawings.
+    pub figures: RefCell<Figures>,
     /// What a stop goes back to.
     pub initial: RefCell<Option<Scene>>,
     /// Slots, kinds and parameters of the devices at the start.

@@ -31,6 +31,7 @@ use crate::{
     calls::{Calls, ErrorSlot, answer},
     document::Document,
     error::{Error, Fault, FaultKind, Result},
+    figures::{self, Figures},
     host::{Registry, guard::Home, watchdog::Call},
     scene::{Data, Dynamics, pose_to_array},
     scripts::Scripts,
@@ -79,6 +80,7 @@ impl World {
             faults: RefCell::new(Vec::new()),
             lines: RefCell::new(Vec::new()),
             before: RefCell::new(Vec::new()),
+            figures: RefCell::new(Figures::default()),
             initial: RefCell::new(None),
             initial_devices: RefCell::new(Vec::new()),
             pool,
@@ -98,6 +100,10 @@ impl World {
         Scripts::declare(&world.cell, &slots);
         let cell = &world.cell;
         cell.dynamics.borrow_mut().settle(&mut cell.scene.borrow_mut());
+        for (joint, master) in cell.scene.borrow().lost_followers() {
+            let text = format!("the joint {joint} is to follow `{master}`, but there is no such joint");
+            cell.log(TATU_LOG_WARNING, &text);
+        }
         Ok(world)
     }
 
@@ -122,6 +128,8 @@ impl World {
         cell.clock.time.set(0.0);
         cell.clock.step.set(0);
         cell.requests.set(0);
+        cell.figures.borrow_mut().begin(&cell.scene.borrow());
+        figures::check(cell);
         cell.running.set(true);
         cell.outside.begin();
         Scripts::begin(cell);
@@ -159,6 +167,7 @@ impl World {
         }
         cell.look_after("the end of the run");
         cell.signals.borrow_mut().clear();
+        cell.figures.borrow_mut().end();
         cell.before.borrow_mut().clear();
         if let Some(mut initial) = cell.initial.borrow_mut().take() {
             let mut scene = cell.scene.borrow_mut();
@@ -323,6 +332,10 @@ impl World {
         let scene = self.cell.scene.borrow();
         let dynamics = self.cell.dynamics.borrow();
         dynamics.contacts().map(|(a, b, c)| (scene.path(a), scene.path(b), c.force)).collect()
+    }
+    /// Graphs and drawings; graphs keep what they recorded when the world stops.
+    pub fn figures(&self) -> std::cell::Ref<'_, Figures> {
+        self.cell.figures.borrow()
     }
     /// Gravity, m/s^2.
     pub fn gravity(&self) -> Vector3<f64> {

@@ -29,6 +29,7 @@ pub const TATU_HOST_SESSION: &CStr = c"tatu.host.session/draft.1";
 pub const TATU_HOST_STAGE: &CStr = c"tatu.host.stage/draft.1";
 pub const TATU_HOST_LOG: &CStr = c"tatu.host.log/draft.1";
 pub const TATU_HOST_FILES: &CStr = c"tatu.host.files/draft.1";
+pub const TATU_HOST_FIGURES: &CStr = c"tatu.host.figures/draft.1";
 
 pub type WorldPtr = *mut tatu_world;
 
@@ -186,4 +187,22 @@ pub struct tatu_host_files {
     pub size: u32,
     pub reserved: u32,
     pub resolve: Option<unsafe extern "C" fn(WorldPtr, tatu_str, u32, *mut tatu_str) -> tatu_status>,
+}
+
+pub const TATU_FIGURE_STREAM: u32 = 1;
+pub const TATU_FIGURE_CURVE: u32 = 2;
+pub const TATU_FIGURE_COPY: u32 = 3;
+pub const TATU_FIGURE_DRAWING: u32 = 4;
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_host_figures {
+    pub size: u32,
+    pub reserved: u32,
+    pub add: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *const tatu_value, *mut i64) -> tatu_status>,
+    pub change: Option<unsafe extern "C" fn(WorldPtr, tatu_object, i64, *const tatu_value) -> tatu_status>,
+    pub put: Option<unsafe extern "C" fn(WorldPtr, tatu_object, i64, *const f64, u64, *mut u64) -> tatu_status>,
+    pub record: Option<unsafe extern "C" fn(WorldPtr, tatu_object, f64) -> tatu_status>,
+    pub list: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *mut i64, u32, *mut u32) -> tatu_status>,
+    pub get: Option<unsafe extern "C" fn(WorldPtr, tatu_object, i64, u32, *mut tatu_value) -> tatu_status>,
 }

@@ -23,6 +23,7 @@ pub struct Host {
     pub(crate) stage: Option<&'static tatu_host_stage>,
     pub(crate) log: Option<&'static tatu_host_log>,
     pub(crate) files: Option<&'static tatu_host_files>,
+    pub(crate) figures: Option<&'static tatu_host_figures>,
 }
 
 // SAFETY: the tables are constant; which thread may call which function is told by the header's tags.
@@ -62,6 +63,7 @@ impl Host {
                 stage: table(raw, service, TATU_HOST_STAGE),
                 log: table(raw, service, TATU_HOST_LOG),
                 files: table(raw, service, TATU_HOST_FILES),
+                figures: table(raw, service, TATU_HOST_FIGURES),
             };
             super::guard::set_panic_hook(&host);
             Some(host)

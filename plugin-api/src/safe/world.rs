@@ -72,17 +72,24 @@ impl<'a> Reading<'a> {
 #[derive(Clone, Copy)]
 pub struct World<'a> {
     raw: *mut tatu_world,
-    host: &'a Host,
+    pub(super) host: &'a Host,
 }
 
 /// Calls a function of a service, or says that this host lacks it.
 macro_rules! service {
     ($world:ident . $table:ident . $function:ident) => {
         $world.host.$table.and_then(|t| t.$function).ok_or_else(|| {
-            Fail::unsupported(concat!("this host offers no ", stringify!($table), ".", stringify!($function)))
+            $crate::safe::Fail::unsupported(concat!(
+                "this host offers no ",
+                stringify!($table),
+                ".",
+                stringify!($function)
+            ))
         })?
     };
 }
+
+pub(super) use service;
 
 impl<'a> World<'a> {
     /// # Safety
@@ -105,7 +112,7 @@ impl<'a> World<'a> {
     pub fn host(&self) -> &'a Host {
         self.host
     }
-    fn check(&self, status: tatu_status) -> Result {
+    pub(super) fn check(&self, status: tatu_status) -> Result {
         if status >= 0 { Ok(()) } else { Err(self.refusal(status)) }
     }
     #[cold]
@@ -204,7 +211,10 @@ impl<'a> World<'a> {
             unsafe { list(self.raw, base, kinds, flags, out, cap, n) }
         })
     }
-    fn fill<T: Copy + Default>(&self, call: impl Fn(*mut T, u32, *mut u32) -> tatu_status) -> Result<Vec<T>> {
+    pub(super) fn fill<T: Copy + Default>(
+        &self,
+        call: impl Fn(*mut T, u32, *mut u32) -> tatu_status,
+    ) -> Result<Vec<T>> {
         let (mut out, mut n) = (vec![T::default(); 64], 0);
         loop {
             self.check(call(out.as_mut_ptr(), out.len() as u32, &mut n))?;

@@ -6,6 +6,7 @@
 mod bodies;
 mod commands;
 mod devices;
+mod figures;
 mod files;
 mod log;
 mod properties;
@@ -134,6 +135,7 @@ fn table(id: &CStr) -> *const c_void {
         id if id == TATU_HOST_STAGE => (&raw const session::STAGE).cast(),
         id if id == TATU_HOST_LOG => (&raw const log::TABLE).cast(),
         id if id == TATU_HOST_FILES => (&raw const files::TABLE).cast(),
+        id if id == TATU_HOST_FIGURES => (&raw const figures::TABLE).cast(),
         _ => std::ptr::null(),
     }
 }

@@ -256,6 +256,7 @@ unsafe extern "C" fn create(
                 Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
                 Some(TATU_KIND_DUMMY) => Data::Dummy,
                 Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor,
+                Some(TATU_KIND_GRAPH) => Data::Graph(Box::default()),
                 Some(k) => {
                     let text = format!("an object of kind {} is not made while the world lives", kind_name(k));
                     return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));

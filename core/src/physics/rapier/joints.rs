@@ -85,7 +85,7 @@ pub(super) fn build(desc: &JointDesc) -> GenericJoint {
 pub(super) fn sane(drive: Drive) -> Drive {
     let good = match drive {
         Drive::Free => true,
-        Drive::Velocity { target, max_force } => target.is_finite() && max_force > 0.0,
+        Drive::Velocity { target, max_force, slip } => target.is_finite() && max_force > 0.0 && slip >= 0.0,
         Drive::Position { target, max_force, max_velocity } => {
             target.is_finite() && max_force > 0.0 && max_velocity > 0.0
         }
@@ -113,7 +113,10 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
             joint.motors[axis as usize] = JointMotor::default();
             return;
         }
-        Drive::Velocity { target, max_force } => motor(target, max_force),
+        Drive::Velocity { target, max_force, slip } if slip > 1.0 / MOTOR_DAMPING => {
+            JointMotor { damping: 1.0 / slip, ..motor(target, max_force) }
+        }
+        Drive::Velocity { target, max_force, .. } => motor(target, max_force),
         // The same force on both bodies, along the axis as it is in each sub-step.
         Drive::Force(force) => motor(NEVER_REACHED.copysign(force), force.abs()),
         Drive::Position { target, max_force, max_velocity } => match record.phase {

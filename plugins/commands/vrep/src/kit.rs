@@ -73,6 +73,7 @@ props! {
     point: "proximity.point",
     seen_object: "proximity.object",
     normal: "proximity.normal",
+    graph_explicit: "graph.explicit",
     script_kind: "script.kind",
     script_calls: "script.calls",
     time: "scene.time",

@@ -8,7 +8,9 @@ mod aliases;
 mod by_name;
 mod console;
 mod constants;
+mod drawing;
 mod forces;
+mod graphs;
 mod joints;
 mod keys;
 mod kinds;
@@ -32,6 +34,7 @@ mod state;
 mod threads;
 mod tree;
 mod tubes;
+mod views;
 
 use tatu_plugin_api::safe::{Host, Offer, Plugin, Result, World};
 
@@ -75,6 +78,9 @@ impl Plugin for Vrep {
         packing::offer(offer);
         console::offer(offer);
         messages::offer(offer);
+        graphs::offer(offer);
+        drawing::offer(offer);
+        views::offer(offer);
         simulation::offer(offer);
         parameters::offer(offer);
         scripts::offer(offer);

@@ -101,7 +101,6 @@ const NOTHING: &[(&str, &str, bool)] = &[
     ("resetDistance", "there are no distance objects", true),
     ("handleVisionSensor", "there are no vision sensors", true),
     ("resetVisionSensor", "there are no vision sensors", true),
-    ("handleGraph", "there are no graphs", true),
 ];
 
 /// Whether the caller is a main script.

@@ -29,7 +29,7 @@ fn lift(engine: &mut Rapier, limits: Option<(f64, f64)>) -> JointId {
 fn velocity() {
     let mut engine = engine(0.01);
     let joint = lift(&mut engine, None);
-    engine.drive(joint, Drive::Velocity { target: 0.1, max_force: 100.0 });
+    engine.drive(joint, Drive::Velocity { target: 0.1, max_force: 100.0, slip: 0.0 });
     engine.advance(100);
     let JointState { position, velocity, effort } = engine.joint_state(joint);
     assert!((velocity / 0.1 - 1.0).abs() < 1e-3, "{velocity}");
@@ -42,7 +42,7 @@ fn velocity() {
 fn weak_motor() {
     let mut engine = engine(0.01);
     let joint = lift(&mut engine, None);
-    engine.drive(joint, Drive::Velocity { target: 10.0, max_force: 15.0 });
+    engine.drive(joint, Drive::Velocity { target: 10.0, max_force: 15.0, slip: 0.0 });
     engine.advance(100);
     let JointState { velocity, effort, .. } = engine.joint_state(joint);
     assert!((velocity - (7.5 - G)).abs() < 1e-6, "{velocity}");
@@ -169,8 +169,8 @@ fn nonsense() {
     let mut engine = engine(0.01);
     let joint = arm(&mut engine, 0.5, None);
     for drive in [
-        Drive::Velocity { target: f64::NAN, max_force: 1.0 },
-        Drive::Velocity { target: 1.0, max_force: f64::NAN },
+        Drive::Velocity { target: f64::NAN, max_force: 1.0, slip: 0.0 },
+        Drive::Velocity { target: 1.0, max_force: f64::NAN, slip: 0.0 },
         Drive::Position { target: f64::INFINITY, max_force: 1.0, max_velocity: 1.0 },
         Drive::Force(f64::NAN),
     ] {

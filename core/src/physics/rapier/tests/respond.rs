@@ -84,7 +84,7 @@ fn jointed_bodies_collide() {
         let (frame_in_a, frame_in_b) = (at(0.0, 0.0, 0.5), Isometry3::identity());
         let desc = JointDesc { a: base, b: car, frame_in_a, frame_in_b, kind: JointKind::Prismatic, limits: None };
         let joint = engine.add_joint(&desc).unwrap();
-        engine.drive(joint, Drive::Velocity { target: -0.5, max_force: 5.0 });
+        engine.drive(joint, Drive::Velocity { target: -0.5, max_force: 5.0, slip: 0.0 });
         engine.advance(200);
         let z = engine.pose(car).translation.z;
         assert_eq!(stopped, z > 0.19, "{z}");

@@ -78,7 +78,7 @@ pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u
 impl TwoWheels {
     pub(super) fn drive(&self, engine: &mut Rapier, left: f64, right: f64) {
         for (joint, target) in self.joints.into_iter().zip([left, right]) {
-            engine.drive(joint, Drive::Velocity { target, max_force: 3.0 });
+            engine.drive(joint, Drive::Velocity { target, max_force: 3.0, slip: 0.0 });
         }
     }
 

@@ -1,0 +1,70 @@
+//! Streams, curves and drawings, as plugins see them; keys and sorts stand in the header.
+
+use super::{Result, Value, ValueRef, World, world::service};
+use crate::abi::*;
+
+/// A value in the form of the border, with room of its own for what it points to.
+fn raw(value: &Value, room: &mut Vec<Vec<u64>>) -> tatu_value {
+    let raw = value.to_raw(&mut |bytes| {
+        room.push(vec![0; bytes.div_ceil(8).max(1)]);
+        room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+    });
+    raw.unwrap_or(ValueRef::NIL.raw())
+}
+
+/// A map of keys for [`World::add_figure`] and [`World::change_figure`].
+pub fn keys<const N: usize>(entries: [(&str, Value); N]) -> Value {
+    Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
+}
+
+impl<'a> World<'a> {
+    /// Adds a stream, curve, copy or drawing (`TATU_FIGURE_*`); its number.
+    pub fn add_figure(&self, graph: tatu_object, what: u32, keys: &Value) -> Result<i64> {
+        let (mut room, mut id) = (Vec::new(), 0);
+        let map = raw(keys, &mut room);
+        // SAFETY: a world of this host; `room` lives until after the call.
+        self.check(unsafe { service!(self.figures.add)(self.raw(), graph, what, &map, &mut id) })?;
+        Ok(id)
+    }
+    /// Changes keys of a stream.
+    pub fn change_figure(&self, graph: tatu_object, id: i64, keys: &Value) -> Result {
+        let mut room = Vec::new();
+        let map = raw(keys, &mut room);
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.figures.change)(self.raw(), graph, id, &map) })
+    }
+    /// Removes a stream, curve or drawing.
+    pub fn remove_figure(&self, graph: tatu_object, id: i64) -> Result {
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.figures.change)(self.raw(), graph, id, std::ptr::null()) })
+    }
+    /// Gives a stream its next number, or a drawing items; none: empties. How many were taken.
+    pub fn put_figure(&self, graph: tatu_object, id: i64, numbers: &[f64]) -> Result<u64> {
+        let (n, mut taken) = (numbers.len() as u64, 0);
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.figures.put)(self.raw(), graph, id, numbers.as_ptr(), n, &mut taken) })?;
+        Ok(taken)
+    }
+    /// A graph takes a sample under a time in s; 0: all that are not told when to.
+    pub fn record_graph(&self, graph: tatu_object, time: f64) -> Result {
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.figures.record)(self.raw(), graph, time) })
+    }
+    /// The numbers of all of one sort.
+    pub fn figures(&self, graph: tatu_object, what: u32) -> Result<Vec<i64>> {
+        let list = service!(self.figures.list);
+        self.fill(|out, cap, n| {
+            // SAFETY: as above.
+            unsafe { list(self.raw(), graph, what, out, cap, n) }
+        })
+    }
+    /// One as a map, with what it holds if `numbers`; lives until the call that you are in returns.
+    pub fn figure(&self, graph: tatu_object, id: i64, numbers: bool) -> Result<ValueRef<'a>> {
+        let mut value = ValueRef::NIL.raw();
+        // SAFETY: as above; the value lives until the plugin's call returns, which 'a does not outlive.
+        unsafe {
+            self.check(service!(self.figures.get)(self.raw(), graph, id, u32::from(numbers), &mut value))?;
+            Ok(ValueRef::new(value))
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The Manta: a small car with rear drive and Ackermann steering.
+//!
+//! `numbers` has what it measures and weighs, `parts` what moves and collides. The base frame lies in the middle of the
+//! rear axle, x forward, y left: it turns about a point on its own y axis.
+
+mod numbers;
+mod parts;
+
+use tatu_plugin_api::{
+    safe::{Builder, Host, Model, Offer, Param, Params, Plugin, Result, World},
+    tatu_plugin,
+};
+
+/// The plugin; it keeps nothing.
+pub struct Mantas;
+
+impl Plugin for Mantas {
+    type World = ();
+
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Mantas)
+    }
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.model::<Manta>();
+    }
+}
+
+/// The model "manta".
+pub struct Manta;
+
+impl Model for Manta {
+    type Plugin = Mantas;
+    const ID: &'static str = "manta";
+    const TEXT: &'static str =
+        "Manta: a small car, rear wheels driven, front wheels steered; stands on z = 0, heading +x.";
+    const SLOTS: &'static [&'static str] = &[parts::SLOT];
+
+    fn params() -> Vec<Param> {
+        vec![
+            Param::float("motor_torque")
+                .unit("N m")
+                .range(0.0, 1000.0)
+                .default(numbers::MOTOR_TORQUE)
+                .text("Greatest torque of the motor until a script sets another; each rear wheel gets half of it."),
+            Param::floats("color", 3)
+                .range(0.0, 1.0)
+                .default([0.10, 0.30, 0.55])
+                .text("Red, green and blue of the body, 0 to 1."),
+        ]
+    }
+
+    fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result {
+        let base = parts::base(builder, params.array("color")?)?;
+        parts::steering(builder, base)?;
+        parts::drive(builder, base, params.f64("motor_torque")?)?;
+        parts::slot(builder, base)
+    }
+}
+
+tatu_plugin! {
+    plugin: Mantas,
+    id: "tatu.robot.manta",
+    name: "Manta",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

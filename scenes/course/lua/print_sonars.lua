@@ -1,0 +1,35 @@
+-- Avoids what it sees, and prints on a console what the eight sonars in front see; - where nothing is seen.
+
+if sim_call_type == sim_childscriptcall_initialization then
+    sonars = {}
+    for i = 1, 16 do
+        sonars[i] = simGetObjectHandle('Pioneer_p3dx_ultrasonicSensor' .. i)
+    end
+    left = simGetObjectHandle('Pioneer_p3dx_leftMotor')
+    right = simGetObjectHandle('Pioneer_p3dx_rightMotor')
+    cruise = 2              -- rad/s of both wheels with nothing in sight
+    near, far = 0.2, 0.6    -- m: full reaction within, none beyond
+    console = simAuxiliaryConsoleOpen('Sonars', 500, 0)
+end
+
+if sim_call_type == sim_childscriptcall_actuation then
+    -- The sonars in front, from left (1) to right (8): those ahead count most, and each slows the wheel on the other side.
+    local push = {0, 0}
+    for i = 1, 8 do
+        local seen, distance = simReadProximitySensor(sonars[i])
+        if seen > 0 and distance < far then
+            local nearness = math.min(1, (far - distance) / (far - near))
+            local side = i <= 4 and 2 or 1
+            push[side] = push[side] + nearness * (i <= 4 and i or 9 - i) * 0.5
+        end
+    end
+    -- A little more on one side, so that it does not stand still before what it sees straight ahead.
+    speed_left, speed_right = cruise - push[1] * 1.1, cruise - push[2]
+    simSetJointTargetVelocity(left, speed_left)
+    simSetJointTargetVelocity(right, speed_right)
+    for i = 1, 8 do
+        local seen, distance = simReadProximitySensor(sonars[i])
+        simAuxiliaryConsolePrint(console, seen > 0 and string.format('%.3f ', distance) or '- ')
+    end
+    simAuxiliaryConsolePrint(console, '\n')
+end
