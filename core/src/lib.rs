@@ -39,4 +39,4 @@ mod world;
 
 pub use figures::{Figures, Graph};
 pub use session::Session;
-pub use world::{LogLine, Observed, Phase, StandIn, World};
+pub use world::{LogLine, Observed, Phase, StandIn, Wish, World};

@@ -857,7 +857,9 @@ typedef struct tatu_host_scene {
    * for `find`, is made as a dummy (a path part by part, a unique name below `from`) and given in `*object`, of `kind`
    * if one is told. With an empty name, `from` was used as one of `kind` (a kind of object, "joint", or a schema,
    * "proximity/1"): TATU_OK if it is one now, so that the call can go on; it will be one in the next run in any case.
-   * All other runs, and what cannot be made: TATU_ERR_MISSING, at no cost, without a sentence. `kind`, `object` may be
+   * The names ".." and "./" ask in passing for what `from` hangs on and for what hangs on it: noted, and made only in
+   * the next run if it was missed. A name that begins with "=" is that of a value which `from` does not have: TATU_OK
+   * if there is to be one, in a neutral form, or else noted in the same way. All other runs, and what cannot be made: TATU_ERR_MISSING, at no cost, without a sentence. `kind`, `object` may be
    * null. */
   tatu_status(TATU_CALL *wanted)(tatu_world *, tatu_object from, tatu_str name, const char *kind, tatu_object *object);
 } tatu_host_scene;

@@ -21,6 +21,9 @@ mod events;
 mod header;
 mod import;
 mod importers;
+#[cfg(unix)]
+mod interactive;
+mod keys;
 mod kit;
 mod layout;
 mod made;
@@ -35,6 +38,7 @@ mod replay;
 mod restart;
 mod service;
 mod sonar;
+mod standins;
 mod state;
 mod thruster;
 mod tree;

@@ -86,9 +86,11 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref()).map(PathBuf::as_path);
     let registry = super::registry_watched(scene, &options.sources, watchdog.watches.clone(), copies)?;
     let made;
+    let mut values = replay.as_ref().and_then(|log| log.header.stand_ins.clone());
     let scene = match scene {
         None if args.stand_ins => {
-            (made, options.sources) = standins::learn(args, &options, &registry)?;
+            let learned = standins::learn(args, &options, &registry)?;
+            (made, options.sources, values) = (learned.scene, learned.sources, Some(learned.values));
             made.as_path()
         }
         scene => scene.ok_or_else(|| Error::new("E105", "no scene was given"))?,
@@ -106,8 +108,8 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     if let Some(folder) = &args.files {
         world.open_files_in(folder)?;
     }
-    if args.stand_ins || replay.as_ref().is_some_and(|log| log.header.stand_ins) {
-        world.make_stand_ins();
+    if let Some(values) = &values {
+        world.make_stand_ins(values);
     }
     let session = match &replay {
         None if !document.services.is_empty() => {
@@ -125,7 +127,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
                 // A script that is run without its scene is among the document's own files.
                 let scripts = if args.stand_ins { Vec::new() } else { c.scripts.clone() };
                 let mut header = file::Header::new(&document, &registry, c.seed, c.set.clone(), scripts);
-                header.stand_ins = args.stand_ins;
+                header.stand_ins = values.clone();
                 header
             }
         };

@@ -42,9 +42,9 @@ pub struct Header {
     pub set: Vec<String>,
     /// `--script` of the command line.
     pub scripts: Vec<String>,
-    /// The scene was made of what a script asked for.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub stand_ins: bool,
+    /// The scene was made of what a script asked for; the names of values that stand in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stand_ins: Option<Vec<String>>,
     /// Plugins that were loaded, but for those that only offer services: a replay starts none.
     pub plugins: Vec<PluginVersion>,
     /// Every file that the document was made of.
@@ -90,7 +90,7 @@ impl Header {
             seed,
             set,
             scripts,
-            stand_ins: false,
+            stand_ins: None,
             plugins: versions(registry),
             files: files.collect(),
         }

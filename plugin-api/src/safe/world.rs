@@ -241,6 +241,12 @@ impl<'a> World<'a> {
         self.wanted(object, "", kind).is_some()
     }
 
+    /// Whether a value that an object does not have is to be there in a neutral form: only in runs that make stand-ins,
+    /// and there only if it was missed before.
+    pub fn stands_in(&self, object: tatu_object, value: &str) -> bool {
+        self.wanted(object, &format!("={value}"), "").is_some()
+    }
+
     /// One field of a sensor's last reading.
     #[inline]
     pub fn reading(&self, sensor: tatu_object, field: Prop) -> Result<Reading<'a>> {

@@ -135,7 +135,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getScriptSimulationParameter", |c| {
             let key = (self_or(c, 0)?, c.bytes(1)?.to_vec());
-            let found = state(c)?.parameters.get(&key).cloned();
+            let mut found = state(c)?.parameters.get(&key).cloned();
+            // Without its scene a script has none of the parameters that the scene gave it.
+            if found.is_none() && c.world().stands_in(key.0, &String::from_utf8_lossy(&key.1)) {
+                found = Some(b"1".to_vec());
+            }
             if let Some(text) = found {
                 let value = if c.arg(2).truthy() { Value::Text(text) } else { typed(text) };
                 c.ret::<Value>(value);

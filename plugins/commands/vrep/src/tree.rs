@@ -9,7 +9,11 @@ use crate::{
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getObjectParent", |c| {
-            let up = parent(c, id(c, 0)?)?;
+            let object = id(c, 0)?;
+            let up = parent(c, object)?;
+            if up == 0 {
+                c.world().wanted(object, "..", "");
+            }
             c.ret(handle(up));
             Ok(())
         })
@@ -37,6 +41,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let index = usize::try_from(c.i64(1)?).ok();
             let below = c.world().list(base, 0, TATU_LIST_CHILDREN | TATU_LIST_SKIP_BASE)?;
             let child = index.and_then(|i| below.get(i).copied()).unwrap_or(0);
+            if child == 0 {
+                c.world().wanted(base, "./", "");
+            }
             c.ret(handle(child));
             Ok(())
         })
