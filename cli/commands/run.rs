@@ -26,7 +26,7 @@ use tatu_plugin_api::abi::*;
 
 use crate::{
     args::Run,
-    report,
+    graphs, report,
     state::{self, Wanted},
     trace::Trace,
     watchdog::Watchdog,
@@ -195,9 +195,10 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         world.take_lines().iter().for_each(|l| bar.suspend(|| tell(args, l)));
     }
     let wall = began.elapsed();
+    let undrawn = args.graphs.as_deref().map(|dir| graphs::write(&world, dir)).unwrap_or_default();
     bar.finish_and_clear();
     unwritten.extend(snapshots.unwritten(&world));
-    unwritten.iter().for_each(report::error);
+    unwritten.iter().chain(&undrawn).for_each(report::error);
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
     let objects = objects(&world, &hash);
     let opened = world.files_opened();
@@ -219,7 +220,11 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     // The registry of the end: a reload makes another.
     let registry = if reload.is_some() { world.registry() } else { registry };
     drop(world);
-    let good = super::end(registry) && faults.is_empty() && badly_ended.is_empty() && unwritten.is_empty();
+    let good = super::end(registry)
+        && faults.is_empty()
+        && badly_ended.is_empty()
+        && unwritten.is_empty()
+        && undrawn.is_empty();
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
