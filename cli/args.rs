@@ -98,6 +98,9 @@ pub struct Run {
     /// Put an object's pose and velocity, and a sensor's readings, into the trace.
     #[arg(long, value_name = "PATH")]
     pub watch: Vec<String>,
+    /// Write what graphs recorded into a folder, when the run has ended: `<graph>.csv` and `<graph>.png`.
+    #[arg(long, value_name = "DIR")]
+    pub graphs: Option<PathBuf>,
     /// Seconds of real time after which a plugin call that has not returned ends the run; 0: never.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub watchdog: f64,

@@ -2,6 +2,8 @@
 
 mod args;
 mod commands;
+mod graphs;
+mod plot;
 mod report;
 mod state;
 mod trace;

@@ -37,7 +37,7 @@ use pace::Pace;
 
 use crate::{
     args::Run,
-    report,
+    graphs, report,
     state::{self, Wanted},
     trace::Trace,
     watchdog::Watchdog,
@@ -223,9 +223,10 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     }
     drop(pace);
     let wall = began.elapsed();
+    let undrawn = args.graphs.as_deref().map(|dir| graphs::write(&world, dir)).unwrap_or_default();
     bar.finish_and_clear();
     unwritten.extend(snapshots.unwritten(&world));
-    unwritten.iter().for_each(report::error);
+    unwritten.iter().chain(&undrawn).for_each(report::error);
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
     let objects = objects(&world, &hash);
     let opened = world.files_opened();
@@ -254,7 +255,11 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     // The registry of the end: a reload makes another.
     let registry = if reload.is_some() { world.registry() } else { registry };
     drop(world);
-    let good = super::end(registry) && faults.is_empty() && badly_ended.is_empty() && unwritten.is_empty();
+    let good = super::end(registry)
+        && faults.is_empty()
+        && badly_ended.is_empty()
+        && unwritten.is_empty()
+        && undrawn.is_empty();
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
