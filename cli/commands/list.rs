@@ -26,7 +26,7 @@ pub fn list(args: &List) -> ExitCode {
         What::Actuators => (actuators(&registry), &["id", "plugin", "text"]),
         What::Importers => (importers(&registry), &["id", "plugin", "suffixes", "text"]),
         What::Services => (services(&registry), &["id", "plugin", "text"]),
-        What::Commands => (commands(&registry), &["names", "text"]),
+        What::Commands => (commands(&registry), &["name", "status", "text"]),
     };
     if args.json {
         report::out!("{}", serde_json::to_string_pretty(&rows).unwrap_or_default());
@@ -139,7 +139,8 @@ fn commands(r: &Registry) -> Vec<Value> {
         .map(|c| {
             let names: Vec<_> = c.names.iter().map(|n| n.name.as_str()).collect();
             json!({
-                "names": names, "plugin": r.plugins[c.plugin].id, "text": c.text, "example": c.example,
+                "name": names.first(), "aliases": names.get(1..), "status": c.status.name(), "notes": c.notes,
+                "example": c.example, "plugin": r.plugins[c.plugin].id, "text": c.text,
                 "parameters": params(&c.params), "returns": params(&c.returns),
             })
         })

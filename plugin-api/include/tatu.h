@@ -374,7 +374,16 @@ typedef struct tatu_name {
   uint32_t n_on_error;       /* how many values an old-style failure returns */
   uint32_t reserved;
   const tatu_value *on_error;/* these */
+  const char *on_error_until;/* the first dialect, a version such as "4.2", for whose scripts the error is an error again;
+                              * null or beyond `size`: none. Callers without a dialect get `on_error` */
 } tatu_name;
+
+/* How much of what is documented a command does. */
+enum {
+  TATU_COMMAND_FULL = 0,    /* all */
+  TATU_COMMAND_PARTIAL = 1, /* less than all; `notes` tell what is missing */
+  TATU_COMMAND_STUB = 2     /* it takes its arguments and gives a neutral value; the host tells of it once per run */
+};
 
 /* A command. Whatever can call commands (scripts, remote clients, other plugins) can call it by any of its names. */
 typedef struct tatu_command {
@@ -384,11 +393,14 @@ typedef struct tatu_command {
   const tatu_param *const *params;   /* null: none */
   const tatu_param *const *returns;  /* for people and docs; may be null */
   const char *text;                  /* what it does, one sentence */
-  const char *example;               /* a call, in Lua */
+  const char *example;               /* a script in Lua that raises where the effect is not there */
   const char *no_wait;               /* what to do where waiting is not possible; null: a general sentence */
   const void *user;                  /* handed back as tatu_call.user */
   /* [step] Runs it. May call any service; may be entered again before it returns. */
   tatu_status(TATU_CALL *call)(tatu_call *);
+  uint32_t status;                   /* TATU_COMMAND_FULL, ..._PARTIAL, ..._STUB; beyond `size`: full */
+  uint32_t reserved;
+  const char *notes;                 /* what is missing or differs, for people; null: nothing */
 } tatu_command;
 
 /* A named value for scripts. */

@@ -63,8 +63,8 @@ mirror! {
         user, api, error, wait_token, resume, caller, caller_object, caller_script, caller_dialect,
         caller_kind, reserved
     }
-    tatu_name { size, flags, name, n_on_error, reserved, on_error }
-    tatu_command { size, flags, names, params, returns, text, example, no_wait, user, call }
+    tatu_name { size, flags, name, n_on_error, reserved, on_error, on_error_until }
+    tatu_command { size, flags, names, params, returns, text, example, no_wait, user, call, status, reserved, notes }
     tatu_constant { size, reserved, name, value }
     tatu_prelude { size, reserved, language, module, text }
     tatu_ext_command { size, reserved, commands, constants, preludes, per_world }

@@ -30,7 +30,7 @@ use crate::error::{Error, Result};
 pub use actuators::{ActuatorKind, DeviceKind};
 pub use importers::{Choice, Importer};
 pub use services::ServiceKind;
-pub use types::{CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, SensorKind};
+pub use types::{CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, SensorKind, Status};
 
 /// What plugins offer, in order of plugin ids.
 pub struct Registry {
