@@ -807,6 +807,9 @@ typedef struct tatu_host_scene {
    * count even when `cap` is smaller. */
   tatu_status(TATU_CALL *list)(tatu_world *, tatu_object base, uint32_t kinds, uint32_t flags, tatu_object *out,
                                uint32_t cap, uint32_t *n);
+  /* Copies `n` objects, in place: a copy hangs below the copy of its parent, or below nothing where the parent is not
+   * in the list. All get one new suffix. `out` has room for `n`. Devices and scripts are not copied. */
+  tatu_status(TATU_CALL *copy)(tatu_world *, const tatu_object *objects, uint32_t n, tatu_object *out);
 } tatu_host_scene;
 
 #define TATU_HOST_READINGS "tatu.host.readings/draft.1"
@@ -842,6 +845,13 @@ typedef struct tatu_host_bodies {
   tatu_status(TATU_CALL *impulse)(tatu_world *, tatu_object, const double *linear, const double *angular);
   /* Touching pairs after the last step, of one shape or (0) of all. `*n` is the full count. */
   tatu_status(TATU_CALL *contacts)(tatu_world *, tatu_object, tatu_contact *out, uint32_t cap, uint32_t *n);
+  /* The shortest way from any shape of a list to any of another, as they stand now; `n_b` 0: to any other shape. Objects
+   * that are no shapes are passed over. `limit` > 0: no farther than this, m. Fills 6 numbers, both ends in the world
+   * frame, and the two shapes; solids that overlap are 0 apart. TATU_ERR_MISSING: there is none so near. */
+  tatu_status(TATU_CALL *closest)(tatu_world *, const tatu_object *a, uint32_t n_a, const tatu_object *b, uint32_t n_b,
+                                  double limit, double *points, tatu_object *pair);
+  /* Whether the engine moves it: 1 for dynamic shapes and for joints between two bodies, once physics has run. */
+  tatu_status(TATU_CALL *is_dynamic)(tatu_world *, tatu_object, uint32_t *yes);
 } tatu_host_bodies;
 
 #define TATU_HOST_COMMANDS "tatu.host.commands/draft.1"

@@ -96,10 +96,10 @@ mirror! {
     tatu_ext_service { size, reserved, services }
     tatu_host_scene {
         size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
-        find, create, remove, list
+        find, create, remove, list, copy
     }
     tatu_host_readings { size, reserved, field, sense_now, reset, list }
-    tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts }
+    tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic }
     tatu_host_commands {
         size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,
         retain, drop, call_func

@@ -196,8 +196,7 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
     // SAFETY: the dialect lives as long as the caller.
     let dialect = unsafe { super::bytes(f.caller_dialect) };
     let old = |n: &NameEntry| n.until.is_some() && !dialect.is_empty() && n.instead_of_error(dialect).is_some();
-    let cuts =
-        entry.names.get(f.alias as usize).is_some_and(|n| n.on_error.is_some()) || entry.names.iter().any(old);
+    let cuts = entry.names.get(f.alias as usize).is_some_and(|n| n.on_error.is_some()) || entry.names.iter().any(old);
     match convert_args(world, entry, args, cuts) {
         Ok((args, n)) => {
             (f.args, f.n_args) = (args, n);

@@ -100,8 +100,7 @@ impl Sensing {
         if self.devices.iter().all(&alive) {
             return Vec::new();
         }
-        let (keep, gone): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.devices).into_iter().partition(alive);
+        let (keep, gone): (Vec<_>, Vec<_>) = std::mem::take(&mut self.devices).into_iter().partition(alive);
         self.devices = keep;
         self.by_slot.clear();
         for i in 0..self.devices.len() {

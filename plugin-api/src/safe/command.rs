@@ -93,6 +93,13 @@ impl<P: Plugin> Command<P> {
     pub fn name(&self) -> &str {
         &self.names[0].name
     }
+    /// Whether it has an example.
+    pub fn has_example(&self) -> bool {
+        !self.example.is_empty()
+    }
+    pub(crate) fn has_name(&self, name: &str) -> bool {
+        self.names.iter().any(|n| n.name == name)
+    }
     /// The next parameter.
     pub fn param(mut self, param: Param) -> Self {
         self.params.push(param);

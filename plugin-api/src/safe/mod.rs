@@ -25,7 +25,7 @@ mod world;
 
 pub use actuator::{Actuator, Drive, Output};
 pub use call::{Call, IntoResult, Outcome};
-pub use command::{Command, Constant};
+pub use command::{Command, Constant, Status};
 pub use fail::{Fail, Result};
 pub use guard::{guarded, quiet as guarded_quietly};
 pub use host::{Host, Prop};
@@ -37,8 +37,8 @@ pub use param::{Param, Params};
 pub use plugin::{Instance, Plugin};
 pub use sensor::{Beams, Field, Form, Readout, Sample, Sensor};
 pub use service::{Answer, Called, Service, Session, Turn};
-pub use value::{Value, ValueRef};
-pub use world::{Contact, Object, Reading, World};
+pub use value::{MAX_DEPTH, Value, ValueRef};
+pub use world::{Closest, Contact, Object, Reading, World};
 
 #[doc(hidden)]
 pub mod macro_support {

@@ -87,6 +87,10 @@ impl<P: Plugin> Offer<P> {
     pub fn command(&mut self, command: Command<P>) {
         self.commands.push(command);
     }
+    /// Whether a command of a name has been offered.
+    pub fn has_command(&self, name: &str) -> bool {
+        self.commands.iter().any(|c| c.has_name(name))
+    }
     /// Changes every command offered so far: what all have in common, or what is kept apart, as examples.
     pub fn each_command(&mut self, mut change: impl FnMut(Command<P>) -> Command<P>) {
         self.commands = std::mem::take(&mut self.commands).into_iter().map(&mut change).collect();

@@ -8,7 +8,8 @@ use std::{
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::{
-    CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, Registry, SensorKind, Status, types::version,
+    CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, Registry, SensorKind, Status,
+    types::version,
 };
 use crate::host::{
     Declared,

@@ -116,7 +116,11 @@ impl Registry {
 
 /// A command that is no more, under its number and names.
 fn tombstone(old: &CommandEntry) -> CommandEntry {
-    let names = old.names.iter().map(|n| NameEntry { name: n.name.clone(), on_error: n.on_error.clone(), until: n.until.clone() });
+    let names = old.names.iter().map(|n| NameEntry {
+        name: n.name.clone(),
+        on_error: n.on_error.clone(),
+        until: n.until.clone(),
+    });
     CommandEntry {
         plugin: old.plugin,
         names: names.collect(),

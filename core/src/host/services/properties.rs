@@ -19,6 +19,9 @@ pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
 pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
     let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
     let row = Row::of(prop);
+    if row == Row::WorldNotes {
+        return Ok(scene::notes_value(&scene.notes));
+    }
     if object == 0 || row.info().of == Of::World && row != Row::None {
         return read_world(world, row);
     }
@@ -78,10 +81,15 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     }
     let value = check_value(&row.info().param(), value)
         .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
+    let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+    if row == Row::WorldNotes {
+        scene.notes = scene::notes(&value).map_err(|r| refusal(world, r))?;
+        return Ok(());
+    }
     if row.info().of == Of::World {
+        drop(scene);
         return write_world(world, row, &value);
     }
-    let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
     let slot = slot(world, &scene, object)?;
     let changed = scene::set(&mut scene, slot, row, &value).map_err(|r| refusal(world, r))?;
     after_change(world, slot, changed)

@@ -36,6 +36,7 @@ pub static TABLE: tatu_host_scene = tatu_host_scene {
     create: Some(create),
     remove: Some(remove),
     list: Some(list),
+    copy: Some(super::solids::copy),
 };
 
 unsafe extern "C" fn prop(host: *const tatu_host, key: *const c_char) -> tatu_prop {
