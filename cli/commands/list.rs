@@ -27,7 +27,7 @@ pub fn list(args: &List) -> ExitCode {
         What::Importers => (importers(&registry), &["id", "plugin", "suffixes", "text"]),
         What::Services => (services(&registry), &["id", "plugin", "text"]),
         What::Events => (events(&registry), &["name", "by", "fields", "text"]),
-        What::Commands => (commands(&registry), &["names", "text"]),
+        What::Commands => (commands(&registry), &["name", "status", "text"]),
     };
     if args.json {
         report::out!("{}", serde_json::to_string_pretty(&rows).unwrap_or_default());
@@ -153,7 +153,8 @@ fn commands(r: &Registry) -> Vec<Value> {
         .map(|c| {
             let names: Vec<_> = c.names.iter().map(|n| n.name.as_str()).collect();
             json!({
-                "names": names, "plugin": r.plugins[c.plugin].id, "text": c.text, "example": c.example,
+                "name": names.first(), "aliases": names.get(1..), "status": c.status.name(), "notes": c.notes,
+                "example": c.example, "plugin": r.plugins[c.plugin].id, "text": c.text,
                 "parameters": params(&c.params), "returns": params(&c.returns),
             })
         })

@@ -374,7 +374,16 @@ typedef struct tatu_name {
   uint32_t n_on_error;       /* how many values an old-style failure returns */
   uint32_t reserved;
   const tatu_value *on_error;/* these */
+  const char *on_error_until;/* the first dialect, a version such as "4.2", for whose scripts the error is an error again;
+                              * null or beyond `size`: none. Callers without a dialect get `on_error` */
 } tatu_name;
+
+/* How much of what is documented a command does. */
+enum {
+  TATU_COMMAND_FULL = 0,    /* all */
+  TATU_COMMAND_PARTIAL = 1, /* less than all; `notes` tell what is missing */
+  TATU_COMMAND_STUB = 2     /* it takes its arguments and gives a neutral value; the host tells of it once per run */
+};
 
 /* A command. Whatever can call commands (scripts, remote clients, other plugins) can call it by any of its names. */
 typedef struct tatu_command {
@@ -384,11 +393,14 @@ typedef struct tatu_command {
   const tatu_param *const *params;   /* null: none */
   const tatu_param *const *returns;  /* for people and docs; may be null */
   const char *text;                  /* what it does, one sentence */
-  const char *example;               /* a call, in Lua */
+  const char *example;               /* a script in Lua that raises where the effect is not there */
   const char *no_wait;               /* what to do where waiting is not possible; null: a general sentence */
   const void *user;                  /* handed back as tatu_call.user */
   /* [step] Runs it. May call any service; may be entered again before it returns. */
   tatu_status(TATU_CALL *call)(tatu_call *);
+  uint32_t status;                   /* TATU_COMMAND_FULL, ..._PARTIAL, ..._STUB; beyond `size`: full */
+  uint32_t reserved;
+  const char *notes;                 /* what is missing or differs, for people; null: nothing */
 } tatu_command;
 
 /* A named value for scripts. */
@@ -862,6 +874,9 @@ typedef struct tatu_host_scene {
    * if there is to be one, in a neutral form, or else noted in the same way. All other runs, and what cannot be made: TATU_ERR_MISSING, at no cost, without a sentence. `kind`, `object` may be
    * null. */
   tatu_status(TATU_CALL *wanted)(tatu_world *, tatu_object from, tatu_str name, const char *kind, tatu_object *object);
+  /* Copies `n` objects, in place: a copy hangs below the copy of its parent, or below nothing where the parent is not
+   * in the list. All get one new suffix. `out` has room for `n`. Devices and scripts are not copied. */
+  tatu_status(TATU_CALL *copy)(tatu_world *, const tatu_object *objects, uint32_t n, tatu_object *out);
 } tatu_host_scene;
 
 #define TATU_HOST_READINGS "tatu.host.readings/draft.1"
@@ -897,6 +912,13 @@ typedef struct tatu_host_bodies {
   tatu_status(TATU_CALL *impulse)(tatu_world *, tatu_object, const double *linear, const double *angular);
   /* Touching pairs after the last step, of one shape or (0) of all. `*n` is the full count. */
   tatu_status(TATU_CALL *contacts)(tatu_world *, tatu_object, tatu_contact *out, uint32_t cap, uint32_t *n);
+  /* The shortest way from any shape of a list to any of another, as they stand now; `n_b` 0: to any other shape. Objects
+   * that are no shapes are passed over. `limit` > 0: no farther than this, m. Fills 6 numbers, both ends in the world
+   * frame, and the two shapes; solids that overlap are 0 apart. TATU_ERR_MISSING: there is none so near. */
+  tatu_status(TATU_CALL *closest)(tatu_world *, const tatu_object *a, uint32_t n_a, const tatu_object *b, uint32_t n_b,
+                                  double limit, double *points, tatu_object *pair);
+  /* Whether the engine moves it: 1 for dynamic shapes and for joints between two bodies, once physics has run. */
+  tatu_status(TATU_CALL *is_dynamic)(tatu_world *, tatu_object, uint32_t *yes);
 } tatu_host_bodies;
 
 #define TATU_HOST_COMMANDS "tatu.host.commands/draft.1"

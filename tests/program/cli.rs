@@ -197,7 +197,7 @@ fn lists_have_their_fields() {
     assert!(list("models").iter().any(|m| m["id"] == "pioneer_p3dx"));
     assert!(list("sensors").iter().any(|s| s["id"] == "proximity"));
     let commands = list("commands");
-    assert!(commands.iter().any(|c| c["names"].as_array().unwrap().contains(&"simGetObjectHandle".into())));
+    assert!(commands.iter().any(|c| c["aliases"].as_array().unwrap().contains(&"simGetObjectHandle".into())));
     for what in ["plugins", "models", "sensors", "commands"] {
         let done = place.tatu(&["list", what]).good();
         assert!(done.out.lines().count() > 1);

@@ -5,6 +5,7 @@
 //! a printed reason where it is absent. Nothing here looks at how long something takes.
 
 mod away;
+mod catalogue;
 mod claims;
 mod cli;
 mod compat;

@@ -275,7 +275,8 @@ pub fn read(path: &Path) -> Result<Log> {
             continue;
         }
         let record = record(&json).filter(|_| log.end.is_none()).ok_or_else(|| {
-            wrong(i + 1, "this line of the input log is damaged".into()).expected("a call, a request, an input or a pass")
+            wrong(i + 1, "this line of the input log is damaged".into())
+                .expected("a call, a request, an input or a pass")
         })?;
         if log.records.last().is_some_and(|before| (before.step, before.at) >= (record.step, record.at)) {
             return Err(wrong(i + 1, "this line of the input log comes before the one above it".into())

@@ -54,7 +54,7 @@ impl Default for Outside {
     fn default() -> Self {
         Outside {
             session: RefCell::default(),
-            paused: Cell::default(),
+            interactive: Cell::default(),
             client: Cell::default(),
             options: RefCell::default(),
             bus: Bus::default(),

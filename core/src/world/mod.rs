@@ -35,7 +35,7 @@ use crate::{
     calls::{Calls, ErrorSlot, answer},
     document::Document,
     error::{Error, Fault, Result},
-    figures::{self, Figures},
+    figures::Figures,
     host::{Registry, guard::Home, watchdog::Call},
     scene::{Dynamics, pose_to_array},
     scripts::Scripts,

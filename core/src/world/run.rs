@@ -15,8 +15,8 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use super::{Phase, World, WorldCell};
 use crate::{
     document::ScriptSpec,
-    events, figures,
     error::{Error, Fault, FaultKind, Result},
+    events, figures,
     scene::{Data, Dynamics, Scene},
     scripts::Scripts,
     sense::Targets,

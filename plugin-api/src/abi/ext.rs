@@ -71,7 +71,12 @@ pub struct tatu_name {
     pub n_on_error: u32,
     pub reserved: u32,
     pub on_error: *const tatu_value,
+    pub on_error_until: *const c_char,
 }
+
+pub const TATU_COMMAND_FULL: u32 = 0;
+pub const TATU_COMMAND_PARTIAL: u32 = 1;
+pub const TATU_COMMAND_STUB: u32 = 2;
 
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -86,6 +91,9 @@ pub struct tatu_command {
     pub no_wait: *const c_char,
     pub user: *const c_void,
     pub call: Option<unsafe extern "C" fn(*mut tatu_call) -> tatu_status>,
+    pub status: u32,
+    pub reserved: u32,
+    pub notes: *const c_char,
 }
 
 #[repr(C)]

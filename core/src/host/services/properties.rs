@@ -27,6 +27,9 @@ pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> R
 fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
     let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
     let row = Row::of(prop);
+    if row == Row::WorldNotes {
+        return Ok(scene::notes_value(&scene.notes));
+    }
     if object == 0 || row.info().of == Of::World && row != Row::None {
         return read_world(world, row);
     }
@@ -103,6 +106,11 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     }
     let value = check_value(&row.info().param(), value)
         .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
+    if row == Row::WorldNotes {
+        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        scene.notes = scene::notes(&value).map_err(|r| refusal(world, r))?;
+        return Ok(());
+    }
     if row.info().of == Of::World {
         return write_world(world, row, &value);
     }

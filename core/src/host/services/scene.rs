@@ -37,6 +37,7 @@ pub static TABLE: tatu_host_scene = tatu_host_scene {
     remove: Some(remove),
     list: Some(list),
     wanted: Some(wanted),
+    copy: Some(super::solids::copy),
 };
 
 unsafe extern "C" fn prop(host: *const tatu_host, key: *const c_char) -> tatu_prop {

@@ -89,18 +89,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives a number that no other object of the run has or will have.")
         .example("uid = sim.getObjectUid(robot)"),
     );
-    offer.command(
-        Cmd::new("sim.getObjectSizeFactor", |c| {
-            living(c, 0)?;
-            c.ret(1.0);
-            Ok(())
-        })
-        .old_name("simGetObjectSizeFactor", NIL)
-        .param(object("object"))
-        .returns(Param::float("factor"))
-        .text("Gives by how much an object has been scaled: 1, for nothing scales objects here.")
-        .example("f = sim.getObjectSizeFactor(robot)"),
-    );
 }
 
 fn get_handle(c: &mut Ctx<'_>) -> Result {
@@ -178,6 +166,7 @@ pub(crate) fn type_of(c: &Ctx<'_>, o: Object) -> i64 {
         TATU_KIND_JOINT => 1,
         TATU_KIND_GRAPH => 2,
         TATU_KIND_CAMERA => 3,
+        TATU_KIND_DUMMY if crate::path_objects::is_path(c, o.id) && version(c) < (4, 2) => 8,
         TATU_KIND_DUMMY => 4,
         TATU_KIND_SENSOR if c.world().reading(o.id, c.plugin().p.detected).is_ok() => 5,
         TATU_KIND_PATH => 8,

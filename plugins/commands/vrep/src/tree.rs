@@ -151,19 +151,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Removes a model: its base and all below.")
         .example("sim.removeModel(robot)"),
     );
-    offer.command(
-        Cmd::new("sim.getModelProperty", |c| {
-            let o = living(c, 0)?;
-            let is_base = bool_of(c, o.id, c.plugin().p.model_base)?;
-            c.ret(if is_base { 0_i64 } else { 0xF000 });
-            Ok(())
-        })
-        .old_name("simGetModelProperty", MINUS)
-        .param(object("object"))
-        .returns(Param::int("property").text("0, or sim.modelproperty_not_model"))
-        .text("Tells whether an object is the base of a model.")
-        .example("isModel = sim.getModelProperty(h) ~= sim.modelproperty_not_model"),
-    );
 }
 
 /// Argument `i`: an object, or 0 for the scene.
