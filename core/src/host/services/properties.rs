@@ -84,6 +84,12 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
     let slot = slot(world, &scene, object)?;
     let changed = scene::set(&mut scene, slot, row, &value).map_err(|r| refusal(world, r))?;
+    if matches!(row, Row::GraphStreams | Row::GraphCurves | Row::GraphBuffer) {
+        // It begins anew, as it is described now.
+        let mut figures = world.figures.try_borrow_mut().map_err(|_| busy(world))?;
+        figures.graphs.remove(&scene.id(slot));
+        figures.graph(&scene, scene.id(slot)).map_err(|r| refusal(world, r))?;
+    }
     after_change(world, slot, changed)
 }
 
