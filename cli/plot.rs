@@ -50,7 +50,8 @@ fn panels(graph: &Graph) -> Vec<Panel> {
     let mut out: Vec<Panel> = Vec::new();
     let times: Vec<f64> = graph.times.iter().copied().collect();
     let at_once = times.len() > 1 && times.iter().all(|t| *t == times[0]);
-    let shown = graph.streams.iter().filter(|s| !s.spec.hidden && !(at_once && !graph.curves.is_empty()));
+    let all = !at_once || graph.curves.is_empty();
+    let shown = graph.streams.iter().filter(|s| all && !s.spec.hidden);
     let mut units: Vec<String> = Vec::new();
     for s in shown {
         let x = |i: usize| if at_once { i as f64 } else { times[i] };

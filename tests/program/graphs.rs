@@ -88,6 +88,32 @@ fn a_graph_that_makes_no_sense_is_refused_with_its_place() {
     lost.run(&["--steps", "1"]).good().tells(&["/nobody", "stays empty"]);
 }
 
+#[test]
+fn streams_find_readings_joints_and_speeds() {
+    // A cart on a rail drives towards a wall whose face stands at 3 m; its feeler looks ahead from 0.1 m before it.
+    let scene = format!(
+        "[[object]]\nkind = \"shape\"\nalias = \"rail\"\n\
+         [[object]]\nkind = \"joint\"\nalias = \"drive\"\nparent = \"/rail\"\ntype = \"prismatic\"\n\
+         orientation_deg = [0, 90, 0]\ncontrol = \"velocity\"\ntarget_velocity_m_s = 0.5\nmax_force_n = 1000\n\
+         [[object]]\nkind = \"shape\"\nalias = \"cart\"\nparent = \"/rail/drive\"\ndynamic = true\norientation_deg = [0, -90, 0]\n\
+         [[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"feeler\"\nparent = \"/rail/drive/cart\"\n\
+         position_m = [0.1, 0, 0]\norientation_deg = [0, 90, 0]\nrange_m = 5\n{}\
+         [[object]]\nkind = \"graph\"\nalias = \"G\"\nstreams = [\n\
+         {{ name = \"far\", of = \"/rail/drive/cart/feeler\", data = \"proximity.distance\" }},\n\
+         {{ name = \"q\", of = \"/drive\", data = \"joint.position\" }},\n\
+         {{ name = \"v\", of = \"/cart\", data = \"speed\" }},\n]\n",
+        cuboid("wall", [0.2, 1.0, 1.0], [3.1, 0.0, 0.0], "")
+    );
+    let place = Place::scene(&scene);
+    place.run(&["--seconds", "2", "--graphs", "out"]).good();
+    let (_, rows) = table(&place.read("out/G.csv"));
+    for r in &rows[4..] {
+        // Sensed at the end of the step, as the joint stands then: 3 m less 0.1 m less the way.
+        assert!((r[1] + r[2] - 2.9).abs() < 1e-3, "{r:?}");
+        assert!((r[3] - 0.5).abs() < 1e-3, "{r:?}");
+    }
+}
+
 /// Runs a script that raises errors where something is not as it should be.
 fn lua(script: &str) {
     let graph = "[[object]]\nkind = \"graph\"\nalias = \"G\"\nexplicit = true\n";

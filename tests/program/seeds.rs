@@ -117,7 +117,7 @@ fn sonar(at: [f64; 3], q: [f64; 4]) -> Option<f64> {
         let seen = ROOM.iter().filter_map(|b| ray(b, at, [a.cos(), a.sin(), 0.0]));
         nearest = seen.filter(|(_, cosine)| *cosine >= least).map(|(d, _)| d).fold(nearest, f64::min);
     }
-    (nearest <= 1.0 && nearest >= 0.05).then_some(nearest)
+    (0.05..=1.0).contains(&nearest).then_some(nearest)
 }
 
 fn sonar_paths() -> Vec<String> {
@@ -141,7 +141,7 @@ fn compare_sonars(ran: &Ran, told: &[Vec<f64>]) {
                 }
                 // At the edge of its range either may be.
                 Some(want) => {
-                    assert!(want > 0.997 || want < 0.052, "{path} at {}: nothing instead of {want}", line.time())
+                    assert!(!(0.052..=0.997).contains(&want), "{path} at {}: nothing instead of {want}", line.time())
                 }
                 None => {
                     assert!(*d == 0.0 || *d > 0.997 || *d < 0.052, "{path} at {}: {d} instead of nothing", line.time())

@@ -124,6 +124,13 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         Err(TATU_ERR_ARGUMENT) if wants::becomes_by_row(world, object, row) => set()?,
         done => done?,
     };
+    if matches!(row, Row::GraphStreams | Row::GraphCurves | Row::GraphBuffer) {
+        // It begins anew, as it is described now.
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let mut figures = world.figures.try_borrow_mut().map_err(|_| busy(world))?;
+        figures.graphs.remove(&scene.id(slot));
+        figures.graph(&scene, scene.id(slot)).map_err(|r| refusal(world, r))?;
+    }
     after_change(world, slot, changed)
 }
 
