@@ -22,6 +22,7 @@ mod import;
 mod importers;
 mod kit;
 mod layout;
+mod lives;
 mod made;
 mod mirror;
 mod misbehaves;
