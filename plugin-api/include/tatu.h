@@ -905,6 +905,11 @@ typedef struct tatu_host_scripts {
   /* Calls a callback in all scripts that have it, but not in `except`; results are dropped. */
   tatu_status(TATU_CALL *broadcast)(tatu_world *, tatu_str callback, const tatu_value *args, uint32_t n_args,
                                     tatu_object except);
+  /* Adds a script to an object while the world lives. `language` by its id; `dialect` may be empty; `kind` is "child" or
+   * "customization". While the world runs it begins in the next stage, after all others. A stop removes what was added
+   * since the start. */
+  tatu_status(TATU_CALL *add)(tatu_world *, tatu_object owner, tatu_str language, tatu_str dialect, tatu_str kind,
+                              tatu_str name, tatu_str text, tatu_object *out);
 } tatu_host_scripts;
 
 #define TATU_HOST_SIGNALS "tatu.host.signals/draft.1"

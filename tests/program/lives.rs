@@ -365,3 +365,69 @@ fn a_pause_that_nobody_can_lift_ends_the_run_and_says_so() {
     assert_eq!(done.json()["steps"], 5);
     done.tells(&["suspended", "nobody could lift the pause"]);
 }
+
+/// A command in C that adds a script to an object.
+const ADDER: &str = r#"
+#include "tatu.h"
+static const tatu_host_scripts *scripts;
+static tatu_status init(const tatu_host *host, void **self, tatu_error *error) {
+  (void)self; (void)error;
+  scripts = host->service(host, TATU_HOST_SCRIPTS);
+  return scripts && TATU_HAS(scripts, add) ? TATU_OK : TATU_ERR;
+}
+static tatu_str text(const char *s) {
+  tatu_str out = {s, 0};
+  while (s[out.len]) out.len++;
+  return out;
+}
+static tatu_status run(tatu_call *call) {
+  tatu_object made = 0;
+  return scripts->add(call->world, (tatu_object)tatu_arg_int(call, 0), text("lua"), text(""), text("child"),
+                      text("late"), tatu_arg_text(call, 1), &made);
+}
+static const tatu_name name = {.size = sizeof name, .name = "script.add"};
+static const tatu_name *const names[] = {&name, 0};
+static const tatu_command command = {.size = sizeof command, .flags = TATU_COMMAND_RAW, .names = names, .call = run};
+static const tatu_command *const commands[] = {&command, 0};
+static const tatu_ext_command ext = {.size = sizeof ext, .commands = commands};
+static const void *extension(void *self, const char *id) {
+  (void)self;
+  const char *want = TATU_COMMAND;
+  while (*want && *want == *id) want++, id++;
+  return *want == *id ? &ext : 0;
+}
+TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_major = TATU_ABI_MAJOR,
+  .abi_minor = TATU_ABI_MINOR, .id = "org.example.adder", .name = "Adder", .version = "0.1.0", .licence = "MIT",
+  .init = init, .extension = extension};
+"#;
+
+#[test]
+fn a_script_added_in_actuation_begins_in_the_sensing_of_that_step() {
+    // Section 4, row "a script created during actuation of step n": chunk and init in the sensing part of step n, after the
+    // existing scripts; `sensing` in step n, `actuation` from n + 1.
+    let late = "sim.addStatusbarMessage('late chunk')
+        for _, c in ipairs{'init', 'actuation', 'sensing', 'cleanup'} do
+            _G['sysCall_' .. c] = function() sim.addStatusbarMessage('late ' .. c) end
+        end";
+    let script = format!(
+        "function sysCall_actuation()
+            sim.addStatusbarMessage('actuation')
+            if sim.getSimulationTime() == 0 then script.add(sim.getObject('/A/B'), [[{late}]]) end
+        end
+        function sysCall_sensing() sim.addStatusbarMessage('sensing') end"
+    );
+    let below = "[[object]]\nkind = \"dummy\"\nalias = \"B\"\nparent = \"A\"\n";
+    let place = Place::scene(&format!("plugins = [\".\"]\n{}{below}", watcher("A", &script)));
+    place.write("adder.c", ADDER);
+    let (include, out) = (root().join("plugin-api/include"), library("tatu_adder"));
+    let mut cc = std::process::Command::new(compiler("cc"));
+    cc.args(["-std=c11", "-Wall", "-Wextra", "-Wno-missing-field-initializers", "-shared", "-fPIC", "-I"]).arg(include);
+    succeed(cc.args(["-o", &out, "adder.c"]).current_dir(place.path()));
+    let done = place.run(&["--steps", "2", "--trace", "t.jsonl"]).good();
+    let status: Vec<String> = place.all_lines("t.jsonl").iter().flat_map(|l| l.status()).map(str::to_owned).collect();
+    let first = ["actuation", "sensing", "late chunk", "late init", "late sensing"];
+    assert_eq!(status[..5], first, "{}", done.err);
+    // From the next step on it is called where it belongs: deepest first.
+    assert_eq!(status[5..9], ["late actuation", "actuation", "late sensing", "sensing"]);
+    assert_eq!(status.last().unwrap(), "late cleanup");
+}

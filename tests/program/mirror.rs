@@ -104,7 +104,7 @@ mirror! {
         size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,
         retain, drop, call_func
     }
-    tatu_host_scripts { size, reserved, list, call, broadcast }
+    tatu_host_scripts { size, reserved, list, call, broadcast, add }
     tatu_host_signals { size, reserved, get, set, clear, name }
     tatu_host_session { size, reserved, request, wake, worlds, client, state }
     tatu_host_stage { size, reserved, run }
