@@ -976,6 +976,11 @@ typedef struct tatu_host_scripts {
   /* What a script was given when it was started from outside: a map of texts, empty for all others. Lives until the call
    * that you are in returns. */
   tatu_status(TATU_CALL *options)(tatu_world *, tatu_object script, tatu_value *);
+  /* Adds a script to an object while the world lives. `language` by its id; `dialect` may be empty; `kind` is "child" or
+   * "customization". While the world runs it begins in the next stage, after all others. A stop removes what was added
+   * since the start. */
+  tatu_status(TATU_CALL *add)(tatu_world *, tatu_object owner, tatu_str language, tatu_str dialect, tatu_str kind,
+                              tatu_str name, tatu_str text, tatu_object *out);
 } tatu_host_scripts;
 
 #define TATU_HOST_SIGNALS "tatu.host.signals/draft.1"

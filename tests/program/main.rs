@@ -28,6 +28,7 @@ mod interactive;
 mod keys;
 mod kit;
 mod layout;
+mod lives;
 mod made;
 mod manta;
 mod mirror;

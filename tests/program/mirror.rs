@@ -107,7 +107,7 @@ mirror! {
         size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,
         retain, drop, call_func
     }
-    tatu_host_scripts { size, reserved, list, call, broadcast, options }
+    tatu_host_scripts { size, reserved, list, call, broadcast, options, add }
     tatu_host_signals { size, reserved, get, set, clear, name }
     tatu_host_events { size, reserved, publish, subscribe, unsubscribe, wanted, declared }
     tatu_host_session { size, reserved, request, wake, worlds, client, state, input }

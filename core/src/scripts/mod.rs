@@ -132,7 +132,7 @@ impl Scripts {
     pub fn caller_is_of_run(world: &WorldCell) -> bool {
         let caller = world.calls.caller.get();
         let script = world.scripts.try_borrow().ok().and_then(|s| s.by_id(caller.instance));
-        caller.kind == TATU_CALLER_SCRIPT && script.is_some_and(|s| s.kind.of_run())
+        script.is_some_and(|s| s.kind.of_run())
     }
     /// Whether any script has a callback.
     pub fn any_has(&self, callback: Callback) -> bool {

@@ -128,6 +128,18 @@ pub struct tatu_host_scripts {
     pub call: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *mut tatu_call) -> tatu_status>,
     pub broadcast: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *const tatu_value, u32, tatu_object) -> tatu_status>,
     pub options: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_value) -> tatu_status>,
+    pub add: Option<
+        unsafe extern "C" fn(
+            WorldPtr,
+            tatu_object,
+            tatu_str,
+            tatu_str,
+            tatu_str,
+            tatu_str,
+            tatu_str,
+            *mut tatu_object,
+        ) -> tatu_status,
+    >,
 }
 
 #[repr(C)]

@@ -401,6 +401,24 @@ impl<'a> World<'a> {
         // SAFETY: as promised.
         self.check(unsafe { service!(self.scripts.call)(self.raw, script, text_raw(function), frame) })
     }
+    /// Adds a script of kind "child" or "customization" to an object; its handle. While the world runs it begins in the
+    /// next stage, after all others. `dialect` may be empty.
+    pub fn add_script(
+        &self,
+        owner: tatu_object,
+        language: &str,
+        dialect: &str,
+        kind: &str,
+        name: &str,
+        text: &[u8],
+    ) -> Result<tatu_object> {
+        let add = service!(self.scripts.add);
+        let [language, dialect, kind, name] = [language, dialect, kind, name].map(text_raw);
+        let mut out = 0;
+        // SAFETY: as above; the texts live through the call.
+        self.check(unsafe { add(self.raw, owner, language, dialect, kind, name, bytes_raw(text), &mut out) })?;
+        Ok(out)
+    }
 
     /// What a script was given when it was started from outside: a map of texts, empty for others.
     pub fn script_options(&self, script: tatu_object) -> Result<ValueRef<'a>> {
@@ -447,7 +465,7 @@ impl<'a> World<'a> {
         self.host.events.and_then(|t| t.wanted).is_some_and(|f| unsafe { f(self.raw, text_raw(name)) } != 0)
     }
 
-    /// Asks for a change of state at the next barrier: one of `TATU_REQUEST_*`.
+    /// Asks for a change of state, which takes effect after passes: one of `TATU_REQUEST_*`.
     pub fn request(&self, what: u32) -> Result {
         // SAFETY: as above.
         self.check(unsafe { service!(self.session.request)(self.raw, what) })
