@@ -32,6 +32,7 @@ mod refusals;
 mod reload;
 mod replay;
 mod restart;
+mod returns;
 mod service;
 mod sonar;
 mod state;

@@ -69,9 +69,14 @@ pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> R
             Step::Up => parent(c, at)?,
             Step::Model => model(c, if i == 0 { at } else { parent(c, at)? })?,
         };
-        if at == 0 {
+        // Without a model above, `:/x` looks in the whole scene.
+        let whole = *step == Step::Model && i + 1 == steps.len() && !rest.is_empty();
+        if at == 0 && !whole {
             return Err(Fail::missing(format!("`{path}` leads above the scene")));
         }
+    }
+    if rest.is_empty() && path.ends_with('/') {
+        return Err(Fail::missing(format!("`{path}` names nothing after its last `/`")));
     }
     if rest.is_empty() {
         return Ok(at);

@@ -5,6 +5,8 @@ use crate::{Vrep, kit::*};
 /// Kinds of signals, with the numbers that `getSignalName` uses.
 pub(crate) const KINDS: [u32; 3] = [0, 1, 2];
 
+const INTEGER: u32 = KINDS[0];
+
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     kind(offer, 0, "Int32", &["Integer"], Param::int("value"));
     kind(offer, 1, "Float", &[], Param::float("value"));
@@ -48,12 +50,16 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: 
     };
     offer.command(
         named("set", MINUS, |c, kind| {
-            c.world().set_signal(kind, c.bytes(0)?, c.arg(1))?;
+            match INTEGER == kind {
+                // Fractions are cut off.
+                true => c.world().set_signal(kind, c.bytes(0)?, whole(c.f64(1)?))?,
+                false => c.world().set_signal(kind, c.bytes(0)?, c.arg(1))?,
+            }
             c.ret(1_i64);
             Ok(())
         })
         .param(Param::string("name"))
-        .param(value.clone())
+        .param(if kind == INTEGER { Param::float("value").text("fractions are cut off") } else { value.clone() })
         .returns(Param::int("done"))
         .text(format!("Sets the {word} signal of a name, for all scripts."))
         .example(format!("sim.set{name}Signal('state', '3')")),
@@ -87,4 +93,9 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: 
         .text(format!("Removes the {word} signal of a name."))
         .example(format!("sim.clear{name}Signal('state')")),
     );
+}
+
+fn whole<'a>(x: f64) -> ValueRef<'a> {
+    // SAFETY: an integer points to nothing.
+    unsafe { ValueRef::new(tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: x as i64 } }) }
 }
