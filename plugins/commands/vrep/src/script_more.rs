@@ -55,7 +55,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("In Lua only; for other callers the table is empty."),
     );
     offer.command(
-        modern("invertMatrix", |c| {
+        both("invertMatrix", MINUS, |c| {
             let m = crate::algebra::invert(&numbers(c, 0)?);
             c.ret::<[f64]>(&m[..]);
             Ok(())

@@ -10,7 +10,7 @@ const INTEGER: u32 = KINDS[0];
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     kind(offer, 0, "Int32", &["Integer"], Param::int("value"));
     kind(offer, 1, "Float", &[], Param::float("value"));
-    kind(offer, 2, "String", &[], Param::string("value").text("any bytes"));
+    kind(offer, 2, "String", &["Buffer"], Param::string("value").text("any bytes"));
     offer.command(
         Cmd::new("sim.getSignalName", |c| {
             let (index, kind) = (c.i64(0)?, c.i64(1)?);
@@ -33,7 +33,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 /// The three commands of a kind. `name` is the present word for it, `others` are words that are still understood.
 fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: Param) {
-    let old = others.first().copied().unwrap_or(name);
+    // Integers had another word in flat names.
+    let old = if kind == INTEGER { others[0] } else { name };
     let named = |verb: &str, on_error: [Value; 1], run: fn(&mut Ctx<'_>, u32) -> Result| {
         let upper = verb[..1].to_uppercase() + &verb[1..];
         let mut command = Cmd::new(format!("sim.{verb}{name}Signal"), move |c| run(c, kind))

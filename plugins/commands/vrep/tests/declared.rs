@@ -95,6 +95,8 @@ fn old_names_follow_the_rule() {
         ("simRMLMoveToPosition", "sim.rmlMoveToPosition"),
         ("simGetCollisionhandle", "sim.getCollisionHandle"),
         ("simGetDistancehandle", "sim.getDistanceHandle"),
+        ("simGetIkGrouphandle", "sim.getIkGroupHandle"),
+        ("simGetMechanismhandle", "sim.getMechanismHandle"),
     ]);
     // Modules of plugins have a rule of their own.
     for c in declared().0.into_iter().filter(|c| c.names[0].starts_with("sim.")) {
