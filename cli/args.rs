@@ -152,7 +152,14 @@ pub struct List {
 #[derive(clap::Args)]
 pub struct Describe {
     /// Its id; of a command any of its names.
-    pub id: String,
+    #[arg(required_unless_present = "all")]
+    pub id: Option<String>,
+    /// All commands, as pages.
+    #[arg(long, requires = "markdown")]
+    pub all: bool,
+    /// The folder to write pages to, one for each subject of commands.
+    #[arg(long, value_name = "DIR", requires = "all")]
+    pub markdown: Option<PathBuf>,
     /// A scene whose plugin folders are searched too.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,

@@ -401,6 +401,7 @@ typedef struct tatu_command {
   uint32_t status;                   /* TATU_COMMAND_FULL, ..._PARTIAL, ..._STUB; beyond `size`: full */
   uint32_t reserved;
   const char *notes;                 /* what is missing or differs, for people; null: nothing */
+  const char *subject;               /* what it is about, one word: "joints"; pages list commands by it. Null: none */
 } tatu_command;
 
 /* A named value for scripts. */

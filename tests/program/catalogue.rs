@@ -23,7 +23,8 @@ fn text<'v>(c: &'v Value, key: &str) -> &'v str {
 /// Objects that examples ask for by name.
 const OBJECTS: &str = r#"
 [[object]]
-kind = "proximity"
+kind = "sensor"
+sensor = "proximity"
 alias = "sonar"
 position_m = [0, 0, 40]
 volume = "cone"
@@ -75,7 +76,7 @@ fn examples_raise_nothing() {
     }
     let mut failed = Vec::new();
     let done = Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "20", "--json"]);
-    for e in done.errors() {
+    for e in done.json()["errors"].as_array().unwrap() {
         let whole = e.to_string();
         let who = names
             .iter()
@@ -84,7 +85,28 @@ fn examples_raise_nothing() {
     }
     for (name, scene) in alone {
         let done = Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "5", "--json"]);
-        failed.extend(done.errors().iter().map(|e| format!("{name}: {}", e["message"])));
+        let errors = done.json()["errors"].as_array().unwrap().clone();
+        failed.extend(errors.iter().map(|e| format!("{name}: {}", e["message"])));
     }
     assert!(failed.is_empty(), "{} examples raise:\n{}", failed.len(), failed.join("\n"));
+}
+
+/// The pages in docs/ are what the program writes: `tatu describe --all --markdown docs/reference/commands`.
+#[test]
+fn the_reference_pages_are_those_of_the_declarations() {
+    let place = Place::new();
+    place.tatu(&["describe", "--all", "--markdown", "pages"]).good();
+    let folder = root().join("docs/reference/commands");
+    for page in std::fs::read_dir(place.path().join("pages")).unwrap() {
+        let name = page.unwrap().file_name().into_string().unwrap();
+        if name.starts_with("README") || name.starts_with("misbehaves") {
+            continue;
+        }
+        let written = place.read(&format!("pages/{name}"));
+        let kept = std::fs::read_to_string(folder.join(&name)).unwrap_or_default();
+        assert!(
+            written == kept.replace("\r\n", "\n"),
+            "{name} is not what the declarations say: run `tatu describe --all --markdown docs/reference/commands`"
+        );
+    }
 }

@@ -41,6 +41,7 @@ mod reload;
 mod replay;
 mod restart;
 mod seeds;
+mod returns;
 mod service;
 mod sonar;
 mod standins;

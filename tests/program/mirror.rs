@@ -64,7 +64,7 @@ mirror! {
         caller_kind, reserved
     }
     tatu_name { size, flags, name, n_on_error, reserved, on_error, on_error_until }
-    tatu_command { size, flags, names, params, returns, text, example, no_wait, user, call, status, reserved, notes }
+    tatu_command { size, flags, names, params, returns, text, example, no_wait, user, call, status, reserved, notes, subject }
     tatu_constant { size, reserved, name, value }
     tatu_prelude { size, reserved, language, module, text }
     tatu_kind_mark { size, flags, language, kind, word }

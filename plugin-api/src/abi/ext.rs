@@ -94,6 +94,7 @@ pub struct tatu_command {
     pub status: u32,
     pub reserved: u32,
     pub notes: *const c_char,
+    pub subject: *const c_char,
 }
 
 #[repr(C)]

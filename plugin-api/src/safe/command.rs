@@ -18,6 +18,7 @@ pub struct Command<P: Plugin> {
     raw: bool,
     status: Status,
     notes: String,
+    subject: String,
     run: Run<P>,
 }
 
@@ -56,6 +57,7 @@ impl<P: Plugin> Command<P> {
             raw: false,
             status: Status::Full,
             notes: String::new(),
+            subject: String::new(),
             run: Box::new(move |call| run(call).map(IntoResult::into_outcome)),
         }
     }
@@ -87,6 +89,13 @@ impl<P: Plugin> Command<P> {
     /// What differs, for people, of a command that does all.
     pub fn notes(mut self, notes: impl Into<String>) -> Self {
         self.notes = notes.into();
+        self
+    }
+    /// What it is about, one word, unless that was told before.
+    pub fn subject(mut self, subject: &str) -> Self {
+        if self.subject.is_empty() {
+            self.subject = subject.into();
+        }
         self
     }
     /// Its first name.
@@ -164,6 +173,7 @@ impl<P: Plugin> Command<P> {
             status: self.status as u32,
             reserved: 0,
             notes: if self.notes.is_empty() { null() } else { keep.text(&self.notes) },
+            subject: if self.subject.is_empty() { null() } else { keep.text(&self.subject) },
         };
         keep.table(raw)
     }

@@ -95,6 +95,10 @@ impl<P: Plugin> Offer<P> {
     pub fn has_command(&self, name: &str) -> bool {
         self.commands.iter().any(|c| c.has_name(name))
     }
+    /// What the commands are about that were offered since the last such word.
+    pub fn subject(&mut self, subject: &str) {
+        self.each_command(|c| c.subject(subject));
+    }
     /// Changes every command offered so far: what all have in common, or what is kept apart, as examples.
     pub fn each_command(&mut self, mut change: impl FnMut(Command<P>) -> Command<P>) {
         self.commands = std::mem::take(&mut self.commands).into_iter().map(&mut change).collect();

@@ -149,6 +149,7 @@ const fn table(
         status: 0,
         reserved: 0,
         notes: null(),
+        subject: null(),
     })
 }
 

@@ -232,6 +232,7 @@ impl Registry {
                         _ => Status::Full,
                     },
                     notes: tables::text(raw.notes).unwrap_or_default(),
+                    subject: tables::text(raw.subject).unwrap_or_default(),
                     no_wait: tables::text(raw.no_wait),
                     raw_args: raw.flags & TATU_COMMAND_RAW != 0,
                     raw: tatu_command { size: size_of::<tatu_command>() as u32, ..raw },

@@ -130,6 +130,7 @@ fn tombstone(old: &CommandEntry) -> CommandEntry {
         example: String::new(),
         status: old.status,
         notes: String::new(),
+        subject: old.subject.clone(),
         no_wait: None,
         raw_args: true,
         raw: tatu_command { call: Some(vanished), ..old.raw },

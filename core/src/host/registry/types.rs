@@ -132,6 +132,8 @@ pub struct CommandEntry {
     pub status: Status,
     /// What is missing or differs.
     pub notes: String,
+    /// What it is about, one word; empty: nobody told.
+    pub subject: String,
     /// What to do where waiting is not possible.
     pub no_wait: Option<String>,
     /// Takes arguments as they come.

@@ -22,7 +22,12 @@ function sum(a, b)
 end
 assert(sim.callScriptFunction('sum', sim.getScript(sim.handle_self), 1, 2) == 3)
 --- sim.getScriptExecutionCount
-assert(sim.getScriptExecutionCount() == 0)
+function sysCall_init()
+    before = sim.getScriptExecutionCount()
+end
+function sysCall_sensing()
+    assert(sim.getScriptExecutionCount() > before)
+end
 --- sim.isScriptExecutionThreaded
 function sysCall_init()
     assert(sim.isScriptExecutionThreaded() == 0)

@@ -24,3 +24,7 @@ assert(math.abs(sim.getShapeBB(box)[1] - 0.2) < 1e-9)
 local box = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.1, 0.2, 0.3})
 sim.scaleObjects({box}, 2, false)
 assert(math.abs(sim.getShapeBB(box)[3] - 0.6) < 1e-9 and sim.getObjectSizeFactor(box) == 2)
+--- sim.loadModel
+assert(not pcall(sim.loadModel, 'missing.ttm'))
+--- sim.loadScene
+assert(not pcall(sim.loadScene, 'missing.ttt'))

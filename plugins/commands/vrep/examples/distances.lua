@@ -18,3 +18,7 @@ assert(sim.checkDistance(a, b, 0.5) == 0)
 assert(not pcall(sim.getCollisionHandle, 'nothing'))
 --- sim.getDistanceHandle
 assert(not pcall(sim.getDistanceHandle, 'nothing'))
+--- sim.getIkGroupHandle
+assert(not pcall(sim.getIkGroupHandle, 'nothing'))
+--- sim.getMechanismHandle
+assert(not pcall(sim.getMechanismHandle, 'nothing'))

@@ -45,3 +45,6 @@ assert(math.abs(sim.getShapeInertia(box)[1] - 2) < 1e-9)
 local box = sim.createPureShape(0, 8, {1, 1, 1}, 6)
 sim.computeMassAndInertia(box, 10)
 assert(math.abs(sim.getShapeMass(box) - 10) < 1e-9)
+--- sim.ungroupShape
+local box = sim.createPureShape(0, 8, {1, 1, 1}, 6)
+assert(sim.ungroupShape(box)[1] == box)

@@ -149,3 +149,7 @@ function sysCall_sensing()
         assert(math.abs(sim.getObjectVelocity(d)[1] - 1) < 1e-6)
     end
 end
+--- sim.getObjectFromUid
+local d = sim.createDummy(0.01)
+assert(sim.getObjectFromUid(sim.getObjectUid(d)) == d)
+assert(sim.getObjectFromUid(987654321, {noError = true}) == -1)

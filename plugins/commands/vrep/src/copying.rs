@@ -116,6 +116,42 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Scales objects with their masses, and the distances of parts of a tree.")
         .partial("Sizes and masses of shapes and places change; sensors and forces of joints stay as they are."),
     );
+    files(offer);
+}
+
+/// Files of the original, which are read before a scene lives.
+fn files(offer: &mut Offer<Vrep>) {
+    for (name, what) in [("loadModel", "model"), ("loadScene", "scene")] {
+        offer.command(
+            both(name, MINUS, move |c| -> Result {
+                let file = c.bytes(0)?;
+                c.world().file(file, TATU_FILE_READ)?;
+                let file = String::from_utf8_lossy(file).into_owned();
+                if !std::path::Path::new(&file).exists() {
+                    return Err(Fail::missing(format!("there is no file `{file}`")));
+                }
+                Err(Fail::unsupported(format!("a {what} is not loaded while a scene runs"))
+                    .help("name it in the scene file"))
+            })
+            .param(Param::string("file"))
+            .param(Param::any("options").optional())
+            .returns(Param::int("result"))
+            .text(format!("Loads a {what}."))
+            .partial(format!("No {what} is loaded while a scene runs: it says so, and that a file is not there.")),
+        );
+    }
+    for name in ["saveModel", "saveScene", "closeScene"] {
+        offer.command(
+            both(name, MINUS, |c| {
+                c.ret(-1_i64);
+                Ok(())
+            })
+            .param(Param::any("arguments").rest())
+            .returns(Param::int("result").text("-1"))
+            .text("Writes or closes a scene or model: not while it runs.")
+            .stub("scenes and models are not written by scripts"),
+        );
+    }
 }
 
 fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {

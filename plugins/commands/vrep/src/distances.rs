@@ -65,12 +65,16 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .stub("scenes have no registered collision and distance objects"),
         );
     }
-    for (what, text) in [("Collision", "collision object"), ("Distance", "distance object")] {
+    for (what, text) in [
+        ("Collision", "collision object"),
+        ("Distance", "distance object"),
+        ("IkGroup", "IK group"),
+        ("Mechanism", "mechanism"),
+    ] {
         offer.command(
             both(&format!("get{what}Handle"), MINUS, move |c| -> Result {
                 Err(Fail::missing(format!("there is no {text} `{}`", c.text(0)?)))
             })
-            .alias(format!("sim.get{what}handle"))
             .old_name(format!("simGet{what}handle"), MINUS)
             .param(Param::string("name"))
             .returns(Param::int("object"))

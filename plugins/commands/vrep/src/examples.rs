@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::{Vrep, kit::*, stubs};
+use crate::{Vrep, kit::*};
 
 /// From this version on flat names raise errors as all others do.
 const FLAT_NAMES_RAISE: &str = "4.2";
@@ -41,13 +41,8 @@ pub(crate) fn complete(offer: &mut Offer<Vrep>) {
         }
     }
     offer.each_command(|c| {
-        let (example, stub) = (examples.get(c.name()), stubs::elsewhere(c.name()));
-        let c = match example {
+        let c = match examples.get(c.name()) {
             Some(text) => c.example(*text),
-            None => c,
-        };
-        let c = match stub {
-            Some(why) => c.stub(why),
             None => c,
         };
         c.old_names_until(FLAT_NAMES_RAISE)

@@ -70,7 +70,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("arguments").rest())
             .returns(Param::int("count").text("0"))
             .text(format!("For main scripts, which call it in each step: {what}."))
-            .example(format!("sim.{name}(sim.handle_all_except_explicit)")),
+            .stub(*what),
         );
     }
 }

@@ -115,6 +115,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Joins shapes into one.")
         .partial("The result is one shape of triangles, which cannot be taken apart again."),
     );
+    offer.command(
+        both("ungroupShape", NIL, |c| {
+            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
+            c.ret::<[i64]>(&[handle(shape)][..]);
+            Ok(())
+        })
+        .param(object("shape"))
+        .returns(Param::list("shapes"))
+        .text("Takes a shape apart.")
+        .partial("A shape stays in one piece: the list holds itself."),
+    );
     mass(offer);
 }
 

@@ -89,6 +89,22 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives a number that no other object of the run has or will have.")
         .example("uid = sim.getObjectUid(robot)"),
     );
+    offer.command(
+        modern("getObjectFromUid", |c| {
+            let id = c.i64(0)? as u64;
+            let found = c.world().look(id).ok().filter(|o| o.id == id);
+            match found {
+                Some(o) => c.ret(o.handle()),
+                None if no_error(c) => c.ret(-1_i64),
+                None => return Err(Fail::missing(format!("no object has the number {id}"))),
+            }
+            Ok(())
+        })
+        .param(Param::int("uid"))
+        .param(Param::any("options").optional().text("{noError=true}: -1 if it is missing"))
+        .returns(Param::int("handle"))
+        .text("Finds an object by the number that sim.getObjectUid gives."),
+    );
 }
 
 fn get_handle(c: &mut Ctx<'_>) -> Result {

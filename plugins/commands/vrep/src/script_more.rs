@@ -55,7 +55,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("In Lua only; for other callers the table is empty."),
     );
     offer.command(
-        modern("invertMatrix", |c| {
+        both("invertMatrix", MINUS, |c| {
             let m = crate::algebra::invert(&numbers(c, 0)?);
             c.ret::<[f64]>(&m[..]);
             Ok(())
@@ -168,7 +168,7 @@ fn parameters(offer: &mut Offer<Vrep>) {
             }
             Ok(())
         })
-        .param(object("object"))
+        .param(flagged("object"))
         .param(Param::string("name").text("`name`, or `@alternative`"))
         .returns(Param::any("value").text("nothing if it is not set"))
         .text("Gives a user parameter of an object."),
@@ -181,7 +181,7 @@ fn parameters(offer: &mut Offer<Vrep>) {
             notes::set_private(c, id, &name, data.as_deref())?;
             done(c)
         })
-        .param(object("object"))
+        .param(flagged("object"))
         .param(Param::string("name"))
         .param(Param::any("value").text("nil: removes it"))
         .text("Sets a user parameter of an object."),

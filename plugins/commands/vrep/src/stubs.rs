@@ -153,7 +153,6 @@ const OLD: &[(&str, Gives, &str)] = &[
     ("intersectPointsWithPointCloud", Int(0), CLOUDS),
     ("subtractObjectFromPointCloud", Int(0), CLOUDS),
     ("applyMilling", Int(0), "there are no mills"),
-    ("getMechanismHandle", Int(-1), "there are no mechanisms"),
     ("getPathPlanningHandle", Int(-1), PLANNING),
     ("initializePathSearch", Int(-1), PLANNING),
     ("performPathSearchStep", Int(0), PLANNING),
@@ -337,42 +336,6 @@ const UI: &[(&str, Gives)] = &[
     ("setClipboardText", Nothing),
     ("getClipboardText", Text("")),
 ];
-
-/// Commands of other files that do nothing either, and why.
-const ELSEWHERE: &[(&str, &str)] = &[
-    ("sim.handleSimulationStart", "nothing has to be prepared"),
-    ("sim.handleSensingStart", "nothing has to be prepared"),
-    ("sim.openModule", "there are no modules of the original's kind"),
-    ("sim.handleModule", "there are no modules of the original's kind"),
-    ("sim.closeModule", "there are no modules of the original's kind"),
-    ("sim.resumeThreads", "threads go on in the actuation part"),
-    ("sim.launchThreadedChildScripts", "threads begin in the actuation part"),
-    ("sim.handleCustomizationScripts", "they are called together with the child scripts"),
-    ("sim.handleAddOnScripts", "there are no add-ons here"),
-    ("sim.handleSandboxScript", "there is no sandbox here"),
-    ("sim.handleJoint", "no joint moves by itself without physics"),
-    ("sim.handleJointMotion", "no joint moves by itself without physics"),
-    ("sim.handlePath", "nothing moves along a path by itself"),
-    ("sim.handleMechanism", "there are no mechanisms"),
-    ("sim.handleIkGroup", "there is no inverse kinematics"),
-    ("sim.handleVarious", "nothing is left over"),
-    ("sim.handleMill", "there are no mills"),
-    ("sim.resetMill", "there are no mills"),
-    ("sim.resetMilling", "there are no mills"),
-    ("sim.handleCollision", "there are no registered collision objects"),
-    ("sim.resetCollision", "there are no registered collision objects"),
-    ("sim.handleDistance", "there are no registered distance objects"),
-    ("sim.resetDistance", "there are no registered distance objects"),
-    ("sim.handleVisionSensor", "there are no vision sensors"),
-    ("sim.resetVisionSensor", "there are no vision sensors"),
-    ("sim.handleGraph", "there are no graphs"),
-    ("sim.getModuleName", "there are no plugins of the original's kind"),
-];
-
-/// Why a command of another file does nothing, if it is such a one.
-pub(crate) fn elsewhere(name: &str) -> Option<&'static str> {
-    ELSEWHERE.iter().find(|(n, _)| *n == name).map(|(_, why)| *why)
-}
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for (name, gives, why) in OLD {

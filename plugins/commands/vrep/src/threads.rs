@@ -30,7 +30,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 return c.wait_steps(1, 1);
             }
             let waited = c.resumed() != 0;
-            c.ret(i64::from(waited));
+            if old_era(c) {
+                c.ret(i64::from(waited));
+            }
             Ok(Outcome::Done)
         })
         .old_name("simSwitchThread", MINUS)
