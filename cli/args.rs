@@ -62,6 +62,8 @@ pub struct Run {
     /// Start a service beside the world: `ID`, or `ID:KEY=VALUE,KEY=VALUE`.
     #[arg(long = "service", value_name = "ID")]
     pub services: Vec<String>,
+    #[command(flatten)]
+    pub addons: crate::addons::Flags,
     /// The folder in which scripts open files [default: the working folder].
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
@@ -69,7 +71,7 @@ pub struct Run {
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
     /// Do again what a log tells; no scene is needed, and no service is started.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "seed", "set", "scripts", "services"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "seed", "set", "scripts", "services", "addons", "no_addons"])]
     pub replay: Option<PathBuf>,
     /// Simulated seconds to run [default: 10; with a service or `--interactive`: until it is stopped].
     #[arg(long, value_name = "S", conflicts_with = "steps", allow_negative_numbers = true, value_parser = seconds)]
@@ -111,7 +113,7 @@ pub struct Run {
     #[arg(long, value_names = ["T", "FILE"], num_args = 2, action = clap::ArgAction::Append)]
     pub snapshot_at: Vec<String>,
     /// Go on from a file that `--snapshot-at` of the same scene wrote; times still count from 0.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["addons", "no_addons"])]
     pub from: Option<PathBuf>,
     /// Take scripts, models and plugins that are changed while it runs at the next step; such a run cannot be repeated.
     #[arg(long, conflicts_with_all = ["log", "replay", "snapshot_at", "from"])]
@@ -178,6 +180,7 @@ pub enum What {
     Commands,
     Services,
     Events,
+    Addons,
 }
 
 /// What a script without a scene is run as.

@@ -1,5 +1,6 @@
 //! The program: parse, run, exit code.
 
+mod addons;
 mod args;
 mod commands;
 mod graphs;

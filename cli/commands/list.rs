@@ -1,11 +1,15 @@
 //! `tatu list`: what plugins offer.
 
-use std::process::ExitCode;
+use std::{process::ExitCode, sync::Arc};
 
 use serde_json::{Value, json};
-use tatu_core::host::{Declared, Registry};
+use tatu_core::{
+    document::Sources,
+    host::{Declared, Registry},
+};
 
 use crate::{
+    addons,
     args::{List, What},
     report,
 };
@@ -27,6 +31,7 @@ pub fn list(args: &List) -> ExitCode {
         What::Importers => (importers(&registry), &["id", "plugin", "suffixes", "text"]),
         What::Services => (services(&registry), &["id", "plugin", "text"]),
         What::Events => (events(&registry), &["name", "by", "fields", "text"]),
+        What::Addons => (addons(&registry), &["name", "auto_start", "style", "file", "text"]),
         What::Commands => (commands(&registry), &["name", "status", "text"]),
     };
     if args.json {
@@ -94,6 +99,18 @@ fn services(r: &Registry) -> Vec<Value> {
             json!({ "id": s.id, "plugin": plugin, "text": s.text, "parameters": params(&s.params) })
         })
         .collect()
+}
+
+fn addons(r: &Arc<Registry>) -> Vec<Value> {
+    let (found, wrong) = addons::find(r, &Sources::default());
+    wrong.iter().for_each(report::warning);
+    let row = |a: &addons::AddOn| {
+        json!({
+            "name": a.name, "auto_start": addons::starts_by_itself(a, r), "style": a.style.text(),
+            "file": a.file.display().to_string(), "text": a.about,
+        })
+    };
+    found.iter().map(row).collect()
 }
 
 fn events(r: &Registry) -> Vec<Value> {

@@ -4,6 +4,7 @@
 //! their source: a measurement of the original program, a data sheet, a formula. Tests that need `../shared` skip with
 //! a printed reason where it is absent. Nothing here looks at how long something takes.
 
+mod addons;
 mod away;
 mod catalogue;
 mod claims;

@@ -36,6 +36,7 @@ use tatu_plugin_api::abi::*;
 use pace::Pace;
 
 use crate::{
+    addons,
     args::Run,
     graphs, report,
     state::{self, Wanted},
@@ -105,6 +106,13 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         Some(file) => state::resume(file, document.clone(), registry.clone(), threads)?,
         None => World::with_threads(document.clone(), registry.clone(), threads)?,
     };
+    let addons = match &replay {
+        Some(log) => addons::replayed(&log.header.addons, &document, &registry)?,
+        // A snapshot holds its scripts, and no others.
+        None if args.from.is_some() => addons::Started::default(),
+        None => addons::choose(&args.addons, &document, &registry)?,
+    };
+    addons.attach(&world)?;
     if let Some(folder) = &args.files {
         world.open_files_in(folder)?;
     }
@@ -128,6 +136,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
                 let scripts = if args.stand_ins { Vec::new() } else { c.scripts.clone() };
                 let mut header = file::Header::new(&document, &registry, c.seed, c.set.clone(), scripts);
                 header.stand_ins = values.clone();
+                header.addons = addons.entries();
                 header
             }
         };

@@ -32,6 +32,11 @@ impl Sources {
         self.0.closed
     }
 
+    /// Adds a file that belongs to the document, though nothing in it names it.
+    pub fn keep(&self, path: &Path, bytes: Vec<u8>) {
+        self.0.files.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned(), bytes.into());
+    }
+
     /// The bytes of a file.
     pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         let mut files = self.0.files.lock().unwrap_or_else(PoisonError::into_inner);

@@ -53,6 +53,7 @@ callbacks! {
     Suspend "suspend", "Once, when time begins to stand.";
     Suspended "suspended", "In each pass while time stands.";
     Resume "resume", "Once, before time goes on.";
+    Run "run", "Of scripts from outside: at the end of each pass, whatever the world does.";
     BeforeStep "beforeMainScript", "In each pass, before its stages.";
     Dyn "dyn", "Before and after each physics step.";
     Joint "joint", "In each physics step, for joints whose control is a callback.";

@@ -14,7 +14,7 @@
 
 use std::rc::Rc;
 
-use tatu_plugin_api::safe::Value;
+use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{Callback, Kind, Script, Scripts, answers::entry};
 use crate::{
@@ -48,6 +48,25 @@ impl Scripts {
                 script.run_if_begun(world, Callback::NonSimulation, &[]);
             }
         });
+    }
+
+    /// A pass of any kind has come to its end: add-ons that want no more than to be called have their turn.
+    pub fn run_addons(world: &WorldCell) {
+        if world.scripts.try_borrow().is_ok_and(|s| s.any_has(Callback::Run)) {
+            Self::each_called(world, |script| {
+                if script.kind >= Kind::Addon {
+                    script.run_if_begun(world, Callback::Run, &[]);
+                }
+            });
+        }
+    }
+
+    /// Makes the state of a script that lives as long as the world, and calls a callback of it before any other.
+    pub fn ask_first(world: &WorldCell, slot: u32, callback: &str) -> Option<Value> {
+        Self::begin(world, false);
+        let script = world.scripts.borrow().by_slot(slot).filter(|s| s.is_there(world))?;
+        let number = script.find(world, TATU_FIND_CALLBACK, callback.as_bytes());
+        script.ask_callback(world, number, &[])
     }
 
     /// A start was asked for, and nothing has been prepared.

@@ -286,7 +286,8 @@ impl Script {
             priority: spec.priority,
             name: spec.name.clone(),
             text: spec.text.clone().into(),
-            wanted_dialect: if spec.dialect.is_empty() { dialect } else { spec.dialect.clone() },
+            // What comes from outside was not written for this scene.
+            wanted_dialect: if spec.dialect.is_empty() && kind < Kind::Addon { dialect } else { spec.dialect.clone() },
             id: Cell::new(0),
             data: Cell::new(std::ptr::null_mut()),
             dialect: Cell::new(raw(&[])),

@@ -45,10 +45,26 @@ pub struct Header {
     /// The scene was made of what a script asked for; the names of values that stand in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stand_ins: Option<Vec<String>>,
+    /// Add-ons that ran, in their order; their files are among those below.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub addons: Vec<AddonEntry>,
     /// Plugins that were loaded, but for those that only offer services: a replay starts none.
     pub plugins: Vec<PluginVersion>,
     /// Every file that the document was made of.
     files: Vec<KeptFile>,
+}
+
+/// An add-on that ran.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AddonEntry {
+    /// Its name.
+    pub name: String,
+    /// Its script.
+    pub file: PathBuf,
+    /// The version that it was written for; empty: from its text.
+    pub dialect: String,
+    /// What it was started with.
+    pub options: Vec<(String, String)>,
 }
 
 /// A plugin and its version.
@@ -91,6 +107,7 @@ impl Header {
             set,
             scripts,
             stand_ins: None,
+            addons: Vec::new(),
             plugins: versions(registry),
             files: files.collect(),
         }

@@ -58,6 +58,7 @@ pub(crate) fn step(world: &WorldCell) {
     if world.phase.get() == Phase::Last {
         let _ = run(world, Stage::Clean, 0.0, "the step");
     }
+    Scripts::run_addons(world);
     world.clock.advance();
     turn(world);
 }

@@ -12,6 +12,7 @@ use crate::{
 pub(crate) fn idle(world: &WorldCell) {
     barrier(world);
     Scripts::idle(world);
+    Scripts::run_addons(world);
     world.clock.count_pass();
     world.look_after("a pass of the stopped world");
 }
@@ -28,6 +29,7 @@ pub(super) fn suspend(world: &WorldCell) {
 pub(crate) fn paused(world: &WorldCell) {
     barrier(world);
     Scripts::pause(world, Callback::Suspended);
+    Scripts::run_addons(world);
     world.look_after("a pass of the paused world");
     if world.requests.get() & 1 << TATU_REQUEST_START != 0 {
         lift(world);

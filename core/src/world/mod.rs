@@ -1,9 +1,10 @@
 //! A world: a scene, its engine, sensors and scripts, made, started, stepped, stopped and looked at.
 //!
-//! `cell` holds its parts, which plugins reach through `tatu_world *`; `devices` makes the instances of sensors and
+//! `addons` is what runs beside its document; `cell` holds its parts, which plugins reach through `tatu_world *`; `devices` makes the instances of sensors and
 //! actuators; `run` starts, steps and stops it, through the phases of `phase`; `pool` is its threads; `swap` what a reload
 //! exchanges; `wants` what stands in for what is asked for.
 
+mod addons;
 mod cell;
 mod devices;
 mod phase;

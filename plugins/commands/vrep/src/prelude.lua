@@ -36,6 +36,15 @@ if script.kind == "main" then
     -- Old main scripts have one part for the whole step, which calls the other scripts twice.
     reasons.sensing, reasons.thread = nil, nil
 end
+if script.kind == "addon" then
+    -- Old add-ons are called at the end of each pass; the numbers changed with 3.5.
+    reasons = {init = 0, cleanup = 1, run = 14, addonSuspend = 15, addonResume = 16}
+    if script.dialect == "3.2" then
+        reasons = {init = 0, run = 1, addonSuspend = 2, addonResume = 3, cleanup = 4}
+        sim_addonscriptcall_initialization, sim_addonscriptcall_run, sim_addonscriptcall_suspend = 0, 1, 2
+        sim_addonscriptcall_restarting, sim_addonscriptcall_cleanup = 3, 4
+    end
+end
 
 return {
     -- Modern scripts define functions of these names, %s being the callback.
@@ -47,6 +56,8 @@ return {
         needs = { thread = { "sim_childscriptcall_threaded" } },
         extra = { sim_current_script_id = "script" },
     },
+    -- Old add-ons end by returning 0.
+    ends = script.kind == "addon" and (script.dialect == "3.2" and 0) or nil,
     -- The name space of commands and constants.
     api = { "sim" },
     -- What tells an old script by its text, and which versions scripts are taken for.

@@ -122,7 +122,7 @@ pub(crate) fn find(s: &Script, how: u32, name: &[u8]) -> u32 {
     };
     let mut there = false;
     match how {
-        TATU_FIND_CALLBACK if name == INIT => there = true,
+        TATU_FIND_CALLBACK if name == INIT || name == INFO && style == Style::NotRun => there = true,
         TATU_FIND_CALLBACK if silent && name != CLEANUP => {}
         TATU_FIND_CALLBACK => match style {
             Style::NotRun => {}
@@ -208,7 +208,7 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
             return Flow::Done;
         }
         match (style, &rules.rerun) {
-            (Style::NotRun, _) => first(l, s, rules, may_rerun, frame),
+            (Style::NotRun, _) => first(l, s, rules, may_rerun, name, frame),
             (Style::Rerun, Some(rerun)) => {
                 set(l, s, rerun, rerun.value(name));
                 registry(l, reg::CHUNK);
@@ -236,14 +236,21 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
 }
 
 unsafe fn go(l: *mut lua_State, s: &State, name: &[u8], frame: *mut tatu_call) -> Flow {
-    if name == THREAD { threads::start(l, s, frame) } else { run(l, s, frame) }
+    if name == THREAD { threads::start(l, s, frame) } else { ask(l, s, frame) }
 }
 
-/// The first run of the text, which is also the callback `init`.
-unsafe fn first(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool, frame: *mut tatu_call) -> Flow {
+/// The first run of the text, which is also the callback `init`, or comes before `info`.
+unsafe fn first(
+    l: *mut lua_State,
+    s: &State,
+    rules: &Rules,
+    may_rerun: bool,
+    name: &[u8],
+    frame: *mut tatu_call,
+) -> Flow {
     let base = lua_gettop(l);
     if let Some(rerun) = &rules.rerun {
-        set(l, s, rerun, rerun.value(INIT));
+        set(l, s, rerun, rerun.value(name));
     }
     if registry(l, reg::CHUNK) != LUA_TFUNCTION {
         return Flow::Done;
@@ -251,6 +258,7 @@ unsafe fn first(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool, fr
     let n = put_args(l, frame);
     lua_call(l, n, LUA_MULTRET);
     if settle(l, s, rules, may_rerun) == Style::Rerun {
+        end_by_number(l, s, base);
         take_results(l, s, frame, lua_gettop(l) - base);
         return Flow::Done;
     }
@@ -259,14 +267,35 @@ unsafe fn first(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool, fr
         set(l, s, rerun, None);
     }
     // What it tells of itself is asked between its text and its start.
-    if callback(l, rules, INFO) {
+    if name != INFO && callback(l, rules, INFO) {
         lua_call(l, 0, 0);
     }
     lua_settop(l, base);
-    if callback(l, rules, INIT) {
-        return run(l, s, frame);
+    if callback(l, rules, name) {
+        return go(l, s, name, frame);
     }
     Flow::Done
+}
+
+/// Runs a callback, which may ask for its script's end.
+unsafe fn ask(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
+    let base = lua_gettop(l) - 1;
+    let n = put_args(l, frame);
+    lua_call(l, n, LUA_MULTRET);
+    end_by_number(l, s, base);
+    take_results(l, s, frame, lua_gettop(l) - base);
+    Flow::Done
+}
+
+/// Some scripts ask for their end by a number: it becomes what all others say, `{cmd = 'cleanup'}`.
+unsafe fn end_by_number(l: *mut lua_State, s: &State, base: i32) {
+    let Some(ends) = s.text.borrow().rules.ends else { return };
+    if lua_gettop(l) > base && lua_type(l, base + 1) == LUA_TNUMBER && lua_tonumber(l, base + 1) == ends {
+        lua_settop(l, base);
+        lua_createtable(l, 0, 1);
+        push(l, CLEANUP);
+        lua_setfield(l, -2, c"cmd".as_ptr());
+    }
 }
 
 /// Decides the style, once the text has run.

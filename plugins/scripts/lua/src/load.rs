@@ -47,6 +47,8 @@ pub(crate) struct Rules {
     /// What stands before and after a callback's name in its function's name.
     pub functions: Vec<(Vec<u8>, Vec<u8>)>,
     pub rerun: Option<Rerun>,
+    /// The number by which a callback asks for the script's end.
+    pub ends: Option<f64>,
     api: Vec<Vec<u8>>,
     old_marks: Vec<Vec<u8>>,
     pub old_dialect: Option<String>,
@@ -239,6 +241,10 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
             let parts = (pattern[..at].to_vec(), pattern[at + 2..].to_vec());
             rules.functions.push(parts);
         }
+    }
+    lua_pop(l, 1);
+    if field(l, c"ends") && lua_type(l, -1) == LUA_TNUMBER {
+        rules.ends = Some(lua_tonumber(l, -1));
     }
     lua_pop(l, 1);
     if field(l, c"api") && lua_type(l, -1) == LUA_TTABLE {

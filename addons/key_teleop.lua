@@ -1,0 +1,127 @@
+-- Drives any robot with two driven wheels by keys: arrows or w a s d, space stops.
+-- Options: robot=           path of its base; default: the first model with two such wheels
+--          left=, right=    paths of the wheel joints, where they are not found by themselves
+--          speed=0.5        rad/s that a key adds to both wheels
+--          turn=0.25        rad/s that a key adds to one and takes from the other
+--          most=10          rad/s that no wheel exceeds
+--
+--     tatu run scene.toml --interactive --addon key_teleop
+--     tatu run scene.toml --keys keys.txt --addon key_teleop:robot=/Pioneer_p3dx
+--
+-- Until the first key the robot's own controller drives; from then on the keys do. The front is the base's x axis.
+
+function sysCall_info()
+    return {autoStart = false, menu = 'Drive\nBy keys'}
+end
+
+local options, wheels, forward, turning
+
+-- Key codes of simulator messages: arrows are 2007 to 2010, characters their own.
+local keys = {
+    [2007] = 'up', [2008] = 'down', [2009] = 'left', [2010] = 'right',
+    [119] = 'up', [115] = 'down', [97] = 'left', [100] = 'right', [32] = 'stop',
+}
+
+-- The y axis of an object, and the z axis, in the world.
+local function axes(object)
+    local m = sim.getObjectMatrix(object, -1)
+    return {m[2], m[6], m[10]}, {m[3], m[7], m[11]}
+end
+
+local function dot(a, b)
+    return a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+end
+
+-- A wheel: its joint, how far to the left of the base it is (m), and which turn of it drives forward.
+local function wheel(base, joint)
+    local left, _ = axes(base)
+    local _, axis = axes(joint)
+    local p, q = sim.getObjectPosition(joint, -1), sim.getObjectPosition(base, -1)
+    local along = dot(axis, left)
+    return {
+        joint = joint, level = math.abs(along), sign = along < 0 and -1 or 1,
+        left = dot({p[1] - q[1], p[2] - q[2], p[3] - q[3]}, left),
+    }
+end
+
+-- The two driven wheels below a base: joints with a motor whose axes point to its side, the outermost on each.
+local function find(base)
+    local best = {}
+    for _, joint in ipairs(tatu.list('joint', base)) do
+        if tatu.get(joint, 'joint.type') == 'revolute' and tatu.get(joint, 'joint.control') == 'velocity' then
+            local w = wheel(base, joint)
+            local side = w.left > 0 and 'left' or 'right'
+            if w.level > 0.9 and (not best[side] or math.abs(w.left) > math.abs(best[side].left)) then
+                best[side] = w
+            end
+        end
+    end
+    return best.left and best.right and best
+end
+
+local function search()
+    if options.left ~= '' and options.right ~= '' then
+        local left, right = sim.getObject(options.left), sim.getObject(options.right)
+        local base = options.robot ~= '' and sim.getObject(options.robot) or sim.getObjectParent(left)
+        return {left = wheel(base, left), right = wheel(base, right)}, base
+    end
+    if options.robot ~= '' then
+        local base = sim.getObject(options.robot)
+        return find(base), base
+    end
+    for _, base in ipairs(tatu.list()) do
+        local found = tatu.get(base, 'object.model_base') and find(base)
+        if found then
+            return found, base
+        end
+    end
+end
+
+function sysCall_init()
+    options = tatu.options{robot = '', left = '', right = '', speed = 0.5, turn = 0.25, most = 10}
+end
+
+function sysCall_beforeSimulation()
+    local base
+    wheels, base = search()
+    if not wheels then
+        error('key_teleop: no two driven wheels were found; name them: left=/Robot/leftMotor,right=/Robot/rightMotor')
+    end
+    forward, turning = nil, 0
+    sim.addLog(sim.verbosity_scriptinfos, 'key_teleop: drives ' .. tatu.get(base, 'object.path'))
+end
+
+local function pressed(key)
+    forward = forward or 0
+    if key == 'up' then
+        forward = forward + options.speed
+    elseif key == 'down' then
+        forward = forward - options.speed
+    elseif key == 'left' then
+        turning = turning + options.turn
+    elseif key == 'right' then
+        turning = turning - options.turn
+    else
+        forward, turning = 0, 0
+    end
+    forward = math.min(math.max(forward, -options.most), options.most)
+    turning = math.min(math.max(turning, -options.most), options.most)
+end
+
+function sysCall_actuation()
+    local message, data = sim.getSimulatorMessage()
+    while message ~= -1 do
+        if message == sim.message_keypress and keys[data[1]] then
+            pressed(keys[data[1]])
+        end
+        message, data = sim.getSimulatorMessage()
+    end
+    if forward then
+        local function drive(w, speed)
+            speed = math.min(math.max(speed, -options.most), options.most)
+            sim.setJointTargetVelocity(w.joint, speed * w.sign)
+        end
+        drive(wheels.left, forward - turning)
+        drive(wheels.right, forward + turning)
+    end
+end

@@ -1,0 +1,48 @@
+//! What the text of an add-on tells without being run.
+
+use super::Style;
+
+/// The first line of its first comment, or of the text between long brackets.
+pub fn first_comment(text: &str) -> String {
+    for line in text.lines().map(str::trim) {
+        // The line for the shell, and what is no sentence.
+        let line = line.trim_start_matches('\u{feff}');
+        if line.is_empty() || line.starts_with("#!") {
+            continue;
+        }
+        let Some(comment) = line.strip_prefix("--").or_else(|| line.strip_prefix('#')) else { return String::new() };
+        let said = comment.trim_start_matches("[[").trim_end_matches("]]").trim_matches(['-', '=', '#', ' ', '\t']);
+        if !said.is_empty() {
+            return said.to_owned();
+        }
+    }
+    String::new()
+}
+
+/// How it is called: by the words that the old manner cannot do without.
+pub fn style(text: &str) -> Style {
+    let functions = text.contains("sysCall_");
+    let old = text.contains("sim_call_type") || text.contains("sim_addonscriptcall_");
+    if old && !functions { Style::CallType } else { Style::Callbacks }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_sentence_of_a_text() {
+        assert_eq!(first_comment("-- Writes poses.\n-- More."), "Writes poses.");
+        assert_eq!(first_comment("#!/usr/bin/lua\n\n--------\n--  Stops a run. --\n"), "Stops a run.");
+        assert_eq!(first_comment("--[[\n]]"), "");
+        assert_eq!(first_comment("--[[ Draws. ]]"), "Draws.");
+        assert_eq!(first_comment("x = 1 -- not this"), "");
+    }
+
+    #[test]
+    fn the_manner_by_words() {
+        assert_eq!(style("if sim_call_type==sim_addonscriptcall_run then end"), Style::CallType);
+        assert_eq!(style("function sysCall_init() end -- was sim_call_type"), Style::Callbacks);
+        assert_eq!(style("print('hello')"), Style::Callbacks);
+    }
+}

@@ -1,0 +1,151 @@
+//! Where add-ons are looked for, and which files are some.
+
+use std::{
+    collections::BTreeSet,
+    ffi::OsStr,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use tatu_core::{
+    document::Sources,
+    error::{Error, Result},
+    host::Registry,
+};
+use toml_edit::DocumentMut;
+
+use super::{AddOn, Start, Style, about, name};
+
+/// Keys of `addon.toml`.
+const KEYS: [&str; 4] = ["name", "text", "dialect", "auto_start"];
+
+/// The folders that are searched, in order: `addons` in the working folder, beside the program and above it, then those
+/// of `TATU_ADDON_PATH`. The first that has a name wins it.
+pub fn folders(exe: Option<&Path>, environment: Option<&OsStr>) -> Vec<PathBuf> {
+    let beside = exe.and_then(Path::parent);
+    let mut all = vec![PathBuf::from("addons")];
+    all.extend(beside.map(|d| d.join("addons")));
+    all.extend(beside.and_then(Path::parent).map(|d| d.join("addons")));
+    let path = environment.map(|p| std::env::split_paths(p).collect::<Vec<_>>()).unwrap_or_default();
+    all.extend(path.into_iter().filter(|p| !p.as_os_str().is_empty()));
+    // The same folder may be reached in several ways.
+    let mut seen = BTreeSet::new();
+    all.retain(|d| seen.insert(d.canonicalize().unwrap_or_else(|_| d.clone())));
+    all
+}
+
+/// All add-ons, in the order of folders, then of file names; what is wrong with others. Files are read through `sources`.
+pub fn find(registry: &Registry, sources: &Sources) -> (Vec<AddOn>, Vec<Error>) {
+    let exe = std::env::current_exe().ok();
+    let path = std::env::var_os("TATU_ADDON_PATH");
+    in_folders(&folders(exe.as_deref(), path.as_deref()), registry, sources)
+}
+
+fn in_folders(folders: &[PathBuf], registry: &Registry, sources: &Sources) -> (Vec<AddOn>, Vec<Error>) {
+    let (mut found, mut wrong): (Vec<AddOn>, Vec<Error>) = (Vec::new(), Vec::new());
+    for folder in folders {
+        let Ok(entries) = fs::read_dir(folder) else { continue };
+        let mut places: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
+        places.sort();
+        for place in places.iter().filter(|p| may_be(p, registry)) {
+            match read(place, registry, sources) {
+                Ok(new) => match found.iter().find(|a| a.name == new.name) {
+                    Some(first) => wrong.push(two(first, &new)),
+                    None => found.push(new),
+                },
+                Err(e) => wrong.push(e),
+            }
+        }
+    }
+    (found, wrong)
+}
+
+fn two(first: &AddOn, second: &AddOn) -> Error {
+    let (a, b) = (first.file.display(), second.file.display());
+    Error::new("E602", format!("two add-ons are called `{}`: {a} is used, {b} is not", first.name))
+        .help("give one another name, or start it by its file: `--addon FILE`")
+}
+
+/// Whether something in such a folder may be an add-on: a script, or a folder with a manifest.
+fn may_be(place: &Path, registry: &Registry) -> bool {
+    let hidden = place.file_name().and_then(OsStr::to_str).is_none_or(|n| n.starts_with('.'));
+    !hidden && if place.is_dir() { place.join("addon.toml").is_file() } else { language(place, registry).is_some() }
+}
+
+/// The language that a file's suffix belongs to.
+fn language(file: &Path, registry: &Registry) -> Option<usize> {
+    let name = file.file_name()?.to_str()?;
+    let has = |suffixes: &[String]| suffixes.iter().any(|s| name.len() > s.len() && name.ends_with(s.as_str()));
+    registry.languages.iter().position(|l| has(&l.suffixes))
+}
+
+/// An add-on in a file, or in a folder with `addon.toml` and `init` in any language.
+pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddOn> {
+    let (manifest, file) = if place.is_dir() {
+        let file = place.join("addon.toml");
+        let text = text_of(&file, sources)?;
+        let manifest = text
+            .parse::<DocumentMut>()
+            .map_err(|e| Error::new("E601", format!("{}: {}", file.display(), e.message())).expected("a TOML file"))?;
+        if let Some((key, _)) = manifest.iter().find(|(k, _)| !KEYS.contains(k)) {
+            let text = format!("{}: unknown key `{key}`", file.display());
+            return Err(Error::new("E601", text).expected(KEYS.join(", ")).nearest(key, KEYS));
+        }
+        let suffixes = registry.languages.iter().flat_map(|l| &l.suffixes);
+        let script = suffixes.map(|s| place.join(format!("init{s}"))).find(|f| f.is_file()).ok_or_else(|| {
+            Error::new("E601", format!("the add-on {} has no script", place.display())).expected("a file init.lua")
+        })?;
+        (Some((file, manifest)), script)
+    } else {
+        (None, place.to_owned())
+    };
+    let language = language(&file, registry).ok_or_else(|| {
+        let known: Vec<&str> = registry.languages.iter().flat_map(|l| &l.suffixes).map(String::as_str).collect();
+        Error::new("E601", format!("no script language takes {}", file.display())).expected(known.join(", "))
+    })?;
+    let text = text_of(&file, sources)?;
+    // A file is named by itself, a folder's script by the folder.
+    let stem =
+        place.file_stem().filter(|_| place.is_file()).or(place.file_name()).unwrap_or_default().to_string_lossy();
+    let told = name::of(&stem);
+    let mut addon = AddOn {
+        name: told.name,
+        style: if told.function { Style::Function } else { about::style(&text) },
+        start: told.start,
+        about: about::first_comment(&text),
+        dialect: String::new(),
+        file,
+        language,
+    };
+    if let Some((file, manifest)) = &manifest {
+        take(&mut addon, file, manifest)?;
+    }
+    if addon.start == Start::Asked && addon.style == Style::CallType {
+        // A whole text has no function that could be asked.
+        addon.start = Start::ByItself;
+    }
+    Ok(addon)
+}
+
+/// What a manifest tells.
+fn take(addon: &mut AddOn, file: &Path, manifest: &DocumentMut) -> Result {
+    let wrong = |key: &str, wanted: &str| {
+        Error::new("E601", format!("{}: a wrong value of `{key}`", file.display())).expected(wanted.to_owned())
+    };
+    for (key, to) in [("name", &mut addon.name), ("text", &mut addon.about), ("dialect", &mut addon.dialect)] {
+        if let Some(item) = manifest.get(key) {
+            *to = item.as_str().ok_or_else(|| wrong(key, "a text"))?.to_owned();
+        }
+    }
+    if let Some(item) = manifest.get("auto_start") {
+        let by_itself = item.as_bool().ok_or_else(|| wrong("auto_start", "true or false"))?;
+        addon.start = if by_itself { Start::ByItself } else { Start::ByName };
+    }
+    Ok(())
+}
+
+/// The text of a file; what is not UTF-8 in it is replaced, for reading about it only.
+fn text_of(file: &Path, sources: &Sources) -> Result<String> {
+    let bytes = sources.read(file).map_err(|e| Error::new("E105", format!("cannot read {}: {e}", file.display())))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}

@@ -1,0 +1,59 @@
+//! What the name of a file tells, by the rules of all versions:
+//!
+//! | file | kind | starts |
+//! |---|---|---|
+//! | `vrepAddOnFunc_x.lua`, `vrepAddOnFunction_x.lua`, `simAddOnFunc_x.lua` | a function: its text runs once | by name |
+//! | `vrepAddOnScript_x.lua`, `simAddOnScript_x.lua` | a script | by itself |
+//! | `vrepAddOnScript-x.lua`, `simAddOnScript-x.lua` | a script | by name |
+//! | `simAddOnX.lua`, any other name | a script | as it answers itself |
+
+use super::Start;
+
+/// Name, whether it is a function, and how it starts.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Told {
+    pub name: String,
+    pub function: bool,
+    pub start: Start,
+}
+
+/// From the name of a file without its suffix.
+pub fn of(stem: &str) -> Told {
+    let told = |name: &str, function, start| Told { name: name.to_owned(), function, start };
+    let after = |prefix: &str| stem.strip_prefix(prefix).filter(|rest| !rest.is_empty());
+    for program in ["vrep", "sim"] {
+        for (kind, function) in [("Func", true), ("Function", true), ("Script", false)] {
+            let by_itself = if function { Start::ByName } else { Start::ByItself };
+            if let Some(name) = after(&format!("{program}AddOn{kind}_")) {
+                return told(name, function, by_itself);
+            }
+            if let Some(name) = after(&format!("{program}AddOn{kind}-")) {
+                return told(name, function, Start::ByName);
+            }
+        }
+    }
+    match after("simAddOn") {
+        Some(name) => told(name, false, Start::Asked),
+        None => told(stem, false, Start::Asked),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // script-api.md section 4.1.
+    #[test]
+    fn prefixes_of_all_versions() {
+        let is =
+            |stem: &str, name: &str, function, start| assert_eq!(of(stem), Told { name: name.into(), function, start });
+        is("vrepAddOnScript_logger", "logger", false, Start::ByItself);
+        is("vrepAddOnScript-logger", "logger", false, Start::ByName);
+        is("simAddOnScript-a b", "a b", false, Start::ByName);
+        is("vrepAddOnFunc_snap", "snap", true, Start::ByName);
+        is("vrepAddOnFunction_snap", "snap", true, Start::ByName);
+        is("simAddOnStepper", "Stepper", false, Start::Asked);
+        is("pose_logger", "pose_logger", false, Start::Asked);
+        is("simAddOn", "simAddOn", false, Start::Asked);
+    }
+}

@@ -1,0 +1,137 @@
+//! Which add-ons run, and attaching them to a world.
+
+use std::{path::Path, sync::Arc};
+
+use tatu_core::{
+    World,
+    document::{Document, ScriptSpec, Sources},
+    error::{Error, Result},
+    host::Registry,
+    session::file::AddonEntry,
+};
+use tatu_plugin_api::safe::Value;
+
+use super::{AddOn, Flags, Start, find, wanted::Wanted};
+use crate::report;
+
+/// The add-ons of one run, in the order in which they begin.
+#[derive(Default)]
+pub struct Started(Vec<(AddOn, Vec<(String, String)>)>);
+
+/// Which add-ons run: those that start by themselves, and those that the command line names. Their files are read
+/// through the document's sources, so that an input log holds them.
+pub fn choose(flags: &Flags, document: &Document, registry: &Arc<Registry>) -> Result<Started> {
+    let wanted: Vec<Wanted> = flags.addons.iter().map(|text| Wanted::parse(text)).collect::<Result<_>>()?;
+    if flags.no_addons && wanted.is_empty() {
+        return Ok(Started::default());
+    }
+    // What is only looked at is not part of the run.
+    let (found, wrong) = find::find(registry, &Sources::default());
+    wrong.iter().for_each(report::warning);
+    let mut taken = vec![false; wanted.len()];
+    let mut started = Vec::new();
+    for addon in found.iter() {
+        let mut options = None;
+        for (w, taken) in wanted.iter().zip(&mut taken).filter(|(w, _)| is_meant(w, addon)) {
+            *taken = true;
+            options.get_or_insert_with(Vec::new).extend(w.options.clone());
+        }
+        if options.is_none() && !flags.no_addons && starts_by_itself(addon, registry) {
+            report::note(&format!(
+                "the add-on {} runs ({}); `--no-addons` leaves it out",
+                addon.name,
+                addon.file.display()
+            ));
+            options = Some(Vec::new());
+        }
+        started.extend(options.map(|o| (addon.clone(), o)));
+    }
+    for (w, _) in wanted.iter().zip(&taken).filter(|(_, taken)| !**taken) {
+        let place = Path::new(&w.name);
+        if !place.exists() {
+            return Err(unknown(w, &found));
+        }
+        started.push((find::read(place, registry, &Sources::default())?, w.options.clone()));
+    }
+    for (addon, _) in &started {
+        let text = std::fs::read(&addon.file).map_err(|e| unreadable(&addon.file, &e))?;
+        document.sources.keep(&addon.file, text);
+    }
+    Ok(Started(started))
+}
+
+/// The add-ons of a run that is replayed.
+pub fn replayed(entries: &[AddonEntry], document: &Document, registry: &Registry) -> Result<Started> {
+    let all = entries.iter().map(|e| {
+        let addon = find::read(&e.file, registry, &document.sources)?;
+        Ok((AddOn { name: e.name.clone(), dialect: e.dialect.clone(), ..addon }, e.options.clone()))
+    });
+    Ok(Started(all.collect::<Result<_>>()?))
+}
+
+fn is_meant(w: &Wanted, addon: &AddOn) -> bool {
+    w.name == addon.name || addon.file.file_stem().is_some_and(|stem| *stem == *w.name)
+}
+
+fn unknown(w: &Wanted, found: &[AddOn]) -> Error {
+    let known: Vec<&str> = found.iter().map(|a| a.name.as_str()).collect();
+    let list = if known.is_empty() { "none was found".to_owned() } else { known.join(", ") };
+    Error::new("E600", format!("there is no add-on `{}`, and no such file", w.name))
+        .expected(format!("one of those that `tatu list addons` shows ({list}), or a file"))
+        .nearest(&w.name, known)
+}
+
+fn unreadable(file: &Path, e: &std::io::Error) -> Error {
+    Error::new("E105", format!("cannot read the add-on {}: {e}", file.display()))
+}
+
+/// Whether an add-on starts by itself: if neither its name nor a manifest tells, its function `info` is asked in a world
+/// of its own. One that fails there starts, and fails where it is seen.
+pub fn starts_by_itself(addon: &AddOn, registry: &Arc<Registry>) -> bool {
+    match addon.start {
+        Start::ByItself => true,
+        Start::ByName => false,
+        Start::Asked => ask(addon, registry).unwrap_or(true),
+    }
+}
+
+fn ask(addon: &AddOn, registry: &Arc<Registry>) -> Option<bool> {
+    let text = std::fs::read(&addon.file).ok()?;
+    let world = World::new(Arc::new(Document::default()), registry.clone()).ok()?;
+    let slot = world.attach(&spec(addon, text)).ok()?;
+    let Value::Map(info) = world.ask(slot, "info")? else { return None };
+    info.iter().find_map(|(k, v)| match (k, v) {
+        (Value::Text(k), Value::Bool(on)) if k == b"autoStart" => Some(*on),
+        _ => None,
+    })
+}
+
+fn spec(addon: &AddOn, text: Vec<u8>) -> ScriptSpec {
+    ScriptSpec {
+        dialect: addon.dialect.clone(),
+        ..ScriptSpec::outside(addon.language, "addon", addon.file.display().to_string(), text)
+    }
+}
+
+impl Started {
+    /// Attaches all to a world that has not been started.
+    pub fn attach(&self, world: &World) -> Result {
+        for (addon, options) in &self.0 {
+            let text = world.document().sources.read(&addon.file).map_err(|e| unreadable(&addon.file, &e))?;
+            let slot = world.attach(&spec(addon, text))?;
+            world.give_options(slot, options);
+        }
+        Ok(())
+    }
+
+    /// As the input log tells them.
+    pub fn entries(&self) -> Vec<AddonEntry> {
+        let entry = |(a, options): &(AddOn, Vec<(String, String)>)| AddonEntry {
+            name: a.name.clone(),
+            file: a.file.clone(),
+            dialect: a.dialect.clone(),
+            options: options.clone(),
+        };
+        self.0.iter().map(entry).collect()
+    }
+}

@@ -1,0 +1,80 @@
+//! `--addon NAME:KEY=VALUE,KEY=VALUE`.
+
+use tatu_core::error::{Error, Result};
+
+/// One add-on of a command line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wanted {
+    /// Its name or file.
+    pub name: String,
+    /// What it is given, in order; of equal keys the last counts.
+    pub options: Vec<(String, String)>,
+}
+
+impl Wanted {
+    /// From its text. A piece without `=` goes on with the value before it, so that values may hold commas.
+    pub fn parse(text: &str) -> Result<Self> {
+        let at = text.match_indices(':').map(|(i, _)| i).find(|i| begins_options(&text[i + 1..]));
+        let (name, rest) = at.map_or((text, ""), |i| (&text[..i], &text[i + 1..]));
+        let mut options: Vec<(String, String)> = Vec::new();
+        for piece in rest.split(',') {
+            match (key_of(piece), options.last_mut()) {
+                (Some((key, value)), _) => options.push((key.to_owned(), value.to_owned())),
+                (None, Some((_, value))) => {
+                    value.push(',');
+                    value.push_str(piece);
+                }
+                (None, None) if piece.is_empty() => {}
+                (None, None) => {
+                    return Err(Error::new("E102", format!("--addon: `{piece}` sets nothing in `{text}`"))
+                        .expected("NAME:KEY=VALUE,KEY=VALUE")
+                        .help("for instance `pose_logger:file=poses.csv,period=0.1`"));
+                }
+            }
+        }
+        if name.trim().is_empty() {
+            return Err(Error::new("E102", format!("--addon: `{text}` names no add-on")).expected("a name, or a file"));
+        }
+        Ok(Wanted { name: name.trim().to_owned(), options })
+    }
+}
+
+/// Key and value, if a piece has both.
+fn key_of(piece: &str) -> Option<(&str, &str)> {
+    let (key, value) = piece.split_once('=')?;
+    let key = key.trim();
+    let good = !key.is_empty() && key.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-');
+    good.then_some((key, value))
+}
+
+/// Whether options follow a colon: it may also be part of a path.
+fn begins_options(rest: &str) -> bool {
+    key_of(rest).is_some() || rest.is_empty()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(text: &str) -> (String, Vec<(String, String)>) {
+        let w = Wanted::parse(text).unwrap();
+        (w.name, w.options)
+    }
+    fn pairs(all: &[(&str, &str)]) -> Vec<(String, String)> {
+        all.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect()
+    }
+
+    #[test]
+    fn names_files_and_options() {
+        assert_eq!(parsed("pose_logger"), ("pose_logger".into(), vec![]));
+        assert_eq!(parsed("a b:file=x.csv,period=0.1"), ("a b".into(), pairs(&[("file", "x.csv"), ("period", "0.1")])));
+        assert_eq!(parsed("C:\\x\\a.lua:n=1"), ("C:\\x\\a.lua".into(), pairs(&[("n", "1")])));
+        assert_eq!(
+            parsed("log:objects=/A/b,/C,period=1"),
+            ("log".into(), pairs(&[("objects", "/A/b,/C"), ("period", "1")]))
+        );
+        assert_eq!(parsed("log:"), ("log".into(), vec![]));
+        assert!(Wanted::parse(":a=1").is_err());
+        assert!(Wanted::parse("").is_err());
+    }
+}
