@@ -67,6 +67,7 @@ fn old_names_are_made_and_names_asked_in_passing_are_not() {
         "if (sim_call_type==sim_childscriptcall_initialization) then
             motor = simGetObjectHandle('leftMotor')
             self = simGetObjectAssociatedWithScript(sim_handle_self)
+            if simGetCollectionHandle('parts') < 0 then error('no collection') end
             absent = simGetObjectHandle('absent@silentError')
             if absent ~= -1 then error('it was made') end
          end

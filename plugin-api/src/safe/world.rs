@@ -260,6 +260,10 @@ impl<'a> World<'a> {
         self.wanted(object, "", kind).is_some()
     }
 
+    /// Whether what a script asks for by name and is not there is to be made: in runs of scripts without their scene.
+    pub fn makes_stand_ins(&self) -> bool {
+        self.wanted(0, "", "").is_some()
+    }
     /// Whether a value that an object does not have is to be there in a neutral form: only in runs that make stand-ins,
     /// and there only if it was missed before.
     pub fn stands_in(&self, object: tatu_object, value: &str) -> bool {

@@ -31,17 +31,23 @@ pub(crate) struct Collections {
     made: i64,
 }
 
+impl Collections {
+    /// A new one, without objects; its handle.
+    fn add(&mut self, name: String) -> i64 {
+        self.made += 1;
+        let made = FIRST + self.made;
+        self.all.insert(made, Collection { name, parts: Vec::new() });
+        made
+    }
+}
+
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let collection = || Param::int("collection").text("a handle of a collection");
     offer.command(
         both("createCollection", MINUS, |c| {
             // Before 4.2 the name came first.
             let name = c.arg(0).as_str().map_or(String::new(), |s| s.into_owned());
-            let mut state = state(c)?;
-            state.collections.made += 1;
-            let made = FIRST + state.collections.made;
-            state.collections.all.insert(made, Collection { name, parts: Vec::new() });
-            drop(state);
+            let made = state(c)?.collections.add(name);
             c.ret(made);
             Ok(())
         })
@@ -100,6 +106,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let found = state(c)?.collections.all.iter().find(|(_, k)| k.name == name).map(|(h, _)| *h);
             match found {
                 Some(h) => c.ret(h),
+                // Without its scene a script has none of the scene's collections: an empty one stands in.
+                None if c.world().makes_stand_ins() => {
+                    let made = state(c)?.collections.add(name);
+                    c.ret(made);
+                }
                 None => return Err(Fail::missing(format!("there is no collection `{name}`"))),
             }
             Ok(())
