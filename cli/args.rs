@@ -41,28 +41,37 @@ pub struct Changes {
     /// Set a property or model parameter: `/Robot/leftMotor.max_force_nm=2`, `scene.dt_s=0.01`.
     #[arg(long = "set", value_name = "PATH=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
-    /// Put a script in place of an object's own: `/Robot=my_controller.lua`.
-    #[arg(long = "script", value_name = "OBJECT=FILE")]
+    /// Put a script in place of an object's own: `/Robot=my_controller.lua`. With `--stand-ins`: the script to run.
+    #[arg(long = "script", value_name = "[OBJECT=]FILE")]
     pub scripts: Vec<String>,
 }
 
 #[derive(clap::Args)]
 pub struct Run {
     /// The scene file.
-    #[arg(required_unless_present = "replay")]
+    #[arg(required_unless_present_any = ["replay", "stand_ins"])]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub changes: Changes,
+    /// Run a script without its scene, `--script FILE`: what it asks for by name is made as its calls need it.
+    #[arg(long, conflicts_with_all = ["scene", "replay", "from", "reload"], requires = "scripts")]
+    pub stand_ins: bool,
+    /// The kind of that script, if its text is not to tell: main, child, threaded, customization, add-on or module.
+    #[arg(long = "as", value_name = "KIND", requires = "stand_ins")]
+    pub kind: Option<ScriptKind>,
     /// Start a service beside the world: `ID`, or `ID:KEY=VALUE,KEY=VALUE`.
     #[arg(long = "service", value_name = "ID")]
     pub services: Vec<String>,
+    /// The folder in which scripts open files [default: the working folder].
+    #[arg(long, value_name = "DIR")]
+    pub files: Option<PathBuf>,
     /// Write what comes from outside to a file, with all that a replay needs.
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
     /// Do again what a log tells; no scene is needed, and no service is started.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "seed", "set", "scripts", "services"])]
     pub replay: Option<PathBuf>,
-    /// Simulated seconds to run [default: 10; with a service: until it is stopped].
+    /// Simulated seconds to run [default: 10; with a service or `--interactive`: until it is stopped].
     #[arg(long, value_name = "S", conflicts_with = "steps", allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: Option<f64>,
     /// Steps to run.
@@ -71,6 +80,18 @@ pub struct Run {
     /// Threads; the results do not depend on them.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: u16,
+    /// Press keys: lines `TIME KEY`, a character, a name such as `up`, or the API's code.
+    #[arg(long, value_name = "FILE", conflicts_with = "replay")]
+    pub keys: Option<PathBuf>,
+    /// Run as fast as the clock, which scripts then read.
+    #[arg(long, conflicts_with = "replay")]
+    pub realtime: bool,
+    /// The same, so many times as fast.
+    #[arg(long, value_name = "F", conflicts_with = "replay", value_parser = speed)]
+    pub speed: Option<f64>,
+    /// Take keys from the terminal: F5 play or pause, F6 one step, F7 stop, + and - the speed; scripts get all others.
+    #[arg(long, conflicts_with = "replay")]
+    pub interactive: bool,
     /// Write one JSON line a step to a file.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
@@ -149,6 +170,23 @@ pub enum What {
     Importers,
     Commands,
     Services,
+    Events,
+}
+
+/// What a script without a scene is run as.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ScriptKind {
+    Main,
+    Child,
+    Threaded,
+    Customization,
+    AddOn,
+    Module,
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    let f = text.parse().ok().filter(|f: &f64| *f > 0.0 && f.is_finite());
+    f.ok_or_else(|| "expected a number above 0: how many times as fast as the clock".into())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -9,7 +9,7 @@ use std::{
 
 use serde_json::{Map, Value as Json, json};
 use tatu_core::{LogLine, World, error::Error};
-use tatu_plugin_api::{abi::TATU_LOG_STATUS, safe::Value};
+use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::watchdog::SharedFile;
 
@@ -54,13 +54,13 @@ impl Trace {
         self.file.as_ref().map(|(file, _)| file.clone())
     }
 
-    /// Writes the line of the step that has just been done.
-    pub fn step(&mut self, world: &World, lines: &[LogLine]) -> Result<(), Error> {
+    /// Writes the line of the step that has just been done; `stopping`: after the request to stop.
+    pub fn step(&mut self, world: &World, lines: &[LogLine], stopping: bool) -> Result<(), Error> {
         if self.file.is_none() {
             return Ok(());
         }
         let mut objects = Map::new();
-        let mut sensors = Map::new();
+        let mut readings = Map::new();
         for seen in self.watched.iter().filter_map(|w| world.observe(w)) {
             let mut o = json!({
                 "position": seen.pose[..3],
@@ -72,20 +72,25 @@ impl Trace {
                 o["joint"] = json!({ "position": position, "velocity": velocity, "effort": effort });
             }
             if let Some(fields) = seen.reading {
-                sensors.insert(seen.path.clone(), fields.into_iter().map(|(k, v)| (k, to_json(v))).collect());
+                readings.insert(seen.path.clone(), fields.into_iter().map(|(k, v)| (k, to_json(v))).collect());
             }
             objects.insert(seen.path, o);
         }
-        let status: Vec<&str> = lines.iter().filter(|l| l.level == TATU_LOG_STATUS).map(|l| l.text.as_str()).collect();
+        let statusbar: Vec<&str> =
+            lines.iter().filter(|l| l.level == TATU_LOG_STATUS).map(|l| l.text.as_str()).collect();
         let hash = world.hash();
         let mut line = json!({
             "step": world.steps(),
             "time": world.time(),
             "hash": format!("{:016x}", hash.total),
             "objects": objects,
-            "status": status,
-            "sensors": sensors,
+            "statusbar": statusbar,
+            "console": consoles(lines),
+            "readings": readings,
         });
+        if stopping {
+            line["stopping"] = json!(true);
+        }
         if self.hashes {
             let of = |(path, hash): (String, u64)| (path, json!(format!("{hash:016x}")));
             line["hashes"] = Json::Object(hash.objects.into_iter().map(of).collect());
@@ -111,6 +116,24 @@ impl Trace {
         let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
         file.flush().map_err(|e| Error::new("E105", format!("the trace {} is not whole: {e}", path.display())))
     }
+}
+
+/// By title, what was printed on each console since it was last emptied; null where nothing has been since.
+fn consoles(lines: &[LogLine]) -> Map<String, Json> {
+    let mut all = Map::new();
+    for line in lines {
+        match line.level {
+            TATU_LOG_CONSOLE_CLEAR => drop(all.insert(line.text.clone(), Json::Null)),
+            TATU_LOG_CONSOLE => {
+                let (title, text) = line.text.split_once('\0').unwrap_or((&line.text, ""));
+                let so_far = all.get(title).and_then(Json::as_str).unwrap_or_default();
+                let so_far = json!(format!("{so_far}{text}"));
+                all.insert(title.to_owned(), so_far);
+            }
+            _ => {}
+        }
+    }
+    all
 }
 
 fn to_json(v: Value) -> Json {

@@ -41,9 +41,10 @@ fn compare(a: &Path, b: &Path) -> Result<Option<String>, Error> {
                 report::out!("equal: {steps} steps");
                 return Ok(None);
             }
-            (Some(one), Some(other)) => (one, other),
+            (Some(one), Some(other)) if ends(&one) == ends(&other) => (one, other),
             (one, _) => {
-                let (shorter, longer) = if one.is_none() { (a, b) } else { (b, a) };
+                // One that is asked to stop ends there, too.
+                let (shorter, longer) = if one.is_none_or(|l| ends(&l)) { (a, b) } else { (b, a) };
                 let (shorter, longer) = (shorter.display(), longer.display());
                 return Ok(Some(format!("equal for {steps} steps; then {shorter} ends, and {longer} goes on")));
             }
@@ -51,8 +52,13 @@ fn compare(a: &Path, b: &Path) -> Result<Option<String>, Error> {
         if let Some(text) = differ(&one, &other) {
             return Ok(Some(text));
         }
-        steps += 1;
+        steps += u64::from(!ends(&one));
     }
+}
+
+/// Whether a line is of a pass after a stop was asked for, which is not counted.
+fn ends(line: &Value) -> bool {
+    line["stopping"] == Value::Bool(true)
 }
 
 /// A trace that is being read.
@@ -107,13 +113,13 @@ fn differ(a: &Value, b: &Value) -> Option<String> {
     {
         let mut text = format!("{at}: {path}{}", missing(x, y, &path));
         // What is known of it beside its hash.
-        for key in ["objects", "sensors"] {
+        for key in ["objects", "readings"] {
             let of = |v| part(v, key).get(&path).cloned().unwrap_or_default();
             text += &fields(&of(a), &of(b));
         }
         return Some(text);
     }
-    for key in ["objects", "sensors"] {
+    for key in ["objects", "readings"] {
         let (x, y) = (part(a, key), part(b, key));
         if let Some(path) = first(&x, &y) {
             let mut text = format!("{at}: {path}{}", missing(&x, &y, &path));
@@ -128,7 +134,8 @@ fn differ(a: &Value, b: &Value) -> Option<String> {
         let why = "an object that is not watched; write both traces with --hashes to have it named";
         return Some(format!("{at}: {why}"));
     }
-    (a["status"] != b["status"]).then(|| format!("{at}: the scripts' lines: {} and {}", a["status"], b["status"]))
+    let told = ["statusbar", "console"].into_iter().find(|key| a[*key] != b[*key])?;
+    Some(format!("{at}: the scripts' lines ({told}): {} and {}", a[told], b[told]))
 }
 
 /// The first key, in order of names, whose values differ: an object comes before what hangs below it.

@@ -26,7 +26,8 @@ pub fn list(args: &List) -> ExitCode {
         What::Actuators => (actuators(&registry), &["id", "plugin", "text"]),
         What::Importers => (importers(&registry), &["id", "plugin", "suffixes", "text"]),
         What::Services => (services(&registry), &["id", "plugin", "text"]),
-        What::Commands => (commands(&registry), &["names", "text"]),
+        What::Events => (events(&registry), &["name", "by", "fields", "text"]),
+        What::Commands => (commands(&registry), &["name", "status", "text"]),
     };
     if args.json {
         report::out!("{}", serde_json::to_string_pretty(&rows).unwrap_or_default());
@@ -95,6 +96,19 @@ fn services(r: &Registry) -> Vec<Value> {
         .collect()
 }
 
+fn events(r: &Registry) -> Vec<Value> {
+    let by = |plugin: Option<usize>| plugin.map_or("tatu", |p| r.plugins[p].id.as_str());
+    r.events
+        .iter()
+        .map(|e| {
+            let fields: Vec<_> = e.fields.iter().map(|f| f.key.as_str()).collect();
+            json!({
+                "name": e.name, "by": by(e.plugin), "text": e.text, "fields": fields, "parameters": params(&e.fields),
+            })
+        })
+        .collect()
+}
+
 fn sensors(r: &Registry) -> Vec<Value> {
     r.sensors
         .iter()
@@ -139,7 +153,8 @@ fn commands(r: &Registry) -> Vec<Value> {
         .map(|c| {
             let names: Vec<_> = c.names.iter().map(|n| n.name.as_str()).collect();
             json!({
-                "names": names, "plugin": r.plugins[c.plugin].id, "text": c.text, "example": c.example,
+                "name": names.first(), "aliases": names.get(1..), "status": c.status.name(), "notes": c.notes,
+                "example": c.example, "plugin": r.plugins[c.plugin].id, "text": c.text,
                 "parameters": params(&c.params), "returns": params(&c.returns),
             })
         })

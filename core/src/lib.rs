@@ -23,6 +23,7 @@ pub mod beams;
 mod calls;
 pub mod document;
 pub mod error;
+pub mod events;
 pub mod figures;
 pub mod geometry;
 pub mod host;
@@ -38,4 +39,4 @@ mod world;
 
 pub use figures::{Figures, Graph};
 pub use session::Session;
-pub use world::{LogLine, Observed, World};
+pub use world::{LogLine, Observed, Phase, StandIn, Wish, World};

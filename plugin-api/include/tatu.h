@@ -374,7 +374,16 @@ typedef struct tatu_name {
   uint32_t n_on_error;       /* how many values an old-style failure returns */
   uint32_t reserved;
   const tatu_value *on_error;/* these */
+  const char *on_error_until;/* the first dialect, a version such as "4.2", for whose scripts the error is an error again;
+                              * null or beyond `size`: none. Callers without a dialect get `on_error` */
 } tatu_name;
+
+/* How much of what is documented a command does. */
+enum {
+  TATU_COMMAND_FULL = 0,    /* all */
+  TATU_COMMAND_PARTIAL = 1, /* less than all; `notes` tell what is missing */
+  TATU_COMMAND_STUB = 2     /* it takes its arguments and gives a neutral value; the host tells of it once per run */
+};
 
 /* A command. Whatever can call commands (scripts, remote clients, other plugins) can call it by any of its names. */
 typedef struct tatu_command {
@@ -384,11 +393,14 @@ typedef struct tatu_command {
   const tatu_param *const *params;   /* null: none */
   const tatu_param *const *returns;  /* for people and docs; may be null */
   const char *text;                  /* what it does, one sentence */
-  const char *example;               /* a call, in Lua */
+  const char *example;               /* a script in Lua that raises where the effect is not there */
   const char *no_wait;               /* what to do where waiting is not possible; null: a general sentence */
   const void *user;                  /* handed back as tatu_call.user */
   /* [step] Runs it. May call any service; may be entered again before it returns. */
   tatu_status(TATU_CALL *call)(tatu_call *);
+  uint32_t status;                   /* TATU_COMMAND_FULL, ..._PARTIAL, ..._STUB; beyond `size`: full */
+  uint32_t reserved;
+  const char *notes;                 /* what is missing or differs, for people; null: nothing */
 } tatu_command;
 
 /* A named value for scripts. */
@@ -409,6 +421,19 @@ typedef struct tatu_prelude {
   tatu_str text;
 } tatu_prelude;
 
+/* The last line of the text that is not empty begins with the word; else a name anywhere in it does. */
+enum { TATU_MARK_LAST_LINE = 1 };
+
+/* A word by which a text tells of what kind its script is, where nothing else does: a script that is run without its
+ * scene. Kinds are "main", "child", "threaded", "customization", "add-on", "module". The first that fits is right. */
+typedef struct tatu_kind_mark {
+  uint32_t size;
+  uint32_t flags; /* TATU_MARK_* */
+  const char *language;
+  const char *kind;
+  const char *word;
+} tatu_kind_mark;
+
 typedef struct tatu_ext_command {
   uint32_t size;
   uint32_t reserved;
@@ -416,6 +441,7 @@ typedef struct tatu_ext_command {
   const tatu_constant *const *constants; /* may be null */
   const tatu_prelude *const *preludes;   /* may be null */
   const tatu_life *per_world;            /* null: the plugin keeps nothing per world */
+  const tatu_kind_mark *const *kind_marks; /* may be null */
 } tatu_ext_command;
 
 /* ================================================================ 6. Sensors ========================= */
@@ -659,8 +685,24 @@ typedef struct tatu_budget {
 } tatu_budget;
 
 enum {
-  TATU_FIND_CALLBACK = 0, /* one of the life cycle: "init", "actuation", "sensing", "cleanup", "thread", ... */
+  /* One of the life cycle: "init", "thread", "actuation", "sensing", "cleanup", "nonSimulation", "beforeSimulation",
+   * "afterSimulation", "suspend", "suspended", "resume", "beforeMainScript", "dyn", "joint", "contact". It may answer a
+   * map: with `cmd` "cleanup" the script ends, with "restart" it ends and begins anew; `doNotRunMainScript` true of
+   * "beforeMainScript" leaves the stages of the pass out, and time stands. */
+  TATU_FIND_CALLBACK = 0,
   TATU_FIND_FUNCTION = 1  /* a function of the script, by its own name */
+};
+
+enum {
+  TATU_SCRIPT_SILENT = 1,  /* after an error its clean-up is called at once, and nothing more until the next start */
+  TATU_SCRIPT_MODERN = 2,  /* a scene that names no dialect counts as modern if it has such a script */
+  TATU_SCRIPT_THREADED = 4 /* it runs as a thread by itself, without being called in each step */
+};
+
+enum {
+  TATU_ORDER_PARENTS_FIRST = 1, /* down each tree; then customization scripts */
+  TATU_ORDER_BY_KIND = 2,       /* threaded child scripts, child scripts, customization scripts; each up the trees */
+  TATU_ORDER_DEEPEST_FIRST = 3  /* child scripts, customization scripts; each by depth over the whole scene */
 };
 
 /* A script language. Each script is one instance with a state of its own. Nothing may leave but a status. */
@@ -696,6 +738,11 @@ typedef struct tatu_language {
                                     tatu_error *);
   /* [any] Whether it knows a dialect that a scene names; the error tells what it knows. Null: any is taken. */
   tatu_status(TATU_CALL *knows_dialect)(void *self, tatu_str dialect, tatu_error *);
+  /* [step] What the host must know of a script whose text has been loaded: TATU_SCRIPT_* bits. Null: none of them. */
+  uint32_t(TATU_CALL *traits)(void *data);
+  /* [step] In which order scripts of a world are called, TATU_ORDER_*, if its scene names this dialect, or, where that is
+   * empty, if it has modern scripts (1) or none (0). Asked of one script that has been loaded. Null or 0: deepest first. */
+  uint32_t(TATU_CALL *order)(void *data, tatu_str dialect, uint32_t modern);
 } tatu_language;
 
 typedef struct tatu_ext_script {
@@ -735,6 +782,9 @@ typedef struct tatu_service {
   /* [step] A command that this service called with a wait token, and that gave TATU_WAIT, has finished: its results are
    * in the frame, or `status` is negative and frame->error tells why. Null: its commands cannot wait. */
   void(TATU_CALL *resume)(void *data, tatu_world *, uint64_t token, tatu_status status, const tatu_call *frame);
+  /* Names of the events that it is told; "*": all but those that cost something ("collision", "separation", "contact"),
+   * which must be named. Null-terminated. Null: the five above. */
+  const char *const *events;
 } tatu_service;
 
 typedef struct tatu_ext_service {
@@ -742,6 +792,26 @@ typedef struct tatu_ext_service {
   uint32_t reserved;
   const tatu_service *const *services;
 } tatu_ext_service;
+
+/* ---------------------------------------------------------------- Events ------------------------------ */
+
+#define TATU_EVENT "tatu.event/draft.1"
+
+/* An event that can happen: declared by whoever publishes it (host.events), so that others find it in `tatu list events`.
+ * Names without a dot belong to the host ("collision"); yours begin with a name space ("gripper.closed"). */
+typedef struct tatu_event {
+  uint32_t size;
+  uint32_t reserved;
+  const char *name;
+  const char *text;                /* when it is published, one sentence */
+  const tatu_param *const *fields; /* of the payload, which is a map; null: it is empty */
+} tatu_event;
+
+typedef struct tatu_ext_event {
+  uint32_t size;
+  uint32_t reserved;
+  const tatu_event *const *events;
+} tatu_ext_event;
 
 /* ================================================================ 11. What the host offers =========== */
 /* Every function that takes a world is [step] and may be called from within any [step] call of that world. It gives
@@ -795,6 +865,18 @@ typedef struct tatu_host_scene {
    * count even when `cap` is smaller. */
   tatu_status(TATU_CALL *list)(tatu_world *, tatu_object base, uint32_t kinds, uint32_t flags, tatu_object *out,
                                uint32_t cap, uint32_t *n);
+  /* [step] Tells what a script asked for and what is not there. Only runs that make stand-ins listen. There `name`, as
+   * for `find`, is made as a dummy (a path part by part, a unique name below `from`) and given in `*object`, of `kind`
+   * if one is told. With an empty name, `from` was used as one of `kind` (a kind of object, "joint", or a schema,
+   * "proximity/1"): TATU_OK if it is one now, so that the call can go on; it will be one in the next run in any case.
+   * The names ".." and "./" ask in passing for what `from` hangs on and for what hangs on it: noted, and made only in
+   * the next run if it was missed. A name that begins with "=" is that of a value which `from` does not have: TATU_OK
+   * if there is to be one, in a neutral form, or else noted in the same way. All other runs, and what cannot be made: TATU_ERR_MISSING, at no cost, without a sentence. `kind`, `object` may be
+   * null. */
+  tatu_status(TATU_CALL *wanted)(tatu_world *, tatu_object from, tatu_str name, const char *kind, tatu_object *object);
+  /* Copies `n` objects, in place: a copy hangs below the copy of its parent, or below nothing where the parent is not
+   * in the list. All get one new suffix. `out` has room for `n`. Devices and scripts are not copied. */
+  tatu_status(TATU_CALL *copy)(tatu_world *, const tatu_object *objects, uint32_t n, tatu_object *out);
 } tatu_host_scene;
 
 #define TATU_HOST_READINGS "tatu.host.readings/draft.1"
@@ -830,6 +912,13 @@ typedef struct tatu_host_bodies {
   tatu_status(TATU_CALL *impulse)(tatu_world *, tatu_object, const double *linear, const double *angular);
   /* Touching pairs after the last step, of one shape or (0) of all. `*n` is the full count. */
   tatu_status(TATU_CALL *contacts)(tatu_world *, tatu_object, tatu_contact *out, uint32_t cap, uint32_t *n);
+  /* The shortest way from any shape of a list to any of another, as they stand now; `n_b` 0: to any other shape. Objects
+   * that are no shapes are passed over. `limit` > 0: no farther than this, m. Fills 6 numbers, both ends in the world
+   * frame, and the two shapes; solids that overlap are 0 apart. TATU_ERR_MISSING: there is none so near. */
+  tatu_status(TATU_CALL *closest)(tatu_world *, const tatu_object *a, uint32_t n_a, const tatu_object *b, uint32_t n_b,
+                                  double limit, double *points, tatu_object *pair);
+  /* Whether the engine moves it: 1 for dynamic shapes and for joints between two bodies, once physics has run. */
+  tatu_status(TATU_CALL *is_dynamic)(tatu_world *, tatu_object, uint32_t *yes);
 } tatu_host_bodies;
 
 #define TATU_HOST_COMMANDS "tatu.host.commands/draft.1"
@@ -884,6 +973,9 @@ typedef struct tatu_host_scripts {
   /* Calls a callback in all scripts that have it, but not in `except`; results are dropped. */
   tatu_status(TATU_CALL *broadcast)(tatu_world *, tatu_str callback, const tatu_value *args, uint32_t n_args,
                                     tatu_object except);
+  /* What a script was given when it was started from outside: a map of texts, empty for all others. Lives until the call
+   * that you are in returns. */
+  tatu_status(TATU_CALL *options)(tatu_world *, tatu_object script, tatu_value *);
 } tatu_host_scripts;
 
 #define TATU_HOST_SIGNALS "tatu.host.signals/draft.1"
@@ -901,17 +993,53 @@ typedef struct tatu_host_signals {
   tatu_status(TATU_CALL *name)(tatu_world *, uint32_t kind, uint32_t index, tatu_str *);
 } tatu_host_signals;
 
+#define TATU_HOST_EVENTS "tatu.host.events/draft.1"
+
+/* What happens in a world. An event is a name and a payload, a map. It is kept in order and delivered to functions of
+ * scripts, in the order in which they subscribed, at stated moments: before a step, after each of its stages, and when
+ * the world has stopped; to services at their next barrier. What handlers publish comes after what was kept before, at
+ * the same moment. A handler that fails is named and no longer called. */
+typedef struct tatu_host_events {
+  uint32_t size;
+  uint32_t reserved;
+  /* Publishes an event. Its name has a dot: those without belong to the host. `payload` is a map, or null: empty. */
+  tatu_status(TATU_CALL *publish)(tatu_world *, tatu_str name, const tatu_value *payload);
+  /* From now on `handler` is called with the payload and the name. A lasting reference: see commands.retain; it is
+   * dropped when the subscription ends. `name`: one event, or "*" as in tatu_service.events. TATU_ERR_MISSING: a name
+   * without a dot that nobody declares. The subscription ends with its script. */
+  tatu_status(TATU_CALL *subscribe)(tatu_world *, tatu_str name, tatu_func handler, uint64_t *id);
+  /* Ends a subscription. TATU_ERR_MISSING: there is none of that id. */
+  tatu_status(TATU_CALL *unsubscribe)(tatu_world *, uint64_t id);
+  /* Whether anybody listens to an event: what costs something need not be gathered else. */
+  uint32_t(TATU_CALL *wanted)(tatu_world *, tatu_str name);
+  /* The `index`-th declared event, name and sentence. TATU_ERR_MISSING past the end. */
+  tatu_status(TATU_CALL *declared)(tatu_world *, uint32_t index, tatu_str *name, tatu_str *text);
+} tatu_host_events;
+
 #define TATU_HOST_SESSION "tatu.host.session/draft.1"
 
 enum { TATU_REQUEST_STOP = 1, TATU_REQUEST_PAUSE = 2, TATU_REQUEST_START = 3, TATU_REQUEST_QUIT = 4 };
 enum { TATU_STOPPED = 0, TATU_RUNNING = 1, TATU_PAUSED = 2 };
 
+/* What the property `scene.phase` tells. A stop asked for between two passes takes effect after three: an ordinary one,
+ * STOPPING, LAST. A pause takes two: an ordinary one, LAST_BEFORE_PAUSE. Time advances in each. */
+enum {
+  TATU_PHASE_STOPPED = 0,
+  TATU_PHASE_FIRST = 1,
+  TATU_PHASE_RUNNING = 2,
+  TATU_PHASE_LAST_BEFORE_PAUSE = 3,
+  TATU_PHASE_PAUSED = 4,
+  TATU_PHASE_FIRST_AFTER_PAUSE = 5,
+  TATU_PHASE_STOPPING = 6,
+  TATU_PHASE_LAST = 7
+};
+
 /* Worlds and their life. */
 typedef struct tatu_host_session {
   uint32_t size;
   uint32_t reserved;
-  /* Asks for a change of state; carried out at the next barrier. A pause is refused where no service could lift it. A
-   * stop releases all holds. */
+  /* Asks for a change of state, which takes effect after passes: see TATU_PHASE_*. A start while time stands takes effect
+   * at once, unless a script asks. A stop releases all holds. */
   tatu_status(TATU_CALL *request)(tatu_world *, uint32_t what);
   /* [any] Wakes a session that waits at its barrier. */
   void(TATU_CALL *wake)(tatu_session *);
@@ -922,18 +1050,24 @@ typedef struct tatu_host_session {
   tatu_status(TATU_CALL *client)(tatu_world *, uint64_t client);
   /* [step] What a world does: TATU_STOPPED, TATU_RUNNING or TATU_PAUSED. */
   uint32_t(TATU_CALL *state)(tatu_world *);
+  /* [step] The `index`-th thing that came in from outside since the start, from 0, but for what services did: a key, for
+   * instance, `kind` being "key" and `text` its character or name. What kinds and texts there are is agreed between who
+   * puts in and who reads. The texts live until the call that you are in returns. TATU_ERR_MISSING, without a sentence:
+   * no more has come. */
+  tatu_status(TATU_CALL *input)(tatu_world *, uint64_t index, tatu_str *kind, tatu_str *text);
 } tatu_host_session;
 
 #define TATU_HOST_STAGE "tatu.host.stage/draft.1"
 
-enum { TATU_STAGE_ACTUATE = 1, TATU_STAGE_PHYSICS = 2, TATU_STAGE_SENSE = 3, TATU_STAGE_REACT = 4 };
+enum { TATU_STAGE_ACTUATE = 1, TATU_STAGE_PHYSICS = 2, TATU_STAGE_SENSE = 3, TATU_STAGE_REACT = 4, TATU_STAGE_CLEAN = 5 };
 
 /* For drivers: a script of kind "main", or a plugin that it calls, runs the stages of a step itself: none, once or several
  * times. Time then moves on, at the end of the step, by what the physics stages took. */
 typedef struct tatu_host_stage {
   uint32_t size;
   uint32_t reserved;
-  /* Runs one stage now; refused from within itself with the chain of calls. */
+  /* Runs one stage now; refused from within itself with the chain of calls. TATU_STAGE_CLEAN lets scripts of the run
+   * clean up, each once; it does nothing but in the last pass. */
   tatu_status(TATU_CALL *run)(tatu_world *, uint32_t stage, double dt);
 } tatu_host_stage;
 
@@ -942,7 +1076,9 @@ typedef struct tatu_host_stage {
 enum {
   TATU_LOG_ERROR = 1, TATU_LOG_WARNING = 2, TATU_LOG_INFO = 3, TATU_LOG_DEBUG = 4,
   TATU_LOG_STATUS = 5, /* a line of the status bar: what scripts tell their user; stands in traces */
-  TATU_LOG_CLEAR = 6   /* empties the status bar */
+  TATU_LOG_CLEAR = 6,  /* empties the status bar */
+  TATU_LOG_CONSOLE = 7,      /* text on a console, as it came: title, NUL, text; stands in traces only */
+  TATU_LOG_CONSOLE_CLEAR = 8 /* empties a console: its title; stands in traces only */
 };
 
 typedef struct tatu_host_log {

@@ -153,7 +153,7 @@ fn each_step_has_a_line_in_the_trace() {
     let lines = place.trace(&[ROBOT, sonar, MOTOR], &["--steps", "4"]);
     assert_eq!(lines.len(), 4);
     for (i, line) in lines.iter().enumerate() {
-        assert_eq!(keys(&line.0), ["hash", "objects", "sensors", "status", "step", "time"]);
+        assert_eq!(keys(&line.0), ["console", "hash", "objects", "readings", "statusbar", "step", "time"]);
         assert_eq!(line.0["step"], i as u64 + 1);
         assert!((line.time() - 0.05 * (i + 1) as f64).abs() < 1e-12 && is_hash(&line.0["hash"]));
         for path in [ROBOT, sonar, MOTOR] {
@@ -197,7 +197,7 @@ fn lists_have_their_fields() {
     assert!(list("models").iter().any(|m| m["id"] == "pioneer_p3dx"));
     assert!(list("sensors").iter().any(|s| s["id"] == "proximity"));
     let commands = list("commands");
-    assert!(commands.iter().any(|c| c["names"].as_array().unwrap().contains(&"simGetObjectHandle".into())));
+    assert!(commands.iter().any(|c| c["aliases"].as_array().unwrap().contains(&"simGetObjectHandle".into())));
     for what in ["plugins", "models", "sensors", "commands"] {
         let done = place.tatu(&["list", what]).good();
         assert!(done.out.lines().count() > 1);

@@ -139,8 +139,12 @@ impl Place {
         self.run(&[&all, args].concat()).good();
         self.lines("trace.jsonl")
     }
-    /// The lines of a trace.
+    /// The lines of a trace until a stop was asked for.
     pub fn lines(&self, file: &str) -> Vec<Line> {
+        self.all_lines(file).into_iter().filter(|l| !l.is_stopping()).collect()
+    }
+    /// All lines of a trace.
+    pub fn all_lines(&self, file: &str) -> Vec<Line> {
         self.read(file).lines().map(|l| Line(serde_json::from_str(l).unwrap())).collect()
     }
 }
@@ -149,6 +153,10 @@ impl Place {
 pub struct Line(pub Value);
 
 impl Line {
+    /// Of a pass after a stop was asked for.
+    pub fn is_stopping(&self) -> bool {
+        self.0["stopping"] == Value::Bool(true)
+    }
     pub fn time(&self) -> f64 {
         self.0["time"].as_f64().unwrap()
     }
@@ -156,7 +164,7 @@ impl Line {
         self.0["hash"].as_str().unwrap()
     }
     pub fn status(&self) -> Vec<&str> {
-        self.0["status"].as_array().unwrap().iter().map(|s| s.as_str().unwrap()).collect()
+        self.0["statusbar"].as_array().unwrap().iter().map(|s| s.as_str().unwrap()).collect()
     }
     /// Numbers of a watched object: "position", "quaternion", "linear_velocity", "angular_velocity".
     #[track_caller]
@@ -167,7 +175,7 @@ impl Line {
     /// One number of a watched sensor.
     #[track_caller]
     pub fn sensor(&self, path: &str, field: &str) -> f64 {
-        let value = &self.0["sensors"][path][field];
+        let value = &self.0["readings"][path][field];
         value.as_f64().unwrap_or_else(|| panic!("`{path}` {field}: {value} in {}", self.0))
     }
 }

@@ -5,6 +5,7 @@
 //! a printed reason where it is absent. Nothing here looks at how long something takes.
 
 mod away;
+mod catalogue;
 mod claims;
 mod cli;
 mod compat;
@@ -17,10 +18,14 @@ mod describe;
 mod determinism;
 mod driver;
 mod errors;
+mod events;
 mod graphs;
 mod header;
 mod import;
 mod importers;
+#[cfg(unix)]
+mod interactive;
+mod keys;
 mod kit;
 mod layout;
 mod made;
@@ -28,6 +33,7 @@ mod manta;
 mod mirror;
 mod misbehaves;
 mod nesting;
+mod order;
 mod plugins;
 mod refusals;
 mod reload;
@@ -36,6 +42,7 @@ mod restart;
 mod seeds;
 mod service;
 mod sonar;
+mod standins;
 mod state;
 mod thruster;
 mod tree;

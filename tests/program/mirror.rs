@@ -63,11 +63,12 @@ mirror! {
         user, api, error, wait_token, resume, caller, caller_object, caller_script, caller_dialect,
         caller_kind, reserved
     }
-    tatu_name { size, flags, name, n_on_error, reserved, on_error }
-    tatu_command { size, flags, names, params, returns, text, example, no_wait, user, call }
+    tatu_name { size, flags, name, n_on_error, reserved, on_error, on_error_until }
+    tatu_command { size, flags, names, params, returns, text, example, no_wait, user, call, status, reserved, notes }
     tatu_constant { size, reserved, name, value }
     tatu_prelude { size, reserved, language, module, text }
-    tatu_ext_command { size, reserved, commands, constants, preludes, per_world }
+    tatu_kind_mark { size, flags, language, kind, word }
+    tatu_ext_command { size, reserved, commands, constants, preludes, per_world, kind_marks }
     tatu_beams { size, form, count, near_m, far_m, dims, max_incidence, directions, flags, reserved }
     tatu_field { size, elem, dims, reserved, name, unit, text }
     tatu_sensor_batch {
@@ -89,24 +90,27 @@ mirror! {
     tatu_budget { size, reserved, instructions, memory }
     tatu_language {
         size, reserved, id, text, suffixes, life, load, find, call, resume, keep_func, drop_func, call_func,
-        knows_dialect
+        knows_dialect, traits, order
     }
     tatu_ext_script { size, reserved, languages }
-    tatu_service { size, reserved, id, text, params, start, stop, barrier, event, resume }
+    tatu_service { size, reserved, id, text, params, start, stop, barrier, event, resume, events }
     tatu_ext_service { size, reserved, services }
+    tatu_event { size, reserved, name, text, fields }
+    tatu_ext_event { size, reserved, events }
     tatu_host_scene {
         size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
-        find, create, remove, list
+        find, create, remove, list, wanted, copy
     }
     tatu_host_readings { size, reserved, field, sense_now, reset, list }
-    tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts }
+    tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic }
     tatu_host_commands {
         size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,
         retain, drop, call_func
     }
-    tatu_host_scripts { size, reserved, list, call, broadcast }
+    tatu_host_scripts { size, reserved, list, call, broadcast, options }
     tatu_host_signals { size, reserved, get, set, clear, name }
-    tatu_host_session { size, reserved, request, wake, worlds, client, state }
+    tatu_host_events { size, reserved, publish, subscribe, unsubscribe, wanted, declared }
+    tatu_host_session { size, reserved, request, wake, worlds, client, state, input }
     tatu_host_stage { size, reserved, run }
     tatu_host_log { size, reserved, write, last_error }
     tatu_host_files { size, reserved, resolve }

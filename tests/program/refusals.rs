@@ -247,7 +247,7 @@ fn a_changed_floating_point_mode_or_locale_is_put_back_and_named_once() {
     // The first time it is one of those that the script called; then every call is looked at.
     assert_eq!(errors.len(), 2, "{errors:?}");
     assert!(errors[0]["message"].as_str().unwrap().contains("org.test.fast"), "{errors:?}");
-    assert_eq!((errors[1]["plugin"].as_str(), errors[1]["count"].as_u64()), (Some("org.test.fast"), Some(19)));
+    assert_eq!((errors[1]["plugin"].as_str(), errors[1]["count"].as_u64()), (Some("org.test.fast"), Some(22)));
     done.tells(&["F207", "`org.test.fast` changed the floating-point mode in tatu_command.call", "it was put back"]);
     let robot_hash = |done: &Done| done.json()["objects"]["/Pioneer_p3dx"]["hash"].clone();
     place.write("scene.toml", &place.read("scene.toml").replace("fast.one()", "1"));

@@ -142,7 +142,7 @@ fn moved(plates: &[Plate], sonars: &[usize], model: &str) -> Vec<Line> {
         "local places = {{{}}}
         function sysCall_init() plate, step = sim.getObject('/plate'), 0 end
         function sysCall_actuation()
-            step = step + 1
+            step = math.min(step + 1, #places)
             sim.setObjectPosition(plate, {{table.unpack(places[step], 1, 3)}})
             sim.setObjectQuaternion(plate, {{table.unpack(places[step], 4, 7)}})
         end",

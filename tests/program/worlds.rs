@@ -104,6 +104,11 @@ fn session(registry: &Arc<Registry>, more: &str) -> (Session, u16) {
     panic!("no free port");
 }
 
+/// Steps until a stop is asked for.
+fn until_asked(world: &World) {
+    while !world.stop_requested() && world.step() {}
+}
+
 #[test]
 fn a_service_outlives_a_world() {
     let registry = registry();
@@ -132,18 +137,18 @@ fn a_service_outlives_a_world() {
     let first = World::new(document(&place, "scene.toml", &registry), registry.clone()).unwrap();
     session.join(&first);
     first.start();
-    while first.step() {}
+    until_asked(&first);
     assert_eq!(first.steps(), 5);
     first.stop();
     assert!(session.wait_for_start(&first), "a service asked for a start");
     first.start();
-    while first.step() {}
+    until_asked(&first);
     assert_eq!(first.steps(), 2);
     drop(first);
     let second = World::new(document(&place, "second.toml", &registry), registry.clone()).unwrap();
     session.join(&second);
     second.start();
-    while second.step() {}
+    until_asked(&second);
     assert_eq!(client.join().unwrap(), 3);
     assert_eq!(second.steps(), 3);
 }

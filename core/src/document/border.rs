@@ -249,7 +249,10 @@ unsafe extern "C" fn script(
                 return Err(error.expected(SCRIPT_KINDS.join(", ")));
             }
             b.registry.check_dialect(Some(language), &dialect)?;
-            b.script(owner, ScriptSpec { language, dialect, kind, name, text: source })
+            b.script(
+                owner,
+                ScriptSpec { language, dialect, kind, priority: crate::scripts::NORMAL, name, text: source },
+            )
         })
         .map_or(0, |()| 1)
     }

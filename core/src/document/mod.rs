@@ -46,6 +46,9 @@ pub const MAIN: &str = "main";
 /// The kinds of scripts.
 pub const SCRIPT_KINDS: &[&str] = &["child", "customization", MAIN];
 
+/// Priorities of scripts, by name.
+pub const PRIORITIES: &[&str] = &["first", "normal", "last"];
+
 /// A script of an object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScriptSpec {
@@ -53,8 +56,10 @@ pub struct ScriptSpec {
     pub language: usize,
     /// Its dialect; empty: the scene's, or from the text.
     pub dialect: String,
-    /// "child", "customization", "main".
+    /// "child", "customization", "main"; of scripts from outside: "addon", "sandbox".
     pub kind: String,
+    /// Among scripts of one object, or of siblings: 0 first, 1 (the default), 2 last.
+    pub priority: u8,
     /// For messages: the file it came from, if any.
     pub name: String,
     /// The text.

@@ -166,7 +166,8 @@ pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all:
         let language = registry.language(&name, &document.settings.providers)?;
         // It is called as the one whose place it takes: a main script stays one.
         let kind = document.objects[object].scripts.first().map_or("child".into(), |s| s.kind.clone());
-        let spec = ScriptSpec { language, dialect: String::new(), kind, name, text };
+        let priority = crate::scripts::NORMAL;
+        let spec = ScriptSpec { language, dialect: String::new(), kind, priority, name, text };
         document.objects[object].scripts = vec![spec];
     }
     Ok(())

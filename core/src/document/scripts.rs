@@ -4,7 +4,7 @@ use std::path::Path;
 
 use toml_edit::{Item, TableLike};
 
-use super::{Builder, SCRIPT_KINDS, ScriptSpec, keys::Text};
+use super::{Builder, PRIORITIES, SCRIPT_KINDS, ScriptSpec, keys::Text};
 use crate::error::{Error, Place, Result};
 
 /// `script = "file"`, `script = { ... }`, `scripts = [ ... ]`.
@@ -28,8 +28,9 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
     let (text_of, mut dialect_at) = (source, place.clone());
     let mut file = item.as_str().map(str::to_owned);
     let (mut text, mut language, mut dialect, mut kind) = (None, None, String::new(), "child".to_owned());
+    let mut priority = crate::scripts::NORMAL;
     if file.is_none() {
-        let wanted = "a file name, or { file or text, language, dialect, kind }";
+        let wanted = "a file name, or { file or text, language, dialect, kind, priority }";
         let wrong = |what: String| Error::new("E102", what).expected(wanted).at(Some(place.clone()));
         let table = item.as_table_like().ok_or_else(|| wrong("a script is a text or a table".into()))?;
         for (key, item) in table.iter() {
@@ -44,8 +45,15 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
                     let error = wrong(format!("a script of kind `{value}`"));
                     return Err(error.expected(SCRIPT_KINDS.join(", ")).nearest(&value, SCRIPT_KINDS.iter().copied()));
                 }
+                "priority" => match PRIORITIES.iter().position(|p| *p == value) {
+                    Some(n) => priority = n as u8,
+                    None => {
+                        let error = wrong(format!("a script of priority `{value}`"));
+                        return Err(error.expected(PRIORITIES.join(", ")).nearest(&value, PRIORITIES.iter().copied()));
+                    }
+                },
                 other => {
-                    let known = ["file", "text", "language", "dialect", "kind"];
+                    let known = ["file", "text", "language", "dialect", "kind", "priority"];
                     return Err(wrong(format!("unknown key `{other}` of a script")).nearest(other, known));
                 }
             }
@@ -79,5 +87,5 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         _ => b.registry.language(&wanted, providers).map_err(|e| e.at(Some(place.clone())))?,
     };
     b.registry.check_dialect(Some(index), &dialect).map_err(|e| e.at(Some(dialect_at)))?;
-    b.script(owner, ScriptSpec { language: index, dialect, kind, name, text }).map_err(|e| e.at(Some(place)))
+    b.script(owner, ScriptSpec { language: index, dialect, kind, priority, name, text }).map_err(|e| e.at(Some(place)))
 }

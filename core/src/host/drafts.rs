@@ -5,16 +5,17 @@ use std::ffi::{CStr, CString};
 use tatu_plugin_api::abi::*;
 
 /// The extensions that this host asks plugins for.
-pub const EXTENSIONS: [&CStr; 7] =
-    [TATU_COMMAND, TATU_SENSOR, TATU_ACTUATOR, TATU_MODEL, TATU_IMPORTER, TATU_SCRIPT, TATU_SERVICE];
+pub const EXTENSIONS: [&CStr; 8] =
+    [TATU_COMMAND, TATU_SENSOR, TATU_ACTUATOR, TATU_MODEL, TATU_IMPORTER, TATU_SCRIPT, TATU_SERVICE, TATU_EVENT];
 /// The services that it offers.
-pub const SERVICES: [&CStr; 11] = [
+pub const SERVICES: [&CStr; 12] = [
     TATU_HOST_SCENE,
     TATU_HOST_READINGS,
     TATU_HOST_BODIES,
     TATU_HOST_COMMANDS,
     TATU_HOST_SCRIPTS,
     TATU_HOST_SIGNALS,
+    TATU_HOST_EVENTS,
     TATU_HOST_SESSION,
     TATU_HOST_STAGE,
     TATU_HOST_LOG,

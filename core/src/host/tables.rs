@@ -27,6 +27,7 @@ table!(
     tatu_command,
     tatu_constant,
     tatu_prelude,
+    tatu_kind_mark,
     tatu_ext_command,
     tatu_field,
     tatu_sensor,
@@ -41,6 +42,8 @@ table!(
     tatu_ext_script,
     tatu_service,
     tatu_ext_service,
+    tatu_event,
+    tatu_ext_event,
     tatu_beams
 );
 

@@ -53,6 +53,8 @@ calls! {
     DropFunc = "tatu_language.drop_func",
     CallFunc = "tatu_language.call_func",
     KnowsDialect = "tatu_language.knows_dialect",
+    ScriptTraits = "tatu_language.traits",
+    ScriptOrder = "tatu_language.order",
     Start = "tatu_service.start",
     Stop = "tatu_service.stop",
     Barrier = "tatu_service.barrier",

@@ -5,6 +5,7 @@
 //! joints is decided by the dynamics rule of the scene, not here. Ids are dense, start at 0 and are given in order
 //! of creation; a removed id is never used again by the same engine.
 
+mod closest;
 mod convert;
 mod rapier;
 
@@ -12,6 +13,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Part;
+pub use closest::closest;
 pub use rapier::Rapier;
 
 /// Names a body.
@@ -165,6 +167,17 @@ pub struct Contact {
     pub force: f64,
 }
 
+/// How two bodies meet, other than their own numbers say.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PairRule {
+    /// Whether they collide at all.
+    pub responds: bool,
+    /// Friction of the pair.
+    pub friction: Option<f64>,
+    /// Restitution of the pair.
+    pub restitution: Option<f64>,
+}
+
 /// A force and a torque on a body, world frame, at its centre of mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Push {
@@ -219,7 +232,16 @@ pub trait Engine: Send {
         self.advance_with(steps, None);
     }
     /// The same; `before`, if there is one, is asked before each step.
-    fn advance_with(&mut self, steps: u32, before: Option<&mut BeforeStep<'_>>);
+    fn advance_with(&mut self, steps: u32, mut before: Option<&mut BeforeStep<'_>>) {
+        for step in 0..steps {
+            self.advance_part(step, steps, before.as_deref_mut());
+        }
+    }
+    /// One step of an advance of `steps`, counted from 0. All of them, in order, are one [`Engine::advance_with`], with
+    /// the same bits; between two of them everything may be looked at, and drives and pairs may be changed.
+    fn advance_part(&mut self, step: u32, steps: u32, before: Option<&mut BeforeStep<'_>>);
+    /// How two bodies meet from the next step on; `None`: as their own numbers say.
+    fn set_pair(&mut self, a: BodyId, b: BodyId, rule: Option<PairRule>);
     /// Body to world.
     fn pose(&self, body: BodyId) -> Isometry3<f64>;
     /// Velocities; zero for static bodies.

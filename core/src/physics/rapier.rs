@@ -27,12 +27,12 @@ use rapier3d::pipeline::PhysicsWorld;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BeforeStep, BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, JointDesc, JointId, JointState, Motion, Push,
-    Twist, convert,
+    BeforeStep, BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, JointDesc, JointId, JointState, Motion,
+    PairRule, Push, Twist, convert,
 };
 use bodies::{BodyRecord, ShapeCache, Tree};
 use joints::{JointRecord, Phase};
-use respond::MaskFilter;
+use respond::PairFilter;
 
 /// Stiffness of contacts, as natural frequency (Hz) and damping ratio. With rapier's own numbers a wall of 20 rows
 /// of boxes sinks by 60 mm, with these by 4 mm.
@@ -77,6 +77,8 @@ struct Tables {
     positioned: Vec<JointId>,
     /// Bodies frozen since last asked.
     frozen: Vec<BodyId>,
+    /// Pairs, lower id first, that meet other than their bodies' numbers say.
+    pairs: BTreeMap<(BodyId, BodyId), PairRule>,
 }
 
 impl Rapier {
@@ -267,25 +269,22 @@ impl Engine for Rapier {
         self.tables.pushed.push(body);
     }
 
-    fn advance_with(&mut self, steps: u32, mut before: Option<&mut BeforeStep<'_>>) {
-        let mut pushes = Vec::new();
-        for step in 1..=steps {
-            self.move_kinematic(f64::from(step) / f64::from(steps));
-            self.update_positions();
-            self.apply_drives();
-            let old = match &mut before {
-                Some(ask) => {
-                    pushes.clear();
-                    ask(&*self, step - 1, &mut pushes);
-                    self.push_for_a_step(&pushes)
-                }
-                None => Vec::new(),
-            };
-            self.world.step_with_events(&MaskFilter, &());
-            self.take_back(old);
-            self.collect_frozen();
-        }
-        if steps == 0 {
+    fn advance_part(&mut self, step: u32, steps: u32, before: Option<&mut BeforeStep<'_>>) {
+        self.move_kinematic(f64::from(step + 1) / f64::from(steps));
+        self.update_positions();
+        self.apply_drives();
+        let old = match before {
+            Some(ask) => {
+                let mut pushes = Vec::new();
+                ask(&*self, step, &mut pushes);
+                self.push_for_a_step(&pushes)
+            }
+            None => Vec::new(),
+        };
+        self.world.step_with_events(&PairFilter(&self.tables.pairs), &());
+        self.take_back(old);
+        self.collect_frozen();
+        if step + 1 < steps {
             return;
         }
         self.tables.moving.clear();
@@ -299,6 +298,20 @@ impl Engine for Rapier {
             body.reset_torques(false);
         }
         self.tables.pushed = pushed;
+    }
+
+    fn set_pair(&mut self, a: BodyId, b: BodyId, rule: Option<PairRule>) {
+        let pair = (a.min(b), a.max(b));
+        match rule {
+            None => drop(self.tables.pairs.remove(&pair)),
+            Some(rule) => {
+                self.tables.pairs.insert(pair, rule);
+                // The filter is asked about bodies with a rule only.
+                for body in [a, b] {
+                    self.watch_pairs(body);
+                }
+            }
+        }
     }
 
     fn pose(&self, body: BodyId) -> Isometry3<f64> {

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::{Control, Data, Scene, Shape, collision_parts, default_inertia, default_mass};
 use crate::physics::{
     BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointId, JointKind, MassProps, Motion,
-    Rapier, Respond, Twist,
+    PairRule, Rapier, Respond, Twist,
 };
 
 /// A body and the object it stands for, as that was when the body was made.
@@ -196,6 +196,15 @@ impl Dynamics {
                 }
             }
         }
+        self.apply_drives(scene);
+        for b in self.bodies.iter().filter(|b| b.motion == Motion::Kinematic) {
+            if let Some(o) = scene.get(b.slot) {
+                self.engine.set_pose(b.id, &o.world);
+            }
+        }
+    }
+
+    fn apply_drives(&mut self, scene: &Scene) {
         for slot in std::mem::take(&mut self.drives) {
             let Some(j) = scene.get(slot).and_then(|o| o.joint()) else { continue };
             let Some(id) = j.id else { continue };
@@ -210,13 +219,10 @@ impl Dynamics {
                     max_velocity: j.max_velocity.abs(),
                 },
                 Control::Force => Drive::Force(j.max_force),
+                // A script answers for it in each engine step.
+                Control::Callback => continue,
             };
             self.engine.drive(id, drive);
-        }
-        for b in self.bodies.iter().filter(|b| b.motion == Motion::Kinematic) {
-            if let Some(o) = scene.get(b.slot) {
-                self.engine.set_pose(b.id, &o.world);
-            }
         }
     }
 
@@ -237,19 +243,62 @@ impl Dynamics {
     pub fn advance(&mut self, scene: &mut Scene, dt: f64, before: Option<&mut BeforeStep<'_>>) -> Vec<u32> {
         super::follow::update(scene, &self.followers, &mut self.drives);
         self.apply_changes(scene);
-        if dt > 0.0 {
-            // Whatever dt is, exactly dt passes.
-            let steps = f64::from(self.engine_steps(dt));
-            let step = dt / steps;
-            if (step - self.step).abs() > 1e-12 {
-                self.step = step;
-                self.engine.configure(EngineSettings { step, ..self.settings });
-            }
-            self.engine.advance_with(steps as u32, before);
+        let steps = self.engine_steps(dt);
+        if steps > 0 {
+            self.set_step(dt / f64::from(steps));
+            self.engine.advance_with(steps, before);
         }
+        self.look(scene)
+    }
+
+    /// One of the engine steps in which `dt` passes, counted from 0, with the same bits as in [`Dynamics::advance`]. What
+    /// was moved by hand between two of them is only seen by the first step of the next advance.
+    pub fn advance_part(
+        &mut self,
+        scene: &mut Scene,
+        dt: f64,
+        part: u32,
+        before: Option<&mut BeforeStep<'_>>,
+    ) -> Vec<u32> {
+        let steps = self.engine_steps(dt);
+        if part == 0 {
+            self.apply_changes(scene);
+            self.set_step(dt / f64::from(steps.max(1)));
+        } else {
+            self.apply_drives(scene);
+        }
+        if part < steps {
+            self.engine.advance_part(part, steps, before);
+        }
+        self.look(scene)
+    }
+
+    /// Whatever an advance takes, exactly that passes.
+    fn set_step(&mut self, step: f64) {
+        if (step - self.step).abs() > 1e-12 {
+            self.step = step;
+            self.engine.configure(EngineSettings { step, ..self.settings });
+        }
+    }
+
+    fn look(&mut self, scene: &mut Scene) -> Vec<u32> {
         let lost = self.engine.quarantined();
         self.copy_back(scene);
         lost.iter().filter_map(|b| self.object_of(*b)).collect()
+    }
+
+    /// How two shapes meet from the next engine step on.
+    pub fn set_pair(&mut self, a: &Shape, b: &Shape, rule: Option<PairRule>) {
+        if let (Some(a), Some(b)) = (a.body.0, b.body.0) {
+            self.engine.set_pair(a, b, rule);
+        }
+    }
+
+    /// What drives a joint in the next engine step, other than its own properties say.
+    pub fn drive(&mut self, joint: &super::Joint, drive: Drive) {
+        if let Some(id) = joint.id {
+            self.engine.drive(id, drive);
+        }
     }
 
     /// Parents come before children, so each child finds its frame already moved.

@@ -94,7 +94,7 @@ pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut V
         let (place, wanted) = match j.control {
             Control::Position => (&mut j.target_position, position),
             Control::Velocity => (&mut j.target_velocity, j.follow.factor * velocity),
-            Control::Free | Control::Force => continue,
+            Control::Free | Control::Force | Control::Callback => continue,
         };
         if std::mem::replace(place, wanted) != wanted {
             drives.push(*slot);

@@ -49,6 +49,11 @@ impl Scene {
         (base != 0).then_some(base)
     }
 
+    /// Where a path begins, and the parts that lead on from there.
+    pub(crate) fn start_of<'p>(&self, from: u32, path: &'p str) -> Option<(u32, &'p str)> {
+        if path.starts_with('/') { Some((0, path)) } else { self.base(from, path) }
+    }
+
     /// What the leading ".", "..", ":" and "::" mean, and the rest of the path.
     fn base<'p>(&self, from: u32, path: &'p str) -> Option<(u32, &'p str)> {
         let mut at = from;
@@ -67,7 +72,7 @@ impl Scene {
     }
 
     /// The first object below `base` (at any depth, breadth first) that a part of a path means.
-    fn below(&self, base: u32, part: &str) -> Option<u32> {
+    pub(crate) fn below(&self, base: u32, part: &str) -> Option<u32> {
         let (pattern, sibling, index) = split_index(part)?;
         let wild = pattern.contains(['*', '?']);
         let fits = |o: &Object| if wild { matches(&pattern, &o.alias) } else { o.alias == pattern };

@@ -92,9 +92,11 @@ rows! {
     ModelBase "object.model_base" ANY, TATU_BOOL 0 None, Live FREE, "Whether it is the base of a model; default false.";
     Visible "object.visible" ANY, TATU_BOOL 0 None, Live FREE, "Whether pictures show it; default true.";
     Layer "object.layer" ANY, TATU_I64 0 None, Live FREE, "Layers it belongs to, one bit each; default 1.";
+    Notes "object.data" ANY, TATU_MAP 0 None, Live FREE, "Free data: texts by tag, for scripts and plugins; default none.";
     Primitive "shape.primitive" SHAPE, TATU_TEXT 0 None, Rebuilds PRIMITIVES, "Its form; default box.";
     Size "shape.size" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Full extents along x, y, z; round forms take x as diameter and z as length; default 0.1 each.";
     Mesh "shape.mesh" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Number of its mesh, for the primitive `mesh`.";
+    Surface "shape.surface" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Points and triangles of its mesh: a list of x y z and a list of three places of points, from 0; setting it makes it a mesh.";
     Convex "shape.convex" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether its mesh is its own convex hull; default false.";
     Parts "shape.parts" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Parts of a compound: primitive, size, position, orientation, color, friction.";
     Color "shape.color" SHAPE, TATU_F64S 3 None, Live FREE, "Red, green, blue, 0 to 1; default 0.7 each.";
@@ -111,7 +113,7 @@ rows! {
     CollideSize "shape.collide_size" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Size of that form; default: its own.";
     JointType "joint.type" JOINT, TATU_TEXT 0 None, Rebuilds &["revolute", "prismatic"], "What it leaves free, along its z axis; default revolute.";
     JointMode "joint.mode" JOINT, TATU_TEXT 0 None, Rebuilds &["kinematic", "dynamic"], "Moved by setting its position, or by physics; default dynamic.";
-    Control "joint.control" JOINT, TATU_TEXT 0 None, Live &["free", "velocity", "position", "force"], "What its motor does, in dynamic mode; default free.";
+    Control "joint.control" JOINT, TATU_TEXT 0 None, Live &["free", "velocity", "position", "force", "callback"], "What its motor does, in dynamic mode; `callback`: what a script's callback `joint` answers in each physics step; default free.";
     JointPosition "joint.position" JOINT, TATU_F64 0 Some("rad|m"), Live FREE, "Where it stands; default 0.";
     JointVelocity "joint.velocity" JOINT, TATU_F64 0 Some("rad/s|m/s"), ReadOnly FREE, "How fast it moves.";
     TargetVelocity "joint.target_velocity" JOINT, TATU_F64 0 Some("rad/s|m/s"), Live FREE, "What velocity control wants; default 0.";
@@ -128,6 +130,8 @@ rows! {
     FollowCurve "joint.follow_curve" JOINT, TATU_F64S 0 None, Live FREE, "Pairs of the other's position and its own, rad or m, ascending, with straight lines between; takes the place of factor and offset for positions; default: none.";
     SensorKind "sensor.kind" SENSOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of sensor.";
     Explicit "sensor.explicit" SENSOR, TATU_BOOL 0 None, Live FREE, "Whether it measures only when it is told to; default false.";
+    SensorMeasured "sensor.measured" SENSOR, TATU_I64 0 None, ReadOnly FREE, "How often it has measured since the start, or since its reading was reset.";
+    SensorBeams "sensor.beams" SENSOR, TATU_I64 0 None, ReadOnly FREE, "How many beams it sends out; a volume is one.";
     ActuatorKind "actuator.kind" ACTUATOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of actuator.";
     GraphExplicit "graph.explicit" GRAPH, TATU_BOOL 0 None, Live FREE, "Whether it records only when it is told to; default false: at the end of each step.";
     GraphBuffer "graph.buffer" GRAPH, TATU_I64 0 None, Live FREE, "How many samples of a stream it keeps, the newest ones, 1 to 1000000; default 10000.";
@@ -135,9 +139,10 @@ rows! {
     GraphCurves "graph.curves" GRAPH, TATU_LIST 0 None, Live FREE, "Curves of one stream over another: name, x, y, z, unit, color; default: none.";
     ScriptLanguage "script.language" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "Its language.";
     ScriptDialect "script.dialect" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "The dialect chosen for it.";
-    ScriptKind "script.kind" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "child, customization or main.";
+    ScriptKind "script.kind" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "child, customization, main, addon or sandbox.";
     ScriptName "script.name" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "The file it came from, or a name for messages.";
     ScriptCalls "script.calls" SCRIPT, TATU_I64 0 None, ReadOnly FREE, "How often its callbacks have been called.";
+    ScriptInstructions "script.instructions" SCRIPT, TATU_I64 0 None, ReadOnly FREE, "How many instructions of its language it has run.";
     Time "scene.time" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Simulation time.";
     Dt "scene.dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Length of a step; default 0.05.";
     PhysicsDt "scene.physics_dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Greatest length of a physics step; a step is divided evenly; default 0.01.";
@@ -146,8 +151,12 @@ rows! {
     Gravity "scene.gravity" WORLD, TATU_F64S 3 Some("m/s^2"), Live FREE, "Gravity; default 0 0 -9.81.";
     Seed "scene.seed" WORLD, TATU_I64 0 None, ReadOnly FREE, "The seed of all that is random; default 0.";
     SceneFile "scene.file" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "The file of the scene.";
+    WorldNotes "scene.data" WORLD, TATU_MAP 0 None, Live FREE, "Free data of the world: texts by tag; default none.";
     Running "scene.running" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether the world is started.";
-    Stopping "scene.stopping" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether a stop has been asked for.";
+    ClockTime "scene.clock" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "What clocks show since the start: simulation time, or in a run in real time what passed outside until this step.";
+    Epoch "scene.epoch" WORLD, TATU_I64 0 Some("s"), ReadOnly FREE, "The date of the start, from the first second of 1970: the first second of 2015, or in a run in real time the real one.";
+    Stopping "scene.stopping" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether this is one of the two last passes.";
+    Phase "scene.phase" WORLD, TATU_I64 0 None, ReadOnly FREE, "0 stopped, 1 first pass, 2 running, 3 last before a pause, 4 paused, 5 first after a pause, 6 stopping, 7 last pass.";
 }
 
 impl Row {

@@ -1,6 +1,6 @@
 //! The tree: slots with generations, parents and children, world poses.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
@@ -43,6 +43,8 @@ pub struct Scene {
     next_uid: u64,
     /// Grows with every change of the tree or of what the engine and beams are made of.
     pub shape_version: u64,
+    /// Free data of the world itself, by tag.
+    pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     #[serde(skip)]
     pub(super) index: NameIndex,
 }
@@ -56,6 +58,7 @@ impl Default for Scene {
             order: Vec::new(),
             next_uid: 1,
             shape_version: 1,
+            notes: BTreeMap::new(),
             index: NameIndex::default(),
         }
     }
@@ -91,6 +94,7 @@ impl Scene {
             model_base: false,
             visible: true,
             layer: 1,
+            notes: BTreeMap::new(),
             data,
         };
         self.next_uid += 1;
@@ -159,6 +163,14 @@ impl Scene {
         if let Some(o) = self.get_mut(slot) {
             o.version += 1;
         }
+    }
+
+    /// Makes an object one of another kind, in its place and with its name; whether it is there.
+    pub(crate) fn change_kind(&mut self, slot: u32, data: Data) -> bool {
+        let Some(o) = self.get_mut(slot) else { return false };
+        o.data = data;
+        self.touch(slot);
+        true
     }
 
     fn reorder(&mut self) {

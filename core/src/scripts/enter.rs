@@ -96,7 +96,9 @@ pub(super) fn enter_with_error(
     calls.caller.set(script.as_caller(world));
     let mut used = 0;
     let plugin = script.plugin(world);
+    script.depth.set(script.depth.get() + 1);
     let status = world.cross(plugin, call, script.slot, || f(script.data.get(), frame, &budget, &mut used, error));
+    script.depth.set(script.depth.get() - 1);
     drop(level);
     script.instructions.set(script.instructions.get().saturating_add(used));
     frame.error = error;

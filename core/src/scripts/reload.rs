@@ -39,6 +39,7 @@ impl Scripts {
         if let Some(place) = world.scripts.borrow_mut().list.iter_mut().find(|s| Rc::ptr_eq(s, old)) {
             *place = new.clone();
         }
+        world.scripts.borrow_mut().sorted_at = 0;
         new.calls.set(old.calls.get());
         new.instructions.set(old.instructions.get());
         match image {
@@ -75,11 +76,12 @@ impl Script {
         let own = ScriptSpec {
             language: self.language,
             dialect: self.wanted_dialect.clone(),
-            kind: self.kind.clone(),
+            kind: self.kind_name.clone(),
+            priority: self.priority,
             name: self.name.clone(),
             text: self.text.to_vec(),
         };
-        let new = Rc::new(Script::new(self.slot, spec.unwrap_or(&own), default));
+        let new = Rc::new(Script::new(self.slot, self.kind, spec.unwrap_or(&own), default));
         if self.data.get().is_null() {
             return Ok(new);
         }

@@ -2,36 +2,17 @@
 
 use std::rc::Rc;
 
-use tatu_plugin_api::abi::*;
+use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{Callbacks, Script, enter};
+use super::{Ask, CALLBACKS, Callback, Order, Script, enter};
 use crate::{
     calls::{Caller, ErrorSlot, Owner, answer, call_command, name_plugin, raw},
-    document::MAIN,
     error::{Fault, FaultKind},
     host::{Registry, watchdog::Call},
     world::WorldCell,
 };
 
 impl Script {
-    pub(super) fn is_driver(&self) -> bool {
-        self.kind == MAIN
-    }
-
-    /// One step of the driver: `init` first, then its callbacks, from which it asks for the stages. A driver that could not
-    /// be loaded or was stopped for its budget runs none: steps count, and time stands.
-    pub fn drive(self: &Rc<Self>, world: &WorldCell) {
-        if !self.is_there(world) {
-            return;
-        }
-        if !self.initialised.get() {
-            self.initialise(world);
-        }
-        self.resume_waits(world);
-        self.callback(world, self.callbacks.get().actuation);
-        self.callback(world, self.callbacks.get().sensing);
-    }
-
     pub(super) fn is_there(&self, world: &WorldCell) -> bool {
         !self.data.get().is_null()
             && !self.dead.get()
@@ -93,7 +74,10 @@ impl Script {
         self.data.set(data);
         self.initialised.set(false);
         self.dead.set(false);
-        self.callbacks.set(Callbacks::default());
+        self.cleaned.set(false);
+        self.ended.set(false);
+        self.asked.set(Ask::Nothing);
+        self.callbacks.set([0; CALLBACKS.len()]);
         self.calls.set(0);
         let mut chosen = raw(&[]);
         let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
@@ -112,7 +96,44 @@ impl Script {
             return Err((status, error));
         }
         self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
+        // SAFETY: by the contract.
+        let traits = || language.raw.traits.map_or(0, |f| unsafe { f(data) });
+        let traits = world.cross_quietly(language.plugin, Call::ScriptTraits, self.slot, traits);
+        let known = TATU_SCRIPT_SILENT | TATU_SCRIPT_MODERN | TATU_SCRIPT_THREADED;
+        if traits & !known != 0 {
+            self.breach(
+                world,
+                Call::ScriptTraits,
+                &format!("told the traits {traits:#x}, of which {known:#x} are known"),
+            );
+        }
+        let traits = if traits & !known == 0 { traits } else { 0 };
+        self.traits.set(traits);
+        self.threaded.set(traits & TATU_SCRIPT_THREADED != 0);
         Ok(())
+    }
+
+    /// The order of a world of such a dialect, if its language tells one.
+    pub(super) fn order_of(&self, world: &WorldCell, dialect: &str, modern: bool) -> Option<Order> {
+        let order = self.raw(&world.registry).order?;
+        // SAFETY: by the contract; the text lives through the call.
+        let order = || unsafe { order(self.data.get(), raw(dialect.as_bytes()), modern.into()) };
+        match world.cross_quietly(self.plugin(world), Call::ScriptOrder, self.slot, order) {
+            0 => None,
+            number => Order::of(number).or_else(|| {
+                self.breach(world, Call::ScriptOrder, &format!("told {number}, which is no order"));
+                None
+            }),
+        }
+    }
+
+    /// Its language told something that has no meaning; `what` begins with a verb.
+    fn breach(&self, world: &WorldCell, call: Call, what: &str) {
+        let id = &world.registry.plugins[self.plugin(world)].id;
+        let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{id}` {what} [{}]", call.text()));
+        fault.plugin = Some(id.clone());
+        fault.object = world.scene.try_borrow().ok().and_then(|s| s.get(self.slot).map(|o| s.path(o.parent)));
+        world.report(fault);
     }
 
     /// Runs `init` and asks which callbacks there are; the thread function begins.
@@ -129,20 +150,15 @@ impl Script {
             then();
         }
         self.find_callbacks(world);
-        let thread = self.callbacks.get().thread;
+        let thread = self.number(Callback::Thread);
         if thread != 0 && self.is_there(world) {
             self.callback(world, thread);
         }
     }
 
     pub(super) fn find_callbacks(&self, world: &WorldCell) {
-        let find = |name: &[u8]| self.find(world, TATU_FIND_CALLBACK, name);
-        self.callbacks.set(Callbacks {
-            actuation: find(b"actuation"),
-            sensing: find(b"sensing"),
-            cleanup: find(b"cleanup"),
-            thread: find(b"thread"),
-        });
+        let find = |i: usize| self.find(world, TATU_FIND_CALLBACK, CALLBACKS[i].as_bytes());
+        self.callbacks.set(std::array::from_fn(find));
     }
 
     pub fn find(&self, world: &WorldCell, how: u32, name: &[u8]) -> u32 {
@@ -166,7 +182,13 @@ impl Script {
     }
 
     pub(super) fn run_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
-        let Some(call) = self.raw(&world.registry).call.filter(|_| id != 0) else { return };
+        self.ask_callback(world, id, args);
+        self.settle(world);
+    }
+
+    /// The same; what it answers, if that is a map.
+    pub(super) fn ask_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) -> Option<Value> {
+        let call = self.raw(&world.registry).call.filter(|_| id != 0)?;
         self.calls.set(self.calls.get() + 1);
         let mark = world.calls.arena.borrow().mark();
         let mut room = enter::Room::new();
@@ -176,11 +198,15 @@ impl Script {
             enter::enter(world, self, Call::ScriptCall, &mut frame, |data, frame, budget, used, error| unsafe {
                 call(data, id, frame, budget, used, error)
             });
-        if status < 0 {
+        let answer = if status < 0 {
             self.fail(world, status, frame.error);
             self.find_callbacks(world);
-        }
+            None
+        } else {
+            self.hear(&frame)
+        };
         world.calls.arena.borrow_mut().release(mark);
+        answer
     }
 
     /// Commands that waited for this script and need not wait any more: they are called again, and their results go
@@ -235,6 +261,7 @@ impl Script {
             self.fail(world, status, frame.error);
             self.find_callbacks(world);
         }
+        self.settle(world);
     }
 
     pub(super) fn end(&self, world: &WorldCell) {
@@ -275,16 +302,18 @@ impl Script {
         }
     }
 
-    /// An error that left the script: told once per place.
+    /// An error that left the script: told once per place. Some dialects are silent from then on.
     pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
         let fault = self.fault(world, status, error);
         if status == TATU_ERR_BUDGET {
             self.dead.set(true);
+        } else if self.traits.get() & TATU_SCRIPT_SILENT != 0 {
+            self.ask(Ask::Silence);
         }
         world.report(fault);
     }
 
-    pub(super) fn fault(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) -> Fault {
+    pub(crate) fn fault(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) -> Fault {
         let kind = FaultKind::of(status);
         // SAFETY: an error object of the host.
         let (text, help, file, traceback, line) = unsafe {

@@ -1,6 +1,6 @@
 //! Scripts in snapshots: what the host knows of each, and what its language wrote.
 
-use super::{Callbacks, Script, Scripts};
+use super::{CALLBACKS, Script, Scripts};
 use crate::{
     calls::Owner,
     error::{Error, Result},
@@ -22,14 +22,15 @@ impl Scripts {
                 missed.push(Missed { object: format!("the script of {}", script.owner_path(world)), plugin, reason });
                 InstanceImage::default()
             });
-            let Callbacks { actuation, sensing, cleanup, thread } = script.callbacks.get();
             out.push(ScriptImage {
                 slot: script.slot,
                 id: script.id.get(),
                 // What cannot be captured begins anew, if it is restored at all.
                 initialised: script.initialised.get() && captured,
                 dead: script.dead.get(),
-                callbacks: [actuation, sensing, cleanup, thread],
+                cleaned: script.cleaned.get(),
+                ended: script.ended.get(),
+                callbacks: script.callbacks.get().to_vec(),
                 calls: script.calls.get(),
                 instructions: script.instructions.get(),
                 instance,
@@ -43,7 +44,10 @@ impl Scripts {
         let (keep, gone) = std::mem::take(&mut world.scripts.borrow_mut().list)
             .into_iter()
             .partition::<Vec<_>, _>(|s| slots.contains(&s.slot));
-        world.scripts.borrow_mut().list = keep;
+        {
+            let mut scripts = world.scripts.borrow_mut();
+            (scripts.list, scripts.sorted_at) = (keep, 0);
+        }
         for script in gone {
             script.end(world);
         }
@@ -71,8 +75,11 @@ impl Scripts {
             }
             script.initialised.set(image.initialised);
             script.dead.set(image.dead);
-            let [actuation, sensing, cleanup, thread] = image.callbacks;
-            script.callbacks.set(Callbacks { actuation, sensing, cleanup, thread });
+            script.cleaned.set(image.cleaned);
+            script.ended.set(image.ended);
+            let mut numbers = [0; CALLBACKS.len()];
+            numbers.iter_mut().zip(&image.callbacks).for_each(|(n, c)| *n = *c);
+            script.callbacks.set(numbers);
             script.calls.set(image.calls);
             script.instructions.set(image.instructions);
         }

@@ -2,7 +2,8 @@
 //!
 //! 1. commands that waited for a service and need not wait any more are called again, their services are told;
 //! 2. calls of a replay are made again;
-//! 3. services have their turns, in order of their ids, again and again until all say go and no pause is on.
+//! 3. services have their turns, in order of their ids, again and again until all say go and no pause is on; while time
+//!    stands, scripts have a pass after each round.
 //!
 //! The order decides what a replay does: what happens once per step comes first, what depends on when messages arrive
 //! comes last and is written down.
@@ -15,51 +16,79 @@ use super::{SessionCell, log};
 use crate::{
     calls::{Caller, ErrorSlot, Owner, Wait, call_command, copy_error},
     scripts::Room,
-    world::WorldCell,
+    step,
+    world::{Phase, WorldCell},
 };
 
 /// How long a held session sleeps before it looks at its interrupt flag.
 const SLICE: Duration = Duration::from_millis(100);
 
-const STOP: u32 = 1 << TATU_REQUEST_STOP;
-const PAUSE: u32 = 1 << TATU_REQUEST_PAUSE;
 const START: u32 = 1 << TATU_REQUEST_START;
 const QUIT: u32 = 1 << TATU_REQUEST_QUIT;
 
-/// What comes before a step; `false`: no step is to be done.
+/// What comes before a pass; `false`: none is to be done, since a stop has just been asked for, the world is not started,
+/// or time stands.
 pub(crate) fn before_step(world: &WorldCell) -> bool {
-    world.calls.caller.set(Caller::HOST);
-    resume_waits(world);
-    if log::feed(world) && world.requests.get() & (STOP | QUIT) != 0 {
+    if !world.running() {
         return false;
     }
-    match world.outside.session() {
-        Some(session) => pass(world, &session),
-        None => true,
+    world.calls.caller.set(Caller::HOST);
+    resume_waits(world);
+    // The passes after a request to stop are the world's own.
+    if !world.stop_requested() {
+        log::feed(world);
+        if !world.stop_requested()
+            && let Some(session) = world.outside.session()
+        {
+            pass(world, &session);
+        }
+        if world.stop_requested() {
+            return false;
+        }
     }
+    if world.phase.get() == Phase::Paused {
+        if world.stop_requested() {
+            step::lift(world);
+        } else {
+            stand(world);
+        }
+    }
+    world.phase.get() != Phase::Paused
 }
 
-/// Turns of services until the world may go on.
-fn pass(world: &WorldCell, session: &SessionCell) -> bool {
+/// One pass of a paused world without services; ends the run where nobody could lift the pause.
+fn stand(world: &WorldCell) {
+    let addons = world.scripts.try_borrow().is_ok_and(|s| s.any_addon_waits());
+    if addons || world.outside.interactive.get() {
+        return log::stand(world);
+    }
+    let text = "the simulation was paused and nobody could lift the pause: no service, no add-on, no interactive session. \
+                The run ends here";
+    world.log(TATU_LOG_WARNING, text);
+    world.requests.set(world.requests.get() | 1 << TATU_REQUEST_STOP);
+}
+
+/// Turns of services until the world may go on, or a stop is asked for.
+fn pass(world: &WorldCell, session: &SessionCell) {
     loop {
         if session.interrupted() {
-            return false;
+            return world.requests.set(world.requests.get() | 1 << TATU_REQUEST_STOP);
         }
         let held = turns(world, session);
-        let asked = world.requests.get();
-        if asked & (STOP | QUIT) != 0 {
-            return false;
+        if world.stop_requested() {
+            return;
         }
-        world.requests.set(asked & !(PAUSE | START));
-        let outside = &world.outside;
+        let paused = world.phase.get() == Phase::Paused;
         // Whoever could lift a pause may have failed meanwhile.
-        let pause = (outside.paused.get() && asked & START == 0 || asked & PAUSE != 0) && session.any_service();
-        if outside.paused.replace(pause) != pause {
-            outside.tell(if pause { "paused" } else { "resumed" }, Value::Nil);
-            continue;
+        if !session.any_service() || !held && !paused {
+            return;
         }
-        if !held && !pause {
-            return true;
+        if paused {
+            log::stand(world);
+        }
+        // A script may have lifted the pause.
+        if !held && world.phase.get() != Phase::Paused {
+            continue;
         }
         session.wake.sleep(SLICE);
     }
@@ -77,6 +106,8 @@ pub(super) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
         if asked & START != 0 {
             return true;
         }
+        world.rested.set(true);
+        step::idle(world);
         session.wake.sleep(SLICE);
     }
     false
@@ -101,7 +132,7 @@ fn tell(world: &WorldCell, session: &SessionCell) {
         let mut i = 0;
         while let Some(service) = session.nth(i) {
             i += 1;
-            service.event(world, name, &payload);
+            service.event(world, &name, &payload);
         }
     }
 }
@@ -169,8 +200,8 @@ pub(crate) fn stopped(world: &WorldCell) {
         Ended { frame: room.frame(&[]), wait, status: TATU_ERR_GONE, room, error }
     });
     hand_over(world, ended.collect());
+    world.outside.tell("stopped", Value::Nil);
     if let Some(session) = world.outside.session() {
-        world.outside.tell("stopped", Value::Nil);
         tell(world, &session);
     }
 }

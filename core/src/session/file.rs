@@ -42,6 +42,9 @@ pub struct Header {
     pub set: Vec<String>,
     /// `--script` of the command line.
     pub scripts: Vec<String>,
+    /// The scene was made of what a script asked for; the names of values that stand in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stand_ins: Option<Vec<String>>,
     /// Plugins that were loaded, but for those that only offer services: a replay starts none.
     pub plugins: Vec<PluginVersion>,
     /// Every file that the document was made of.
@@ -87,6 +90,7 @@ impl Header {
             seed,
             set,
             scripts,
+            stand_ins: None,
             plugins: versions(registry),
             files: files.collect(),
         }
@@ -194,9 +198,14 @@ fn record_json(r: &Record) -> Json {
                 line["waits"] = json!(true);
             }
         }
+        Input::Event { kind, text } => {
+            line["input"] = json!(kind);
+            line["text"] = json!(text);
+        }
         Input::Request(what) => {
             line["request"] = json!(REQUESTS.iter().find(|(_, n)| n == what).map_or("", |(name, _)| *name));
         }
+        Input::Pass => line["pass"] = json!(true),
     }
     line
 }
@@ -266,7 +275,8 @@ pub fn read(path: &Path) -> Result<Log> {
             continue;
         }
         let record = record(&json).filter(|_| log.end.is_none()).ok_or_else(|| {
-            wrong(i + 1, "this line of the input log is damaged".into()).expected("a call or a request")
+            wrong(i + 1, "this line of the input log is damaged".into())
+                .expected("a call, a request, an input or a pass")
         })?;
         if log.records.last().is_some_and(|before| (before.step, before.at) >= (record.step, record.at)) {
             return Err(wrong(i + 1, "this line of the input log comes before the one above it".into())
@@ -289,13 +299,17 @@ pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Vec<Record>> {
 }
 
 fn record(json: &Json) -> Option<Record> {
-    let input = match (json.get("call"), json.get("request")) {
-        (Some(name), None) => Input::Call {
+    let input = match (json.get("call"), json.get("request"), json.get("input")) {
+        (None, None, Some(kind)) => {
+            Input::Event { kind: kind.as_str()?.to_owned(), text: json.get("text")?.as_str()?.to_owned() }
+        }
+        (Some(name), None, None) => Input::Call {
             name: name.as_str()?.to_owned(),
             args: json.get("args")?.as_array()?.iter().map(json::read).collect::<Option<_>>()?,
             waits: json.get("waits").and_then(Json::as_bool).unwrap_or(false),
         },
-        (None, Some(name)) => Input::Request(REQUESTS.iter().find(|(n, _)| Some(*n) == name.as_str())?.1),
+        (None, Some(name), None) => Input::Request(REQUESTS.iter().find(|(n, _)| Some(*n) == name.as_str())?.1),
+        (None, None, None) if json.get("pass").is_some() => Input::Pass,
         _ => return None,
     };
     Some(Record {

@@ -4,7 +4,7 @@
 //! place within it something was done; [`World::feed`](crate::World::feed) does it again in another world of the same
 //! document, and [`replay_to`] makes such a world and runs it to a step.
 //!
-//! Recorded are the calls of commands that services make, and their requests. Whether a call succeeded is not: it will
+//! Recorded are the calls of commands that services make, their requests, and what the program puts in, such as keys. Whether a call succeeded is not: it will
 //! again or not. What a service changes by other tables than `commands` and `session` is not recorded.
 
 use std::sync::Arc;
@@ -20,8 +20,9 @@ use crate::{
     document::Document,
     error::{Fault, FaultKind, Result},
     host::{CommandEntry, Registry},
-    scripts::Room,
-    world::WorldCell,
+    scripts::{Callback, Room},
+    step,
+    world::{Phase, WorldCell},
 };
 
 /// Who acts in a replay: no service of a session.
@@ -49,6 +50,15 @@ pub enum Input {
     },
     /// A change of state was asked for: `TATU_REQUEST_*`.
     Request(u32),
+    /// Something came in, such as a key.
+    Event {
+        /// What: "key".
+        kind: String,
+        /// Which.
+        text: String,
+    },
+    /// Scripts had a pass while time stood.
+    Pass,
 }
 
 /// One thing that came from outside.
@@ -166,6 +176,48 @@ pub(crate) fn remote_request(world: &WorldCell, what: u32) {
     }
 }
 
+/// Somebody outside any service asks for a change of state.
+pub(crate) fn outside_request(world: &WorldCell, what: u32) {
+    world.outside.client.set(0);
+    record_of(world, String::new(), Input::Request(what));
+    apply(world, what);
+}
+
+/// What a request does at once; the rest is done after the next pass.
+pub(crate) fn apply(world: &WorldCell, what: u32) {
+    let (asked, bit) = (world.requests.get(), 1 << what);
+    let pause = 1 << TATU_REQUEST_PAUSE;
+    match what {
+        TATU_REQUEST_PAUSE if !world.phase.get().takes_pause() || world.stop_requested() => {}
+        TATU_REQUEST_START if world.running() => {
+            world.requests.set(asked & !pause);
+            // From outside a pause is lifted at once; a script that asks within a pass lets that pass end first.
+            if world.calls.caller.get().kind == TATU_CALLER_SCRIPT {
+                let paused = world.phase.get() == Phase::Paused;
+                world.requests.set(asked & !pause | if paused { bit } else { 0 });
+            } else {
+                step::lift(world);
+            }
+        }
+        _ => world.requests.set(asked | bit),
+    }
+}
+
+/// A pass of scripts while time stands: it is written down, for how many there are depends on the clock. Where no script
+/// would notice there is none.
+pub(crate) fn stand(world: &WorldCell) {
+    let notices = world.scripts.try_borrow().is_ok_and(|s| s.any_has(Callback::Suspended));
+    if notices {
+        record_of(world, String::new(), Input::Pass);
+        step::paused(world);
+    }
+}
+
+fn record_of(world: &WorldCell, service: String, input: Input) {
+    let (step, client) = (world.clock.step.get(), world.outside.client.get());
+    world.outside.log.borrow_mut().push(step, service, client, input);
+}
+
 fn record(world: &WorldCell, input: Input) {
     let service = match world.calls.caller.get().service {
         REPLAY => world.outside.replayed.borrow().clone(),
@@ -175,8 +227,25 @@ fn record(world: &WorldCell, input: Input) {
             .and_then(|s| s.nth((n as usize).wrapping_sub(1)))
             .map_or(String::new(), |s| world.registry.services[s.kind].id.clone()),
     };
-    let (step, client) = (world.clock.step.get(), world.outside.client.get());
-    world.outside.log.borrow_mut().push(step, service, client, input);
+    record_of(world, service, input);
+}
+
+/// Something comes in at the barrier, not from a service.
+pub(crate) fn put_in(world: &WorldCell, kind: &str, text: &str) {
+    world.outside.take_in(kind, text);
+    let (kind, text) = (kind.to_owned(), text.to_owned());
+    let step = world.clock.step.get();
+    world.outside.log.borrow_mut().push(step, String::new(), 0, Input::Event { kind, text });
+}
+
+/// What came in before a snapshot is there again.
+pub(crate) fn restore(world: &WorldCell, records: Vec<Record>) {
+    for record in &records {
+        if let Input::Event { kind, text } = &record.input {
+            world.outside.take_in(kind, text);
+        }
+    }
+    world.outside.log.borrow_mut().restore(records);
 }
 
 /// Attaches a log to a world that has not been started.
@@ -184,16 +253,13 @@ pub(crate) fn attach(world: &WorldCell, records: Arc<[Record]>) {
     *world.outside.replay.borrow_mut() = Some(Replay { records, next: 0 });
 }
 
-/// Does again what the attached log has for this barrier; whether there was anything.
-pub(crate) fn feed(world: &WorldCell) -> bool {
+/// Does again what the attached log has for this barrier.
+pub(crate) fn feed(world: &WorldCell) {
     let step = world.clock.step.get();
-    let mut any = false;
     loop {
         let Some(record) = world.outside.replay.borrow_mut().as_mut().and_then(|r| r.next_at(step)) else { break };
-        any = true;
         feed_one(world, record);
     }
-    any
 }
 
 fn feed_one(world: &WorldCell, record: Record) {
@@ -204,10 +270,10 @@ fn feed_one(world: &WorldCell, record: Record) {
     match record.input {
         Input::Request(what) => {
             remote_request(world, what);
-            if what == TATU_REQUEST_STOP || what == TATU_REQUEST_QUIT {
-                world.requests.set(world.requests.get() | 1 << what);
-            }
+            apply(world, what);
         }
+        Input::Event { kind, text } => put_in(world, &kind, &text),
+        Input::Pass => stand(world),
         Input::Call { name, args, waits } => match world.registry.command(&name) {
             None => {
                 let mut fault =
@@ -242,6 +308,6 @@ pub fn replay_to(document: Arc<Document>, registry: Arc<Registry>, log: &[Record
     let world = World::new(document, registry)?;
     world.feed(log.into());
     world.start();
-    while world.steps() < step && world.step() {}
+    while world.steps() < step && !world.stop_requested() && world.step() {}
     Ok(world)
 }

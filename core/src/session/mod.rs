@@ -30,7 +30,7 @@ use std::{
 use tatu_plugin_api::abi::*;
 
 pub(crate) use barrier::{before_step, stopped};
-pub(crate) use log::{remote_call, remote_request};
+pub(crate) use log::{outside_request, remote_call, remote_request};
 pub(crate) use outside::Outside;
 use service::Running;
 use wake::Wake;
@@ -157,8 +157,13 @@ impl SessionCell {
         services.iter().rev().filter_map(|s| s.stop(&self.registry).err()).collect()
     }
     /// Whether a service is left that works.
-    fn any_service(&self) -> bool {
+    pub fn any_service(&self) -> bool {
         self.services.borrow().iter().any(|s| !s.off.get())
+    }
+    /// Whether a service that works is told of an event.
+    pub fn wants(&self, name: &str) -> bool {
+        let Ok(services) = self.services.try_borrow() else { return false };
+        services.iter().any(|s| !s.off.get() && s.wants(&self.registry, name))
     }
     /// A service of a plugin that runs, by id.
     pub fn service_of(&self, plugin: usize) -> Option<String> {

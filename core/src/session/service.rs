@@ -12,6 +12,7 @@ use crate::{
     calls::{Caller, ErrorSlot, answer, raw},
     document::ServiceSpec,
     error::{Error, Fault, FaultKind, Result},
+    events::covers,
     host::{Registry, ServiceKind, watchdog::Call},
     world::WorldCell,
 };
@@ -135,8 +136,16 @@ impl Running {
         }
     }
 
-    /// Tells it that something happened.
+    /// Whether it is told of an event.
+    pub fn wants(&self, registry: &Registry, name: &str) -> bool {
+        self.info(registry).events.iter().any(|wanted| covers(wanted, name))
+    }
+
+    /// Tells it that something happened, if it wants to know.
     pub fn event(&self, world: &WorldCell, name: &str, payload: &Value) {
+        if !self.wants(&world.registry, name) {
+            return;
+        }
         let payload = lay([payload]);
         self.enter(world, Call::Event, |service, data| {
             if let Some(f) = service.event {

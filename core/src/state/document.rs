@@ -17,7 +17,7 @@ pub fn fingerprint(document: &Document) -> u64 {
         let ObjectSpec { kind, alias, parent, rows, device, scripts, placement, group, place: _ } = object;
         put(format!("{:?}", (kind, alias, parent, rows, device, placement, group)));
         for s in scripts {
-            put(format!("{:?}", (s.language, &s.dialect, &s.kind, &s.text)));
+            put(format!("{:?}", (s.language, &s.dialect, &s.kind, s.priority, &s.text)));
         }
     }
     for mesh in &document.meshes {

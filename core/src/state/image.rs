@@ -73,11 +73,14 @@ pub struct CoreImage {
     pub meshes: Vec<(u32, u32)>,
     pub settings: Settings,
     pub dynamics: Vec<u8>,
-    pub clock: (f64, u64, f64),
+    pub phase: crate::world::Phase,
+    /// Time, steps, length of a step, passes.
+    pub clock: (f64, u64, f64, u64),
     pub requests: u32,
     pub next_instance: u64,
     pub before: Vec<Option<nalgebra::Isometry3<f64>>>,
-    pub signals: Vec<(u32, Vec<u8>, ValueImage)>,
+    /// Kind, name, value, whether it ends with the run.
+    pub signals: Vec<(u32, Vec<u8>, ValueImage, bool)>,
     pub waits: Vec<Wait>,
     pub faults: Vec<FaultImage>,
 }
@@ -128,7 +131,9 @@ pub struct ScriptImage {
     pub id: u64,
     pub initialised: bool,
     pub dead: bool,
-    pub callbacks: [u32; 4],
+    pub cleaned: bool,
+    pub ended: bool,
+    pub callbacks: Vec<u32>,
     pub calls: u64,
     pub instructions: u64,
     pub instance: InstanceImage,

@@ -18,7 +18,7 @@ use crate::{
     scripts::Scripts,
     sense::Targets,
     session::{self, log::Record},
-    world::{World, WorldCell},
+    world::{Signal, World, WorldCell},
 };
 
 /// Gives an instance back what it wrote. Must be called without any borrow of the world.
@@ -64,10 +64,10 @@ impl World {
             let error = Error::new("E503", format!("the snapshot is not complete: {first}"));
             return Err(error.help("replay the run to its step instead"));
         }
-        if cell.running.get() || cell.clock.step.get() != 0 {
+        if cell.running() || cell.clock.step.get() != 0 {
             return Err(Error::new("E503", "a world that has run cannot take a snapshot").help("make a new one"));
         }
-        self.start();
+        self.start_silently();
         let image: CoreImage = snapshot.get("core")?;
         scripts(cell, snapshot.get("scripts")?, &image)?;
         sensors(cell, snapshot.get("sensors")?)?;
@@ -76,7 +76,7 @@ impl World {
         *cell.figures.borrow_mut() = snapshot.get("figures")?;
         plugins(cell, snapshot.get("plugins")?)?;
         Scripts::load(cell, snapshot.get("scripts")?)?;
-        self.input_log_mut().restore(records(snapshot)?);
+        session::log::restore(cell, records(snapshot)?);
         let hash = self.hash().total;
         if hash != snapshot.head.hash {
             return Err(refused(
@@ -94,7 +94,7 @@ impl World {
         snapshot.check(&cell.document, &cell.registry)?;
         self.feed(records(snapshot)?.into());
         self.start();
-        while self.steps() < snapshot.head.step && self.step() {
+        while self.steps() < snapshot.head.step && !self.stop_requested() && self.step() {
             self.take_lines();
         }
         self.take_lines();
@@ -198,7 +198,7 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
 }
 
 fn core(cell: &WorldCell, image: CoreImage) -> Result {
-    let CoreImage { mut scene, meshes, settings, dynamics, clock, requests, next_instance, before, .. } = image;
+    let CoreImage { mut scene, meshes, settings, dynamics, clock, phase, requests, next_instance, before, .. } = image;
     for (slot, number) in meshes {
         let mesh = cell.document.meshes.get(number as usize);
         match (scene.get_mut(slot).map(|o| &mut o.data), mesh) {
@@ -209,15 +209,20 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     cell.dynamics.borrow_mut().restore(&dynamics).map_err(damaged)?;
     *cell.scene.borrow_mut() = scene;
     *cell.settings.borrow_mut() = settings;
-    let (time, step, dt) = clock;
+    let (time, step, dt, pass) = clock;
+    cell.clock.pass.set(pass);
+    cell.phase.set(phase);
     cell.clock.time.set(time);
     cell.clock.step.set(step);
     cell.clock.dt.set(dt);
     cell.requests.set(requests);
     cell.next_instance.set(next_instance);
     *cell.before.borrow_mut() = before;
-    *cell.signals.borrow_mut() =
-        image.signals.into_iter().map(|(kind, name, v)| ((kind, name), v.into())).collect::<BTreeMap<_, _>>();
+    *cell.signals.borrow_mut() = image
+        .signals
+        .into_iter()
+        .map(|(kind, name, v, of_run)| ((kind, name), Signal { value: v.into(), of_run }))
+        .collect::<BTreeMap<_, _>>();
     cell.calls.waits.borrow_mut().restore(image.waits);
     *cell.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
     // What starting told has been told by the run that wrote the snapshot.

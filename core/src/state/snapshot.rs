@@ -70,7 +70,7 @@ impl World {
     /// the head. The run that goes on does not notice.
     pub fn snapshot(&self) -> Result<Snapshot> {
         let cell = self.cell();
-        if !cell.running.get() {
+        if !cell.running() {
             return Err(Error::new("E503", "a world that does not run has no state to write").help("start it first"));
         }
         let mut snapshot = Snapshot::new(Head {
@@ -90,6 +90,13 @@ impl World {
         snapshot.put("actuators", &actuators(cell, &mut missed))?;
         snapshot.put("plugins", &plugins(cell, &mut missed))?;
         snapshot.put("scripts", &Scripts::images(cell, &mut missed))?;
+        if cell.outside.bus.has_listeners() {
+            missed.push(Missed {
+                object: "the events".into(),
+                plugin: String::new(),
+                reason: "functions that scripts gave for events are not written".into(),
+            });
+        }
         snapshot.head.missed = missed;
         Ok(snapshot)
     }
@@ -116,11 +123,15 @@ fn core(cell: &WorldCell) -> Result<CoreImage> {
         scene: scene.clone(),
         settings: cell.settings.borrow().clone(),
         dynamics: cell.dynamics.borrow().snapshot(),
-        clock: (cell.clock.time.get(), cell.clock.step.get(), cell.clock.dt.get()),
+        phase: cell.phase.get(),
+        clock: (cell.clock.time.get(), cell.clock.step.get(), cell.clock.dt.get(), cell.clock.pass.get()),
         requests: cell.requests.get(),
         next_instance: cell.next_instance.get(),
         before: cell.before.borrow().clone(),
-        signals: cell.signals.borrow().iter().map(|((kind, name), v)| (*kind, name.clone(), v.into())).collect(),
+        signals: {
+            let signals = cell.signals.borrow();
+            signals.iter().map(|((kind, name), s)| (*kind, name.clone(), (&s.value).into(), s.of_run)).collect()
+        },
         waits: cell.calls.waits.borrow().all(),
         faults: cell.faults.borrow().iter().map(Into::into).collect(),
     })

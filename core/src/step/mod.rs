@@ -1,22 +1,27 @@
-//! One step of a world, on one page.
+//! One pass of a world, on one page.
 //!
 //! ```text
-//! barrier   requests are carried out; time stands
+//! barrier   what was removed is ended, what was added joins; time stands
 //! actuate   scripts act: callbacks, waits that are over
 //! physics   actuators push, the engine advances dt; poses are copied back
 //! sense     due sensors: beams, one batch per kind, readings
 //! react     scripts look at what was sensed
+//! turn      time moves on, then the phase: requests to pause and stop take effect here
 //! ```
 //!
 //! The stages are functions of the world; `step` is their default order. A world with a driver (a script of kind `main`)
 //! runs none of them by itself: the driver is called, and asks for stages as it likes (see `stages`).
 //!
-//! Time moves on at the end of a step by what its physics stages took: all callbacks of a step see the time at which it
+//! Time moves on at the end of a pass by what its physics stages took: all callbacks of a pass see the time at which it
 //! began, and a driver that skips physics lets no time pass.
 
+mod actuated;
+mod rests;
 mod sensors;
 mod stages;
+mod substeps;
 
+pub(crate) use rests::{idle, lift, paused};
 pub(crate) use sensors::sense_some;
 pub(crate) use stages::{Stage, run};
 
@@ -24,16 +29,20 @@ use crate::{
     act,
     calls::Caller,
     error::{Fault, FaultKind},
-    figures,
+    events, figures,
     host::watchdog::Call,
     scripts::Scripts,
-    world::{WorldCell, instance_fault},
+    world::{Phase, WorldCell, instance_fault},
 };
 use tatu_plugin_api::abi::*;
 
-/// One step: the driver's, or the default order of the stages.
+/// One pass: the driver's, or the default order of the stages.
 pub(crate) fn step(world: &WorldCell) {
     barrier(world);
+    // After a request to stop nobody can hold the world back any more.
+    if Scripts::before_step(world) && !world.stop_requested() {
+        return world.clock.skip();
+    }
     match Scripts::driver(world) {
         Some(driver) => driver.drive(world),
         None => {
@@ -46,7 +55,24 @@ pub(crate) fn step(world: &WorldCell) {
             let _ = figures::record_due(world, world.clock.time.get() + world.clock.so_far());
         }
     }
+    if world.phase.get() == Phase::Last {
+        let _ = run(world, Stage::Clean, 0.0, "the step");
+    }
     world.clock.advance();
+    turn(world);
+}
+
+/// The phase after a pass. The end of a run is carried out by the world, after whoever steps it has had a look.
+fn turn(world: &WorldCell) {
+    let (stop, pause) = (world.stop_requested(), world.requests.get() & 1 << TATU_REQUEST_PAUSE != 0);
+    let next = world.phase.get().after(stop, pause);
+    match next {
+        Phase::Stopped => world.over.set(true),
+        next => world.phase.set(next),
+    }
+    if next == Phase::Paused {
+        rests::suspend(world);
+    }
 }
 
 /// What was removed is ended; what was added joins.
@@ -58,6 +84,8 @@ pub(crate) fn barrier(world: &WorldCell) {
     let Ok(mut scene) = world.scene.try_borrow_mut() else { return };
     world.dynamics.borrow_mut().settle(&mut scene);
     scene.poses(&mut world.before.borrow_mut());
+    drop(scene);
+    events::deliver(world);
 }
 
 /// Scripts act.
@@ -66,9 +94,11 @@ fn actuate(world: &WorldCell) {
     world.look_after("actuation");
 }
 
-/// Actuators push, and the engine advances.
+/// Actuators push, and the engine advances; in single steps where scripts want a word between them.
 fn physics(world: &WorldCell, dt: f64) {
-    let (lost, failed) = {
+    let (lost, failed) = if dt > 0.0 && substeps::wanted(world) {
+        substeps::advance(world, dt)
+    } else {
         let (mut scene, mut dynamics, mut acting) =
             (world.scene.borrow_mut(), world.dynamics.borrow_mut(), world.acting.borrow_mut());
         let (scene, dynamics, acting) = (&mut *scene, &mut *dynamics, &mut *acting);
@@ -76,7 +106,7 @@ fn physics(world: &WorldCell, dt: f64) {
             dynamics.settle(scene);
             (world.install(|| dynamics.advance(scene, dt, None)), Vec::new())
         } else {
-            advance_with_actuators(world, scene, dynamics, acting, dt)
+            actuated::advance(world, scene, dynamics, acting, dt)
         }
     };
     world.clock.passed(dt);
@@ -92,34 +122,6 @@ fn physics(world: &WorldCell, dt: f64) {
     }
 }
 
-fn advance_with_actuators(
-    world: &WorldCell,
-    scene: &mut crate::scene::Scene,
-    dynamics: &mut crate::scene::Dynamics,
-    acting: &mut act::Acting,
-    dt: f64,
-) -> (Vec<u32>, Vec<act::Failed>) {
-    dynamics.prepare(scene);
-    // Only asked where no body carries an actuator.
-    let scene_now: &crate::scene::Scene = scene;
-    let twist = |slot: u32| world.twist_by_motion(scene_now, slot);
-    let time = world.clock.time.get() + world.clock.so_far();
-    let around = act::Acts { scene: scene_now, registry: &world.registry, twist: &twist, time, watch: &world.watch };
-    let mut failed = act::per_step(acting, dynamics, &around, dt);
-    let lost = match act::SubSteps::new(acting, (&world.registry, &world.watch), dynamics, &around, dt) {
-        None => world.install(|| dynamics.advance(scene, dt, None)),
-        Some(mut substeps) => {
-            let lost = world.install(|| {
-                let substeps = &mut substeps;
-                dynamics.advance(scene, dt, Some(&mut |engine, step, out| substeps.before(engine, step, out)))
-            });
-            failed.append(&mut substeps.failed);
-            lost
-        }
-    };
-    (lost, failed)
-}
-
 /// An actuator that failed is named once; one that has nothing to push is told of.
 fn tell_of_actuator(world: &WorldCell, failed: &act::Failed) {
     if failed.status < 0 {
@@ -130,6 +132,12 @@ fn tell_of_actuator(world: &WorldCell, failed: &act::Failed) {
         let path = world.scene.borrow().path(failed.slot);
         world.log(TATU_LOG_WARNING, &format!("the actuator {path} has no effect: {}", failed.text));
     }
+}
+
+/// Scripts of the run clean up.
+fn clean(world: &WorldCell) {
+    Scripts::clean_up(world);
+    world.look_after("clean-up");
 }
 
 /// Scripts look at what was sensed.

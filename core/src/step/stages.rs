@@ -4,8 +4,12 @@ use std::borrow::Cow;
 
 use tatu_plugin_api::abi::*;
 
-use super::{actuate, physics, react, sensors::sense};
-use crate::{calls::Caller, world::WorldCell};
+use super::{actuate, clean, physics, react, sensors::sense};
+use crate::{
+    calls::Caller,
+    events,
+    world::{Phase, WorldCell},
+};
 
 /// A part of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,12 +18,15 @@ pub(crate) enum Stage {
     Physics = TATU_STAGE_PHYSICS as isize,
     Sense = TATU_STAGE_SENSE as isize,
     React = TATU_STAGE_REACT as isize,
+    Clean = TATU_STAGE_CLEAN as isize,
 }
 
 impl Stage {
     /// By its number at the border.
     pub fn of(number: u32) -> Option<Self> {
-        [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React].into_iter().find(|s| *s as u32 == number)
+        [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React, Stage::Clean]
+            .into_iter()
+            .find(|s| *s as u32 == number)
     }
     fn name(self) -> &'static str {
         match self {
@@ -27,6 +34,7 @@ impl Stage {
             Stage::Physics => "physics",
             Stage::Sense => "sense",
             Stage::React => "react",
+            Stage::Clean => "clean",
         }
     }
 }
@@ -63,12 +71,23 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
         }
         stages.push((stage as u32, who));
     }
+    let outermost = world.stages.try_borrow().is_ok_and(|s| s.len() == 1);
     let _running = Running(world, world.calls.caller.replace(Caller::HOST));
     match stage {
         Stage::Actuate => actuate(world),
         Stage::Physics => physics(world, dt),
         Stage::Sense => sense(world),
         Stage::React => react(world),
+        // Only the last pass ends anything.
+        Stage::Clean if world.phase.get() != Phase::Last => {}
+        Stage::Clean => clean(world),
+    }
+    if stage == Stage::Physics {
+        events::compare_contacts(world);
+    }
+    // A stage within a stage: the outer one delivers.
+    if outermost {
+        events::deliver(world);
     }
     Ok(())
 }

@@ -14,12 +14,13 @@ use std::{
 use serde::Serialize;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::swap::Swap;
+use super::{phase::Phase, swap::Swap, wants::Wants};
 use crate::{
     act::Acting,
     calls::{Calls, Due},
     document::{DeviceSpec, Document, Settings},
     error::{Fault, FaultKind},
+    events,
     figures::Figures,
     host::{
         Registry,
@@ -52,6 +53,8 @@ pub(crate) struct Clock {
     /// Simulation time, s: step * dt as long as dt does not change.
     pub time: Cell<f64>,
     pub step: Cell<u64>,
+    /// Passes since the world was made, those of the stopped world too: what waits for steps counts these.
+    pub pass: Cell<u64>,
     pub dt: Cell<f64>,
     /// Physics stages of a whole `dt` in this step,
     whole: Cell<u32>,
@@ -62,7 +65,14 @@ pub(crate) struct Clock {
 impl Clock {
     /// At 0.
     pub fn new(dt: f64) -> Self {
-        Clock { time: Cell::new(0.0), step: Cell::new(0), dt: Cell::new(dt), whole: Cell::new(0), rest: Cell::new(0.0) }
+        Clock {
+            time: Cell::new(0.0),
+            step: Cell::new(0),
+            pass: Cell::new(0),
+            dt: Cell::new(dt),
+            whole: Cell::new(0),
+            rest: Cell::new(0.0),
+        }
     }
     /// A physics stage took `dt`: time moves on by it at the end of the step.
     pub fn passed(&self, dt: f64) {
@@ -85,7 +95,24 @@ impl Clock {
         let passed = f64::from(whole) * dt + rest;
         self.time.set(if from_count { (counted + f64::from(whole)) * dt } else { time + passed });
         self.step.set(self.step.get() + 1);
+        self.count_pass();
     }
+    /// A pass that was left out: it counts, and time stands.
+    pub fn skip(&self) {
+        self.step.set(self.step.get() + 1);
+        self.count_pass();
+    }
+    /// A pass is over.
+    pub fn count_pass(&self) {
+        self.pass.set(self.pass.get() + 1);
+    }
+}
+
+/// The value of a signal.
+pub(crate) struct Signal {
+    pub value: Value,
+    /// Set by a script of the run: it ends with it.
+    pub of_run: bool,
 }
 
 /// What a command plugin keeps for this world.
@@ -107,16 +134,22 @@ pub(crate) struct WorldCell {
     pub sensing: RefCell<Sensing>,
     pub acting: RefCell<Acting>,
     pub scripts: RefCell<Scripts>,
-    pub signals: RefCell<BTreeMap<(u32, Vec<u8>), Value>>,
+    pub signals: RefCell<BTreeMap<(u32, Vec<u8>), Signal>>,
     pub calls: Calls,
     pub clock: Clock,
-    pub running: Cell<bool>,
+    pub phase: Cell<Phase>,
+    /// The last pass is done, and the run is to be ended.
+    pub over: Cell<bool>,
+    /// The stopped world had a pass.
+    pub rested: Cell<bool>,
     /// Bits of `1 << TATU_REQUEST_*`, carried out at the barrier.
     pub requests: Cell<u32>,
     /// The stages that are running, outermost first, and who asked for each.
     pub stages: RefCell<Vec<(u32, Cow<'static, str>)>>,
     /// What comes from outside: services, the log of what they did, what is replayed.
     pub outside: Outside,
+    /// Stand-ins for what scripts ask for, in runs without a scene.
+    pub wants: Wants,
     pub(crate) next_instance: Cell<u64>,
     pub(super) next_replacement: Cell<u64>,
     pub(crate) instances: RefCell<Vec<Option<Instance>>>,
@@ -149,6 +182,14 @@ impl WorldCell {
     pub unsafe fn of<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
         // SAFETY: as promised.
         unsafe { ptr.cast::<WorldCell>().cast_const().as_ref() }
+    }
+    /// Whether the world is started.
+    pub fn running(&self) -> bool {
+        self.phase.get() != Phase::Stopped
+    }
+    /// Whether something asked for a stop.
+    pub fn stop_requested(&self) -> bool {
+        self.requests.get() & (1 << TATU_REQUEST_STOP | 1 << TATU_REQUEST_QUIT) != 0
     }
     /// The pointer that plugins get.
     pub fn raw(&self) -> *mut tatu_world {
@@ -313,6 +354,7 @@ impl WorldCell {
         }
         let code = Some(fault.code);
         self.outside.fault(&fault);
+        self.tell_line(TATU_LOG_ERROR, &text);
         faults.push(fault);
         drop(faults);
         if let Ok(mut lines) = self.lines.try_borrow_mut() {
@@ -321,6 +363,7 @@ impl WorldCell {
     }
     /// Keeps a line for whoever runs the world.
     pub fn log(&self, level: u32, text: &str) {
+        self.tell_line(level, text);
         let Ok(mut lines) = self.lines.try_borrow_mut() else { return };
         match lines.len() {
             0..MAX_LINES => lines.push(LogLine { level, code: None, text: text.to_owned() }),
@@ -332,10 +375,31 @@ impl WorldCell {
             _ => {}
         }
     }
+    /// Publishes a line, if somebody listens.
+    fn tell_line(&self, level: u32, text: &str) {
+        let level = match level {
+            TATU_LOG_ERROR => "error",
+            TATU_LOG_WARNING => "warning",
+            TATU_LOG_INFO => "info",
+            TATU_LOG_DEBUG => "debug",
+            TATU_LOG_STATUS => "status",
+            _ => return,
+        };
+        self.outside
+            .publish("message", || events::payload([("level", Value::text(level)), ("text", Value::text(text))]));
+    }
+    /// Publishes that an object is there, or is gone.
+    pub fn tell_object(&self, event: &str, scene: &Scene, slot: u32) {
+        self.outside.publish(event, || {
+            let kind = scene.get(slot).map_or("", |o| kind_name(o.kind()));
+            let path = Value::text(scene.path(slot));
+            events::payload([("object", Value::Int(slot.into())), ("path", path), ("kind", Value::text(kind))])
+        });
+    }
     /// Whether a wait is over.
     pub fn is_over(&self, due: &Due) -> bool {
         match due {
-            Due::Step(s) => self.clock.step.get() >= *s,
+            Due::Step(s) => self.clock.pass.get() >= *s,
             Due::Time(t) => self.clock.time.get() >= *t - 1e-9,
             Due::Signal(name) => self.signals.borrow().keys().any(|(_, n)| n == name),
             Due::Poll => true,

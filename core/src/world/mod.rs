@@ -1,16 +1,21 @@
 //! A world: a scene, its engine, sensors and scripts, made, started, stepped, stopped and looked at.
 //!
 //! `cell` holds its parts, which plugins reach through `tatu_world *`; `devices` makes the instances of sensors and
-//! actuators; `pool` is its threads; `swap` what a reload exchanges.
+//! actuators; `run` starts, steps and stops it, through the phases of `phase`; `pool` is its threads; `swap` what a reload
+//! exchanges; `wants` what stands in for what is asked for.
 
 mod cell;
 mod devices;
+mod phase;
 mod pool;
+mod run;
 mod swap;
+pub(crate) mod wants;
 
 use std::{
     cell::{Cell, RefCell},
     collections::BTreeMap,
+    path::Path,
     rc::Rc,
     sync::Arc,
 };
@@ -20,25 +25,26 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 pub(crate) use cell::Instance;
 pub use cell::LogLine;
-pub(crate) use cell::{Clock, WorldCell, instance_fault};
+pub(crate) use cell::{Clock, Signal, WorldCell, instance_fault};
+pub use phase::Phase;
 use swap::Swap;
+pub use wants::{StandIn, Wish};
 
 use crate::{
     act::Acting,
     calls::{Calls, ErrorSlot, answer},
     document::Document,
-    error::{Error, Fault, FaultKind, Result},
-    figures::{self, Figures},
+    error::{Error, Fault, Result},
+    figures::Figures,
     host::{Registry, guard::Home, watchdog::Call},
-    scene::{Data, Dynamics, pose_to_array},
+    scene::{Dynamics, pose_to_array},
     scripts::Scripts,
-    sense::{Sensing, Targets},
+    sense::Sensing,
     session::{
         self, Outside,
         log::{InputLog, Record},
     },
     state::{self, Hash},
-    step,
 };
 
 /// A scene that runs. One thread at a time uses it; different worlds run on different threads.
@@ -66,10 +72,13 @@ impl World {
             scripts: RefCell::new(Scripts::default()),
             signals: RefCell::new(BTreeMap::new()),
             calls: Calls::new(),
-            running: Cell::new(false),
+            phase: Cell::default(),
+            over: Cell::new(false),
+            rested: Cell::new(false),
             requests: Cell::new(0),
             stages: RefCell::new(Vec::new()),
             outside: Outside::default(),
+            wants: wants::Wants::default(),
             next_instance: Cell::new(1),
             next_replacement: Cell::new(1 << 31),
             instances: RefCell::new(Vec::new()),
@@ -113,77 +122,6 @@ impl World {
         Ok(())
     }
 
-    /// Starts: time is 0, script states are made. Their first callbacks run in the first step.
-    pub fn start(&self) {
-        let cell = &self.cell;
-        if cell.running.get() {
-            return;
-        }
-        *cell.initial.borrow_mut() = Some(cell.scene.borrow().clone());
-        self.note_devices();
-        cell.clock.time.set(0.0);
-        cell.clock.step.set(0);
-        cell.requests.set(0);
-        cell.figures.borrow_mut().begin(&cell.scene.borrow());
-        figures::check(cell);
-        cell.running.set(true);
-        cell.outside.begin();
-        Scripts::begin(cell);
-        cell.look_after("the start of scripts");
-    }
-
-    /// One step: see [`step`]. `false`: a stop has been asked for; the caller carries it out.
-    ///
-    /// In a session services have their turn first, and may hold the world: then this sleeps until they let go. If a
-    /// stop is asked for meanwhile, or the session is interrupted, no step is done.
-    pub fn step(&self) -> bool {
-        if !session::before_step(&self.cell) {
-            return false;
-        }
-        self.step_on()
-    }
-
-    /// Whether something asked for a stop.
-    pub fn stop_requested(&self) -> bool {
-        self.cell.requests.get() & (1 << TATU_REQUEST_STOP | 1 << TATU_REQUEST_QUIT) != 0
-    }
-
-    /// Stops: scripts clean up and end, the scene goes back to how it was at the start.
-    pub fn stop(&self) {
-        let cell = &self.cell;
-        if !cell.running.get() {
-            return;
-        }
-        Scripts::end(cell);
-        cell.running.set(false);
-        session::stopped(cell);
-        self.end_instances();
-        if let Err(e) = self.make_instances() {
-            cell.report(Fault::new(FaultKind::Plugin, e.text));
-        }
-        cell.look_after("the end of the run");
-        cell.signals.borrow_mut().clear();
-        cell.figures.borrow_mut().end();
-        cell.before.borrow_mut().clear();
-        if let Some(mut initial) = cell.initial.borrow_mut().take() {
-            let mut scene = cell.scene.borrow_mut();
-            // What the engine and the beams made of the running scene is not what they make of this one.
-            initial.shape_version = scene.shape_version + 1;
-            *scene = initial;
-            *cell.dynamics.borrow_mut() = Dynamics::new(WorldCell::engine_settings(&cell.settings.borrow()));
-            cell.sensing.borrow_mut().targets = Targets::default();
-            for (slot, _) in scene.clone().slots() {
-                match scene.get_mut(slot).map(|o| &mut o.data) {
-                    Some(Data::Shape(s)) => s.body.0 = None,
-                    Some(Data::Joint(j)) => j.id = None,
-                    _ => {}
-                }
-            }
-            cell.dynamics.borrow_mut().settle(&mut scene);
-        }
-        self.remake_devices();
-    }
-
     /// Ends what command plugins keep for this world.
     fn end_instances(&self) {
         let instances = std::mem::take(&mut *self.cell.instances.borrow_mut());
@@ -192,6 +130,40 @@ impl World {
                 i.end(&self.cell, plugin);
             }
         }
+    }
+
+    /// The folder in which scripts open files, and whose files they may write, instead of the working folder. E105: it
+    /// is no folder.
+    pub fn open_files_in(&self, folder: &Path) -> Result {
+        let folder = match folder.canonicalize() {
+            Ok(folder) if folder.is_dir() => folder,
+            Ok(_) => return Err(Error::new("E105", format!("{} is no folder", folder.display()))),
+            Err(e) => return Err(Error::new("E105", format!("cannot use the folder {}: {e}", folder.display()))),
+        };
+        *self.cell.outside.files.borrow_mut() = Some(folder);
+        Ok(())
+    }
+    /// Makes a stand-in for each object that scripts ask for and that is not there, and lets dummies become what they
+    /// are used as; values of these names, such as parameters of scripts, are there in some neutral form. For runs
+    /// without a scene of their own: before the start.
+    pub fn make_stand_ins(&self, values: &[String]) {
+        let cell = &self.cell;
+        cell.wants.begin(cell, values);
+    }
+    /// Names of values that were asked for in vain, in order.
+    pub fn missed_values(&self) -> Vec<String> {
+        self.cell.wants.missed()
+    }
+    /// The objects of the document, then what was made since, each as what its use showed; empty unless
+    /// [`make_stand_ins`](Self::make_stand_ins) was called.
+    pub fn stand_ins(&self) -> Vec<StandIn> {
+        self.cell.wants.list()
+    }
+
+    /// What was asked for in passing and was not there, by places in [`stand_ins`](Self::stand_ins): the parent of an
+    /// object, or a child by number. Scripts mostly ask so to see where the tree ends.
+    pub fn wishes(&self) -> Vec<(usize, Wish)> {
+        self.cell.wants.wishes()
     }
 
     /// What plugins offer, as it is now.
@@ -211,6 +183,12 @@ impl World {
     pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
         self.cell.outside.log.borrow_mut()
     }
+    /// Puts something in from outside at the barrier that the world stands at, before its next step: a key, say, `kind`
+    /// being "key" and `text` its character or name. Plugins that know the kind read it; it stands in the input log.
+    /// "clock" (s since the start) and "epoch" (s since 1970) set what clocks show.
+    pub fn put_in(&self, kind: &str, text: &str) {
+        session::log::put_in(&self.cell, kind, text);
+    }
     /// Feeds an input log: what it holds is done again, each at its barrier. Before the start.
     pub fn feed(&self, records: Arc<[Record]>) {
         session::log::attach(&self.cell, records);
@@ -219,16 +197,6 @@ impl World {
     /// part of the input log.
     pub fn files_opened(&self) -> Vec<String> {
         self.cell.outside.opened.borrow().iter().cloned().collect()
-    }
-    /// What comes before the next step, without the step; `false`: no step is to be done. For a replay of a run that was
-    /// ended within a barrier.
-    pub fn barrier(&self) -> bool {
-        session::before_step(&self.cell)
-    }
-    /// The step that comes after [`barrier`](Self::barrier).
-    pub fn step_on(&self) -> bool {
-        step::step(&self.cell);
-        !self.stop_requested()
     }
     pub(crate) fn cell(&self) -> &Rc<WorldCell> {
         &self.cell
@@ -348,7 +316,8 @@ impl World {
     pub fn end(&self) {
         let cell = &self.cell;
         Scripts::end(cell);
-        if cell.running.get() {
+        if cell.running() {
+            cell.phase.set(Phase::Stopped);
             session::stopped(cell);
         }
         self.end_devices();

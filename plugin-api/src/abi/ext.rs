@@ -11,6 +11,7 @@ pub const TATU_MODEL: &CStr = c"tatu.model/draft.1";
 pub const TATU_IMPORTER: &CStr = c"tatu.importer/draft.1";
 pub const TATU_SCRIPT: &CStr = c"tatu.script/draft.1";
 pub const TATU_SERVICE: &CStr = c"tatu.service/draft.1";
+pub const TATU_EVENT: &CStr = c"tatu.event/draft.1";
 
 pub const TATU_UNTIL_STEPS: u32 = 1;
 pub const TATU_UNTIL_TIME: u32 = 2;
@@ -70,7 +71,12 @@ pub struct tatu_name {
     pub n_on_error: u32,
     pub reserved: u32,
     pub on_error: *const tatu_value,
+    pub on_error_until: *const c_char,
 }
+
+pub const TATU_COMMAND_FULL: u32 = 0;
+pub const TATU_COMMAND_PARTIAL: u32 = 1;
+pub const TATU_COMMAND_STUB: u32 = 2;
 
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -85,6 +91,9 @@ pub struct tatu_command {
     pub no_wait: *const c_char,
     pub user: *const c_void,
     pub call: Option<unsafe extern "C" fn(*mut tatu_call) -> tatu_status>,
+    pub status: u32,
+    pub reserved: u32,
+    pub notes: *const c_char,
 }
 
 #[repr(C)]
@@ -106,6 +115,18 @@ pub struct tatu_prelude {
     pub text: tatu_str,
 }
 
+pub const TATU_MARK_LAST_LINE: u32 = 1;
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_kind_mark {
+    pub size: u32,
+    pub flags: u32,
+    pub language: *const c_char,
+    pub kind: *const c_char,
+    pub word: *const c_char,
+}
+
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tatu_ext_command {
@@ -115,6 +136,7 @@ pub struct tatu_ext_command {
     pub constants: *const *const tatu_constant,
     pub preludes: *const *const tatu_prelude,
     pub per_world: *const tatu_life,
+    pub kind_marks: *const *const tatu_kind_mark,
 }
 
 pub const TATU_BEAMS_NONE: u32 = 0;
@@ -342,6 +364,12 @@ pub struct tatu_budget {
     pub memory: u64,
 }
 
+pub const TATU_SCRIPT_SILENT: u32 = 1;
+pub const TATU_SCRIPT_MODERN: u32 = 2;
+pub const TATU_SCRIPT_THREADED: u32 = 4;
+pub const TATU_ORDER_PARENTS_FIRST: u32 = 1;
+pub const TATU_ORDER_BY_KIND: u32 = 2;
+pub const TATU_ORDER_DEEPEST_FIRST: u32 = 3;
 pub const TATU_FIND_CALLBACK: u32 = 0;
 pub const TATU_FIND_FUNCTION: u32 = 1;
 
@@ -392,6 +420,8 @@ pub struct tatu_language {
         ) -> tatu_status,
     >,
     pub knows_dialect: Option<unsafe extern "C" fn(*mut c_void, tatu_str, *mut tatu_error) -> tatu_status>,
+    pub traits: Option<unsafe extern "C" fn(*mut c_void) -> u32>,
+    pub order: Option<unsafe extern "C" fn(*mut c_void, tatu_str, u32) -> u32>,
 }
 
 #[repr(C)]
@@ -426,6 +456,7 @@ pub struct tatu_service {
     pub barrier: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u64) -> u32>,
     pub event: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, tatu_str, *const tatu_value)>,
     pub resume: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u64, tatu_status, *const tatu_call)>,
+    pub events: *const *const c_char,
 }
 
 #[repr(C)]
@@ -434,4 +465,22 @@ pub struct tatu_ext_service {
     pub size: u32,
     pub reserved: u32,
     pub services: *const *const tatu_service,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_event {
+    pub size: u32,
+    pub reserved: u32,
+    pub name: *const c_char,
+    pub text: *const c_char,
+    pub fields: *const *const tatu_param,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_ext_event {
+    pub size: u32,
+    pub reserved: u32,
+    pub events: *const *const tatu_event,
 }

@@ -25,6 +25,7 @@ pub const TATU_HOST_BODIES: &CStr = c"tatu.host.bodies/draft.1";
 pub const TATU_HOST_COMMANDS: &CStr = c"tatu.host.commands/draft.1";
 pub const TATU_HOST_SCRIPTS: &CStr = c"tatu.host.scripts/draft.1";
 pub const TATU_HOST_SIGNALS: &CStr = c"tatu.host.signals/draft.1";
+pub const TATU_HOST_EVENTS: &CStr = c"tatu.host.events/draft.1";
 pub const TATU_HOST_SESSION: &CStr = c"tatu.host.session/draft.1";
 pub const TATU_HOST_STAGE: &CStr = c"tatu.host.stage/draft.1";
 pub const TATU_HOST_LOG: &CStr = c"tatu.host.log/draft.1";
@@ -56,6 +57,9 @@ pub struct tatu_host_scene {
     pub remove: Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32) -> tatu_status>,
     pub list:
         Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, u32, *mut tatu_object, u32, *mut u32) -> tatu_status>,
+    pub wanted:
+        Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *const c_char, *mut tatu_object) -> tatu_status>,
+    pub copy: Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32, *mut tatu_object) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -79,6 +83,19 @@ pub struct tatu_host_bodies {
     pub push: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const f64, *const f64) -> tatu_status>,
     pub impulse: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const f64, *const f64) -> tatu_status>,
     pub contacts: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_contact, u32, *mut u32) -> tatu_status>,
+    pub closest: Option<
+        unsafe extern "C" fn(
+            WorldPtr,
+            *const tatu_object,
+            u32,
+            *const tatu_object,
+            u32,
+            f64,
+            *mut f64,
+            *mut tatu_object,
+        ) -> tatu_status,
+    >,
+    pub is_dynamic: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut u32) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -110,6 +127,19 @@ pub struct tatu_host_scripts {
     pub list: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_object, u32, *mut u32) -> tatu_status>,
     pub call: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *mut tatu_call) -> tatu_status>,
     pub broadcast: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *const tatu_value, u32, tatu_object) -> tatu_status>,
+    pub options: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_value) -> tatu_status>,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_host_events {
+    pub size: u32,
+    pub reserved: u32,
+    pub publish: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *const tatu_value) -> tatu_status>,
+    pub subscribe: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_func, *mut u64) -> tatu_status>,
+    pub unsubscribe: Option<unsafe extern "C" fn(WorldPtr, u64) -> tatu_status>,
+    pub wanted: Option<unsafe extern "C" fn(WorldPtr, tatu_str) -> u32>,
+    pub declared: Option<unsafe extern "C" fn(WorldPtr, u32, *mut tatu_str, *mut tatu_str) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -138,16 +168,26 @@ pub struct tatu_host_session {
     pub worlds: Option<unsafe extern "C" fn(*mut tatu_session, *mut WorldPtr, u32, *mut u32) -> tatu_status>,
     pub client: Option<unsafe extern "C" fn(WorldPtr, u64) -> tatu_status>,
     pub state: Option<unsafe extern "C" fn(WorldPtr) -> u32>,
+    pub input: Option<unsafe extern "C" fn(WorldPtr, u64, *mut tatu_str, *mut tatu_str) -> tatu_status>,
 }
 
 pub const TATU_STOPPED: u32 = 0;
 pub const TATU_RUNNING: u32 = 1;
 pub const TATU_PAUSED: u32 = 2;
+pub const TATU_PHASE_STOPPED: u32 = 0;
+pub const TATU_PHASE_FIRST: u32 = 1;
+pub const TATU_PHASE_RUNNING: u32 = 2;
+pub const TATU_PHASE_LAST_BEFORE_PAUSE: u32 = 3;
+pub const TATU_PHASE_PAUSED: u32 = 4;
+pub const TATU_PHASE_FIRST_AFTER_PAUSE: u32 = 5;
+pub const TATU_PHASE_STOPPING: u32 = 6;
+pub const TATU_PHASE_LAST: u32 = 7;
 
 pub const TATU_STAGE_ACTUATE: u32 = 1;
 pub const TATU_STAGE_PHYSICS: u32 = 2;
 pub const TATU_STAGE_SENSE: u32 = 3;
 pub const TATU_STAGE_REACT: u32 = 4;
+pub const TATU_STAGE_CLEAN: u32 = 5;
 
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -163,6 +203,8 @@ pub const TATU_LOG_INFO: u32 = 3;
 pub const TATU_LOG_DEBUG: u32 = 4;
 pub const TATU_LOG_STATUS: u32 = 5;
 pub const TATU_LOG_CLEAR: u32 = 6;
+pub const TATU_LOG_CONSOLE: u32 = 7;
+pub const TATU_LOG_CONSOLE_CLEAR: u32 = 8;
 
 #[repr(C)]
 #[derive(Clone, Copy)]

@@ -79,6 +79,15 @@ pub trait Language: Sized + 'static {
     fn create(host: &Host, world: &World<'_>, instance: Instance) -> Result<Self>;
     /// Takes the text; `dialect` may be empty. Returns the dialect chosen.
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String>;
+    /// What the host must know of it, once its text is loaded: `TATU_SCRIPT_*`.
+    fn traits(&self) -> u32 {
+        0
+    }
+    /// The order of scripts, `TATU_ORDER_*`, in a world whose scene names this dialect or, where that is empty, that has
+    /// modern scripts or none; 0: deepest first.
+    fn order(&self, _dialect: &str, _modern: bool) -> u32 {
+        0
+    }
     /// A number for something callable, or 0: `TATU_FIND_*`.
     fn find(&self, how: u32, name: &[u8]) -> u32;
     /// Calls it; `used` counts instructions.
@@ -148,6 +157,8 @@ pub(crate) fn table<L: Language>(keep: &mut Keep) -> *const tatu_language {
         drop_func: Some(drop_func::<L>),
         call_func: Some(call_func::<L>),
         knows_dialect: Some(knows_dialect::<L>),
+        traits: Some(traits::<L>),
+        order: Some(order::<L>),
     };
     keep.table(raw)
 }
@@ -233,6 +244,19 @@ unsafe extern "C" fn load<L: Language>(
         // SAFETY: the host gives a place for the answer.
         unsafe { *chosen = tatu_str { ptr: kept.as_ptr().cast::<c_char>(), len } };
         Ok(TATU_OK)
+    })
+}
+
+unsafe extern "C" fn traits<L: Language>(data: *mut c_void) -> u32 {
+    // SAFETY: made by `create`.
+    guard::quiet(|| unsafe { (*data.cast::<Data<L>>()).language.traits() })
+}
+
+unsafe extern "C" fn order<L: Language>(data: *mut c_void, dialect: tatu_str, modern: u32) -> u32 {
+    guard::quiet(|| {
+        // SAFETY: made by `create`; the text is valid during the call.
+        let (data, dialect) = unsafe { (&*data.cast::<Data<L>>(), bytes_of(dialect)) };
+        data.language.order(&String::from_utf8_lossy(dialect), modern != 0)
     })
 }
 

@@ -1,7 +1,7 @@
 //! Traits over the ABI: a plugin in Rust without `unsafe`.
 //!
 //! Begin with [`Plugin`]; a plugin offers [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s, [`Importer`]s,
-//! [`Language`]s and [`Service`]s through an [`Offer`]. Every callback is wrapped so that a panic becomes an error that
+//! [`Language`]s, [`Service`]s and [`Event`]s through an [`Offer`]. Every callback is wrapped so that a panic becomes an error that
 //! names the plugin.
 //!
 //! All traits take `&self`: a command may call a script that calls the command again.
@@ -9,6 +9,7 @@
 mod actuator;
 mod call;
 mod command;
+mod event;
 mod fail;
 mod figures;
 mod guard;
@@ -26,7 +27,8 @@ mod world;
 
 pub use actuator::{Actuator, Drive, Output};
 pub use call::{Call, IntoResult, Outcome};
-pub use command::{Command, Constant};
+pub use command::{Command, Constant, Status};
+pub use event::Event;
 pub use fail::{Fail, Result};
 pub use figures::keys;
 pub use guard::{guarded, quiet as guarded_quietly};
@@ -39,8 +41,8 @@ pub use param::{Param, Params};
 pub use plugin::{Instance, Plugin};
 pub use sensor::{Beams, Field, Form, Readout, Sample, Sensor};
 pub use service::{Answer, Called, Service, Session, Turn};
-pub use value::{Value, ValueRef};
-pub use world::{Contact, Object, Reading, World};
+pub use value::{MAX_DEPTH, Value, ValueRef};
+pub use world::{Closest, Contact, Object, Reading, World};
 
 #[doc(hidden)]
 pub mod macro_support {

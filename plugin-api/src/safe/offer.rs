@@ -6,7 +6,7 @@ use std::{
     ptr::null,
 };
 
-use super::{Actuator, Command, Constant, Importer, Language, Model, Plugin, Sensor, Service, Value, guard};
+use super::{Actuator, Command, Constant, Event, Importer, Language, Model, Plugin, Sensor, Service, Value, guard};
 use crate::abi::*;
 
 /// Owns everything that the plugin's tables point to, until shutdown.
@@ -57,16 +57,17 @@ impl Keep {
 /// Collects what a plugin offers; see [`Plugin::offer`].
 pub struct Offer<P: Plugin> {
     pub(crate) keep: Keep,
-    commands: Vec<*const tatu_command>,
+    commands: Vec<Command<P>>,
     constants: Vec<*const tatu_constant>,
     preludes: Vec<*const tatu_prelude>,
+    kind_marks: Vec<*const tatu_kind_mark>,
     sensors: Vec<*const tatu_sensor>,
     actuators: Vec<*const tatu_actuator>,
     models: Vec<*const tatu_model>,
     importers: Vec<*const tatu_importer>,
     languages: Vec<*const tatu_language>,
     services: Vec<*const tatu_service>,
-    plugin: std::marker::PhantomData<P>,
+    events: Vec<*const tatu_event>,
 }
 
 impl<P: Plugin> Offer<P> {
@@ -76,19 +77,27 @@ impl<P: Plugin> Offer<P> {
             commands: Vec::new(),
             constants: Vec::new(),
             preludes: Vec::new(),
+            kind_marks: Vec::new(),
             sensors: Vec::new(),
             actuators: Vec::new(),
             models: Vec::new(),
             importers: Vec::new(),
             languages: Vec::new(),
             services: Vec::new(),
-            plugin: std::marker::PhantomData,
+            events: Vec::new(),
         }
     }
     /// A command for scripts, remote clients and other plugins.
     pub fn command(&mut self, command: Command<P>) {
-        let raw = command.keep(&mut self.keep);
-        self.commands.push(raw);
+        self.commands.push(command);
+    }
+    /// Whether a command of a name has been offered.
+    pub fn has_command(&self, name: &str) -> bool {
+        self.commands.iter().any(|c| c.has_name(name))
+    }
+    /// Changes every command offered so far: what all have in common, or what is kept apart, as examples.
+    pub fn each_command(&mut self, mut change: impl FnMut(Command<P>) -> Command<P>) {
+        self.commands = std::mem::take(&mut self.commands).into_iter().map(&mut change).collect();
     }
     /// A named value for scripts.
     pub fn constant(&mut self, constant: Constant) {
@@ -115,6 +124,20 @@ impl<P: Plugin> Offer<P> {
         };
         let raw = self.keep.table(raw);
         self.preludes.push(raw);
+    }
+    /// A word by which a text of a language tells of what kind its script is, where nothing else does: "main", "child",
+    /// "threaded", "customization", "add-on", "module". A name in the text begins with it; with `TATU_MARK_LAST_LINE` in
+    /// `flags` its last line does. The first that fits is right.
+    pub fn kind_mark(&mut self, language: &str, kind: &str, word: &str, flags: u32) {
+        let raw = tatu_kind_mark {
+            size: size_of::<tatu_kind_mark>() as u32,
+            flags,
+            language: self.keep.text(language),
+            kind: self.keep.text(kind),
+            word: self.keep.text(word),
+        };
+        let raw = self.keep.table(raw);
+        self.kind_marks.push(raw);
     }
     /// A kind of sensor.
     pub fn sensor<S: Sensor<Plugin = P>>(&mut self) {
@@ -147,6 +170,11 @@ impl<P: Plugin> Offer<P> {
         let raw = super::service::table::<S>(&mut self.keep);
         self.services.push(raw);
     }
+    /// An event that the plugin publishes.
+    pub fn event(&mut self, event: Event) {
+        let raw = event.keep(&mut self.keep);
+        self.events.push(raw);
+    }
 
     pub(crate) fn finish(mut self) -> Tables {
         let keep = &mut self.keep;
@@ -157,10 +185,14 @@ impl<P: Plugin> Offer<P> {
                 let table = tatu_ext_command {
                     size: size_of::<tatu_ext_command>() as u32,
                     reserved: 0,
-                    commands: keep.list(self.commands),
+                    commands: {
+                        let commands = self.commands.into_iter().map(|c| c.keep(keep)).collect();
+                        keep.list(commands)
+                    },
                     constants: keep.list(self.constants),
                     preludes: keep.list(self.preludes),
                     per_world: life,
+                    kind_marks: keep.list(self.kind_marks),
                 };
                 keep.table(table)
             });
@@ -188,6 +220,10 @@ impl<P: Plugin> Offer<P> {
             let services = keep.list(self.services);
             keep.table(tatu_ext_service { size: size_of::<tatu_ext_service>() as u32, reserved: 0, services })
         });
+        let event = (!self.events.is_empty()).then(|| {
+            let events = keep.list(self.events);
+            keep.table(tatu_ext_event { size: size_of::<tatu_ext_event>() as u32, reserved: 0, events })
+        });
         Tables {
             command: command.unwrap_or(null()),
             sensor: sensor.unwrap_or(null()),
@@ -196,6 +232,7 @@ impl<P: Plugin> Offer<P> {
             importer: importer.unwrap_or(null()),
             script: script.unwrap_or(null()),
             service: service.unwrap_or(null()),
+            event: event.unwrap_or(null()),
             _keep: self.keep,
         }
     }
@@ -210,5 +247,6 @@ pub(crate) struct Tables {
     pub(crate) importer: *const tatu_ext_importer,
     pub(crate) script: *const tatu_ext_script,
     pub(crate) service: *const tatu_ext_service,
+    pub(crate) event: *const tatu_ext_event,
     _keep: Keep,
 }

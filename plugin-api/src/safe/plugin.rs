@@ -103,6 +103,7 @@ pub unsafe extern "C" fn extension<P: Plugin>(me: *mut c_void, id: *const c_char
         id if id == TATU_IMPORTER => tables.importer.cast(),
         id if id == TATU_SCRIPT => tables.script.cast(),
         id if id == TATU_SERVICE => tables.service.cast(),
+        id if id == TATU_EVENT => tables.event.cast(),
         #[cfg(feature = "layout-check")]
         id if id == TATU_RUST_LAYOUT => layout_table().cast(),
         _ => std::ptr::null(),

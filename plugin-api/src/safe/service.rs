@@ -20,6 +20,10 @@ pub trait Service: Sized + 'static {
     /// One sentence.
     const TEXT: &'static str;
 
+    /// Names of the events that [`event`](Self::event) is told; `*`: all but "collision", "separation" and "contact",
+    /// which cost something. Empty: "started", "paused", "resumed", "stopped", "fault".
+    const EVENTS: &'static [&'static str] = &[];
+
     /// Its parameters.
     fn params() -> Vec<Param>;
     /// Starts it. Dropping the value must join its threads.
@@ -27,7 +31,7 @@ pub trait Service: Sized + 'static {
     /// Its turn before a step, and while a world is stopped or paused: executes what came in, never blocks. After an
     /// error or a panic the service is switched off.
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<Answer>;
-    /// Something happened: "started", "paused", "resumed", "stopped", "fault".
+    /// Something happened: one of [`EVENTS`](Self::EVENTS).
     fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
         let _ = (turn, name, payload);
     }
@@ -195,6 +199,7 @@ pub(crate) fn table<S: Service>(keep: &mut Keep) -> *const tatu_service {
         barrier: Some(barrier::<S>),
         event: Some(event::<S>),
         resume: Some(resume::<S>),
+        events: if S::EVENTS.is_empty() { std::ptr::null() } else { keep.texts(S::EVENTS) },
     };
     keep.table(raw)
 }

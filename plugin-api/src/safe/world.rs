@@ -24,6 +24,17 @@ impl Object {
     }
 }
 
+/// The shortest way between two shapes, world frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closest {
+    /// On the first, m.
+    pub from: [f64; 3],
+    /// On the second, m.
+    pub to: [f64; 3],
+    /// The shapes.
+    pub pair: [tatu_object; 2],
+}
+
 /// Two shapes that touch.
 pub type Contact = tatu_contact;
 
@@ -211,6 +222,14 @@ impl<'a> World<'a> {
             unsafe { list(self.raw, base, kinds, flags, out, cap, n) }
         })
     }
+    /// Copies objects, in place; the copies in the same order.
+    pub fn copy(&self, objects: &[tatu_object]) -> Result<Vec<tatu_object>> {
+        let mut out = vec![0; objects.len()];
+        let (from, n) = (objects.as_ptr(), objects.len() as u32);
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.scene.copy)(self.raw, from, n, out.as_mut_ptr()) })?;
+        Ok(out)
+    }
     pub(super) fn fill<T: Copy + Default>(
         &self,
         call: impl Fn(*mut T, u32, *mut u32) -> tatu_status,
@@ -224,6 +243,27 @@ impl<'a> World<'a> {
             }
             out.resize(n as usize, T::default());
         }
+    }
+
+    /// Asks for an object by path or unique name that was not found: a run that makes stand-ins makes one, of `kind`
+    /// if one is told (empty: any). `None` in all other runs.
+    pub fn wanted(&self, from: tatu_object, name: &str, kind: &str) -> Option<tatu_object> {
+        let kind = CString::new(kind).ok()?;
+        let mut id = 0;
+        let wanted = self.host.scene?.wanted?;
+        // SAFETY: as above.
+        (unsafe { wanted(self.raw, from, text_raw(name), kind.as_ptr(), &mut id) } >= 0).then_some(id)
+    }
+    /// Tells that an object was used as one of a kind of object or as a sensor that fills a schema ("proximity/1");
+    /// whether it is one now, which only stand-ins become.
+    pub fn used_as(&self, object: tatu_object, kind: &str) -> bool {
+        self.wanted(object, "", kind).is_some()
+    }
+
+    /// Whether a value that an object does not have is to be there in a neutral form: only in runs that make stand-ins,
+    /// and there only if it was missed before.
+    pub fn stands_in(&self, object: tatu_object, value: &str) -> bool {
+        self.wanted(object, &format!("={value}"), "").is_some()
     }
 
     /// One field of a sensor's last reading.
@@ -280,6 +320,37 @@ impl<'a> World<'a> {
         })
     }
 
+    /// The shortest way from any shape of a list to any of another (empty: to any other shape), no longer than `limit`
+    /// if that is above 0: both ends, and the two shapes. `None`: there is none so near.
+    pub fn closest(&self, a: &[tatu_object], b: &[tatu_object], limit: f64) -> Result<Option<Closest>> {
+        let (mut points, mut pair) = ([0.0; 6], [0; 2]);
+        let (ap, an, bp, bn) = (a.as_ptr(), a.len() as u32, b.as_ptr(), b.len() as u32);
+        // SAFETY: as above.
+        let status = unsafe {
+            service!(self.bodies.closest)(self.raw, ap, an, bp, bn, limit, points.as_mut_ptr(), pair.as_mut_ptr())
+        };
+        match status {
+            TATU_ERR_MISSING => Ok(None),
+            status => self.check(status).map(|()| {
+                let [a, b, c, d, e, f] = points;
+                Some(Closest { from: [a, b, c], to: [d, e, f], pair })
+            }),
+        }
+    }
+    /// Whether the engine moves an object: dynamic shapes and joints between two bodies, once physics has run.
+    pub fn is_dynamic(&self, object: tatu_object) -> Result<bool> {
+        let mut yes = 0;
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.bodies.is_dynamic)(self.raw, object, &mut yes) })?;
+        Ok(yes != 0)
+    }
+    /// Calls a callback in all scripts that have it, but not in `except` (0: in all); results are dropped.
+    pub fn broadcast(&self, callback: &str, args: &[ValueRef<'_>], except: tatu_object) -> Result {
+        let (ptr, n) = (args.as_ptr().cast(), args.len() as u32);
+        // SAFETY: as above; `ValueRef` is transparent over `tatu_value`.
+        self.check(unsafe { service!(self.scripts.broadcast)(self.raw, text_raw(callback), ptr, n, except) })
+    }
+
     /// A signal; nil if it is not set.
     pub fn signal(&self, kind: u32, name: &[u8]) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL.raw();
@@ -331,10 +402,66 @@ impl<'a> World<'a> {
         self.check(unsafe { service!(self.scripts.call)(self.raw, script, text_raw(function), frame) })
     }
 
+    /// What a script was given when it was started from outside: a map of texts, empty for others.
+    pub fn script_options(&self, script: tatu_object) -> Result<ValueRef<'a>> {
+        let mut value = ValueRef::NIL.raw();
+        // SAFETY: as above; the value lives until the plugin's call returns.
+        unsafe {
+            self.check(service!(self.scripts.options)(self.raw, script, &mut value))?;
+            Ok(ValueRef::new(value))
+        }
+    }
+
+    /// Publishes an event of this plugin; `payload` is a map, or nil.
+    pub fn publish(&self, name: &str, payload: ValueRef<'_>) -> Result {
+        let raw = payload.raw();
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.events.publish)(self.raw, text_raw(name), &raw) })
+    }
+    /// Calls a function of a script for each event of a name from now on; the number of the subscription.
+    pub fn subscribe(&self, name: &str, handler: tatu_func) -> Result<u64> {
+        let commands = self.host.commands;
+        let retain =
+            commands.and_then(|t| t.retain).ok_or_else(|| Fail::unsupported("this host keeps no functions"))?;
+        let (mut kept, mut id) = (0, 0);
+        // SAFETY: as above.
+        unsafe {
+            self.check(retain(self.raw, handler, &mut kept))?;
+            let done = self.check(service!(self.events.subscribe)(self.raw, text_raw(name), kept, &mut id));
+            if done.is_err()
+                && let Some(drop) = commands.and_then(|t| t.drop)
+            {
+                drop(self.raw, kept);
+            }
+            done.map(|()| id)
+        }
+    }
+    /// Ends a subscription.
+    pub fn unsubscribe(&self, id: u64) -> Result {
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.events.unsubscribe)(self.raw, id) })
+    }
+    /// Whether anybody listens to an event.
+    pub fn is_wanted(&self, name: &str) -> bool {
+        // SAFETY: as above.
+        self.host.events.and_then(|t| t.wanted).is_some_and(|f| unsafe { f(self.raw, text_raw(name)) } != 0)
+    }
+
     /// Asks for a change of state at the next barrier: one of `TATU_REQUEST_*`.
     pub fn request(&self, what: u32) -> Result {
         // SAFETY: as above.
         self.check(unsafe { service!(self.session.request)(self.raw, what) })
+    }
+    /// The `index`-th thing that came in from outside since the start, but for what services did: its kind ("key") and
+    /// its text. `None`: no more has come.
+    pub fn input(&self, index: u64) -> Option<(String, String)> {
+        let input = self.host.session?.input?;
+        let (mut kind, mut text) = (bytes_raw(&[]), bytes_raw(&[]));
+        // SAFETY: as above; the texts are copied at once.
+        unsafe {
+            let of = |s| String::from_utf8_lossy(bytes_of(s)).into_owned();
+            (input(self.raw, index, &mut kind, &mut text) >= 0).then(|| (of(kind), of(text)))
+        }
     }
     /// Runs one stage now, as a driver does: one of `TATU_STAGE_*`.
     pub fn run_stage(&self, stage: u32, dt: f64) -> Result {

@@ -179,6 +179,20 @@ unsafe extern "C" fn knows_dialect(me: *mut c_void, _: tatu_str, error: *mut tat
     })
 }
 
+unsafe extern "C" fn traits(data: *mut c_void) -> u32 {
+    guarded_quietly(|| {
+        // SAFETY: as above.
+        unsafe { Data::of(data) }.plan().act_quietly("tatu_language.traits", || u32::MAX).unwrap_or(0)
+    })
+}
+
+unsafe extern "C" fn order(data: *mut c_void, _: tatu_str, _: u32) -> u32 {
+    guarded_quietly(|| {
+        // SAFETY: as above.
+        unsafe { Data::of(data) }.plan().act_quietly("tatu_language.order", || u32::MAX).unwrap_or(0)
+    })
+}
+
 static SUFFIXES: List<i8, 2> = List([c".misbehaves".as_ptr().cast(), null()]);
 static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
     size: size::<tatu_language>(),
@@ -195,6 +209,8 @@ static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
     drop_func: Some(drop_func),
     call_func: Some(call_func),
     knows_dialect: Some(knows_dialect),
+    traits: Some(traits),
+    order: Some(order),
 });
 static LANGUAGES: List<tatu_language, 2> = List([&raw const LANGUAGE.0, null()]);
 

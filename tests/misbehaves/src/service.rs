@@ -77,6 +77,7 @@ static SERVICE: Shared<tatu_service> = Shared(tatu_service {
     barrier: Some(barrier),
     event: Some(event),
     resume: Some(resume),
+    events: null(),
 });
 static SERVICES: List<tatu_service, 2> = List([&raw const SERVICE.0, null()]);
 

@@ -11,7 +11,9 @@ use tatu_plugin_api::abi::*;
 
 mod actuators;
 mod dialects;
+mod events;
 mod importers;
+mod kinds;
 mod lookup;
 mod read;
 mod renew;
@@ -29,8 +31,9 @@ use super::{
 use crate::error::{Error, Result};
 pub use actuators::{ActuatorKind, DeviceKind};
 pub use importers::{Choice, Importer};
+pub(crate) use kinds::KindMark;
 pub use services::ServiceKind;
-pub use types::{CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, SensorKind};
+pub use types::{CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, SensorKind, Status};
 
 /// What plugins offer, in order of plugin ids.
 pub struct Registry {
@@ -52,10 +55,14 @@ pub struct Registry {
     pub(crate) constants: BTreeMap<String, Constant>,
     /// Preludes.
     pub preludes: Vec<Prelude>,
+    /// Words by which texts tell their kind, in order.
+    pub(crate) kind_marks: Vec<KindMark>,
     /// World life of command plugins: index of the plugin and life.
     pub(crate) world_lives: Vec<(usize, tatu_life)>,
     /// Services, in order of their ids.
     pub services: Vec<ServiceKind>,
+    /// Events that are declared: the host's own first, then those of plugins in their order.
+    pub events: Vec<crate::events::EventInfo>,
     /// Libraries and parts of them that could not be loaded, and why.
     pub refused: Vec<Error>,
     /// Files that could not be loaded, or only in part, and why: where something is missing, one of them may be meant.
@@ -152,8 +159,10 @@ impl Registry {
             names: BTreeMap::new(),
             constants: BTreeMap::new(),
             preludes: Vec::new(),
+            kind_marks: Vec::new(),
             world_lives: Vec::new(),
             services: Vec::new(),
+            events: crate::events::of_host(),
             refused: Vec::new(),
             closest: Vec::new(),
             notes: Vec::new(),
@@ -178,6 +187,7 @@ impl Registry {
                 self.add_languages(i);
                 self.add_commands(i);
                 self.add_services(i);
+                self.add_events(i);
             }
         }
         self.check_declarations();

@@ -7,6 +7,7 @@ use tatu_plugin_api::abi::*;
 use super::Registry;
 use crate::{
     error::Result,
+    events::FOR_SERVICES,
     host::{Declared, tables},
 };
 
@@ -20,6 +21,8 @@ pub struct ServiceKind {
     pub text: String,
     /// Its parameters.
     pub params: Vec<Declared>,
+    /// Names of the events that it is told of.
+    pub events: Vec<String>,
     pub(crate) raw: tatu_service,
 }
 
@@ -38,11 +41,15 @@ impl Registry {
                 if !self.is_own(plugin, "service", &id, &claimed) {
                     continue;
                 }
+                let events: Vec<String> =
+                    tables::pointers(raw.events).into_iter().filter_map(|e| tables::text(e)).collect();
+                let default = || FOR_SERVICES.iter().map(|e| (*e).to_owned()).collect();
                 self.services.push(ServiceKind {
                     plugin,
                     id,
                     text: tables::text(raw.text).unwrap_or_default(),
                     params: Declared::read_list(raw.params),
+                    events: if raw.events.is_null() { default() } else { events },
                     raw,
                 });
             }

@@ -7,7 +7,7 @@ use super::{busy, fill, on, slot};
 use crate::{
     physics::{BodyId, Twist},
     scene::rows::kind_name,
-    world::WorldCell,
+    world::{WorldCell, wants},
 };
 
 pub static TABLE: tatu_host_bodies = tatu_host_bodies {
@@ -18,6 +18,8 @@ pub static TABLE: tatu_host_bodies = tatu_host_bodies {
     push: Some(push),
     impulse: Some(impulse),
     contacts: Some(contacts),
+    closest: Some(super::solids::closest),
+    is_dynamic: Some(super::solids::is_dynamic),
 };
 
 unsafe extern "C" fn twist(w: *mut tatu_world, object: tatu_object, out: *mut f64) -> tatu_status {
@@ -41,6 +43,13 @@ unsafe extern "C" fn twist(w: *mut tatu_world, object: tatu_object, out: *mut f6
 
 /// The body of a dynamic shape, made now if its shape is new; with its mass and inertia.
 fn body(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
+    match body_now(world, object) {
+        Err(TATU_ERR_ARGUMENT) if wants::becomes(world, object, kind_name(TATU_KIND_SHAPE)) => body_now(world, object),
+        body => body,
+    }
+}
+
+fn body_now(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
     let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
     let s = slot(world, &scene, object)?;
     world.dynamics.try_borrow_mut().map_err(|_| busy(world))?.settle(&mut scene);

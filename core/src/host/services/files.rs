@@ -38,19 +38,24 @@ unsafe extern "C" fn resolve(w: *mut tatu_world, name: tatu_str, mode: u32, out:
 }
 
 fn allowed(world: &WorldCell, name: &Path, mode: u32) -> Result<PathBuf, String> {
-    let here = std::env::current_dir().map_err(|e| format!("the working folder cannot be read: {e}"))?;
-    let scene = world.document.file.as_ref().and_then(|f| f.parent()).map(|p| here.join(p));
+    let working = std::env::current_dir().map_err(|e| format!("the working folder cannot be read: {e}"))?;
+    let here = world.outside.files.borrow().as_ref().map_or_else(|| working.clone(), |root| working.join(root));
+    let scene = world.document.file.as_ref().and_then(|f| f.parent()).map(|p| working.join(p));
     let roots: Vec<PathBuf> = match mode {
         TATU_FILE_WRITE => vec![here.clone()],
         _ => std::iter::once(here.clone()).chain(scene).collect(),
     };
-    let inside = |p: &Path| roots.iter().any(|r| p.starts_with(r));
+    // A folder that was given for the files holds all of them; else one root may be left for another.
+    let chosen = world.outside.files.borrow().is_some();
+    let among = |root: &PathBuf| if chosen { vec![root.clone()] } else { roots.clone() };
     for root in &roots {
         let full = normal(&root.join(name));
         // A link inside must not lead outside.
         let real = full.parent().and_then(|p| std::fs::canonicalize(p).ok()).unwrap_or_default();
-        let real_roots = roots.iter().filter_map(|r| std::fs::canonicalize(r).ok());
-        let stays = inside(&full) && real_roots.into_iter().any(|r| real.starts_with(r));
+        let among = among(root);
+        let inside = among.iter().any(|r| full.starts_with(r));
+        let real_roots = among.iter().filter_map(|r| std::fs::canonicalize(r).ok());
+        let stays = inside && real_roots.into_iter().any(|r| real.starts_with(r));
         if stays && (mode == TATU_FILE_WRITE || full.exists()) {
             return Ok(full);
         }

@@ -6,6 +6,7 @@
 mod bodies;
 mod commands;
 mod devices;
+mod events;
 mod figures;
 mod files;
 mod log;
@@ -15,6 +16,7 @@ mod scene;
 mod scripts;
 mod session;
 mod signals;
+mod solids;
 
 use std::{
     collections::BTreeMap,
@@ -131,6 +133,7 @@ fn table(id: &CStr) -> *const c_void {
         id if id == TATU_HOST_COMMANDS => (&raw const commands::TABLE).cast(),
         id if id == TATU_HOST_SCRIPTS => (&raw const scripts::TABLE).cast(),
         id if id == TATU_HOST_SIGNALS => (&raw const signals::TABLE).cast(),
+        id if id == TATU_HOST_EVENTS => (&raw const events::TABLE).cast(),
         id if id == TATU_HOST_SESSION => (&raw const session::TABLE).cast(),
         id if id == TATU_HOST_STAGE => (&raw const session::STAGE).cast(),
         id if id == TATU_HOST_LOG => (&raw const log::TABLE).cast(),

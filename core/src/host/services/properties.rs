@@ -9,7 +9,7 @@ use crate::{
         self, Changed, Data, Refusal,
         rows::{Of, Row},
     },
-    world::WorldCell,
+    world::{WorldCell, wants},
 };
 
 pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
@@ -17,8 +17,19 @@ pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
 }
 
 pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
+    let value = read_row(world, object, prop);
+    match value {
+        Err(TATU_ERR_ARGUMENT) if wants::becomes_by_row(world, object, Row::of(prop)) => read_row(world, object, prop),
+        value => value,
+    }
+}
+
+fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
     let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
     let row = Row::of(prop);
+    if row == Row::WorldNotes {
+        return Ok(scene::notes_value(&scene.notes));
+    }
     if object == 0 || row.info().of == Of::World && row != Row::None {
         return read_world(world, row);
     }
@@ -31,11 +42,24 @@ pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> R
         (Row::SensorKind, Some(Data::Sensor(s))) => {
             Ok(Value::text(world.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
         }
+        (Row::SensorMeasured | Row::SensorBeams, Some(Data::Sensor(_))) => {
+            let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+            let device = sensing.index(slot).map(|i| &sensing.devices[i]);
+            Ok(Value::Int(device.map_or(0, |d| match row {
+                Row::SensorBeams => d.layout.plan.directions.len() as i64,
+                _ => d.sequence as i64,
+            })))
+        }
         (Row::ActuatorKind, Some(Data::Actuator(a))) => {
             Ok(Value::text(world.registry.actuators.get(a.kind).map_or("", |k| k.id.as_str())))
         }
         (
-            Row::ScriptLanguage | Row::ScriptDialect | Row::ScriptKind | Row::ScriptName | Row::ScriptCalls,
+            Row::ScriptLanguage
+            | Row::ScriptDialect
+            | Row::ScriptKind
+            | Row::ScriptName
+            | Row::ScriptCalls
+            | Row::ScriptInstructions,
             Some(Data::Script),
         ) => {
             let script = world.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
@@ -44,8 +68,9 @@ pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> R
                 Row::ScriptLanguage => Value::text(&world.registry.languages[s.language].id),
                 // SAFETY: the dialect lives as long as the script's instance, which is there.
                 Row::ScriptDialect => Value::text(unsafe { crate::calls::bytes(s.dialect.get()) }),
-                Row::ScriptKind => Value::text(&s.kind),
+                Row::ScriptKind => Value::text(&s.kind_name),
                 Row::ScriptName => Value::text(&s.name),
+                Row::ScriptInstructions => Value::Int(s.instructions.get() as i64),
                 _ => Value::Int(s.calls.get() as i64),
             })
         }
@@ -55,9 +80,11 @@ pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> R
 
 pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_status> {
     let settings = world.settings.try_borrow().map_err(|_| busy(world))?;
-    let stopping = world.requests.get() & (1 << TATU_REQUEST_STOP) != 0;
+    let phase = world.phase.get();
     Ok(match row {
         Row::Time => Value::Float(world.clock.time.get()),
+        Row::ClockTime => Value::Float(world.outside.clock.get().unwrap_or(world.clock.time.get())),
+        Row::Epoch => Value::Int(world.outside.epoch.get()),
         Row::Dt => Value::Float(world.clock.dt.get()),
         Row::PhysicsDt => Value::Float(settings.physics_dt),
         Row::PhysicsSubsteps => Value::Int(settings.physics_substeps.into()),
@@ -65,8 +92,9 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
         Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),
         Row::Seed => Value::Int(settings.seed as i64),
         Row::SceneFile => Value::text(world.document.file.as_ref().map_or(String::new(), |f| f.display().to_string())),
-        Row::Running => Value::Bool(world.running.get()),
-        Row::Stopping => Value::Bool(stopping),
+        Row::Running => Value::Bool(world.running()),
+        Row::Stopping => Value::Bool(phase.is_ending()),
+        Row::Phase => Value::Int(phase as i64),
         _ => return Err(world.calls.refuse(TATU_ERR_MISSING, "the world has no such property")),
     })
 }
@@ -78,14 +106,27 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     }
     let value = check_value(&row.info().param(), value)
         .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
+    if row == Row::WorldNotes {
+        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        scene.notes = scene::notes(&value).map_err(|r| refusal(world, r))?;
+        return Ok(());
+    }
     if row.info().of == Of::World {
         return write_world(world, row, &value);
     }
-    let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
-    let slot = slot(world, &scene, object)?;
-    let changed = scene::set(&mut scene, slot, row, &value).map_err(|r| refusal(world, r))?;
+    let set = || {
+        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        let slot = slot(world, &scene, object)?;
+        let changed = scene::set(&mut scene, slot, row, &value).map_err(|r| refusal(world, r))?;
+        Ok((slot, changed))
+    };
+    let (slot, changed) = match set() {
+        Err(TATU_ERR_ARGUMENT) if wants::becomes_by_row(world, object, row) => set()?,
+        done => done?,
+    };
     if matches!(row, Row::GraphStreams | Row::GraphCurves | Row::GraphBuffer) {
         // It begins anew, as it is described now.
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
         let mut figures = world.figures.try_borrow_mut().map_err(|_| busy(world))?;
         figures.graphs.remove(&scene.id(slot));
         figures.graph(&scene, scene.id(slot)).map_err(|r| refusal(world, r))?;

@@ -16,7 +16,7 @@ use crate::{
         self, Changed, Data, Joint, Scene, Shape, pose_from_array, pose_to_array,
         rows::{KINDS, kind_name},
     },
-    world::WorldCell,
+    world::{Wish, WorldCell, wants},
 };
 
 pub static TABLE: tatu_host_scene = tatu_host_scene {
@@ -36,6 +36,8 @@ pub static TABLE: tatu_host_scene = tatu_host_scene {
     create: Some(create),
     remove: Some(remove),
     list: Some(list),
+    wanted: Some(wanted),
+    copy: Some(super::solids::copy),
 };
 
 unsafe extern "C" fn prop(host: *const tatu_host, key: *const c_char) -> tatu_prop {
@@ -272,6 +274,7 @@ unsafe extern "C" fn create(
                 Some(s) => {
                     scene.make_unique(&[s]);
                     *out = scene.id(s);
+                    world.tell_object("object_added", &scene, s);
                     Ok(())
                 }
                 None => Err(world.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")),
@@ -294,6 +297,9 @@ unsafe extern "C" fn remove(w: *mut tatu_world, objects: *const tatu_object, n: 
                 }
             }
             for s in slots {
+                if scene.get(s).is_some() {
+                    world.tell_object("object_removed", &scene, s);
+                }
                 for script in scene.scripts(s) {
                     scene.remove(script);
                 }
@@ -331,5 +337,47 @@ unsafe extern "C" fn list(
             let ids: Vec<_> = slots.into_iter().filter(wanted).map(|s| scene.id(s)).collect();
             fill(&ids, out, cap, n)
         })
+    }
+}
+
+unsafe extern "C" fn wanted(
+    w: *mut tatu_world,
+    from: tatu_object,
+    name: tatu_str,
+    kind: *const c_char,
+    object: *mut tatu_object,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        let Some(world) = WorldCell::of(w).filter(|w| w.wants.is_on()) else { return TATU_ERR_MISSING };
+        let name = text(name);
+        if let Some(value) = name.strip_prefix('=') {
+            return if world.wants.has_value(value) { TATU_OK } else { TATU_ERR_MISSING };
+        }
+        let wish = match &*name {
+            ".." => Some(Wish::Parent),
+            "./" => Some(Wish::Child),
+            _ => None,
+        };
+        if let Some(wish) = wish {
+            if let Some(id) = world.scene.try_borrow().ok().and_then(|s| Some(s.id(s.resolve(from).ok()?))) {
+                world.wants.wish(id, wish);
+            }
+            return TATU_ERR_MISSING;
+        }
+        let mut found = from;
+        if !name.is_empty() {
+            let base = world.scene.try_borrow().ok().and_then(|s| s.resolve(from).ok()).unwrap_or(0);
+            match wants::find_or_make(world, base, &name) {
+                Some(id) => found = id,
+                None => return TATU_ERR_MISSING,
+            }
+        }
+        let kind = if kind.is_null() { "".into() } else { CStr::from_ptr(kind).to_string_lossy() };
+        let is_one = kind.is_empty() || wants::becomes(world, found, &kind);
+        if let Some(object) = object.as_mut() {
+            *object = found;
+        }
+        if is_one || !name.is_empty() { TATU_OK } else { TATU_ERR_MISSING }
     }
 }

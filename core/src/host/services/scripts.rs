@@ -1,8 +1,8 @@
 //! `tatu.host.scripts`: scripts of objects, and calls of their functions.
 
-use tatu_plugin_api::abi::*;
+use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{busy, fill, on, passed, slot};
+use super::{busy, fill, give, on, passed, slot};
 use crate::{calls::bytes, scripts as inner};
 
 pub static TABLE: tatu_host_scripts = tatu_host_scripts {
@@ -11,6 +11,7 @@ pub static TABLE: tatu_host_scripts = tatu_host_scripts {
     list: Some(list),
     call: Some(call),
     broadcast: Some(broadcast),
+    options: Some(options),
 };
 
 unsafe extern "C" fn list(
@@ -68,6 +69,20 @@ unsafe extern "C" fn broadcast(
             let args = if n_args == 0 { &[] } else { std::slice::from_raw_parts(args, n_args as usize) };
             inner::Scripts::broadcast(world, bytes(callback), args, (except & 0xF_FFFF) as u32);
             Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn options(w: *mut tatu_world, script: tatu_object, out: *mut tatu_value) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let s = {
+                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                slot(world, &scene, script)?
+            };
+            let options = world.outside.options.try_borrow().map_err(|_| busy(world))?;
+            give(world, options.get(&s).unwrap_or(&Value::Map(Vec::new())), out)
         })
     }
 }

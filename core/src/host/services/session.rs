@@ -2,11 +2,11 @@
 
 use tatu_plugin_api::abi::*;
 
-use super::{fill, on, passed};
+use super::{busy, fill, on, passed};
 use crate::{
     session::SessionCell,
     step::{self, Stage},
-    world::WorldCell,
+    world::{Phase, WorldCell},
 };
 
 pub static TABLE: tatu_host_session = tatu_host_session {
@@ -17,6 +17,7 @@ pub static TABLE: tatu_host_session = tatu_host_session {
     worlds: Some(worlds),
     client: Some(client),
     state: Some(state),
+    input: Some(input),
 };
 
 pub static STAGE: tatu_host_stage =
@@ -26,25 +27,18 @@ unsafe extern "C" fn request(w: *mut tatu_world, what: u32) -> tatu_status {
     // SAFETY: by the contract, here and below.
     unsafe {
         on(w, |world| {
-            let (all, bit) = (world.requests.get(), 1u32 << what.min(31));
-            let (pause, start) = (1 << TATU_REQUEST_PAUSE, 1 << TATU_REQUEST_START);
-            let running = world.running.get();
-            world.requests.set(match what {
-                TATU_REQUEST_STOP | TATU_REQUEST_QUIT => all | bit,
-                TATU_REQUEST_PAUSE if running && world.outside.can_pause() => (all | bit) & !start,
-                // A running world is started already: this lifts a pause, if there is one.
-                TATU_REQUEST_START if running => (all | bit) & !pause,
-                TATU_REQUEST_START if world.outside.can_pause() => all | bit,
+            let running = world.running();
+            match what {
+                TATU_REQUEST_STOP | TATU_REQUEST_QUIT => {}
+                TATU_REQUEST_PAUSE | TATU_REQUEST_START if running => {}
+                TATU_REQUEST_START if world.outside.session().is_some_and(|s| s.any_service()) => {}
                 TATU_REQUEST_PAUSE | TATU_REQUEST_START => {
-                    let text = match running {
-                        true => "this run cannot pause: nobody could lift the pause",
-                        false => "the simulation is stopped",
-                    };
-                    return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text));
+                    return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, "the simulation is stopped"));
                 }
                 _ => return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
-            });
+            }
             crate::session::remote_request(world, what);
+            crate::session::log::apply(world, what);
             Ok(())
         })
     }
@@ -86,10 +80,31 @@ unsafe extern "C" fn client(w: *mut tatu_world, client: u64) -> tatu_status {
 unsafe extern "C" fn state(w: *mut tatu_world) -> u32 {
     // SAFETY: as above.
     match unsafe { WorldCell::of(w) } {
-        Some(world) if !world.running.get() => TATU_STOPPED,
-        Some(world) if world.outside.paused.get() => TATU_PAUSED,
-        Some(_) => TATU_RUNNING,
+        Some(world) => match world.phase.get() {
+            Phase::Stopped => TATU_STOPPED,
+            Phase::Paused => TATU_PAUSED,
+            _ => TATU_RUNNING,
+        },
         None => TATU_STOPPED,
+    }
+}
+
+unsafe extern "C" fn input(w: *mut tatu_world, index: u64, kind: *mut tatu_str, text: *mut tatu_str) -> tatu_status {
+    // SAFETY: as above; both are writable.
+    unsafe {
+        let Some(world) = WorldCell::of(w) else { return TATU_ERR_ARGUMENT };
+        let inputs = world.outside.inputs.borrow();
+        let Some(found) = usize::try_from(index).ok().and_then(|i| inputs.get(i)) else { return TATU_ERR_MISSING };
+        let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return busy(world) };
+        for (from, to) in [(&found.0, kind), (&found.1, text)] {
+            let room = arena.alloc(from.len());
+            if room.is_null() {
+                return TATU_ERR_SPACE;
+            }
+            std::ptr::copy_nonoverlapping(from.as_ptr(), room, from.len());
+            *to = tatu_str { ptr: room.cast(), len: from.len() as u64 };
+        }
+        TATU_OK
     }
 }
 

@@ -3,7 +3,10 @@
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::{busy, give, on};
-use crate::{calls::bytes, world::WorldCell};
+use crate::{
+    calls::bytes,
+    world::{Signal, WorldCell},
+};
 
 pub static TABLE: tatu_host_signals = tatu_host_signals {
     size: size_of::<tatu_host_signals>() as u32,
@@ -20,7 +23,7 @@ unsafe extern "C" fn get(w: *mut tatu_world, kind: u32, name: tatu_str, out: *mu
         on(w, |world| {
             let signals = world.signals.try_borrow().map_err(|_| busy(world))?;
             match signals.get(&(kind, bytes(name).to_vec())) {
-                Some(v) => give(world, v, out),
+                Some(s) => give(world, &s.value, out),
                 None => Err(TATU_ERR_MISSING),
             }
         })
@@ -39,7 +42,8 @@ unsafe extern "C" fn set(w: *mut tatu_world, kind: u32, name: tatu_str, value: *
             match ValueRef::new(*value).to_value() {
                 Ok(v) => {
                     let mut signals = world.signals.try_borrow_mut().map_err(|_| busy(world))?;
-                    signals.insert((kind, name.to_vec()), v);
+                    let of_run = crate::scripts::Scripts::caller_is_of_run(world);
+                    signals.insert((kind, name.to_vec()), Signal { value: v, of_run });
                     Ok(())
                 }
                 Err(e) => Err(world.calls.refuse(e.code(), e.text())),

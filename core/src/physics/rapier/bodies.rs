@@ -162,9 +162,20 @@ impl Rapier {
             let Some(collider) = colliders.get_mut(collider) else {
                 continue;
             };
-            collider.set_active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS);
+            collider.set_active_hooks(collider.active_hooks() | ActiveHooks::FILTER_CONTACT_PAIRS);
             if low_too {
                 collider.set_collision_groups(respond::groups(respond.mask, true));
+            }
+        }
+    }
+
+    /// Lets the filter decide about a body that is one of a pair with a rule, and about its contacts.
+    pub(super) fn watch_pairs(&mut self, id: BodyId) {
+        let Some(handle) = self.record(id).map(|r| r.handle) else { return };
+        let hooks = ActiveHooks::FILTER_CONTACT_PAIRS | ActiveHooks::MODIFY_SOLVER_CONTACTS;
+        for &collider in self.world.bodies[handle].colliders() {
+            if let Some(collider) = self.world.colliders.get_mut(collider) {
+                collider.set_active_hooks(collider.active_hooks() | hooks);
             }
         }
     }
@@ -181,6 +192,7 @@ impl Rapier {
             }
         }
         self.tables.moving.retain(|(id, _, _)| *id != body);
+        self.tables.pairs.retain(|(a, b), _| *a != body && *b != body);
         if let Some(tree) = self.tables.trees.get_mut(&record.respond.tree) {
             tree.members.retain(|id| *id != body);
             if tree.members.is_empty() {

@@ -5,9 +5,10 @@
 
 use rapier3d::dynamics::RigidBodyHandle;
 use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode, SolverFlags};
-use rapier3d::pipeline::{PairFilterContext, PhysicsHooks};
+use rapier3d::pipeline::{ContactModificationContext, PairFilterContext, PhysicsHooks};
+use std::collections::BTreeMap;
 
-use crate::physics::Respond;
+use crate::physics::{BodyId, PairRule, Respond};
 
 /// What the filter must know of a collider, kept in its user data: body id, tree and mask.
 #[derive(Clone, Copy)]
@@ -45,18 +46,41 @@ pub(super) fn groups(mask: u16, low_too: bool) -> InteractionGroups {
     InteractionGroups::new(group, group, InteractionTestMode::And)
 }
 
-/// The filter. It holds no state, so that it gives the same answer on every thread and after a restore.
-pub(super) struct MaskFilter;
+/// The filter: masks, then the rules of pairs. Both are part of the engine's state, so that it gives the same answer on
+/// every thread and after a restore.
+pub(super) struct PairFilter<'a>(pub &'a BTreeMap<(BodyId, BodyId), PairRule>);
 
-impl PhysicsHooks for MaskFilter {
+impl PairFilter<'_> {
+    fn rule(&self, a: Tag, b: Tag) -> Option<&PairRule> {
+        if self.0.is_empty() {
+            return None;
+        }
+        self.0.get(&(BodyId(a.body.min(b.body)), BodyId(a.body.max(b.body))))
+    }
+}
+
+impl PhysicsHooks for PairFilter<'_> {
     fn filter_contact_pair(&self, pair: &PairFilterContext) -> Option<SolverFlags> {
         // A filter also replaces rapier's own rule that one of the two must be moved by forces.
         let dynamic = |body: Option<RigidBodyHandle>| body.is_some_and(|b| pair.bodies[b].is_dynamic());
         if !dynamic(pair.rigid_body1) && !dynamic(pair.rigid_body2) {
             return None;
         }
-        let a = Tag::unpack(pair.colliders[pair.collider1].user_data).respond;
-        let b = Tag::unpack(pair.colliders[pair.collider2].user_data).respond;
-        responds(a, b).then_some(SolverFlags::COMPUTE_RIGID_IMPULSES)
+        let a = Tag::unpack(pair.colliders[pair.collider1].user_data);
+        let b = Tag::unpack(pair.colliders[pair.collider2].user_data);
+        let collide = responds(a.respond, b.respond) && self.rule(a, b).is_none_or(|r| r.responds);
+        collide.then_some(SolverFlags::COMPUTE_RIGID_IMPULSES)
+    }
+
+    fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
+        let a = Tag::unpack(context.colliders[context.collider1].user_data);
+        let b = Tag::unpack(context.colliders[context.collider2].user_data);
+        let (Some(rule), Some(face)) = (self.rule(a, b), context.rigid_mut()) else { return };
+        if let Some(friction) = rule.friction {
+            *face.friction = friction;
+        }
+        if let Some(restitution) = rule.restitution {
+            *face.restitution = restitution;
+        }
     }
 }

@@ -64,6 +64,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.auxiliaryConsolePrint", |c| {
             let console = c.i64(0)?;
             let text = c.has(1).then(|| c.bytes(1)).transpose()?;
+            if let Some(title) = state(c)?.consoles.title(console) {
+                match text {
+                    Some(text) => c.world().log(TATU_LOG_CONSOLE, &[title.as_slice(), b"\0", text].concat()),
+                    None => c.world().log(TATU_LOG_CONSOLE_CLEAR, &title),
+                }
+            }
             change(c, |consoles, tell| consoles.print(console, text, tell))
         })
         .old_name("simAuxiliaryConsolePrint", MINUS)
@@ -164,6 +170,9 @@ impl Consoles {
         self.opened += 1;
         self.open.insert(self.opened, Console { title, line: Vec::new() });
         self.opened
+    }
+    fn title(&self, console: i64) -> Option<Vec<u8>> {
+        Some(self.open.get(&console)?.title.clone())
     }
     fn has(&self, console: i64) -> bool {
         self.open.contains_key(&console)

@@ -72,14 +72,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.isDynamicallyEnabled", |c| {
-            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
-            let dynamic = bool_of(c, shape, c.plugin().p.dynamic)?;
+            let o = living(c, 0)?;
+            let dynamic = c.world().is_dynamic(o.id)?;
             c.ret(dynamic);
             Ok(())
         })
-        .param(object("shape"))
-        .returns(Param::bool("dynamic"))
-        .text("Whether physics moves a shape.")
+        .param(object("object"))
+        .returns(Param::bool("dynamic").text("false before physics has run for the first time"))
+        .text("Whether physics moves a shape or a joint.")
         .example("moves = sim.isDynamicallyEnabled(box)"),
     );
     offer.command(

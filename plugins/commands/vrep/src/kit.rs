@@ -42,12 +42,16 @@ props! {
     path: "object.path",
     parent: "object.parent",
     local_pose: "object.pose",
+    notes: "object.data",
+    scene_notes: "scene.data",
     model_base: "object.model_base",
     visible: "object.visible",
     layer: "object.layer",
     primitive: "shape.primitive",
     size: "shape.size",
+    surface: "shape.surface",
     convex: "shape.convex",
+    inertia: "shape.inertia",
     color: "shape.color",
     mass: "shape.mass",
     com: "shape.com",
@@ -77,6 +81,7 @@ props! {
     script_kind: "script.kind",
     script_calls: "script.calls",
     time: "scene.time",
+    clock: "scene.clock",
     dt: "scene.dt",
     physics_dt: "scene.physics_dt",
     step: "scene.step",
@@ -85,6 +90,24 @@ props! {
     file: "scene.file",
     stopping: "scene.stopping",
     running: "scene.running",
+    phase: "scene.phase",
+}
+
+/// A command under its `sim.` name and its flat one, whose failure value is given.
+pub(crate) fn both<T: IntoResult + 'static>(
+    name: &str,
+    on_error: [Value; 1],
+    run: impl Fn(&mut Ctx<'_>) -> Result<T> + 'static,
+) -> Cmd {
+    Cmd::new(format!("sim.{name}"), run).old_name(flat_name(name), on_error)
+}
+/// A command that never had a flat name.
+pub(crate) fn modern<T: IntoResult + 'static>(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result<T> + 'static) -> Cmd {
+    Cmd::new(format!("sim.{name}"), run)
+}
+/// `abc` -> `simAbc`
+pub(crate) fn flat_name(name: &str) -> String {
+    format!("sim{}{}", name[..1].to_uppercase(), &name[1..])
 }
 
 /// The number that scripts see; -1 for no object.
@@ -141,7 +164,7 @@ pub(crate) fn living(c: &Ctx<'_>, i: usize) -> Result<Object> {
 /// The object that argument `i` names, which must be of a kind.
 pub(crate) fn of_kind(c: &Ctx<'_>, i: usize, kind: i32) -> Result<tatu_object> {
     let o = living(c, i)?;
-    if o.kind == kind { Ok(o.id) } else { Err(wrong_kind(c, o, kind)) }
+    if o.kind == kind || c.world().used_as(o.id, kind_key(kind)) { Ok(o.id) } else { Err(wrong_kind(c, o, kind)) }
 }
 fn no_object(id: tatu_object, why: &Fail) -> Fail {
     Fail::with_code(why.code(), format!("there is no object {}", handle(id)))
@@ -160,7 +183,10 @@ fn wrong_kind(c: &Ctx<'_>, o: Object, wanted: i32) -> Fail {
 pub(crate) fn explain(c: &Ctx<'_>, id: tatu_object, wanted: i32, fail: Fail) -> Fail {
     match c.world().look(id) {
         Err(e) => no_object(id, &e),
-        Ok(o) if o.kind != wanted => wrong_kind(c, o, wanted),
+        Ok(o) if o.kind != wanted => {
+            c.world().used_as(o.id, kind_key(wanted));
+            wrong_kind(c, o, wanted)
+        }
         Ok(_) => fail,
     }
 }
@@ -170,6 +196,22 @@ pub(crate) fn explain_any(c: &Ctx<'_>, id: tatu_object, fail: Fail) -> Fail {
     match c.world().look(id) {
         Err(e) => no_object(id, &e),
         Ok(_) => fail,
+    }
+}
+/// A kind as properties tell it (`object.kind`).
+fn kind_key(kind: i32) -> &'static str {
+    match kind {
+        TATU_KIND_SHAPE => "shape",
+        TATU_KIND_JOINT => "joint",
+        TATU_KIND_DUMMY => "dummy",
+        TATU_KIND_SENSOR => "sensor",
+        TATU_KIND_ACTUATOR => "actuator",
+        TATU_KIND_FORCE_SENSOR => "force_sensor",
+        TATU_KIND_CAMERA => "camera",
+        TATU_KIND_LIGHT => "light",
+        TATU_KIND_GRAPH => "graph",
+        TATU_KIND_PATH => "path",
+        _ => "",
     }
 }
 /// A kind for people.
@@ -259,9 +301,13 @@ pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
 pub(crate) fn flat(c: &Ctx<'_>) -> bool {
     c.alias() > 0
 }
+/// Whether the caller expects what scripts of before 4.2 got; who has no version, by the name that was called.
+pub(crate) fn old_era(c: &Ctx<'_>) -> bool {
+    if c.caller_dialect().is_empty() { flat(c) } else { version(c) < (4, 2) }
+}
 /// A setter has done its work: 1 in the old days, nothing since.
 pub(crate) fn done(c: &mut Ctx<'_>) -> Result {
-    if flat(c) || version(c).0 < 4 {
+    if old_era(c) {
         c.ret(1_i64);
     }
     Ok(())

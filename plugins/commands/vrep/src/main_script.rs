@@ -6,12 +6,14 @@
 //! | `sim.handleDynamics(dt)` | physics |
 //! | `sim.handleProximitySensor(sim.handle_all_except_explicit)` | sense (see `proximity`) |
 //! | `sim.handleChildScripts(sim.syscb_sensing)` | react |
+//! | `sim.handleChildScripts(sim.syscb_cleanup)` | clean |
 
 use crate::{Vrep, kit::*};
 
-/// The call types of actuation and sensing; the same numbers as in `constants`, "Lifecycle".
+/// The call types of actuation, sensing and clean-up; the same numbers as in `constants`, "Lifecycle".
 const ACTUATION: i64 = 2;
 const SENSING: i64 = 3;
+const CLEANUP: i64 = 1;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
@@ -124,6 +126,7 @@ fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
     let stage = match kind {
         ACTUATION => TATU_STAGE_ACTUATE,
         SENSING => TATU_STAGE_REACT,
+        CLEANUP => TATU_STAGE_CLEAN,
         _ => return Ok(0),
     };
     c.world().run_stage(stage, c.world().f64(0, c.plugin().p.dt)?)?;

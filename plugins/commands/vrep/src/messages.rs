@@ -4,12 +4,13 @@ use std::collections::{BTreeMap, VecDeque};
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Vrep, kit::*, state::state};
+use crate::{Vrep, keys, kit::*, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getSimulatorMessage", |c| {
             let script = c.caller_script();
+            pressed(c)?;
             let message = state(c)?.messages.next(script);
             match message {
                 Some((kind, aux)) => {
@@ -44,6 +45,26 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
+/// Keys that came in since the last look become messages.
+fn pressed(c: &Ctx<'_>) -> Result {
+    loop {
+        let seen = state(c)?.messages.inputs;
+        let Some((kind, text)) = c.world().input(seen) else { return Ok(()) };
+        state(c)?.messages.inputs = seen + 1;
+        match (kind.as_str(), keys::code(&text)) {
+            ("key", Some((code, modifiers))) => state(c)?.messages.send(KEY_PRESS, [code, modifiers, 0, 0]),
+            ("key", None) => {
+                let text = format!("there is no key `{text}`: expected a character, a name such as `up`, or a code");
+                c.world().log(TATU_LOG_WARNING, text.as_bytes());
+            }
+            _ => {}
+        }
+    }
+}
+
+/// `sim.message_keypress`.
+const KEY_PRESS: i64 = 6;
+
 /// A queue per script holds this many messages; the oldest are dropped.
 const ROOM: usize = 64;
 
@@ -53,6 +74,8 @@ pub(crate) struct Messages {
     last: VecDeque<(i64, [i64; 4])>,
     sent: u64,
     taken: BTreeMap<tatu_object, u64>,
+    /// How much of what came in from outside has been looked at.
+    inputs: u64,
 }
 
 impl Messages {

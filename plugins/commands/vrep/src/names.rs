@@ -43,6 +43,38 @@ pub(crate) fn find(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
         .map_err(|e| if e.code() == TATU_ERR_MISSING { missing(c, &wanted, c.plugin().p.name) } else { e })
 }
 
+/// The same for an object that must be there: a run that makes stand-ins makes it.
+pub(crate) fn find_or_ask(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
+    if is_path(name) {
+        return find_path_or_ask(c, name, None);
+    }
+    find(c, name).or_else(|e| {
+        let below = |e: Fail| c.world().wanted(above(c), &adjusted(name, suffix(c)?), "").ok_or(e);
+        if e.code() == TATU_ERR_MISSING { below(e) } else { Err(e) }
+    })
+}
+
+/// Likewise by path.
+pub(crate) fn find_path_or_ask(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
+    find_path(c, path, base).or_else(|e| {
+        let ask = || {
+            let (at, rest) = start(c, path, base).ok()?;
+            let rest = if at == 0 { rest.into() } else { format!(".{rest}") };
+            c.world().wanted(at, &rest, "")
+        };
+        if e.code() == TATU_ERR_MISSING { ask().ok_or(e) } else { Err(e) }
+    })
+}
+
+/// What stand-ins for old names are made below: the model of the caller, if it belongs to one.
+fn above(c: &Ctx<'_>) -> tatu_object {
+    let own = c.caller_object();
+    match model(c, own) {
+        Ok(base) if base != 0 => base,
+        _ => own,
+    }
+}
+
 /// Whether a name is a path.
 pub(crate) fn is_path(name: &str) -> bool {
     name.starts_with(['/', '.', ':'])
@@ -51,36 +83,11 @@ pub(crate) fn is_path(name: &str) -> bool {
 /// The object of a path: "/a/b", ".", "../b", ":/b", "::". Relative ones begin at `base` or at the caller. Scripts
 /// are objects of their own since 4.7, so that "." is the script, and ".." the object that it belongs to.
 pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
-    let (steps, rest) = leading(path);
-    let mut at = 0;
-    if !steps.is_empty() {
-        at = match base {
-            Some(base) => base,
-            None if version(c) >= (4, 7) && steps[0] != Step::Model => c.caller_script(),
-            None => c.caller_object(),
-        };
-        if at == 0 {
-            return Err(Fail::missing(format!("`{path}` begins at the caller, which belongs to no object")));
-        }
-    }
-    for (i, step) in steps.iter().enumerate() {
-        at = match step {
-            Step::Here => at,
-            Step::Up => parent(c, at)?,
-            Step::Model => model(c, if i == 0 { at } else { parent(c, at)? })?,
-        };
-        if at == 0 {
-            return Err(Fail::missing(format!("`{path}` leads above the scene")));
-        }
-    }
+    let (at, rest) = start(c, path, base)?;
     if rest.is_empty() {
         return Ok(at);
     }
     let (rest, nth) = ordinal(rest);
-    // Nothing hangs below a script: "./x" can only mean a part of the object that it belongs to.
-    if base.is_none() && at != 0 && at == c.caller_script() {
-        at = c.caller_object();
-    }
     let found = match nth {
         Some(n) => return nth_of_alias(c, at, rest, n),
         None if at == 0 => c.world().find(0, rest),
@@ -90,6 +97,39 @@ pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> R
         TATU_ERR_MISSING if e.help_text().is_none() => missing(c, path, c.plugin().p.path),
         _ => e,
     })
+}
+
+/// The object at which a path begins, 0 being the scene, and what of it is left.
+fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(tatu_object, &'p str)> {
+    let (steps, rest) = leading(path);
+    let mut at = 0;
+    if !steps.is_empty() {
+        at = match base {
+            Some(base) => base,
+            None if version(c) >= (4, 7) && steps[0] != Step::Model => c.caller_script(),
+            None => c.caller_object(),
+        };
+        if at == 0 {
+            let e = Fail::missing(format!("`{path}` begins at the caller, which belongs to no object"));
+            at = c.world().wanted(0, "/model", "").ok_or(e)?;
+        }
+    }
+    for (i, step) in steps.iter().enumerate() {
+        at = match step {
+            Step::Here => at,
+            Step::Up => parent(c, at)?,
+            Step::Model => model(c, if i == 0 { at } else { parent(c, at)? })?,
+        };
+        if at == 0 {
+            let e = Fail::missing(format!("`{path}` leads above the scene"));
+            at = c.world().wanted(0, "/above", "").ok_or(e)?;
+        }
+    }
+    // Nothing hangs below a script: "./x" can only mean a part of the object that it belongs to.
+    if base.is_none() && at != 0 && at == c.caller_script() && !rest.is_empty() {
+        at = c.caller_object();
+    }
+    Ok((at, rest))
 }
 
 #[derive(Debug, PartialEq, Clone, Copy)]

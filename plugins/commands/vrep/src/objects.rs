@@ -89,18 +89,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives a number that no other object of the run has or will have.")
         .example("uid = sim.getObjectUid(robot)"),
     );
-    offer.command(
-        Cmd::new("sim.getObjectSizeFactor", |c| {
-            living(c, 0)?;
-            c.ret(1.0);
-            Ok(())
-        })
-        .old_name("simGetObjectSizeFactor", NIL)
-        .param(object("object"))
-        .returns(Param::float("factor"))
-        .text("Gives by how much an object has been scaled: 1, for nothing scales objects here.")
-        .example("f = sim.getObjectSizeFactor(robot)"),
-    );
 }
 
 fn get_handle(c: &mut Ctx<'_>) -> Result {
@@ -123,8 +111,10 @@ fn get_handle(c: &mut Ctx<'_>) -> Result {
     let found = if silent && !names::is_path(name) {
         let name = names::adjusted(name, names::suffix(c)?).into_owned();
         c.world().find(0, &name)
-    } else {
+    } else if silent {
         names::find(c, name)
+    } else {
+        names::find_or_ask(c, name)
     };
     answer(c, found, silent)
 }
@@ -138,15 +128,16 @@ fn get_object(c: &mut Ctx<'_>) -> Result {
         _ => None,
     };
     let index = index.and_then(|v| v.as_i64()).unwrap_or(0);
+    let silent = no_error(c);
+    let find = if silent { names::find_path } else { names::find_path_or_ask };
     let found = if !names::is_path(&path) {
         Err(Fail::missing(format!("`{path}` is no path"))
             .help("a path begins with `/`, `.` or `:`; names of old scripts go to sim.getObjectHandle"))
     } else if index > 0 {
-        names::find_path(c, &format!("{path}{{{index}}}"), base)
+        find(c, &format!("{path}{{{index}}}"), base)
     } else {
-        names::find_path(c, &path, base)
+        find(c, &path, base)
     };
-    let silent = no_error(c);
     answer(c, found, silent)
 }
 
@@ -175,6 +166,7 @@ pub(crate) fn type_of(c: &Ctx<'_>, o: Object) -> i64 {
         TATU_KIND_JOINT => 1,
         TATU_KIND_GRAPH => 2,
         TATU_KIND_CAMERA => 3,
+        TATU_KIND_DUMMY if crate::path_objects::is_path(c, o.id) && version(c) < (4, 2) => 8,
         TATU_KIND_DUMMY => 4,
         TATU_KIND_SENSOR if c.world().reading(o.id, c.plugin().p.detected).is_ok() => 5,
         TATU_KIND_PATH => 8,

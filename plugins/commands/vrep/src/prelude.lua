@@ -53,4 +53,6 @@ return {
     old_marks = { "sim_call_type" },
     old_dialect = "3.2",
     new_dialect = "4.9",
+    -- From which version on scripts of a world are called in which order.
+    orders = { { "0", "parents_first" }, { "3.6", "by_kind" }, { "4.4", "deepest_first" } },
 }

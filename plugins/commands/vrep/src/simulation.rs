@@ -34,8 +34,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetSimulationState", MINUS)
         .returns(Param::int("state").text("sim.simulation_..."))
         .text(
-            "Gives whether the simulation is stopped (0), in its first step (16), \
-            running (17) or about to stop (21).",
+            "Gives whether the simulation is stopped (0), in its first step (16), running (17), in the last step before a \
+            pause (19), paused (8), in the first step after one (20), about to stop (21) or in its last step (22).",
         )
         .example("if sim.getSimulationState() == sim.simulation_advancing_running then end"),
     );
@@ -65,8 +65,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     for (name, what, text) in [
         ("startSimulation", TATU_REQUEST_START, "Asks for the simulation to start, or to go on after a pause."),
-        ("pauseSimulation", TATU_REQUEST_PAUSE, "Asks for the simulation to pause after this step."),
-        ("stopSimulation", TATU_REQUEST_STOP, "Asks for the simulation to stop after this step."),
+        ("pauseSimulation", TATU_REQUEST_PAUSE, "Asks for the simulation to pause after the next step."),
+        (
+            "stopSimulation",
+            TATU_REQUEST_STOP,
+            "Asks for the simulation to stop: two more steps follow, in which scripts can see it.",
+        ),
         ("quitSimulator", TATU_REQUEST_QUIT, "Asks for the program to end."),
     ] {
         offer.command(
@@ -91,18 +95,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getSystemTime", |c| {
-            let t = c.world().f64(0, c.plugin().p.time)?;
+            let t = c.world().f64(0, c.plugin().p.clock)?;
             c.ret(t);
             Ok(())
         })
         .old_name("simGetSystemTime", NIL)
         .returns(Param::float("time").unit("s"))
-        .text("Gives the simulation time, in place of a clock's, so that runs repeat.")
+        .text("Gives the simulation time, in place of a clock's, so that runs repeat; in real time a clock's.")
         .example("t = sim.getSystemTime()"),
     );
     offer.command(
         Cmd::new("sim.getSystemTimeInMs", |c| {
-            let t = c.world().f64(0, c.plugin().p.time)?;
+            let t = c.world().f64(0, c.plugin().p.clock)?;
             let ms = (t * 1000.0).round() as i64;
             let since = int_or(c, 0, -1)?;
             c.ret(if since >= 0 { ms - since } else { ms });
@@ -120,15 +124,16 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
+/// The phase of the world, in the numbers that the original had for it.
 fn state_now(c: &Ctx<'_>) -> Result<i64> {
-    let p = &c.plugin().p;
-    Ok(if !bool_of(c, 0, p.running)? {
-        0
-    } else if bool_of(c, 0, p.stopping)? {
-        21
-    } else if int_of(c, 0, p.step)? == 0 {
-        16
-    } else {
-        17
+    Ok(match int_of(c, 0, c.plugin().p.phase)? as u32 {
+        TATU_PHASE_FIRST => 16,
+        TATU_PHASE_RUNNING => 17,
+        TATU_PHASE_LAST_BEFORE_PAUSE => 19,
+        TATU_PHASE_PAUSED => 8,
+        TATU_PHASE_FIRST_AFTER_PAUSE => 20,
+        TATU_PHASE_STOPPING => 21,
+        TATU_PHASE_LAST => 22,
+        _ => 0,
     })
 }

@@ -30,6 +30,8 @@ pub(crate) enum Style {
 
 /// The callback in which the text runs for the first time.
 const INIT: &[u8] = b"init";
+/// The callback that comes between the text's first run and `init`.
+const INFO: &[u8] = b"info";
 /// The callback that runs even after an error.
 const CLEANUP: &[u8] = b"cleanup";
 /// The callback that runs as a coroutine.
@@ -256,6 +258,11 @@ unsafe fn first(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool, fr
     if let Some(rerun) = &rules.rerun {
         set(l, s, rerun, None);
     }
+    // What it tells of itself is asked between its text and its start.
+    if callback(l, rules, INFO) {
+        lua_call(l, 0, 0);
+    }
+    lua_settop(l, base);
     if callback(l, rules, INIT) {
         return run(l, s, frame);
     }

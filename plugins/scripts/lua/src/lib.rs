@@ -35,6 +35,7 @@ mod system;
 mod text;
 mod threads;
 mod time;
+mod traits;
 
 use tatu_plugin_api::{
     abi::{TATU_ERR_GONE, TATU_LOG_ERROR},
@@ -75,6 +76,12 @@ impl Language for state::Script {
     }
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
         load::load(self, text, chunk, dialect)
+    }
+    fn traits(&self) -> u32 {
+        traits::traits(self)
+    }
+    fn order(&self, dialect: &str, modern: bool) -> u32 {
+        traits::order(self, dialect, modern)
     }
     fn find(&self, how: u32, name: &[u8]) -> u32 {
         callbacks::find(self, how, name)

@@ -49,8 +49,10 @@ pub(crate) struct Rules {
     pub rerun: Option<Rerun>,
     api: Vec<Vec<u8>>,
     old_marks: Vec<Vec<u8>>,
-    old_dialect: Option<String>,
-    new_dialect: Option<String>,
+    pub old_dialect: Option<String>,
+    pub new_dialect: Option<String>,
+    /// From which version on scripts have which order, oldest first.
+    pub orders: Vec<(String, String)>,
 }
 
 /// What is known of a script's text.
@@ -253,6 +255,20 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
         }
         lua_pop(l, 1);
     }
+    if field(l, c"orders") && lua_type(l, -1) == LUA_TTABLE {
+        for i in 1..=lua_rawlen(l, -1) {
+            let mut pair = Vec::new();
+            if lua_rawgeti(l, -1, i as i64) == LUA_TTABLE {
+                texts(l, &mut pair);
+            }
+            lua_pop(l, 1);
+            let text = |b: &Vec<u8>| String::from_utf8_lossy(b).into_owned();
+            if let [from, order] = pair.as_slice() {
+                rules.orders.push((text(from), text(order)));
+            }
+        }
+    }
+    lua_pop(l, 1);
     if field(l, c"rerun") && lua_type(l, -1) == LUA_TTABLE && rules.rerun.is_none() {
         rules.rerun = Some(Rerun { variable: Vec::new(), values: Vec::new(), needs: Vec::new(), script: Vec::new() });
         if let Some(rerun) = rules.rerun.as_mut() {
@@ -327,7 +343,7 @@ pub(crate) fn knows(dialect: &str) -> Result {
 }
 
 /// "4.10.1" as (4, 10).
-fn version(dialect: &str) -> Option<(u32, u32)> {
+pub(crate) fn version(dialect: &str) -> Option<(u32, u32)> {
     let mut parts = dialect.split('.').map(|p| p.trim().parse::<u32>().ok());
     Some((parts.next()??, parts.next().flatten().unwrap_or(0)))
 }

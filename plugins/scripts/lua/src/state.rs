@@ -70,6 +70,8 @@ pub(crate) struct State {
     pub instance: Instance,
     pub commands: Commands,
     pub time: Prop,
+    /// The date of the start.
+    pub epoch: Prop,
     /// Whether the state was restored, and no doubtful order of keys has been told since.
     pub restored: Cell<bool>,
     /// How many calls of the host have come in.
@@ -120,7 +122,7 @@ impl State {
     pub(crate) fn log(&self, level: u32, text: &[u8]) {
         self.world().log(level, text);
     }
-    /// Simulation time, s.
+    /// What clocks show since the start, s.
     pub(crate) fn now(&self) -> f64 {
         self.world().f64(0, self.time).unwrap_or(0.0)
     }
@@ -191,7 +193,8 @@ impl Script {
             host: *host,
             instance,
             commands,
-            time: host.prop("scene.time"),
+            time: host.prop("scene.clock"),
+            epoch: host.prop("scene.epoch"),
             restored: Cell::new(false),
             entries: Cell::new(0),
             depth: Cell::new(0),

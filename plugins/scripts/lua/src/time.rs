@@ -1,4 +1,4 @@
-//! `os`: simulation time instead of the clock, and nothing of the machine.
+//! `os`: the clock of the run, which is simulation time unless it runs in real time, and nothing of the machine.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use crate::{
     stdlib::set,
 };
 
-/// Simulation time 0 as a date: the first second of 2015, in universal time.
+/// The start as a date, unless the run tells another: the first second of 2015, in universal time.
 const EPOCH: i64 = 1_420_070_400;
 
 const DAYS: [&str; 7] = ["Sunday", "Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday"];
@@ -47,7 +47,8 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 }
 
 fn seconds(s: &State) -> i64 {
-    EPOCH + s.now().floor() as i64
+    let epoch = s.world().get(0, s.epoch).ok().and_then(|v| v.as_i64()).unwrap_or(EPOCH);
+    epoch + s.now().floor() as i64
 }
 
 unsafe extern "C-unwind" fn clock(l: *mut lua_State) -> i32 {

@@ -1,8 +1,17 @@
 //! `tatu run`: a scene, step by step, as fast as it goes.
+//!
+//! `pace`: when a step may be done, and what is put in before it; `keys`: keys from a file; `terminal`: those of the
+//! terminal; `standins`: a script without its scene.
+
+mod keys;
+mod pace;
+mod standins;
+mod terminal;
 
 use std::{
     cell::RefCell,
     io::IsTerminal,
+    path::PathBuf,
     process::ExitCode,
     rc::Rc,
     sync::{
@@ -15,7 +24,7 @@ use std::{
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 use tatu_core::{
-    Session, World,
+    Phase, Session, World,
     error::{Error, Fault},
     host::{Copies, Registry},
     reload::{Reload, Told},
@@ -23,6 +32,8 @@ use tatu_core::{
     state::Hash,
 };
 use tatu_plugin_api::abi::*;
+
+use pace::Pace;
 
 use crate::{
     args::Run,
@@ -66,14 +77,24 @@ struct Ready {
 
 fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     let replay = args.replay.as_deref().map(file::read).transpose()?;
-    let options = match &replay {
+    let mut options = match &replay {
         Some(log) => log.header.options()?,
+        None if args.stand_ins => standins::options(args)?,
         None => args.changes.options(&args.services)?,
     };
-    let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref());
-    let scene = scene.ok_or_else(|| Error::new("E105", "no scene was given"))?;
     let copies = args.reload.then(Copies::new).transpose()?;
-    let registry = super::registry_watched(Some(scene), &options.sources, watchdog.watches.clone(), copies)?;
+    let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref()).map(PathBuf::as_path);
+    let registry = super::registry_watched(scene, &options.sources, watchdog.watches.clone(), copies)?;
+    let made;
+    let mut values = replay.as_ref().and_then(|log| log.header.stand_ins.clone());
+    let scene = match scene {
+        None if args.stand_ins => {
+            let learned = standins::learn(args, &options, &registry)?;
+            (made, options.sources, values) = (learned.scene, learned.sources, Some(learned.values));
+            made.as_path()
+        }
+        scene => scene.ok_or_else(|| Error::new("E105", "no scene was given"))?,
+    };
     if let Some(log) = &replay {
         told_of(log, &registry);
     }
@@ -84,6 +105,12 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         Some(file) => state::resume(file, document.clone(), registry.clone(), threads)?,
         None => World::with_threads(document.clone(), registry.clone(), threads)?,
     };
+    if let Some(folder) = &args.files {
+        world.open_files_in(folder)?;
+    }
+    if let Some(values) = &values {
+        world.make_stand_ins(values);
+    }
     let session = match &replay {
         None if !document.services.is_empty() => {
             let session = Session::new(registry.clone(), &document.services)?;
@@ -97,7 +124,11 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
             Some(log) => log.header.clone(),
             None => {
                 let c = &args.changes;
-                file::Header::new(&document, &registry, c.seed, c.set.clone(), c.scripts.clone())
+                // A script that is run without its scene is among the document's own files.
+                let scripts = if args.stand_ins { Vec::new() } else { c.scripts.clone() };
+                let mut header = file::Header::new(&document, &registry, c.seed, c.set.clone(), scripts);
+                header.stand_ins = values.clone();
+                header
             }
         };
         file::Writer::create(path, &header)
@@ -109,7 +140,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         (Some(n), _, _) => Some(n),
         (None, Some(s), _) => Some((s / world.dt()).round() as u64),
         (None, None, Some(n)) => Some(n),
-        (None, None, None) if session.is_some() => None,
+        (None, None, None) if session.is_some() || args.interactive => None,
         (None, None, None) => Some((DEFAULT_SECONDS / world.dt()).round() as u64),
     };
     let reload = args.reload.then(|| Reload::new(scene, &options, &world));
@@ -151,6 +182,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     if let Some(session) = &session {
         session.interrupt_by(interrupted.clone());
     }
+    let mut pace = Pace::new(args, &world)?;
     let bar = progress(args, steps);
     let began = Instant::now();
     watchdog.begin(trace.shared());
@@ -161,6 +193,9 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let mut begun = false;
     let to_do = |world: &World| steps.is_none_or(|n| world.steps() < n);
     while to_do(&world) && !world.stop_requested() && !interrupted.load(Ordering::Relaxed) {
+        if !pace.before_step(&world, &interrupted) {
+            break;
+        }
         let before = world.steps();
         match &mut reload {
             None => drop(world.step()),
@@ -173,19 +208,11 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
             }
             Some(_) => {}
         }
-        let lines = world.take_lines();
-        // Between two steps a stop may have been asked for: then no step was done.
+        // Between two steps a stop may have been asked for, and while time stands there are none.
         begun = world.steps() == before;
-        let failed = lines.iter().any(|l| l.level == TATU_LOG_ERROR);
-        watchdog.step(world.steps(), world.time(), failed.then(|| world.faults()));
+        pass(args, &world, &bar, &mut trace, watchdog, begun, false);
         if !begun {
-            if let Err(e) = trace.step(&world, &lines) {
-                bar.suspend(|| report::warning(&e));
-            }
             bar.inc(1);
-        }
-        lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
-        if !begun {
             unwritten.extend(snapshots.write(&world));
         }
     }
@@ -194,6 +221,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         world.barrier();
         world.take_lines().iter().for_each(|l| bar.suspend(|| tell(args, l)));
     }
+    drop(pace);
     let wall = began.elapsed();
     let undrawn = args.graphs.as_deref().map(|dir| graphs::write(&world, dir)).unwrap_or_default();
     bar.finish_and_clear();
@@ -202,7 +230,14 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
     let objects = objects(&world, &hash);
     let opened = world.files_opened();
-    world.stop();
+    let stand_ins = args.stand_ins.then(|| standins::told(&world));
+    // The passes in which scripts see the end coming are not counted.
+    world.request_stop();
+    while world.phase() != Phase::Stopped {
+        let before = world.steps();
+        world.step();
+        pass(args, &world, &bar, &mut trace, watchdog, world.steps() == before, true);
+    }
     world.end();
     let badly_ended = session.map(Session::end).unwrap_or_default();
     badly_ended.iter().for_each(report::error);
@@ -214,7 +249,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         report::warning(&e);
     }
     let faults = world.faults();
-    let ran = Ran { steps: done, time, wall, reloads: reload.is_some().then_some(reloads) };
+    let ran = Ran { steps: done, time, wall, reloads: reload.is_some().then_some(reloads), stand_ins };
     summary(args, &ran, &hash, objects, &faults);
     watchdog.told();
     // The registry of the end: a reload makes another.
@@ -226,6 +261,25 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         && unwritten.is_empty()
         && undrawn.is_empty();
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// After a pass: what was told is told on, and the trace gets its line. `idle`: time stood, and no step was done.
+fn pass(
+    args: &Run,
+    world: &World,
+    bar: &ProgressBar,
+    trace: &mut Trace,
+    watchdog: &Watchdog,
+    idle: bool,
+    ending: bool,
+) {
+    let lines = world.take_lines();
+    let failed = lines.iter().any(|l| l.level == TATU_LOG_ERROR);
+    watchdog.step(world.steps(), world.time(), failed.then(|| world.faults()));
+    if !idle && let Err(e) = trace.step(world, &lines, ending) {
+        bar.suspend(|| report::warning(&e));
+    }
+    lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
 }
 
 /// Writes what comes from outside. If that fails it is told once, and the run goes on.
@@ -248,7 +302,7 @@ type LogFile = Rc<RefCell<Option<file::Writer>>>;
 /// A bar for runs that take longer than a blink, on a terminal only.
 fn progress(args: &Run, steps: Option<u64>) -> ProgressBar {
     let Some(steps) = steps else { return ProgressBar::hidden() };
-    if args.json || !std::io::stderr().is_terminal() {
+    if args.json || args.interactive || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template("{wide_bar} step {pos} of {len}, {eta} left");
@@ -263,7 +317,7 @@ fn tell(args: &Run, line: &tatu_core::LogLine) {
         TATU_LOG_ERROR => report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),
         TATU_LOG_WARNING => report::err!("warning: {}", line.text),
         TATU_LOG_DEBUG => tracing::debug!("{}", line.text),
-        TATU_LOG_CLEAR => {}
+        TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => {}
         _ if args.json => report::err!("{}", line.text),
         _ => report::out!("{}", line.text),
     }
@@ -299,10 +353,12 @@ struct Ran {
     wall: Duration,
     /// What was reloaded, if that was asked for.
     reloads: Option<u64>,
+    /// What stood in for the script's scene, if it has none.
+    stand_ins: Option<Vec<Value>>,
 }
 
 fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faults: &[Fault]) {
-    let Ran { steps, time, wall, reloads } = *ran;
+    let Ran { steps, time, wall, reloads, .. } = *ran;
     let (hash, wall) = (format!("{:016x}", hash.total), wall.as_secs_f64());
     if args.json {
         let mut out = json!({
@@ -310,6 +366,9 @@ fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faul
         });
         if let Some(n) = reloads {
             out["reloads"] = n.into();
+        }
+        if let Some(all) = &ran.stand_ins {
+            out["stand_ins"] = json!(all);
         }
         report::out!("{}", serde_json::to_string_pretty(&out).unwrap_or_default());
         return;

@@ -1,0 +1,72 @@
+//! Keys that a file presses: lines `TIME KEY`.
+
+use std::path::Path;
+
+use tatu_core::error::{Error, Place};
+
+/// Keys that are still to come, the next one last.
+#[derive(Debug, Default, PartialEq)]
+pub struct Keys(Vec<(f64, String)>);
+
+impl Keys {
+    /// Reads a file; empty lines and those that begin with `#` are left out. E105: it cannot be read; E102: a line tells
+    /// no time and key.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| Error::new("E105", format!("cannot read the keys {}: {e}", path.display())))?;
+        Self::parse(&text).map_err(|(line, wrong)| {
+            let start = text.split_inclusive('\n').take(line - 1).map(str::len).sum();
+            let place = Place { file: path.to_owned(), line, column: 1, span: start..start + wrong.len() };
+            Error::new("E102", format!("`{wrong}` presses no key"))
+                .expected("TIME KEY: seconds, then a character, a name such as `up`, or a code")
+                .at(Some(place))
+        })
+    }
+
+    fn parse(text: &str) -> Result<Self, (usize, String)> {
+        let mut all = Vec::new();
+        for (i, line) in text.lines().enumerate() {
+            let line = line.trim();
+            if line.is_empty() || line.starts_with('#') {
+                continue;
+            }
+            let wrong = || (i + 1, line.to_owned());
+            let (time, key) = line.split_once(char::is_whitespace).ok_or_else(wrong)?;
+            let time: f64 = time.parse().ok().filter(|t: &f64| t.is_finite()).ok_or_else(wrong)?;
+            all.push((time, key.trim().to_owned()));
+        }
+        // Those of one time come in the order in which they stand.
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.reverse();
+        Ok(Keys(all))
+    }
+
+    /// The next key that is due at a time.
+    pub fn due(&mut self, time: f64) -> Option<String> {
+        // Times of steps are products: 0.15 may come as 0.15000000000000002.
+        self.0.pop_if(|(at, _)| *at <= time + 1e-9).map(|(_, key)| key)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_come_at_their_times_and_in_their_order() {
+        let mut keys = Keys::parse("# keys\n0.5 up\n0.15 s\n\n0.15 #\n").unwrap();
+        assert_eq!(keys.due(0.1), None);
+        assert_eq!(keys.due(0.05 * 3.0).as_deref(), Some("s"));
+        assert_eq!(keys.due(0.15).as_deref(), Some("#"));
+        assert_eq!(keys.due(0.15), None);
+        assert_eq!(keys.due(7.0).as_deref(), Some("up"));
+        assert_eq!(keys.due(7.0), None);
+    }
+
+    #[test]
+    fn what_presses_no_key_is_told_with_its_line() {
+        assert_eq!(Keys::parse("1 a\n\nb 2"), Err((3, "b 2".into())));
+        assert_eq!(Keys::parse("1"), Err((1, "1".into())));
+        assert_eq!(Keys::parse("nan a"), Err((1, "nan a".into())));
+    }
+}

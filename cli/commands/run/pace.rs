@@ -1,0 +1,171 @@
+//! When the next step may be done, and what is put into the world before it: keys, and in real time the clock.
+
+use std::{
+    sync::atomic::{AtomicBool, Ordering},
+    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
+};
+
+use tatu_core::{World, error::Error};
+
+use super::{
+    keys::Keys,
+    terminal::{Button, Terminal},
+};
+use crate::{args::Run, report};
+
+/// Speeds that `+` and `-` choose among, in times real time.
+const SPEEDS: [f64; 14] = [0.125, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 40.0];
+/// How long a wait lasts before anything else is looked at.
+const SLICE: Duration = Duration::from_millis(20);
+
+/// The pace of a run.
+pub struct Pace {
+    keys: Keys,
+    terminal: Option<Terminal>,
+    /// Keys of the terminal that have not been put in.
+    pressed: Vec<String>,
+    /// Times as fast as the clock; `None`: as fast as it goes.
+    speed: Option<f64>,
+    /// Scripts read the clock: where it stood at the start.
+    real: Option<Instant>,
+    epoch_told: bool,
+    paused: bool,
+    /// One step is done although it is paused.
+    single: bool,
+    /// Where the clock and the world stood when the speed was last chosen.
+    from: (Instant, f64),
+}
+
+impl Pace {
+    /// As the command line wants it; takes the terminal over. E105: there is no terminal, or the keys cannot be read.
+    pub fn new(args: &Run, world: &World) -> Result<Self, Error> {
+        let mut keys = args.keys.as_deref().map(Keys::read).transpose()?.unwrap_or_default();
+        // A run that goes on from a snapshot has had what came before.
+        if args.from.is_some() {
+            while keys.due(world.time() - world.dt()).is_some() {}
+        }
+        let real = args.realtime || args.speed.is_some();
+        let now = Instant::now();
+        Ok(Pace {
+            keys,
+            terminal: args.interactive.then(Terminal::open).transpose()?,
+            pressed: Vec::new(),
+            speed: args.speed.or((real || args.interactive).then_some(1.0)),
+            real: real.then_some(now),
+            epoch_told: false,
+            paused: false,
+            single: false,
+            from: (now, world.time()),
+        })
+    }
+
+    /// Waits for the next step's time, and puts in what came meanwhile; `false`: whoever sits before the terminal wants
+    /// the run to end.
+    pub fn before_step(&mut self, world: &World, interrupted: &AtomicBool) -> bool {
+        loop {
+            while let Some(button) = self.terminal.as_mut().and_then(|t| t.next(Duration::ZERO)) {
+                if !self.button(button, world) {
+                    return false;
+                }
+            }
+            if interrupted.load(Ordering::Relaxed) {
+                return false;
+            }
+            let left = self.left(world);
+            if left.is_zero() {
+                break;
+            }
+            let wait = left.min(SLICE);
+            match &mut self.terminal {
+                None => std::thread::sleep(wait),
+                Some(terminal) => {
+                    if let Some(button) = terminal.next(wait)
+                        && !self.button(button, world)
+                    {
+                        return false;
+                    }
+                }
+            }
+        }
+        self.single = false;
+        self.put_in(world);
+        true
+    }
+
+    fn put_in(&mut self, world: &World) {
+        if let Some(began) = self.real {
+            if !std::mem::replace(&mut self.epoch_told, true) {
+                let epoch = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
+                world.put_in("epoch", &epoch.to_string());
+            }
+            world.put_in("clock", &began.elapsed().as_secs_f64().to_string());
+        }
+        while let Some(key) = self.keys.due(world.time()) {
+            world.put_in("key", &key);
+        }
+        for key in self.pressed.drain(..) {
+            world.put_in("key", &key);
+        }
+    }
+
+    /// How long the next step has to wait.
+    fn left(&self, world: &World) -> Duration {
+        match self.speed {
+            _ if self.single => Duration::ZERO,
+            _ if self.paused => SLICE,
+            None => Duration::ZERO,
+            Some(speed) => {
+                let due = (world.time() - self.from.1) / speed;
+                Duration::from_secs_f64((due - self.from.0.elapsed().as_secs_f64()).max(0.0))
+            }
+        }
+    }
+
+    /// `false`: the run is to end.
+    fn button(&mut self, button: Button, world: &World) -> bool {
+        match button {
+            Button::Stop => return false,
+            Button::Play => {
+                self.paused = !self.paused;
+                self.from = (Instant::now(), world.time());
+                report::note(if self.paused { "paused: F5 goes on, F6 does one step, F7 stops" } else { "goes on" });
+            }
+            Button::Step => {
+                self.paused = true;
+                self.single = true;
+                self.from = (Instant::now(), world.time());
+            }
+            Button::Faster | Button::Slower => {
+                let now = self.speed.unwrap_or(1.0);
+                let speed = next_speed(now, button == Button::Faster);
+                self.speed = Some(speed);
+                self.from = (Instant::now(), world.time());
+                report::note(&format!("{speed} x real time"));
+            }
+            Button::Key(key) => self.pressed.push(key),
+        }
+        true
+    }
+}
+
+fn next_speed(now: f64, faster: bool) -> f64 {
+    let next = match faster {
+        true => SPEEDS.iter().find(|s| **s > now).or(SPEEDS.last()),
+        false => SPEEDS.iter().rev().find(|s| **s < now).or(SPEEDS.first()),
+    };
+    next.copied().unwrap_or(now)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::next_speed;
+
+    #[test]
+    fn speeds_go_from_an_eighth_to_forty() {
+        assert_eq!(next_speed(1.0, true), 1.5);
+        assert_eq!(next_speed(1.0, false), 0.5);
+        assert_eq!(next_speed(0.125, false), 0.125);
+        assert_eq!(next_speed(40.0, true), 40.0);
+        assert_eq!(next_speed(100.0, false), 40.0);
+    }
+}

@@ -1,0 +1,252 @@
+//! A script without its scene: what it asks for by name is made, of the kind that its calls need.
+//!
+//! What kind an object must be shows only when the script uses it. So the run is tried, and tried again with what was
+//! learned, until nothing new is asked for; the run that counts comes after these.
+
+use std::{
+    collections::BTreeMap,
+    fmt::Write,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use clap::ValueEnum;
+use serde_json::{Value, json};
+use tatu_core::{
+    StandIn, Wish, World,
+    document::{Options, Override, SCRIPT_KINDS, ServiceOverride, Sources},
+    error::{Error, Fault, FaultKind},
+    host::Registry,
+    scene::rows::KINDS,
+};
+
+use super::keys::Keys;
+use crate::args::{Run, ScriptKind};
+
+/// Times that the run starts over.
+const ROUNDS: usize = 10;
+/// A trial lasts no longer than this, in steps.
+const TRIAL_STEPS: u64 = 1000;
+/// The script's object, what it hangs on, and the number of objects that are there before any is asked for: the floor
+/// and these.
+const BASE: &str = "model";
+const ABOVE: &str = "above";
+const OWN: usize = 3;
+
+/// What the command line changes, but for the script itself.
+pub fn options(args: &Run) -> Result<Options, Error> {
+    let c = &args.changes;
+    Ok(Options {
+        seed: c.seed,
+        set: c.set.iter().map(|s| Override::parse(s)).collect::<Result<_, _>>()?,
+        services: args.services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_, _>>()?,
+        ..Default::default()
+    })
+}
+
+/// What the trials have led to.
+pub struct Learned {
+    /// The scene's name, which is on no disk,
+    pub scene: PathBuf,
+    /// and its files.
+    pub sources: Sources,
+    /// Names of values that stand in.
+    pub values: Vec<String>,
+}
+
+/// Tries the script until nothing new shows.
+pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<Learned, Error> {
+    let script = Script::read(args, registry)?;
+    let steps = args.steps.unwrap_or(TRIAL_STEPS).min(TRIAL_STEPS);
+    let mut known = Known::default();
+    let mut tried = script.sources(&known, registry);
+    for _ in 0..ROUNDS {
+        let options = Options { sources: tried.clone(), services: Vec::new(), set: Vec::new(), ..options.clone() };
+        let document = tatu_core::document::load(&script.scene, registry, &options)?;
+        let world = World::with_threads(Arc::new(document), registry.clone(), args.threads.into())?;
+        if let Some(folder) = &args.files {
+            world.open_files_in(folder)?;
+        }
+        world.make_stand_ins(&known.values);
+        world.start();
+        let mut keys = args.keys.as_deref().map(Keys::read).transpose()?.unwrap_or_default();
+        while world.steps() < steps {
+            while let Some(key) = keys.due(world.time()) {
+                world.put_in("key", &key);
+            }
+            if !world.step() {
+                break;
+            }
+            world.take_lines();
+        }
+        world.stop();
+        let learned = known.with(&world);
+        if learned == known {
+            break;
+        }
+        known = learned;
+        tried = script.sources(&known, registry);
+    }
+    Ok(Learned { scene: script.scene, sources: tried, values: known.values })
+}
+
+/// What is known of the scene that the script needs.
+#[derive(Default, PartialEq)]
+struct Known {
+    /// The script's object hangs on another.
+    above: bool,
+    objects: Vec<StandIn>,
+    /// Names of values.
+    values: Vec<String>,
+}
+
+impl Known {
+    /// What a trial has shown, beside it.
+    fn with(&self, world: &World) -> Self {
+        let mut all = world.stand_ins();
+        let mut above = self.above;
+        // A handle of nothing was used: so it was not asked for to see where the tree ends.
+        let nothing = |f: &Fault| {
+            matches!(f.kind, FaultKind::MissingObject | FaultKind::BadArgument)
+                && ["object -1", "found -1"].iter().any(|n| f.message.contains(n))
+        };
+        let faults = world.faults();
+        let mut values = self.values.clone();
+        // What is not there came to where a value was needed.
+        if faults.iter().any(|f| f.kind == FaultKind::Runtime) {
+            values.extend(world.missed_values());
+        }
+        if faults.iter().any(nothing) {
+            for (i, wish) in world.wishes() {
+                match wish {
+                    Wish::Parent => above |= all[i].alias == BASE,
+                    Wish::Child => {
+                        let (alias, kind) = ("child".into(), "dummy".into());
+                        let suffix = all.iter().filter(|s| s.alias == "child").count() as i32 - 1;
+                        all.push(StandIn { parent: Some(i), alias, suffix, kind });
+                    }
+                }
+            }
+        }
+        Known { above, values, objects: alike(all.split_off(OWN.min(all.len()))) }
+    }
+}
+
+/// What stands in for the objects of the script, for the summary.
+pub fn told(world: &World) -> Vec<Value> {
+    let all = world.stand_ins();
+    let told = |s: &StandIn| match s.kind.contains('/') {
+        true => json!({ "name": s.name(), "kind": "sensor", "sensor": s.kind }),
+        false => json!({ "name": s.name(), "kind": s.kind }),
+    };
+    all.iter().skip(OWN).map(told).collect()
+}
+
+/// The script, and the scene that it is put into.
+struct Script {
+    /// Of the scene: beside the script, where it looks for its modules.
+    scene: PathBuf,
+    file: PathBuf,
+    text: Vec<u8>,
+    kind: ScriptKind,
+}
+
+impl Script {
+    fn read(args: &Run, registry: &Registry) -> Result<Self, Error> {
+        let wrong = |what: String| Error::new("E102", what).expected("--script FILE --stand-ins, with one script");
+        let [name] = args.changes.scripts.as_slice() else { return Err(wrong("several scripts".into())) };
+        let file = PathBuf::from(name);
+        if name.starts_with('/') && name.contains('=') && !file.exists() {
+            return Err(wrong(format!("`{name}` names an object, and there is no scene")));
+        }
+        let text = std::fs::read(&file)
+            .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", file.display())))?;
+        let language = registry.language(name, &BTreeMap::new())?;
+        let shown = || ScriptKind::from_str(registry.kind_of_script(language, &text)?, false).ok();
+        let kind = args.kind.or_else(shown).unwrap_or(ScriptKind::Child);
+        let scene = file.parent().unwrap_or(Path::new("")).join("stand-ins.toml");
+        Ok(Script { scene, file, text, kind })
+    }
+
+    /// The scene with these stand-ins, and the script.
+    fn sources(&self, known: &Known, registry: &Registry) -> Sources {
+        let text = self.scene(known, registry);
+        Sources::of([(self.scene.clone(), text.into_bytes()), (self.file.clone(), self.text.clone())])
+    }
+
+    fn scene(&self, known: &Known, registry: &Registry) -> String {
+        // The nearest kind that scenes know; what runs as a thread shows in the text.
+        let kinds: &[&str] = match self.kind {
+            ScriptKind::Main => &["main"],
+            ScriptKind::AddOn => &["addon", "customization"],
+            ScriptKind::Customization => &["customization"],
+            ScriptKind::Threaded => &["threaded", "child"],
+            ScriptKind::Child | ScriptKind::Module => &["child"],
+        };
+        let kind = kinds.iter().find(|k| SCRIPT_KINDS.contains(k)).unwrap_or(&"child");
+        let file = self.file.file_name().unwrap_or_default().to_string_lossy();
+        let mut out = String::from("format = 1\n");
+        out += "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
+        out += &format!("[[object]]\nkind = \"dummy\"\nalias = \"{ABOVE}\"\n");
+        out += &format!("[[object]]\nkind = \"dummy\"\nalias = \"{BASE}\"\nmodel_base = true\n");
+        if known.above {
+            out += &format!("parent = \"{ABOVE}\"\n");
+        }
+        out += &format!("[object.script]\nfile = {}\nkind = \"{kind}\"\n", quoted(&file));
+        for (i, s) in known.objects.iter().enumerate() {
+            object(&mut out, i, s, &known.objects, registry);
+        }
+        out
+    }
+}
+
+/// Writes an object of the scene.
+fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: &Registry) {
+    let parent = match s.parent {
+        Some(p) if p >= OWN => known.get(p - OWN).map(StandIn::name),
+        Some(1) => Some(ABOVE.into()),
+        Some(2) => Some(BASE.into()),
+        _ => None,
+    };
+    let (column, line) = (i % 10, i / 10);
+    let at = [0.3 + 0.2 * column as f64, 0.2 * line as f64, 0.05];
+    let kind = match s.kind.as_str() {
+        schema if schema.contains('/') && registry.sensor(schema, &BTreeMap::new()).is_ok() => "sensor",
+        // Of what sort is not known.
+        "sensor" | "actuator" => "dummy",
+        kind if KINDS.iter().any(|(k, _)| *k == kind) => kind,
+        _ => "dummy",
+    };
+    let _ = writeln!(out, "[[object]]\nkind = \"{kind}\"\nalias = {}\nposition_m = {at:?}", quoted(&s.alias));
+    if let Some(parent) = parent {
+        let _ = writeln!(out, "parent = {}", quoted(&parent));
+    }
+    out.push_str(match kind {
+        "shape" => "dynamic = true\nrespondable = true\n",
+        "joint" => "control = \"velocity\"\nmax_force_nm = 10.0\n",
+        _ => "",
+    });
+    if kind == "sensor" {
+        let _ = writeln!(out, "sensor = {}", quoted(&s.kind));
+    }
+}
+
+/// What has only a number in its name that is different is taken for the same kind of thing.
+fn alike(mut all: Vec<StandIn>) -> Vec<StandIn> {
+    let stem = |s: &StandIn| s.alias.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
+    let mut kinds = BTreeMap::new();
+    for s in all.iter().filter(|s| s.kind != "dummy") {
+        kinds.entry(stem(s)).or_insert_with(|| s.kind.clone());
+    }
+    for s in all.iter_mut().filter(|s| s.kind == "dummy") {
+        if let Some(kind) = kinds.get(&stem(s)) {
+            s.kind.clone_from(kind);
+        }
+    }
+    all
+}
+
+/// A text as TOML and JSON both write it.
+fn quoted(text: &str) -> String {
+    json!(text).to_string()
+}

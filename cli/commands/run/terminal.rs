@@ -1,0 +1,125 @@
+//! The terminal's keys: some are buttons of the run, all others are for scripts.
+
+use std::{io::IsTerminal, time::Duration};
+
+use crossterm::{
+    event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers},
+    terminal,
+};
+use tatu_core::error::Error;
+
+/// What a key of the terminal means.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Button {
+    /// F5: play or pause.
+    Play,
+    /// F6: one step.
+    Step,
+    /// F7, or Ctrl-C: the end.
+    Stop,
+    /// +
+    Faster,
+    /// -
+    Slower,
+    /// For scripts: a character or a name, with what is held down.
+    Key(String),
+}
+
+/// The terminal, which gives each key as it is pressed until this is dropped.
+pub struct Terminal(());
+
+impl Terminal {
+    /// Takes it over. E105: there is none.
+    pub fn open() -> Result<Self, Error> {
+        let none = |why: String| {
+            Error::new("E105", format!("--interactive needs a terminal: {why}"))
+                .help("start it from a terminal, or press keys with `--keys FILE`")
+        };
+        if !std::io::stdin().is_terminal() {
+            return Err(none("standard input is none".into()));
+        }
+        terminal::enable_raw_mode().map_err(|e| none(e.to_string()))?;
+        let terminal = Terminal(());
+        lines_end_as_ever();
+        Ok(terminal)
+    }
+
+    /// The next key, within this time.
+    pub fn next(&mut self, wait: Duration) -> Option<Button> {
+        // A terminal that is gone presses nothing any more; its hang-up ends the run.
+        if !event::poll(wait).unwrap_or(false) {
+            return None;
+        }
+        match event::read().ok()? {
+            Event::Key(key) if key.kind != KeyEventKind::Release => button(key),
+            _ => None,
+        }
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        let _ = terminal::disable_raw_mode();
+    }
+}
+
+/// Raw mode gives keys one by one, but also stops the terminal from beginning lines on the left.
+#[cfg(unix)]
+fn lines_end_as_ever() {
+    // SAFETY: the structure is filled before it is read; standard input is a terminal.
+    unsafe {
+        let mut settings = std::mem::zeroed::<libc::termios>();
+        if libc::tcgetattr(libc::STDIN_FILENO, &mut settings) == 0 {
+            settings.c_oflag |= libc::OPOST;
+            libc::tcsetattr(libc::STDIN_FILENO, libc::TCSANOW, &settings);
+        }
+    }
+}
+#[cfg(not(unix))]
+fn lines_end_as_ever() {}
+
+fn button(key: KeyEvent) -> Option<Button> {
+    let ctrl = key.modifiers.contains(KeyModifiers::CONTROL);
+    let name = match key.code {
+        KeyCode::F(5) => return Some(Button::Play),
+        KeyCode::F(6) => return Some(Button::Step),
+        KeyCode::F(7) => return Some(Button::Stop),
+        KeyCode::Char('c') if ctrl => return Some(Button::Stop),
+        KeyCode::Char('+') => return Some(Button::Faster),
+        KeyCode::Char('-') => return Some(Button::Slower),
+        KeyCode::Char(' ') => "space".into(),
+        KeyCode::Char(c) => c.to_string(),
+        KeyCode::Up => "up".into(),
+        KeyCode::Down => "down".into(),
+        KeyCode::Left => "left".into(),
+        KeyCode::Right => "right".into(),
+        KeyCode::Enter => "enter".into(),
+        KeyCode::Tab => "tab".into(),
+        KeyCode::Backspace => "backspace".into(),
+        KeyCode::Delete => "delete".into(),
+        KeyCode::Esc => "esc".into(),
+        _ => return None,
+    };
+    let held = [(ctrl, "ctrl+"), (key.modifiers.contains(KeyModifiers::SHIFT), "shift+")];
+    let held: String = held.iter().filter(|(down, _)| *down).map(|(_, name)| *name).collect();
+    Some(Button::Key(held + &name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_named() {
+        let of = |code, modifiers| button(KeyEvent::new(code, modifiers));
+        let key = |s: &str| Some(Button::Key(s.into()));
+        assert_eq!(of(KeyCode::Char('s'), KeyModifiers::NONE), key("s"));
+        assert_eq!(of(KeyCode::Char('S'), KeyModifiers::SHIFT), key("shift+S"));
+        assert_eq!(of(KeyCode::Char('s'), KeyModifiers::CONTROL), key("ctrl+s"));
+        assert_eq!(of(KeyCode::Up, KeyModifiers::NONE), key("up"));
+        assert_eq!(of(KeyCode::Char(' '), KeyModifiers::NONE), key("space"));
+        assert_eq!(of(KeyCode::Char('c'), KeyModifiers::CONTROL), Some(Button::Stop));
+        assert_eq!(of(KeyCode::F(5), KeyModifiers::NONE), Some(Button::Play));
+        assert_eq!(of(KeyCode::F(9), KeyModifiers::NONE), None);
+    }
+}

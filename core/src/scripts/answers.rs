@@ -1,0 +1,91 @@
+//! What a callback may answer with, and what becomes of a script that asks for its end or fails.
+//!
+//! A map with `cmd`: "cleanup" ends the script, "restart" ends it and lets it begin anew in the next stage. It is carried
+//! out once no call of the script runs any more, since calls of a script can enter each other.
+
+use std::rc::Rc;
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Value, ValueRef},
+};
+
+use super::{Callback, Script};
+use crate::world::WorldCell;
+
+/// What a script has asked for, the weightiest last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Ask {
+    Nothing,
+    /// It failed: its clean-up, and nothing more.
+    Silence,
+    Restart,
+    End,
+}
+
+/// The value of a key in a map.
+pub(crate) fn entry<'v>(map: &'v Value, key: &str) -> Option<&'v Value> {
+    let Value::Map(entries) = map else { return None };
+    let is_key = |k: &Value| matches!(k, Value::Text(t) | Value::Bytes(t) if t == key.as_bytes());
+    entries.iter().find(|(k, _)| is_key(k)).map(|(_, v)| v)
+}
+
+impl Script {
+    pub(super) fn ask(&self, ask: Ask) {
+        self.asked.set(self.asked.get().max(ask));
+    }
+
+    /// Reads what a callback answered; the answer, if it is a map.
+    pub(super) fn hear(&self, frame: &tatu_call) -> Option<Value> {
+        if frame.n_results == 0 {
+            return None;
+        }
+        // SAFETY: the results of a call that has just returned.
+        let first = unsafe { ValueRef::slice(frame.results, frame.n_results as usize) }.first()?;
+        let answer = first.to_value().ok().filter(|v| matches!(v, Value::Map(_)))?;
+        match entry(&answer, "cmd") {
+            Some(Value::Text(t)) if t == b"cleanup" => self.ask(Ask::End),
+            Some(Value::Text(t)) if t == b"restart" => self.ask(Ask::Restart),
+            _ => {}
+        }
+        Some(answer)
+    }
+
+    /// Carries out what was asked for, once no call of the script runs any more.
+    pub(super) fn settle(self: &Rc<Self>, world: &WorldCell) {
+        if self.asked.get() == Ask::Nothing || self.depth.get() > 0 {
+            return;
+        }
+        let asked = self.asked.replace(Ask::Nothing);
+        self.clean_up(world);
+        // What its clean-up asks for is too late.
+        self.asked.set(Ask::Nothing);
+        match asked {
+            Ask::Nothing => {}
+            Ask::Silence => self.dead.set(true),
+            Ask::End | Ask::Restart => {
+                self.end(world);
+                self.ended.set(true);
+                if asked == Ask::Restart {
+                    self.begin(world);
+                }
+            }
+        }
+    }
+
+    /// Its clean-up, if it has begun and had none.
+    pub(super) fn clean_up(self: &Rc<Self>, world: &WorldCell) {
+        if self.initialised.get() && self.is_there(world) && !self.cleaned.replace(true) {
+            let number = self.find(world, TATU_FIND_CALLBACK, b"cleanup");
+            self.ask_callback(world, number, &[]);
+        }
+    }
+
+    /// Calls a callback, if it has begun and has it.
+    pub(super) fn run_if_begun(self: &Rc<Self>, world: &WorldCell, callback: Callback, args: &[tatu_value]) {
+        let number = self.number(callback);
+        if number != 0 && self.initialised.get() && !self.cleaned.get() && self.is_there(world) {
+            self.run_callback(world, number, args);
+        }
+    }
+}

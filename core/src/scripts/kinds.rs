@@ -1,0 +1,63 @@
+//! Kinds of scripts, and the callbacks that the host knows by name.
+
+/// Whose a script is, and how long its state lives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Kind {
+    /// Runs the stages of a pass itself; from start to stop.
+    Main,
+    /// From start to stop.
+    Child,
+    /// As long as the world.
+    Customization,
+    /// Of nothing in the scene; as long as the world.
+    Addon,
+    /// The same, called after all others.
+    Sandbox,
+}
+
+impl Kind {
+    /// By its name in documents and at the border.
+    pub fn parse(name: &str) -> Option<Self> {
+        use Kind::*;
+        let at = crate::document::SCRIPT_KINDS.iter().chain(OUTSIDE_KINDS).position(|k| *k == name)?;
+        Some([Child, Customization, Main, Addon, Sandbox][at])
+    }
+    /// Whether its state lives from start to stop only.
+    pub fn of_run(self) -> bool {
+        matches!(self, Kind::Main | Kind::Child)
+    }
+}
+
+/// Kinds that come from outside a document: see [`World::attach`](crate::World::attach).
+pub const OUTSIDE_KINDS: &[&str] = &["addon", "sandbox"];
+
+macro_rules! callbacks {
+    ($($name:ident $text:literal, $when:literal;)*) => {
+        /// A callback of the life cycle.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub(crate) enum Callback { $(#[doc = $when] $name),* }
+
+        /// Their names at the border, in the order of [`Callback`]; `init` comes before any other is looked for.
+        pub(crate) const CALLBACKS: &[&str] = &[$($text),*];
+    };
+}
+
+callbacks! {
+    Actuation "actuation", "In each pass, before physics.";
+    Sensing "sensing", "In each pass, after sensors measured.";
+    Cleanup "cleanup", "Before its state ends.";
+    Thread "thread", "Once after `init`, as a coroutine.";
+    NonSimulation "nonSimulation", "In each pass of a stopped world.";
+    BeforeSimulation "beforeSimulation", "Once, before the start is prepared.";
+    AfterSimulation "afterSimulation", "Once, when the scene is back where it was.";
+    Suspend "suspend", "Once, when time begins to stand.";
+    Suspended "suspended", "In each pass while time stands.";
+    Resume "resume", "Once, before time goes on.";
+    BeforeStep "beforeMainScript", "In each pass, before its stages.";
+    Dyn "dyn", "Before and after each physics step.";
+    Joint "joint", "In each physics step, for joints whose control is a callback.";
+    Contact "contact", "After the physics step in which two shapes began to touch.";
+}
+
+/// The language's numbers for a script's callbacks, by [`Callback`]; 0: it has none.
+pub(crate) type Numbers = [u32; CALLBACKS.len()];

@@ -1,0 +1,172 @@
+//! What is called when, of all scripts of a world.
+//!
+//! | moment | child scripts | customization scripts, add-ons, sandbox |
+//! |---|---|---|
+//! | a pass while stopped | | begin if they have not; threads, `nonSimulation` |
+//! | start | states are made | `beforeSimulation` |
+//! | each pass | `beforeMainScript`; begin if they have not; threads, `actuation`; `sensing` | the same |
+//! | a pause | `suspend`, `suspended` in each pass, `resume` | the same |
+//! | end of the last pass | `cleanup`, states end | |
+//! | scene is back | | `afterSimulation` |
+//! | end of the world | | `cleanup` |
+//!
+//! A driver (a script of kind `main`) is called before the others, and asks for the stages in which they act.
+
+use std::rc::Rc;
+
+use tatu_plugin_api::safe::Value;
+
+use super::{Callback, Kind, Script, Scripts, answers::entry};
+use crate::{
+    step::{self, Stage},
+    world::{Phase, WorldCell},
+};
+
+impl Scripts {
+    /// Makes the states of those that have none yet and loads their texts: of child scripts and the driver, or of others.
+    pub fn begin(world: &WorldCell, of_run: bool) {
+        let (mut i, mut any) = (0, of_run);
+        while let Some(script) = Self::nth(world, i) {
+            i += 1;
+            if script.kind.of_run() == of_run && script.id.get() == 0 && (of_run || !script.ended.get()) {
+                script.begin(world);
+                any = true;
+            }
+        }
+        if any {
+            Self::choose_order(world);
+        }
+    }
+
+    /// A pass of a stopped world.
+    pub fn idle(world: &WorldCell) {
+        Self::begin(world, false);
+        Self::each_called(world, |script| {
+            if !script.kind.of_run() {
+                script.make_ready(world);
+                script.resume_waits(world);
+                script.run_if_begun(world, Callback::NonSimulation, &[]);
+            }
+        });
+    }
+
+    /// A start was asked for, and nothing has been prepared.
+    pub fn before_run(world: &WorldCell) {
+        Self::each_has(world, Callback::BeforeSimulation);
+    }
+
+    /// Before the stages of a pass; whether some script wants it to be left out.
+    pub fn before_step(world: &WorldCell) -> bool {
+        let mut hold = false;
+        if world.scripts.try_borrow().is_ok_and(|s| s.any_has(Callback::BeforeStep)) {
+            for script in Self::in_order(world) {
+                let number = script.number(Callback::BeforeStep);
+                if number == 0 || !script.initialised.get() || !script.is_there(world) || script.kind == Kind::Main {
+                    continue;
+                }
+                let answer = script.ask_callback(world, number, &[]);
+                script.settle(world);
+                hold |= answer.is_some_and(|a| entry(&a, "doNotRunMainScript") == Some(&Value::Bool(true)));
+            }
+        }
+        hold
+    }
+
+    /// Actuation: a script that is new begins first; waits that are over go on before its own callback.
+    pub fn actuate(world: &WorldCell) {
+        Self::each_called(world, |script| {
+            script.make_ready(world);
+            script.resume_waits(world);
+            script.run_if_begun(world, Callback::Actuation, &[]);
+        });
+    }
+
+    /// Sensing.
+    pub fn react(world: &WorldCell) {
+        Self::each_called(world, |script| {
+            script.make_ready(world);
+            script.run_if_begun(world, Callback::Sensing, &[]);
+        });
+    }
+
+    /// Time begins to stand, stands, or goes on: the driver is told, then all others.
+    pub fn pause(world: &WorldCell, callback: Callback) {
+        if let Some(driver) = Self::driver(world) {
+            driver.run_if_begun(world, callback, &[]);
+        }
+        Self::each_has(world, callback);
+    }
+
+    /// The end of the last pass: scripts of the run clean up, each once.
+    pub fn clean_up(world: &WorldCell) {
+        for script in Self::in_order(world) {
+            if script.kind.of_run() {
+                script.clean_up(world);
+            }
+        }
+    }
+
+    /// The states of the run's scripts end.
+    pub fn end_run(world: &WorldCell) {
+        Self::clean_up(world);
+        let mut i = 0;
+        while let Some(script) = Self::nth(world, i) {
+            i += 1;
+            if script.kind.of_run() {
+                script.end(world);
+            }
+        }
+    }
+
+    /// The scene is back where it was at the start.
+    pub fn after_run(world: &WorldCell) {
+        Self::each_has(world, Callback::AfterSimulation);
+    }
+
+    /// Clean-up of all that are left, then the end of their states. Customization scripts go in the opposite order.
+    pub fn end(world: &WorldCell) {
+        Self::end_run(world);
+        let (scene, outside): (Vec<_>, Vec<_>) = Self::in_order(world).into_iter().partition(|s| s.kind < Kind::Addon);
+        for script in scene.iter().rev().chain(&outside) {
+            script.clean_up(world);
+        }
+        let mut i = 0;
+        while let Some(script) = Self::nth(world, i) {
+            i += 1;
+            script.end(world);
+        }
+    }
+}
+
+impl Script {
+    /// Makes the state of one that was added while the world runs.
+    pub(super) fn begin_if_late(&self, world: &WorldCell) {
+        if self.late.get() && self.id.get() == 0 && !self.ended.get() {
+            self.begin(world);
+        }
+    }
+
+    /// Its `init` and thread, if it has not begun.
+    fn make_ready(self: &Rc<Self>, world: &WorldCell) {
+        if !self.initialised.get() && self.is_there(world) {
+            self.initialise(world);
+        }
+    }
+
+    /// One pass of the driver: `init` first, then its callbacks, from which it asks for the stages; `cleanup` in the last.
+    /// A driver that could not be loaded or was stopped for its budget runs none: steps count, and time stands.
+    pub fn drive(self: &Rc<Self>, world: &WorldCell) {
+        if !self.is_there(world) {
+            return;
+        }
+        self.make_ready(world);
+        self.resume_waits(world);
+        self.run_if_begun(world, Callback::Actuation, &[]);
+        self.run_if_begun(world, Callback::Sensing, &[]);
+        if world.phase.get() == Phase::Last {
+            // It may ask for the others' clean-up itself.
+            self.clean_up(world);
+            let _ = step::run(world, Stage::Clean, 0.0, "the last pass");
+        }
+    }
+}

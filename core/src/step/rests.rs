@@ -1,0 +1,46 @@
+//! Passes in which time stands: of a stopped world, and of a paused one.
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::barrier;
+use crate::{
+    scripts::{Callback, Scripts},
+    world::{Phase, WorldCell},
+};
+
+/// A pass of a stopped world.
+pub(crate) fn idle(world: &WorldCell) {
+    barrier(world);
+    Scripts::idle(world);
+    world.clock.count_pass();
+    world.look_after("a pass of the stopped world");
+}
+
+/// Time begins to stand.
+pub(super) fn suspend(world: &WorldCell) {
+    world.requests.set(world.requests.get() & !(1 << TATU_REQUEST_PAUSE | 1 << TATU_REQUEST_START));
+    Scripts::pause(world, Callback::Suspend);
+    world.outside.tell("paused", Value::Nil);
+    world.look_after("the beginning of a pause");
+}
+
+/// A pass of a paused world. A script that asks for a start lifts the pause at its end.
+pub(crate) fn paused(world: &WorldCell) {
+    barrier(world);
+    Scripts::pause(world, Callback::Suspended);
+    world.look_after("a pass of the paused world");
+    if world.requests.get() & 1 << TATU_REQUEST_START != 0 {
+        lift(world);
+    }
+}
+
+/// Time goes on with the next pass.
+pub(crate) fn lift(world: &WorldCell) {
+    world.requests.set(world.requests.get() & !(1 << TATU_REQUEST_PAUSE | 1 << TATU_REQUEST_START));
+    if world.phase.get() == Phase::Paused {
+        Scripts::pause(world, Callback::Resume);
+        world.phase.set(Phase::FirstAfterPause);
+        world.outside.tell("resumed", Value::Nil);
+        world.look_after("the end of a pause");
+    }
+}

@@ -1,0 +1,87 @@
+//! The phases that a run passes through.
+//!
+//! ```text
+//! stopped -> first -> running -> stopping -> last -> stopped
+//!                     running -> last before pause -> paused -> first after pause -> running
+//! ```
+//!
+//! A stop or a pause is a request. A phase changes after a pass only, so the pass in which a script asks is an ordinary
+//! one to its end, and whoever looks at the phase learns of a stop two passes before the end.
+
+use serde::{Deserialize, Serialize};
+use tatu_plugin_api::abi::*;
+
+/// What a world is doing: `TATU_PHASE_*`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Phase {
+    /// It is not started.
+    #[default]
+    Stopped = TATU_PHASE_STOPPED as isize,
+    /// Its first pass.
+    First = TATU_PHASE_FIRST as isize,
+    /// Any pass between.
+    Running = TATU_PHASE_RUNNING as isize,
+    /// A pause was asked for; after this pass time stands.
+    LastBeforePause = TATU_PHASE_LAST_BEFORE_PAUSE as isize,
+    /// Time stands.
+    Paused = TATU_PHASE_PAUSED as isize,
+    /// The first pass after a pause.
+    FirstAfterPause = TATU_PHASE_FIRST_AFTER_PAUSE as isize,
+    /// A stop was asked for; one more pass follows.
+    Stopping = TATU_PHASE_STOPPING as isize,
+    /// The last pass, at whose end the scripts of the run clean up.
+    Last = TATU_PHASE_LAST as isize,
+}
+
+impl Phase {
+    /// The phase after a pass in this one.
+    pub(crate) fn after(self, stop: bool, pause: bool) -> Phase {
+        match self {
+            Phase::First | Phase::FirstAfterPause => Phase::Running,
+            Phase::Running if stop => Phase::Stopping,
+            Phase::Running if pause => Phase::LastBeforePause,
+            Phase::LastBeforePause => Phase::Paused,
+            Phase::Stopping => Phase::Last,
+            Phase::Last => Phase::Stopped,
+            Phase::Running | Phase::Paused | Phase::Stopped => self,
+        }
+    }
+
+    /// Whether a pause may be asked for.
+    pub(crate) fn takes_pause(self) -> bool {
+        matches!(self, Phase::First | Phase::Running | Phase::FirstAfterPause)
+    }
+
+    /// Whether scripts can see that the end is near.
+    pub(crate) fn is_ending(self) -> bool {
+        matches!(self, Phase::Stopping | Phase::Last)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Passes until `to`, the request standing all the while.
+    fn passes(mut from: Phase, to: Phase, stop: bool, pause: bool) -> Vec<Phase> {
+        let mut out = Vec::new();
+        while from != to {
+            out.push(from);
+            from = from.after(stop, pause);
+        }
+        out
+    }
+
+    // call-order-observed.md section 1, rows "stop requested" and "pause requested"; section 4, row "with pause at error on":
+    // from the first step there is a normal one between.
+    #[test]
+    fn requests_take_as_many_passes_as_observed() {
+        use Phase::*;
+        assert_eq!(passes(Running, Stopped, true, false), [Running, Stopping, Last]);
+        assert_eq!(passes(Running, Paused, false, true), [Running, LastBeforePause]);
+        assert_eq!(passes(First, Paused, false, true), [First, Running, LastBeforePause]);
+        assert_eq!(passes(FirstAfterPause, Stopped, true, false), [FirstAfterPause, Running, Stopping, Last]);
+        // A stop comes before a pause.
+        assert_eq!(passes(Running, Stopped, true, true), [Running, Stopping, Last]);
+    }
+}

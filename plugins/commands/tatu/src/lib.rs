@@ -1,0 +1,44 @@
+//! Commands of Tatu's own, for what the V-REP script API has no name for: `tatu.on`, `tatu.emit`, `tatu.options`,
+//! `tatu.list`, `tatu.get` and `tatu.set`.
+//!
+//! One file per subject; `tests/program/events.rs` of the program drives them through scripts.
+
+mod events;
+mod options;
+mod properties;
+
+use tatu_plugin_api::safe::{Call, Command, Host, Offer, Plugin, Result, World};
+
+/// The plugin; it keeps nothing.
+pub struct Tatu;
+
+/// A running command of this plugin.
+type Ctx<'a> = Call<'a, Tatu>;
+/// A command of this plugin.
+type Cmd = Command<Tatu>;
+
+impl Plugin for Tatu {
+    type World = ();
+
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Tatu)
+    }
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        events::offer(offer);
+        options::offer(offer);
+        properties::offer(offer);
+        // Tells the language which names belong to this API.
+        offer.prelude("lua", "", "return { api = { 'tatu.' } }");
+    }
+}
+
+tatu_plugin_api::tatu_plugin! {
+    plugin: Tatu,
+    id: "tatu.commands.tatu",
+    name: "Tatu's own commands",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

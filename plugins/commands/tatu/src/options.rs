@@ -1,0 +1,137 @@
+//! What an add-on was given when it was started.
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Fail, Offer, Param, Result, Value, ValueRef},
+};
+
+use crate::{Cmd, Ctx, Tatu};
+
+pub(crate) fn offer(offer: &mut Offer<Tatu>) {
+    offer.command(
+        Cmd::new("tatu.options", |c| {
+            let given = given(c)?;
+            let options = match c.arg(0) {
+                defaults if defaults.is_nil() || defaults.tag() == TATU_LIST && defaults.is_empty() => given,
+                defaults => merged(defaults, &given)?,
+            };
+            c.ret::<Value>(Value::Map(options));
+            Ok(())
+        })
+        .param(
+            Param::any("defaults")
+                .optional()
+                .text("a table: the options that there are, and their values if not given"),
+        )
+        .returns(Param::map("options").text("with defaults: of their types; without: texts"))
+        .text("Gives what the calling script was started with: `--addon NAME:KEY=VALUE,KEY=VALUE`.")
+        .example(
+            "local o = tatu.options{period = 0.5, file = 'out.csv'}\nassert(o.period == 0.5 and o.file == 'out.csv')",
+        ),
+    );
+}
+
+/// What the caller was given: texts.
+fn given(c: &Ctx<'_>) -> Result<Vec<(Value, Value)>> {
+    if c.caller_script() == 0 {
+        return Ok(Vec::new());
+    }
+    match c.world().script_options(c.caller_script())?.to_value()? {
+        Value::Map(all) => Ok(all),
+        _ => Ok(Vec::new()),
+    }
+}
+
+/// The defaults, with what was given in their place, as the type that the default has.
+fn merged(defaults: ValueRef<'_>, given: &[(Value, Value)]) -> Result<Vec<(Value, Value)>> {
+    let Value::Map(mut out) = defaults.to_value()? else {
+        return Err(Fail::argument("argument 1: expected a table with names, such as {period = 0.5}"));
+    };
+    for (key, value) in given {
+        let (Value::Text(key), Value::Text(text)) = (key, value) else { continue };
+        let slot = out.iter_mut().find(|(k, _)| matches!(k, Value::Text(k) if k == key));
+        let Some((_, slot)) = slot else {
+            let mut known: Vec<String> = out.iter().filter_map(|(k, _)| key_of(k)).collect();
+            known.sort();
+            let key = String::from_utf8_lossy(key);
+            return Err(Fail::argument(format!("there is no option `{key}`; there are: {}", known.join(", "))));
+        };
+        *slot = converted(slot, text).ok_or_else(|| {
+            let (key, text) = (String::from_utf8_lossy(key), String::from_utf8_lossy(text));
+            Fail::argument(format!("the option `{key}` is {}, not `{text}`", kind(slot)))
+        })?;
+    }
+    Ok(out)
+}
+
+fn key_of(key: &Value) -> Option<String> {
+    match key {
+        Value::Text(k) => Some(String::from_utf8_lossy(k).into_owned()),
+        _ => None,
+    }
+}
+
+fn converted(default: &Value, text: &[u8]) -> Option<Value> {
+    let str = std::str::from_utf8(text).ok().map(str::trim);
+    match default {
+        Value::Bool(_) => match str? {
+            "true" | "yes" | "1" => Some(Value::Bool(true)),
+            "false" | "no" | "0" => Some(Value::Bool(false)),
+            _ => None,
+        },
+        // A whole default may be given a fraction.
+        Value::Int(_) => {
+            let float = || str?.parse().ok().filter(|x: &f64| x.is_finite()).map(Value::Float);
+            str?.parse().ok().map(Value::Int).or_else(float)
+        }
+        Value::Float(_) => str?.parse().ok().filter(|x: &f64| x.is_finite()).map(Value::Float),
+        _ => Some(Value::Text(text.to_vec())),
+    }
+}
+
+fn kind(default: &Value) -> &'static str {
+    match default {
+        Value::Bool(_) => "true or false",
+        Value::Int(_) | Value::Float(_) => "a number",
+        _ => "a text",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pairs(all: &[(&str, Value)]) -> Vec<(Value, Value)> {
+        all.iter().map(|(k, v)| (Value::text(k), v.clone())).collect()
+    }
+
+    #[test]
+    fn options_take_the_types_of_their_defaults() {
+        assert_eq!(converted(&Value::Int(1), b"2"), Some(Value::Int(2)));
+        assert_eq!(converted(&Value::Int(1), b"0.5"), Some(Value::Float(0.5)));
+        assert_eq!(converted(&Value::Float(1.5), b" 2 "), Some(Value::Float(2.0)));
+        assert_eq!(converted(&Value::Float(1.5), b"inf"), None);
+        assert_eq!(converted(&Value::Bool(false), b"yes"), Some(Value::Bool(true)));
+        assert_eq!(converted(&Value::Bool(false), b"perhaps"), None);
+        assert_eq!(converted(&Value::text("a"), b"7"), Some(Value::text("7")));
+    }
+
+    #[test]
+    fn an_option_that_is_not_there_is_told_with_those_that_are() {
+        let defaults = Value::Map(pairs(&[("period", Value::Float(0.5)), ("file", Value::text("a.csv"))]));
+        let mut room: Vec<Vec<u64>> = Vec::new();
+        let raw = defaults.to_raw(&mut |n| {
+            room.push(vec![0; n.div_ceil(8).max(1)]);
+            room.last_mut().unwrap().as_mut_ptr().cast()
+        });
+        // SAFETY: the room lives as long as the test.
+        let defaults = unsafe { ValueRef::new(raw.unwrap()) };
+        let out = merged(defaults, &pairs(&[("period", Value::text("2"))])).unwrap();
+        assert!(out.contains(&(Value::text("period"), Value::Float(2.0))));
+        assert!(out.contains(&(Value::text("file"), Value::text("a.csv"))));
+        let wrong = merged(defaults, &pairs(&[("perid", Value::text("2"))])).unwrap_err().to_string();
+        assert!(wrong.contains("`perid`") && wrong.contains("file, period"), "{wrong}");
+        let wrong = merged(defaults, &pairs(&[("period", Value::text("often"))])).unwrap_err().to_string();
+        assert!(wrong.contains("a number, not `often`"), "{wrong}");
+    }
+}

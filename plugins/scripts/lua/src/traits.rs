@@ -1,0 +1,28 @@
+//! What the host must know of a script: how it goes on after an error, and the order that its world's dialect had.
+
+use tatu_plugin_api::abi::*;
+
+use crate::{load::version, state::Script};
+
+/// `TATU_SCRIPT_*`
+pub(crate) fn traits(s: &Script) -> u32 {
+    let modern = if s.old.get() { 0 } else { TATU_SCRIPT_SILENT | TATU_SCRIPT_MODERN };
+    let text = s.text.borrow();
+    let threaded = text.may_rerun && text.rules.rerun.as_ref().is_some_and(|r| r.has(b"thread"));
+    if threaded && s.old.get() { modern | TATU_SCRIPT_THREADED } else { modern }
+}
+
+/// `TATU_ORDER_*` of a dialect: that of the last version in the preludes' list that is not later.
+pub(crate) fn order(s: &Script, dialect: &str, modern: bool) -> u32 {
+    let rules = s.text.borrow().rules.clone();
+    let counts_as = if modern { &rules.new_dialect } else { &rules.old_dialect };
+    let dialect = if dialect.is_empty() { counts_as.as_deref().unwrap_or_default() } else { dialect };
+    let Some(wanted) = version(dialect) else { return 0 };
+    let last = rules.orders.iter().rev().find(|(from, _)| version(from).is_some_and(|v| v <= wanted));
+    match last.map(|(_, order)| order.as_str()) {
+        Some("parents_first") => TATU_ORDER_PARENTS_FIRST,
+        Some("by_kind") => TATU_ORDER_BY_KIND,
+        Some("deepest_first") => TATU_ORDER_DEEPEST_FIRST,
+        _ => 0,
+    }
+}

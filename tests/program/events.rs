@@ -1,0 +1,165 @@
+//! Events: who is told what, when, and in which order (docs/reference/events.md).
+
+use crate::kit::*;
+
+/// A dummy with a script.
+fn with(script: &str) -> String {
+    format!("{FLOOR}{}", watcher("ear", script))
+}
+
+/// The lines that scripts printed, in order.
+fn told(done: &Done) -> Vec<String> {
+    done.err.lines().filter(|l| l.starts_with("> ")).map(|l| l[2..].to_owned()).collect()
+}
+
+#[test]
+fn what_is_declared_is_listed() {
+    let place = Place::new();
+    let all = place.tatu(&["list", "events", "--json"]).good().json();
+    let all = all.as_array().unwrap();
+    let names: Vec<&str> = all.iter().map(|e| e["name"].as_str().unwrap()).collect();
+    for name in ["started", "stopped", "paused", "resumed", "object_added", "object_removed", "collision", "message"] {
+        assert!(names.contains(&name), "{name} of {names:?}");
+    }
+    let collision = all.iter().find(|e| e["name"] == "collision").unwrap();
+    let fields: Vec<_> = collision["fields"].as_array().unwrap().iter().map(|f| f.as_str().unwrap()).collect();
+    assert_eq!(fields, ["a", "b", "a_path", "b_path", "point", "normal", "force"]);
+    assert!(place.tatu(&["list", "events"]).good().out.contains("Two shapes begin to touch."));
+}
+
+/// A ball of 0.1 m, whose lowest point is 0.5 m above the floor, lands after sqrt(2 * 0.5 / 9.81) = 0.319 s: within the
+/// seventh step of 0.05 s. It rests there until it is removed at 1 s.
+#[test]
+fn a_ball_that_lands_collides_once_rests_and_is_removed() {
+    let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.1, 0.1, 0.1]\n\
+        position_m = [0, 0, 0.55]\nrespondable = true\ndynamic = true\n";
+    let script = "
+        function sysCall_init()
+          n = 0
+          tatu.on('collision', function(e, name)
+            print(string.format('> %s %s %s %.2f', name, e.a_path, e.b_path, sim.getSimulationTime()))
+            up = e.normal[3]
+          end)
+          tatu.on('contact', function(e) n = n + 1 force = e.force end)
+          tatu.on('separation', function(e, name) print('> ' .. name) end)
+          tatu.on('object_removed', function(e, name) print('> ' .. name .. ' ' .. e.path .. ' ' .. e.kind) end)
+        end
+        function sysCall_sensing()
+          if sim.getSimulationTime() > 0.97 and not gone then
+            gone = true
+            print(string.format('> %.2f %.1f %s', force, math.abs(up), tostring(n > 10)))
+            sim.removeObject(sim.getObject('/ball'))
+          end
+        end";
+    let done = Place::scene(&format!("{}{ball}", with(script))).run(&["--seconds", "2"]).good();
+    // At rest the floor carries its weight: 1000 kg/m^3 of 4/3 pi 0.05^3 are 0.5236 kg, 5.14 N.
+    let lines = told(&done);
+    assert_eq!(lines[0], "collision /floor /ball 0.30", "{lines:?}");
+    assert!(lines.iter().filter(|l| l.starts_with("collision")).count() <= 2, "{lines:?}");
+    let rest = lines.iter().find(|l| l.starts_with("5.")).unwrap();
+    let force: f64 = rest.split(' ').next().unwrap().parse().unwrap();
+    assert!((force - 5.14).abs() < 0.1 && rest.ends_with("1.0 true"), "{lines:?}");
+    assert!(lines.contains(&"object_removed /ball shape".to_owned()), "{lines:?}");
+    assert_eq!(lines.last().unwrap(), "separation");
+}
+
+/// One script publishes in actuation, another in a handler: all within the moment after the stage, in order.
+#[test]
+fn events_come_after_the_stage_in_the_order_of_publishing_and_subscribing() {
+    let ear = "
+        function sysCall_init()
+          tatu.on('test.a', function(e) print('> first a' .. e.n) tatu.emit('test.b', {n = e.n}) end)
+          tatu.on('test.a', function(e) print('> second a' .. e.n) end)
+          tatu.on('test.b', function(e) print('> b' .. e.n) end)
+        end
+        function sysCall_sensing() print('> sensing') end";
+    let mouth = "
+        function sysCall_actuation()
+          tatu.emit('test.a', {n = 1})
+          tatu.emit('test.a', {n = 2})
+          print('> published')
+        end";
+    let scene = format!("{}{}", watcher("ear", ear), watcher("mouth", mouth));
+    let place = Place::scene(&scene);
+    let done = place.run(&["--steps", "1"]).good();
+    let lines: Vec<String> = told(&done);
+    let expected =
+        ["published", "first a1", "second a1", "first a2", "second a2", "b1", "b2", "sensing"].map(str::to_owned);
+    assert_eq!(lines, expected);
+    // The same again, with a trace to compare.
+    let other = place.run(&["--steps", "1"]).good();
+    assert_eq!(told(&other), expected);
+}
+
+#[test]
+fn a_handler_that_fails_is_named_and_left_out_and_the_rest_goes_on() {
+    let script = "
+        function sysCall_init()
+          tatu.on('test.tick', function(e)
+            count = (count or 0) + 1
+            local x = nil + 1
+          end)
+          tatu.on('test.tick', function(e) other = (other or 0) + 1 end)
+        end
+        function sysCall_actuation() tatu.emit('test.tick') end
+        function sysCall_cleanup() print('> ' .. count .. ' ' .. other) end";
+    let done = Place::scene(&with(script)).run(&["--steps", "5"]);
+    let errors = done.errors();
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    assert_eq!((&errors[0]["line"], &errors[0]["count"]), (&5.into(), &1.into()), "{errors:?}");
+    let help = errors[0]["help"].as_str().unwrap();
+    assert!(help.contains("its handler of the event `test.tick` is not called any more"), "{help}");
+    assert_eq!(told(&done), ["1 5"]);
+}
+
+#[test]
+fn misspelt_names_and_names_of_the_host_are_refused_with_what_to_do() {
+    let script = "
+        function sysCall_init()
+          print('> ' .. tostring(select(2, pcall(tatu.on, 'colision', function() end))))
+          print('> ' .. tostring(select(2, pcall(tatu.emit, 'collision', {}))))
+          print('> ' .. tostring(select(2, pcall(tatu.emit, 'test.x', {1, 2}))))
+          print('> ' .. tostring(select(2, pcall(tatu.off, 77))))
+        end";
+    let done = Place::scene(&with(script)).run(&["--steps", "1"]).good();
+    let lines = told(&done);
+    assert!(lines[0].contains("there is no event `colision`; did you mean `collision`?"), "{lines:?}");
+    assert!(lines[1].contains("names without a dot belong to the host"), "{lines:?}");
+    assert!(lines[2].contains("a payload is a table with names"), "{lines:?}");
+    assert!(lines[3].contains("no subscription 77"), "{lines:?}");
+}
+
+#[test]
+fn handlers_that_call_each_other_without_end_are_stopped() {
+    let script = "
+        function sysCall_init()
+          tatu.on('test.ping', function() tatu.emit('test.pong') end)
+          tatu.on('test.pong', function() tatu.emit('test.ping') end)
+          tatu.emit('test.ping')
+        end";
+    let errors = Place::scene(&with(script)).run(&["--steps", "3"]).errors();
+    assert!(errors[0]["message"].as_str().unwrap().contains("more than 10000 events at one moment"), "{errors:?}");
+}
+
+/// Listening changes nothing that is simulated, and errors of one script reach the handlers of others.
+#[test]
+fn listeners_leave_the_run_alone_and_learn_of_errors() {
+    let bad = "function sysCall_actuation() if sim.getSimulationTime() > 0.2 then error('oh') end end";
+    let ear = "
+        function sysCall_init()
+          tatu.on('script_error', function(e) print('> ' .. e.message .. ' ' .. e.object .. ' ' .. e.line) end)
+          tatu.on('message', function(e) if e.text == 'hello' then print('> ' .. e.level) end end)
+        end";
+    let drive = "function sysCall_actuation() if sim.getSimulationTime() > 0.1 and not x then x = 1 print('hello') end
+        sim.setJointTargetVelocity(sim.getObjectHandle('Pioneer_p3dx_leftMotor'), 2) end";
+    let scene = |ear: &str| {
+        let robot = pioneer(drive, "");
+        format!("{robot}{}{}", watcher("bad", bad), watcher("ear", ear))
+    };
+    let run = |ear: &str| Place::scene(&scene(ear)).run(&["--seconds", "2"]);
+    let (quiet, heard) = (run("function sysCall_init() end"), run(ear));
+    assert_eq!(quiet.json()["hash"], heard.json()["hash"]);
+    let lines = told(&heard);
+    assert!(lines.iter().any(|l| l.starts_with("oh /bad 1")), "{lines:?}\n{}", heard.err);
+    assert!(lines.iter().any(|l| l == "info" || l == "status"), "{lines:?}");
+}
