@@ -20,6 +20,7 @@ files!(
     "dialogs",
     "distances",
     "flags",
+    "graphs",
     "making",
     "math",
     "meshes",
