@@ -68,7 +68,7 @@ mod tests {
     fn names_files_and_options() {
         assert_eq!(parsed("pose_logger"), ("pose_logger".into(), vec![]));
         assert_eq!(parsed("a b:file=x.csv,period=0.1"), ("a b".into(), pairs(&[("file", "x.csv"), ("period", "0.1")])));
-        assert_eq!(parsed("C:\\x\\a.lua:n=1"), ("C:\\x\\a.lua".into(), pairs(&[("n", "1")])));
+        assert_eq!(parsed("d:odd/a.lua:n=1"), ("d:odd/a.lua".into(), pairs(&[("n", "1")])));
         assert_eq!(
             parsed("log:objects=/A/b,/C,period=1"),
             ("log".into(), pairs(&[("objects", "/A/b,/C"), ("period", "1")]))

@@ -137,6 +137,24 @@ fn an_old_addon_is_run_as_a_whole_and_ends_by_returning_0() {
     assert_eq!(told(&place.run(&["--steps", "10"]).good()), ["begins", "enough 3", "ends"]);
 }
 
+// script-api.md section 1.3, row 15, and 4.2: `sysCall_addOnScriptRun` in each pass, sim.syscb_cleanup (1) ends it.
+#[test]
+fn an_addon_of_the_years_between_has_functions_of_its_own() {
+    let text = "function sysCall_init() print('> init') n = 0 end
+        function sysCall_addOnScriptRun()
+          n = n + 1
+          print('> run ' .. n)
+          if n == 4 then return sim.syscb_cleanup end
+        end
+        function sysCall_cleanup() print('> over') end";
+    let place = place(&[("vrepAddOnScript-between.lua", text)]);
+    let done = place.run(&["--steps", "10", "--addon", "between"]).good();
+    assert_eq!(told(&done), ["init", "run 1", "run 2", "run 3", "run 4", "over"]);
+    // A function: called once, and over.
+    place.write("addons/vrepAddOnFunc_once.lua", "print('> once')\nreturn sim.syscb_cleanup");
+    assert_eq!(told(&place.run(&["--steps", "3", "--addon", "once"]).good()), ["once"]);
+}
+
 #[test]
 fn options_reach_an_addon_as_a_table_of_the_types_of_its_defaults() {
     let text = "function sysCall_info() return {autoStart = false} end

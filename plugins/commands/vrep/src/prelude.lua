@@ -49,6 +49,12 @@ end
 return {
     -- Modern scripts define functions of these names, %s being the callback.
     functions = "sysCall_%s",
+    -- Add-ons of 3.5 to 4.1 had functions of their own.
+    also = {
+        run = "sysCall_addOnScriptRun",
+        addonSuspend = "sysCall_addOnScriptSuspend",
+        addonResume = "sysCall_addOnScriptResume",
+    },
     rerun = {
         variable = "sim_call_type",
         values = reasons,
@@ -56,8 +62,8 @@ return {
         needs = { thread = { "sim_childscriptcall_threaded" } },
         extra = { sim_current_script_id = "script" },
     },
-    -- Old add-ons end by returning 0.
-    ends = script.kind == "addon" and (script.dialect == "3.2" and 0) or nil,
+    -- Old add-ons end by returning 0, later ones by sim.syscb_cleanup.
+    ends = script.kind == "addon" and (script.dialect == "3.2" and 0 or 1) or nil,
     -- The name space of commands and constants.
     api = { "sim" },
     -- What tells an old script by its text, and which versions scripts are taken for.

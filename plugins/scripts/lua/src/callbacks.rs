@@ -165,6 +165,14 @@ unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> bool {
         }
         lua_pop(l, 1);
     }
+    for (_, function) in rules.also.iter().filter(|(callback, _)| callback == name) {
+        push(l, function);
+        if lua_rawget(l, top + 1) == LUA_TFUNCTION {
+            lua_replace(l, top + 1);
+            return true;
+        }
+        lua_pop(l, 1);
+    }
     lua_settop(l, top);
     lua_pushnil(l);
     false

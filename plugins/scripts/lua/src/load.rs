@@ -46,6 +46,8 @@ impl Rerun {
 pub(crate) struct Rules {
     /// What stands before and after a callback's name in its function's name.
     pub functions: Vec<(Vec<u8>, Vec<u8>)>,
+    /// Other names of functions for callbacks: callback, function.
+    pub also: Vec<(Vec<u8>, Vec<u8>)>,
     pub rerun: Option<Rerun>,
     /// The number by which a callback asks for the script's end.
     pub ends: Option<f64>,
@@ -240,6 +242,16 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
         if let Some(at) = pattern.windows(2).position(|w| w == b"%s") {
             let parts = (pattern[..at].to_vec(), pattern[at + 2..].to_vec());
             rules.functions.push(parts);
+        }
+    }
+    lua_pop(l, 1);
+    if field(l, c"also") && lua_type(l, -1) == LUA_TTABLE {
+        lua_pushnil(l);
+        while lua_next(l, -2) != 0 {
+            if lua_type(l, -2) == LUA_TSTRING && lua_type(l, -1) == LUA_TSTRING {
+                rules.also.push((bytes(l, -2).to_vec(), bytes(l, -1).to_vec()));
+            }
+            lua_pop(l, 1);
         }
     }
     lua_pop(l, 1);
