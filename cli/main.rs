@@ -3,6 +3,7 @@
 mod args;
 mod commands;
 mod report;
+mod scripts;
 mod state;
 mod trace;
 mod watchdog;

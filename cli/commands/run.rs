@@ -202,6 +202,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let objects = objects(&world, &hash);
     let opened = world.files_opened();
     world.stop();
+    let scripts = crate::scripts::told(&world);
     world.end();
     let badly_ended = session.map(Session::end).unwrap_or_default();
     badly_ended.iter().for_each(report::error);
@@ -214,7 +215,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     }
     let faults = world.faults();
     let ran = Ran { steps: done, time, wall, reloads: reload.is_some().then_some(reloads) };
-    summary(args, &ran, &hash, objects, &faults);
+    summary(args, &ran, &hash, objects, &faults, scripts);
     watchdog.told();
     // The registry of the end: a reload makes another.
     let registry = if reload.is_some() { world.registry() } else { registry };
@@ -296,12 +297,13 @@ struct Ran {
     reloads: Option<u64>,
 }
 
-fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faults: &[Fault]) {
+fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faults: &[Fault], scripts: Value) {
     let Ran { steps, time, wall, reloads } = *ran;
     let (hash, wall) = (format!("{:016x}", hash.total), wall.as_secs_f64());
     if args.json {
         let mut out = json!({
             "steps": steps, "sim_time_s": time, "wall_s": wall, "hash": hash, "objects": objects, "errors": faults,
+            "scripts": scripts,
         });
         if let Some(n) = reloads {
             out["reloads"] = n.into();

@@ -35,5 +35,6 @@ pub mod state;
 pub mod step;
 mod world;
 
+pub use scripts::ScriptTold;
 pub use session::Session;
 pub use world::{LogLine, Observed, World};

@@ -68,7 +68,7 @@ fn plugins_list_what_they_offer_on_a_page() {
     assert!(plugins.len() >= 5);
     for id in plugins {
         let done = Place::new().tatu(&["describe", &id]).good();
-        assert!(done.out.lines().count() < 60, "{id}: {} lines", done.out.lines().count());
+        assert!(done.out.lines().count() < 80, "{id}: {} lines", done.out.lines().count());
         assert!(done.out.contains("version: ") && done.out.contains("path: "), "{}", done.out);
         assert_eq!(describe(&id)["id"], id.as_str());
     }

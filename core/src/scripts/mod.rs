@@ -10,6 +10,7 @@ mod enter;
 mod reload;
 mod script;
 mod state;
+mod told;
 
 use std::{cell::Cell, ffi::c_void, rc::Rc};
 
@@ -17,6 +18,8 @@ use tatu_plugin_api::abi::*;
 
 pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func};
 pub(crate) use reload::{Handed, Written};
+pub use told::ScriptTold;
+use told::Told;
 
 use crate::{calls::raw, document::ScriptSpec, scene::Data, world::WorldCell};
 
@@ -40,6 +43,7 @@ pub(crate) struct Script {
     callbacks: Cell<Callbacks>,
     pub calls: Cell<u64>,
     pub instructions: Cell<u64>,
+    told: Told,
 }
 
 /// The language's numbers for a script's callbacks; 0: it has none.
@@ -205,6 +209,7 @@ impl Script {
             callbacks: Cell::default(),
             calls: Cell::new(0),
             instructions: Cell::new(0),
+            told: Told::default(),
         }
     }
 }

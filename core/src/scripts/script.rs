@@ -112,6 +112,9 @@ impl Script {
             return Err((status, error));
         }
         self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
+        // SAFETY: the text lives as long as the instance, which was just made.
+        *self.told.dialect.borrow_mut() = unsafe { crate::calls::text(self.dialect.get()) }.into_owned();
+        self.told.renumber();
         Ok(())
     }
 
@@ -151,7 +154,11 @@ impl Script {
         }
         // SAFETY: by the contract; the name lives through the call.
         let find = || self.raw(&world.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
-        world.cross_quietly(self.plugin(world), Call::ScriptFind, self.slot, find)
+        let id = world.cross_quietly(self.plugin(world), Call::ScriptFind, self.slot, find);
+        if how == TATU_FIND_CALLBACK {
+            self.told.name(id, name);
+        }
+        id
     }
 
     pub(super) fn callback(self: &Rc<Self>, world: &WorldCell, id: u32) {
@@ -168,6 +175,7 @@ impl Script {
     pub(super) fn run_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
         let Some(call) = self.raw(&world.registry).call.filter(|_| id != 0) else { return };
         self.calls.set(self.calls.get() + 1);
+        self.told.count(id);
         let mark = world.calls.arena.borrow().mark();
         let mut room = enter::Room::new();
         let mut frame = room.frame(args);
@@ -310,7 +318,8 @@ impl Script {
             fault.plugin = Some(language.clone());
         }
         if status == TATU_ERR_BUDGET {
-            fault.help = Some("look for a loop without an end, or raise `script_budget` in [scene]".into());
+            fault.help =
+                Some("look for a loop without an end, or give scripts more: [scene.budget] instructions".into());
         }
         fault
     }

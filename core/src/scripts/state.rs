@@ -9,6 +9,9 @@ use crate::{
     world::WorldCell,
 };
 
+/// The names of the callbacks in `Callbacks`.
+const NAMES: [&[u8]; 4] = [b"actuation", b"sensing", b"cleanup", b"thread"];
+
 impl Scripts {
     /// Every script as a snapshot holds it.
     pub fn images(world: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ScriptImage> {
@@ -33,6 +36,7 @@ impl Scripts {
                 calls: script.calls.get(),
                 instructions: script.instructions.get(),
                 instance,
+                told: script.told.calls(),
             });
         }
         out
@@ -73,8 +77,12 @@ impl Scripts {
             script.dead.set(image.dead);
             let [actuation, sensing, cleanup, thread] = image.callbacks;
             script.callbacks.set(Callbacks { actuation, sensing, cleanup, thread });
+            for (id, name) in [actuation, sensing, cleanup, thread].into_iter().zip(NAMES) {
+                script.told.name(id, name);
+            }
             script.calls.set(image.calls);
             script.instructions.set(image.instructions);
+            script.told.recall(image.told);
         }
         Ok(())
     }
