@@ -41,6 +41,9 @@ pub struct Changes {
     /// Set a property or model parameter: `/Robot/leftMotor.max_force_nm=2`, `scene.dt_s=0.01`.
     #[arg(long = "set", value_name = "PATH=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
+    /// Let scripts reach beyond the run: `exec` starts programs, `native` loads libraries. Such a run cannot be repeated.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["exec", "native"])]
+    pub allow: Vec<String>,
     /// Put a script in place of an object's own: `/Robot=my_controller.lua`. With `--stand-ins`: the script to run.
     #[arg(long = "script", value_name = "[OBJECT=]FILE")]
     pub scripts: Vec<String>,
@@ -211,6 +214,7 @@ impl Changes {
             seed: self.seed,
             set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_, _>>()?,
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_, _>>()?,
+            allow: self.allow.clone(),
             services: services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_, _>>()?,
             ..Default::default()
         })

@@ -6,6 +6,7 @@ mod commands;
 mod graphs;
 mod plot;
 mod report;
+mod scripts;
 mod state;
 mod trace;
 mod watchdog;

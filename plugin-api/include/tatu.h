@@ -358,7 +358,11 @@ struct tatu_call {
   tatu_object caller_script; /* the script object itself */
   tatu_str caller_dialect;   /* of the calling script; empty: none */
   uint32_t caller_kind;      /* TATU_CALLER_* */
-  uint32_t reserved;
+  uint32_t reserved;         /* TATU_CALL_* bits, set by who calls */
+};
+
+enum {
+  TATU_CALL_RAISE = 1 /* an error is an error also where a name of old manners would return values instead */
 };
 
 enum {

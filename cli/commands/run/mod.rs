@@ -247,6 +247,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         world.step();
         pass(args, &world, &bar, &mut trace, watchdog, world.steps() == before, true);
     }
+    let scripts = crate::scripts::told(&world);
     world.end();
     let badly_ended = session.map(Session::end).unwrap_or_default();
     badly_ended.iter().for_each(report::error);
@@ -259,7 +260,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     }
     let faults = world.faults();
     let ran = Ran { steps: done, time, wall, reloads: reload.is_some().then_some(reloads), stand_ins };
-    summary(args, &ran, &hash, objects, &faults);
+    summary(args, &ran, &hash, objects, &faults, scripts);
     watchdog.told();
     // The registry of the end: a reload makes another.
     let registry = if reload.is_some() { world.registry() } else { registry };
@@ -366,12 +367,13 @@ struct Ran {
     stand_ins: Option<Vec<Value>>,
 }
 
-fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faults: &[Fault]) {
+fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faults: &[Fault], scripts: Value) {
     let Ran { steps, time, wall, reloads, .. } = *ran;
     let (hash, wall) = (format!("{:016x}", hash.total), wall.as_secs_f64());
     if args.json {
         let mut out = json!({
             "steps": steps, "sim_time_s": time, "wall_s": wall, "hash": hash, "objects": objects, "errors": faults,
+            "scripts": scripts,
         });
         if let Some(n) = reloads {
             out["reloads"] = n.into();

@@ -16,6 +16,7 @@ mod order;
 mod reload;
 mod script;
 mod state;
+mod told;
 
 use std::{cell::Cell, ffi::c_void, rc::Rc};
 
@@ -29,6 +30,8 @@ use kinds::{CALLBACKS, Numbers};
 pub(crate) use kinds::{Callback, Kind};
 use order::Order;
 pub(crate) use reload::{Handed, Written};
+pub use told::ScriptTold;
+use told::Told;
 
 use crate::{calls::raw, document::ScriptSpec, scene::Data, world::WorldCell};
 
@@ -73,6 +76,7 @@ pub(crate) struct Script {
     callbacks: Cell<Numbers>,
     pub calls: Cell<u64>,
     pub instructions: Cell<u64>,
+    told: Told,
 }
 
 /// All scripts of a world.
@@ -303,6 +307,7 @@ impl Script {
             callbacks: Cell::new([0; CALLBACKS.len()]),
             calls: Cell::new(0),
             instructions: Cell::new(0),
+            told: Told::default(),
         }
     }
 

@@ -132,6 +132,8 @@ impl Header {
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_>>()?,
             services: Vec::new(),
             sources: Sources::of(files),
+            // What other programs do is not in the log.
+            allow: Vec::new(),
         })
     }
 

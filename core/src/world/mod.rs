@@ -219,6 +219,10 @@ impl World {
     pub fn hash(&self) -> Hash {
         state::hash(&self.cell.scene.borrow(), &self.cell.dynamics.borrow(), &self.cell.clock)
     }
+    /// What its scripts did, in the order in which they were added.
+    pub fn scripts(&self) -> Vec<crate::scripts::ScriptTold> {
+        crate::scripts::Scripts::told(&self.cell)
+    }
     /// Everything that went wrong so far.
     pub fn faults(&self) -> Vec<Fault> {
         self.cell.faults.borrow().clone()

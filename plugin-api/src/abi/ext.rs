@@ -59,6 +59,7 @@ pub struct tatu_call {
     pub reserved: u32,
 }
 
+pub const TATU_CALL_RAISE: u32 = 1;
 pub const TATU_COMMAND_RAW: u32 = 1;
 pub const TATU_NAME_OLD_ERRORS: u32 = 1;
 

@@ -109,9 +109,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getScriptExecutionCount", |c| {
             let calls = match c.caller_script() {
                 0 => 0,
-                script => int_of(c, script, c.plugin().p.script_calls)?,
+                // The running call is counted already.
+                script => int_of(c, script, c.plugin().p.script_calls)? - 1,
             };
-            c.ret(calls);
+            c.ret(calls.max(0));
             Ok(())
         })
         .old_name("simGetScriptExecutionCount", MINUS)
