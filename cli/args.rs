@@ -41,6 +41,9 @@ pub struct Changes {
     /// Set a property or model parameter: `/Robot/leftMotor.max_force_nm=2`, `scene.dt_s=0.01`.
     #[arg(long = "set", value_name = "PATH=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
+    /// Let scripts reach beyond the run: `exec` starts programs, `native` loads libraries. Such a run cannot be repeated.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["exec", "native"])]
+    pub allow: Vec<String>,
     /// Put a script in place of an object's own: `/Robot=my_controller.lua`. With `--stand-ins`: the script to run.
     #[arg(long = "script", value_name = "[OBJECT=]FILE")]
     pub scripts: Vec<String>,
@@ -100,6 +103,9 @@ pub struct Run {
     /// Put an object's pose and velocity, and a sensor's readings, into the trace.
     #[arg(long, value_name = "PATH")]
     pub watch: Vec<String>,
+    /// Write what graphs recorded into a folder, when the run has ended: `<graph>.csv` and `<graph>.png`.
+    #[arg(long, value_name = "DIR")]
+    pub graphs: Option<PathBuf>,
     /// Seconds of real time after which a plugin call that has not returned ends the run; 0: never.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub watchdog: f64,
@@ -151,7 +157,14 @@ pub struct List {
 #[derive(clap::Args)]
 pub struct Describe {
     /// Its id; of a command any of its names.
-    pub id: String,
+    #[arg(required_unless_present = "all")]
+    pub id: Option<String>,
+    /// All commands, as pages.
+    #[arg(long, requires = "markdown")]
+    pub all: bool,
+    /// The folder to write pages to, one for each subject of commands.
+    #[arg(long, value_name = "DIR", requires = "all")]
+    pub markdown: Option<PathBuf>,
     /// A scene whose plugin folders are searched too.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
@@ -201,6 +214,7 @@ impl Changes {
             seed: self.seed,
             set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_, _>>()?,
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_, _>>()?,
+            allow: self.allow.clone(),
             services: services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_, _>>()?,
             ..Default::default()
         })

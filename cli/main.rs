@@ -3,7 +3,10 @@
 mod addons;
 mod args;
 mod commands;
+mod graphs;
+mod plot;
 mod report;
+mod scripts;
 mod state;
 mod trace;
 mod watchdog;

@@ -32,7 +32,7 @@ pub fn list(args: &List) -> ExitCode {
         What::Services => (services(&registry), &["id", "plugin", "text"]),
         What::Events => (events(&registry), &["name", "by", "fields", "text"]),
         What::Addons => (addons(&registry), &["name", "auto_start", "style", "file", "text"]),
-        What::Commands => (commands(&registry), &["names", "text"]),
+        What::Commands => (commands(&registry), &["name", "status", "text"]),
     };
     if args.json {
         report::out!("{}", serde_json::to_string_pretty(&rows).unwrap_or_default());
@@ -170,7 +170,8 @@ fn commands(r: &Registry) -> Vec<Value> {
         .map(|c| {
             let names: Vec<_> = c.names.iter().map(|n| n.name.as_str()).collect();
             json!({
-                "names": names, "plugin": r.plugins[c.plugin].id, "text": c.text, "example": c.example,
+                "name": names.first(), "aliases": names.get(1..), "status": c.status.name(), "notes": c.notes,
+                "example": c.example, "plugin": r.plugins[c.plugin].id, "text": c.text,
                 "parameters": params(&c.params), "returns": params(&c.returns),
             })
         })

@@ -38,5 +38,6 @@ pub mod step;
 mod world;
 
 pub use figures::{Figures, Graph};
+pub use scripts::ScriptTold;
 pub use session::Session;
-pub use world::{LogLine, Observed, Phase, StandIn, World};
+pub use world::{LogLine, Observed, Phase, StandIn, Wish, World};

@@ -358,7 +358,11 @@ struct tatu_call {
   tatu_object caller_script; /* the script object itself */
   tatu_str caller_dialect;   /* of the calling script; empty: none */
   uint32_t caller_kind;      /* TATU_CALLER_* */
-  uint32_t reserved;
+  uint32_t reserved;         /* TATU_CALL_* bits, set by who calls */
+};
+
+enum {
+  TATU_CALL_RAISE = 1 /* an error is an error also where a name of old manners would return values instead */
 };
 
 enum {
@@ -374,7 +378,16 @@ typedef struct tatu_name {
   uint32_t n_on_error;       /* how many values an old-style failure returns */
   uint32_t reserved;
   const tatu_value *on_error;/* these */
+  const char *on_error_until;/* the first dialect, a version such as "4.2", for whose scripts the error is an error again;
+                              * null or beyond `size`: none. Callers without a dialect get `on_error` */
 } tatu_name;
+
+/* How much of what is documented a command does. */
+enum {
+  TATU_COMMAND_FULL = 0,    /* all */
+  TATU_COMMAND_PARTIAL = 1, /* less than all; `notes` tell what is missing */
+  TATU_COMMAND_STUB = 2     /* it takes its arguments and gives a neutral value; the host tells of it once per run */
+};
 
 /* A command. Whatever can call commands (scripts, remote clients, other plugins) can call it by any of its names. */
 typedef struct tatu_command {
@@ -384,11 +397,15 @@ typedef struct tatu_command {
   const tatu_param *const *params;   /* null: none */
   const tatu_param *const *returns;  /* for people and docs; may be null */
   const char *text;                  /* what it does, one sentence */
-  const char *example;               /* a call, in Lua */
+  const char *example;               /* a script in Lua that raises where the effect is not there */
   const char *no_wait;               /* what to do where waiting is not possible; null: a general sentence */
   const void *user;                  /* handed back as tatu_call.user */
   /* [step] Runs it. May call any service; may be entered again before it returns. */
   tatu_status(TATU_CALL *call)(tatu_call *);
+  uint32_t status;                   /* TATU_COMMAND_FULL, ..._PARTIAL, ..._STUB; beyond `size`: full */
+  uint32_t reserved;
+  const char *notes;                 /* what is missing or differs, for people; null: nothing */
+  const char *subject;               /* what it is about, one word: "joints"; pages list commands by it. Null: none */
 } tatu_command;
 
 /* A named value for scripts. */
@@ -857,9 +874,15 @@ typedef struct tatu_host_scene {
    * for `find`, is made as a dummy (a path part by part, a unique name below `from`) and given in `*object`, of `kind`
    * if one is told. With an empty name, `from` was used as one of `kind` (a kind of object, "joint", or a schema,
    * "proximity/1"): TATU_OK if it is one now, so that the call can go on; it will be one in the next run in any case.
-   * All other runs, and what cannot be made: TATU_ERR_MISSING, at no cost, without a sentence. `kind`, `object` may be
+   * The names ".." and "./" ask in passing for what `from` hangs on and for what hangs on it: noted, and made only in
+   * the next run if it was missed. A name that begins with "=" is that of a value which `from` does not have: TATU_OK
+   * if there is to be one, in a neutral form, or else noted in the same way. Without name and kind it tells whether the
+   * run makes stand-ins: for things that are no objects. All other runs, and what cannot be made: TATU_ERR_MISSING, at no cost, without a sentence. `kind`, `object` may be
    * null. */
   tatu_status(TATU_CALL *wanted)(tatu_world *, tatu_object from, tatu_str name, const char *kind, tatu_object *object);
+  /* Copies `n` objects, in place: a copy hangs below the copy of its parent, or below nothing where the parent is not
+   * in the list. All get one new suffix. `out` has room for `n`. Devices and scripts are not copied. */
+  tatu_status(TATU_CALL *copy)(tatu_world *, const tatu_object *objects, uint32_t n, tatu_object *out);
 } tatu_host_scene;
 
 #define TATU_HOST_READINGS "tatu.host.readings/draft.1"
@@ -895,6 +918,13 @@ typedef struct tatu_host_bodies {
   tatu_status(TATU_CALL *impulse)(tatu_world *, tatu_object, const double *linear, const double *angular);
   /* Touching pairs after the last step, of one shape or (0) of all. `*n` is the full count. */
   tatu_status(TATU_CALL *contacts)(tatu_world *, tatu_object, tatu_contact *out, uint32_t cap, uint32_t *n);
+  /* The shortest way from any shape of a list to any of another, as they stand now; `n_b` 0: to any other shape. Objects
+   * that are no shapes are passed over. `limit` > 0: no farther than this, m. Fills 6 numbers, both ends in the world
+   * frame, and the two shapes; solids that overlap are 0 apart. TATU_ERR_MISSING: there is none so near. */
+  tatu_status(TATU_CALL *closest)(tatu_world *, const tatu_object *a, uint32_t n_a, const tatu_object *b, uint32_t n_b,
+                                  double limit, double *points, tatu_object *pair);
+  /* Whether the engine moves it: 1 for dynamic shapes and for joints between two bodies, once physics has run. */
+  tatu_status(TATU_CALL *is_dynamic)(tatu_world *, tatu_object, uint32_t *yes);
 } tatu_host_bodies;
 
 #define TATU_HOST_COMMANDS "tatu.host.commands/draft.1"
@@ -952,6 +982,11 @@ typedef struct tatu_host_scripts {
   /* What a script was given when it was started from outside: a map of texts, empty for all others. Lives until the call
    * that you are in returns. */
   tatu_status(TATU_CALL *options)(tatu_world *, tatu_object script, tatu_value *);
+  /* Adds a script to an object while the world lives. `language` by its id; `dialect` may be empty; `kind` is "child" or
+   * "customization". While the world runs it begins in the next stage, after all others. A stop removes what was added
+   * since the start. */
+  tatu_status(TATU_CALL *add)(tatu_world *, tatu_object owner, tatu_str language, tatu_str dialect, tatu_str kind,
+                              tatu_str name, tatu_str text, tatu_object *out);
 } tatu_host_scripts;
 
 #define TATU_HOST_SIGNALS "tatu.host.signals/draft.1"

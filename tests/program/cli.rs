@@ -34,7 +34,7 @@ fn is_hash(v: &Value) -> bool {
 fn a_run_ends_with_a_summary() {
     let done = scene().run(&["--steps", "7"]).good();
     let sum = done.json();
-    assert_eq!(keys(&sum), ["errors", "hash", "objects", "sim_time_s", "steps", "wall_s"]);
+    assert_eq!(keys(&sum), ["errors", "hash", "objects", "scripts", "sim_time_s", "steps", "wall_s"]);
     assert_eq!((sum["steps"].as_u64(), sum["errors"].as_array().map(Vec::len)), (Some(7), Some(0)));
     assert!((sum["sim_time_s"].as_f64().unwrap() - 0.35).abs() < 1e-12);
     assert!(sum["wall_s"].as_f64().unwrap() >= 0.0 && is_hash(&sum["hash"]));
@@ -197,7 +197,7 @@ fn lists_have_their_fields() {
     assert!(list("models").iter().any(|m| m["id"] == "pioneer_p3dx"));
     assert!(list("sensors").iter().any(|s| s["id"] == "proximity"));
     let commands = list("commands");
-    assert!(commands.iter().any(|c| c["names"].as_array().unwrap().contains(&"simGetObjectHandle".into())));
+    assert!(commands.iter().any(|c| c["aliases"].as_array().unwrap().contains(&"simGetObjectHandle".into())));
     for what in ["plugins", "models", "sensors", "commands"] {
         let done = place.tatu(&["list", what]).good();
         assert!(done.out.lines().count() > 1);

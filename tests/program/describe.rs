@@ -57,7 +57,7 @@ fn commands_are_found_by_any_of_their_names() {
     assert!(fact["example"].as_str().unwrap().contains("sim.getObjectHandle("));
     assert_eq!(fact["returns"][0]["name"], "handle");
     let done = Place::new().tatu(&["describe", "simGetObjectHandle"]).good();
-    for word in ["command sim.getObjectHandle", "parameters:", "options", "returns:", "handle", "example:", "motor ="] {
+    for word in ["command sim.getObjectHandle", "parameters:", "options", "returns:", "handle", "example:", "assert("] {
         assert!(done.out.contains(word), "{word} in {}", done.out);
     }
 }
@@ -68,7 +68,7 @@ fn plugins_list_what_they_offer_on_a_page() {
     assert!(plugins.len() >= 5);
     for id in plugins {
         let done = Place::new().tatu(&["describe", &id]).good();
-        assert!(done.out.lines().count() < 60, "{id}: {} lines", done.out.lines().count());
+        assert!(done.out.lines().count() < 100, "{id}: {} lines", done.out.lines().count());
         assert!(done.out.contains("version: ") && done.out.contains("path: "), "{}", done.out);
         assert_eq!(describe(&id)["id"], id.as_str());
     }

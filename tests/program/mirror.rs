@@ -63,8 +63,8 @@ mirror! {
         user, api, error, wait_token, resume, caller, caller_object, caller_script, caller_dialect,
         caller_kind, reserved
     }
-    tatu_name { size, flags, name, n_on_error, reserved, on_error }
-    tatu_command { size, flags, names, params, returns, text, example, no_wait, user, call }
+    tatu_name { size, flags, name, n_on_error, reserved, on_error, on_error_until }
+    tatu_command { size, flags, names, params, returns, text, example, no_wait, user, call, status, reserved, notes, subject }
     tatu_constant { size, reserved, name, value }
     tatu_prelude { size, reserved, language, module, text }
     tatu_kind_mark { size, flags, language, kind, word }
@@ -99,15 +99,15 @@ mirror! {
     tatu_ext_event { size, reserved, events }
     tatu_host_scene {
         size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
-        find, create, remove, list, wanted
+        find, create, remove, list, wanted, copy
     }
     tatu_host_readings { size, reserved, field, sense_now, reset, list }
-    tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts }
+    tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic }
     tatu_host_commands {
         size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,
         retain, drop, call_func
     }
-    tatu_host_scripts { size, reserved, list, call, broadcast, options }
+    tatu_host_scripts { size, reserved, list, call, broadcast, options, add }
     tatu_host_signals { size, reserved, get, set, clear, name }
     tatu_host_events { size, reserved, publish, subscribe, unsubscribe, wanted, declared }
     tatu_host_session { size, reserved, request, wake, worlds, client, state, input }

@@ -214,7 +214,7 @@ fn lists_name_what_was_found_and_where() {
         assert_eq!(found["kinds"], serde_json::json!(["command"]));
         assert!(found["path"].as_str().unwrap().contains(place.path().to_str().unwrap()));
     }
-    let named = |name: &str| commands.as_array().unwrap().iter().find(|c| c["names"][0] == name).cloned();
+    let named = |name: &str| commands.as_array().unwrap().iter().find(|c| c["name"] == name).cloned();
     let describe = named("example.describe").unwrap();
     let keys: Vec<&Value> = describe["parameters"].as_array().unwrap().iter().map(|p| &p["name"]).collect();
     assert_eq!(keys, ["number", "text", "table", "function"]);

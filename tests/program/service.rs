@@ -373,6 +373,30 @@ fn a_pause_lets_time_stand_until_it_is_lifted() {
     run.end().good();
 }
 
+#[test]
+fn passes_of_scripts_while_time_stands_come_again_in_a_replay() {
+    // How many there are depends on the clock; the script writes their number into the scene.
+    let script = "n = 0
+        function sysCall_suspended() n = n + 1 sim.setObjectPosition(sim.getObject('/A'), {n, 0, 0}) end";
+    let place = Place::scene(&format!(
+        "[[object]]\nkind = \"dummy\"\nalias = \"A\"\nscript = {{ kind = \"customization\", text = \"\"\"{script}\"\"\" }}\n"
+    ));
+    let run = Running::start(&place, "", &["--log", "run.log", "--trace", "t.jsonl"]);
+    let (mut client, mut watching) = (run.client(), run.client());
+    watching.ask(json!({ "events": true }));
+    client.ask(json!({ "request": "pause" }));
+    assert_eq!(watching.receive()["event"], "paused");
+    let object = client.handle("/A");
+    while client.call("sim.getObjectPosition", json!([object, -1]))[0][0].as_f64() < Some(3.0) {}
+    client.ask(json!({ "request": "start" }));
+    assert_eq!(watching.receive()["event"], "resumed");
+    client.ask(json!({ "request": "stop" }));
+    run.end().good();
+    assert!(place.read("run.log").matches("\"pass\":true").count() >= 3);
+    place.tatu(&["run", "--replay", "run.log", "--trace", "again.jsonl"]).good();
+    assert_eq!(place.read("again.jsonl"), place.read("t.jsonl"));
+}
+
 #[cfg(unix)]
 #[test]
 fn signals_end_a_held_run_in_order() {

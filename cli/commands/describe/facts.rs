@@ -113,7 +113,7 @@ fn command(r: &Registry, c: &CommandEntry) -> Json {
     json!({
         "what": "command", "id": names.first(), "names": names, "plugin": r.plugins[c.plugin].id, "text": c.text,
         "parameters": parameters(&c.params, false), "returns": parameters(&c.returns, false),
-        "example": c.example, "no_wait": c.no_wait,
+        "status": c.status.name(), "notes": c.notes, "example": c.example, "no_wait": c.no_wait,
     })
 }
 

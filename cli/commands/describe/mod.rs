@@ -4,6 +4,7 @@
 
 mod example;
 mod facts;
+mod pages;
 
 use std::process::ExitCode;
 
@@ -15,6 +16,8 @@ use crate::{args::Describe, report};
 
 /// Commands that are listed with their sentences; of more only the names.
 const FEW: usize = 20;
+/// More commands than these are only counted.
+const MANY: usize = 200;
 /// Columns of lists of names.
 const WIDTH: usize = 100;
 
@@ -27,14 +30,27 @@ pub fn describe(args: &Describe) -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let mut found = facts::all(&registry, &args.id);
+    if let Some(folder) = args.markdown.as_deref().filter(|_| args.all) {
+        return match pages::write(&registry, folder) {
+            Ok(n) => {
+                report::out!("{n} pages in {}", folder.display());
+                ExitCode::SUCCESS
+            }
+            Err(e) => {
+                report::error(&Error::new("E131", format!("{} cannot be written: {e}", folder.display())));
+                ExitCode::from(2)
+            }
+        };
+    }
+    let id = args.id.as_deref().unwrap_or_default();
+    let mut found = facts::all(&registry, id);
     if found.is_empty() {
         let names = facts::names(&registry);
         report::error(
-            &Error::new("E130", format!("nothing is called `{}`", args.id))
+            &Error::new("E130", format!("nothing is called `{id}`"))
                 .expected("a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or command")
                 .help("`tatu list plugins`, `models`, `sensors`, `actuators`, `importers`, `services` and `commands` show what there is")
-                .nearest(&args.id, names.iter().map(String::as_str)),
+                .nearest(id, names.iter().map(String::as_str)),
         );
         return ExitCode::from(2);
     }
@@ -81,6 +97,8 @@ fn print(fact: &Value) {
     if let Some(commands) = fact["commands"].as_array().filter(|c| !c.is_empty()) {
         if commands.len() <= FEW {
             section("commands", &fact["commands"], &["name", "text"]);
+        } else if commands.len() > MANY {
+            report::out!("commands: {}, see `tatu list commands`; `tatu describe NAME` tells more", commands.len());
         } else {
             let all: Vec<_> = commands.iter().map(|c| c["name"].clone()).collect();
             names(&format!("commands ({}, `tatu describe NAME` tells more)", all.len()), &Value::Array(all));

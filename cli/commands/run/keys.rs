@@ -14,9 +14,10 @@ impl Keys {
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path)
             .map_err(|e| Error::new("E105", format!("cannot read the keys {}: {e}", path.display())))?;
-        Self::parse(&text).map_err(|(line, text)| {
-            let place = Place { file: path.to_owned(), line, column: 1, span: 0..0 };
-            Error::new("E102", format!("`{text}` presses no key"))
+        Self::parse(&text).map_err(|(line, wrong)| {
+            let start = text.split_inclusive('\n').take(line - 1).map(str::len).sum();
+            let place = Place { file: path.to_owned(), line, column: 1, span: start..start + wrong.len() };
+            Error::new("E102", format!("`{wrong}` presses no key"))
                 .expected("TIME KEY: seconds, then a character, a name such as `up`, or a code")
                 .at(Some(place))
         })

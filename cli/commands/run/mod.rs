@@ -38,7 +38,7 @@ use pace::Pace;
 use crate::{
     addons,
     args::Run,
-    report,
+    graphs, report,
     state::{self, Wanted},
     trace::Trace,
     watchdog::Watchdog,
@@ -87,9 +87,11 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref()).map(PathBuf::as_path);
     let registry = super::registry_watched(scene, &options.sources, watchdog.watches.clone(), copies)?;
     let made;
+    let mut values = replay.as_ref().and_then(|log| log.header.stand_ins.clone());
     let scene = match scene {
         None if args.stand_ins => {
-            (made, options.sources) = standins::learn(args, &options, &registry)?;
+            let learned = standins::learn(args, &options, &registry)?;
+            (made, options.sources, values) = (learned.scene, learned.sources, Some(learned.values));
             made.as_path()
         }
         scene => scene.ok_or_else(|| Error::new("E105", "no scene was given"))?,
@@ -114,8 +116,8 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     if let Some(folder) = &args.files {
         world.open_files_in(folder)?;
     }
-    if args.stand_ins || replay.as_ref().is_some_and(|log| log.header.stand_ins) {
-        world.make_stand_ins();
+    if let Some(values) = &values {
+        world.make_stand_ins(values);
     }
     let session = match &replay {
         None if !document.services.is_empty() => {
@@ -133,7 +135,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
                 // A script that is run without its scene is among the document's own files.
                 let scripts = if args.stand_ins { Vec::new() } else { c.scripts.clone() };
                 let mut header = file::Header::new(&document, &registry, c.seed, c.set.clone(), scripts);
-                header.stand_ins = args.stand_ins;
+                header.stand_ins = values.clone();
                 header.addons = addons.entries();
                 header
             }
@@ -230,9 +232,10 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     }
     drop(pace);
     let wall = began.elapsed();
+    let undrawn = args.graphs.as_deref().map(|dir| graphs::write(&world, dir)).unwrap_or_default();
     bar.finish_and_clear();
     unwritten.extend(snapshots.unwritten(&world));
-    unwritten.iter().for_each(report::error);
+    unwritten.iter().chain(&undrawn).for_each(report::error);
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
     let objects = objects(&world, &hash);
     let opened = world.files_opened();
@@ -244,6 +247,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         world.step();
         pass(args, &world, &bar, &mut trace, watchdog, world.steps() == before, true);
     }
+    let scripts = crate::scripts::told(&world);
     world.end();
     let badly_ended = session.map(Session::end).unwrap_or_default();
     badly_ended.iter().for_each(report::error);
@@ -256,12 +260,16 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     }
     let faults = world.faults();
     let ran = Ran { steps: done, time, wall, reloads: reload.is_some().then_some(reloads), stand_ins };
-    summary(args, &ran, &hash, objects, &faults);
+    summary(args, &ran, &hash, objects, &faults, scripts);
     watchdog.told();
     // The registry of the end: a reload makes another.
     let registry = if reload.is_some() { world.registry() } else { registry };
     drop(world);
-    let good = super::end(registry) && faults.is_empty() && badly_ended.is_empty() && unwritten.is_empty();
+    let good = super::end(registry)
+        && faults.is_empty()
+        && badly_ended.is_empty()
+        && unwritten.is_empty()
+        && undrawn.is_empty();
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
@@ -359,12 +367,13 @@ struct Ran {
     stand_ins: Option<Vec<Value>>,
 }
 
-fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faults: &[Fault]) {
+fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faults: &[Fault], scripts: Value) {
     let Ran { steps, time, wall, reloads, .. } = *ran;
     let (hash, wall) = (format!("{:016x}", hash.total), wall.as_secs_f64());
     if args.json {
         let mut out = json!({
             "steps": steps, "sim_time_s": time, "wall_s": wall, "hash": hash, "objects": objects, "errors": faults,
+            "scripts": scripts,
         });
         if let Some(n) = reloads {
             out["reloads"] = n.into();

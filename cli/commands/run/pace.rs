@@ -5,7 +5,7 @@ use std::{
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
-use tatu_core::{World, error::Error};
+use tatu_core::{Phase, World, error::Error};
 
 use super::{
     keys::Keys,
@@ -29,8 +29,9 @@ pub struct Pace {
     /// Scripts read the clock: where it stood at the start.
     real: Option<Instant>,
     epoch_told: bool,
-    paused: bool,
-    /// One step is done although it is paused.
+    /// It stands between two steps, one of which was asked for.
+    held: bool,
+    /// One step is done although it stands.
     single: bool,
     /// Where the clock and the world stood when the speed was last chosen.
     from: (Instant, f64),
@@ -44,6 +45,7 @@ impl Pace {
         if args.from.is_some() {
             while keys.due(world.time() - world.dt()).is_some() {}
         }
+        world.set_interactive(args.interactive);
         let real = args.realtime || args.speed.is_some();
         let now = Instant::now();
         Ok(Pace {
@@ -53,7 +55,7 @@ impl Pace {
             speed: args.speed.or((real || args.interactive).then_some(1.0)),
             real: real.then_some(now),
             epoch_told: false,
-            paused: false,
+            held: false,
             single: false,
             from: (now, world.time()),
         })
@@ -70,6 +72,12 @@ impl Pace {
             }
             if interrupted.load(Ordering::Relaxed) {
                 return false;
+            }
+            // In a pause scripts have their passes, now and then, and keys wait.
+            if world.phase() == Phase::Paused {
+                self.from = (Instant::now(), world.time());
+                std::thread::sleep(SLICE);
+                return true;
             }
             let left = self.left(world);
             if left.is_zero() {
@@ -112,7 +120,7 @@ impl Pace {
     fn left(&self, world: &World) -> Duration {
         match self.speed {
             _ if self.single => Duration::ZERO,
-            _ if self.paused => SLICE,
+            _ if self.held => SLICE,
             None => Duration::ZERO,
             Some(speed) => {
                 let due = (world.time() - self.from.1) / speed;
@@ -126,13 +134,22 @@ impl Pace {
         match button {
             Button::Stop => return false,
             Button::Play => {
-                self.paused = !self.paused;
                 self.from = (Instant::now(), world.time());
-                report::note(if self.paused { "paused: F5 goes on, F6 does one step, F7 stops" } else { "goes on" });
+                if std::mem::take(&mut self.held) {
+                    report::note("goes on");
+                } else if world.phase() == Phase::Paused {
+                    world.request_start();
+                    report::note("goes on");
+                } else {
+                    world.request_pause();
+                    report::note("paused: F5 goes on, F6 does one step, F7 stops");
+                }
             }
             Button::Step => {
-                self.paused = true;
-                self.single = true;
+                if world.phase() == Phase::Paused {
+                    world.request_start();
+                }
+                (self.held, self.single) = (true, true);
                 self.from = (Instant::now(), world.time());
             }
             Button::Faster | Button::Slower => {

@@ -13,22 +13,25 @@ use std::{
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use tatu_core::{
-    StandIn, World,
+    StandIn, Wish, World,
     document::{Options, Override, SCRIPT_KINDS, ServiceOverride, Sources},
-    error::Error,
+    error::{Error, Fault, FaultKind},
     host::Registry,
     scene::rows::KINDS,
 };
 
+use super::keys::Keys;
 use crate::args::{Run, ScriptKind};
 
 /// Times that the run starts over.
 const ROUNDS: usize = 10;
 /// A trial lasts no longer than this, in steps.
 const TRIAL_STEPS: u64 = 1000;
-/// The script's object, and its place in the list of stand-ins; the floor comes first.
+/// The script's object, what it hangs on, and the number of objects that are there before any is asked for: the floor
+/// and these.
 const BASE: &str = "model";
-const OWN: usize = 2;
+const ABOVE: &str = "above";
+const OWN: usize = 3;
 
 /// What the command line changes, but for the script itself.
 pub fn options(args: &Run) -> Result<Options, Error> {
@@ -41,11 +44,21 @@ pub fn options(args: &Run) -> Result<Options, Error> {
     })
 }
 
-/// Tries the script until nothing new shows; the scene's name, which is on no disk, and its files.
-pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<(PathBuf, Sources), Error> {
+/// What the trials have led to.
+pub struct Learned {
+    /// The scene's name, which is on no disk,
+    pub scene: PathBuf,
+    /// and its files.
+    pub sources: Sources,
+    /// Names of values that stand in.
+    pub values: Vec<String>,
+}
+
+/// Tries the script until nothing new shows.
+pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<Learned, Error> {
     let script = Script::read(args, registry)?;
     let steps = args.steps.unwrap_or(TRIAL_STEPS).min(TRIAL_STEPS);
-    let mut known = Vec::new();
+    let mut known = Known::default();
     let mut tried = script.sources(&known, registry);
     for _ in 0..ROUNDS {
         let options = Options { sources: tried.clone(), services: Vec::new(), set: Vec::new(), ..options.clone() };
@@ -54,20 +67,69 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
         if let Some(folder) = &args.files {
             world.open_files_in(folder)?;
         }
-        world.make_stand_ins();
+        world.make_stand_ins(&known.values);
         world.start();
-        while world.steps() < steps && world.step() {
+        let mut keys = args.keys.as_deref().map(Keys::read).transpose()?.unwrap_or_default();
+        while world.steps() < steps {
+            while let Some(key) = keys.due(world.time()) {
+                world.put_in("key", &key);
+            }
+            if !world.step() {
+                break;
+            }
             world.take_lines();
         }
         world.stop();
-        let learned = alike(world.stand_ins().split_off(OWN.min(world.stand_ins().len())));
+        let learned = known.with(&world);
         if learned == known {
             break;
         }
         known = learned;
         tried = script.sources(&known, registry);
     }
-    Ok((script.scene, tried))
+    Ok(Learned { scene: script.scene, sources: tried, values: known.values })
+}
+
+/// What is known of the scene that the script needs.
+#[derive(Default, PartialEq)]
+struct Known {
+    /// The script's object hangs on another.
+    above: bool,
+    objects: Vec<StandIn>,
+    /// Names of values.
+    values: Vec<String>,
+}
+
+impl Known {
+    /// What a trial has shown, beside it.
+    fn with(&self, world: &World) -> Self {
+        let mut all = world.stand_ins();
+        let mut above = self.above;
+        // A handle of nothing was used: so it was not asked for to see where the tree ends.
+        let nothing = |f: &Fault| {
+            matches!(f.kind, FaultKind::MissingObject | FaultKind::BadArgument)
+                && ["object -1", "found -1"].iter().any(|n| f.message.contains(n))
+        };
+        let faults = world.faults();
+        let mut values = self.values.clone();
+        // What is not there came to where a value was needed.
+        if faults.iter().any(|f| f.kind == FaultKind::Runtime) {
+            values.extend(world.missed_values());
+        }
+        if faults.iter().any(nothing) {
+            for (i, wish) in world.wishes() {
+                match wish {
+                    Wish::Parent => above |= all[i].alias == BASE,
+                    Wish::Child => {
+                        let (alias, kind) = ("child".into(), "dummy".into());
+                        let suffix = all.iter().filter(|s| s.alias == "child").count() as i32 - 1;
+                        all.push(StandIn { parent: Some(i), alias, suffix, kind });
+                    }
+                }
+            }
+        }
+        Known { above, values, objects: alike(all.split_off(OWN.min(all.len()))) }
+    }
 }
 
 /// What stands in for the objects of the script, for the summary.
@@ -107,12 +169,12 @@ impl Script {
     }
 
     /// The scene with these stand-ins, and the script.
-    fn sources(&self, known: &[StandIn], registry: &Registry) -> Sources {
+    fn sources(&self, known: &Known, registry: &Registry) -> Sources {
         let text = self.scene(known, registry);
         Sources::of([(self.scene.clone(), text.into_bytes()), (self.file.clone(), self.text.clone())])
     }
 
-    fn scene(&self, known: &[StandIn], registry: &Registry) -> String {
+    fn scene(&self, known: &Known, registry: &Registry) -> String {
         // The nearest kind that scenes know; what runs as a thread shows in the text.
         let kinds: &[&str] = match self.kind {
             ScriptKind::Main => &["main"],
@@ -125,10 +187,14 @@ impl Script {
         let file = self.file.file_name().unwrap_or_default().to_string_lossy();
         let mut out = String::from("format = 1\n");
         out += "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
+        out += &format!("[[object]]\nkind = \"dummy\"\nalias = \"{ABOVE}\"\n");
         out += &format!("[[object]]\nkind = \"dummy\"\nalias = \"{BASE}\"\nmodel_base = true\n");
+        if known.above {
+            out += &format!("parent = \"{ABOVE}\"\n");
+        }
         out += &format!("[object.script]\nfile = {}\nkind = \"{kind}\"\n", quoted(&file));
-        for (i, s) in known.iter().enumerate() {
-            object(&mut out, i, s, known, registry);
+        for (i, s) in known.objects.iter().enumerate() {
+            object(&mut out, i, s, &known.objects, registry);
         }
         out
     }
@@ -138,7 +204,8 @@ impl Script {
 fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: &Registry) {
     let parent = match s.parent {
         Some(p) if p >= OWN => known.get(p - OWN).map(StandIn::name),
-        Some(1) => Some(BASE.into()),
+        Some(1) => Some(ABOVE.into()),
+        Some(2) => Some(BASE.into()),
         _ => None,
     };
     let (column, line) = (i % 10, i / 10);

@@ -10,7 +10,7 @@ use tatu_plugin_api::{
 use super::{Caller, Owner, Wait, bytes, waits};
 use crate::{
     error::{Fault, FaultKind},
-    host::{CommandEntry, Declared, check_value, watchdog::Call},
+    host::{CommandEntry, Declared, NameEntry, Status, check_value, watchdog::Call},
     world::WorldCell,
 };
 
@@ -92,6 +92,9 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     }
     let mut room = [ValueRef::NIL.raw(); FEW];
     let status = if entry.raw_args || resume != 0 { TATU_OK } else { check_args(world, entry, f, &mut room) };
+    if entry.status == Status::Stub {
+        tell_stub(world, entry, f.command, f.alias);
+    }
     let status = if status < 0 {
         status
     } else {
@@ -114,6 +117,15 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
             }
         },
         status => failed(world, entry, f, status),
+    }
+}
+
+/// Says once per run that a command gives a neutral value only.
+#[cold]
+fn tell_stub(world: &WorldCell, entry: &CommandEntry, id: u32, alias: u32) {
+    if world.calls.stubs.try_borrow_mut().is_ok_and(|mut told| told.insert(id)) {
+        let why = if entry.notes.is_empty() { String::new() } else { format!(": {}", entry.notes) };
+        world.log(TATU_LOG_INFO, &format!("{} does nothing here{why}", entry_name(entry, alias)));
     }
 }
 
@@ -181,7 +193,10 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
         return TATU_OK;
     }
     // Names of old manners cut fractions off, as they did when scripts were written for them.
-    let cuts = entry.names.get(f.alias as usize).is_some_and(|n| n.on_error.is_some());
+    // SAFETY: the dialect lives as long as the caller.
+    let dialect = unsafe { super::bytes(f.caller_dialect) };
+    let old = |n: &NameEntry| n.until.is_some() && !dialect.is_empty() && n.instead_of_error(dialect).is_some();
+    let cuts = entry.names.get(f.alias as usize).is_some_and(|n| n.on_error.is_some()) || entry.names.iter().any(old);
     match convert_args(world, entry, args, cuts) {
         Ok((args, n)) => {
             (f.args, f.n_args) = (args, n);
@@ -301,9 +316,11 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
     };
     // SAFETY: as above.
     let help = unsafe { super::text((*f.error).help).into_owned() };
-    let old = entry.names.get(f.alias as usize).and_then(|n| n.on_error.as_ref());
+    // SAFETY: the dialect lives as long as the caller.
+    let dialect = unsafe { super::bytes(f.caller_dialect) };
+    let old = entry.names.get(f.alias as usize).and_then(|n| n.instead_of_error(dialect));
     match old {
-        Some(values) if status != TATU_ERR_PANIC => {
+        Some(values) if status != TATU_ERR_PANIC && f.reserved & TATU_CALL_RAISE == 0 => {
             let mut fault = Fault::new(FaultKind::of(status), text);
             fault.plugin = Some(plugin.id.clone());
             fault.help = (!help.is_empty()).then_some(help);

@@ -13,7 +13,10 @@ mod dispatch;
 mod errors;
 mod waits;
 
-use std::cell::{Cell, RefCell};
+use std::{
+    cell::{Cell, RefCell},
+    collections::BTreeSet,
+};
 
 use tatu_plugin_api::abi::*;
 
@@ -38,6 +41,8 @@ pub(crate) struct Calls {
     pub waits: RefCell<Waits>,
     /// What the last failed command said, and whose it is: a script may let it through as its own error.
     pub blame: RefCell<Option<(String, String)>>,
+    /// Ids of the stubs that have been told.
+    pub stubs: RefCell<BTreeSet<u32>>,
 }
 
 /// Who calls: filled by the host from its own stack, whatever a plugin wrote.
@@ -78,6 +83,7 @@ impl Calls {
             last: RefCell::new(ErrorSlot::new()),
             waits: RefCell::new(Waits::default()),
             blame: RefCell::new(None),
+            stubs: RefCell::new(BTreeSet::new()),
         }
     }
 

@@ -36,7 +36,9 @@ impl Override {
                 .help("for instance `/Robot/leftMotor.max_force_nm=2`, or `scene.dt_s=0.01`")
         };
         let (left, value) = text.split_once('=').ok_or_else(wrong)?;
-        let (path, key) = left.rsplit_once('.').ok_or_else(wrong)?;
+        // Settings may have a dot in their names, paths of objects too.
+        let scene = left.split_once('.').filter(|(path, _)| path.trim() == "scene");
+        let (path, key) = scene.or_else(|| left.rsplit_once('.')).ok_or_else(wrong)?;
         let item = value
             .trim()
             .parse::<toml_edit::Value>()

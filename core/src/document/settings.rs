@@ -27,6 +27,10 @@ pub struct Settings {
     pub providers: BTreeMap<String, String>,
     /// Instructions that one call of a script may use.
     pub budget: u64,
+    /// Bytes that the state of one script may use.
+    pub memory: u64,
+    /// What scripts may reach outside of the run: "exec" other programs, "native" libraries.
+    pub allow: Vec<String>,
 }
 
 impl Default for Settings {
@@ -39,12 +43,14 @@ impl Default for Settings {
             seed: 0,
             dialect: String::new(),
             providers: BTreeMap::new(),
-            budget: 100_000_000,
+            budget: 50_000_000,
+            memory: 256 << 20,
+            allow: Vec::new(),
         }
     }
 }
 
-/// The keys of `[scene]`.
+/// The keys of `[scene]`; those of its table `budget` with its name before them.
 pub(super) fn keys() -> Vec<(Declared, ())> {
     let of = |key: &str, kind, unit: Option<&str>, lowest: f64, count| Declared {
         key: key.to_owned(),
@@ -69,6 +75,8 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
         of("seed", TATU_I64, None, 0.0, 0),
         of("plugins", TATU_LIST, None, any, 0),
         of("script_budget", TATU_I64, None, 1.0, 0),
+        of("budget.instructions", TATU_I64, None, 1.0, 0),
+        Declared { highest: 256.0, ..of("budget.memory_mb", TATU_I64, None, 1.0, 0) },
     ]
     .into_iter()
     .map(|d| (d, ()))
@@ -83,7 +91,8 @@ pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) {
         ("physics_substeps", Value::Int(i)) => settings.physics_substeps = *i as u32,
         ("gravity", Value::Floats(v)) => settings.gravity = Vector3::new(v[0], v[1], v[2]),
         ("seed", Value::Int(i)) => settings.seed = *i as u64,
-        ("script_budget", Value::Int(i)) => settings.budget = *i as u64,
+        ("script_budget" | "budget.instructions", Value::Int(i)) => settings.budget = *i as u64,
+        ("budget.memory_mb", Value::Int(i)) => settings.memory = (*i as u64) << 20,
         _ => {}
     }
 }

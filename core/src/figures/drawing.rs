@@ -140,7 +140,7 @@ impl Drawing {
     /// are too near to others, nor those for which there is no room.
     pub fn add(&mut self, items: &[f64], frame: &Isometry3<f64>) -> Result<usize, Refusal> {
         let stride = self.stride();
-        if items.is_empty() || items.len() % stride != 0 || !items.iter().all(|x| x.is_finite()) {
+        if items.is_empty() || !items.len().is_multiple_of(stride) || !items.iter().all(|x| x.is_finite()) {
             let text = format!("an item of {} is {stride} finite numbers, found {}", self.form.name(), items.len());
             return Err(Refusal(TATU_ERR_ARGUMENT, text));
         }

@@ -16,9 +16,12 @@ fn busy() -> Refusal {
 pub(crate) fn record_due(world: &WorldCell, time: f64) -> Result<usize, Refusal> {
     let due: Vec<tatu_object> = {
         let scene = world.scene.try_borrow().map_err(|_| busy())?;
-        let explicit = |slot: u32| matches!(scene.get(slot).map(|o| &o.data), Some(Data::Graph(g)) if g.explicit);
-        let graphs = scene.slots().filter(|(slot, o)| matches!(o.data, Data::Graph(_)) && !explicit(*slot));
-        graphs.map(|(slot, _)| scene.id(slot)).collect()
+        let figures = world.figures.try_borrow().map_err(|_| busy())?;
+        let is_due = |object: &u64| {
+            let slot = scene.resolve(*object).ok();
+            matches!(slot.and_then(|s| scene.get(s)).map(|o| &o.data), Some(Data::Graph(g)) if !g.explicit)
+        };
+        figures.graphs.keys().copied().filter(is_due).collect()
     };
     for graph in &due {
         record(world, *graph, time)?;

@@ -5,6 +5,7 @@
 //! joints is decided by the dynamics rule of the scene, not here. Ids are dense, start at 0 and are given in order
 //! of creation; a removed id is never used again by the same engine.
 
+mod closest;
 mod convert;
 mod rapier;
 
@@ -12,6 +13,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Part;
+pub use closest::closest;
 pub use rapier::Rapier;
 
 /// Names a body.

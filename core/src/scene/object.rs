@@ -1,6 +1,6 @@
 //! One object: what every kind has, and what its own kind adds.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -38,6 +38,8 @@ pub struct Object {
     pub visible: bool,
     /// Layers, one bit each.
     pub layer: u32,
+    /// Free data by tag.
+    pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     /// What its kind adds.
     pub data: Data,
 }

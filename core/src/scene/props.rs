@@ -1,6 +1,8 @@
 //! Reading and setting the core's property rows on live objects.
 
-use nalgebra::{Matrix3, Vector3};
+use std::{collections::BTreeMap, sync::Arc};
+
+use nalgebra::{Matrix3, Point3, Vector3};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::figures::{CurveSpec, GraphSpec, MOST_SAMPLES, StreamSpec};
@@ -11,6 +13,7 @@ use super::{
     rows::{Change, Of, Row, kind_name},
     to_euler,
 };
+use crate::geometry::Mesh;
 
 /// Why a property could not be read or set: a status of the border and a sentence.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,6 +66,7 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
         (Row::ModelBase, _) => Value::Bool(o.model_base),
         (Row::Visible, _) => Value::Bool(o.visible),
         (Row::Layer, _) => Value::Int(o.layer.into()),
+        (Row::Notes, _) => notes_value(&o.notes),
         (_, Data::Shape(s)) => return get_shape(s, row).map_or_else(|| lacks(scene, slot, row), Ok),
         (Row::JointType, Data::Joint(j)) => {
             Value::text(if j.kind == JointType::Revolute { "revolute" } else { "prismatic" })
@@ -108,6 +112,14 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
                 |i| Matrix3::from_row_slice(&i),
             );
             Value::Floats(m.transpose().iter().copied().collect())
+        }
+        Row::Surface => {
+            let empty = Mesh::default();
+            let mesh = s.mesh.as_deref().unwrap_or(&empty);
+            Value::List(vec![
+                Value::Floats(mesh.vertices.iter().flat_map(|p| [p.x, p.y, p.z]).collect()),
+                Value::Ints(mesh.triangles.iter().flatten().map(|i| i64::from(*i)).collect()),
+            ])
         }
         Row::Com => Value::Floats(s.com.iter().copied().collect()),
         Row::Dynamic => Value::Bool(s.dynamic),
@@ -287,6 +299,10 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
             o.layer = *i as u32;
             Some(Changed::Value)
         }
+        (Row::Notes, _, value) => {
+            o.notes = notes(value)?;
+            Some(Changed::Value)
+        }
         (_, Data::Shape(s), _) => set_shape(s, row, value, &text)?,
         (_, Data::Joint(j), _) => set_joint(j, row, value, &text),
         (Row::Explicit, Data::Sensor(s), Value::Bool(b)) => {
@@ -347,10 +363,59 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         (Row::Restitution, Value::Float(f)) if (0.0..=1.0).contains(f) => s.restitution = *f,
         (Row::Restitution, _) => return refuse(TATU_ERR_ARGUMENT, "a restitution is from 0 to 1"),
         (Row::CollideAs, _) => s.collide_as = Primitive::parse(text),
+        (Row::Surface, Value::List(v)) => {
+            let mesh = surface(v)?;
+            let (mut low, mut high) = (Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
+            mesh.vertices.iter().for_each(|p| (low, high) = (low.inf(&p.coords), high.sup(&p.coords)));
+            (s.primitive, s.size, s.mesh) = (Primitive::Mesh, high - low, Some(Arc::new(mesh)));
+        }
         (Row::Parts, Value::List(parts)) => s.parts = parts.iter().map(parse_part).collect::<Result<_, _>>()?,
         _ => return Ok(None),
     }
     Ok(Some(Changed::Value))
+}
+
+/// A mesh from a list of coordinates and a list of places.
+fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
+    let numbers = |v: Option<&Value>| -> Option<Vec<f64>> {
+        match v? {
+            Value::Floats(f) => Some(f.clone()),
+            Value::Ints(i) => Some(i.iter().map(|x| *x as f64).collect()),
+            _ => None,
+        }
+    };
+    let (Some(points), Some(places)) = (numbers(lists.first()), numbers(lists.get(1))) else {
+        return refuse(TATU_ERR_ARGUMENT, "a surface is a list of coordinates and a list of places of points");
+    };
+    let count = points.len() / 3;
+    let whole = points.len() % 3 == 0 && places.len() % 3 == 0 && count >= 3 && places.len() >= 3;
+    if !whole || !points.iter().all(|x| x.is_finite()) {
+        return refuse(TATU_ERR_ARGUMENT, "a surface has three finite numbers a point and three places a triangle");
+    }
+    if places.iter().any(|i| !(0.0..count as f64).contains(i)) {
+        return refuse(TATU_ERR_ARGUMENT, format!("a triangle names a point that is not among the {count}, from 0"));
+    }
+    Ok(Mesh {
+        vertices: points.chunks_exact(3).map(|p| Point3::new(p[0], p[1], p[2])).collect(),
+        triangles: places.chunks_exact(3).map(|t| [t[0] as u32, t[1] as u32, t[2] as u32]).collect(),
+    })
+}
+
+/// Free data from a map of texts.
+pub(crate) fn notes(value: &Value) -> Result<BTreeMap<Vec<u8>, Vec<u8>>, Refusal> {
+    let Value::Map(pairs) = value else { return refuse(TATU_ERR_ARGUMENT, "free data is texts by tag") };
+    pairs
+        .iter()
+        .map(|(k, v)| match (k, v) {
+            (Value::Text(k) | Value::Bytes(k), Value::Text(v) | Value::Bytes(v)) => Ok((k.clone(), v.clone())),
+            _ => refuse(TATU_ERR_ARGUMENT, "free data is texts by tag"),
+        })
+        .collect()
+}
+
+/// Free data as a map, in order of tags.
+pub(crate) fn notes_value(notes: &BTreeMap<Vec<u8>, Vec<u8>>) -> Value {
+    Value::Map(notes.iter().map(|(k, v)| (Value::Text(k.clone()), Value::Text(v.clone()))).collect())
 }
 
 fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {

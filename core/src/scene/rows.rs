@@ -92,9 +92,11 @@ rows! {
     ModelBase "object.model_base" ANY, TATU_BOOL 0 None, Live FREE, "Whether it is the base of a model; default false.";
     Visible "object.visible" ANY, TATU_BOOL 0 None, Live FREE, "Whether pictures show it; default true.";
     Layer "object.layer" ANY, TATU_I64 0 None, Live FREE, "Layers it belongs to, one bit each; default 1.";
+    Notes "object.data" ANY, TATU_MAP 0 None, Live FREE, "Free data: texts by tag, for scripts and plugins; default none.";
     Primitive "shape.primitive" SHAPE, TATU_TEXT 0 None, Rebuilds PRIMITIVES, "Its form; default box.";
     Size "shape.size" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Full extents along x, y, z; round forms take x as diameter and z as length; default 0.1 each.";
     Mesh "shape.mesh" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Number of its mesh, for the primitive `mesh`.";
+    Surface "shape.surface" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Points and triangles of its mesh: a list of x y z and a list of three places of points, from 0; setting it makes it a mesh.";
     Convex "shape.convex" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether its mesh is its own convex hull; default false.";
     Parts "shape.parts" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Parts of a compound: primitive, size, position, orientation, color, friction.";
     Color "shape.color" SHAPE, TATU_F64S 3 None, Live FREE, "Red, green, blue, 0 to 1; default 0.7 each.";
@@ -148,7 +150,9 @@ rows! {
     Step "scene.step" WORLD, TATU_I64 0 None, ReadOnly FREE, "Number of the step, from 0.";
     Gravity "scene.gravity" WORLD, TATU_F64S 3 Some("m/s^2"), Live FREE, "Gravity; default 0 0 -9.81.";
     Seed "scene.seed" WORLD, TATU_I64 0 None, ReadOnly FREE, "The seed of all that is random; default 0.";
+    Allow "scene.allow" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "What scripts may reach outside of the run, with commas: `exec` other programs, `native` libraries.";
     SceneFile "scene.file" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "The file of the scene.";
+    WorldNotes "scene.data" WORLD, TATU_MAP 0 None, Live FREE, "Free data of the world: texts by tag; default none.";
     Running "scene.running" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether the world is started.";
     ClockTime "scene.clock" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "What clocks show since the start: simulation time, or in a run in real time what passed outside until this step.";
     Epoch "scene.epoch" WORLD, TATU_I64 0 Some("s"), ReadOnly FREE, "The date of the start, from the first second of 1970: the first second of 2015, or in a run in real time the real one.";

@@ -1,6 +1,6 @@
 //! The tree: slots with generations, parents and children, world poses.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
@@ -43,6 +43,8 @@ pub struct Scene {
     next_uid: u64,
     /// Grows with every change of the tree or of what the engine and beams are made of.
     pub shape_version: u64,
+    /// Free data of the world itself, by tag.
+    pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     #[serde(skip)]
     pub(super) index: NameIndex,
 }
@@ -56,6 +58,7 @@ impl Default for Scene {
             order: Vec::new(),
             next_uid: 1,
             shape_version: 1,
+            notes: BTreeMap::new(),
             index: NameIndex::default(),
         }
     }
@@ -91,6 +94,7 @@ impl Scene {
             model_base: false,
             visible: true,
             layer: 1,
+            notes: BTreeMap::new(),
             data,
         };
         self.next_uid += 1;

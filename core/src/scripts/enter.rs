@@ -91,7 +91,7 @@ pub(super) fn enter_with_error(
         size: size_of::<tatu_budget>() as u32,
         reserved: 0,
         instructions: world.settings.try_borrow().map_or(0, |s| s.budget),
-        memory: 0,
+        memory: world.settings.try_borrow().map_or(0, |s| s.memory),
     };
     calls.caller.set(script.as_caller(world));
     let mut used = 0;

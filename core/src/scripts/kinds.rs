@@ -22,6 +22,16 @@ impl Kind {
         let at = crate::document::SCRIPT_KINDS.iter().chain(OUTSIDE_KINDS).position(|k| *k == name)?;
         Some([Child, Customization, Main, Addon, Sandbox][at])
     }
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Main => "main",
+            Kind::Child => "child",
+            Kind::Customization => "customization",
+            Kind::Addon => "addon",
+            Kind::Sandbox => "sandbox",
+        }
+    }
     /// Whether its state lives from start to stop only.
     pub fn of_run(self) -> bool {
         matches!(self, Kind::Main | Kind::Child)

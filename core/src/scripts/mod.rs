@@ -16,6 +16,7 @@ mod order;
 mod reload;
 mod script;
 mod state;
+mod told;
 
 use std::{cell::Cell, ffi::c_void, rc::Rc};
 
@@ -29,6 +30,8 @@ use kinds::{CALLBACKS, Numbers};
 pub(crate) use kinds::{Callback, Kind};
 use order::Order;
 pub(crate) use reload::{Handed, Written};
+pub use told::ScriptTold;
+use told::Told;
 
 use crate::{calls::raw, document::ScriptSpec, scene::Data, world::WorldCell};
 
@@ -73,6 +76,7 @@ pub(crate) struct Script {
     callbacks: Cell<Numbers>,
     pub calls: Cell<u64>,
     pub instructions: Cell<u64>,
+    told: Told,
 }
 
 /// All scripts of a world.
@@ -132,7 +136,7 @@ impl Scripts {
     pub fn caller_is_of_run(world: &WorldCell) -> bool {
         let caller = world.calls.caller.get();
         let script = world.scripts.try_borrow().ok().and_then(|s| s.by_id(caller.instance));
-        caller.kind == TATU_CALLER_SCRIPT && script.is_some_and(|s| s.kind.of_run())
+        script.is_some_and(|s| s.kind.of_run())
     }
     /// Whether any script has a callback.
     pub fn any_has(&self, callback: Callback) -> bool {
@@ -303,6 +307,7 @@ impl Script {
             callbacks: Cell::new([0; CALLBACKS.len()]),
             calls: Cell::new(0),
             instructions: Cell::new(0),
+            told: Told::default(),
         }
     }
 

@@ -110,6 +110,9 @@ impl Script {
         let traits = if traits & !known == 0 { traits } else { 0 };
         self.traits.set(traits);
         self.threaded.set(traits & TATU_SCRIPT_THREADED != 0);
+        // SAFETY: the text lives as long as the instance, which was just made.
+        *self.told.dialect.borrow_mut() = unsafe { crate::calls::text(self.dialect.get()) }.into_owned();
+        self.told.renumber();
         Ok(())
     }
 
@@ -167,7 +170,11 @@ impl Script {
         }
         // SAFETY: by the contract; the name lives through the call.
         let find = || self.raw(&world.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
-        world.cross_quietly(self.plugin(world), Call::ScriptFind, self.slot, find)
+        let id = world.cross_quietly(self.plugin(world), Call::ScriptFind, self.slot, find);
+        if how == TATU_FIND_CALLBACK {
+            self.told.name(id, name);
+        }
+        id
     }
 
     pub(super) fn callback(self: &Rc<Self>, world: &WorldCell, id: u32) {
@@ -190,6 +197,7 @@ impl Script {
     pub(super) fn ask_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) -> Option<Value> {
         let call = self.raw(&world.registry).call.filter(|_| id != 0)?;
         self.calls.set(self.calls.get() + 1);
+        self.told.count(id);
         let mark = world.calls.arena.borrow().mark();
         let mut room = enter::Room::new();
         let mut frame = room.frame(args);
@@ -341,7 +349,8 @@ impl Script {
             fault.plugin = Some(language.clone());
         }
         if status == TATU_ERR_BUDGET {
-            fault.help = Some("look for a loop without an end, or raise `script_budget` in [scene]".into());
+            fault.help =
+                Some("look for a loop without an end, or give scripts more: [scene.budget] instructions".into());
         }
         fault
     }

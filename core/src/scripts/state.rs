@@ -34,6 +34,7 @@ impl Scripts {
                 calls: script.calls.get(),
                 instructions: script.instructions.get(),
                 instance,
+                told: script.told.calls(),
             });
         }
         out
@@ -80,8 +81,12 @@ impl Scripts {
             let mut numbers = [0; CALLBACKS.len()];
             numbers.iter_mut().zip(&image.callbacks).for_each(|(n, c)| *n = *c);
             script.callbacks.set(numbers);
+            for (id, name) in numbers.into_iter().zip(CALLBACKS) {
+                script.told.name(id, name.as_bytes());
+            }
             script.calls.set(image.calls);
             script.instructions.set(image.instructions);
+            script.told.recall(image.told);
         }
         Ok(())
     }

@@ -42,9 +42,9 @@ pub struct Header {
     pub set: Vec<String>,
     /// `--script` of the command line.
     pub scripts: Vec<String>,
-    /// The scene was made of what a script asked for.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub stand_ins: bool,
+    /// The scene was made of what a script asked for; the names of values that stand in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stand_ins: Option<Vec<String>>,
     /// Add-ons that ran, in their order; their files are among those below.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub addons: Vec<AddonEntry>,
@@ -106,7 +106,7 @@ impl Header {
             seed,
             set,
             scripts,
-            stand_ins: false,
+            stand_ins: None,
             addons: Vec::new(),
             plugins: versions(registry),
             files: files.collect(),
@@ -132,6 +132,8 @@ impl Header {
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_>>()?,
             services: Vec::new(),
             sources: Sources::of(files),
+            // What other programs do is not in the log.
+            allow: Vec::new(),
         })
     }
 

@@ -192,7 +192,7 @@ pub(crate) fn apply(world: &WorldCell, what: u32) {
         TATU_REQUEST_START if world.running() => {
             world.requests.set(asked & !pause);
             // From outside a pause is lifted at once; a script that asks within a pass lets that pass end first.
-            if world.calls.caller.get().kind == TATU_CALLER_SCRIPT {
+            if world.calls.caller.get().instance != 0 {
                 let paused = world.phase.get() == Phase::Paused;
                 world.requests.set(asked & !pause | if paused { bit } else { 0 });
             } else {

@@ -137,6 +137,8 @@ pub struct ScriptImage {
     pub calls: u64,
     pub instructions: u64,
     pub instance: InstanceImage,
+    /// Calls by callback.
+    pub told: std::collections::BTreeMap<String, u64>,
 }
 
 /// A fault told so far.

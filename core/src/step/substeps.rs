@@ -115,7 +115,8 @@ fn drive_joints(world: &WorldCell, part: Part) {
         let Some(joint) = scene.get(slot).and_then(|o| o.joint()) else { continue };
         let drive = answer.map_or(Drive::Free, |a| match (number(&a, &["vel", "velocity"]), number(&a, &["force"])) {
             (Some(target), force) => {
-                Drive::Velocity { target, max_force: force.unwrap_or(joint.max_force).abs(), slip: joint.slip }
+                let max_force = force.unwrap_or(joint.max_force).abs();
+                Drive::Velocity { target, max_force, slip: joint.slip }
             }
             (None, Some(force)) => Drive::Force(force),
             (None, None) => Drive::Free,

@@ -29,7 +29,7 @@ pub use cell::LogLine;
 pub(crate) use cell::{Clock, Signal, WorldCell, instance_fault};
 pub use phase::Phase;
 use swap::Swap;
-pub use wants::StandIn;
+pub use wants::{StandIn, Wish};
 
 use crate::{
     act::Acting,
@@ -145,15 +145,26 @@ impl World {
         Ok(())
     }
     /// Makes a stand-in for each object that scripts ask for and that is not there, and lets dummies become what they
-    /// are used as. For runs without a scene of their own: before the start.
-    pub fn make_stand_ins(&self) {
+    /// are used as; values of these names, such as parameters of scripts, are there in some neutral form. For runs
+    /// without a scene of their own: before the start.
+    pub fn make_stand_ins(&self, values: &[String]) {
         let cell = &self.cell;
-        cell.wants.begin(cell);
+        cell.wants.begin(cell, values);
+    }
+    /// Names of values that were asked for in vain, in order.
+    pub fn missed_values(&self) -> Vec<String> {
+        self.cell.wants.missed()
     }
     /// The objects of the document, then what was made since, each as what its use showed; empty unless
     /// [`make_stand_ins`](Self::make_stand_ins) was called.
     pub fn stand_ins(&self) -> Vec<StandIn> {
         self.cell.wants.list()
+    }
+
+    /// What was asked for in passing and was not there, by places in [`stand_ins`](Self::stand_ins): the parent of an
+    /// object, or a child by number. Scripts mostly ask so to see where the tree ends.
+    pub fn wishes(&self) -> Vec<(usize, Wish)> {
+        self.cell.wants.wishes()
     }
 
     /// What plugins offer, as it is now.
@@ -207,6 +218,10 @@ impl World {
     /// Hash over the dynamic state, with its table of contents.
     pub fn hash(&self) -> Hash {
         state::hash(&self.cell.scene.borrow(), &self.cell.dynamics.borrow(), &self.cell.clock)
+    }
+    /// What its scripts did, in the order in which they were added.
+    pub fn scripts(&self) -> Vec<crate::scripts::ScriptTold> {
+        crate::scripts::Scripts::told(&self.cell)
     }
     /// Everything that went wrong so far.
     pub fn faults(&self) -> Vec<Fault> {

@@ -17,7 +17,7 @@ use crate::{
     document::ScriptSpec,
     error::{Error, Fault, FaultKind, Result},
     events, figures,
-    scene::{Data, Dynamics, Scene},
+    scene::{Data, Dynamics, Scene, rows},
     scripts::Scripts,
     sense::Targets,
     session, step,
@@ -204,8 +204,10 @@ fn go_back(cell: &WorldCell, mut initial: Scene) {
 }
 
 impl World {
-    /// A value of a signal by its kind and name.
-    pub fn signal(&self, kind: u32, name: &str) -> Option<Value> {
-        self.cell.signals.borrow().get(&(kind, name.as_bytes().to_vec())).map(|s| s.value.clone())
+    /// A property of an object, by path or unique name, and key; `None`: there is none.
+    pub fn property(&self, path: &str, key: &str) -> Option<Value> {
+        let scene = self.cell.scene.borrow();
+        let row = rows::ROWS.iter().position(|r| r.key == key)?;
+        crate::scene::get(&scene, scene.find(0, path)?, rows::Row::of(row as u32)).ok()
     }
 }

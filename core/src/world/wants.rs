@@ -5,7 +5,10 @@
 //! change it while the world lives. What was learned is kept in order, so that the next run's document can have it from
 //! the start: a sensor, for one, must be there before the world is.
 
-use std::cell::{Cell, RefCell};
+use std::{
+    cell::{Cell, RefCell},
+    collections::BTreeSet,
+};
 
 use nalgebra::Isometry3;
 use tatu_plugin_api::abi::*;
@@ -44,11 +47,24 @@ impl StandIn {
     }
 }
 
+/// What was asked for in passing, and would be strange to make unless it is missed: see [`World::wishes`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Wish {
+    /// What a stand-in hangs on.
+    Parent,
+    /// What hangs on it.
+    Child,
+}
+
 /// The stand-ins of a world.
 #[derive(Default)]
 pub(crate) struct Wants {
     on: Cell<bool>,
     list: RefCell<Vec<(tatu_object, StandIn)>>,
+    wishes: RefCell<BTreeSet<(tatu_object, Wish)>>,
+    /// Values that were asked for by name and are not there, and those that this run is to have.
+    missed: RefCell<BTreeSet<String>>,
+    values: RefCell<BTreeSet<String>>,
 }
 
 impl Wants {
@@ -56,7 +72,8 @@ impl Wants {
         self.on.get()
     }
     /// Begins to listen: every object of the document is a stand-in.
-    pub fn begin(&self, world: &WorldCell) {
+    pub fn begin(&self, world: &WorldCell, values: &[String]) {
+        *self.values.borrow_mut() = values.iter().cloned().collect();
         let (scene, origins) = (world.scene.borrow(), world.origins.borrow());
         let schema = |d: &DeviceSpec| world.registry.sensors.get(d.kind).and_then(|k| k.schemas.first().cloned());
         self.on.set(true);
@@ -79,6 +96,27 @@ impl Wants {
     /// What is known now, in the order in which it was asked for.
     pub fn list(&self) -> Vec<StandIn> {
         self.list.borrow().iter().map(|(_, s)| s.clone()).collect()
+    }
+    /// Whether this run is to have a value; if not, that it was asked for is noted.
+    pub fn has_value(&self, name: &str) -> bool {
+        let has = self.values.borrow().contains(name);
+        if !has && self.missed.borrow().len() < MOST {
+            self.missed.borrow_mut().insert(name.to_owned());
+        }
+        has
+    }
+    /// Values that were asked for in vain.
+    pub fn missed(&self) -> Vec<String> {
+        self.missed.borrow().iter().cloned().collect()
+    }
+    /// What was asked for in passing, by places in the list.
+    pub fn wishes(&self) -> Vec<(usize, Wish)> {
+        let (list, wishes) = (self.list.borrow(), self.wishes.borrow());
+        wishes.iter().filter_map(|(o, w)| Some((list.iter().position(|(id, _)| id == o)?, *w))).collect()
+    }
+    /// Notes it.
+    pub fn wish(&self, object: tatu_object, wish: Wish) {
+        self.wishes.borrow_mut().insert((object, wish));
     }
     fn add(&self, scene: &mut Scene, parent: u32, alias: &str) -> Option<u32> {
         let mut list = self.list.borrow_mut();

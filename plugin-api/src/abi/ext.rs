@@ -59,6 +59,7 @@ pub struct tatu_call {
     pub reserved: u32,
 }
 
+pub const TATU_CALL_RAISE: u32 = 1;
 pub const TATU_COMMAND_RAW: u32 = 1;
 pub const TATU_NAME_OLD_ERRORS: u32 = 1;
 
@@ -71,7 +72,12 @@ pub struct tatu_name {
     pub n_on_error: u32,
     pub reserved: u32,
     pub on_error: *const tatu_value,
+    pub on_error_until: *const c_char,
 }
+
+pub const TATU_COMMAND_FULL: u32 = 0;
+pub const TATU_COMMAND_PARTIAL: u32 = 1;
+pub const TATU_COMMAND_STUB: u32 = 2;
 
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -86,6 +92,10 @@ pub struct tatu_command {
     pub no_wait: *const c_char,
     pub user: *const c_void,
     pub call: Option<unsafe extern "C" fn(*mut tatu_call) -> tatu_status>,
+    pub status: u32,
+    pub reserved: u32,
+    pub notes: *const c_char,
+    pub subject: *const c_char,
 }
 
 #[repr(C)]

@@ -59,6 +59,7 @@ pub struct tatu_host_scene {
         Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, u32, *mut tatu_object, u32, *mut u32) -> tatu_status>,
     pub wanted:
         Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *const c_char, *mut tatu_object) -> tatu_status>,
+    pub copy: Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32, *mut tatu_object) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -82,6 +83,19 @@ pub struct tatu_host_bodies {
     pub push: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const f64, *const f64) -> tatu_status>,
     pub impulse: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const f64, *const f64) -> tatu_status>,
     pub contacts: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_contact, u32, *mut u32) -> tatu_status>,
+    pub closest: Option<
+        unsafe extern "C" fn(
+            WorldPtr,
+            *const tatu_object,
+            u32,
+            *const tatu_object,
+            u32,
+            f64,
+            *mut f64,
+            *mut tatu_object,
+        ) -> tatu_status,
+    >,
+    pub is_dynamic: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut u32) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -114,6 +128,18 @@ pub struct tatu_host_scripts {
     pub call: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *mut tatu_call) -> tatu_status>,
     pub broadcast: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *const tatu_value, u32, tatu_object) -> tatu_status>,
     pub options: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_value) -> tatu_status>,
+    pub add: Option<
+        unsafe extern "C" fn(
+            WorldPtr,
+            tatu_object,
+            tatu_str,
+            tatu_str,
+            tatu_str,
+            tatu_str,
+            tatu_str,
+            *mut tatu_object,
+        ) -> tatu_status,
+    >,
 }
 
 #[repr(C)]

@@ -245,6 +245,25 @@ impl<'a, P: Plugin> Call<'a, P> {
         self.wait(TATU_UNTIL_POLL, 0.0, "", resume)
     }
 
+    /// Makes a function that a script gave last until it is dropped or its script ends.
+    pub fn keep_func(&self, func: tatu_func) -> Result<tatu_func> {
+        let Some(retain) = self.started.host.commands.and_then(|t| t.retain) else {
+            return Err(Fail::unsupported("this host cannot keep functions"));
+        };
+        let mut kept = 0;
+        // SAFETY: the running call's world.
+        match unsafe { retain(self.raw.world, func, &mut kept) } {
+            TATU_OK => Ok(kept),
+            status => Err(Fail::with_code(status, "the function cannot be kept")),
+        }
+    }
+    /// Gives a kept function up.
+    pub fn drop_func(&self, func: tatu_func) {
+        if let Some(drop) = self.started.host.commands.and_then(|t| t.drop) {
+            // SAFETY: the running call's world.
+            unsafe { drop(self.raw.world, func) };
+        }
+    }
     /// Calls a function that a script gave; its results.
     pub fn call_func(&mut self, func: tatu_func, args: &[Value]) -> Result<Vec<Value>> {
         let commands = self.started.host.commands;

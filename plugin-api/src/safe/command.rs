@@ -16,12 +16,29 @@ pub struct Command<P: Plugin> {
     example: String,
     no_wait: Option<String>,
     raw: bool,
+    status: Status,
+    notes: String,
+    subject: String,
     run: Run<P>,
+}
+
+/// How much of what is documented a command does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u32)]
+pub enum Status {
+    /// All.
+    #[default]
+    Full = TATU_COMMAND_FULL,
+    /// Less than all; its notes tell what is missing.
+    Partial = TATU_COMMAND_PARTIAL,
+    /// It takes its arguments and gives a neutral value; the host tells of it once per run.
+    Stub = TATU_COMMAND_STUB,
 }
 
 struct Name {
     name: String,
     on_error: Option<Vec<Value>>,
+    until: Option<String>,
 }
 
 impl<P: Plugin> Command<P> {
@@ -31,25 +48,66 @@ impl<P: Plugin> Command<P> {
         run: impl Fn(&mut Call<'_, P>) -> Result<T> + 'static,
     ) -> Self {
         Command {
-            names: vec![Name { name: name.into(), on_error: None }],
+            names: vec![Name { name: name.into(), on_error: None, until: None }],
             params: Vec::new(),
             returns: Vec::new(),
             text: String::new(),
             example: String::new(),
             no_wait: None,
             raw: false,
+            status: Status::Full,
+            notes: String::new(),
+            subject: String::new(),
             run: Box::new(move |call| run(call).map(IntoResult::into_outcome)),
         }
     }
     /// Another name.
     pub fn alias(mut self, name: impl Into<String>) -> Self {
-        self.names.push(Name { name: name.into(), on_error: None });
+        self.names.push(Name { name: name.into(), on_error: None, until: None });
         self
     }
     /// Another name, whose errors go to the log and give these values instead.
     pub fn old_name(mut self, name: impl Into<String>, on_error: impl Into<Vec<Value>>) -> Self {
-        self.names.push(Name { name: name.into(), on_error: Some(on_error.into()) });
+        self.names.push(Name { name: name.into(), on_error: Some(on_error.into()), until: None });
         self
+    }
+    /// The first dialect, a version, for whose scripts errors of old names are errors again.
+    pub fn old_names_until(mut self, dialect: &str) -> Self {
+        self.names.iter_mut().filter(|n| n.on_error.is_some()).for_each(|n| n.until = Some(dialect.into()));
+        self
+    }
+    /// It does less than what is documented: what is missing.
+    pub fn partial(mut self, notes: impl Into<String>) -> Self {
+        (self.status, self.notes) = (Status::Partial, notes.into());
+        self
+    }
+    /// It does nothing but give a neutral value: why.
+    pub fn stub(mut self, notes: impl Into<String>) -> Self {
+        (self.status, self.notes) = (Status::Stub, notes.into());
+        self
+    }
+    /// What differs, for people, of a command that does all.
+    pub fn notes(mut self, notes: impl Into<String>) -> Self {
+        self.notes = notes.into();
+        self
+    }
+    /// What it is about, one word, unless that was told before.
+    pub fn subject(mut self, subject: &str) -> Self {
+        if self.subject.is_empty() {
+            self.subject = subject.into();
+        }
+        self
+    }
+    /// Its first name.
+    pub fn name(&self) -> &str {
+        &self.names[0].name
+    }
+    /// Whether it has an example.
+    pub fn has_example(&self) -> bool {
+        !self.example.is_empty()
+    }
+    pub(crate) fn has_name(&self, name: &str) -> bool {
+        self.names.iter().any(|n| n.name == name)
     }
     /// The next parameter.
     pub fn param(mut self, param: Param) -> Self {
@@ -71,7 +129,7 @@ impl<P: Plugin> Command<P> {
         self.text = text.into();
         self
     }
-    /// A call, in Lua.
+    /// A script in Lua that raises where the effect is not there.
     pub fn example(mut self, example: impl Into<String>) -> Self {
         self.example = example.into();
         self
@@ -94,6 +152,7 @@ impl<P: Plugin> Command<P> {
                     n_on_error: n.on_error.as_ref().map_or(0, |v| v.len() as u32),
                     reserved: 0,
                     on_error: n.on_error.as_ref().map_or(null(), |v| keep.values(v)),
+                    on_error_until: n.until.as_ref().map_or(null(), |u| keep.text(u)),
                 };
                 keep.table(raw)
             })
@@ -111,6 +170,10 @@ impl<P: Plugin> Command<P> {
             no_wait: self.no_wait.as_ref().map_or(null(), |t| keep.text(t)),
             user: keep.table::<Run<P>>(self.run).cast(),
             call: Some(trampoline::<P>),
+            status: self.status as u32,
+            reserved: 0,
+            notes: if self.notes.is_empty() { null() } else { keep.text(&self.notes) },
+            subject: if self.subject.is_empty() { null() } else { keep.text(&self.subject) },
         };
         keep.table(raw)
     }

@@ -27,7 +27,7 @@ mod world;
 
 pub use actuator::{Actuator, Drive, Output};
 pub use call::{Call, IntoResult, Outcome};
-pub use command::{Command, Constant};
+pub use command::{Command, Constant, Status};
 pub use event::Event;
 pub use fail::{Fail, Result};
 pub use figures::keys;
@@ -41,8 +41,8 @@ pub use param::{Param, Params};
 pub use plugin::{Instance, Plugin};
 pub use sensor::{Beams, Field, Form, Readout, Sample, Sensor};
 pub use service::{Answer, Called, Service, Session, Turn};
-pub use value::{Value, ValueRef};
-pub use world::{Contact, Object, Reading, World};
+pub use value::{MAX_DEPTH, Value, ValueRef};
+pub use world::{Closest, Contact, Object, Reading, World};
 
 #[doc(hidden)]
 pub mod macro_support {

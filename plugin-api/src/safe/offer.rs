@@ -57,7 +57,7 @@ impl Keep {
 /// Collects what a plugin offers; see [`Plugin::offer`].
 pub struct Offer<P: Plugin> {
     pub(crate) keep: Keep,
-    commands: Vec<*const tatu_command>,
+    commands: Vec<Command<P>>,
     constants: Vec<*const tatu_constant>,
     preludes: Vec<*const tatu_prelude>,
     kind_marks: Vec<*const tatu_kind_mark>,
@@ -68,7 +68,6 @@ pub struct Offer<P: Plugin> {
     languages: Vec<*const tatu_language>,
     services: Vec<*const tatu_service>,
     events: Vec<*const tatu_event>,
-    plugin: std::marker::PhantomData<P>,
 }
 
 impl<P: Plugin> Offer<P> {
@@ -86,13 +85,23 @@ impl<P: Plugin> Offer<P> {
             languages: Vec::new(),
             services: Vec::new(),
             events: Vec::new(),
-            plugin: std::marker::PhantomData,
         }
     }
     /// A command for scripts, remote clients and other plugins.
     pub fn command(&mut self, command: Command<P>) {
-        let raw = command.keep(&mut self.keep);
-        self.commands.push(raw);
+        self.commands.push(command);
+    }
+    /// Whether a command of a name has been offered.
+    pub fn has_command(&self, name: &str) -> bool {
+        self.commands.iter().any(|c| c.has_name(name))
+    }
+    /// What the commands are about that were offered since the last such word.
+    pub fn subject(&mut self, subject: &str) {
+        self.each_command(|c| c.subject(subject));
+    }
+    /// Changes every command offered so far: what all have in common, or what is kept apart, as examples.
+    pub fn each_command(&mut self, mut change: impl FnMut(Command<P>) -> Command<P>) {
+        self.commands = std::mem::take(&mut self.commands).into_iter().map(&mut change).collect();
     }
     /// A named value for scripts.
     pub fn constant(&mut self, constant: Constant) {
@@ -180,7 +189,10 @@ impl<P: Plugin> Offer<P> {
                 let table = tatu_ext_command {
                     size: size_of::<tatu_ext_command>() as u32,
                     reserved: 0,
-                    commands: keep.list(self.commands),
+                    commands: {
+                        let commands = self.commands.into_iter().map(|c| c.keep(keep)).collect();
+                        keep.list(commands)
+                    },
                     constants: keep.list(self.constants),
                     preludes: keep.list(self.preludes),
                     per_world: life,

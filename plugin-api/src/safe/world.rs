@@ -24,6 +24,17 @@ impl Object {
     }
 }
 
+/// The shortest way between two shapes, world frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closest {
+    /// On the first, m.
+    pub from: [f64; 3],
+    /// On the second, m.
+    pub to: [f64; 3],
+    /// The shapes.
+    pub pair: [tatu_object; 2],
+}
+
 /// Two shapes that touch.
 pub type Contact = tatu_contact;
 
@@ -211,6 +222,14 @@ impl<'a> World<'a> {
             unsafe { list(self.raw, base, kinds, flags, out, cap, n) }
         })
     }
+    /// Copies objects, in place; the copies in the same order.
+    pub fn copy(&self, objects: &[tatu_object]) -> Result<Vec<tatu_object>> {
+        let mut out = vec![0; objects.len()];
+        let (from, n) = (objects.as_ptr(), objects.len() as u32);
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.scene.copy)(self.raw, from, n, out.as_mut_ptr()) })?;
+        Ok(out)
+    }
     pub(super) fn fill<T: Copy + Default>(
         &self,
         call: impl Fn(*mut T, u32, *mut u32) -> tatu_status,
@@ -239,6 +258,16 @@ impl<'a> World<'a> {
     /// whether it is one now, which only stand-ins become.
     pub fn used_as(&self, object: tatu_object, kind: &str) -> bool {
         self.wanted(object, "", kind).is_some()
+    }
+
+    /// Whether what a script asks for by name and is not there is to be made: in runs of scripts without their scene.
+    pub fn makes_stand_ins(&self) -> bool {
+        self.wanted(0, "", "").is_some()
+    }
+    /// Whether a value that an object does not have is to be there in a neutral form: only in runs that make stand-ins,
+    /// and there only if it was missed before.
+    pub fn stands_in(&self, object: tatu_object, value: &str) -> bool {
+        self.wanted(object, &format!("={value}"), "").is_some()
     }
 
     /// One field of a sensor's last reading.
@@ -295,6 +324,37 @@ impl<'a> World<'a> {
         })
     }
 
+    /// The shortest way from any shape of a list to any of another (empty: to any other shape), no longer than `limit`
+    /// if that is above 0: both ends, and the two shapes. `None`: there is none so near.
+    pub fn closest(&self, a: &[tatu_object], b: &[tatu_object], limit: f64) -> Result<Option<Closest>> {
+        let (mut points, mut pair) = ([0.0; 6], [0; 2]);
+        let (ap, an, bp, bn) = (a.as_ptr(), a.len() as u32, b.as_ptr(), b.len() as u32);
+        // SAFETY: as above.
+        let status = unsafe {
+            service!(self.bodies.closest)(self.raw, ap, an, bp, bn, limit, points.as_mut_ptr(), pair.as_mut_ptr())
+        };
+        match status {
+            TATU_ERR_MISSING => Ok(None),
+            status => self.check(status).map(|()| {
+                let [a, b, c, d, e, f] = points;
+                Some(Closest { from: [a, b, c], to: [d, e, f], pair })
+            }),
+        }
+    }
+    /// Whether the engine moves an object: dynamic shapes and joints between two bodies, once physics has run.
+    pub fn is_dynamic(&self, object: tatu_object) -> Result<bool> {
+        let mut yes = 0;
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.bodies.is_dynamic)(self.raw, object, &mut yes) })?;
+        Ok(yes != 0)
+    }
+    /// Calls a callback in all scripts that have it, but not in `except` (0: in all); results are dropped.
+    pub fn broadcast(&self, callback: &str, args: &[ValueRef<'_>], except: tatu_object) -> Result {
+        let (ptr, n) = (args.as_ptr().cast(), args.len() as u32);
+        // SAFETY: as above; `ValueRef` is transparent over `tatu_value`.
+        self.check(unsafe { service!(self.scripts.broadcast)(self.raw, text_raw(callback), ptr, n, except) })
+    }
+
     /// A signal; nil if it is not set.
     pub fn signal(&self, kind: u32, name: &[u8]) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL.raw();
@@ -345,6 +405,24 @@ impl<'a> World<'a> {
         // SAFETY: as promised.
         self.check(unsafe { service!(self.scripts.call)(self.raw, script, text_raw(function), frame) })
     }
+    /// Adds a script of kind "child" or "customization" to an object; its handle. While the world runs it begins in the
+    /// next stage, after all others. `dialect` may be empty.
+    pub fn add_script(
+        &self,
+        owner: tatu_object,
+        language: &str,
+        dialect: &str,
+        kind: &str,
+        name: &str,
+        text: &[u8],
+    ) -> Result<tatu_object> {
+        let add = service!(self.scripts.add);
+        let [language, dialect, kind, name] = [language, dialect, kind, name].map(text_raw);
+        let mut out = 0;
+        // SAFETY: as above; the texts live through the call.
+        self.check(unsafe { add(self.raw, owner, language, dialect, kind, name, bytes_raw(text), &mut out) })?;
+        Ok(out)
+    }
 
     /// What a script was given when it was started from outside: a map of texts, empty for others.
     pub fn script_options(&self, script: tatu_object) -> Result<ValueRef<'a>> {
@@ -391,7 +469,7 @@ impl<'a> World<'a> {
         self.host.events.and_then(|t| t.wanted).is_some_and(|f| unsafe { f(self.raw, text_raw(name)) } != 0)
     }
 
-    /// Asks for a change of state at the next barrier: one of `TATU_REQUEST_*`.
+    /// Asks for a change of state, which takes effect after passes: one of `TATU_REQUEST_*`.
     pub fn request(&self, what: u32) -> Result {
         // SAFETY: as above.
         self.check(unsafe { service!(self.session.request)(self.raw, what) })

@@ -120,7 +120,15 @@ pub fn commands(plan: &Plan) -> Result<&'static tatu_host_commands> {
 
 const fn named(name: &'static CStr) -> Shared<tatu_name> {
     let size = size::<tatu_name>();
-    Shared(tatu_name { size, flags: 0, name: name.as_ptr(), n_on_error: 0, reserved: 0, on_error: null() })
+    Shared(tatu_name {
+        size,
+        flags: 0,
+        name: name.as_ptr(),
+        n_on_error: 0,
+        reserved: 0,
+        on_error: null(),
+        on_error_until: null(),
+    })
 }
 
 const fn table(
@@ -138,6 +146,10 @@ const fn table(
         no_wait: null(),
         user: null(),
         call: Some(call),
+        status: 0,
+        reserved: 0,
+        notes: null(),
+        subject: null(),
     })
 }
 

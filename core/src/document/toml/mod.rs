@@ -42,6 +42,8 @@ pub struct Options {
     pub scripts: Vec<ScriptOverride>,
     /// `--service`
     pub services: Vec<ServiceOverride>,
+    /// `--allow`: what scripts may reach outside of the run: "exec" other programs, "native" libraries.
+    pub allow: Vec<String>,
     /// Where files are read from; the disk by default.
     pub sources: Sources,
 }
@@ -66,6 +68,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
         if let Some(seed) = options.seed {
             document.settings.seed = seed;
         }
+        document.settings.allow.clone_from(&options.allow);
         let all: Vec<Override> = set.into_iter().chain(options.set.iter().cloned()).collect();
         match overrides::apply(&mut document, registry, &all, &model_params)? {
             Some(more) => model_params.push(more),

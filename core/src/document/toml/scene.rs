@@ -9,7 +9,10 @@ use super::{
     super::{Settings, keys, settings},
     Reader,
 };
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    host::Declared,
+};
 
 impl Reader<'_> {
     /// Whether a provider offers what it is named for: a schema of readings, or the suffix of a language's files.
@@ -47,11 +50,28 @@ impl Reader<'_> {
     }
 
     pub(super) fn scene(&self, table: &dyn TableLike, settings: &mut Settings, top: bool) -> Result {
+        self.settings(table, "", settings, top)
+    }
+
+    /// A table of settings; `within` stands before its keys.
+    fn settings(&self, table: &dyn TableLike, within: &str, settings: &mut Settings, top: bool) -> Result {
         let declared = settings::keys();
         for (key, item) in table.iter() {
+            if let (Some(inner), "", "budget") = (item.as_table_like(), within, key) {
+                self.settings(inner, "budget.", settings, top)?;
+                continue;
+            }
             let place = || Some(self.text.value(table, key));
-            let (entry, factor) =
-                keys::find(key, &declared, "[scene]").map_err(|e| e.at(Some(self.text.key(table, key))))?;
+            let owner = if within.is_empty() { "[scene]" } else { "[scene.budget]" };
+            let known: Vec<_> = declared
+                .iter()
+                .filter_map(|(d, ())| match within {
+                    "" if d.key.contains('.') => None,
+                    _ => Some((Declared { key: d.key.strip_prefix(within)?.to_owned(), ..d.clone() }, ())),
+                })
+                .collect();
+            let (entry, factor) = keys::find(key, &known, owner).map_err(|e| e.at(Some(self.text.key(table, key))))?;
+            let name = format!("{within}{}", entry.0.key);
             let value = keys::to_value(item, factor).map_err(|e| e.at(place()))?;
             let value = keys::check(&entry.0, key, value).map_err(|e| e.at(place()))?;
             if let ("dialect", Value::Text(t)) = (entry.0.key.as_str(), &value) {
@@ -59,7 +79,7 @@ impl Reader<'_> {
                 self.registry.check_dialect(None, &dialect).map_err(|e| e.at(place()))?;
             }
             if top {
-                settings::apply(settings, &entry.0.key, &value);
+                settings::apply(settings, &name, &value);
             }
         }
         Ok(())

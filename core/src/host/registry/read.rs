@@ -7,7 +7,10 @@ use std::{
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
-use super::{CommandEntry, Constant, FieldInfo, KindMark, Language, Model, NameEntry, Prelude, Registry, SensorKind};
+use super::{
+    CommandEntry, Constant, FieldInfo, KindMark, Language, Model, NameEntry, Prelude, Registry, SensorKind, Status,
+    types::version,
+};
 use crate::host::{
     Declared,
     tables::{self, Required},
@@ -187,7 +190,8 @@ impl Registry {
                             .map(|v| v.to_value().unwrap_or_default())
                             .collect()
                     });
-                    names.push(NameEntry { name: name.clone(), on_error });
+                    let until = tables::text(n.on_error_until).map(|u| version(u.as_bytes()));
+                    names.push(NameEntry { name: name.clone(), on_error, until });
                     if let Some((other, _)) = self.names.get(&name) {
                         let owner = self.commands.get(*other as usize - 1).map_or(plugin, |c| c.plugin);
                         let (text, mend) = match owner == plugin {
@@ -222,6 +226,13 @@ impl Registry {
                     returns: Declared::read_list(raw.returns),
                     text: tables::text(raw.text).unwrap_or_default(),
                     example: tables::text(raw.example).unwrap_or_default(),
+                    status: match raw.status {
+                        TATU_COMMAND_PARTIAL => Status::Partial,
+                        TATU_COMMAND_STUB => Status::Stub,
+                        _ => Status::Full,
+                    },
+                    notes: tables::text(raw.notes).unwrap_or_default(),
+                    subject: tables::text(raw.subject).unwrap_or_default(),
                     no_wait: tables::text(raw.no_wait),
                     raw_args: raw.flags & TATU_COMMAND_RAW != 0,
                     raw: tatu_command { size: size_of::<tatu_command>() as u32, ..raw },

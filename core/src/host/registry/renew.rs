@@ -116,7 +116,11 @@ impl Registry {
 
 /// A command that is no more, under its number and names.
 fn tombstone(old: &CommandEntry) -> CommandEntry {
-    let names = old.names.iter().map(|n| NameEntry { name: n.name.clone(), on_error: n.on_error.clone() });
+    let names = old.names.iter().map(|n| NameEntry {
+        name: n.name.clone(),
+        on_error: n.on_error.clone(),
+        until: n.until.clone(),
+    });
     CommandEntry {
         plugin: old.plugin,
         names: names.collect(),
@@ -124,6 +128,9 @@ fn tombstone(old: &CommandEntry) -> CommandEntry {
         returns: Vec::new(),
         text: old.text.clone(),
         example: String::new(),
+        status: old.status,
+        notes: String::new(),
+        subject: old.subject.clone(),
         no_wait: None,
         raw_args: true,
         raw: tatu_command { call: Some(vanished), ..old.raw },

@@ -74,6 +74,44 @@ pub struct NameEntry {
     pub name: String,
     /// What it returns instead of an error, if it is an old-style name.
     pub on_error: Option<Vec<Value>>,
+    /// The first dialect for whose scripts an error is an error all the same.
+    pub until: Option<Vec<u32>>,
+}
+
+/// How much of what is documented a command does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// All.
+    Full,
+    /// Less than all.
+    Partial,
+    /// It gives a neutral value.
+    Stub,
+}
+
+impl Status {
+    /// As lists and pages have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Status::Full => "full",
+            Status::Partial => "partial",
+            Status::Stub => "stub",
+        }
+    }
+}
+
+impl NameEntry {
+    /// What it returns instead of an error to a caller of a dialect, if it is so old.
+    pub fn instead_of_error(&self, dialect: &[u8]) -> Option<&Vec<Value>> {
+        let modern = self.until.as_ref().is_some_and(|until| !dialect.is_empty() && version(dialect) >= *until);
+        self.on_error.as_ref().filter(|_| !modern)
+    }
+}
+
+/// The numbers of a version such as "4.10.0"; none for what is no version, which is older than all.
+pub(crate) fn version(dialect: &[u8]) -> Vec<u32> {
+    let text = String::from_utf8_lossy(dialect);
+    text.split('.').map_while(|part| part.trim().parse().ok()).collect()
 }
 
 /// A command.
@@ -88,8 +126,14 @@ pub struct CommandEntry {
     pub returns: Vec<Declared>,
     /// One sentence.
     pub text: String,
-    /// A call.
+    /// A script that raises where the effect is not there.
     pub example: String,
+    /// How much of it there is.
+    pub status: Status,
+    /// What is missing or differs.
+    pub notes: String,
+    /// What it is about, one word; empty: nobody told.
+    pub subject: String,
     /// What to do where waiting is not possible.
     pub no_wait: Option<String>,
     /// Takes arguments as they come.

@@ -18,6 +18,8 @@ pub static TABLE: tatu_host_bodies = tatu_host_bodies {
     push: Some(push),
     impulse: Some(impulse),
     contacts: Some(contacts),
+    closest: Some(super::solids::closest),
+    is_dynamic: Some(super::solids::is_dynamic),
 };
 
 unsafe extern "C" fn twist(w: *mut tatu_world, object: tatu_object, out: *mut f64) -> tatu_status {

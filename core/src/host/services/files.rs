@@ -45,13 +45,17 @@ fn allowed(world: &WorldCell, name: &Path, mode: u32) -> Result<PathBuf, String>
         TATU_FILE_WRITE => vec![here.clone()],
         _ => std::iter::once(here.clone()).chain(scene).collect(),
     };
-    let inside = |p: &Path| roots.iter().any(|r| p.starts_with(r));
+    // A folder that was given for the files holds all of them; else one root may be left for another.
+    let chosen = world.outside.files.borrow().is_some();
+    let among = |root: &PathBuf| if chosen { vec![root.clone()] } else { roots.clone() };
     for root in &roots {
         let full = normal(&root.join(name));
         // A link inside must not lead outside.
         let real = full.parent().and_then(|p| std::fs::canonicalize(p).ok()).unwrap_or_default();
-        let real_roots = roots.iter().filter_map(|r| std::fs::canonicalize(r).ok());
-        let stays = inside(&full) && real_roots.into_iter().any(|r| real.starts_with(r));
+        let among = among(root);
+        let inside = among.iter().any(|r| full.starts_with(r));
+        let real_roots = among.iter().filter_map(|r| std::fs::canonicalize(r).ok());
+        let stays = inside && real_roots.into_iter().any(|r| real.starts_with(r));
         if stays && (mode == TATU_FILE_WRITE || full.exists()) {
             return Ok(full);
         }

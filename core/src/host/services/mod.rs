@@ -16,6 +16,7 @@ mod scene;
 mod scripts;
 mod session;
 mod signals;
+mod solids;
 
 use std::{
     collections::BTreeMap,

@@ -27,6 +27,9 @@ pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> R
 fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
     let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
     let row = Row::of(prop);
+    if row == Row::WorldNotes {
+        return Ok(scene::notes_value(&scene.notes));
+    }
     if object == 0 || row.info().of == Of::World && row != Row::None {
         return read_world(world, row);
     }
@@ -88,6 +91,7 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
         Row::Step => Value::Int(world.clock.step.get() as i64),
         Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),
         Row::Seed => Value::Int(settings.seed as i64),
+        Row::Allow => Value::text(settings.allow.join(",")),
         Row::SceneFile => Value::text(world.document.file.as_ref().map_or(String::new(), |f| f.display().to_string())),
         Row::Running => Value::Bool(world.running()),
         Row::Stopping => Value::Bool(phase.is_ending()),
@@ -103,6 +107,11 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     }
     let value = check_value(&row.info().param(), value)
         .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
+    if row == Row::WorldNotes {
+        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        scene.notes = scene::notes(&value).map_err(|r| refusal(world, r))?;
+        return Ok(());
+    }
     if row.info().of == Of::World {
         return write_world(world, row, &value);
     }
@@ -116,6 +125,13 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         Err(TATU_ERR_ARGUMENT) if wants::becomes_by_row(world, object, row) => set()?,
         done => done?,
     };
+    if matches!(row, Row::GraphStreams | Row::GraphCurves | Row::GraphBuffer) {
+        // It begins anew, as it is described now.
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let mut figures = world.figures.try_borrow_mut().map_err(|_| busy(world))?;
+        figures.graphs.remove(&scene.id(slot));
+        figures.graph(&scene, scene.id(slot)).map_err(|r| refusal(world, r))?;
+    }
     after_change(world, slot, changed)
 }
 

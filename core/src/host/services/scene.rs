@@ -16,7 +16,7 @@ use crate::{
         self, Changed, Data, Joint, Scene, Shape, pose_from_array, pose_to_array,
         rows::{KINDS, kind_name},
     },
-    world::{WorldCell, wants},
+    world::{Wish, WorldCell, wants},
 };
 
 pub static TABLE: tatu_host_scene = tatu_host_scene {
@@ -37,6 +37,7 @@ pub static TABLE: tatu_host_scene = tatu_host_scene {
     remove: Some(remove),
     list: Some(list),
     wanted: Some(wanted),
+    copy: Some(super::solids::copy),
 };
 
 unsafe extern "C" fn prop(host: *const tatu_host, key: *const c_char) -> tatu_prop {
@@ -350,6 +351,20 @@ unsafe extern "C" fn wanted(
     unsafe {
         let Some(world) = WorldCell::of(w).filter(|w| w.wants.is_on()) else { return TATU_ERR_MISSING };
         let name = text(name);
+        if let Some(value) = name.strip_prefix('=') {
+            return if world.wants.has_value(value) { TATU_OK } else { TATU_ERR_MISSING };
+        }
+        let wish = match &*name {
+            ".." => Some(Wish::Parent),
+            "./" => Some(Wish::Child),
+            _ => None,
+        };
+        if let Some(wish) = wish {
+            if let Some(id) = world.scene.try_borrow().ok().and_then(|s| Some(s.id(s.resolve(from).ok()?))) {
+                world.wants.wish(id, wish);
+            }
+            return TATU_ERR_MISSING;
+        }
         let mut found = from;
         if !name.is_empty() {
             let base = world.scene.try_borrow().ok().and_then(|s| s.resolve(from).ok()).unwrap_or(0);

@@ -3,7 +3,11 @@
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{busy, fill, give, on, passed, slot};
-use crate::{calls::bytes, scripts as inner};
+use crate::{
+    calls::{bytes, text},
+    document::ScriptSpec,
+    scripts as inner,
+};
 
 pub static TABLE: tatu_host_scripts = tatu_host_scripts {
     size: size_of::<tatu_host_scripts>() as u32,
@@ -12,6 +16,7 @@ pub static TABLE: tatu_host_scripts = tatu_host_scripts {
     call: Some(call),
     broadcast: Some(broadcast),
     options: Some(options),
+    add: Some(add),
 };
 
 unsafe extern "C" fn list(
@@ -83,6 +88,43 @@ unsafe extern "C" fn options(w: *mut tatu_world, script: tatu_object, out: *mut 
             };
             let options = world.outside.options.try_borrow().map_err(|_| busy(world))?;
             give(world, options.get(&s).unwrap_or(&Value::Map(Vec::new())), out)
+        })
+    }
+}
+
+unsafe extern "C" fn add(
+    w: *mut tatu_world,
+    owner: tatu_object,
+    language: tatu_str,
+    dialect: tatu_str,
+    kind: tatu_str,
+    name: tatu_str,
+    source: tatu_str,
+    out: *mut tatu_object,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let refuse = |text: String| world.calls.refuse(TATU_ERR_ARGUMENT, &text);
+            let owner = {
+                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                slot(world, &scene, owner)?
+            };
+            let providers = world.settings.try_borrow().map_err(|_| busy(world))?.providers.clone();
+            let language = world.registry.language(&text(language), &providers).map_err(|e| refuse(e.text))?;
+            let (dialect, kind) = (text(dialect).into_owned(), text(kind).into_owned());
+            world.registry.check_dialect(Some(language), &dialect).map_err(|e| refuse(e.text))?;
+            if !["child", "customization"].contains(&kind.as_str()) {
+                return Err(refuse(format!("a script of kind `{kind}`; expected child or customization")));
+            }
+            let (name, text) = (text(name).into_owned(), bytes(source).to_vec());
+            let spec = ScriptSpec { language, dialect, kind, priority: inner::NORMAL, name, text };
+            let Some(slot) = inner::Scripts::add(world, owner, &spec) else { return Err(busy(world)) };
+            let id = world.scene.try_borrow().map_err(|_| busy(world))?.id(slot);
+            if let Some(out) = out.as_mut() {
+                *out = id;
+            }
+            Ok(())
         })
     }
 }

@@ -548,25 +548,4 @@ mod tests {
             assert_eq!(names.get(name), Some(&value), "{name}");
         }
     }
-
-    /// Scripts compare `sim_call_type`, which the prelude sets, with these.
-    #[test]
-    fn lifecycle_agrees_with_the_prelude() {
-        let names: BTreeMap<_, _> = all().collect();
-        let prelude = include_str!("prelude.lua");
-        for (key, name) in [
-            ("init", "childscriptcall_initialization"),
-            ("cleanup", "childscriptcall_cleanup"),
-            ("actuation", "childscriptcall_actuation"),
-            ("sensing", "childscriptcall_sensing"),
-            ("thread", "childscriptcall_threaded"),
-            ("actuation", "syscb_actuation"),
-            ("sensing", "syscb_sensing"),
-            ("nonSimulation", "customizationscriptcall_nonsimulation"),
-            ("beforeSimulation", "customizationscriptcall_lastbeforesimulation"),
-            ("afterSimulation", "customizationscriptcall_firstaftersimulation"),
-        ] {
-            assert!(prelude.contains(&format!(" {key} = {},", names[name])), "{name}");
-        }
-    }
 }

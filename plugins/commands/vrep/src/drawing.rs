@@ -142,6 +142,7 @@ fn particles(offer: &mut Offer<Vrep>) {
         .param(Param::any("more").rest().text("ignored"))
         .returns(Param::int("particles"))
         .text("Adds a container of particles. They are kept where they begin; they neither fly nor push.")
+        .partial("particles are kept where they begin; they neither fly nor push")
         .example("dust = sim.addParticleObject(0, 0.01, 1000, nil, 1, 100, {1, 1, 0})"),
     );
     offer.command(
@@ -159,6 +160,7 @@ fn particles(offer: &mut Offer<Vrep>) {
         .param(Param::any("item").optional().text("place, and velocity, which is ignored; nil: empties"))
         .returns(Param::int("result").text("1"))
         .text("Adds a particle.")
+        .partial("particles are kept where they begin; they neither fly nor push")
         .example("sim.addParticleObjectItem(dust, {0, 0, 1, 0, 0, 0})"),
     );
     offer.command(

@@ -10,7 +10,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 if c.has(i) { numbers::<3>(c, i) } else { Ok([0.0; 3]) }
             };
             let (force, torque) = (three(1)?, three(2)?);
-            c.world().push(shape, &force, &torque)?;
+            push(c, shape, &force, &torque)?;
             c.ret(1_i64);
             Ok(())
         })
@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let com = w.f64s::<3>(shape, c.plugin().p.com)?;
             let lever = al::rotate(q, al::sub(at, com));
             let force = al::rotate(q, force);
-            w.push(shape, &force, &al::cross(lever, force))?;
+            push(c, shape, &force, &al::cross(lever, force))?;
             c.ret(1_i64);
             Ok(())
         })
@@ -72,14 +72,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.isDynamicallyEnabled", |c| {
-            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
-            let dynamic = bool_of(c, shape, c.plugin().p.dynamic)?;
+            let o = living(c, 0)?;
+            let dynamic = c.world().is_dynamic(o.id)?;
             c.ret(dynamic);
             Ok(())
         })
-        .param(object("shape"))
-        .returns(Param::bool("dynamic"))
-        .text("Whether physics moves a shape.")
+        .param(object("object"))
+        .returns(Param::bool("dynamic").text("false before physics has run for the first time"))
+        .text("Whether physics moves a shape or a joint.")
         .example("moves = sim.isDynamicallyEnabled(box)"),
     );
     offer.command(
@@ -95,6 +95,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .text("Gives one of the contacts of the last step, in the world's frame.")
             .example("shapes, point, force = sim.getContactInfo(sim.handle_all, box, 0)"),
     );
+}
+
+/// Pushes a shape; one that physics does not move stays where it is.
+fn push(c: &Ctx<'_>, shape: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
+    if bool_of(c, shape, c.plugin().p.dynamic)? { c.world().push(shape, force, torque) } else { Ok(()) }
 }
 
 /// The shape of argument 0, to be pushed.

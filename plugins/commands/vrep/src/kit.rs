@@ -42,12 +42,16 @@ props! {
     path: "object.path",
     parent: "object.parent",
     local_pose: "object.pose",
+    notes: "object.data",
+    scene_notes: "scene.data",
     model_base: "object.model_base",
     visible: "object.visible",
     layer: "object.layer",
     primitive: "shape.primitive",
     size: "shape.size",
+    surface: "shape.surface",
     convex: "shape.convex",
+    inertia: "shape.inertia",
     color: "shape.color",
     mass: "shape.mass",
     com: "shape.com",
@@ -87,6 +91,23 @@ props! {
     stopping: "scene.stopping",
     running: "scene.running",
     phase: "scene.phase",
+}
+
+/// A command under its `sim.` name and its flat one, whose failure value is given.
+pub(crate) fn both<T: IntoResult + 'static>(
+    name: &str,
+    on_error: [Value; 1],
+    run: impl Fn(&mut Ctx<'_>) -> Result<T> + 'static,
+) -> Cmd {
+    Cmd::new(format!("sim.{name}"), run).old_name(flat_name(name), on_error)
+}
+/// A command that never had a flat name.
+pub(crate) fn modern<T: IntoResult + 'static>(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result<T> + 'static) -> Cmd {
+    Cmd::new(format!("sim.{name}"), run)
+}
+/// `abc` -> `simAbc`
+pub(crate) fn flat_name(name: &str) -> String {
+    format!("sim{}{}", name[..1].to_uppercase(), &name[1..])
 }
 
 /// The number that scripts see; -1 for no object.
@@ -280,9 +301,13 @@ pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
 pub(crate) fn flat(c: &Ctx<'_>) -> bool {
     c.alias() > 0
 }
+/// Whether the caller expects what scripts of before 4.2 got; who has no version, by the name that was called.
+pub(crate) fn old_era(c: &Ctx<'_>) -> bool {
+    if c.caller_dialect().is_empty() { flat(c) } else { version(c) < (4, 2) }
+}
 /// A setter has done its work: 1 in the old days, nothing since.
 pub(crate) fn done(c: &mut Ctx<'_>) -> Result {
-    if flat(c) || version(c).0 < 4 {
+    if old_era(c) {
         c.ret(1_i64);
     }
     Ok(())

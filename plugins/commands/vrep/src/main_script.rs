@@ -10,10 +10,17 @@
 
 use crate::{Vrep, kit::*};
 
-/// The call types of actuation, sensing and clean-up; the same numbers as in `constants`, "Lifecycle".
-const ACTUATION: i64 = 2;
-const SENSING: i64 = 3;
+/// The call type of the clean-up, in all dialects.
 const CLEANUP: i64 = 1;
+
+/// The call types of actuation and sensing, by the caller's dialect; the same numbers as in `prelude.lua`.
+fn call_types(c: &Ctx<'_>) -> [i64; 2] {
+    match version(c) {
+        v if v < (3, 5) => [2, 3],
+        v if v < (4, 2) => [5, 6],
+        _ => [6, 7],
+    }
+}
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
@@ -37,7 +44,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.handleDynamics", |c| {
+            let step = c.world().f64(0, c.plugin().p.dt)?;
+            // Scripts from before 4.5 have the length of a step as a 32-bit float, and mean the step.
             let dt = c.f64(0)?;
+            let dt = if dt as f32 == step as f32 { step } else { dt };
             if !is_main(c)? {
                 return Err(Fail::unsupported("only a main script lets physics advance")
                     .help("make the script one of kind `main`, or leave physics to the host"));
@@ -70,7 +80,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("arguments").rest())
             .returns(Param::int("count").text("0"))
             .text(format!("For main scripts, which call it in each step: {what}."))
-            .example(format!("sim.{name}(sim.handle_all_except_explicit)")),
+            .stub(*what),
         );
     }
 }
@@ -116,16 +126,17 @@ fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
     if !is_main(c)? {
         return Ok(0);
     }
+    let [actuation, sensing] = call_types(c);
     // The oldest form names scripts first (all of them), and perhaps no type.
     let kind = match (c.arg(0).as_i64(), c.arg(1).as_i64()) {
-        (None, _) => ACTUATION,
-        (Some(n), None) if n < 0 => ACTUATION,
+        (None, _) => actuation,
+        (Some(n), None) if n < 0 => actuation,
         (Some(n), Some(kind)) if n < 0 => kind,
         (Some(kind), _) => kind,
     };
     let stage = match kind {
-        ACTUATION => TATU_STAGE_ACTUATE,
-        SENSING => TATU_STAGE_REACT,
+        n if n == actuation => TATU_STAGE_ACTUATE,
+        n if n == sensing => TATU_STAGE_REACT,
         CLEANUP => TATU_STAGE_CLEAN,
         _ => return Ok(0),
     };

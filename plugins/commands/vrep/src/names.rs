@@ -84,6 +84,9 @@ pub(crate) fn is_path(name: &str) -> bool {
 /// are objects of their own since 4.7, so that "." is the script, and ".." the object that it belongs to.
 pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
     let (at, rest) = start(c, path, base)?;
+    if rest.is_empty() && path.ends_with('/') {
+        return Err(Fail::missing(format!("`{path}` names nothing after its last `/`")));
+    }
     if rest.is_empty() {
         return Ok(at);
     }
@@ -120,7 +123,9 @@ fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(t
             Step::Up => parent(c, at)?,
             Step::Model => model(c, if i == 0 { at } else { parent(c, at)? })?,
         };
-        if at == 0 {
+        // Without a model above, `:/x` looks in the whole scene.
+        let whole = *step == Step::Model && i + 1 == steps.len() && !rest.is_empty();
+        if at == 0 && !whole {
             let e = Fail::missing(format!("`{path}` leads above the scene"));
             at = c.world().wanted(0, "/above", "").ok_or(e)?;
         }

@@ -90,16 +90,20 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("uid = sim.getObjectUid(robot)"),
     );
     offer.command(
-        Cmd::new("sim.getObjectSizeFactor", |c| {
-            living(c, 0)?;
-            c.ret(1.0);
+        modern("getObjectFromUid", |c| {
+            let id = c.i64(0)? as u64;
+            let found = c.world().look(id).ok().filter(|o| o.id == id);
+            match found {
+                Some(o) => c.ret(o.handle()),
+                None if no_error(c) => c.ret(-1_i64),
+                None => return Err(Fail::missing(format!("no object has the number {id}"))),
+            }
             Ok(())
         })
-        .old_name("simGetObjectSizeFactor", NIL)
-        .param(object("object"))
-        .returns(Param::float("factor"))
-        .text("Gives by how much an object has been scaled: 1, for nothing scales objects here.")
-        .example("f = sim.getObjectSizeFactor(robot)"),
+        .param(Param::int("uid"))
+        .param(Param::any("options").optional().text("{noError=true}: -1 if it is missing"))
+        .returns(Param::int("handle"))
+        .text("Finds an object by the number that sim.getObjectUid gives."),
     );
 }
 
@@ -178,6 +182,7 @@ pub(crate) fn type_of(c: &Ctx<'_>, o: Object) -> i64 {
         TATU_KIND_JOINT => 1,
         TATU_KIND_GRAPH => 2,
         TATU_KIND_CAMERA => 3,
+        TATU_KIND_DUMMY if crate::path_objects::is_path(c, o.id) && version(c) < (4, 2) => 8,
         TATU_KIND_DUMMY => 4,
         TATU_KIND_SENSOR if c.world().reading(o.id, c.plugin().p.detected).is_ok() => 5,
         TATU_KIND_PATH => 8,

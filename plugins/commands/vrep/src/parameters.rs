@@ -2,7 +2,7 @@
 //!
 //! A parameter that cannot change may be "set" to the value that it has.
 
-use crate::{Vrep, kit::*, state::state};
+use crate::{Vrep, kit::*, notes, state::state, tables};
 
 /// The parameters of one type: its name in commands, older names, one of its parameters for the example, and the
 /// functions that read and set.
@@ -89,9 +89,11 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
             Some(set) => set(c, n)?,
             None => false,
         };
-        if !set && !same(&read(c, family)?, &wanted) {
-            let text = format!("parameter {n} cannot be changed here");
-            return Err(Fail::unsupported(text));
+        if !set {
+            let is = read(c, family)?;
+            if !same(&is, &wanted) {
+                remember(c, family, n, &is, &wanted)?;
+            }
         }
         c.ret(1_i64);
         Ok(())
@@ -106,8 +108,27 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
     );
 }
 
+/// Keeps a parameter that changes nothing here, so that it reads as it was set.
+fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) -> Result {
+    if FIXED.iter().any(|(name, all)| *name == family.name && all.contains(&n)) {
+        return Err(Fail::unsupported(format!("parameter {n} cannot be changed here")));
+    }
+    let wanted = match is {
+        Value::Bool(_) => Value::Bool(!matches!(wanted, Value::Nil | Value::Bool(false))),
+        _ => wanted.clone(),
+    };
+    notes::set_private(c, 0, &format!("{} {n}", family.name), Some(&tables::pack(&wanted)?))
+}
+
+/// Parameters that are facts.
+const FIXED: &[(&str, &[i64])] =
+    &[("Bool", &[34]), ("Int32", &[1, 2, 4, 19, 23, 26, 30, 39]), ("Float", &[0]), ("String", &[0, 13, 14, 15])];
+
 fn read(c: &Ctx<'_>, family: &Family) -> Result<Value> {
     let n = c.i64(0)?;
+    if let Some(kept) = notes::private(c, 0, &format!("{} {n}", family.name))? {
+        return tables::unpack(&kept);
+    }
     (family.get)(c, n)?.ok_or_else(|| Fail::unsupported(format!("there is no parameter {n} of this type")))
 }
 
@@ -124,7 +145,7 @@ fn get_bool(_: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
         // Handling of dynamics and proximity sensors; no window.
         6 | 9 | 34 => Some(Value::Bool(true)),
         // Windows, display, information text, real time, full screen, exit request.
-        0 | 1 | 12 | 16 | 17 | 18 | 25 | 33 | 41 => Some(Value::Bool(false)),
+        0..=61 => Some(Value::Bool(false)),
         _ => None,
     })
 }
@@ -149,7 +170,12 @@ fn get_int(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
                 2
             }
         }
-        30 => 0,
+        // Revision, compilation, the page of the window, the engine, ports of remote services, and what has no number.
+        4 => 2,
+        8 => 0,
+        9 => 19_997,
+        10 => 1,
+        3 | 5..=7 | 11..=49 => 0,
         _ => return Ok(None),
     };
     Ok(Some(Value::Int(n)))
@@ -168,6 +194,10 @@ fn get_float(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
     Ok(match n {
         0 => Some(Value::Float(random(c)?)),
         1 => Some(Value::Float(c.world().f64(0, c.plugin().p.dt)?)),
+        2 => Some(Value::Float(0.1)),
+        3 | 5 => Some(Value::Float(c.world().f64(0, c.plugin().p.physics_dt)?)),
+        4 => Some(Value::Float(1.0)),
+        6 | 7 => Some(Value::Float(0.0)),
         _ => None,
     })
 }
@@ -187,6 +217,8 @@ fn get_string(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
             let name = parts(&file()?).1;
             name.rsplit_once('.').map_or(name.clone(), |(stem, _)| stem.into())
         }
+        // Where the program, its add-ons and files for a while would be: names of nothing.
+        0 | 1 | 11 | 12 | 16..=40 | 119..=140 => String::new(),
         _ => return Ok(None),
     };
     Ok(Some(Value::text(text)))
@@ -195,6 +227,7 @@ fn get_string(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
 fn get_array(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
     Ok(match n {
         0 => Some(c.world().f64s::<3>(0, c.plugin().p.gravity)?.into()),
+        1..=8 => Some([0.0; 3].into()),
         _ => None,
     })
 }

@@ -1,5 +1,154 @@
 -- Runs once in every new script state. Tells the language how scripts of this API are called.
 local script = ...
+local has = script.has
+
+-- The version that a text was written for, by what it speaks of. The same rules stand in docs/guide/scripts.md.
+local function dialect()
+    local namespace = script.between("sim.", "sim/") or script.between("sysCall_", "sysCall`")
+    -- Modules, and what came with 4.2 or later.
+    if script.between("require sim", "require sin")
+        or has("sysCall_thread", "sysCall_joint", "sysCall_contact", "sysCall_dyn", "sysCall_msg", "sysCall_selChange",
+            "sysCall_data", "sysCall_event", "sysCall_ext", "sysCall_afterLoad", "sysCall_realTimeIdle")
+        or has("sim.getObject", "sim.setStepping", "sim.step", "sim.yield", "sim.setAutoYieldDelay", "sim.moveToConfig",
+            "sim.moveToPose", "sim.getObjectAlias", "sim.setObjectAlias", "sim.getObjectPose", "sim.setObjectPose",
+            "sim.handleSimulationScripts", "sim.broadcastMsg", "sim.getVisionSensorImg", "sim.getInt32Signal",
+            "sim.setInt32Signal", "sim.getObjectSel", "sim.scripttype_simulation", "sim.getScript",
+            "sim.getInt32Param", "sim.getFloatParam", "sim.getBoolParam", "sim.getStringParam", "sim.setBoolParam",
+            "sim.setInt32Param", "sim.getObjectInt32Param", "sim.getObjectFloatParam", "sim.setObjectInt32Param",
+            "sim.setObjectFloatParam", "sim.getIntProperty", "sim.getFloatProperty", "sim.getStringProperty",
+            "sim.setIntProperty", "sim.setFloatProperty", "sim.setStringProperty")
+        or has("//", "<<", ">>", "&", "|", "::")
+    then
+        return "4.9"
+    end
+    -- What was gone again by 4.2, and the old names beside the new ones.
+    if namespace and (has("sim_call_type", "sysCall_threadmain", "sysCall_jointCallback", "sysCall_contactCallback",
+            "sysCall_dynCallback", "sysCall_addOnScriptRun", "sysCall_addOnScriptSuspend", "sysCall_addOnScriptResume")
+        or has("sim.getObjectHandle", "sim.getObjectAssociatedWithScript", "sim.getScriptAssociatedWithObject",
+            "sim.getIntegerSignal", "sim.setIntegerSignal", "sim.switchThread", "sim.setThreadSwitchTiming",
+            "sim.setThreadAutomaticSwitch", "sim.getBoolParameter", "sim.setBoolParameter", "sim.getInt32Parameter",
+            "sim.setInt32Parameter", "sim.getFloatParameter", "sim.setFloatParameter", "sim.getStringParameter",
+            "sim.getObjectFloatParameter", "sim.setObjectFloatParameter", "sim.getObjectInt32Parameter",
+            "sim.setObjectInt32Parameter", "sim.getObjectIntParameter", "sim.setObjectIntParameter",
+            "sim.setThreadIsFree", "sim.rmlMoveToPosition", "sim.rmlMoveToJointPositions", "sim.rmlPos", "sim.rmlVel")
+        or script.between("sim.syscb_", "sim.syscb`") or script.between("simA", "simI")
+        or script.between("simJ", "simR") or script.between("simS", "sim["))
+    then
+        return "4.1"
+    end
+    -- Flat names alone: simGetObjectHandle, sim_handle_self.
+    if not namespace and (script.between("simA", "sim[") or script.between("sim_", "sim`")) then
+        return "3.2"
+    end
+    return "4.9"
+end
+
+local version = script.dialect or dialect()
+local major, minor, patch = version:match("^(%d+)%.?(%d*)%.?(%d*)")
+major, minor, patch = tonumber(major) or 4, tonumber(minor) or 0, tonumber(patch) or 0
+-- One number that grows with the version: 3.1.3 is 30103.
+local number = major * 10000 + minor * 100 + patch
+local era = number < 30500 and "A" or number < 40200 and "B" or "C"
+
+-- How the text is run, where it tells: once a step (before 3.1.3), or once, as a thread. Else the language finds out
+-- whether there are functions, or the whole text runs for each callback.
+local function style()
+    if script.between("sysCall_", "sysCall`") then
+        return nil
+    end
+    local typed = script.between("sim_childscriptcall_", "sim_childscriptcall`") or has("sim_call_type")
+    if script.kind ~= "main" and script.kind ~= "customization" then
+        local actuates = has("sim_childscriptcall_actuation", "sim_childscriptcall_sensing", "sim.syscb_actuation",
+            "sim.syscb_sensing")
+        if not actuates and (script.kind == "threaded"
+            or has("sim_childscriptcall_threaded", "simSetThreadSwitchTiming", "simSwitchThread",
+                "simSetThreadAutomaticSwitch", "simDelegateChildScriptExecution", "simSetThreadIsFree",
+                "sim_simulation_advancing_abouttostop", "simWait", "simSetThreadResumeLocation")
+            or has("sim.setThreadSwitchTiming", "sim.switchThread", "sim.setThreadAutomaticSwitch",
+                "sim.simulation_advancing_abouttostop") and era == "B")
+        then
+            return "thread"
+        end
+    end
+    if not typed and era == "A" and (number < 30103 and script.dialect and number > 20000 and script.kind ~= "customization"
+        or has("simGetScriptExecutionCount", "simHandleChildScript", "sim_simulation_advancing_lastbeforestop"))
+    then
+        return "step"
+    end
+end
+
+-- Why a text that runs as a whole is run: the global `sim_call_type`, by era and, to 3.4, by the kind of script.
+local common = {
+    B = {
+        init = 0, cleanup = 1, nonSimulation = 2, beforeSimulation = 3, afterSimulation = 4, actuation = 5, sensing = 6,
+        suspended = 7, suspend = 8, resume = 9, beforeInstanceSwitch = 10, afterInstanceSwitch = 11, beforeCopy = 12,
+        afterCopy = 13, run = 14, addonSuspend = 15, addonResume = 16, thread = -1,
+    },
+    C = {
+        init = 2, cleanup = 1, nonSimulation = 3, beforeSimulation = 4, afterSimulation = 5, actuation = 6, sensing = 7,
+        suspended = 8, suspend = 9, resume = 10, beforeInstanceSwitch = 11, afterInstanceSwitch = 12, beforeCopy = 13,
+        afterCopy = 14, run = 15, addonSuspend = 16, addonResume = 17, thread = -1,
+    },
+}
+local families = {
+    main = {init = 0, cleanup = 1, actuation = 2},
+    child = {init = 0, cleanup = 1, actuation = 2, sensing = 3, thread = 4},
+    customization = {
+        init = 0, cleanup = 1, nonSimulation = 2, beforeSimulation = 3, afterSimulation = 4, actuation = 5, sensing = 6,
+        suspended = 7, suspend = 8, resume = 9, beforeInstanceSwitch = 10, afterInstanceSwitch = 11, beforeCopy = 12,
+        afterCopy = 13,
+    },
+    addon = {init = 0, run = 1, addonSuspend = 2, addonResume = 3, cleanup = 4},
+}
+local kind = families[script.kind] and script.kind or "child"
+local reasons = {}
+for callback, value in pairs(common[era] or families[kind]) do
+    reasons[callback] = value
+end
+if kind == "addon" then
+    -- Their whole text runs at the end of each pass, and for nothing else.
+    for callback in pairs(reasons) do
+        reasons[callback] = families.addon[callback] and reasons[callback] or nil
+    end
+end
+if kind == "main" then
+    -- Old main scripts have one part for the whole step, which calls the other scripts twice.
+    reasons.sensing, reasons.thread = nil, nil
+end
+
+-- The names of these numbers.
+local names = {
+    main = {initialization = "init", cleanup = "cleanup", regular = "actuation"},
+    child = {
+        initialization = "init", cleanup = "cleanup", actuation = "actuation", sensing = "sensing", threaded = "thread",
+    },
+    customization = {
+        initialization = "init", first = "init", cleanup = "cleanup", last = "cleanup", nonsimulation = "nonSimulation",
+        lastbeforesimulation = "beforeSimulation", firstaftersimulation = "afterSimulation",
+        simulationactuation = "actuation", simulationsensing = "sensing", simulationpause = "suspended",
+        simulationpausefirst = "suspend", simulationpauselast = "resume",
+        lastbeforeinstanceswitch = "beforeInstanceSwitch", firstafterinstanceswitch = "afterInstanceSwitch",
+        beforecopy = "beforeCopy", aftercopy = "afterCopy",
+    },
+    addon = {
+        initialization = "init", cleanup = "cleanup", run = "run", suspend = "addonSuspend", restarting = "addonResume",
+    },
+}
+local constants = {}
+for family, list in pairs(names) do
+    local values = common[era] or families[family]
+    for name, callback in pairs(list) do
+        constants["sim_" .. family .. "scriptcall_" .. name] = values[callback]
+        constants["sim." .. family .. "scriptcall_" .. name] = values[callback]
+    end
+end
+for callback, value in pairs(common[era] or families[kind]) do
+    constants["sim.syscb_" .. callback:lower()] = value
+end
+constants["sim.syscb_regular"] = reasons.actuation
+constants["sim.syscb_aos_run"] = constants["sim.syscb_run"]
+constants["sim.syscb_aos_suspend"] = constants["sim.syscb_addonsuspend"]
+constants["sim.syscb_aos_resume"] = constants["sim.syscb_addonresume"]
 
 -- `simInvertMatrix` changes the table that it is given, which no command can.
 function simInvertMatrix(matrix)
@@ -13,48 +162,67 @@ function simInvertMatrix(matrix)
     return 1
 end
 
--- In old scripts the whole text runs at each call, with a variable telling why. The same numbers as in constants.rs,
--- "Lifecycle".
-local reasons = {
-    init = 0,
-    cleanup = 1,
-    actuation = 2,
-    sensing = 3,
-    thread = 4,
-    afterSimulation = 4,
-    nonSimulation = 5,
-    beforeSimulation = 6,
-    suspended = 7,
-    suspend = 8,
-    resume = 9,
-    beforeInstanceSwitch = 10,
-    afterInstanceSwitch = 11,
-    beforeCopy = 12,
-    afterCopy = 13,
-}
-if script.kind == "main" then
-    -- Old main scripts have one part for the whole step, which calls the other scripts twice.
-    reasons.sensing, reasons.thread = nil, nil
-end
-if script.kind == "addon" then
-    -- Old add-ons are called at the end of each pass; the numbers changed with 3.5.
-    reasons = {init = 0, cleanup = 1, run = 14, addonSuspend = 15, addonResume = 16}
-    if script.dialect == "3.2" then
-        reasons = {init = 0, run = 1, addonSuspend = 2, addonResume = 3, cleanup = 4}
-        sim_addonscriptcall_initialization, sim_addonscriptcall_run, sim_addonscriptcall_suspend = 0, 1, 2
-        sim_addonscriptcall_restarting, sim_addonscriptcall_cleanup = 3, 4
+-- Texts from before 3.1.3 that a later version has saved keep their own count of runs, in these words.
+if era == "A" and has("simSetScriptAttribute") then
+    local other, count = simSetScriptAttribute, nil
+    function simSetScriptAttribute(which, attribute, value)
+        if which == -4 and type(value) == "number" and attribute == (sim_scriptattribute_executioncount or 2) then
+            count = value
+            return 1
+        end
+        return other and other(which, attribute, value) or -1
     end
+    local counted = simGetScriptExecutionCount
+    function simGetScriptExecutionCount() return count or counted() end
 end
 
+-- Slices of threads belong to the language; what sets them is told to it here. The commands of these names serve callers
+-- without a thread.
+local delay, held = 2, 0
+local function cut()
+    -- With a delay of 0 a thread is switched at every look.
+    return script.slice(held > 0 and 0 or math.max(delay, 1e-3))
+end
+local function timing(ms)
+    delay = math.min(math.max(tonumber(ms) or 2, 0), 200)
+    return cut() and 1 or 0
+end
+local function automatic(on)
+    if era == "C" then
+        held = math.max(held + (on and -1 or 1), 0)
+    else
+        held = on and 0 or 1
+    end
+    return cut() and 1 or 0
+end
+local function stepping(on)
+    local before = held
+    held = type(on) == "number" and math.max(on, 0) or math.max(held + (on and 1 or -1), 0)
+    cut()
+    return before
+end
+simSetThreadSwitchTiming, simSetThreadAutomaticSwitch = timing, automatic
+if sim then
+    sim.setThreadSwitchTiming, sim.setThreadAutomaticSwitch, sim.setStepping = timing, automatic, stepping
+    function sim.setAutoYieldDelay(seconds) timing((tonumber(seconds) or 0.002) * 1000) end
+    function sim.getAutoYieldDelay() return delay / 1000 end
+    function sim.acquireLock() stepping(true) end
+    function sim.releaseLock() stepping(false) end
+end
 return {
-    -- Modern scripts define functions of these names, %s being the callback.
+    -- Modern scripts define functions of these names, %s being the callback; some had other names before.
     functions = "sysCall_%s",
-    -- Add-ons of 3.5 to 4.1 had functions of their own.
+    -- Add-ons of 3.5 to 4.1 had functions of their own, and other names were changed with 4.4.
     also = {
         run = "sysCall_addOnScriptRun",
         addonSuspend = "sysCall_addOnScriptSuspend",
         addonResume = "sysCall_addOnScriptResume",
+        thread = era == "B" and "sysCall_threadmain" or nil,
+        joint = "sysCall_jointCallback",
+        contact = "sysCall_contactCallback",
+        dyn = "sysCall_dynCallback",
     },
+    style = style(),
     rerun = {
         variable = "sim_call_type",
         values = reasons,
@@ -63,13 +231,30 @@ return {
         extra = { sim_current_script_id = "script" },
     },
     -- Old add-ons end by returning 0, later ones by sim.syscb_cleanup.
-    ends = script.kind == "addon" and (script.dialect == "3.2" and 0 or 1) or nil,
+    ends = script.kind == "addon" and (era == "A" and 0 or 1) or nil,
+    constants = constants,
     -- The name space of commands and constants.
     api = { "sim" },
-    -- What tells an old script by its text, and which versions scripts are taken for.
-    old_marks = { "sim_call_type" },
+    -- Modules of the original that nobody offers here.
+    lacking = {
+        "simIK", "simUI", "simROS", "simROS2", "simOMPL", "simVision", "simURDF", "simGLTF", "simSDF", "simIGL", "simICP",
+        "simMTB", "simBWF", "simCHAI3D", "simConvex", "simAssimp", "simEigen", "simGeom", "simQHull", "simLDraw",
+        "simMujoco", "simBubble", "simK3", "simCam", "simJoy", "simZMQ", "simWS", "simSubprocess", "simSkel", "simRuckig",
+        "simRemoteApi", "simTest", "simPython", "simSurfRec", "simOpenMesh", "simPovRay", "simRRS1", "simStubs",
+        "simDynamics", "simExtIK",
+    },
+    dialect = version,
     old_dialect = "3.2",
     new_dialect = "4.9",
     -- From which version on scripts of a world are called in which order.
     orders = { { "0", "parents_first" }, { "3.6", "by_kind" }, { "4.4", "deepest_first" } },
+    -- What lets a thread wait for the next step.
+    switch = "sim.switchThread",
+    -- Before 4.5 numbers passed as 32-bit floats, but for these commands.
+    single = number < 40500,
+    exact = {
+        "sim.packDoubleTable", "sim.unpackDoubleTable", "simPackDoubles", "simUnpackDoubles", "sim.packTable",
+        "sim.unpackTable", "simPackTable", "simUnpackTable", "sim.callScriptFunction", "simCallScriptFunction",
+        "sim.wait", "simWait", "sim.setDoubleSignal", "sim.getDoubleSignal",
+    },
 }

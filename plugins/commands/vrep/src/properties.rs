@@ -7,35 +7,7 @@ use crate::{Vrep, algebra as al, kit::*};
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     family(offer, "Int32", "IntParameter", get_int, set_int, Param::int("value"));
     family(offer, "Float", "FloatParameter", get_float, set_float, Param::float("value"));
-    offer.command(
-        Cmd::new("sim.getObjectSpecialProperty", |c| {
-            let o = living(c, 0)?;
-            let seen = o.kind == TATU_KIND_SHAPE && bool_of(c, o.id, c.plugin().p.detectable)?;
-            c.ret(if seen { DETECTABLE } else { 0 });
-            Ok(())
-        })
-        .old_name("simGetObjectSpecialProperty", MINUS)
-        .param(object("object"))
-        .returns(Param::int("property").text("sim.objectspecialproperty_detectable_all, or 0"))
-        .text("Tells whether proximity sensors see an object.")
-        .example("seen = sim.getObjectSpecialProperty(box) ~= 0"),
-    );
-    offer.command(
-        Cmd::new("sim.setObjectSpecialProperty", |c| {
-            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
-            let seen = c.i64(1)? & DETECTABLE != 0;
-            c.world().set(shape, c.plugin().p.detectable, &Value::Bool(seen))?;
-            done(c)
-        })
-        .old_name("simSetObjectSpecialProperty", MINUS)
-        .param(object("object"))
-        .param(Param::int("property").text("any of the detectable bits; others are ignored"))
-        .text("Chooses whether proximity sensors see an object.")
-        .example("sim.setObjectSpecialProperty(box, sim.objectspecialproperty_detectable_all)"),
-    );
 }
-
-const DETECTABLE: i64 = 0x1F0;
 
 type Get<T> = fn(&Ctx<'_>, Object, i64) -> Result<Option<T>>;
 type Set<T> = fn(&Ctx<'_>, Object, i64, T) -> Result<bool>;

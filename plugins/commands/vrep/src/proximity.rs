@@ -4,8 +4,9 @@ use crate::{Vrep, kit::*};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| {
-        Cmd::new(format!("sim.{name}ProximitySensor"), run)
-            .old_name(format!("sim{}{}ProximitySensor", name[..1].to_uppercase(), &name[1..]), MINUS)
+        // `checkEx` has its ending after the noun.
+        let (verb, end) = name.strip_suffix("Ex").map_or((name, ""), |verb| (verb, "Ex"));
+        both(&format!("{verb}ProximitySensor{end}"), MINUS, run)
     };
     let answers = |command: Cmd| {
         command
@@ -52,6 +53,26 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("result, distance = sim.checkProximitySensor(sonar, ball)"),
     );
     offer.command(
+        answers(command("checkEx", |c| {
+            let sensor = id(c, 0)?;
+            let only = if c.i64(1)? == HANDLE_ALL { 0 } else { living(c, 1)?.id };
+            let threshold = c.f64(3)?;
+            let sight = match look(c, sensor, only)? {
+                Sight::Seen { distance, .. } if threshold > 0.0 && distance > threshold => Sight::Nothing,
+                sight => sight,
+            };
+            give(c, sight);
+            Ok(())
+        }))
+        .param(object("sensor"))
+        .param(Param::int("entity").text("an object, or sim.handle_all"))
+        .param(Param::int("mode").text("ignored: faces and angles are those of the sensor"))
+        .param(Param::float("threshold").unit("m").text("nothing farther is seen; 0: as far as the sensor sees"))
+        .param(Param::float("maxAngle").unit("rad").text("ignored"))
+        .text("Looks for one object, or all, no farther than a distance.")
+        .partial("Which faces are seen, and at what angles, is the sensor's own setting; collections are not known."),
+    );
+    offer.command(
         command("reset", |c| {
             for sensor in sensors(c)? {
                 c.world().reset_reading(sensor).map_err(|e| not_proximity(c, sensor, e))?;
@@ -74,11 +95,6 @@ enum Sight {
     Seen { distance: f64, point: [f64; 3], object: i64, normal: [f64; 3] },
 }
 
-/// Whether a caller gets only one value when nothing is seen: flat names, and scripts of versions before 4.7.
-fn short(flat: bool, version: impl FnOnce() -> (u32, u32)) -> bool {
-    flat || version() < (4, 7)
-}
-
 /// Distance, point, object and normal.
 type Rest = (f64, [f64; 3], i64, [f64; 3]);
 
@@ -93,7 +109,7 @@ fn shape(short: bool, sight: Sight) -> (i64, Option<Rest>) {
 }
 
 fn give(c: &mut Ctx<'_>, sight: Sight) {
-    let (first, rest) = shape(short(flat(c), || version(c)), sight);
+    let (first, rest) = shape(old_era(c), sight);
     c.ret(first);
     if let Some((distance, point, object, normal)) = rest {
         c.ret(distance);
@@ -190,15 +206,6 @@ mod tests {
 
     const SEEN: Sight = Sight::Seen { distance: 0.5, point: [0.0, 0.0, 0.5], object: 7, normal: [0.0, 0.0, -1.0] };
     const EMPTY: Rest = (0.0, [0.0; 3], -1, [0.0; 3]);
-
-    #[test]
-    fn who_gets_short_answers() {
-        assert!(short(true, || (4, 9)));
-        assert!(short(false, || (3, 2)));
-        assert!(short(false, || (4, 6)));
-        assert!(!short(false, || (4, 7)));
-        assert!(!short(false, || version_of(b"")));
-    }
 
     #[test]
     fn shapes_of_answers() {

@@ -109,9 +109,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getScriptExecutionCount", |c| {
             let calls = match c.caller_script() {
                 0 => 0,
-                script => int_of(c, script, c.plugin().p.script_calls)?,
+                // The running call is counted already.
+                script => int_of(c, script, c.plugin().p.script_calls)? - 1,
             };
-            c.ret(calls);
+            c.ret(calls.max(0));
             Ok(())
         })
         .old_name("simGetScriptExecutionCount", MINUS)
@@ -135,7 +136,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getScriptSimulationParameter", |c| {
             let key = (self_or(c, 0)?, c.bytes(1)?.to_vec());
-            let found = state(c)?.parameters.get(&key).cloned();
+            let mut found = state(c)?.parameters.get(&key).cloned();
+            // Without its scene a script has none of the parameters that the scene gave it.
+            if found.is_none() && c.world().stands_in(key.0, &String::from_utf8_lossy(&key.1)) {
+                found = Some(b"1".to_vec());
+            }
             if let Some(text) = found {
                 let value = if c.arg(2).truthy() { Value::Text(text) } else { typed(text) };
                 c.ret::<Value>(value);
@@ -178,7 +183,7 @@ fn main_script(c: &Ctx<'_>) -> Result<tatu_object> {
 }
 
 /// The kind of a script type, if the number is one.
-fn kind_of(kind: i64) -> Option<&'static str> {
+pub(crate) fn kind_of(kind: i64) -> Option<&'static str> {
     match kind {
         0 => Some("main"),
         // The second one is sim_scripttype_childscript + sim_scripttype_threaded.
@@ -188,8 +193,31 @@ fn kind_of(kind: i64) -> Option<&'static str> {
     }
 }
 
+/// The script of a type that belongs to the object of a name.
+pub(crate) fn named(c: &Ctx<'_>, owner: &str, kind: i64) -> Result<tatu_object> {
+    let script = match kind_of(kind) {
+        Some("main") => main_script(c)?,
+        Some(kind) => script_of(c, names::find(c, owner)?, kind)?,
+        None => 0,
+    };
+    if script == 0 { Err(Fail::missing(format!("`{owner}` has no such script"))) } else { Ok(script) }
+}
+
+/// Argument `i`: a script, the calling one, the main script, or an object's child script.
+pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
+    let found = match c.i64(i)? {
+        HANDLE_MAIN_SCRIPT | 0 => main_script(c)?,
+        HANDLE_SELF => return self_or(c, i),
+        _ => {
+            let o = living(c, i)?;
+            if o.kind == TATU_KIND_SCRIPT { o.id } else { script_of(c, o.id, "child")? }
+        }
+    };
+    if found == 0 { Err(Fail::missing("there is no such script")) } else { Ok(found) }
+}
+
 /// Argument `i`: a script, or the calling one.
-fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
+pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_SELF {
         return match c.caller_script() {
             0 => Err(Fail::missing("the caller is no script")),
@@ -240,6 +268,27 @@ fn call(c: &mut Ctx<'_>) -> Result {
         c.ret::<ValueRef<'_>>(*v);
     }
     Ok(())
+}
+
+/// Calls a function of a script with values of our own.
+pub(crate) fn call_named(c: &Ctx<'_>, script: tatu_object, function: &str, args: &[Value]) -> Result<Vec<Value>> {
+    let mut room: Vec<Vec<u64>> = Vec::new();
+    let mut alloc = |bytes: usize| {
+        room.push(vec![0; bytes.div_ceil(8).max(1)]);
+        room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+    };
+    let args: Vec<tatu_value> = args.iter().filter_map(|a| a.to_raw(&mut alloc)).collect();
+    let mut results = [ValueRef::NIL.raw(); 16];
+    // SAFETY: an all-zero frame is a valid empty one.
+    let mut frame: tatu_call = unsafe { std::mem::zeroed() };
+    frame.size = size_of::<tatu_call>() as u32;
+    (frame.args, frame.n_args) = (args.as_ptr(), args.len() as u32);
+    (frame.results, frame.results_cap) = (results.as_mut_ptr(), results.len() as u32);
+    // SAFETY: the arrays outlive the call, and are as long as told; results are copied at once.
+    unsafe {
+        c.world().call_script(script, function, &mut frame)?;
+        ValueRef::slice(frame.results, frame.n_results as usize).iter().map(|v| v.to_value()).collect()
+    }
 }
 
 #[cfg(test)]

@@ -5,10 +5,12 @@ use crate::{Vrep, kit::*};
 /// Kinds of signals, with the numbers that `getSignalName` uses.
 pub(crate) const KINDS: [u32; 3] = [0, 1, 2];
 
+const INTEGER: u32 = KINDS[0];
+
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     kind(offer, 0, "Int32", &["Integer"], Param::int("value"));
     kind(offer, 1, "Float", &[], Param::float("value"));
-    kind(offer, 2, "String", &[], Param::string("value").text("any bytes"));
+    kind(offer, 2, "String", &["Buffer"], Param::string("value").text("any bytes"));
     offer.command(
         Cmd::new("sim.getSignalName", |c| {
             let (index, kind) = (c.i64(0)?, c.i64(1)?);
@@ -31,7 +33,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 /// The three commands of a kind. `name` is the present word for it, `others` are words that are still understood.
 fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: Param) {
-    let old = others.first().copied().unwrap_or(name);
+    // Integers had another word in flat names.
+    let old = if kind == INTEGER { others[0] } else { name };
     let named = |verb: &str, on_error: [Value; 1], run: fn(&mut Ctx<'_>, u32) -> Result| {
         let upper = verb[..1].to_uppercase() + &verb[1..];
         let mut command = Cmd::new(format!("sim.{verb}{name}Signal"), move |c| run(c, kind))
@@ -48,12 +51,16 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: 
     };
     offer.command(
         named("set", MINUS, |c, kind| {
-            c.world().set_signal(kind, c.bytes(0)?, c.arg(1))?;
+            match INTEGER == kind {
+                // Fractions are cut off.
+                true => c.world().set_signal(kind, c.bytes(0)?, whole(c.f64(1)?))?,
+                false => c.world().set_signal(kind, c.bytes(0)?, c.arg(1))?,
+            }
             c.ret(1_i64);
             Ok(())
         })
         .param(Param::string("name"))
-        .param(value.clone())
+        .param(if kind == INTEGER { Param::float("value").text("fractions are cut off") } else { value.clone() })
         .returns(Param::int("done"))
         .text(format!("Sets the {word} signal of a name, for all scripts."))
         .example(format!("sim.set{name}Signal('state', '3')")),
@@ -87,4 +94,9 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: 
         .text(format!("Removes the {word} signal of a name."))
         .example(format!("sim.clear{name}Signal('state')")),
     );
+}
+
+fn whole<'a>(x: f64) -> ValueRef<'a> {
+    // SAFETY: an integer points to nothing.
+    unsafe { ValueRef::new(tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: x as i64 } }) }
 }

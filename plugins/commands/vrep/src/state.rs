@@ -7,7 +7,10 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use crate::{console::Consoles, kit::*, messages::Messages, tubes::Tubes};
+use crate::{
+    collections::Collections, console::Consoles, dialogs::Dialogs, kit::*, mail::Mail, messages::Messages,
+    motion::Motion, profiles::Profiles, tubes::Tubes,
+};
 
 /// The instance of a world. Commands may enter each other: borrow it briefly, never across a call to the host.
 pub struct State(RefCell<Inner>);
@@ -30,6 +33,17 @@ pub(crate) struct Inner {
     /// How many random numbers were drawn.
     pub(crate) drawn: u64,
     pub(crate) error_report_mode: i64,
+    pub(crate) selection: Vec<tatu_object>,
+    pub(crate) collections: Collections,
+    pub(crate) mail: Mail,
+    pub(crate) dialogs: Dialogs,
+    pub(crate) profiles: Profiles,
+    pub(crate) last_error: Vec<u8>,
+    /// Motions that are under way, by number, and how many there were.
+    pub(crate) motions: BTreeMap<i64, Motion>,
+    pub(crate) moved: i64,
+    /// What follows a path: object, path, what of it, how far along, velocity.
+    pub(crate) follows: BTreeMap<i64, (tatu_object, tatu_object, i64, f64, f64)>,
 }
 
 impl State {
@@ -67,6 +81,15 @@ impl Inner {
             waits: BTreeMap::new(),
             drawn: 0,
             error_report_mode: 1,
+            selection: Vec::new(),
+            collections: Collections::default(),
+            mail: Mail::default(),
+            dialogs: Dialogs::default(),
+            profiles: Profiles::default(),
+            last_error: Vec::new(),
+            motions: BTreeMap::new(),
+            moved: 0,
+            follows: BTreeMap::new(),
         }
     }
 }

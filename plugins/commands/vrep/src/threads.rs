@@ -30,7 +30,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 return c.wait_steps(1, 1);
             }
             let waited = c.resumed() != 0;
-            c.ret(i64::from(waited));
+            if old_era(c) {
+                c.ret(i64::from(waited));
+            }
             Ok(Outcome::Done)
         })
         .old_name("simSwitchThread", MINUS)
@@ -45,9 +47,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             Ok(Outcome::Done)
         })
+        .alias("sim.yield")
         .text("Goes on in the next step, where the calling script can wait.")
         .example("sim.step()"),
     );
+    slices(offer);
     offer.command(
         Cmd::new("sim.waitForSignal", wait_for_signal)
             .old_name("simWaitForSignal", NIL)
@@ -55,6 +59,99 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .returns(Param::any("value").text("nothing if it is not set and the caller cannot wait"))
             .text("Waits until a signal of any kind is set, and gives its value.")
             .example("value = sim.waitForSignal('start')"),
+    );
+}
+
+/// Slices of threads belong to the script languages, which preludes tell what to do (`prelude.lua`). These commands serve
+/// callers that have no threads: nothing is set, and 0 tells so.
+fn slices(offer: &mut Offer<Vrep>) {
+    let zero = |c: &mut Ctx<'_>| {
+        c.ret(0_i64);
+        Ok(())
+    };
+    offer.command(
+        Cmd::new("sim.setThreadSwitchTiming", zero)
+            .old_name("simSetThreadSwitchTiming", MINUS)
+            .param(Param::float("milliseconds").text("0 to 200; 1 ms is 20,000 instructions; 2 unless set"))
+            .returns(Param::int("threaded").text("1; 0: the caller is no thread"))
+            .text("Sets how long a thread runs in a step, if it does not let go by itself.")
+            .example("sim.setThreadSwitchTiming(20)"),
+    );
+    offer.command(
+        Cmd::new("sim.setThreadAutomaticSwitch", zero)
+            .old_name("simSetThreadAutomaticSwitch", MINUS)
+            .param(Param::any("on").text("from 4.2 on each `false` takes one `true` to undo"))
+            .returns(Param::int("threaded").text("1; 0: the caller is no thread"))
+            .text("Sets whether a thread that does not let go by itself is switched out.")
+            .example("sim.setThreadAutomaticSwitch(false)"),
+    );
+    offer.command(
+        Cmd::new("sim.setStepping", zero)
+            .param(Param::any("on").text("each `true` takes one `false` to undo; a number sets the level"))
+            .returns(Param::int("before").text("the level before"))
+            .text("In stepping mode a thread lets go by itself only, with sim.step().")
+            .example("sim.setStepping(true)"),
+    );
+    offer.command(
+        Cmd::new("sim.setAutoYieldDelay", |_| Ok(()))
+            .param(Param::float("delay").unit("s").text("1 ms is 20,000 instructions; 0.002 unless set"))
+            .text("Sets how long a thread runs in a step, if it does not let go by itself.")
+            .example("sim.setAutoYieldDelay(0.02)"),
+    );
+    offer.command(
+        Cmd::new("sim.getAutoYieldDelay", |c| {
+            c.ret(0.002);
+            Ok(())
+        })
+        .returns(Param::float("delay").unit("s"))
+        .text("Gives how long a thread runs in a step, if it does not let go by itself.")
+        .example("delay = sim.getAutoYieldDelay()"),
+    );
+    for (name, text) in [
+        ("sim.acquireLock", "Keeps the calling thread from being switched out; each takes one sim.releaseLock()."),
+        ("sim.releaseLock", "Undoes one sim.acquireLock()."),
+    ] {
+        offer.command(Cmd::new(name, |_| Ok(())).text(text).example(format!("{name}()")));
+    }
+    offer.command(
+        Cmd::new("sim.setThreadIsFree", zero)
+            .old_name("simSetThreadIsFree", MINUS)
+            .param(Param::any("free"))
+            .returns(Param::int("result").text("0"))
+            .text("Had a thread run beside the simulation. Here nothing runs beside it: nothing changes.")
+            .example("sim.setThreadIsFree(true)"),
+    );
+    offer.command(
+        Cmd::new("sim.setThreadResumeLocation", |c| {
+            c.ret(1_i64);
+            Ok(())
+        })
+        .old_name("simSetThreadResumeLocation", MINUS)
+        .param(Param::int("location").text("sim.scriptthreadresume_..."))
+        .param(Param::int("order").optional())
+        .returns(Param::int("result").text("1"))
+        .text("Set where in a step a thread goes on. Here it is always right before its script's actuation.")
+        .example("sim.setThreadResumeLocation(sim.scriptthreadresume_default, 1)"),
+    );
+    offer.command(
+        Cmd::new("sim.getThreadId", |c| {
+            let id = if c.can_wait() { 2_i64 } else { 1 };
+            c.ret(id);
+            Ok(())
+        })
+        .old_name("simGetThreadId", MINUS)
+        .returns(Param::int("id").text("1: the simulation's; 2: a thread"))
+        .text("Tells whether a thread calls.")
+        .example("id = sim.getThreadId()"),
+    );
+    offer.command(
+        Cmd::new("sim.delegateChildScriptExecution", zero)
+            .old_name("simDelegateChildScriptExecution", MINUS)
+            .returns(Param::int("result").text("0"))
+            .text(
+                "Had child scripts run in the caller's thread. Each script is called by itself: nothing is left to do.",
+            )
+            .example("sim.delegateChildScriptExecution()"),
     );
 }
 

@@ -9,7 +9,11 @@ use crate::{
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getObjectParent", |c| {
-            let up = parent(c, id(c, 0)?)?;
+            let object = id(c, 0)?;
+            let up = parent(c, object)?;
+            if up == 0 {
+                c.world().wanted(object, "..", "");
+            }
             c.ret(handle(up));
             Ok(())
         })
@@ -37,6 +41,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let index = usize::try_from(c.i64(1)?).ok();
             let below = c.world().list(base, 0, TATU_LIST_CHILDREN | TATU_LIST_SKIP_BASE)?;
             let child = index.and_then(|i| below.get(i).copied()).unwrap_or(0);
+            if child == 0 {
+                c.world().wanted(base, "./", "");
+            }
             c.ret(handle(child));
             Ok(())
         })
@@ -143,19 +150,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("count"))
         .text("Removes a model: its base and all below.")
         .example("sim.removeModel(robot)"),
-    );
-    offer.command(
-        Cmd::new("sim.getModelProperty", |c| {
-            let o = living(c, 0)?;
-            let is_base = bool_of(c, o.id, c.plugin().p.model_base)?;
-            c.ret(if is_base { 0_i64 } else { 0xF000 });
-            Ok(())
-        })
-        .old_name("simGetModelProperty", MINUS)
-        .param(object("object"))
-        .returns(Param::int("property").text("0, or sim.modelproperty_not_model"))
-        .text("Tells whether an object is the base of a model.")
-        .example("isModel = sim.getModelProperty(h) ~= sim.modelproperty_not_model"),
     );
 }
 

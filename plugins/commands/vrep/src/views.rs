@@ -25,6 +25,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("more").rest())
         .returns(Param::int("view"))
         .text("Adds a floating view. Without a window nothing is shown.")
+        .partial("without a window nothing is shown")
         .example("view = sim.floatingViewAdd(0.5, 0.5, 0.3, 0.3, 0)"),
     );
     offer.command(
@@ -60,6 +61,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::string("label").optional().text("ignored"))
         .returns(Param::int("result").text("1; with 256: 2 if it is there; with 512: whom it shows, or -1"))
         .text("Says what a view shows. Without a window nothing is shown.")
+        .partial("without a window nothing is shown")
         .example("sim.adjustView(view, -1, 0)"),
     );
     offer.command(
@@ -71,6 +73,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("more").rest())
         .returns(Param::int("banner").text("1"))
         .text("Would show a text in the scene. Without a window nothing is shown.")
+        .stub("without a window nothing is shown")
         .example("sim.addBanner('hello', 0.1, 0)"),
     );
     offer.command(
@@ -81,6 +84,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("banner").optional())
         .returns(Param::int("result").text("1"))
         .text("Removes a banner.")
+        .stub("without a window nothing is shown")
         .example("sim.removeBanner(sim.handle_all)"),
     );
 }

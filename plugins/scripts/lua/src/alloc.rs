@@ -27,6 +27,9 @@ const LINE: usize = 64;
 const COLOURS: usize = 1024;
 const CLASSES: usize = 32 + 4 * 20;
 
+/// A function, and what it is called with.
+pub(crate) type Listener = (unsafe fn(*const c_void), *const c_void);
+
 /// The memory of one state. Boxed: Lua keeps its address.
 pub(crate) struct Slot {
     /// What was reserved; null: the system's allocator is used.
@@ -36,6 +39,8 @@ pub(crate) struct Slot {
     committed: Cell<usize>,
     used: Cell<usize>,
     limit: Cell<usize>,
+    /// Told when the limit is reached: whom, and what with.
+    pub full: Cell<Option<Listener>>,
     free: [Cell<*mut u8>; CLASSES],
 }
 
@@ -70,6 +75,7 @@ impl Slot {
             committed: Cell::new(0),
             used: Cell::new(0),
             limit: Cell::new(SLOT_BYTES),
+            full: Cell::new(None),
             free: [const { Cell::new(null_mut()) }; CLASSES],
         })
     }
@@ -118,6 +124,10 @@ impl Slot {
         let (c, size) = class(bytes);
         let used = self.used.get() + size;
         if used > self.limit.get() && !force {
+            if let Some((tell, whom)) = self.full.get() {
+                // SAFETY: set by the state whose memory this is, which lives longer.
+                unsafe { tell(whom) };
+            }
             return null_mut();
         }
         let block = if !self.is_mapped() {

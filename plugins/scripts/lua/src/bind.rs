@@ -45,19 +45,47 @@ const FRAME: tatu_call = tatu_call {
     reserved: 0,
 };
 
+/// Of a command's number in Lua: it takes and gives floats as they are.
+const EXACT: i64 = 1 << 40;
+
 /// What is called.
 #[derive(Clone, Copy)]
 pub(crate) enum Target {
     /// A command: id << 8 | alias.
     Command(u32),
+    /// Likewise, and numbers lose what a 32-bit float does not hold.
+    Single(u32),
     /// A function of another script.
     Function(u64),
 }
 
 /// A command as a Lua function; upvalue 1: id << 8 | alias.
 pub(crate) unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
-    let packed = lua_tointegerx(l, lua_upvalueindex(1), null_mut()) as u32;
-    run(l, Target::Command(packed))
+    let packed = lua_tointegerx(l, lua_upvalueindex(1), null_mut());
+    if packed < EXACT && state::of(l).single.get() {
+        return run(l, Target::Single(packed as u32));
+    }
+    run(l, Target::Command(packed as u32))
+}
+
+/// Calls a command without arguments that waits, on behalf of the thread `l`: the token of the wait; 0: it did not wait.
+///
+/// # Safety
+/// `l` runs, and can yield.
+pub(crate) unsafe fn wait(l: *mut lua_State, s: &State, packed: u32) -> u64 {
+    if packed == 0 {
+        return 0;
+    }
+    let mut results = MaybeUninit::<[tatu_value; RESULTS]>::uninit();
+    let mut frame = FRAME;
+    frame.results = results.as_mut_ptr().cast();
+    frame.wait_token = s.token.get() + 1;
+    s.token.set(frame.wait_token);
+    (frame.command, frame.alias) = (packed >> 8, packed & 0xFF);
+    let outer = s.running.replace(l);
+    let status = (s.commands.call)(s.world, &mut frame);
+    s.running.set(outer);
+    if status == TATU_WAIT { frame.wait_token } else { 0 }
 }
 
 /// Calls a command with the arguments on the stack.
@@ -83,13 +111,19 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     frame.n_args = n as u32;
     frame.args = first;
     frame.results = results.as_mut_ptr().cast();
+    // In modern scripts names of old manners raise errors like all others.
+    frame.reserved = if s.old.get() { 0 } else { TATU_CALL_RAISE };
     if l != s.main && lua_isyieldable(l) != 0 {
         frame.wait_token = s.token.get() + 1;
         s.token.set(frame.wait_token);
     }
+    let single = matches!(target, Target::Single(_));
+    if single {
+        convert::to_single(first, n as usize);
+    }
     let outer = s.running.replace(l);
     let status = match target {
-        Target::Command(packed) => {
+        Target::Command(packed) | Target::Single(packed) => {
             frame.command = packed >> 8;
             frame.alias = packed & 0xFF;
             (s.commands.call)(s.world, &mut frame)
@@ -108,7 +142,11 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     for i in 0..n as usize {
         let value = &*frame.results.add(i);
         took |= value.tag >= TATU_TEXT && value.tag < TATU_FUNC;
-        convert::put(l, value);
+        if single {
+            convert::put_single(l, value);
+        } else {
+            convert::put(l, value);
+        }
     }
     if took {
         (s.commands.release)(s.world, s.mark.get());
@@ -166,10 +204,23 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     lua_pushvalue(l, lua_upvalueindex(1));
     lua_pushvalue(l, 2);
     lua_concat(l, 2); // 3: the full name
-    let found = (s.commands.find)(s.world, border(bytes(l, 3)));
+    // What preludes tell comes first: its numbers may be others in other dialects.
+    let told = if registry(l, reg::CONSTANTS) == LUA_TTABLE {
+        lua_pushvalue(l, 3);
+        lua_rawget(l, 4) == LUA_TNUMBER
+    } else {
+        false
+    };
+    if told {
+        lua_copy(l, 5, 4);
+    }
+    lua_settop(l, if told { 4 } else { 3 });
+    let found = if told { 0 } else { (s.commands.find)(s.world, border(bytes(l, 3))) };
     let mut value = word(TATU_NIL, 0);
-    if found != 0 {
-        lua_pushinteger(l, i64::from(found));
+    if told {
+    } else if found != 0 {
+        let exact = s.single.get() && s.text.borrow().rules.exact.iter().any(|e| e == bytes(l, 3));
+        lua_pushinteger(l, i64::from(found) | if exact { EXACT } else { 0 });
         lua_pushcclosure(l, command, 1);
     } else if (s.commands.constant)(s.world, border(bytes(l, 3)), &mut value) == TATU_OK {
         convert::put(l, &value);
@@ -189,10 +240,16 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     1
 }
 
+/// So many names that nothing was found for are remembered.
+const MISSED: usize = 32;
+
 fn missed(s: &State, name: &[u8]) {
     let missed = &mut s.errors.borrow_mut().missed;
-    missed.clear();
-    missed.extend_from_slice(name);
+    // Between the look at a function's name and its call lie the looks at its arguments.
+    if missed.len() == MISSED {
+        missed.pop_front();
+    }
+    missed.push_back(name.to_vec());
 }
 
 /// Pushes the table of names of the prefix at `prefix`; the same one each time.

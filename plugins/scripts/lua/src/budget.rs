@@ -5,21 +5,25 @@ use std::cell::{Cell, RefCell};
 use mlua::ffi::*;
 use tatu_plugin_api::{abi::TATU_ERR_BUDGET, safe::*};
 
-use crate::state::{self, push};
+use crate::{
+    slices,
+    state::{self, push},
+};
 
 /// Instructions between two looks at the budget. Scripts pay for the hook being there, not for how often it runs.
-const STEP: u64 = 1000;
+pub(crate) const STEP: u64 = 1000;
 /// What making a coroutine counts, since its own count begins anew.
 const COROUTINE: u64 = 500;
 
 /// The running call's budget.
-#[derive(Default)]
 pub(crate) struct State {
     used: Cell<u64>,
     /// The part of it that calls within this one used, and told.
     told: Cell<u64>,
     limit: Cell<u64>,
     dead: Cell<bool>,
+    /// Where Lua counts what is left until the hook runs next on the main thread; null: not found.
+    left: Cell<*mut i32>,
     /// Where it ran out.
     place: RefCell<Option<(String, u64)>>,
 }
@@ -32,13 +36,41 @@ pub(crate) struct Outer {
     limit: u64,
 }
 
+impl Default for State {
+    fn default() -> Self {
+        State {
+            used: Cell::new(0),
+            told: Cell::new(0),
+            limit: Cell::new(0),
+            dead: Cell::new(false),
+            left: Cell::new(std::ptr::null_mut()),
+            place: RefCell::new(None),
+        }
+    }
+}
+
 impl State {
+    /// Counts what the main thread did since the hook ran last, so that each call begins with a full count: what one
+    /// call uses depends on no other, and a state that was restored counts on like the one that was saved.
+    fn settle(&self) {
+        let left = self.left.get();
+        if left.is_null() || self.dead.get() {
+            return;
+        }
+        // SAFETY: a place in the main thread, which lives as long as this.
+        unsafe {
+            self.used.set(self.used.get() + STEP.saturating_sub((*left).max(0) as u64));
+            *left = STEP as i32;
+        }
+    }
     /// Begins a call; gives back what `end` needs.
     pub(crate) fn begin(&self, limit: u64) -> Outer {
+        self.settle();
         Outer { used: self.used.replace(0), told: self.told.replace(0), limit: self.limit.replace(limit) }
     }
     /// Ends it: how much it used itself. What a call within a call uses counts against the budget of both.
     pub(crate) fn end(&self, outer: Outer) -> u64 {
+        self.settle();
         let used = self.used.replace(0);
         let own = used - self.told.replace(outer.told + used);
         self.used.set(outer.used + used);
@@ -77,6 +109,30 @@ pub(crate) unsafe fn arm(l: *mut lua_State) {
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, STEP as i32);
 }
 
+/// Finds where the main thread counts: two numbers side by side, what it counts from and what is left, of which Lua's
+/// interface sets both and shows neither.
+///
+/// # Safety
+/// A main thread that runs nothing.
+pub(crate) unsafe fn find_count(l: *mut lua_State, s: &state::State) {
+    /// Odd enough to stand nowhere else in a thread.
+    const MARKS: [i32; 2] = [0x005A_17C3, 0x0036_E5B1];
+    /// More than a thread's fields take up.
+    const WORDS: usize = 64;
+    let at = |mark: i32| {
+        lua_sethook(l, Some(hook), LUA_MASKCOUNT, mark);
+        let words = std::slice::from_raw_parts(l.cast::<i32>(), WORDS);
+        words.windows(2).position(|w| w == [mark, mark])
+    };
+    let found = (at(MARKS[0]), at(MARKS[1]));
+    arm(l);
+    if let (Some(a), Some(b)) = found
+        && a == b
+    {
+        s.budget.left.set(l.cast::<i32>().add(a + 1));
+    }
+}
+
 /// What is left, instructions.
 pub(crate) fn left(s: &state::State) -> u64 {
     match s.budget.limit.get() {
@@ -101,12 +157,13 @@ pub(crate) unsafe fn charge(l: *mut lua_State, instructions: u64) {
 }
 
 unsafe extern "C-unwind" fn hook(l: *mut lua_State, _: *mut lua_Debug) {
-    let b = &state::of(l).budget;
+    let s = state::of(l);
+    let b = &s.budget;
     if !b.dead.get() {
         let used = b.used.get() + STEP;
         b.used.set(used);
         if b.limit.get() == 0 || used < b.limit.get() {
-            return;
+            return slices::tick(l, s, STEP);
         }
     }
     end(l);

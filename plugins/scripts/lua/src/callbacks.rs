@@ -26,12 +26,29 @@ pub(crate) enum Style {
     Functions,
     /// By running the text again.
     Rerun,
+    /// The text runs once a step, and nothing else is called.
+    Step,
+    /// The text runs once, as a coroutine.
+    Thread,
+}
+
+impl Style {
+    /// The callback at which a text of this style runs first.
+    fn first(self) -> &'static [u8] {
+        match self {
+            Style::Step => ACTUATION,
+            Style::Thread => THREAD,
+            _ => INIT,
+        }
+    }
 }
 
 /// The callback in which the text runs for the first time.
 const INIT: &[u8] = b"init";
 /// The callback that comes between the text's first run and `init`.
 const INFO: &[u8] = b"info";
+/// The callback in which a text runs that runs once a step.
+const ACTUATION: &[u8] = b"actuation";
 /// The callback that runs even after an error.
 const CLEANUP: &[u8] = b"cleanup";
 /// The callback that runs as a coroutine.
@@ -116,16 +133,21 @@ pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) ->
 
 /// A number for something callable, or 0.
 pub(crate) fn find(s: &Script, how: u32, name: &[u8]) -> u32 {
-    let (style, rules, silent) = {
+    let (style, rules, silent, over) = {
         let text = s.text.borrow();
-        (text.style, text.rules.clone(), text.silent)
+        (text.style, text.rules.clone(), text.silent, text.over)
     };
     let mut there = false;
     match how {
+        TATU_FIND_CALLBACK if over => {}
+        TATU_FIND_CALLBACK if rules.style.is_some_and(|s| s.first() != INIT) => {
+            let first = rules.style.map_or(INIT, Style::first);
+            there = name == first && !silent && (style == Style::NotRun || style == Style::Step);
+        }
         TATU_FIND_CALLBACK if name == INIT || name == INFO && style == Style::NotRun => there = true,
         TATU_FIND_CALLBACK if silent && name != CLEANUP => {}
         TATU_FIND_CALLBACK => match style {
-            Style::NotRun => {}
+            Style::NotRun | Style::Step | Style::Thread => {}
             Style::Rerun => there = rules.rerun.as_ref().is_some_and(|r| r.has(name)),
             Style::Functions => {
                 // SAFETY: protected.
@@ -216,6 +238,10 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
             return Flow::Done;
         }
         match (style, &rules.rerun) {
+            (Style::NotRun, _) if rules.style.is_some_and(|s| s.first() == name) && name != INIT => {
+                whole(l, s, rules, frame)
+            }
+            (Style::Step, _) => whole(l, s, rules, frame),
             (Style::NotRun, _) => first(l, s, rules, may_rerun, name, frame),
             (Style::Rerun, Some(rerun)) => {
                 set(l, s, rerun, rerun.value(name));
@@ -226,7 +252,8 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
             _ => Flow::Done,
         }
     });
-    if style == Style::NotRun && result.is_err() && how == TATU_FIND_CALLBACK {
+    let begun = s.text.borrow().style != Style::NotRun;
+    if style == Style::NotRun && !begun && result.is_err() && how == TATU_FIND_CALLBACK {
         // The text failed: its callbacks, above all the last one, are those that it has so far.
         // SAFETY: protected.
         let _ = s.protect(&mut |l| unsafe {
@@ -235,6 +262,9 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
     }
     if result.is_err() && how == TATU_FIND_CALLBACK && !s.old.get() {
         s.text.borrow_mut().silent = true;
+    }
+    if how == TATU_FIND_CALLBACK && name == CLEANUP {
+        s.text.borrow_mut().over = true;
     }
     if missing {
         let name = String::from_utf8_lossy(name);
@@ -245,6 +275,20 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
 
 unsafe fn go(l: *mut lua_State, s: &State, name: &[u8], frame: *mut tatu_call) -> Flow {
     if name == THREAD { threads::start(l, s, frame) } else { ask(l, s, frame) }
+}
+
+/// Runs a text that is nothing but a step, or nothing but a thread.
+unsafe fn whole(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu_call) -> Flow {
+    let style = rules.style.unwrap_or_default();
+    s.text.borrow_mut().style = style;
+    if let Some(rerun) = &rules.rerun {
+        let value = if style == Style::Thread { rerun.value(THREAD) } else { None };
+        set(l, s, rerun, value);
+    }
+    if registry(l, reg::CHUNK) != LUA_TFUNCTION {
+        return Flow::Done;
+    }
+    go(l, s, style.first(), frame)
 }
 
 /// The first run of the text, which is also the callback `init`, or comes before `info`.
@@ -308,7 +352,11 @@ unsafe fn end_by_number(l: *mut lua_State, s: &State, base: i32) {
 
 /// Decides the style, once the text has run.
 unsafe fn settle(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool) -> Style {
-    let style = if may_rerun && !any_callback(l, rules) { Style::Rerun } else { Style::Functions };
+    let style = match rules.style {
+        Some(style) => style,
+        None if may_rerun && !any_callback(l, rules) => Style::Rerun,
+        None => Style::Functions,
+    };
     s.text.borrow_mut().style = style;
     style
 }
@@ -325,7 +373,7 @@ unsafe fn any_callback(l: *mut lua_State, rules: &Rules) -> bool {
             let name = bytes(l, -2);
             found = rules.functions.iter().any(|(before, after)| {
                 name.len() > before.len() + after.len() && name.starts_with(before) && name.ends_with(after)
-            });
+            }) || rules.also.iter().any(|(_, function)| function == name);
         }
         lua_pop(l, 1);
     }

@@ -8,10 +8,15 @@ math.log10 = math.log10 or function(x) return math.log(x, 10) end
 
 if not old then return end
 
+-- A number without its fraction.
+local function integer(x)
+  x = tonumber(x)
+  return x and (x < 0 and math.ceil(x) or math.floor(x))
+end
+
 -- Lua 5.1, and what it still had of 5.0.
 loadstring = load
 getfenv, setfenv = getfenv51, setfenv51
-math.mod = math.fmod
 math.cosh = math.cosh or function(x) return (math.exp(x) + math.exp(-x)) / 2 end
 math.sinh = math.sinh or function(x) return (math.exp(x) - math.exp(-x)) / 2 end
 math.tanh = math.tanh or function(x) return 1 - 2 / (math.exp(2 * x) + 1) end
@@ -47,8 +52,36 @@ function table.foreachi(t, f)
 end
 
 -- Fractions where an integer is wanted were cut off.
-math.random = truncating(math.random)
-string.rep = truncating(string.rep)
-string.sub = truncating(string.sub)
-string.byte = truncating(string.byte)
-string.char = truncating(string.char)
+math.random = truncating(math.random, 1)
+string.char = truncating(string.char, 1)
+string.rep = truncating(string.rep, 2)
+string.sub = truncating(string.sub, 2)
+string.byte = truncating(string.byte, 2)
+
+-- Floats only: a remainder of a division by 0 is not a number, and no error.
+local fmod = math.fmod
+function math.fmod(x, y)
+  if tonumber(y) == 0 and tonumber(x) then return 0 / 0 end
+  return fmod(x, y)
+end
+math.mod = math.fmod
+
+-- Places outside of a list were no errors.
+local insert, remove = table.insert, table.remove
+function table.insert(t, ...)
+  local at, value = ...
+  if select("#", ...) ~= 2 or type(t) ~= "table" then return insert(t, ...) end
+  at = integer(at)
+  if at and at >= 1 and at <= #t + 1 then return insert(t, at, value) end
+  if not at then return insert(t, ...) end
+  for i = #t + 1, at + 1, -1 do t[i] = t[i - 1] end
+  t[at] = value
+end
+function table.remove(t, at)
+  if at == nil or type(t) ~= "table" then return remove(t) end
+  at = integer(at)
+  if at and (at < 1 or at > #t) then return end
+  return remove(t, at)
+end
+table.concat = truncating(table.concat, 3)
+unpack = truncating(unpack, 2)

@@ -24,18 +24,18 @@ pub(crate) fn open(s: &Script, old: bool) -> Result {
     })
 }
 
-/// Wraps a library function: floats with fractions among its arguments are cut to integers.
+/// Wraps a library function: floats with fractions among its arguments, from a given one on, are cut to integers.
 unsafe extern "C-unwind" fn truncating(l: *mut lua_State) -> i32 {
     luaL_checktype(l, 1, LUA_TFUNCTION);
-    lua_settop(l, 1);
-    lua_pushcclosure(l, truncated, 1);
+    lua_settop(l, 2);
+    lua_pushcclosure(l, truncated, 2);
     1
 }
 
 unsafe extern "C-unwind" fn truncated(l: *mut lua_State) -> i32 {
     let n = lua_gettop(l);
     luaL_checkstack(l, 4, std::ptr::null());
-    for i in 1..=n {
+    for i in lua_tointeger(l, lua_upvalueindex(2)) as i32..=n {
         text::truncate_at(l, i);
     }
     lua_pushvalue(l, lua_upvalueindex(1));

@@ -1,9 +1,14 @@
 //! Errors, from the host into Lua and from Lua to the host.
 
+use std::collections::VecDeque;
+
 use mlua::ffi::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
-use crate::state::{self, State, bytes, push};
+use crate::{
+    explain,
+    state::{self, State, bytes, push},
+};
 
 /// What is remembered about errors while they travel through a script.
 #[derive(Default)]
@@ -12,8 +17,8 @@ pub(crate) struct Errors {
     raised: Option<(Fail, Vec<u8>)>,
     /// The error that the handler saw last.
     caught: Option<Caught>,
-    /// The last name that nothing was found for, with its prefix.
-    pub missed: Vec<u8>,
+    /// The last names that nothing was found for, with their prefixes.
+    pub missed: VecDeque<Vec<u8>>,
 }
 
 /// An error on its way out of the script.
@@ -134,16 +139,53 @@ pub(crate) unsafe fn take(s: &State, l: *mut lua_State, status: i32) -> Fail {
         traceback: Vec::new(),
         places: Vec::new(),
     });
-    describe(s, caught)
+    let globals = if lua_checkstack(l, 4) == 0 { Vec::new() } else { explain::globals(l) };
+    describe(s, caught, globals)
+}
+
+/// Notes where the script is while its memory runs out: there is no room for a message handler then.
+///
+/// # Safety
+/// A state of ours.
+pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void) {
+    let s = &*s.cast::<State>();
+    let Ok(mut places) = s.full_at.try_borrow_mut() else { return };
+    places.clear();
+    // Of a coroutine of the script, the line that resumed it.
+    let l = s.running.get();
+    let mut ar = std::mem::zeroed::<lua_Debug>();
+    let mut level = 0;
+    while places.len() < 16 && lua_getstack(l, level, &mut ar) != 0 {
+        lua_getinfo(l, c"Sl".as_ptr(), &mut ar);
+        if ar.currentline > 0 {
+            let source = std::slice::from_raw_parts(ar.source.cast::<u8>(), ar.srclen);
+            places.push((String::from_utf8_lossy(file_of(source)).into_owned(), ar.currentline as u64));
+        }
+        level += 1;
+    }
 }
 
 fn no_memory(s: &State) -> Fail {
+    let fail = memory_fail(s);
+    let places = s.full_at.take();
+    let Some((file, line)) = places.first().cloned() else { return fail };
+    let lines: Vec<_> = places.iter().map(|(file, line)| format!("  {file}:{line}")).collect();
+    fail.at(file, line).traceback(lines.join("\n"))
+}
+
+fn memory_fail(s: &State) -> Fail {
     let limit = s.slot.limit();
     Fail::with_code(TATU_ERR_MEMORY, format!("the script used up its {limit} bytes of memory"))
         .help("look for a table that grows in each step")
 }
 
-fn describe(s: &State, caught: Caught) -> Fail {
+fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
+    // A script that told its traceback with the message: the message is what comes before.
+    const TRACE: &[u8] = b"\nstack traceback:\n";
+    if let Some(at) = caught.text.windows(TRACE.len()).position(|w| w == TRACE) {
+        caught.traceback = joined(std::str::from_utf8(&caught.text[at + TRACE.len()..]).ok(), &caught.traceback);
+        caught.text.truncate(at);
+    }
     let errors = s.errors.borrow();
     let chunk = s.text.borrow().name();
     // A failure of a command keeps its code and its text.
@@ -162,15 +204,36 @@ fn describe(s: &State, caught: Caught) -> Fail {
     }
     let (text, place) = strip(&caught.text, &caught, &chunk);
     if text == b"not enough memory" {
-        return with_traceback(located(no_memory(s), place, &caught), Some(&caught));
+        return with_traceback(located(memory_fail(s), place, &caught), Some(&caught));
     }
     let text = String::from_utf8_lossy(text).into_owned();
     let fail = match s.text.borrow().unknown(&text, &errors.missed) {
-        Some(name) => Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`"))
-            .help("`tatu list commands` shows the commands of all plugins"),
-        None => Fail::with_code(TATU_ERR_SCRIPT, text),
+        Some(name) => {
+            let near = explain::nearest(&name, explain::commands(s).into_iter());
+            let help = near.map_or_else(
+                || "`tatu list commands` shows the commands of all plugins".to_owned(),
+                |near| format!("did you mean `{near}`?"),
+            );
+            Fail::with_code(TATU_ERR_UNKNOWN, unknown(&text, &name)).help(help)
+        }
+        None => {
+            let near = |name: &str| explain::nearest(name, globals.iter().cloned());
+            let fail = Fail::with_code(TATU_ERR_SCRIPT, text.clone());
+            match explain::runtime(&text, near) {
+                Some(help) => fail.help(help),
+                None => fail,
+            }
+        }
     };
     with_traceback(located(fail, place, &caught), Some(&caught))
+}
+
+/// The sentence about a name that nobody offers.
+fn unknown(message: &str, name: &str) -> String {
+    if message.starts_with("attempt to index") {
+        return format!("there is no `{name}` here: no plugin offers commands of that name");
+    }
+    format!("there is no command `{name}`")
 }
 
 fn located(fail: Fail, place: Option<(String, u64)>, caught: &Caught) -> Fail {

@@ -12,6 +12,7 @@
 )]
 
 mod alloc;
+mod allow;
 mod bind;
 mod budget;
 mod callbacks;
@@ -20,13 +21,17 @@ mod collect;
 mod compat;
 mod convert;
 mod errors;
+mod explain;
 mod files;
 mod functions;
 mod io;
 mod load;
 mod modules;
+mod number;
 mod pattern;
+mod scan;
 mod seed;
+mod slices;
 mod sort;
 mod state;
 mod stdlib;
@@ -53,6 +58,14 @@ impl Plugin for Lua {
                 TATU_LOG_ERROR,
                 "Lua's hash seed is not pinned: `pairs` may give another order in each run. Build from the repository's \
                  folder, whose .cargo/config.toml sets CFLAGS=-Dluai_makeseed(L)=0x5EED, after `cargo clean -p mlua-sys`",
+            );
+        }
+        if !number::installed() {
+            host.log(
+                TATU_LOG_ERROR,
+                "Lua was built without the plugin's way to write numbers: scripts of old dialects show 5.0 where they \
+                 showed 5. Build from the repository's folder, whose .cargo/config.toml sets \
+                 CFLAGS=-Dstrspn=tatu_lua_strspn, after `cargo clean -p mlua-sys`",
             );
         }
         Ok(Lua)

@@ -1,14 +1,14 @@
 //! Taking a script's text: preludes, dialect, compilation.
 
-use std::{ffi::CString, rc::Rc};
+use std::{collections::VecDeque, ffi::CString, rc::Rc};
 
 use mlua::ffi::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     callbacks::Style,
-    compat, errors,
-    state::{Script, bytes, push, reg},
+    compat, errors, explain, scan,
+    state::{self, Script, border, bytes, push, reg},
 };
 
 /// How a text is called that runs as a whole for each callback.
@@ -29,11 +29,11 @@ impl Rerun {
         self.value(callback).is_some()
     }
     /// Drops the callbacks that a text lacks the words for.
-    fn fit(&mut self, text: &[u8]) {
+    fn fit(&mut self, words: &[Vec<u8>]) {
         let needs = std::mem::take(&mut self.needs);
-        self.values.retain(|(callback, _)| {
-            needs.iter().filter(|(name, _)| name == callback).all(|(_, words)| words.iter().any(|w| has_word(text, w)))
-        });
+        let has = |w: &Vec<u8>| words.binary_search(w).is_ok();
+        self.values
+            .retain(|(callback, _)| needs.iter().filter(|(name, _)| name == callback).all(|(_, w)| w.iter().any(has)));
     }
     /// The value of a callback.
     pub(crate) fn value(&self, callback: &[u8]) -> Option<i64> {
@@ -46,15 +46,26 @@ impl Rerun {
 pub(crate) struct Rules {
     /// What stands before and after a callback's name in its function's name.
     pub functions: Vec<(Vec<u8>, Vec<u8>)>,
-    /// Other names of functions for callbacks: callback, function.
+    /// Other names of callbacks' functions: callback, function.
     pub also: Vec<(Vec<u8>, Vec<u8>)>,
     pub rerun: Option<Rerun>,
     /// The number by which a callback asks for the script's end.
     pub ends: Option<f64>,
+    /// The style, where the text alone tells it.
+    pub style: Option<Style>,
+    /// Commands that take and give floats as they are, where others round them.
+    pub exact: Vec<Vec<u8>>,
+    /// Modules that scripts ask for and nobody offers.
+    pub lacking: Vec<Vec<u8>>,
     api: Vec<Vec<u8>>,
-    old_marks: Vec<Vec<u8>>,
+    /// The dialect, by the text.
+    dialect: Option<String>,
+    /// What a world counts as that names no dialect and has old scripts, or modern ones.
     pub old_dialect: Option<String>,
     pub new_dialect: Option<String>,
+    /// The command that lets a thread wait for the next step.
+    switch: Vec<u8>,
+    single: bool,
     /// From which version on scripts have which order, oldest first.
     pub orders: Vec<(String, String)>,
 }
@@ -69,6 +80,8 @@ pub(crate) struct Text {
     pub may_rerun: bool,
     /// A callback failed, and the dialect is one in which nothing but the clean-up is called afterwards.
     pub silent: bool,
+    /// The clean-up has run: nothing is called any more.
+    pub over: bool,
     /// Callables that were asked for: how, name.
     pub names: Vec<(u32, Rc<[u8]>)>,
 }
@@ -78,16 +91,22 @@ impl Text {
     pub(crate) fn name(&self) -> String {
         self.chunk.clone()
     }
-    /// The command that a message complains about, if a script called one that does not exist.
-    pub(crate) fn unknown(&self, message: &str, missed: &[u8]) -> Option<String> {
-        let rest = message.strip_prefix("attempt to call a nil value (")?;
-        let missed = String::from_utf8_lossy(missed);
-        let name = if let Some(rest) = rest.strip_prefix("global '") {
-            rest.split('\'').next()?.to_owned()
-        } else {
-            let field = rest.strip_prefix("field '")?.split('\'').next()?;
-            let (_, last) = missed.rsplit_once('.')?;
-            (last == field).then(|| missed.clone().into_owned())?
+    /// The command that a message complains about, if a script called one that does not exist, or looked into a table
+    /// of commands that does not exist.
+    pub(crate) fn unknown(&self, message: &str, missed: &VecDeque<Vec<u8>>) -> Option<String> {
+        let call = message.strip_prefix("attempt to call a nil value (");
+        let rest = call.or_else(|| message.strip_prefix("attempt to index a nil value ("))?;
+        let (what, rest) = rest.split_once(" '")?;
+        let name = rest.split('\'').next()?;
+        let name = match what {
+            "global" | "local" | "upvalue" => name.to_owned(),
+            "field" | "method" => {
+                let full = missed.iter().rev().map(|m| String::from_utf8_lossy(m));
+                full.filter(|m| m.rsplit_once('.').is_some_and(|(_, last)| last == name))
+                    .map(|m| m.into_owned())
+                    .next()?
+            }
+            _ => return None,
         };
         self.rules.api.iter().any(|p| name.as_bytes().starts_with(p)).then_some(name)
     }
@@ -95,14 +114,13 @@ impl Text {
 
 /// Takes a script's text; the dialect chosen.
 pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
+    *s.words.borrow_mut() = scan::words(text);
     let mut rules = Rules::default();
     let dialect = if dialect.is_empty() {
-        // Marks are needed before the dialect is known: a first pass, whose errors show up in the second.
+        // The rules are needed before the dialect is known: a first pass, whose errors show up in the second.
         let mut first = Rules::default();
         let _ = preludes(s, None, &mut first);
-        let old = first.old_marks.iter().any(|m| has_word(text, m));
-        let chosen = if old { first.old_dialect } else { first.new_dialect };
-        chosen.unwrap_or_default()
+        first.dialect.unwrap_or_default()
     } else {
         dialect.to_owned()
     };
@@ -110,19 +128,26 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     s.old.set(old);
     compat::open(s, old)?;
     preludes(s, Some(&dialect), &mut rules)?;
+    let words = s.words.take();
+    s.single.set(rules.single);
+    if !rules.switch.is_empty() {
+        // SAFETY: the world lives; the name is valid during the call.
+        s.slices.switch.set(unsafe { (s.commands.find)(s.world, border(&rules.switch)) });
+    }
     if rules.functions.is_empty() {
         rules.functions.push((Vec::new(), Vec::new()));
     }
     if let Some(rerun) = &mut rules.rerun {
-        rerun.fit(text);
+        rerun.fit(&words);
     }
-    let may_rerun = rules.rerun.as_ref().is_some_and(|r| old || has_word(text, &r.variable));
+    let may_rerun = rules.rerun.as_ref().is_some_and(|r| old || words.binary_search(&r.variable).is_ok());
     *s.text.borrow_mut() = Text {
         chunk: chunk.to_owned(),
         rules: Rc::new(rules),
         style: Style::NotRun,
         may_rerun,
         silent: false,
+        over: false,
         names: Vec::new(),
     };
     compile(s, text, chunk)?;
@@ -140,6 +165,8 @@ fn compile(s: &Script, text: &[u8], chunk: &str) -> Result {
         _ => 0,
     };
     let text = &text[skip..];
+    let modern = if s.old.get() { scan::modern(text) } else { text.into() };
+    let text: &[u8] = &modern;
     let name = CString::new(format!("@{chunk}").replace('\0', "")).unwrap_or_default();
     let mut message = None;
     // SAFETY: protected; text and name outlive the call.
@@ -162,7 +189,11 @@ fn syntax(message: &[u8], chunk: &str) -> Fail {
     // Lua shortens long names from the left.
     let tail = message.windows(2).position(|w| w[0] == b':' && w[1].is_ascii_digit()).unwrap_or(0);
     let (line, text) = errors::mark(message, &message[..tail]).unwrap_or((0, message));
-    let fail = Fail::with_code(TATU_ERR_SCRIPT, String::from_utf8_lossy(text).into_owned());
+    let text = String::from_utf8_lossy(text);
+    let mut fail = Fail::with_code(TATU_ERR_SCRIPT, text.clone());
+    if let Some(help) = explain::syntax(&text) {
+        fail = fail.help(help);
+    }
     if line > 0 { fail.at(chunk, line) } else { fail }
 }
 
@@ -205,6 +236,9 @@ fn preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
                 push(l, dialect.as_bytes());
                 lua_setfield(l, -2, c"dialect".as_ptr());
             }
+            crate::stdlib::set(l, c"has", has);
+            crate::stdlib::set(l, c"between", between);
+            crate::stdlib::set(l, c"slice", crate::slices::slice);
             lua_call(l, 1, 1);
             if lua_type(l, -1) == LUA_TTABLE {
                 gather(l, rules);
@@ -245,16 +279,6 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
         }
     }
     lua_pop(l, 1);
-    if field(l, c"also") && lua_type(l, -1) == LUA_TTABLE {
-        lua_pushnil(l);
-        while lua_next(l, -2) != 0 {
-            if lua_type(l, -2) == LUA_TSTRING && lua_type(l, -1) == LUA_TSTRING {
-                rules.also.push((bytes(l, -2).to_vec(), bytes(l, -1).to_vec()));
-            }
-            lua_pop(l, 1);
-        }
-    }
-    lua_pop(l, 1);
     if field(l, c"ends") && lua_type(l, -1) == LUA_TNUMBER {
         rules.ends = Some(lua_tonumber(l, -1));
     }
@@ -263,11 +287,28 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
         texts(l, &mut rules.api);
     }
     lua_pop(l, 1);
-    if field(l, c"old_marks") && lua_type(l, -1) == LUA_TTABLE {
-        texts(l, &mut rules.old_marks);
+    for (name, list) in [(c"exact", &mut rules.exact), (c"lacking", &mut rules.lacking)] {
+        if field(l, name) && lua_type(l, -1) == LUA_TTABLE {
+            texts(l, list);
+        }
+        lua_pop(l, 1);
+    }
+    if field(l, c"also") && lua_type(l, -1) == LUA_TTABLE {
+        lua_pushnil(l);
+        while lua_next(l, -2) != 0 {
+            if lua_type(l, -2) == LUA_TSTRING && lua_type(l, -1) == LUA_TSTRING {
+                rules.also.push((bytes(l, -2).to_vec(), bytes(l, -1).to_vec()));
+            }
+            lua_pop(l, 1);
+        }
+        rules.also.sort();
     }
     lua_pop(l, 1);
-    for (name, place) in [(c"old_dialect", &mut rules.old_dialect), (c"new_dialect", &mut rules.new_dialect)] {
+    for (name, place) in [
+        (c"dialect", &mut rules.dialect),
+        (c"old_dialect", &mut rules.old_dialect),
+        (c"new_dialect", &mut rules.new_dialect),
+    ] {
         if field(l, name) && place.is_none() {
             *place = Some(String::from_utf8_lossy(bytes(l, -1)).into_owned());
         }
@@ -285,6 +326,27 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
                 rules.orders.push((text(from), text(order)));
             }
         }
+    }
+    lua_pop(l, 1);
+    if field(l, c"style") {
+        rules.style = match bytes(l, -1) {
+            b"thread" => Some(Style::Thread),
+            b"step" => Some(Style::Step),
+            b"rerun" => Some(Style::Rerun),
+            b"functions" => Some(Style::Functions),
+            _ => rules.style,
+        };
+    }
+    lua_pop(l, 1);
+    if field(l, c"switch") {
+        rules.switch = bytes(l, -1).to_vec();
+    }
+    lua_pop(l, 1);
+    rules.single |= field(l, c"single") && lua_toboolean(l, -1) != 0;
+    lua_pop(l, 1);
+    if field(l, c"constants") && lua_type(l, -1) == LUA_TTABLE {
+        lua_pushvalue(l, -1);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::CONSTANTS);
     }
     lua_pop(l, 1);
     if field(l, c"rerun") && lua_type(l, -1) == LUA_TTABLE && rules.rerun.is_none() {
@@ -336,16 +398,32 @@ unsafe fn gather_rerun(l: *mut lua_State, rerun: &mut Rerun) {
     lua_pop(l, 1);
 }
 
-/// Whether a text holds a word, with no letter, digit or underscore beside it.
-fn has_word(text: &[u8], word: &[u8]) -> bool {
-    let part = |b: Option<&u8>| b.is_some_and(|b| b.is_ascii_alphanumeric() || *b == b'_');
-    let (Some(first), Some(last)) = (word.first(), word.last()) else {
-        return false;
+/// For preludes, `has(...)`: whether the script's text speaks of one of these words.
+unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
+    let found = {
+        let words = state::of(l).words.borrow();
+        (1..=lua_gettop(l)).any(|i| words.binary_search_by(|w| w.as_slice().cmp(bytes(l, i))).is_ok())
     };
-    let (open, close) = (part(Some(first)), part(Some(last)));
-    text.windows(word.len()).enumerate().any(|(i, w)| {
-        w == word && !(open && i > 0 && part(text.get(i - 1))) && !(close && part(text.get(i + word.len())))
-    })
+    lua_pushboolean(l, i32::from(found));
+    1
+}
+
+/// For preludes, `between(from, to)`: the first word that the script's text speaks of and that sorts at or after `from`
+/// and before `to`, byte by byte; or nothing.
+unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
+    let word = {
+        let words = state::of(l).words.borrow();
+        let at = words.partition_point(|w| w.as_slice() < bytes(l, 1));
+        words.get(at).filter(|w| w.as_slice() < bytes(l, 2)).map(|w| (w.as_ptr(), w.len()))
+    };
+    match word {
+        // SAFETY: the words stay while the prelude runs.
+        Some((ptr, len)) => {
+            lua_pushlstring(l, ptr.cast(), len);
+        }
+        None => lua_pushnil(l),
+    }
+    1
 }
 
 /// Dialects are versions of the program that a script was written for.
@@ -371,12 +449,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_and_versions() {
-        assert!(has_word(b"if (call_type==x)", b"call_type"));
-        assert!(!has_word(b"my_call_type = 1", b"call_type"));
-        assert!(has_word(b"x=armGet(1)", b"armGet"));
-        assert!(!has_word(b"x=armGetter(1)", b"armGet"));
-        assert!(has_word(b"armGetter(1)", b"armGetter("));
+    fn versions() {
         assert!(version("3.2") < version("4.2"));
         assert!(version("4.10") > version("4.2"));
         assert_eq!(version("modern"), None);

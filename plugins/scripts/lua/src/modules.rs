@@ -181,7 +181,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
         lua_getfield(l, 3, c"preload".as_ptr());
         if lua_type(l, 4) == LUA_TTABLE {
             lua_pushvalue(l, 1);
-            if lua_rawget(l, 4) == LUA_TFUNCTION {
+            if lua_gettable(l, 4) == LUA_TFUNCTION {
                 lua_replace(l, 3);
                 lua_settop(l, 3);
                 return true;
@@ -232,14 +232,24 @@ unsafe fn find(l: *mut lua_State) -> bool {
 }
 
 unsafe fn missing(l: *mut lua_State) -> i32 {
-    errors::raise(l, not_found(bytes(l, 1)))
+    errors::raise(l, not_found(state::of(l), bytes(l, 1)))
 }
 
-fn not_found(name: &[u8]) -> Fail {
+fn not_found(s: &State, name: &[u8]) -> Fail {
+    // "arm-2" and "arm.tools" are of the module "arm".
+    let root = name.split(|b| b"-.".contains(b)).next().unwrap_or_default();
+    let lacking = s.text.borrow().rules.lacking.iter().any(|m| m == root);
     let name = String::from_utf8_lossy(name);
-    Fail::missing(format!(
-        "there is no module `{name}`: no plugin brings it, no command begins with `{name}.`, and no allowed folder \
+    if lacking {
+        return Fail::unsupported(format!("the module `{name}` of the original is not here"))
+            .help("`tatu list commands` shows what plugins offer");
+    }
+    Fail::with_code(
+        TATU_ERR_SCRIPT,
+        format!(
+            "there is no module `{name}`: no plugin brings it, no command begins with `{name}.`, and no allowed folder \
          has a file {}.lua",
-        name.replace('.', "/")
-    ))
+            name.replace('.', "/")
+        ),
+    )
 }

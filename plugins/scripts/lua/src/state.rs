@@ -15,6 +15,8 @@ use crate::{
     errors::{self, Errors},
     files::Files,
     load::Text,
+    number,
+    slices::Slices,
     stdlib::{self, Originals},
 };
 
@@ -44,6 +46,8 @@ pub(crate) mod reg {
     pub const FRESH: i64 = 20;
     /// Objects of a snapshot, while it is taken back.
     pub const BUILT: i64 = 21;
+    /// Constants that preludes tell: name -> value.
+    pub const CONSTANTS: i64 = 22;
 }
 
 /// The functions of the commands service that the bindings call.
@@ -94,6 +98,11 @@ pub(crate) struct State {
     pub numbers: Cell<i64>,
     /// Whether the text is of a dialect that ran on Lua 5.1.
     pub old: Cell<bool>,
+    /// Whether numbers lose what a 32-bit float does not hold when they pass to commands and back.
+    pub single: Cell<bool>,
+    /// What the text speaks of, while it is loaded.
+    pub words: RefCell<Vec<Vec<u8>>>,
+    pub slices: Slices,
     pub errors: RefCell<Errors>,
     pub text: RefCell<Text>,
     /// Texts that the script loaded, chunk name and text, so that a snapshot can name their functions.
@@ -107,6 +116,8 @@ pub(crate) struct State {
     pub originals: Originals,
     /// Failures of waits that coroutines have not seen yet.
     pub failed: RefCell<BTreeMap<u64, Fail>>,
+    /// Where the script was when its memory was last used up: files and lines, innermost first.
+    pub full_at: RefCell<Vec<(String, u64)>>,
     /// Whether a panic went through the state.
     pub broken: Cell<bool>,
     pub slot: Box<Slot>,
@@ -132,6 +143,7 @@ impl State {
     pub(crate) fn protect(&self, f: &mut dyn FnMut(*mut lua_State)) -> Result {
         let l = self.running.get();
         let mut f = f;
+        let _manner = number::Manner::begin(self.old.get());
         // SAFETY: the thread is the one that runs; its stack is left as it was found.
         unsafe {
             let top = lua_gettop(l);
@@ -208,6 +220,9 @@ impl Script {
             kept: Cell::new(0),
             numbers: Cell::new(0),
             old: Cell::new(false),
+            single: Cell::new(false),
+            words: RefCell::default(),
+            slices: Slices::default(),
             errors: RefCell::default(),
             text: RefCell::default(),
             texts: RefCell::default(),
@@ -216,18 +231,26 @@ impl Script {
             scratch: RefCell::default(),
             originals: Originals::default(),
             failed: RefCell::default(),
+            full_at: RefCell::default(),
             broken: Cell::new(false),
             slot,
         });
         // SAFETY: the box's content stays where it is; threads made later copy the main thread's extra space.
         unsafe { *lua_getextraspace(main).cast::<*const State>() = &raw const *state };
+        state.slot.full.set(Some((errors::note_memory, (&raw const *state).cast())));
         let script = Script(state);
         // SAFETY: as below.
         unsafe { collect::open(main) };
         // SAFETY: runs in protected mode, on the new state's own stack.
-        script.protect(&mut |l| unsafe { stdlib::open(l) })?;
+        script.protect(&mut |l| unsafe {
+            stdlib::open(l);
+            crate::allow::open(l, &script);
+        })?;
         // SAFETY: the main thread is idle.
-        unsafe { budget::arm(main) };
+        unsafe {
+            budget::arm(main);
+            budget::find_count(main, &script);
+        }
         Ok(script)
     }
 }

@@ -25,12 +25,7 @@ pub(crate) unsafe fn to_text(l: *mut lua_State, idx: i32) {
         LUA_TSTRING => lua_pushvalue(l, idx),
         LUA_TNUMBER => {
             lua_pushvalue(l, idx);
-            let float = lua_isinteger(l, idx) == 0;
-            let text = bytes(l, -1);
-            if float && state::of(l).old.get() && text.ends_with(b".0") {
-                push(l, &text[..text.len() - 2]);
-                lua_replace(l, -2);
-            }
+            lua_tolstring(l, -1, std::ptr::null_mut());
         }
         LUA_TBOOLEAN if lua_toboolean(l, idx) != 0 => push(l, b"true"),
         LUA_TBOOLEAN => push(l, b"false"),
@@ -130,7 +125,7 @@ pub(crate) unsafe extern "C-unwind" fn format(l: *mut lua_State) -> i32 {
         let kind = lua_type(l, arg);
         let mut instead = 0;
         match conversion {
-            b's' if kind > LUA_TSTRING || kind == LUA_TLIGHTUSERDATA || (old && kind == LUA_TNUMBER) => {
+            b's' if kind > LUA_TSTRING || kind == LUA_TLIGHTUSERDATA => {
                 to_text(l, arg);
                 lua_replace(l, arg);
             }
@@ -167,16 +162,19 @@ pub(crate) unsafe extern "C-unwind" fn format(l: *mut lua_State) -> i32 {
     s.originals.call(l, crate::stdlib::FORMAT)
 }
 
-/// Makes a float with a fraction an integer, as Lua 5.1 did where it wanted one.
+/// Makes a float, or a text that is one, an integer, as Lua 5.1 did where it wanted one: fractions are cut off, and what
+/// no integer can hold became the least one.
 ///
 /// # Safety
 /// `idx` is absolute.
 pub(crate) unsafe fn truncate_at(l: *mut lua_State, idx: i32) {
-    if lua_type(l, idx) == LUA_TNUMBER && lua_isinteger(l, idx) == 0 {
-        let x = lua_tonumber(l, idx);
-        if x.fract() != 0.0 && x.abs() < 9e18 {
-            lua_pushinteger(l, x as i64);
-            lua_replace(l, idx);
-        }
+    if lua_isinteger(l, idx) != 0 || !matches!(lua_type(l, idx), LUA_TNUMBER | LUA_TSTRING) {
+        return;
+    }
+    let mut is_number = 0;
+    let x = lua_tonumberx(l, idx, &mut is_number);
+    if is_number != 0 {
+        lua_pushinteger(l, if x.abs() < 9.2e18 { x as i64 } else { i64::MIN });
+        lua_replace(l, idx);
     }
 }

@@ -100,15 +100,17 @@ pub(crate) fn resume(
         }
         lua_pushnil(l);
         lua_rawseti(l, waits, token as i64);
-        registry(l, reg::DONE);
-        match failed.take() {
-            Some(fail) => {
-                s.failed.borrow_mut().insert(token, fail);
-                lua_pushboolean(l, 0);
+        if !crate::slices::was_cut(lua_tothread(l, waits + 1)) {
+            registry(l, reg::DONE);
+            match failed.take() {
+                Some(fail) => {
+                    s.failed.borrow_mut().insert(token, fail);
+                    lua_pushboolean(l, 0);
+                }
+                None => pack(l, frame),
             }
-            None => pack(l, frame),
+            lua_rawseti(l, -2, token as i64);
         }
-        lua_rawseti(l, -2, token as i64);
         registry(l, reg::THREADS);
         lua_pushvalue(l, waits + 1);
         let own = lua_rawget(l, -2) != LUA_TNIL;
@@ -142,7 +144,9 @@ unsafe fn go(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *mut tatu_cal
     let thread = lua_tothread(l, at);
     s.waiting.set((0, std::ptr::null_mut()));
     let mut results = 0;
+    let outer = s.slices.enter(thread);
     let status = lua_resume(thread, l, n, &mut results);
+    s.slices.leave(outer);
     if status == LUA_YIELD && s.waiting.get().1 == thread {
         lua_pop(thread, results);
         return Flow::Waiting;

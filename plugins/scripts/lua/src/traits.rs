@@ -2,14 +2,13 @@
 
 use tatu_plugin_api::abi::*;
 
-use crate::{load::version, state::Script};
+use crate::{callbacks::Style, load::version, state::Script};
 
 /// `TATU_SCRIPT_*`
 pub(crate) fn traits(s: &Script) -> u32 {
     let modern = if s.old.get() { 0 } else { TATU_SCRIPT_SILENT | TATU_SCRIPT_MODERN };
     let text = s.text.borrow();
-    let threaded = text.may_rerun && text.rules.rerun.as_ref().is_some_and(|r| r.has(b"thread"));
-    if threaded && s.old.get() { modern | TATU_SCRIPT_THREADED } else { modern }
+    if text.rules.style == Some(Style::Thread) { modern | TATU_SCRIPT_THREADED } else { modern }
 }
 
 /// `TATU_ORDER_*` of a dialect: that of the last version in the preludes' list that is not later.

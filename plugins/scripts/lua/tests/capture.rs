@@ -202,10 +202,10 @@ fn shown_numbers_of_objects_stay() {
 
 #[test]
 fn old_texts_run_as_a_whole() {
-    let prelude = "return {
+    let prelude = "local told = ... return {
         functions = 'on_%s',
         rerun = {variable = 'why', values = {init = 0, actuation = 1}},
-        old_marks = {'why'}, old_dialect = '3.2', new_dialect = '4.9'}";
+        dialect = told.has('why') and '3.2' or '4.9'}";
     let text = "if why == 0 then count, list = 0, {} end
         if why == 1 then count = count + 1 list[#list + 1] = count * 1.5 return count, #list, math.random(7.9) end";
     let host = Host::new();

@@ -16,9 +16,7 @@ return {
         extra = {sim_current_script_id = "script"},
     },
     api = {"sim"},
-    old_marks = {"sim_call_type"},
-    old_dialect = "3.2",
-    new_dialect = "4.9",
+    dialect = told.has("sim_call_type") and "3.2" or "4.9",
 }"#;
 
 /// Stands for any command: tells its name and arguments, and gives what the course's scripts can go on with.

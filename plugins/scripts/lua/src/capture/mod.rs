@@ -161,6 +161,8 @@ fn known(s: &Script) -> Known {
             Style::NotRun => 0,
             Style::Functions => 1,
             Style::Rerun => 2,
+            Style::Step => 3,
+            Style::Thread => 4,
         },
         silent: text.silent,
         names: text.names.iter().map(|(how, name)| (*how, name.to_vec())).collect(),
@@ -182,6 +184,8 @@ fn recall(s: &Script, known: Known) {
     text.style = match known.style {
         1 => Style::Functions,
         2 => Style::Rerun,
+        3 => Style::Step,
+        4 => Style::Thread,
         _ => Style::NotRun,
     };
     text.silent = known.silent;

@@ -1,0 +1,89 @@
+//! `--graphs DIR`: what graphs recorded, as tables and pictures.
+
+use std::{
+    fmt::Write as _,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use tatu_core::{Graph, World, error::Error};
+
+use crate::plot;
+
+/// Writes `<graph>.csv` and `<graph>.png` for each graph; what could not be written. One failure does not keep the
+/// others from being written.
+pub fn write(world: &World, dir: &Path) -> Vec<Error> {
+    let told = |path: &Path, why: String| {
+        Error::new("E105", format!("cannot write {}: {why}", path.display())).help("is the folder there, and writable?")
+    };
+    if let Err(e) = fs::create_dir_all(dir) {
+        return vec![told(dir, e.to_string())];
+    }
+    let (figures, mut failed) = (world.figures(), Vec::new());
+    for graph in figures.graphs.values() {
+        let file = |ending: &str| -> PathBuf { dir.join(format!("{}.{ending}", file_name(&graph.name))) };
+        let (csv, png) = (file("csv"), file("png"));
+        if let Err(e) = fs::write(&csv, table(graph)) {
+            failed.push(told(&csv, e.to_string()));
+        }
+        if let Err(e) = plot::draw(graph, &png) {
+            failed.push(told(&png, e));
+        }
+    }
+    failed
+}
+
+/// The name of a graph without what file systems do not take.
+fn file_name(name: &str) -> String {
+    let keep = |c: char| if c.is_control() || "\\/:*?\"<>|".contains(c) { '_' } else { c };
+    let name: String = name.chars().map(keep).collect();
+    if name.trim_matches('.').is_empty() { "graph".into() } else { name }
+}
+
+/// A head for a column, with its unit.
+fn head(name: &str, unit: &str) -> String {
+    let text = if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") };
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+}
+
+/// Time, streams, then the coordinates of curves: one row for each sample, an empty cell where a number is missing.
+fn table(graph: &Graph) -> String {
+    let mut columns: Vec<(String, Vec<f64>)> = vec![("time [s]".into(), graph.times.iter().copied().collect())];
+    for s in &graph.streams {
+        columns.push((head(&s.spec.name, &s.spec.unit), s.values.iter().copied().collect()));
+    }
+    for c in &graph.curves {
+        let points = graph.points(c);
+        for (i, axis) in ["x", "y", "z"].iter().take(c.spec.axes.len()).enumerate() {
+            let name = head(&format!("{}.{axis}", c.spec.name), &c.spec.unit);
+            columns.push((name, points.iter().map(|p| p.get(i).copied().unwrap_or(f64::NAN)).collect()));
+        }
+    }
+    let heads: Vec<&str> = columns.iter().map(|(h, _)| h.as_str()).collect();
+    let mut out = heads.join(",") + "\n";
+    for row in 0..columns.iter().map(|(_, c)| c.len()).max().unwrap_or(0) {
+        for (i, (_, column)) in columns.iter().enumerate() {
+            let comma = if i == 0 { "" } else { "," };
+            let _ = match column.get(row).filter(|x| x.is_finite()) {
+                Some(x) => write!(out, "{comma}{x}"),
+                None => write!(out, "{comma}"),
+            };
+        }
+        out.push('\n');
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_heads_are_safe() {
+        assert_eq!(file_name("Graph#0"), "Graph#0");
+        assert_eq!(file_name("a/b:c"), "a_b_c");
+        assert_eq!(file_name(".."), "graph");
+        assert_eq!(head("v", "m/s"), "v [m/s]");
+        assert_eq!(head("a,\"b\"", ""), "\"a,\"\"b\"\"\"");
+    }
+}

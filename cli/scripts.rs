@@ -1,0 +1,43 @@
+//! What scripts did, in the summary of a run.
+
+use serde_json::{Value, json};
+use tatu_core::World;
+
+/// An array of `{object, kind, era, calls, instructions}`.
+pub fn told(world: &World) -> Value {
+    let one = |s: tatu_core::ScriptTold| {
+        json!({
+            "object": s.object, "kind": s.kind, "era": era(&s.dialect), "calls": s.calls,
+            "instructions": s.instructions,
+        })
+    };
+    world.scripts().into_iter().map(one).collect()
+}
+
+/// The era of a dialect: A to 3.4, B 3.5 to 4.1, C from 4.2; null: none was chosen, the text could not be loaded.
+fn era(dialect: &str) -> Value {
+    let mut parts = dialect.split('.').map(|p| p.parse::<u32>().ok());
+    let version = (parts.next().flatten(), parts.next().flatten().unwrap_or(0));
+    match version {
+        (None, _) => Value::Null,
+        (Some(major), minor) if (major, minor) < (3, 5) => "A".into(),
+        (Some(major), minor) if (major, minor) < (4, 2) => "B".into(),
+        _ => "C".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::era;
+
+    #[test]
+    fn eras() {
+        // script-api.md section 0.
+        for (dialect, letter) in
+            [("2.6", "A"), ("3.4.0", "A"), ("3.5", "B"), ("4.1", "B"), ("4.2.0", "C"), ("4.10", "C")]
+        {
+            assert_eq!(era(dialect), letter);
+        }
+        assert!(era("").is_null());
+    }
+}

@@ -1,0 +1,24 @@
+--- sim.checkCollision
+local a = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.2, 0.2, 0.2})
+local b = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.2, 0.2, 0.2})
+sim.setObjectPosition(a, {50, 0, 0})
+sim.setObjectPosition(b, {50.1, 0, 0})
+local r, pair = sim.checkCollision(a, b)
+assert(r == 1 and pair[2] == b)
+sim.setObjectPosition(b, {51, 0, 0})
+assert(sim.checkCollision(a, b) == 0)
+--- sim.checkDistance
+local a = sim.createPrimitiveShape(sim.primitiveshape_spheroid, {0.2, 0.2, 0.2})
+local b = sim.createPrimitiveShape(sim.primitiveshape_spheroid, {0.2, 0.2, 0.2})
+sim.setObjectPosition(b, {1, 0, 0})
+local r, data = sim.checkDistance(a, b, 0)
+assert(r == 1 and math.abs(data[7] - 0.8) < 1e-6)
+assert(sim.checkDistance(a, b, 0.5) == 0)
+--- sim.getCollisionHandle
+assert(not pcall(sim.getCollisionHandle, 'nothing'))
+--- sim.getDistanceHandle
+assert(not pcall(sim.getDistanceHandle, 'nothing'))
+--- sim.getIkGroupHandle
+assert(not pcall(sim.getIkGroupHandle, 'nothing'))
+--- sim.getMechanismHandle
+assert(not pcall(sim.getMechanismHandle, 'nothing'))

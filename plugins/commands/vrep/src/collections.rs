@@ -1,0 +1,191 @@
+//! Collections: sets of objects under one handle.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Vrep, kit::*, state::state, what};
+
+/// Handles of collections lie above those of objects that a scene is likely to have.
+const FIRST: i64 = 0xE_0000;
+
+/// A collection.
+#[derive(Serialize, Deserialize, Clone, Default)]
+pub(crate) struct Collection {
+    name: String,
+    parts: Vec<Part>,
+}
+
+#[derive(Serialize, Deserialize, Clone)]
+struct Part {
+    what: i64,
+    object: tatu_object,
+    remove: bool,
+    exclude: bool,
+}
+
+/// All collections of a world, by handle.
+#[derive(Serialize, Deserialize, Default)]
+pub(crate) struct Collections {
+    all: BTreeMap<i64, Collection>,
+    made: i64,
+}
+
+impl Collections {
+    /// A new one, without objects; its handle.
+    fn add(&mut self, name: String) -> i64 {
+        self.made += 1;
+        let made = FIRST + self.made;
+        self.all.insert(made, Collection { name, parts: Vec::new() });
+        made
+    }
+}
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let collection = || Param::int("collection").text("a handle of a collection");
+    offer.command(
+        both("createCollection", MINUS, |c| {
+            // Before 4.2 the name came first.
+            let name = c.arg(0).as_str().map_or(String::new(), |s| s.into_owned());
+            let made = state(c)?.collections.add(name);
+            c.ret(made);
+            Ok(())
+        })
+        .param(Param::any("options").optional().text("ignored; in old scripts the name"))
+        .param(Param::any("oldOptions").optional().text("ignored"))
+        .returns(Param::int("collection"))
+        .text("Makes a collection of objects."),
+    );
+    // The older command has the object before `sim.handle_tree` and its like, the newer one after it.
+    for (name, at) in [("addObjectToCollection", [1, 2]), ("addItemToCollection", [2, 1])] {
+        let command = move |c: &mut Ctx<'_>| {
+            let (which, what, options) = (c.i64(0)?, c.i64(at[1])?, int_or(c, 3, 0)?);
+            let object = if what == HANDLE_ALL { 0 } else { living(c, at[0])?.id };
+            let part = Part { what, object, remove: options & 1 != 0, exclude: options & 2 != 0 };
+            change(c, which, |collection| collection.parts.push(part))?;
+            done(c)
+        };
+        let command = if at[0] == 1 { both(name, MINUS, command) } else { modern(name, command) };
+        let (first, second) = if at[0] == 1 { ("object", "what") } else { ("what", "object") };
+        offer.command(
+            command
+                .param(collection())
+                .param(Param::int(first))
+                .param(Param::int(second).text("what: sim.handle_single, _all, _tree or _chain"))
+                .param(Param::int("options").default(0).optional().text("1: takes away, 2: without the object itself"))
+                .text("Puts objects into a collection, or takes them away."),
+        );
+    }
+    for (name, flat) in [("removeCollection", true), ("destroyCollection", false), ("emptyCollection", true)] {
+        let run = move |c: &mut Ctx<'_>| {
+            let which = c.i64(0)?;
+            if name == "emptyCollection" {
+                change(c, which, |collection| collection.parts.clear())?;
+            } else if state(c)?.collections.all.remove(&which).is_none() {
+                return Err(none(which));
+            }
+            done(c)
+        };
+        let command = if flat { both(name, MINUS, run) } else { modern(name, run) };
+        let text = if name == "emptyCollection" { "Empties a collection." } else { "Removes a collection." };
+        offer.command(command.param(collection()).text(text));
+    }
+    offer.command(
+        both("getCollectionObjects", NIL, |c| {
+            let objects: Vec<i64> = objects(c, c.i64(0)?)?.into_iter().map(handle).collect();
+            c.ret::<[i64]>(&objects[..]);
+            Ok(())
+        })
+        .param(collection())
+        .returns(Param::list("objects"))
+        .text("Lists the objects of a collection."),
+    );
+    offer.command(
+        both("getCollectionHandle", MINUS, |c| {
+            let name = c.text(0)?;
+            let found = state(c)?.collections.all.iter().find(|(_, k)| k.name == name).map(|(h, _)| *h);
+            match found {
+                Some(h) => c.ret(h),
+                // Without its scene a script has none of the scene's collections: an empty one stands in.
+                None if c.world().makes_stand_ins() => {
+                    let made = state(c)?.collections.add(name);
+                    c.ret(made);
+                }
+                None => return Err(Fail::missing(format!("there is no collection `{name}`"))),
+            }
+            Ok(())
+        })
+        .param(Param::string("name"))
+        .returns(Param::int("collection"))
+        .text("Finds a collection by its name."),
+    );
+    offer.command(
+        both("getCollectionName", NIL, |c| {
+            let which = c.i64(0)?;
+            let name = state(c)?.collections.all.get(&which).map(|k| k.name.clone()).ok_or_else(|| none(which))?;
+            c.ret::<str>(name.as_str());
+            Ok(())
+        })
+        .param(collection())
+        .returns(Param::string("name"))
+        .text("Gives the name of a collection."),
+    );
+    offer.command(
+        both("setCollectionName", MINUS, |c| {
+            let (which, name) = (c.i64(0)?, c.text(1)?);
+            change(c, which, |collection| collection.name = name)?;
+            done(c)
+        })
+        .param(collection())
+        .param(Param::string("name"))
+        .text("Gives a collection another name."),
+    );
+}
+
+fn none(which: i64) -> Fail {
+    Fail::missing(format!("there is no collection {which}"))
+}
+
+fn change(c: &Ctx<'_>, which: i64, change: impl FnOnce(&mut Collection)) -> Result {
+    change_in(&mut state(c)?.collections, which, change)
+}
+
+fn change_in(all: &mut Collections, which: i64, change: impl FnOnce(&mut Collection)) -> Result {
+    change(all.all.get_mut(&which).ok_or_else(|| none(which))?);
+    Ok(())
+}
+
+/// The objects of a collection, each once, in the order in which they were put in.
+pub(crate) fn objects(c: &Ctx<'_>, which: i64) -> Result<Vec<tatu_object>> {
+    let collection = state(c)?.collections.all.get(&which).cloned().ok_or_else(|| none(which))?;
+    let w = c.world();
+    let mut out: Vec<tatu_object> = Vec::new();
+    for part in &collection.parts {
+        if part.object != 0 && w.look(part.object).is_err() {
+            continue;
+        }
+        let mut meant = match part.what {
+            HANDLE_ALL => w.list(0, 0, 0)?,
+            -6 => w.list(part.object, 0, 0)?,
+            -7 => what::chain(c, part.object)?,
+            _ => vec![part.object],
+        };
+        if part.exclude {
+            meant.retain(|o| *o != part.object);
+        }
+        out.retain(|o| !meant.contains(o));
+        if !part.remove {
+            out.extend(meant);
+        }
+    }
+    Ok(out)
+}
+
+/// The objects that a handle of an object or of a collection means.
+pub(crate) fn entity(c: &Ctx<'_>, i: usize) -> Result<Vec<tatu_object>> {
+    let which = c.i64(i)?;
+    if which > FIRST && state(c)?.collections.all.contains_key(&which) {
+        return objects(c, which);
+    }
+    Ok(vec![living(c, i)?.id])
+}

@@ -1,0 +1,202 @@
+//! Copies, sizes and scale of objects; models from files.
+
+use crate::{Vrep, kit::*, notes, what};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let devices =
+        "Sensors, actuators and scripts are made with the scene only: an object that has one is copied without it.";
+    offer.command(
+        both("copyPasteObjects", NIL, |c| {
+            let ids = what::list(c, 0)?;
+            let options = int_or(c, 1, 0)?;
+            let out = copy(c, &ids, options & 1 != 0)?;
+            c.ret::<[i64]>(&out[..]);
+            Ok(())
+        })
+        .param(Param::list("objects").text("handles"))
+        .param(Param::int("options").default(0).optional().text("1: they are bases of models, which are copied whole"))
+        .returns(Param::list("copies").text("in the same order"))
+        .text("Copies objects, in place.")
+        .partial(devices),
+    );
+    offer.command(
+        both("copyPasteSelectedObjects", MINUS, |c| {
+            let ids = crate::state::state(c)?.selection.clone();
+            let out = copy(c, &ids, false)?;
+            let ids = out.iter().filter_map(|h| c.world().look(*h as u64).ok()).map(|o| o.id).collect();
+            crate::state::state(c)?.selection = ids;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .returns(Param::int("done"))
+        .text("Copies the selected objects; the copies are selected then.")
+        .partial(devices),
+    );
+    offer.command(
+        both("getObjectSizeFactor", NIL, |c| {
+            let id = living(c, 0)?.id;
+            let f = notes::number(c, id, "scale")?.unwrap_or(1.0);
+            c.ret(f);
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(Param::float("factor"))
+        .text("Gives by how much an object has been scaled since it was made."),
+    );
+    offer.command(
+        both("getObjectSizeValues", NIL, |c| {
+            let o = living(c, 0)?;
+            let size = notes::number(c, o.id, "scale")?.unwrap_or(1.0);
+            c.ret::<[f64]>(&[size; 3][..]);
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(Param::floats("values", 3))
+        .text("Gives by how much an object has been scaled along each axis.")
+        .partial("The three are equal: scale along single axes changes the size of a shape only."),
+    );
+    offer.command(
+        both("setObjectSizeValues", MINUS, |c| {
+            let (o, v) = (living(c, 0)?, numbers::<3>(c, 1)?);
+            let old = notes::number(c, o.id, "scale")?.unwrap_or(1.0);
+            scale(c, o, v.map(|x| x / old))?;
+            notes::set_number(c, o.id, "scale", v[0])?;
+            done(c)
+        })
+        .param(object("object"))
+        .param(table("values", "{x, y, z}"))
+        .text("Scales an object to given factors.")
+        .partial("The three are remembered as one."),
+    );
+    offer.command(
+        both("scaleObject", MINUS, |c| {
+            let (o, f) = (living(c, 0)?, [c.f64(1)?, c.f64(2)?, c.f64(3)?]);
+            scale(c, o, f)?;
+            let old = notes::number(c, o.id, "scale")?.unwrap_or(1.0);
+            if f[0] == f[1] && f[1] == f[2] {
+                notes::set_number(c, o.id, "scale", old * f[0])?;
+            }
+            done(c)
+        })
+        .param(object("object"))
+        .param(Param::float("x"))
+        .param(Param::float("y"))
+        .param(Param::float("z"))
+        .param(Param::int("options").default(0).optional().text("ignored"))
+        .text("Scales an object; a shape becomes larger or smaller.")
+        .partial("Sizes of shapes change, and their mass stays; sensors and joints stay as they are."),
+    );
+    offer.command(
+        both("scaleObjects", MINUS, |c| {
+            let (ids, f, places) = (what::list(c, 0)?, c.f64(1)?, c.arg(2).truthy());
+            if f <= 0.0 {
+                return Err(Fail::argument("argument 2: a scale is greater than 0"));
+            }
+            let (w, p) = (c.world(), &c.plugin().p);
+            for id in &ids {
+                let o = w.look(*id)?;
+                scale(c, o, [f; 3])?;
+                if o.kind == TATU_KIND_SHAPE {
+                    let m = w.f64(*id, p.mass)?;
+                    w.set_f64s(*id, p.mass, &[(m * f * f * f).max(1e-7)])?;
+                }
+                let old = notes::number(c, *id, "scale")?.unwrap_or(1.0);
+                notes::set_number(c, *id, "scale", old * f)?;
+                if places && ids.contains(&parent(c, *id)?) {
+                    let mut pose = w.f64s::<7>(*id, p.local_pose)?;
+                    pose[..3].iter_mut().for_each(|x| *x *= f);
+                    w.set_f64s(*id, p.local_pose, &pose)?;
+                }
+            }
+            done(c)
+        })
+        .param(Param::list("objects").text("handles"))
+        .param(Param::float("factor"))
+        .param(Param::any("positions").text("true: distances between them too"))
+        .text("Scales objects with their masses, and the distances of parts of a tree.")
+        .partial("Sizes and masses of shapes and places change; sensors and forces of joints stay as they are."),
+    );
+    files(offer);
+}
+
+/// Files of the original, which are read before a scene lives.
+fn files(offer: &mut Offer<Vrep>) {
+    for (name, what) in [("loadModel", "model"), ("loadScene", "scene")] {
+        offer.command(
+            both(name, MINUS, move |c| -> Result {
+                let file = c.bytes(0)?;
+                c.world().file(file, TATU_FILE_READ)?;
+                let file = String::from_utf8_lossy(file).into_owned();
+                if !std::path::Path::new(&file).exists() {
+                    return Err(Fail::missing(format!("there is no file `{file}`")));
+                }
+                Err(Fail::unsupported(format!("a {what} is not loaded while a scene runs"))
+                    .help("name it in the scene file"))
+            })
+            .param(Param::string("file"))
+            .param(Param::any("options").optional())
+            .returns(Param::int("result"))
+            .text(format!("Loads a {what}."))
+            .partial(format!("No {what} is loaded while a scene runs: it says so, and that a file is not there.")),
+        );
+    }
+    for name in ["saveModel", "saveScene", "closeScene"] {
+        offer.command(
+            both(name, MINUS, |c| {
+                c.ret(-1_i64);
+                Ok(())
+            })
+            .param(Param::any("arguments").rest())
+            .returns(Param::int("result").text("-1"))
+            .text("Writes or closes a scene or model: not while it runs.")
+            .stub("scenes and models are not written by scripts"),
+        );
+    }
+}
+
+fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
+    let w = c.world();
+    let mut all: Vec<tatu_object> = Vec::new();
+    for id in ids {
+        if models {
+            all.extend(w.list(*id, 0, 0)?.into_iter().filter(|o| !all.contains(o)).collect::<Vec<_>>());
+        } else if !all.contains(id) {
+            all.push(*id);
+        }
+    }
+    // What has an instance is not copied; an object that was asked for by itself is refused by the host.
+    let kind = |o: &tatu_object| w.look(*o).map_or(-1, |o| o.kind);
+    let left = |o: &tatu_object| matches!(kind(o), TATU_KIND_SENSOR | TATU_KIND_ACTUATOR | TATU_KIND_SCRIPT);
+    all.retain(|o| ids.contains(o) || !left(o));
+    let copies = w.copy(&all)?;
+    Ok(ids
+        .iter()
+        .filter_map(|id| all.iter().position(|o| o == id).and_then(|i| copies.get(i)))
+        .map(|o| handle(*o))
+        .collect())
+}
+
+/// Makes a shape larger.
+fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
+    if f.iter().any(|x| *x <= 0.0) {
+        return Err(Fail::argument("a scale is greater than 0"));
+    }
+    if o.kind != TATU_KIND_SHAPE {
+        return Ok(());
+    }
+    let (w, p) = (c.world(), &c.plugin().p);
+    let mass = w.f64(o.id, p.mass)?;
+    if text_of(c, o.id, p.primitive)? == "mesh" {
+        let v = w.get(o.id, p.surface)?.to_value()?;
+        if let Value::List(lists) = v {
+            if let [Value::Floats(points), places] = lists.as_slice() {
+                let points = points.iter().enumerate().map(|(i, x)| x * f[i % 3]).collect();
+                w.set(o.id, p.surface, &Value::List(vec![Value::Floats(points), places.clone()]))?;
+            }
+        }
+    } else {
+        let size = w.f64s::<3>(o.id, p.size)?;
+        w.set_f64s(o.id, p.size, &[size[0] * f[0], size[1] * f[1], size[2] * f[2]])?;
+    }
+    w.set_f64s(o.id, p.mass, &[mass])
+}

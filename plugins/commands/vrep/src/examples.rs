@@ -1,0 +1,51 @@
+//! What all commands have in common, and their examples, which stand as Lua in `examples/`, each below a line
+//! `--- sim.name`.
+
+use std::collections::BTreeMap;
+
+use crate::{Vrep, kit::*};
+
+/// From this version on flat names raise errors as all others do.
+const FLAT_NAMES_RAISE: &str = "4.2";
+
+macro_rules! files {
+    ($($name:literal),* $(,)?) => {
+        const FILES: &[&str] = &[$(include_str!(concat!("../examples/", $name, ".lua"))),*];
+    };
+}
+files!(
+    "basics",
+    "copying",
+    "custom_data",
+    "dialogs",
+    "distances",
+    "flags",
+    "graphs",
+    "making",
+    "math",
+    "meshes",
+    "motion",
+    "objects",
+    "paths",
+    "physics",
+    "program",
+    "script_more",
+    "selection",
+);
+
+/// Gives all commands their examples, and what holds for all.
+pub(crate) fn complete(offer: &mut Offer<Vrep>) {
+    let mut examples: BTreeMap<&str, &str> = BTreeMap::new();
+    for part in FILES.iter().flat_map(|f| f.split("--- ").skip(1)) {
+        if let Some((name, text)) = part.split_once('\n') {
+            examples.insert(name.trim(), text.trim_end());
+        }
+    }
+    offer.each_command(|c| {
+        let c = match examples.get(c.name()) {
+            Some(text) => c.example(*text),
+            None => c,
+        };
+        c.old_names_until(FLAT_NAMES_RAISE)
+    });
+}

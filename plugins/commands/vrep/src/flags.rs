@@ -1,0 +1,255 @@
+//! Bits of objects that scripts read and write: object, model and special properties, explicit handling; and handles that
+//! objects refer to.
+
+use crate::{Vrep, kit::*, notes};
+
+/// Selectable, as every object that is made.
+const OBJECT_PROPERTY: i64 = 32;
+/// Collidable, measurable, detectable, renderable.
+const SPECIAL: i64 = 1 | 2 | DETECTABLE | 0x200;
+pub(crate) const DETECTABLE: i64 = 0x1F0;
+const NOT_MODEL: i64 = 0xF000;
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let bits = || Param::int("property").text("bits");
+    offer.command(
+        both("getObjectProperty", MINUS, |c| {
+            let id = living(c, 0)?.id;
+            let bits = notes::number(c, id, "object property")?.map_or(OBJECT_PROPERTY, |x| x as i64);
+            c.ret(bits);
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(bits())
+        .text("Gives the bits of an object: sim.objectproperty_..."),
+    );
+    offer.command(
+        both("setObjectProperty", MINUS, |c| {
+            let (id, bits) = (living(c, 0)?.id, c.i64(1)?);
+            notes::set_number(c, id, "object property", bits as f64)?;
+            done(c)
+        })
+        .param(object("object"))
+        .param(bits())
+        .text("Sets the bits of an object: sim.objectproperty_...")
+        .partial("They are kept and given back; what they would change in windows has no place here."),
+    );
+    offer.command(
+        both("getModelProperty", MINUS, |c| {
+            let id = living(c, 0)?.id;
+            let bits = match bool_of(c, id, c.plugin().p.model_base)? {
+                true => notes::number(c, id, "model property")?.map_or(0, |x| x as i64),
+                false => NOT_MODEL,
+            };
+            c.ret(bits);
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(bits())
+        .text("Gives the bits of a model: sim.modelproperty_...; sim.modelproperty_not_model: the object is no base of one."),
+    );
+    offer.command(
+        both("setModelProperty", MINUS, |c| {
+            let (id, bits) = (living(c, 0)?.id, c.i64(1)?);
+            let base = bits & NOT_MODEL != NOT_MODEL;
+            c.world().set(id, c.plugin().p.model_base, &Value::Bool(base))?;
+            notes::set_number(c, id, "model property", (bits & !NOT_MODEL) as f64)?;
+            done(c)
+        })
+        .param(object("object"))
+        .param(bits())
+        .text("Sets the bits of a model, and so whether an object is the base of one.")
+        .partial("Whether it is a base counts; the bits that override those of the model's parts are kept only."),
+    );
+    offer.command(
+        both("getObjectSpecialProperty", MINUS, |c| {
+            let o = living(c, 0)?;
+            let mut bits = notes::number(c, o.id, "special property")?.map_or(SPECIAL, |x| x as i64);
+            if o.kind == TATU_KIND_SHAPE {
+                let seen = bool_of(c, o.id, c.plugin().p.detectable)?;
+                bits = bits & !DETECTABLE | if seen { DETECTABLE } else { 0 };
+            }
+            c.ret(bits);
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(bits())
+        .text("Gives what an object is to sensors and commands: sim.objectspecialproperty_..."),
+    );
+    offer.command(
+        both("setObjectSpecialProperty", MINUS, |c| {
+            let (o, bits) = (living(c, 0)?, c.i64(1)?);
+            if o.kind == TATU_KIND_SHAPE {
+                c.world().set(o.id, c.plugin().p.detectable, &Value::Bool(bits & DETECTABLE != 0))?;
+            }
+            notes::set_number(c, o.id, "special property", bits as f64)?;
+            done(c)
+        })
+        .param(object("object"))
+        .param(bits())
+        .text("Sets what an object is to sensors and commands.")
+        .partial(
+            "Whether proximity sensors see a shape counts, for all their kinds together; the other bits are kept only.",
+        ),
+    );
+    explicit(offer);
+    references(offer);
+    links(offer);
+}
+
+fn explicit(offer: &mut Offer<Vrep>) {
+    offer.command(
+        both("getExplicitHandling", MINUS, |c| {
+            let o = living(c, 0)?;
+            let on = match o.kind {
+                TATU_KIND_SENSOR => bool_of(c, o.id, c.plugin().p.sensor_explicit)?,
+                _ => notes::number(c, o.id, "explicit")?.unwrap_or(0.0) != 0.0,
+            };
+            c.ret(i64::from(on));
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(Param::int("flags").text("1: it is handled only when a script asks for it"))
+        .text("Tells whether a sensor is handled only when a script asks for it."),
+    );
+    offer.command(
+        both("setExplicitHandling", MINUS, |c| {
+            let (o, on) = (living(c, 0)?, c.i64(1)? & 1 != 0);
+            match o.kind {
+                TATU_KIND_SENSOR => c.world().set(o.id, c.plugin().p.sensor_explicit, &Value::Bool(on))?,
+                _ => notes::set_number(c, o.id, "explicit", f64::from(u8::from(on)))?,
+            }
+            done(c)
+        })
+        .param(object("object"))
+        .param(Param::int("flags").text("1: it is handled only when a script asks for it"))
+        .text("Chooses whether a sensor is handled only when a script asks for it."),
+    );
+}
+
+/// Handles that an object keeps, as full ids: those of what has gone become -1.
+fn references(offer: &mut Offer<Vrep>) {
+    let key = |tag: &str| format!("handles {tag}");
+    let tag = |c: &Ctx<'_>, i: usize| if c.has(i) { c.text(i) } else { Ok(String::new()) };
+    offer.command(
+        both("setReferencedHandles", MINUS, move |c| {
+            let (id, tag) = (living(c, 0)?.id, tag(c, 2)?);
+            let v = c.arg(1);
+            let ids: Vec<String> = (0..v.len())
+                .map(|i| {
+                    let n = v.number(i).unwrap_or(-1.0);
+                    let found =
+                        if n > 0.0 { c.world().look(n as u64 & HANDLE_BITS as u64).map_or(0, |o| o.id) } else { 0 };
+                    found.to_string()
+                })
+                .collect();
+            let text = ids.join(" ");
+            notes::set_private(c, id, &key(&tag), (!text.is_empty()).then_some(text.as_bytes()))?;
+            done(c)
+        })
+        .param(object("object"))
+        .param(Param::list("handles"))
+        .param(Param::string("tag").default("").optional())
+        .text("Keeps handles of other objects with an object."),
+    );
+    offer.command(
+        both("getReferencedHandles", NIL, move |c| {
+            let (id, tag) = (living(c, 0)?.id, tag(c, 1)?);
+            let kept = notes::private(c, id, &key(&tag))?.unwrap_or_default();
+            let kept = String::from_utf8_lossy(&kept).into_owned();
+            let ids = kept.split(' ').filter_map(|t| t.parse::<u64>().ok());
+            let out: Vec<i64> = ids.map(|o| if o != 0 && c.world().look(o).is_ok() { handle(o) } else { -1 }).collect();
+            c.ret::<[i64]>(&out[..]);
+            Ok(())
+        })
+        .param(object("object"))
+        .param(Param::string("tag").default("").optional())
+        .returns(Param::list("handles").text("-1 for what is gone"))
+        .text("Gives the handles that were kept with an object."),
+    );
+    offer.command(
+        modern("getReferencedHandle", move |c| {
+            let (id, tag) = (living(c, 0)?.id, tag(c, 1)?);
+            let kept = notes::private(c, id, &key(&tag))?.unwrap_or_default();
+            let kept = String::from_utf8_lossy(&kept).into_owned();
+            let first = kept.split(' ').next().and_then(|t| t.parse::<u64>().ok()).filter(|o| *o != 0);
+            let there = first.filter(|o| c.world().look(*o).is_ok());
+            let there = there.ok_or_else(|| Fail::missing(format!("no object is kept under `{tag}`")))?;
+            c.ret(handle(there));
+            Ok(())
+        })
+        .param(object("object"))
+        .param(Param::string("tag").default("").optional())
+        .returns(Param::int("handle"))
+        .text("Gives the handle that was kept with an object."),
+    );
+    offer.command(
+        modern("getReferencedHandlesTags", |c| {
+            let id = living(c, 0)?.id;
+            let tags = notes::all(c, id)?.into_iter();
+            let tags = tags.filter_map(|(k, _)| k.strip_prefix(b"\x01handles ").map(<[u8]>::to_vec));
+            let tags: Vec<Value> = tags.map(Value::Text).collect();
+            c.ret::<Value>(Value::List(tags));
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(Param::list("tags"))
+        .text("Lists the tags under which handles are kept with an object."),
+    );
+}
+
+/// Links between dummies.
+fn links(offer: &mut Offer<Vrep>) {
+    let id_of_note = |c: &Ctx<'_>, id: tatu_object| -> Result<tatu_object> {
+        let kept = notes::private(c, id, "link")?.and_then(|t| String::from_utf8(t).ok()?.parse::<u64>().ok());
+        Ok(kept.filter(|o| c.world().look(*o).is_ok()).unwrap_or(0))
+    };
+    offer.command(
+        both("getLinkDummy", MINUS, move |c| {
+            let dummy = of_kind(c, 0, TATU_KIND_DUMMY)?;
+            let other = id_of_note(c, dummy)?;
+            c.ret(handle(other));
+            Ok(())
+        })
+        .param(object("dummy"))
+        .returns(Param::int("other").text("-1: none"))
+        .text("Gives the dummy that a dummy is linked to."),
+    );
+    offer.command(
+        both("setLinkDummy", MINUS, move |c| {
+            let dummy = of_kind(c, 0, TATU_KIND_DUMMY)?;
+            let other = if c.i64(1)? == -1 { 0 } else { of_kind(c, 1, TATU_KIND_DUMMY)? };
+            // A dummy has one partner: both let go of theirs.
+            for d in [dummy, other].into_iter().filter(|d| *d != 0) {
+                match id_of_note(c, d)? {
+                    0 => {}
+                    old => notes::set_private(c, old, "link", None)?,
+                }
+                notes::set_private(c, d, "link", None)?;
+            }
+            if other != 0 {
+                notes::set_private(c, dummy, "link", Some(other.to_string().as_bytes()))?;
+                notes::set_private(c, other, "link", Some(dummy.to_string().as_bytes()))?;
+            }
+            done(c)
+        })
+        .param(object("dummy"))
+        .param(Param::int("other").text("-1: none"))
+        .text("Links two dummies, or lets them go.")
+        .partial("The link is kept; it closes no loop in physics and moves nothing."),
+    );
+    offer.command(
+        modern("getObjectHierarchyOrder", |c| {
+            let id = living(c, 0)?.id;
+            let up = parent(c, id)?;
+            let all = c.world().list(up, 0, TATU_LIST_CHILDREN | TATU_LIST_SKIP_BASE)?;
+            c.ret(all.iter().position(|o| *o == id).map_or(-1, |i| i as i64));
+            c.ret(all.len() as i64);
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(Param::int("order").text("from 0"))
+        .returns(Param::int("count").text("of the siblings, with itself"))
+        .text("Gives which of its siblings an object is."),
+    );
+}

@@ -1,0 +1,382 @@
+//! Shapes of triangles: making them, reading the triangles of any shape, joining shapes, mass and inertia.
+
+use crate::{Vrep, algebra as al, kit::*, what};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    for (name, flat) in [("createMeshShape", true), ("createShape", false)] {
+        let run = |c: &mut Ctx<'_>| {
+            let points = c.arg(2).numbers().unwrap_or_default();
+            let places = c.arg(3).numbers().unwrap_or_default();
+            let shape = make(c, points, places)?;
+            c.ret(handle(shape));
+            Ok(())
+        };
+        let command = if flat { both(name, MINUS, run) } else { modern(name, run) };
+        offer.command(
+            command
+                .param(Param::any("options").text("ignored: they are for looks"))
+                .param(Param::any("shadingAngle").text("ignored"))
+                .param(table("vertices", "x, y, z of each point, m"))
+                .param(table("indices", "three places of points for each triangle, from 0"))
+                .param(Param::any("looks").rest().text("ignored: normals and textures"))
+                .returns(Param::int("shape"))
+                .text("Makes a shape of triangles, whose frame lies in the middle of its box.")
+                .partial("Normals and textures are not kept."),
+        );
+    }
+    offer.command(
+        both("createHeightfieldShape", MINUS, |c| {
+            let (nx, ny, width) = (c.i64(2)?, c.i64(3)?, c.f64(4)?);
+            let heights = c.arg(5).numbers().unwrap_or_default();
+            let (Ok(nx), Ok(ny)) = (usize::try_from(nx), usize::try_from(ny)) else {
+                return Err(Fail::argument("the numbers of points are not negative"));
+            };
+            if nx < 2 || ny < 2 || nx.saturating_mul(ny) != heights.len() {
+                return Err(Fail::argument(format!("{} heights are no grid of {nx} by {ny}", heights.len())));
+            }
+            let d = width / (nx - 1) as f64;
+            let (mut points, mut places) = (Vec::new(), Vec::new());
+            for (k, h) in heights.iter().enumerate() {
+                let (i, j) = ((k % nx) as f64, (k / nx) as f64);
+                points.extend([d * i - width / 2.0, d * j - d * (ny - 1) as f64 / 2.0, *h]);
+            }
+            for j in 0..ny - 1 {
+                for i in 0..nx - 1 {
+                    let at = (j * nx + i) as f64;
+                    let (right, up) = (at + 1.0, at + nx as f64);
+                    places.extend([at, right, up, right, up + 1.0, up]);
+                }
+            }
+            let shape = make(c, points, places)?;
+            c.ret(handle(shape));
+            Ok(())
+        })
+        .param(Param::any("options").text("ignored"))
+        .param(Param::any("shadingAngle").text("ignored"))
+        .param(Param::int("xPoints"))
+        .param(Param::int("yPoints"))
+        .param(Param::float("xSize").unit("m"))
+        .param(table("heights", "row by row along x, m"))
+        .returns(Param::int("shape"))
+        .text("Makes a landscape of heights, as a shape of triangles."),
+    );
+    offer.command(
+        both("getShapeMesh", NIL, |c| {
+            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
+            let (points, places) = triangles(c, shape)?;
+            let normals = normals(&points, &places);
+            c.ret::<[f64]>(&points[..]);
+            c.ret::<[i64]>(&places[..]);
+            c.ret::<[f64]>(&normals[..]);
+            Ok(())
+        })
+        .param(object("shape"))
+        .returns(Param::list("vertices").text("x, y, z of each point, in the shape's frame"))
+        .returns(Param::list("indices").text("three places for each triangle, from 0"))
+        .returns(Param::list("normals").text("for each corner of each triangle"))
+        .text("Gives the triangles of a shape.")
+        .partial("Round shapes are cut into 32 parts; of compounds the parts are given as boxes are."),
+    );
+    offer.command(
+        both("getShapeGeomInfo", NIL, |c| {
+            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
+            let p = &c.plugin().p;
+            let size = c.world().f64s::<3>(shape, p.size)?;
+            let (bits, pure) = match text_of(c, shape, p.primitive)?.as_str() {
+                "plane" => (2_i64, 1_i64),
+                "box" => (6, 3),
+                "sphere" => (6, 4),
+                "cylinder" => (6, 5),
+                "capsule" => (6, 8),
+                "compound" => (1, 0),
+                _ => (if bool_of(c, shape, p.convex)? { 4 } else { 0 }, 0),
+            };
+            c.ret(bits);
+            c.ret(pure);
+            c.ret::<[f64]>(&[size[0], size[1], size[2], 0.0][..]);
+            Ok(())
+        })
+        .param(object("shape"))
+        .returns(Param::int("result").text("1: compound, 2: pure, 4: convex, added up"))
+        .returns(Param::int("pureType").text("sim.primitiveshape_..."))
+        .returns(Param::floats("dimensions", 4))
+        .text("Gives what a shape is made of."),
+    );
+    offer.command(
+        both("groupShapes", MINUS, |c| {
+            let shapes = what::list(c, 0)?;
+            let group = group(c, &shapes)?;
+            c.ret(handle(group));
+            Ok(())
+        })
+        .param(Param::list("shapes"))
+        .param(Param::any("merge").optional().text("ignored: the triangles are joined in any case"))
+        .returns(Param::int("shape"))
+        .text("Joins shapes into one.")
+        .partial("The result is one shape of triangles, which cannot be taken apart again."),
+    );
+    offer.command(
+        both("ungroupShape", NIL, |c| {
+            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
+            c.ret::<[i64]>(&[handle(shape)][..]);
+            Ok(())
+        })
+        .param(object("shape"))
+        .returns(Param::list("shapes"))
+        .text("Takes a shape apart.")
+        .partial("A shape stays in one piece: the list holds itself."),
+    );
+    mass(offer);
+}
+
+fn mass(offer: &mut Offer<Vrep>) {
+    let matrix =
+        || table("transformation", "a matrix of 12 numbers, in which inertia and centre of mass stand").optional();
+    let inertia_of = |c: &Ctx<'_>, shape: tatu_object| -> Result<[f64; 9]> {
+        let v = c.world().get(shape, c.plugin().p.inertia)?;
+        v.array::<9>().ok_or_else(|| Fail::new("the host gave no inertia"))
+    };
+    offer.command(
+        both("getShapeMassAndInertia", NIL, move |c| {
+            let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
+            let m = w.f64(shape, p.mass)?;
+            // The original gives the inertia divided by the mass.
+            let (inertia, com) = (inertia_of(c, shape)?.map(|x| x / m), w.f64s::<3>(shape, p.com)?);
+            let frame = w.pose(shape, 0)?;
+            let base = if c.has(1) { al::of_matrix(&numbers::<12>(c, 1)?) } else { al::IDENTITY };
+            let to = al::compose(&al::inverse(&base), &frame);
+            c.ret(m);
+            c.ret::<[f64]>(&turned(&inertia, al::rotation(&to))[..]);
+            c.ret::<[f64]>(&al::add(al::position(&to), al::rotate(al::rotation(&to), com))[..]);
+            Ok(())
+        })
+        .param(object("shape"))
+        .param(matrix())
+        .returns(Param::float("mass").unit("kg"))
+        .returns(Param::floats("inertia", 9).text("divided by the mass, m^2"))
+        .returns(Param::floats("centreOfMass", 3).unit("m"))
+        .text("Gives mass, inertia and centre of mass of a shape; without a matrix in the world's frame."),
+    );
+    offer.command(
+        both("setShapeMassAndInertia", MINUS, |c| {
+            let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
+            let m = c.f64(1)?.max(1e-7);
+            let (inertia, com): ([f64; 9], [f64; 3]) = (numbers(c, 2)?, numbers(c, 3)?);
+            let frame = w.pose(shape, 0)?;
+            let base = if c.has(4) { al::of_matrix(&numbers::<12>(c, 4)?) } else { al::IDENTITY };
+            let to = al::compose(&al::inverse(&frame), &base);
+            let com = al::add(al::position(&to), al::rotate(al::rotation(&to), com));
+            w.set_f64s(shape, p.mass, &[m])?;
+            w.set(
+                shape,
+                p.inertia,
+                &Value::Floats(turned(&inertia, al::rotation(&to)).iter().map(|x| x * m).collect()),
+            )?;
+            w.set_f64s(shape, p.com, &com)?;
+            done(c)
+        })
+        .param(object("shape"))
+        .param(Param::float("mass").unit("kg"))
+        .param(table("inertia", "9 numbers, divided by the mass"))
+        .param(table("centreOfMass", "{x, y, z} m"))
+        .param(matrix())
+        .text("Sets mass, inertia and centre of mass of a shape."),
+    );
+    offer.command(
+        modern("getShapeInertia", move |c| {
+            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
+            let (inertia, com) = (inertia_of(c, shape)?, c.world().f64s::<3>(shape, c.plugin().p.com)?);
+            c.ret::<[f64]>(&inertia[..]);
+            c.ret::<[f64]>(&al::matrix(&al::pose(com, [0.0, 0.0, 0.0, 1.0]))[..]);
+            Ok(())
+        })
+        .param(object("shape"))
+        .returns(Param::floats("inertia", 9).unit("kg m^2"))
+        .returns(Param::floats("transformation", 12).text("where the centre of mass lies in the shape"))
+        .text("Gives inertia and centre of mass of a shape."),
+    );
+    offer.command(
+        modern("setShapeInertia", |c| {
+            let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
+            let (inertia, at): ([f64; 9], [f64; 12]) = (numbers(c, 1)?, numbers(c, 2)?);
+            let at = al::of_matrix(&at);
+            w.set(shape, p.inertia, &Value::Floats(turned(&inertia, al::rotation(&at)).to_vec()))?;
+            w.set_f64s(shape, p.com, &al::position(&at))
+        })
+        .param(object("shape"))
+        .param(table("inertia", "9 numbers, kg m^2"))
+        .param(table("transformation", "12 numbers"))
+        .text("Sets inertia and centre of mass of a shape."),
+    );
+    offer.command(
+        both("computeMassAndInertia", MINUS, |c| {
+            let (shape, density) = (of_kind(c, 0, TATU_KIND_SHAPE)?, c.f64(1)?);
+            let (points, places) = triangles(c, shape)?;
+            let corner = |i: i64| {
+                let at = 3 * i as usize;
+                [points[at], points[at + 1], points[at + 2]]
+            };
+            let volume: f64 = places
+                .chunks_exact(3)
+                .map(|t| {
+                    let (a, b, d) = (corner(t[0]), corner(t[1]), corner(t[2]));
+                    let n = al::cross(b, d);
+                    (a[0] * n[0] + a[1] * n[1] + a[2] * n[2]) / 6.0
+                })
+                .sum();
+            c.world().set_f64s(shape, c.plugin().p.mass, &[(volume.abs() * density).max(1e-7)])?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(object("shape"))
+        .param(Param::float("density").unit("kg/m^3"))
+        .returns(Param::int("done"))
+        .text("Sets the mass of a shape from its volume.")
+        .partial("The inertia is left to follow from the form, unless it was set."),
+    );
+}
+
+/// An inertia, by rows, in a turned frame.
+fn turned(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
+    let m = al::matrix(&al::pose([0.0; 3], q));
+    let r = |a: usize, b: usize| m[a * 4 + b];
+    std::array::from_fn(|k| {
+        let (row, column) = (k / 3, k % 3);
+        (0..9).map(|n| r(row, n / 3) * i[n] * r(column, n % 3)).sum()
+    })
+}
+
+/// A shape of triangles, with its frame in the middle of its box.
+fn make(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_object> {
+    if points.len() < 9 || points.len() % 3 != 0 || places.len() < 3 || places.len() % 3 != 0 {
+        return Err(Fail::argument("a mesh has three numbers a point, and three places of points a triangle"));
+    }
+    let mut middle = [0.0; 3];
+    for (k, m) in middle.iter_mut().enumerate() {
+        let along = || points.iter().skip(k).step_by(3).copied();
+        *m = (along().fold(f64::MAX, f64::min) + along().fold(f64::MIN, f64::max)) / 2.0;
+    }
+    points.iter_mut().enumerate().for_each(|(i, x)| *x -= middle[i % 3]);
+    let (w, p) = (c.world(), &c.plugin().p);
+    let shape = w.create("shape", 0, "Shape")?;
+    let surface = Value::List(vec![Value::Floats(points), Value::Floats(places)]);
+    let set =
+        w.set(shape, p.surface, &surface).and_then(|()| w.set_pose(shape, 0, &al::pose(middle, [0.0, 0.0, 0.0, 1.0])));
+    if let Err(e) = set {
+        w.remove(&[shape])?;
+        return Err(e);
+    }
+    Ok(shape)
+}
+
+fn group(c: &Ctx<'_>, shapes: &[tatu_object]) -> Result<tatu_object> {
+    let (w, p) = (c.world(), &c.plugin().p);
+    let Some(first) = shapes.first() else { return Err(Fail::argument("there is nothing to join")) };
+    let (mut points, mut places, mut mass) = (Vec::new(), Vec::new(), 0.0);
+    for s in shapes {
+        if w.look(*s)?.kind != TATU_KIND_SHAPE {
+            return Err(Fail::argument(format!("object {} is not a shape", handle(*s))));
+        }
+        let (own, mine) = triangles(c, *s)?;
+        let (frame, before) = (w.pose(*s, 0)?, (points.len() / 3) as f64);
+        for p in own.chunks_exact(3) {
+            points.extend(al::add(al::position(&frame), al::rotate(al::rotation(&frame), [p[0], p[1], p[2]])));
+        }
+        places.extend(mine.into_iter().map(|i| i as f64 + before));
+        mass += w.f64(*s, p.mass)?;
+    }
+    let group = make(c, points, places)?;
+    w.set_f64s(group, p.mass, &[mass])?;
+    for prop in [p.dynamic, p.respondable, p.detectable] {
+        w.set(group, prop, &w.get(*first, prop)?.to_value()?)?;
+    }
+    w.set_f64s(group, p.color, &w.f64s::<3>(*first, p.color)?)?;
+    let up = parent(c, *first)?;
+    let pose = w.pose(group, 0)?;
+    w.set(group, p.parent, &Value::Object(up))?;
+    w.set_pose(group, 0, &pose)?;
+    let name = text_of(c, *first, p.alias)?;
+    w.remove(shapes)?;
+    w.set(group, p.alias, &Value::text(&name))?;
+    Ok(group)
+}
+
+/// The triangles of a shape: points, and places from 0.
+pub(crate) fn triangles(c: &Ctx<'_>, shape: tatu_object) -> Result<(Vec<f64>, Vec<i64>)> {
+    let (w, p) = (c.world(), &c.plugin().p);
+    let form = text_of(c, shape, p.primitive)?;
+    let [x, y, z] = w.f64s::<3>(shape, p.size)?.map(|s| s / 2.0);
+    Ok(match form.as_str() {
+        "mesh" => {
+            let v = w.get(shape, p.surface)?;
+            let lists = v.list().unwrap_or_default();
+            let numbers = |i: usize| lists.get(i).and_then(|v| v.numbers()).unwrap_or_default();
+            (numbers(0), numbers(1).into_iter().map(|i| i as i64).collect())
+        }
+        "sphere" => rings(x, &(0..=16).map(|k| half_turn(k, 16)).map(|a| (a.sin(), -a.cos() * x)).collect::<Vec<_>>()),
+        "cylinder" => rings(x, &[(0.0, -z), (1.0, -z), (1.0, z), (0.0, z)]),
+        "capsule" => {
+            let straight = (z - x).max(0.0);
+            let low = (0..=8).map(|k| half_turn(k, 16)).map(|a| (a.sin(), -a.cos() * x - straight));
+            let high = (8..=16).map(|k| half_turn(k, 16)).map(|a| (a.sin(), -a.cos() * x + straight));
+            rings(x, &low.chain(high).collect::<Vec<_>>())
+        }
+        "plane" => (vec![-x, -y, 0.0, x, -y, 0.0, x, y, 0.0, -x, y, 0.0], vec![0, 1, 2, 0, 2, 3]),
+        _ => {
+            let points = (0..8).flat_map(|k| {
+                let side = |bit: i32, h: f64| if k & bit != 0 { h } else { -h };
+                [side(1, x), side(2, y), side(4, z)]
+            });
+            let places = vec![
+                0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1,
+                7, 5,
+            ];
+            (points.collect(), places)
+        }
+    })
+}
+
+fn half_turn(k: i32, n: i32) -> f64 {
+    std::f64::consts::PI * f64::from(k) / f64::from(n)
+}
+
+/// A solid of revolution about z: rings of (part of the radius, height) from below to above, each cut into 32.
+fn rings(radius: f64, profile: &[(f64, f64)]) -> (Vec<f64>, Vec<i64>) {
+    const N: i64 = 32;
+    let (mut points, mut places) = (Vec::new(), Vec::new());
+    for (r, z) in profile {
+        for k in 0..N {
+            let a = half_turn(k as i32 * 2, N as i32);
+            points.extend([radius * r * a.cos(), radius * r * a.sin(), *z]);
+        }
+    }
+    for ring in 0..profile.len() as i64 - 1 {
+        for k in 0..N {
+            let (a, b) = (ring * N + k, ring * N + (k + 1) % N);
+            if profile[ring as usize].0 > 1e-9 {
+                places.extend([a, b, b + N]);
+            }
+            if profile[ring as usize + 1].0 > 1e-9 {
+                places.extend([a, b + N, a + N]);
+            }
+        }
+    }
+    (points, places)
+}
+
+fn normals(points: &[f64], places: &[i64]) -> Vec<f64> {
+    let corner = |i: i64| {
+        let at = 3 * i as usize;
+        [points[at], points[at + 1], points[at + 2]]
+    };
+    places
+        .chunks_exact(3)
+        .flat_map(|t| {
+            let a = corner(t[0]);
+            let n = al::cross(al::sub(corner(t[1]), a), al::sub(corner(t[2]), a));
+            let l = al::length(n).max(1e-300);
+            let n = n.map(|x| x / l);
+            [n, n, n].concat()
+        })
+        .collect()
+}

@@ -1,0 +1,274 @@
+//! Motion profiles: from rest to rest, or to a velocity, within limits of velocity, acceleration and jerk.
+
+use serde::{Deserialize, Serialize};
+
+/// The way from 0 to 1 in seven pieces of constant jerk.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Unit {
+    jerk: f64,
+    /// Lengths of a piece of jerk, of the whole acceleration, and of constant velocity, s.
+    tj: f64,
+    ta: f64,
+    tv: f64,
+}
+
+impl Unit {
+    /// Limits are positive; in units of the way.
+    pub(crate) fn new(v: f64, a: f64, j: f64) -> Unit {
+        let j = j.min(a * 1e6);
+        let tj = if v * j < a * a { (v / j).sqrt() } else { a / j };
+        let ta = if v * j < a * a { 2.0 * tj } else { tj + v / a };
+        let tv = 1.0 / v - ta;
+        if tv >= 0.0 {
+            return Unit { jerk: j, tj, ta, tv };
+        }
+        // Too short a way for the greatest velocity.
+        let (tj, ta) = if 1.0 >= 2.0 * a * a * a / (j * j) {
+            let tj = a / j;
+            (tj, tj / 2.0 + (tj * tj / 4.0 + 1.0 / a).sqrt())
+        } else {
+            let tj = (0.5 / j).cbrt();
+            (tj, 2.0 * tj)
+        };
+        Unit { jerk: j, tj, ta, tv: 0.0 }
+    }
+    /// How long it takes, s.
+    pub(crate) fn duration(&self) -> f64 {
+        2.0 * self.ta + self.tv
+    }
+    /// Way, velocity and acceleration at a time.
+    pub(crate) fn at(&self, t: f64) -> [f64; 3] {
+        let total = self.duration();
+        if t <= 0.0 {
+            return [0.0; 3];
+        }
+        if t >= total {
+            return [1.0, 0.0, 0.0];
+        }
+        let top = self.jerk * self.tj * (self.ta - self.tj);
+        if t <= self.ta {
+            self.rise(t)
+        } else if t <= self.ta + self.tv {
+            [top * self.ta / 2.0 + top * (t - self.ta), top, 0.0]
+        } else {
+            let [s, v, a] = self.rise(total - t);
+            [1.0 - s, v, -a]
+        }
+    }
+    /// While it becomes faster.
+    fn rise(&self, t: f64) -> [f64; 3] {
+        let (j, tj, ta) = (self.jerk, self.tj, self.ta);
+        let a = j * tj;
+        let top = a * (ta - tj);
+        if t <= tj {
+            [j * t * t * t / 6.0, j * t * t / 2.0, j * t]
+        } else if t <= ta - tj {
+            [a / 6.0 * (3.0 * t * t - 3.0 * tj * t + tj * tj), a * (t - tj / 2.0), a]
+        } else {
+            let u = ta - t;
+            [top * ta / 2.0 - top * u + j * u * u * u / 6.0, top - j * u * u / 2.0, j * u]
+        }
+    }
+}
+
+/// The motion of several coordinates that start and arrive together.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Profile {
+    start: Vec<f64>,
+    velocity: Vec<f64>,
+    accel: Vec<f64>,
+    /// Where it goes, or how fast it is to become.
+    target: Vec<f64>,
+    brake: f64,
+    kind: Kind,
+    time: f64,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+enum Kind {
+    Position(Option<Unit>),
+    Velocity(Vec<Option<Unit>>),
+}
+
+/// Position, velocity and acceleration of each coordinate.
+pub(crate) type State = [Vec<f64>; 3];
+
+/// A limit that nobody gave.
+const NO_LIMIT: f64 = 1e9;
+
+fn limit(list: &[f64], i: usize) -> f64 {
+    list.get(i).copied().filter(|x| x.is_finite() && *x > 0.0).unwrap_or(NO_LIMIT)
+}
+
+impl Profile {
+    /// To a position, at rest: first all coordinates brake, then they go side by side.
+    pub(crate) fn to(start: &[f64], velocity: &[f64], target: &[f64], limits: [&[f64]; 3]) -> Profile {
+        let n = start.len();
+        let velocity: Vec<f64> = (0..n).map(|i| velocity.get(i).copied().unwrap_or(0.0)).collect();
+        let accel: Vec<f64> = (0..n).map(|i| limit(limits[1], i)).collect();
+        let brake = (0..n).map(|i| velocity[i].abs() / accel[i]).fold(0.0, f64::max);
+        let mut p = Profile {
+            start: start.to_vec(),
+            velocity,
+            accel,
+            target: (0..n).map(|i| target.get(i).copied().unwrap_or(start[i])).collect(),
+            brake,
+            kind: Kind::Position(None),
+            time: 0.0,
+        };
+        let [stopped, ..] = p.braking(brake);
+        let way = |i: usize| (p.target[i] - stopped[i]).abs();
+        let least =
+            |k: usize| (0..n).filter(|i| way(*i) > 1e-12).map(|i| limit(limits[k], i) / way(i)).reduce(f64::min);
+        p.kind = Kind::Position(match (least(0), least(1), least(2)) {
+            (Some(v), Some(a), Some(j)) => Some(Unit::new(v, a, j)),
+            _ => None,
+        });
+        p
+    }
+    /// To a velocity, each coordinate by itself.
+    pub(crate) fn to_velocity(start: &[f64], velocity: &[f64], target: &[f64], accel: &[f64], jerk: &[f64]) -> Profile {
+        let n = start.len();
+        let velocity: Vec<f64> = (0..n).map(|i| velocity.get(i).copied().unwrap_or(0.0)).collect();
+        let target: Vec<f64> = (0..n).map(|i| target.get(i).copied().unwrap_or(0.0)).collect();
+        let unit = |i: usize| {
+            let change = (target[i] - velocity[i]).abs();
+            (change > 1e-12).then(|| Unit::new(limit(accel, i) / change, limit(jerk, i) / change, NO_LIMIT))
+        };
+        let units = (0..n).map(unit).collect();
+        Profile {
+            start: start.to_vec(),
+            velocity,
+            accel: Vec::new(),
+            target,
+            brake: 0.0,
+            kind: Kind::Velocity(units),
+            time: 0.0,
+        }
+    }
+    /// How long it takes, s.
+    pub(crate) fn duration(&self) -> f64 {
+        match &self.kind {
+            Kind::Position(u) => self.brake + u.map_or(0.0, |u| u.duration()),
+            Kind::Velocity(all) => all.iter().flatten().map(Unit::duration).fold(0.0, f64::max),
+        }
+    }
+    fn braking(&self, t: f64) -> State {
+        let mut out: State = [vec![], vec![], vec![]];
+        for (i, v) in self.velocity.iter().enumerate() {
+            let a = -v.signum() * self.accel[i];
+            let stop = v.abs() / self.accel[i];
+            let u = t.min(stop);
+            out[0].push(self.start[i] + v * u + a * u * u / 2.0);
+            out[1].push(if t >= stop { 0.0 } else { v + a * u });
+            out[2].push(if t >= stop { 0.0 } else { a });
+        }
+        out
+    }
+    /// Where everything is at a time since the start.
+    pub(crate) fn at(&self, t: f64) -> State {
+        match &self.kind {
+            Kind::Position(_) if t < self.brake => self.braking(t),
+            Kind::Position(unit) => {
+                let [from, ..] = self.braking(self.brake);
+                let [s, v, a] = unit.map_or([1.0, 0.0, 0.0], |u| u.at(t - self.brake));
+                let way: Vec<f64> = self.target.iter().zip(&from).map(|(to, from)| to - from).collect();
+                // The end is exact, whatever rounding says.
+                let at = |i: usize| if s >= 1.0 { self.target[i] } else { from[i] + way[i] * s };
+                [
+                    (0..from.len()).map(at).collect(),
+                    way.iter().map(|w| w * v).collect(),
+                    way.iter().map(|w| w * a).collect(),
+                ]
+            }
+            Kind::Velocity(units) => {
+                let mut out: State = [vec![], vec![], vec![]];
+                for (i, unit) in units.iter().enumerate() {
+                    let change = self.target[i] - self.velocity[i];
+                    let at = |t: f64| unit.map_or([1.0, 0.0, 0.0], |u| u.at(t));
+                    // Simpson's rule is exact for pieces of third order and close elsewhere.
+                    const N: usize = 64;
+                    let h = t / N as f64;
+                    let weight = |k: usize| {
+                        if k == 0 || k == N {
+                            1.0
+                        } else if k % 2 == 1 {
+                            4.0
+                        } else {
+                            2.0
+                        }
+                    };
+                    let area: f64 = (0..=N).map(|k| weight(k) * at(h * k as f64)[0]).sum::<f64>() * h / 3.0;
+                    let [s, v, _] = at(t);
+                    out[0].push(self.start[i] + self.velocity[i] * t + change * area);
+                    out[1].push(self.velocity[i] + change * s);
+                    out[2].push(change * v);
+                }
+                out
+            }
+        }
+    }
+    /// Goes on by `dt`; whether it has arrived, where it is, and how much of `dt` was left over.
+    pub(crate) fn step(&mut self, dt: f64) -> (bool, State, f64) {
+        self.time += dt;
+        let end = self.duration();
+        let over = self.time - end;
+        // A velocity that is reached is held.
+        let at = if matches!(self.kind, Kind::Position(_)) { self.time.min(end) } else { self.time };
+        (over >= -1e-9, self.at(if over >= -1e-9 && over < 0.0 { end } else { at }), over.max(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_way_takes_as_long_as_the_closed_form_says() {
+        // Way 1, v 0.5, a 1, j 10: tj = 0.1, ta = 0.1 + 0.5 = 0.6, T = 1 / 0.5 + ta.
+        let u = Unit::new(0.5, 1.0, 10.0);
+        assert!((u.duration() - 2.6).abs() < 1e-12);
+        assert!((u.at(1.3)[0] - 0.5).abs() < 1e-12, "half of the way at half of the time");
+        assert!((u.at(1.3)[1] - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn limits_hold_and_it_is_smooth() {
+        for (v, a, j) in [(0.5, 1.0, 10.0), (5.0, 1.0, 10.0), (5.0, 50.0, 10.0), (0.1, 9.0, 1.0)] {
+            let u = Unit::new(v, a, j);
+            let mut last = u.at(0.0);
+            let h = u.duration() / 1000.0;
+            for k in 1..=1000 {
+                let now = u.at(h * f64::from(k));
+                assert!(now[1] <= v + 1e-9 && now[2].abs() <= a + 1e-9, "{v} {a} {j}");
+                assert!((now[0] - last[0] - (now[1] + last[1]) / 2.0 * h).abs() < 1e-5);
+                assert!((now[2] - last[2]).abs() <= j * h + 1e-9);
+                last = now;
+            }
+            assert!((last[0] - 1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn it_arrives_and_brakes_first() {
+        let mut p = Profile::to(&[0.0, 1.0], &[0.2, 0.0], &[1.0, 0.0], [&[0.5, 0.5], &[1.0, 1.0], &[10.0, 10.0]]);
+        let mut done = false;
+        for _ in 0..200 {
+            let (arrived, [at, v, _], _) = p.step(0.05);
+            done = arrived;
+            if arrived {
+                assert_eq!((at, v), (vec![1.0, 0.0], vec![0.0, 0.0]));
+                break;
+            }
+        }
+        assert!(done);
+    }
+
+    #[test]
+    fn a_velocity_is_reached() {
+        let p = Profile::to_velocity(&[0.0], &[0.0], &[1.0], &[1.0], &[1e9]);
+        let [at, v, _] = p.at(p.duration());
+        // At constant acceleration: t = 1 s, way 0.5 m.
+        assert!((p.duration() - 1.0).abs() < 1e-3 && (v[0] - 1.0).abs() < 1e-9 && (at[0] - 0.5).abs() < 1e-2);
+    }
+}

@@ -1,0 +1,77 @@
+//! The selection of objects; nothing shows it, and scripts agree on it.
+
+use crate::{Vrep, kit::*, state::state, what};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        both("getObjectSelection", NIL, |c| {
+            let selected = selected(c)?;
+            if !selected.is_empty() {
+                c.ret::<[i64]>(&selected[..]);
+            }
+            Ok(())
+        })
+        .returns(Param::list("objects").text("nothing if none is selected"))
+        .text("Lists the selected objects."),
+    );
+    offer.command(
+        modern("getObjectSel", |c| {
+            let selected = selected(c)?;
+            c.ret::<[i64]>(&selected[..]);
+            Ok(())
+        })
+        .returns(Param::list("objects").text("empty if none is selected"))
+        .text("Lists the selected objects."),
+    );
+    offer.command(
+        modern("setObjectSel", |c| {
+            let ids = what::list(c, 0)?;
+            state(c)?.selection = ids;
+            Ok(())
+        })
+        .param(Param::list("objects").text("handles"))
+        .text("Selects these objects and no others."),
+    );
+    for (name, add) in [("addObjectToSelection", true), ("removeObjectFromSelection", false)] {
+        let command = both(name, MINUS, move |c| {
+            let ids = meant(c)?;
+            let selection = &mut state(c)?.selection;
+            selection.retain(|s| !ids.contains(s));
+            if add {
+                selection.extend(ids);
+            }
+            c.ret(1_i64);
+            Ok(())
+        });
+        offer.command(
+            command
+                .param(Param::any("what").text("sim.handle_single, _all, _tree or _chain; or a table of handles"))
+                .param(Param::any("object").optional().text("whose tree or chain"))
+                .returns(Param::int("done"))
+                .text(if add { "Selects more objects." } else { "Selects fewer objects." }),
+        );
+    }
+    offer.command(
+        both("isObjectInSelection", MINUS, |c| {
+            let id = living(c, 0)?.id;
+            let inside = state(c)?.selection.contains(&id);
+            c.ret(i64::from(inside));
+            Ok(())
+        })
+        .param(object("object"))
+        .returns(Param::int("state").text("1 or 0"))
+        .text("Tells whether an object is selected."),
+    );
+}
+
+fn selected(c: &Ctx<'_>) -> Result<Vec<i64>> {
+    let all = state(c)?.selection.clone();
+    Ok(all.into_iter().filter(|id| c.world().look(*id).is_ok()).map(handle).collect())
+}
+
+fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
+    if is_table(c.arg(0)) {
+        return what::list(c, 0);
+    }
+    what::of(c, c.i64(0)?, 1)
+}

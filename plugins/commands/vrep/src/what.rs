@@ -1,0 +1,45 @@
+//! Which objects are meant: lists of handles, and `sim.handle_single`, `_all`, `_tree`, `_chain`.
+
+use crate::kit::*;
+
+/// The objects of a table of handles, argument `i`.
+pub(crate) fn list(c: &Ctx<'_>, i: usize) -> Result<Vec<tatu_object>> {
+    let v = c.arg(i);
+    (0..v.len())
+        .map(|k| {
+            let n = v.number(k).unwrap_or(-1.0) as i64;
+            let id = u64::try_from(n & HANDLE_BITS).unwrap_or(0);
+            match c.world().look(id) {
+                Ok(o) if n > 0 => Ok(o.id),
+                _ => Err(Fail::missing(format!("element {}: there is no object {n}", k + 1))),
+            }
+        })
+        .collect()
+}
+
+/// The objects that `what` means of the object at argument `i`.
+pub(crate) fn of(c: &Ctx<'_>, what: i64, i: usize) -> Result<Vec<tatu_object>> {
+    let w = c.world();
+    Ok(match what {
+        HANDLE_ALL => w.list(0, 0, 0)?,
+        -8 => vec![living(c, i)?.id],
+        -6 => w.list(living(c, i)?.id, 0, 0)?,
+        -7 => chain(c, living(c, i)?.id)?,
+        n => {
+            return Err(Fail::argument(format!("argument: {n} tells nothing of which objects are meant"))
+                .help("sim.handle_single, sim.handle_all, sim.handle_tree and sim.handle_chain do"));
+        }
+    })
+}
+
+/// An object and all above it.
+pub(crate) fn chain(c: &Ctx<'_>, id: tatu_object) -> Result<Vec<tatu_object>> {
+    let mut out = vec![id];
+    while let Some(up) = out.last().copied() {
+        match parent(c, up)? {
+            0 => break,
+            next => out.push(next),
+        }
+    }
+    Ok(out)
+}

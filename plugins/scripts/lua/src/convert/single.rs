@@ -1,0 +1,67 @@
+//! Numbers that pass as 32-bit floats, as they did between scripts and commands before version 4.5 of the original.
+
+use mlua::ffi::*;
+use tatu_plugin_api::abi::*;
+
+use super::put;
+
+/// The number that a 32-bit float makes of `x`. Whole numbers stay: they may be handles.
+fn single(x: f64) -> f64 {
+    if x.fract() == 0.0 { x } else { f64::from(x as f32) }
+}
+
+/// Rounds arguments: numbers, and arrays of them, which lie in memory of this call.
+///
+/// # Safety
+/// `n` values that `Reader` made, valid to write.
+pub(crate) unsafe fn to_single(first: *mut tatu_value, n: usize) {
+    for i in 0..n {
+        let v = &mut *first.add(i);
+        match v.tag {
+            TATU_F64 => v.u.f = single(v.u.f),
+            TATU_F64S => {
+                let numbers = v.u.s.ptr.cast::<f64>().cast_mut();
+                for k in 0..v.u.s.len as usize {
+                    *numbers.add(k) = single(*numbers.add(k));
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Pushes a result, rounded.
+///
+/// # Safety
+/// As `put`.
+pub(crate) unsafe fn put_single(l: *mut lua_State, v: &tatu_value) {
+    match v.tag {
+        TATU_F64 => lua_pushnumber(l, single(v.u.f)),
+        TATU_F64S => {
+            put(l, v);
+            for i in 1..=v.u.s.len as i64 {
+                lua_rawgeti(l, -1, i);
+                let x = lua_tonumber(l, -1);
+                lua_pop(l, 1);
+                if x.fract() != 0.0 {
+                    lua_pushnumber(l, single(x));
+                    lua_rawseti(l, -2, i);
+                }
+            }
+        }
+        _ => put(l, v),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::single;
+
+    /// script-api.md section 2.0, "Numbers": setting 0.1 reads 0.10000000149.
+    #[test]
+    fn a_tenth_is_not_quite_one() {
+        assert_eq!(format!("{:.14}", single(0.1)), "0.10000000149012");
+        assert_eq!(single(16_777_217.0), 16_777_217.0);
+        assert!(single(f64::NAN).is_nan());
+    }
+}

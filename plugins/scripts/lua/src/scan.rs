@@ -1,0 +1,312 @@
+//! Lua text, token by token, without loss: what tells its dialect, and what Lua 5.4 would refuse of Lua 5.1.
+
+use std::borrow::Cow;
+
+/// What a token is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// White space, comments, and bytes that are no Lua.
+    Space,
+    /// A name or a keyword.
+    Name,
+    /// A number.
+    Number,
+    /// A text between quotes.
+    Text,
+    /// A text between long brackets.
+    Long,
+    /// An operator or separator.
+    Sign,
+}
+
+/// All tokens in order; their parts of the text, put together, are the text.
+pub(crate) struct Tokens<'a> {
+    text: &'a [u8],
+    at: usize,
+}
+
+/// Operators of more than one sign, the longer ones first.
+const SIGNS: [&[u8]; 10] = [b"...", b"..", b"==", b"~=", b"<=", b">=", b"//", b"::", b"<<", b">>"];
+
+impl<'a> Tokens<'a> {
+    pub(crate) fn new(text: &'a [u8]) -> Self {
+        Tokens { text, at: 0 }
+    }
+    /// The length of `--[==[ ... ]==]` without the dashes, if one begins at `at`.
+    fn long(&self, at: usize) -> Option<usize> {
+        let rest = self.text[at..].strip_prefix(b"[")?;
+        let level = rest.iter().take_while(|c| **c == b'=').count();
+        let body = rest[level..].strip_prefix(b"[")?;
+        let end = body.iter().enumerate().find(|(i, c)| {
+            let close = &body[*i..];
+            **c == b']'
+                && close.len() >= level + 2
+                && close[1..=level].iter().all(|c| *c == b'=')
+                && close[level + 1] == b']'
+        });
+        Some(end.map_or(self.text.len() - at, |(i, _)| i + 2 * (level + 2)))
+    }
+    fn quoted(&self, quote: u8) -> usize {
+        let rest = &self.text[self.at..];
+        let mut i = 1;
+        while i < rest.len() {
+            match rest[i] {
+                b'\\' => i += 1,
+                b'\n' => return i,
+                c if c == quote => return i + 1,
+                _ => {}
+            }
+            i += 1;
+        }
+        rest.len()
+    }
+    fn number(&self) -> usize {
+        let rest = &self.text[self.at..];
+        let hex = rest.len() > 1 && rest[0] == b'0' && rest[1] | 32 == b'x';
+        let exponent = if hex { b'p' } else { b'e' };
+        let mut i = 0;
+        while let Some(c) = rest.get(i) {
+            let sign = matches!(c, b'+' | b'-') && i > 0 && rest[i - 1] | 32 == exponent;
+            if !(c.is_ascii_alphanumeric() || *c == b'.' || *c == b'_' || sign) {
+                break;
+            }
+            i += 1;
+        }
+        i
+    }
+}
+
+impl<'a> Iterator for Tokens<'a> {
+    type Item = (Kind, &'a [u8]);
+    fn next(&mut self) -> Option<Self::Item> {
+        let rest = &self.text[self.at..];
+        let word = |c: &u8| c.is_ascii_alphanumeric() || *c == b'_';
+        let line = || rest.iter().take_while(|c| **c != b'\n').count();
+        let (kind, len) = match *rest.first()? {
+            c if c.is_ascii_whitespace() => (Kind::Space, rest.iter().take_while(|c| c.is_ascii_whitespace()).count()),
+            b'-' if rest.starts_with(b"--") => (Kind::Space, self.long(self.at + 2).map_or_else(line, |n| n + 2)),
+            b'#' if self.at == 0 => (Kind::Space, line()),
+            c if c.is_ascii_digit() || c == b'.' && rest.get(1).is_some_and(u8::is_ascii_digit) => {
+                (Kind::Number, self.number())
+            }
+            c if word(&c) => (Kind::Name, rest.iter().take_while(|c| word(c)).count()),
+            c @ (b'"' | b'\'') => (Kind::Text, self.quoted(c)),
+            b'[' if self.long(self.at).is_some() => (Kind::Long, self.long(self.at).unwrap_or(1)),
+            c if c.is_ascii_graphic() => {
+                (Kind::Sign, SIGNS.iter().find(|s| rest.starts_with(s)).map_or(1, |s| s.len()))
+            }
+            _ => (Kind::Space, 1),
+        };
+        self.at += len;
+        Some((kind, &rest[..len]))
+    }
+}
+
+/// What a text speaks of, in order and each once: names and keywords; names with the dots between them (`robot.arm.grip`,
+/// and its beginnings); operators; `require NAME`. Comments and texts do not count.
+pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
+    let mut out: Vec<Vec<u8>> = Vec::new();
+    let (mut path, mut open, mut require) = (Vec::new(), false, false);
+    for (kind, token) in Tokens::new(text).filter(|(kind, _)| *kind != Kind::Space) {
+        match (kind, token) {
+            (Kind::Sign, b".") if !path.is_empty() => open = true,
+            (Kind::Name, name) => {
+                if !open {
+                    path.clear();
+                } else {
+                    path.push(b'.');
+                    out.push(name.to_vec());
+                }
+                path.extend_from_slice(name);
+                out.push(path.clone());
+                open = false;
+                require = path == b"require";
+                continue;
+            }
+            (Kind::Text, quoted) if require => {
+                out.push(
+                    [b"require ", quoted.trim_ascii()].concat().into_iter().filter(|c| !b"\"'".contains(c)).collect(),
+                );
+            }
+            (Kind::Sign, sign) => {
+                path.clear();
+                out.push(sign.to_vec());
+            }
+            _ => path.clear(),
+        }
+        require &= token == b"(";
+    }
+    out.sort_unstable();
+    out.dedup();
+    out
+}
+
+/// A text of Lua 5.1 as Lua 5.4 understands it; lines stay where they are. `goto` was a name, an unknown escape was the
+/// letter itself, integers had no more digits than a float holds, and functions with `...` had a table `arg`.
+pub(crate) fn modern(text: &[u8]) -> Cow<'_, [u8]> {
+    let mut out = Vec::new();
+    let mut same = true;
+    // A label can only be in a text that knows `goto`.
+    let labels = Tokens::new(text).any(|t| t == (Kind::Sign, b"::"));
+    for (kind, token) in Tokens::new(text) {
+        let before = out.len();
+        match kind {
+            Kind::Name if token == b"goto" && !labels => out.extend_from_slice(b"goto_"),
+            Kind::Text => escapes(token, &mut out),
+            // Digits beyond these a float has not, and 5.1 had floats only.
+            Kind::Number if token.len() > 15 && token.iter().all(u8::is_ascii_digit) => {
+                out.extend_from_slice(token);
+                out.extend_from_slice(b".0");
+            }
+            _ => out.extend_from_slice(token),
+        }
+        same &= out[before..] == *token;
+    }
+    let args = arguments(&out);
+    if args.is_empty() {
+        return if same { Cow::Borrowed(text) } else { Cow::Owned(out) };
+    }
+    for at in args.into_iter().rev() {
+        out.splice(at..at, b" local arg = {n = select('#', ...), ...} ".iter().copied());
+    }
+    Cow::Owned(out)
+}
+
+fn escapes(quoted: &[u8], out: &mut Vec<u8>) {
+    let mut i = 0;
+    while i < quoted.len() {
+        if quoted[i] == b'\\' && i + 1 < quoted.len() {
+            let c = quoted[i + 1];
+            if c.is_ascii_digit() || b"abfnrtv\\\"'\r\n".contains(&c) {
+                out.push(b'\\');
+            }
+            i += 1;
+        }
+        out.push(quoted[i]);
+        i += 1;
+    }
+}
+
+/// A function that is open, on the way through a text.
+struct Function {
+    /// Blocks that are open in it.
+    depth: u32,
+    /// Where its body begins, if its parameters end in `...`.
+    varargs: Option<usize>,
+    says_arg: bool,
+    says_dots: bool,
+}
+
+/// Where the bodies of functions begin that take `...`, do not say it, and speak of `arg`.
+fn arguments(text: &[u8]) -> Vec<usize> {
+    if !text.windows(3).any(|w| w == b"arg") {
+        return Vec::new();
+    }
+    let (mut found, mut functions, mut at) = (Vec::new(), Vec::<Function>::new(), 0);
+    // Within the parameters of a function; whether they had dots.
+    let (mut head, mut dots) = (false, false);
+    for (kind, token) in Tokens::new(text) {
+        at += token.len();
+        match (kind, token) {
+            (Kind::Name, b"function") => (head, dots) = (true, false),
+            (Kind::Sign, b"...") if head => dots = true,
+            (Kind::Sign, b")") if head => {
+                head = false;
+                let varargs = dots.then_some(at);
+                functions.push(Function { depth: 1, varargs, says_arg: false, says_dots: false });
+            }
+            (Kind::Sign, b"...") => {
+                if let Some(f) = functions.last_mut() {
+                    f.says_dots = true;
+                }
+            }
+            (Kind::Name, b"arg") => {
+                if let Some(f) = functions.last_mut() {
+                    f.says_arg = true;
+                }
+            }
+            (Kind::Name, b"do" | b"if" | b"repeat") => {
+                if let Some(f) = functions.last_mut() {
+                    f.depth += 1;
+                }
+            }
+            (Kind::Name, b"end" | b"until") => {
+                if let Some(f) = functions.last_mut() {
+                    f.depth -= 1;
+                    if f.depth == 0 {
+                        let done = functions.pop();
+                        found.extend(done.filter(|f| f.says_arg && !f.says_dots).and_then(|f| f.varargs));
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    found.sort_unstable();
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Nothing is lost, of any bytes.
+        #[test]
+        fn tokens_are_the_text(text in prop::collection::vec(prop::sample::select(
+            b"ab_1.0eE+-[]=\"'\\\n\r -~/<>:{}()gotoarg\xff".to_vec()), 0..60))
+        {
+            let all: Vec<u8> = Tokens::new(&text).flat_map(|(_, t)| t.to_vec()).collect();
+            prop_assert_eq!(all, text.clone());
+            let lines = |t: &[u8]| t.iter().filter(|c| **c == b'\n').count();
+            prop_assert_eq!(lines(&modern(&text)), lines(&text));
+            words(&text);
+        }
+    }
+
+    fn told(text: &str) -> Vec<String> {
+        words(text.as_bytes()).into_iter().map(|w| String::from_utf8(w).unwrap()).collect()
+    }
+
+    #[test]
+    fn words_of_a_text() {
+        let text =
+            "-- hidden.name\n--[[ also\n hidden ]] a.b.c(x) s = 'not.this' local m = require 'arm'  y = [[nor this]]";
+        assert_eq!(
+            told(text),
+            ["(", ")", "=", "a", "a.b", "a.b.c", "b", "c", "local", "m", "require", "require arm", "s", "x", "y"]
+        );
+        assert!(told("require('arm')").contains(&"require arm".to_owned()));
+        assert!(!told("require(x, 'arm')").contains(&"require arm".to_owned()));
+        assert!(told("a = 7 // 2").contains(&"//".to_owned()));
+    }
+
+    #[test]
+    fn old_texts_are_made_readable() {
+        let cases = [
+            ("goto = 1 x.goto(goto)", "goto_ = 1 x.goto_(goto_)"),
+            ("goto a ::a::", "goto a ::a::"),
+            (r#"s = "50\% \/ \x41 \n \065 \\d" .. '\"'"#, r#"s = "50% / x41 \n \065 \\d" .. '\"'"#),
+            ("s = [[\\%]] -- \\%", "s = [[\\%]] -- \\%"),
+            (
+                "n = 12345678901234567 m = 123456789012345 o = 0x1234567890ABCDEF",
+                "n = 12345678901234567.0 m = 123456789012345 o = 0x1234567890ABCDEF",
+            ),
+            (
+                "function f(...) return arg.n end",
+                "function f(...) local arg = {n = select('#', ...), ...}  return arg.n end",
+            ),
+            ("function f(...) local arg = {...} end", "function f(...) local arg = {...} end"),
+            ("function f(a) if a then return arg end end", "function f(a) if a then return arg end end"),
+            (
+                "function f(...) local function g(...) return ... end while x do y() end return g(arg[1]) end",
+                "function f(...) local arg = {n = select('#', ...), ...}  local function g(...) return ... end while x do y() end return g(arg[1]) end",
+            ),
+        ];
+        for (old, new) in cases {
+            assert_eq!(String::from_utf8_lossy(&modern(old.as_bytes())), new);
+        }
+        assert!(matches!(modern(b"x = 1"), Cow::Borrowed(_)));
+    }
+}

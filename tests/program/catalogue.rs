@@ -1,0 +1,112 @@
+//! The catalogue of commands: what lists tell of each, and its example, which raises where the effect is not there.
+
+use std::fmt::Write;
+
+use serde_json::Value;
+
+use crate::kit::*;
+
+fn commands() -> Vec<Value> {
+    let list = Place::new().tatu(&["list", "commands", "--json"]).good().json();
+    list.as_array()
+        .unwrap()
+        .iter()
+        .filter(|c| !c["name"].as_str().unwrap().starts_with("misbehaves"))
+        .cloned()
+        .collect()
+}
+
+fn text<'v>(c: &'v Value, key: &str) -> &'v str {
+    c[key].as_str().unwrap_or_else(|| panic!("no text `{key}` in {c}"))
+}
+
+/// Objects that examples ask for by name.
+const OBJECTS: &str = r#"
+[[object]]
+kind = "sensor"
+sensor = "proximity"
+alias = "sonar"
+position_m = [0, 0, 40]
+volume = "cone"
+range_m = 1
+"#;
+
+/// Those that end the run, or that must be alone for another reason.
+const ALONE: &[&str] = &["sim.stopSimulation", "sim.quitSimulator", "sim.startSimulation", "sim.setArrayParam"];
+
+#[test]
+fn each_tells_its_status_and_has_an_example() {
+    for c in commands() {
+        let name = text(&c, "name");
+        assert!(c["aliases"].is_array(), "{name}");
+        assert!(["full", "partial", "stub"].contains(&text(&c, "status")), "{name}");
+        let example = text(&c, "example");
+        match text(&c, "status") {
+            "stub" => assert!(!text(&c, "notes").is_empty(), "{name} is a stub and does not tell why"),
+            status => {
+                assert!(example.contains(name), "{name} ({status}) has no example that calls it: {example:?}");
+                assert!(status == "full" || !text(&c, "notes").is_empty(), "{name} does not tell what is missing");
+            }
+        }
+    }
+}
+
+/// All examples in one world, each a script of its own.
+#[test]
+fn examples_raise_nothing() {
+    let all = commands();
+    let with: Vec<&Value> = all.iter().filter(|c| text(c, "status") != "stub" && text(c, "example") != "").collect();
+    assert!(with.len() > 100, "the list has few examples: {}", with.len());
+    let mut scene = String::from("dialect = \"4.9\"\nphysics_dt_s = 0.025\n");
+    scene += OBJECTS;
+    let (mut names, mut alone) = (Vec::new(), Vec::new());
+    for (i, c) in with.iter().enumerate() {
+        let object = |at: usize| {
+            format!(
+                "\n[[object]]\nkind = \"dummy\"\nalias = \"example{at}\"\nscript = {{ text = '''\n{}\n''' }}\n",
+                text(c, "example")
+            )
+        };
+        if ALONE.contains(&text(c, "name")) {
+            alone.push((text(c, "name"), format!("dialect = \"4.9\"\n{OBJECTS}{}", object(0))));
+        } else {
+            let _ = write!(scene, "{}", object(i));
+            names.push((format!("example{i}"), text(c, "name")));
+        }
+    }
+    let mut failed = Vec::new();
+    let done = Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "20", "--json"]);
+    for e in done.json()["errors"].as_array().unwrap() {
+        let whole = e.to_string();
+        let who = names
+            .iter()
+            .find(|(object, _)| whole.contains(&format!("{object}\"")) || whole.contains(&format!("{object}`")));
+        failed.push(format!("{}: {}", who.map_or("?", |(_, name)| name), e["message"]));
+    }
+    for (name, scene) in alone {
+        let done = Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "5", "--json"]);
+        let errors = done.json()["errors"].as_array().unwrap().clone();
+        failed.extend(errors.iter().map(|e| format!("{name}: {}", e["message"])));
+    }
+    assert!(failed.is_empty(), "{} examples raise:\n{}", failed.len(), failed.join("\n"));
+}
+
+/// The pages in docs/ are what the program writes: `tatu describe --all --markdown docs/reference/commands`.
+#[test]
+fn the_reference_pages_are_those_of_the_declarations() {
+    let place = Place::new();
+    place.tatu(&["describe", "--all", "--markdown", "pages"]).good();
+    let folder = root().join("docs/reference/commands");
+    for page in std::fs::read_dir(place.path().join("pages")).unwrap() {
+        let name = page.unwrap().file_name().into_string().unwrap();
+        if name.starts_with("README") || name.starts_with("misbehaves") {
+            continue;
+        }
+        let written = place.read(&format!("pages/{name}"));
+        let kept = std::fs::read_to_string(folder.join(&name)).unwrap_or_default();
+        assert!(
+            written == kept.replace("\r\n", "\n"),
+            "{name} is not what the declarations say: run `tatu describe --all --markdown docs/reference/commands`"
+        );
+    }
+}

@@ -1,0 +1,128 @@
+//! What one script cannot do to the others, and what it cannot reach.
+
+use crate::kit::*;
+
+/// Ways to misbehave: the text of `actuation`, the kind of error, words of its message.
+const WAYS: &[(&str, &str, &str)] = &[
+    ("while true do end", "budget", "instructions"),
+    ("while true do pcall(function() while true do end end) end", "budget", "instructions"),
+    ("coroutine.wrap(function() while true do end end)()", "budget", "instructions"),
+    ("while true do coroutine.wrap(function() for i = 1, 100 do end end)() end", "budget", "instructions"),
+    ("table.sort({3, 2, 1}, function() while true do end end)", "budget", "instructions"),
+    (
+        "setmetatable({}, {__gc = function() while true do end end}) collectgarbage() while true do end",
+        "budget",
+        "instructions",
+    ),
+    ("('a'):rep(30):find(('a?'):rep(30)..('a'):rep(30)..'b')", "budget", "instructions"),
+    ("('a'):rep(300):gsub(('a-'):rep(20)..'b', '')", "budget", "instructions"),
+    ("while true do ('x'):rep(1e6) end", "budget", "instructions"),
+    ("local s = 'x' while true do s = (s..s):sub(1, 1e6) end", "budget", "instructions"),
+    ("local t = {} while true do t[#t + 1] = {} end", "budget", "memory"),
+    ("('x'):rep(1e9)", "budget", "memory"),
+    ("local s = 'x' while true do s = s..s end", "budget", "memory"),
+    ("error('every time')", "runtime", "every time"),
+    ("coroutine.yield()", "runtime", "outside a coroutine"),
+    (
+        "while sim.getSimulationTime() == 0 do end while true do local t = os.clock() while os.clock() == t do end end",
+        "budget",
+        "instructions",
+    ),
+    ("load('\\27Lua')()", "runtime", "nil value"),
+];
+
+#[test]
+fn whatever_one_script_does_the_other_robot_does_not_notice() {
+    let drive = "function sysCall_actuation()
+        sim.setJointTargetVelocity(sim.getObject('./Pioneer_p3dx_leftMotor'), 2)
+        sim.setJointTargetVelocity(sim.getObject('./Pioneer_p3dx_rightMotor'), 1)
+    end";
+    let hashes = |way: &str| {
+        let bad = format!("function sysCall_actuation()\n{way}\nend");
+        // Far from each other.
+        let scene = format!(
+            "[scene.budget]\ninstructions = 2000000\nmemory_mb = 16\n{}{FLOOR}{}",
+            watcher("bad", &bad),
+            pioneer(drive, "")
+        );
+        let place = Place::scene(&scene);
+        let done = place.run(&["--steps", "3", "--trace", "t.jsonl", "--hashes"]);
+        let robot: Vec<String> =
+            place.lines("t.jsonl").iter().map(|l| l.0["hashes"]["/Pioneer_p3dx"].to_string()).collect();
+        (robot, done)
+    };
+    let (alone, done) = hashes("");
+    done.good();
+    for (way, kind, words) in WAYS {
+        let (robot, done) = hashes(way);
+        assert_eq!(robot, alone, "{way}");
+        let errors = done.errors();
+        assert_eq!(errors.len(), 1, "{way}: {errors:?}");
+        assert_eq!(errors[0]["kind"], *kind, "{way}: {errors:?}");
+        assert_eq!(errors[0]["object"], "/bad", "{way}: {errors:?}");
+        assert!(errors[0]["message"].as_str().unwrap().contains(words), "{way}: {errors:?}");
+        assert_eq!(errors[0]["line"], 2, "{way}: {errors:?}");
+        assert!(errors[0]["traceback"].as_str().is_some_and(|t| !t.is_empty()), "{way}: {errors:?}");
+    }
+}
+
+#[test]
+fn a_script_is_stopped_at_the_same_instruction_in_every_run() {
+    // How far it came stands in a signal, which another script tells.
+    let bad = "function sysCall_actuation() local n = 0 while true do n = n + 1 sim.setFloatSignal('n', n) end end";
+    let told = "function sysCall_sensing() sim.addStatusbarMessage(tostring(sim.getFloatSignal('n'))) end";
+    let scene = format!("[scene.budget]\ninstructions = 300000\n{}{}", watcher("bad", bad), watcher("told", told));
+    let place = Place::scene(&scene);
+    let far = || {
+        place.run(&["--steps", "2", "--trace", "t.jsonl"]).errors();
+        place.lines("t.jsonl").iter().map(|l| l.status().concat()).collect::<Vec<_>>()
+    };
+    let first = far();
+    assert!(first[0].parse::<f64>().unwrap() > 10_000.0, "{first:?}");
+    assert_eq!(first[0], first[1], "it is not called again");
+    assert_eq!(first, far());
+    assert_eq!(first, far());
+}
+
+#[test]
+fn budgets_are_set_in_the_scene() {
+    let script = "function sysCall_init() for i = 1, 1000000 do end end";
+    Place::scene(&watcher("a", script)).run(&["--steps", "1"]).good();
+    let errors = Place::scene(&format!("[scene.budget]\ninstructions = 50000\n{}", watcher("a", script)))
+        .run(&["--steps", "1"])
+        .errors();
+    assert!(errors[0]["message"].as_str().unwrap().contains("50000 instructions"), "{errors:?}");
+    let place = Place::scene(&watcher("a", script));
+    let errors = place.run(&["--steps", "1", "--set", "scene.budget.instructions=50000"]).errors();
+    assert_eq!(errors[0]["kind"], "budget");
+    // The default, 50 million.
+    let endless = Place::scene(&watcher("a", "function sysCall_init() while true do end end"));
+    let errors = endless.run(&["--steps", "1"]).errors();
+    assert!(errors[0]["message"].as_str().unwrap().contains("50000000 instructions"), "{errors:?}");
+    Place::scene("[scene.budget]\nmemory = 1\n").run(&[]).refused(&["memory_mb"]);
+    Place::scene("[scene.budget]\nmemory_mb = 0\n").run(&[]).refused(&["memory_mb"]);
+}
+
+#[test]
+fn nothing_of_the_machine_is_reached_unless_it_is_allowed() {
+    let script = "function sysCall_init()
+        sim.addStatusbarMessage(type(os.execute)..' '..type(io.popen)..' '..type(package.loadlib))
+        if io.popen then sim.addStatusbarMessage(io.popen('echo from outside'):read('l')) end
+        if os.execute then sim.addStatusbarMessage(tostring(os.execute('exit 0'))) end
+    end";
+    let place = Place::scene(&watcher("a", script));
+    let said = |args: &[&str]| {
+        let lines = place.trace(&[], &[&["--steps", "1"], args].concat());
+        lines[0].status().iter().map(|s| s.to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(said(&[]), ["nil nil nil"]);
+    assert_eq!(said(&["--allow", "native"]), ["nil nil function"]);
+    if cfg!(unix) {
+        assert_eq!(said(&["--allow", "exec,native"]), ["function function function", "from outside", "true"]);
+    }
+    place.tatu(&["run", "scene.toml", "--allow", "all"]).refused(&["exec", "native"]);
+    // What is missing is told with what to do.
+    let errors =
+        Place::scene(&watcher("a", "function sysCall_init() os.execute('ls') end")).run(&["--steps", "1"]).errors();
+    assert!(errors[0]["help"].as_str().unwrap().contains("--allow"), "{errors:?}");
+}

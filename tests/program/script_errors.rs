@@ -1,0 +1,124 @@
+//! Errors of scripts: their kinds, what the eras make of them, and what beginners are told.
+
+use serde_json::Value;
+
+use crate::kit::*;
+
+/// The errors of a run of two steps with this script.
+fn errors(script: &str, dialect: &str) -> Vec<Value> {
+    let dialect = if dialect.is_empty() { String::new() } else { format!("dialect = \"{dialect}\"\n") };
+    Place::scene(&format!("{dialect}{}", watcher("a", script))).run(&["--steps", "2"]).errors()
+}
+
+#[test]
+fn every_mistake_has_its_kind() {
+    let cases = [
+        ("simROS.publish(1)", "unknown_function", "`simROS`"),
+        ("simFooBar(1)", "unknown_function", "`simFooBar`"),
+        ("sim.fooBar(1)", "unknown_function", "`sim.fooBar`"),
+        ("require('simIK')", "unsupported", "`simIK`"),
+        ("require 'simROS2'", "unsupported", "`simROS2`"),
+        ("require 'socket.http'", "runtime", "socket"),
+        ("sim.getObjectPosition({}, -1)", "bad_argument", "sim.getObjectPosition"),
+        ("local x = nothing + 1", "runtime", "arithmetic on a nil value"),
+        ("error('own words')", "runtime", "own words"),
+        ("x = robot.arm", "runtime", "index a nil value (global 'robot')"),
+    ];
+    for (text, kind, words) in cases {
+        let found = errors(&format!("function sysCall_init()\n{text}\nend"), "4.9");
+        assert_eq!(found.len(), 1, "{text}: {found:?}");
+        assert_eq!(found[0]["kind"], kind, "{text}: {found:?}");
+        assert!(found[0]["message"].as_str().unwrap().contains(words), "{text}: {found:?}");
+        // The line of the script; the text begins one line below its quotes.
+        assert_eq!(found[0]["line"], 2, "{text}: {found:?}");
+    }
+    // Names that nobody offers are nil, so scripts may ask for them.
+    let asks = "function sysCall_init() if simROS or simExtFoo or sim.fooBar then error('there') end end";
+    Place::scene(&watcher("a", asks)).run(&["--steps", "1"]).good();
+}
+
+#[test]
+fn old_scripts_go_on_after_an_error() {
+    // script-api.md section 1.8, left column: the call ends, and the script is called again in the next step.
+    for dialect in ["3.2", "4.1"] {
+        let script = "function sysCall_actuation()
+            n = (n or 0) + 1
+            simAddStatusbarMessage('before '..n)
+            local x = nothing + 1
+            simAddStatusbarMessage('after')
+        end
+        function sysCall_sensing() simAddStatusbarMessage('sensing') end";
+        let place = Place::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", script)));
+        let done = place.run(&["--steps", "3", "--trace", "t.jsonl"]);
+        let errors = done.errors();
+        assert_eq!(errors.len(), 1, "told once: {errors:?}");
+        assert!(errors[0]["count"].as_u64().unwrap() >= 3, "and counted: {errors:?}");
+        let lines = place.lines("t.jsonl");
+        assert_eq!(lines[2].status(), ["before 3", "sensing"], "{dialect}");
+    }
+}
+
+#[test]
+fn flat_names_go_on_after_a_refusal_and_new_names_raise() {
+    let script = "function sysCall_init()
+        simAddStatusbarMessage('handle '..tostring(simGetObjectParent(9999)))
+        simAddStatusbarMessage('value '..tostring(simGetObjectPosition(9999, -1)))
+        simAddStatusbarMessage('new '..tostring(pcall(sim.getObjectParent, 9999)))
+    end";
+    for dialect in ["3.2", "4.1"] {
+        let place = Place::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", script)));
+        let done = place.run(&["--steps", "1", "--trace", "t.jsonl"]);
+        assert_eq!(done.errors().len(), 2, "{dialect}");
+        // script-api.md section 2.0: -1 for handles, nil for values.
+        let told = place.lines("t.jsonl")[0].status().join(",");
+        assert!(told.starts_with("handle -1,value nil,new false"), "{told}");
+    }
+    // From 4.2 on flat names raise too (call-order-observed.md section 6, fact a).
+    let script = "function sysCall_init() sim.addStatusbarMessage(tostring(pcall(simGetObjectParent, 9999))) end";
+    let lines = Place::scene(&format!("dialect = \"4.9\"\n{}", watcher("a", script))).trace(&[], &["--steps", "1"]);
+    assert!(lines[0].status()[0].starts_with("false"), "{:?}", lines[0].status());
+}
+
+#[test]
+fn beginners_are_told_what_to_do() {
+    let cases = [
+        // A misspelt command, one of their own, a variable.
+        ("sim.setJointTargetVelocty(1, 2)", "there is no command", "did you mean `sim.setJointTargetVelocity`?"),
+        ("simGetObjectHandel('a')", "there is no command", "did you mean `simGetObjectHandle`?"),
+        ("drvie()", "attempt to call a nil value (global 'drvie')", "did you mean `drive`?"),
+        (
+            "local v = speeed * 2",
+            "attempt to perform arithmetic on a nil value (global 'speeed')",
+            "did you mean `speed`?",
+        ),
+        ("local t = {} print(t.a.b)", "attempt to index a nil value (field 'a')", "`a` is nil"),
+    ];
+    for (text, words, help) in cases {
+        let script = format!("speed = 1\nfunction drive() end\nfunction sysCall_init()\n{text}\nend");
+        let found = errors(&script, "4.9");
+        assert!(found[0]["message"].as_str().unwrap().contains(words), "{found:?}");
+        assert!(found[0]["help"].as_str().unwrap().contains(help), "{found:?}");
+        assert_eq!(found[0]["line"], 4, "{found:?}");
+    }
+    let cases = [
+        ("function sysCall_init()\nif x then\ny = 1\nend", "'end' expected", "of line 1 has none"),
+        ("if x = 1 then end", "'then' expected near '='", "`==`"),
+        ("x = 'open", "unfinished string", "same line"),
+        ("for i = 1, 3 do end end", "<eof> expected near 'end'", "one `end` more"),
+    ];
+    for (script, words, help) in cases {
+        let found = errors(script, "");
+        assert!(found[0]["message"].as_str().unwrap().contains(words), "{found:?}");
+        assert!(found[0]["help"].as_str().unwrap_or_default().contains(help), "{found:?}");
+        assert!(found[0]["line"].as_u64().is_some(), "{found:?}");
+    }
+}
+
+#[test]
+fn the_first_line_is_short() {
+    let script = "function inner() error('deep') end\nfunction sysCall_init() inner() end";
+    let done = Place::scene(&watcher("a", script)).run(&["--steps", "1"]);
+    let line = done.err.lines().find(|l| l.contains("deep")).unwrap();
+    assert!(line.len() < 100, "{line}");
+    assert!(done.errors()[0]["traceback"].as_str().unwrap().contains("inner"));
+}

@@ -1,0 +1,207 @@
+//! A script without its scene: what it asks for is made, of the kind that its calls need.
+
+use serde_json::{Value, json};
+
+use crate::kit::*;
+
+/// Runs `script.lua` for 20 steps; the summary.
+#[track_caller]
+fn stand_ins(text: &str, more: &[&str]) -> Value {
+    let place = Place::new();
+    place.write("script.lua", text);
+    let args = ["run", "--script", "script.lua", "--stand-ins", "--steps", "20", "--json"];
+    let done = place.tatu(&[&args, more].concat());
+    assert!(done.code == 0 || done.code == 1, "{}", done.err);
+    // Lines that scripts print at the very end come before the summary on no stream of its own.
+    done.json()
+}
+
+fn kind_of(summary: &Value, name: &str) -> String {
+    let all = summary["stand_ins"].as_array().unwrap();
+    let found = all.iter().find(|s| s["name"] == name).unwrap_or_else(|| panic!("no `{name}` among {all:?}"));
+    found["kind"].as_str().unwrap().into()
+}
+
+fn kinds(summary: &Value) -> Vec<Value> {
+    summary["errors"].as_array().unwrap().iter().map(|e| e["kind"].clone()).collect()
+}
+
+#[test]
+fn kinds_follow_from_the_calls() {
+    let done = stand_ins(
+        "function sysCall_init()
+            motor = sim.getObject('/robot/left[1]')
+            sonar = sim.getObject('./sonar')
+            box = simGetObjectHandle('box#2')
+            place = sim.getObject('../place')
+            force = sim.getObject('/wrist')
+            slow = sim.getObject('/late')
+         end
+         function sysCall_actuation()
+            sim.setJointTargetVelocity(motor, 1)
+            sim.readProximitySensor(sonar)
+            sim.addForceAndTorque(box, {0, 0, 1}, {0, 0, 0})
+            sim.getObjectPosition(place, -1)
+            -- Kinds that show later are learned as well.
+            if sim.getSimulationTime() > 0.5 then sim.setJointPosition(slow, 0.1) end
+         end",
+        &[],
+    );
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+    for (name, kind) in [
+        ("robot", "dummy"),
+        ("left", "joint"),
+        ("left#0", "joint"),
+        ("sonar", "sensor"),
+        ("box#2", "shape"),
+        ("place", "dummy"),
+        ("late", "joint"),
+    ] {
+        assert_eq!(kind_of(&done, name), kind, "{name}");
+    }
+}
+
+#[test]
+fn old_names_are_made_and_names_asked_in_passing_are_not() {
+    let done = stand_ins(
+        "if (sim_call_type==sim_childscriptcall_initialization) then
+            motor = simGetObjectHandle('leftMotor')
+            self = simGetObjectAssociatedWithScript(sim_handle_self)
+            if simGetCollectionHandle('parts') < 0 then error('no collection') end
+            absent = simGetObjectHandle('absent@silentError')
+            if absent ~= -1 then error('it was made') end
+         end
+         if (sim_call_type==sim_childscriptcall_actuation) then
+            if simSetJointTargetVelocity(motor, 2) ~= 1 then error('no joint') end
+            if simGetObjectName(self) == nil then error('no object') end
+         end",
+        &[],
+    );
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+    assert_eq!(done["stand_ins"], json!([{ "name": "leftMotor", "kind": "joint" }]));
+    let done = stand_ins(
+        "function sysCall_init()
+            if sim.getObject('/absent', {noError = true}) ~= -1 then error('it was made') end
+         end",
+        &[],
+    );
+    assert_eq!((kinds(&done), &done["stand_ins"]), (vec![], &json!([])));
+}
+
+#[test]
+fn a_path_hangs_below_the_right_object() {
+    let done = stand_ins(
+        "function sysCall_init()
+            local b = sim.getObject('/a/b')
+            if sim.getObjectParent(b) ~= sim.getObject('/a') then error('b') end
+            local own = sim.getObject('..')
+            if sim.getObjectParent(sim.getObject('./c')) ~= own then error('c') end
+            if sim.getObjectParent(sim.getObject(':/d/e')) ~= sim.getObject('./d') then error('e') end
+            if sim.getObject('/a/b') ~= b then error('made twice') end
+         end",
+        &[],
+    );
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+}
+
+/// What a tree lacks is mostly asked for to see where it ends, and a parameter of the scene may well be absent.
+#[test]
+fn parents_children_and_parameters_are_made_when_they_are_missed() {
+    let asks = "function sysCall_init()
+            parent = sim.getObjectParent(sim.getObject('..'))
+            child = sim.getObjectChild(sim.getObject('/tree'), 0)
+            speed = sim.getScriptSimulationParameter(sim.handle_self, 'speed')
+            name = sim.getScriptSimulationParameter(sim.handle_self, 'name')";
+    let looks = "if parent ~= -1 or child ~= -1 or speed or name then error('there is one') end end";
+    assert_eq!(kinds(&stand_ins(&format!("{asks} {looks}"), &[])), Vec::<Value>::new());
+    let uses = "sim.getObjectPosition(parent, -1); sim.getObjectPosition(child, -1)
+            twice = 2 * speed; for word in string.gmatch(name, '%w') do end end";
+    let done = stand_ins(&format!("{asks} {uses}"), &[]);
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+    assert_eq!(kind_of(&done, "child"), "dummy");
+}
+
+#[test]
+fn two_runs_are_equal_and_a_log_replays_without_the_script() {
+    let place = Place::new();
+    place.write("s.lua", "function sysCall_actuation() sim.setObjectPosition(sim.getObject('/a'), -1, {1, 2, 3}) end");
+    let run = |more: &[&str]| {
+        let args = ["run", "--script", "s.lua", "--stand-ins", "--steps", "5", "--json"];
+        place.tatu(&[&args, more].concat()).good().json()["hash"].clone()
+    };
+    let first = run(&["--log", "run.log"]);
+    assert_eq!(run(&[]), first);
+    std::fs::remove_file(place.path().join("s.lua")).unwrap();
+    let replayed = place.tatu(&["run", "--replay", "run.log", "--json"]).good().json();
+    assert_eq!(replayed["hash"], first);
+}
+
+/// Main scripts alone may let physics advance; see the guide, "A main script".
+#[test]
+fn the_kind_is_found_from_the_text_or_given() {
+    let main = "function sysCall_actuation() sim.handleDynamics(sim.getSimulationTimeStep()) end";
+    assert_eq!(kinds(&stand_ins(main, &[])), Vec::<Value>::new());
+    assert_eq!(kinds(&stand_ins(main, &["--as", "child"])), ["unsupported"]);
+    // Without its own call of the dynamics a main script's time stands.
+    let still = "function sysCall_actuation() end";
+    assert_eq!(stand_ins(still, &["--as", "main"])["sim_time_s"], 0.0);
+    assert_eq!(stand_ins(still, &[])["sim_time_s"], 1.0);
+    let module = "local m = {}\nfunction m.twice(x) return 2 * x end\nreturn m";
+    assert_eq!(kinds(&stand_ins(module, &[])), Vec::<Value>::new());
+    let addon = "function sysCall_info() return {autoStart=false} end\nfunction sysCall_init() end";
+    assert_eq!(kinds(&stand_ins(addon, &[])), Vec::<Value>::new());
+}
+
+#[test]
+fn what_is_wrong_with_the_command_line_is_told() {
+    let place = Place::scene("");
+    place.write("s.lua", "");
+    place.tatu(&["run", "--stand-ins"]).refused(&["--script"]);
+    place.tatu(&["run", "scene.toml", "--script", "s.lua", "--stand-ins"]).refused(&["--stand-ins"]);
+    place.tatu(&["run", "scene.toml", "--script", "s.lua"]).refused(&["OBJECT=FILE"]);
+    place.tatu(&["run", "--script", "none.lua", "--stand-ins"]).refused(&["E105", "none.lua"]);
+    place.tatu(&["run", "--script", "/a=s.lua", "--stand-ins"]).refused(&["E102", "object"]);
+    place.tatu(&["run", "--script", "s.lua", "--as", "main"]).refused(&["--stand-ins"]);
+    // The whole path of a file begins with a slash, too.
+    let file = place.path().join("s.lua");
+    place.tatu(&["run", "--script", file.to_str().unwrap(), "--stand-ins", "--steps", "1"]).good();
+}
+
+#[test]
+fn in_a_scene_nothing_is_made() {
+    let place = Place::new();
+    let script = "simGetObjectHandle('x') simSetJointTargetVelocity(simGetObjectHandle('box'), 1)";
+    place.write(
+        "scene.toml",
+        &format!("format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"box\"\nscript = {{ text = \"\"\"if sim_call_type == 0 then {script} end\"\"\" }}\n"),
+    );
+    let done = place.run(&["--steps", "2"]);
+    let kinds: Vec<_> = done.errors().iter().map(|e| e["kind"].clone()).collect();
+    assert_eq!(kinds, ["missing_object", "bad_argument"]);
+}
+
+#[test]
+fn files_are_opened_in_the_folder_that_is_given() {
+    let place = Place::new();
+    place.write("data/in.txt", "hello").write("outside.txt", "secret");
+    place.write(
+        "s.lua",
+        "function sysCall_init()
+            print(io.open('in.txt'):read('a'))
+            io.open('out.txt', 'w'):write('written')
+            for _, name in ipairs{'../outside.txt', '/etc/hostname', '../new.txt'} do
+                local f, why = io.open(name, name:find('new') and 'w' or 'r')
+                print(name, f, #why > 0)
+            end
+         end",
+    );
+    let args = ["run", "--script", "s.lua", "--stand-ins", "--steps", "1", "--files", "data"];
+    let done = place.tatu(&args).good();
+    assert_eq!(done.out.lines().next(), Some("hello"));
+    for name in ["../outside.txt", "/etc/hostname", "../new.txt"] {
+        assert!(done.out.contains(&format!("{name}\tnil\ttrue")), "{}", done.out);
+    }
+    assert_eq!(place.read("data/out.txt"), "written");
+    assert!(!place.path().join("new.txt").exists());
+    place.tatu(&["run", "--script", "s.lua", "--stand-ins", "--files", "none"]).refused(&["E105", "none"]);
+}

@@ -1,0 +1,165 @@
+//! Threaded scripts of all eras: coroutines, cut in slices of instructions.
+
+use crate::kit::*;
+
+/// What a script's threads say in each step.
+fn says(scene: &str, steps: &str) -> Vec<Vec<String>> {
+    let lines = Place::scene(scene).trace(&[], &["--steps", steps]);
+    lines.iter().map(|l| l.status().iter().map(|s| s.to_string()).collect()).collect()
+}
+
+#[test]
+fn an_old_text_is_a_thread() {
+    // script-api.md section 1.2.3: the text runs once, in its thread; the usual form around a thread function.
+    let script = "simSetThreadSwitchTiming(200)
+        threadFunction=function()
+            local n = 0
+            while simGetSimulationState()~=sim_simulation_advancing_abouttostop do
+                simAddStatusbarMessage('tick '..n)
+                n = n + 1
+                simSwitchThread()
+            end
+        end
+        simAddStatusbarMessage('begins')
+        local res, err = xpcall(threadFunction, function(err) return debug.traceback(err) end)
+        if not res then simAddStatusbarMessage('Lua runtime error: '..err) end";
+    let said = says(&watcher("a", script), "3");
+    assert_eq!(said, [vec!["begins", "tick 0"], vec!["tick 1"], vec!["tick 2"]]);
+}
+
+#[test]
+fn a_thread_waits_in_simulation_time() {
+    let script = "simSetThreadAutomaticSwitch(true)
+        local ok, err = pcall(function()
+            for i = 1, 3 do simAddStatusbarMessage('at '..string.format('%.2f', simGetSimulationTime())) simWait(0.1) end
+        end)
+        simAddStatusbarMessage(tostring(ok))";
+    let said = says(&watcher("a", script), "7").concat();
+    assert_eq!(said, ["at 0.00", "at 0.10", "at 0.20", "true"]);
+}
+
+/// A thread that never lets go, and a counter of how far it came.
+const BUSY: &str = "n = 0 while true do n = n + 1 simSetFloatSignal('n', n) end simSwitchThread()";
+/// Tells the counter in each step.
+const COUNTER: &str =
+    "function sysCall_sensing() simAddStatusbarMessage(string.format('%d', simGetFloatSignal('n') or 0)) end";
+
+#[test]
+fn a_busy_thread_is_cut_at_the_same_place_in_every_run() {
+    let scene = format!("{}{}{FLOOR}{}", watcher("busy", BUSY), watcher("other", COUNTER), pioneer("", ""));
+    let place = Place::scene(&scene);
+    let runs: Vec<(Vec<String>, Vec<String>)> = (0..3)
+        .map(|_| {
+            let lines = place.trace(&[], &["--steps", "20"]);
+            let hashes = lines.iter().map(|l| l.hash().to_owned()).collect();
+            (hashes, lines.iter().map(|l| l.status().concat()).collect())
+        })
+        .collect();
+    assert_eq!(runs[0], runs[1]);
+    assert_eq!(runs[0], runs[2]);
+    // The other script got its turn in every step, and found the thread further on.
+    let counts: Vec<u64> = runs[0].1.iter().map(|s| s.parse().unwrap()).collect();
+    assert_eq!(counts.len(), 20);
+    assert!(counts.windows(2).all(|w| w[0] < w[1]), "{counts:?}");
+}
+
+#[test]
+fn slices_have_the_length_that_is_set() {
+    // 1 ms is 20,000 instructions, 2 ms unless set (docs/guide/scripts.md, "Threads").
+    let far = |set: &str| -> f64 {
+        let said = says(&format!("{}{}", watcher("busy", &format!("{set} {BUSY}")), watcher("other", COUNTER)), "11");
+        let at = |i: usize| said[i].concat().parse::<f64>().unwrap();
+        (at(10) - at(0)) / 10.0
+    };
+    let usual = far("");
+    for (ms, times) in [(2.0, 1.0), (20.0, 10.0), (200.0, 100.0)] {
+        let ratio = far(&format!("simSetThreadSwitchTiming({ms})")) / usual;
+        assert!((ratio / times - 1.0).abs() < 0.05, "{ms} ms: {ratio}");
+    }
+    // Five instructions to a pass of the loop, and a call: between 4 and 20.
+    assert!((2000.0..10_000.0).contains(&usual), "{usual}");
+}
+
+#[test]
+fn modern_threads_are_cut_unless_they_step() {
+    // script-api.md section 1.3.3: automatic switching, off in stepping mode; the level is told.
+    let script = "sim = require('sim')
+        function sysCall_thread()
+            local before = sim.setStepping(true)
+            local level = sim.setStepping(true)
+            sim.addStatusbarMessage('levels '..before..' '..level)
+            sim.setStepping(0)
+            local t = sim.getSimulationTime()
+            while sim.getSimulationTime() == t do end
+            sim.addStatusbarMessage('time went on')
+            sim.setStepping(true)
+            sim.step()
+            local t = sim.getSimulationTime()
+            for i = 1, 1e6 do end
+            sim.addStatusbarMessage(tostring(t == sim.getSimulationTime()))
+        end
+        function sysCall_actuation() sim.addStatusbarMessage('a') end";
+    let said = says(&watcher("a", script), "3");
+    // The thread goes on right before its script's actuation (call-order-observed.md section 1).
+    assert_eq!(said, [vec!["levels 0 1", "a"], vec!["time went on", "a"], vec!["true", "a"]]);
+}
+
+#[test]
+fn threads_of_3_5_have_a_function() {
+    let script = "function sysCall_threadmain()
+            local h = sim.getObjectAssociatedWithScript(sim.handle_self)
+            sim.setThreadAutomaticSwitch(false)
+            for i = 1, 2 do sim.addStatusbarMessage('main '..i/1) sim.switchThread() end
+        end
+        function sysCall_cleanup() print('cleaned') end";
+    let place = Place::scene(&watcher("a", script));
+    let lines = place.trace(&[], &["--steps", "3"]);
+    let said: Vec<_> = lines.iter().map(|l| l.status().concat()).collect();
+    assert_eq!(said, ["main 1", "main 2", ""]);
+    assert!(place.run(&["--steps", "3"]).good().err.contains("cleaned"));
+}
+
+#[test]
+fn yields_pass_through_protected_calls_metamethods_and_iterators() {
+    let script = "function sysCall_thread()
+        local t = setmetatable({}, {__add = function() sim.step() return 1 end, __index = function(_, k) sim.step() return k end})
+        local n = t + t
+        local k = t.key
+        for i in function(_, i) sim.step() i = (i or 0) + 1 return i < 3 and i or nil end do n = n + i end
+        local ok = xpcall(function() sim.step() error('x') end, function(e) return e end)
+        sim.addStatusbarMessage(n..k..tostring(ok))
+    end";
+    let said = says(&watcher("a", script), "8");
+    // Six waits, one step each.
+    assert_eq!(said[6], ["4keyfalse"]);
+    assert_eq!(said.concat().len(), 1);
+}
+
+#[test]
+fn a_cut_inside_a_sort_or_a_coroutine_comes_later() {
+    // Where a thread cannot be cut it goes on until it can; a coroutine within it is never cut itself.
+    let script = "function sysCall_thread()
+        local t = {} for i = 1, 300 do t[i] = (i * 7919) % 503 end
+        for round = 1, 5 do table.sort(t, function(a, b) for i = 1, 20 do end return a < b end) end
+        local co = coroutine.wrap(function() for i = 1, 1e5 do end coroutine.yield('in') return 'out' end)
+        sim.addStatusbarMessage(co()..co()..t[1])
+    end";
+    assert_eq!(says(&watcher("a", script), "3").concat(), ["inout0"].map(|s| s.replace('0', &lowest().to_string())));
+}
+
+/// The least of the numbers that the script above sorts.
+fn lowest() -> u64 {
+    (1..=300).map(|i| (i * 7919) % 503).min().unwrap()
+}
+
+#[test]
+fn a_thread_that_never_lets_go_is_stopped_by_its_budget() {
+    let script = "function sysCall_thread()\nsim.setStepping(true)\nwhile true do end\nend";
+    let scene = format!("[scene.budget]\ninstructions = 300000\n{}{}", watcher("a", script), watcher("b", COUNTER));
+    let place = Place::scene(&scene);
+    let done = place.run(&["--steps", "3", "--trace", "t.jsonl"]);
+    let errors = done.errors();
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    assert_eq!((&errors[0]["kind"], &errors[0]["line"]), (&"budget".into(), &3.into()), "{errors:?}");
+    assert!(place.lines("t.jsonl").iter().all(|l| l.status().len() == 1), "the other goes on");
+}
