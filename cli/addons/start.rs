@@ -11,7 +11,7 @@ use tatu_core::{
 };
 use tatu_plugin_api::safe::Value;
 
-use super::{AddOn, Flags, Start, find, wanted::Wanted};
+use super::{AddOn, Flags, Start, Style, find, wanted::Wanted};
 use crate::report;
 
 /// The add-ons of one run, in the order in which they begin.
@@ -120,6 +120,9 @@ impl Started {
             let text = world.document().sources.read(&addon.file).map_err(|e| unreadable(&addon.file, &e))?;
             let slot = world.attach(&spec(addon, text))?;
             world.give_options(slot, options);
+            if addon.style == Style::Function {
+                world.run_once(slot);
+            }
         }
         Ok(())
     }

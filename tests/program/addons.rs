@@ -70,7 +70,8 @@ fn names_and_what_they_answer_decide_who_starts_by_itself() {
     done.tells(&["the add-on plain runs", "--no-addons"]);
     assert_eq!(told(&place.run(&["--steps", "1", "--no-addons"]).good()), [""; 0]);
     let named = place.run(&["--steps", "1", "--no-addons", "--addon", "hyphen", "--addon", "click", "--addon", "asks"]);
-    assert_eq!(told(&named.good()), ["no", "click", "hyphen"]);
+    // A function is run at once, the others begin with the first pass.
+    assert_eq!(told(&named.good()), ["click", "no", "hyphen"]);
     // By its file, and a function once for each time that it is named.
     let file = place.run(&["--steps", "1", "--no-addons", "--addon", "addons/vrepAddOnScript-hyphen.lua"]).good();
     assert_eq!(told(&file), ["hyphen"]);
@@ -150,9 +151,15 @@ fn an_addon_of_the_years_between_has_functions_of_its_own() {
     let place = place(&[("vrepAddOnScript-between.lua", text)]);
     let done = place.run(&["--steps", "10", "--addon", "between"]).good();
     assert_eq!(told(&done), ["init", "run 1", "run 2", "run 3", "run 4", "over"]);
-    // A function: called once, and over.
-    place.write("addons/vrepAddOnFunc_once.lua", "print('> once')\nreturn sim.syscb_cleanup");
-    assert_eq!(told(&place.run(&["--steps", "3", "--addon", "once"]).good()), ["once"]);
+    // A function: its text runs once, whatever its era.
+    for text in ["print('> once')\nreturn sim.syscb_cleanup", "print('> once ' .. simGetSimulationTime())"] {
+        place.write("addons/vrepAddOnFunc_once.lua", text);
+        let done = place.run(&["--steps", "3", "--addon", "once"]).good();
+        assert_eq!(told(&done).len(), 1, "{}", done.err);
+    }
+    place.write("addons/vrepAddOnFunc_once.lua", "local x = nil + 1");
+    let done = place.run(&["--steps", "3", "--addon", "once"]);
+    assert_eq!((&done.errors()[0]["line"], &done.json()["steps"]), (&1.into(), &3.into()));
 }
 
 #[test]

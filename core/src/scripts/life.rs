@@ -69,6 +69,21 @@ impl Scripts {
         script.ask_callback(world, number, &[])
     }
 
+    /// Runs a script from outside once, as far as its `init`, and removes it without another call.
+    pub fn run_once(world: &WorldCell, slot: u32) {
+        Self::ask_first(world, slot, "init");
+        let script = world.scripts.borrow().by_slot(slot);
+        if let Some(script) = script {
+            script.end(world);
+        }
+        {
+            let mut scripts = world.scripts.borrow_mut();
+            scripts.list.retain(|s| s.slot != slot);
+            scripts.sorted_at = 0;
+        }
+        world.scene.borrow_mut().remove(slot);
+    }
+
     /// A start was asked for, and nothing has been prepared.
     pub fn before_run(world: &WorldCell) {
         Self::each_has(world, Callback::BeforeSimulation);

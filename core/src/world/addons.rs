@@ -12,6 +12,12 @@ impl World {
         Scripts::ask_first(&self.cell, slot, callback)
     }
 
+    /// Runs an attached script once, and removes it: the text of a function, which has no life of its own.
+    pub fn run_once(&self, slot: u32) {
+        Scripts::run_once(&self.cell, slot);
+        self.cell.outside.options.borrow_mut().remove(&slot);
+    }
+
     /// What an attached script is started with, before it begins: keys and texts, of equal keys the last counts.
     pub fn give_options(&self, slot: u32, options: &[(String, String)]) {
         let mut all: Vec<(Value, Value)> = Vec::new();
