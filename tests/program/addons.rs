@@ -363,3 +363,25 @@ fn with_reload_a_changed_addon_is_taken_between_two_steps() {
     assert_eq!(lines, ["> old 1", "> old 2", "> new 3", "> new 4"], "{}", ended.err);
     assert!(ended.err.contains("reloaded the addon addons/word.lua (state kept)"), "{}", ended.err);
 }
+
+/// The guide, followed word by word.
+#[test]
+fn the_guide_is_true() {
+    let guide = fs::read_to_string(root().join("docs/guide/write-an-addon.md")).unwrap();
+    let block = |language: &str, n: usize| -> String {
+        let start = format!("```{language}\n");
+        guide.split(&start).nth(n + 1).and_then(|b| b.split("```").next()).expect("a block of the guide").to_owned()
+    };
+    let place = Place::new();
+    place.write("addons/hello.lua", &block("lua", 0)).write("scene.toml", &block("toml", 0));
+    let listed = place.tatu(&["list", "addons"]).good().out;
+    assert!(guide.contains(&listed), "the guide shows something else than:\n{listed}");
+    let run = |args: &[&str]| place.tatu(&[&["run", "scene.toml", "--steps", "3"], args].concat()).good().out;
+    assert_eq!(run(&[]), "hello\na simulation begins\nthe first step is done\nit is over\n");
+    place.write("addons/hello.lua", &format!("{}{}", block("lua", 1), block("lua", 2)));
+    assert_eq!(run(&[]), "");
+    assert_eq!(run(&["--addon", "hello:name=Ada,times=2"]), "hello Ada\nhello Ada\n");
+    // The events of the guide: nothing happens here.
+    place.write("addons/hello.lua", &block("lua", 3));
+    assert_eq!(run(&[]), "");
+}
