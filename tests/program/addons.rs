@@ -1,10 +1,10 @@
 //! Add-ons: found, listed, started by themselves or by name, called, ended, replayed.
 
-use std::fs;
+use std::{fs, thread, time::Duration};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
-use crate::kit::*;
+use crate::{kit::*, service::Running};
 
 /// A place with a floor, a Pioneer that drives, and these add-ons in `addons/`.
 fn place(addons: &[(&str, &str)]) -> Place {
@@ -192,6 +192,12 @@ fn a_failing_addon_is_named_and_suspended_and_nothing_else_changes() {
     assert_eq!(told(&done), ["7"]);
     let (with, without) = (&done.json()["objects"], &without["objects"]);
     assert_eq!(with, without, "robots are where they were, with the same hashes");
+    assert!(errors[0]["object"].is_null(), "an add-on belongs to no object: {errors:?}");
+    // An old one is stopped, too (script-api.md section 4.2), while old scripts of the scene would be called again.
+    let old = "if sim_call_type == sim_addonscriptcall_run then local x = nil + 1 end
+        if sim_call_type == sim_addonscriptcall_cleanup then print('> ends') end";
+    let done = place(&[("old.lua", old)]).run(&["--steps", "5"]);
+    assert_eq!((&done.errors()[0]["count"], told(&done)), (&1.into(), vec!["ends".to_owned()]), "{}", done.err);
     let loops = place(&[("loops.lua", "function sysCall_actuation() while true do end end")]).run(&["--steps", "3"]);
     assert_eq!(loops.errors()[0]["kind"], "budget");
 }
@@ -330,4 +336,23 @@ fn conditions_stop_a_run() {
     // It pushes against the wall: it stands still.
     let done = shipped(&place, "auto_stop", "still=2", &["--seconds", "60"]).good();
     assert!(done.err.contains("it stands still"), "{}", done.err);
+}
+
+#[test]
+fn with_reload_a_changed_addon_is_taken_between_two_steps() {
+    let say = |word: &str| format!("n = n or 0\nfunction sysCall_sensing() n = n + 1 print('> {word} ' .. n) end\n");
+    let place = place(&[("word.lua", &say("old"))]);
+    let run = Running::start(&place, ",wait_for=1", &["--json", "--reload"]);
+    let mut client = run.client();
+    client.stepping();
+    client.step(2);
+    place.write("addons/word.lua", &say("new"));
+    thread::sleep(Duration::from_millis(250));
+    client.step(2);
+    client.ask(json!({ "request": "quit" }));
+    let ended = run.end().good();
+    let lines: Vec<&str> = ended.err.lines().filter(|l| l.starts_with("> ")).take(4).collect();
+    // A changed text keeps its global numbers.
+    assert_eq!(lines, ["> old 1", "> old 2", "> new 3", "> new 4"], "{}", ended.err);
+    assert!(ended.err.contains("reloaded the addon addons/word.lua (state kept)"), "{}", ended.err);
 }

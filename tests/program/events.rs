@@ -1,5 +1,7 @@
 //! Events: who is told what, when, and in which order (docs/reference/events.md).
 
+use std::{path::Path, process::Command};
+
 use crate::kit::*;
 
 /// A dummy with a script.
@@ -163,4 +165,106 @@ fn listeners_leave_the_run_alone_and_learn_of_errors() {
     let lines = told(&heard);
     assert!(lines.iter().any(|l| l.starts_with("oh /bad 1")), "{lines:?}\n{}", heard.err);
     assert!(lines.iter().any(|l| l == "info" || l == "status"), "{lines:?}");
+}
+
+/// A plugin that declares an event, one with a name of the host's, a command that publishes, and a service that names
+/// the events it wants.
+const BELL: &str = r#"
+#include "tatu.h"
+
+static const tatu_host *the_host; /* a test may: it is started once */
+static const tatu_host_events *events;
+static const tatu_host_log *log_;
+
+static const tatu_param times = {.size = sizeof(tatu_param), .type = TATU_I64, .key = "times", .text = "how often"};
+static const tatu_param *const fields[] = {&times, 0};
+static const tatu_event rang = {sizeof rang, 0, "bell.rang", "The bell was rung.", fields};
+static const tatu_event taken = {sizeof taken, 0, "collision", "Not its to declare.", 0};
+static const tatu_event *const declared[] = {&rang, &taken, 0};
+static const tatu_ext_event ext_event = {sizeof ext_event, 0, declared};
+
+static tatu_status TATU_CALL ring(tatu_call *c) {
+  tatu_pair pair = {tatu_string("times"), tatu_int(tatu_arg_int(c, 0))};
+  tatu_value payload = tatu_span(TATU_MAP, &pair, 1);
+  tatu_status status = events->publish(c->world, tatu_text("bell.rang"), &payload);
+  if (status < 0) return status;
+  return tatu_return(c, tatu_int(events->wanted(c->world, tatu_text("bell.rang"))));
+}
+static const tatu_name ring_name = {.size = sizeof(tatu_name), .name = "bell.ring"};
+static const tatu_name *const ring_names[] = {&ring_name, 0};
+static const tatu_command ring_command = {.size = sizeof(tatu_command), .flags = TATU_COMMAND_RAW,
+  .names = ring_names, .text = "Rings.", .example = "bell.ring(1)", .call = ring};
+static const tatu_command *const commands[] = {&ring_command, 0};
+static const tatu_ext_command ext_command = {.size = sizeof(tatu_ext_command), .commands = commands};
+
+static tatu_status TATU_CALL start(void *self, tatu_session *s, const tatu_value *p, void **data, tatu_error *e) {
+  (void)self; (void)s; (void)p; (void)data; (void)e;
+  return TATU_OK;
+}
+static void TATU_CALL stop(void *data) { (void)data; }
+static uint32_t TATU_CALL barrier(void *data, tatu_world *w, uint64_t step) {
+  (void)data; (void)w; (void)step;
+  return TATU_GO;
+}
+static void TATU_CALL event(void *data, tatu_world *w, tatu_str name, const tatu_value *payload) {
+  (void)data;
+  if (payload->tag == TATU_MAP) log_->write(the_host, w, TATU_LOG_STATUS, name);
+}
+static const char *const wants[] = {"bell.rang", "collision", 0};
+static const tatu_service ear = {.size = sizeof(tatu_service), .id = "ear", .text = "Hears.", .start = start,
+  .stop = stop, .barrier = barrier, .event = event, .events = wants};
+static const tatu_service *const services[] = {&ear, 0};
+static const tatu_ext_service ext_service = {sizeof ext_service, 0, services};
+
+static tatu_status TATU_CALL init(const tatu_host *h, void **self, tatu_error *e) {
+  (void)self; (void)e;
+  the_host = h;
+  events = h->service(h, TATU_HOST_EVENTS);
+  log_ = h->service(h, TATU_HOST_LOG);
+  return TATU_HAS(events, publish) && TATU_HAS(log_, write) ? TATU_OK : TATU_ERR;
+}
+static int is(const char *a, const char *b) {
+  while (*a && *a == *b) a++, b++;
+  return *a == *b;
+}
+static const void *TATU_CALL extension(void *self, const char *id) {
+  (void)self;
+  return is(id, TATU_EVENT) ? (const void *)&ext_event : is(id, TATU_COMMAND) ? (const void *)&ext_command
+    : is(id, TATU_SERVICE) ? (const void *)&ext_service : 0;
+}
+TATU_EXPORT const tatu_plugin_t tatu_plugin = {sizeof tatu_plugin, TATU_ABI_MAJOR, TATU_ABI_MINOR, "org.example.bell",
+  "Bell", "1.0.0", "MIT", 0, init, 0, extension};
+"#;
+
+#[test]
+fn a_plugin_in_c_declares_publishes_and_hears() {
+    let script = "
+        function sysCall_init()
+          tatu.on('bell.rang', function(e, name) print('> ' .. name .. ' ' .. e.times) end)
+        end
+        function sysCall_actuation()
+          if not rung then rung = true print('> ' .. bell.ring(3)) end
+        end";
+    let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.1, 0.1, 0.1]\n\
+        position_m = [0, 0, 0.05]\nrespondable = true\ndynamic = true\n";
+    let place = Place::scene(&format!("plugins = [\"plugins\"]\n{}{ball}", with(script)));
+    place.write("bell.c", BELL).write("plugins/.keep", "");
+    succeed(
+        Command::new(compiler("cc"))
+            .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-I"])
+            .arg(root().join("plugin-api/include"))
+            .args(["bell.c", "-o"])
+            .arg(Path::new("plugins").join(library("tatu_bell")))
+            .current_dir(place.path()),
+    );
+    let listed = place.tatu(&["list", "events", "--json", "--scene", "scene.toml"]).good();
+    listed.tells(&["E303", "`collision` has no name space"]);
+    let all = listed.json();
+    let rang = all.as_array().unwrap().iter().find(|e| e["name"] == "bell.rang").unwrap().clone();
+    assert_eq!((&rang["by"], &rang["fields"][0]), (&"org.example.bell".into(), &"times".into()));
+    let done = place.run(&["--steps", "3", "--service", "ear"]).good();
+    assert_eq!(told(&done), ["1", "bell.rang 3"], "it is wanted, and delivered after the stage");
+    // The service is told at the barrier after the first step, of nothing that it did not name.
+    let heard: Vec<&str> = done.err.lines().filter(|l| ["bell.rang", "collision", "started"].contains(l)).collect();
+    assert_eq!(heard, ["bell.rang", "collision"], "{}", done.err);
 }

@@ -79,6 +79,10 @@ impl Bus {
     pub fn has_listeners(&self) -> bool {
         self.subscriptions.try_borrow().is_ok_and(|s| !s.is_empty())
     }
+    /// Whether a script of this instance does.
+    pub fn has_of(&self, instance: u64) -> bool {
+        self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| s.handler >> 32 == instance))
+    }
     /// Keeps an event until the next delivery.
     pub fn push(&self, name: &str, payload: Value) {
         if let Ok(mut queue) = self.queue.try_borrow_mut() {

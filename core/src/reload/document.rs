@@ -3,17 +3,17 @@
 //! Objects are compared by their place in the tree. Only what differs between the two documents is set, so what physics
 //! and scripts have made of everything else stays. Objects that were added or removed wait for another start.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{collections::BTreeMap, path::PathBuf, rc::Rc, sync::Arc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::Told;
 use crate::{
-    document::{Document, ObjectSpec},
+    document::{Document, ObjectSpec, ScriptSpec},
     error::Error,
     host::instance::filled,
     scene::{self, Changed, Data, Scene, rows::Row},
-    scripts::{Handed, Scripts},
+    scripts::{Handed, Script, Scripts},
     world::{World, WorldCell},
 };
 
@@ -278,22 +278,42 @@ impl World {
             }
             let script = there.get(n).and_then(|s| cell.scripts.borrow().by_slot(*s));
             let Some(script) = script else { continue };
-            match script.renewed(cell, Some(is)) {
-                Err(e) => told.warnings.push(e),
-                Ok(next) => {
-                    let image = script.written(cell);
-                    let handed = Scripts::replace(cell, &script, &next, image);
-                    script.end_replaced(cell);
-                    let state = match handed {
-                        Handed::Kept => "state kept".to_owned(),
-                        Handed::Begun => "it begins".to_owned(),
-                        Handed::Reset(why) => format!("state reset: {why}"),
-                    };
-                    told.taken += 1;
-                    told.notes.push(format!("reloaded the script {} of {} ({state})", is.name, next.owner(cell)));
-                }
-            }
+            self.exchange(&script, is, &format!("the script {} of {}", is.name, script.owner(cell)), told);
         }
         cell.look_after("the reload of scripts");
+    }
+
+    /// Scripts from outside the document whose files have changed.
+    pub(super) fn take_outside(&self, changed: &[PathBuf]) -> Told {
+        let (cell, mut told): (&WorldCell, Told) = (self.cell(), Told::default());
+        for script in Scripts::from_outside(cell) {
+            let Some(file) = changed.iter().find(|f| f.display().to_string() == script.name) else { continue };
+            // One that cannot be read just now goes on as it is.
+            let Ok(text) = std::fs::read(file) else { continue };
+            let spec = script.spec(text);
+            self.exchange(&script, &spec, &format!("the {} {}", spec.kind, spec.name), &mut told);
+        }
+        cell.look_after("the reload of scripts");
+        told
+    }
+
+    /// Puts a new text in the place of a script's.
+    fn exchange(&self, script: &Rc<Script>, spec: &ScriptSpec, what: &str, told: &mut Told) {
+        let cell: &WorldCell = self.cell();
+        match script.renewed(cell, Some(spec)) {
+            Err(e) => told.warnings.push(e),
+            Ok(next) => {
+                let image = script.written(cell);
+                let handed = Scripts::replace(cell, script, &next, image);
+                script.end_replaced(cell);
+                let state = match handed {
+                    Handed::Kept => "state kept".to_owned(),
+                    Handed::Begun => "it begins".to_owned(),
+                    Handed::Reset(why) => format!("state reset: {why}"),
+                };
+                told.taken += 1;
+                told.notes.push(format!("reloaded {what} ({state})"));
+            }
+        }
     }
 }

@@ -81,6 +81,7 @@ impl Reload {
                 Err(e) => told.warnings.push(e),
             }
         }
+        told.add(world.take_outside(&changed));
         let options = Options { sources: Sources::default(), ..self.options.clone() };
         let document = scene::load(&self.scene, &world.registry(), &options);
         self.follow(&options.sources);

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::{Script, Scripts};
+use super::{Kind, Script, Scripts};
 use crate::{
     document::ScriptSpec,
     error::{Error, Place, Result},
@@ -31,6 +31,11 @@ impl Scripts {
         let all = world.scripts.borrow().list.clone();
         let of_plugin = all.into_iter().filter(|s| s.plugin(world) == plugin);
         of_plugin.map(|s| (s.clone(), s.written(world))).collect()
+    }
+
+    /// Those that are part of no document.
+    pub fn from_outside(world: &WorldCell) -> Vec<Rc<Script>> {
+        world.scripts.borrow().list.iter().filter(|s| s.kind >= Kind::Addon).cloned().collect()
     }
 
     /// Puts a script in the place of another and hands the state over. The old one is still to be
@@ -63,24 +68,32 @@ fn line_of(text: &[u8], line: usize) -> std::ops::Range<usize> {
 }
 
 impl Script {
+    /// What it was made of, with this text.
+    pub fn spec(&self, text: Vec<u8>) -> ScriptSpec {
+        ScriptSpec {
+            language: self.language,
+            dialect: self.wanted_dialect.clone(),
+            kind: self.kind_name.clone(),
+            priority: self.priority,
+            name: self.name.clone(),
+            text,
+        }
+    }
+
     /// What it wrote of itself; `None`: there is nothing to write.
     pub fn written(&self, world: &WorldCell) -> Option<Written> {
         let lives = self.initialised.get() && !self.dead.get() && !self.data.get().is_null();
-        lives.then(|| self.save(world))
+        // Handlers belong to the state that gave them.
+        let listens = world.outside.bus.has_of(self.id.get());
+        let why = || Err("functions that it gave for events are not handed over".to_owned());
+        lives.then(|| if listens { why() } else { self.save(world) })
     }
 
     /// A script for the place of this one: begun, if this one was, and in no list. `Err`: its text is broken, and nothing
     /// has happened.
     pub fn renewed(&self, world: &WorldCell, spec: Option<&ScriptSpec>) -> Result<Rc<Script>> {
         let default = world.settings.borrow().dialect.clone();
-        let own = ScriptSpec {
-            language: self.language,
-            dialect: self.wanted_dialect.clone(),
-            kind: self.kind_name.clone(),
-            priority: self.priority,
-            name: self.name.clone(),
-            text: self.text.to_vec(),
-        };
+        let own = self.spec(self.text.to_vec());
         let new = Rc::new(Script::new(self.slot, self.kind, spec.unwrap_or(&own), default));
         if self.data.get().is_null() {
             return Ok(new);

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{Ask, CALLBACKS, Callback, Order, Script, enter};
+use super::{Ask, CALLBACKS, Callback, Kind, Order, Script, enter};
 use crate::{
     calls::{Caller, ErrorSlot, Owner, answer, call_command, name_plugin, raw},
     error::{Fault, FaultKind},
@@ -310,12 +310,13 @@ impl Script {
         }
     }
 
-    /// An error that left the script: told once per place. Some dialects are silent from then on.
+    /// An error that left the script: told once per place. Scripts of some dialects are silent from then on, and those that
+    /// come from outside.
     pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
         let fault = self.fault(world, status, error);
         if status == TATU_ERR_BUDGET {
             self.dead.set(true);
-        } else if self.traits.get() & TATU_SCRIPT_SILENT != 0 {
+        } else if self.traits.get() & TATU_SCRIPT_SILENT != 0 || self.kind >= Kind::Addon {
             self.ask(Ask::Silence);
         }
         world.report(fault);
@@ -336,7 +337,8 @@ impl Script {
         }
         fault.script = Some(self.name.clone());
         if let Ok(scene) = world.scene.try_borrow() {
-            fault.object = scene.get(self.slot).map(|o| scene.path(o.parent));
+            // Scripts from outside belong to nothing.
+            fault.object = scene.get(self.slot).filter(|o| o.parent != 0).map(|o| scene.path(o.parent));
         }
         (fault.help, fault.traceback) = (help, traceback);
         fault.line = (line > 0).then_some(line);
