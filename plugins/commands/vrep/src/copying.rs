@@ -188,11 +188,11 @@ fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
     let mass = w.f64(o.id, p.mass)?;
     if text_of(c, o.id, p.primitive)? == "mesh" {
         let v = w.get(o.id, p.surface)?.to_value()?;
-        if let Value::List(lists) = v {
-            if let [Value::Floats(points), places] = lists.as_slice() {
-                let points = points.iter().enumerate().map(|(i, x)| x * f[i % 3]).collect();
-                w.set(o.id, p.surface, &Value::List(vec![Value::Floats(points), places.clone()]))?;
-            }
+        if let Value::List(lists) = v
+            && let [Value::Floats(points), places] = lists.as_slice()
+        {
+            let points = points.iter().enumerate().map(|(i, x)| x * f[i % 3]).collect();
+            w.set(o.id, p.surface, &Value::List(vec![Value::Floats(points), places.clone()]))?;
         }
     } else {
         let size = w.f64s::<3>(o.id, p.size)?;

@@ -120,10 +120,10 @@ fn receive(c: &mut Ctx<'_>) -> Result {
         Err(_) => found.find(|(_, l)| !l.read.contains(&me)),
     };
     let Some((at, letter)) = found else { return Ok(()) };
-    if index < 0 {
-        if let Some(l) = state(c)?.mail.letters.get_mut(at) {
-            l.read.insert(me);
-        }
+    if index < 0
+        && let Some(l) = state(c)?.mail.letters.get_mut(at)
+    {
+        l.read.insert(me);
     }
     c.ret::<[u8]>(letter.data.as_slice());
     c.ret(handle(letter.from));

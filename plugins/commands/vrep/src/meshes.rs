@@ -248,7 +248,7 @@ fn turned(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
 
 /// A shape of triangles, with its frame in the middle of its box.
 fn make(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_object> {
-    if points.len() < 9 || points.len() % 3 != 0 || places.len() < 3 || places.len() % 3 != 0 {
+    if points.len() < 9 || !points.len().is_multiple_of(3) || places.len() < 3 || !places.len().is_multiple_of(3) {
         return Err(Fail::argument("a mesh has three numbers a point, and three places of points a triangle"));
     }
     let mut middle = [0.0; 3];

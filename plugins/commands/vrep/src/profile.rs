@@ -215,7 +215,7 @@ impl Profile {
         let over = self.time - end;
         // A velocity that is reached is held.
         let at = if matches!(self.kind, Kind::Position(_)) { self.time.min(end) } else { self.time };
-        (over >= -1e-9, self.at(if over >= -1e-9 && over < 0.0 { end } else { at }), over.max(0.0))
+        (over >= -1e-9, self.at(if (-1e-9..0.0).contains(&over) { end } else { at }), over.max(0.0))
     }
 }
 
