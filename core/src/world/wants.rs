@@ -36,7 +36,7 @@ pub struct StandIn {
     pub alias: String,
     /// The number after `#` in its unique name; -1: none.
     pub suffix: i32,
-    /// A kind of object, or a schema where a sensor was read: "joint", "proximity/1". "dummy": nothing was learned.
+    /// A kind of object, or a schema where a sensor was read: "joint", "pose/1". "dummy": nothing was learned.
     pub kind: String,
 }
 
