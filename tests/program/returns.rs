@@ -362,7 +362,7 @@ fn each_difference_stands_in_the_guide() {
     for (call, original, ours) in ROWS.iter().filter(|r| !r.2.is_empty()) {
         let row = guide.lines().find(|l| l.starts_with(&format!("| `{call}`")) && l.contains(original));
         let row = row.unwrap_or_else(|| panic!("docs/guide/coming-from-vrep.md lacks `{call}`"));
-        assert!(*ours == "text" || row.contains(&ours.replace('<', "").replace('>', "")), "{call}: {row}");
+        assert!(*ours == "text" || row.contains(&ours.replace(['<', '>'], "")), "{call}: {row}");
     }
 }
 
