@@ -47,7 +47,7 @@ impl StandIn {
     }
 }
 
-/// What was asked for in passing, and would be strange to make unless it is missed: see [`World::wishes`].
+/// What was asked for in passing, and would be strange to make unless it is missed: see [`World::wishes`](crate::World::wishes).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wish {
     /// What a stand-in hangs on.
