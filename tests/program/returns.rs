@@ -366,6 +366,21 @@ fn each_difference_stands_in_the_guide() {
     }
 }
 
+#[test]
+fn each_row_of_the_guide_names_its_test() {
+    let guide = std::fs::read_to_string(root().join("docs/guide/coming-from-vrep.md")).unwrap();
+    let (_, tables) = guide.split_once("## What differs").unwrap();
+    let mut rows = 0;
+    for row in tables.lines().filter(|l| l.starts_with("| ") && !l.ends_with("| test |")) {
+        let cell = row.trim_end_matches(" |").rsplit(" | ").next().unwrap_or_default();
+        let (file, name) = cell.trim_matches('`').split_once("::").unwrap_or_else(|| panic!("no test in {row}"));
+        let text = std::fs::read_to_string(root().join(format!("tests/program/{file}.rs"))).unwrap_or_default();
+        assert!(text.contains(&format!("\nfn {name}()")), "there is no test {cell}: {row}");
+        rows += 1;
+    }
+    assert!(rows > 40, "{rows} rows");
+}
+
 /// Old eras: API errors through flat names are told and give -1 or nil, `sim.` names raise; since 4.2 all raise
 /// (script-api.md sections 0 and 1.8; call-order-observed.md section 6, fact a).
 #[test]
