@@ -113,7 +113,8 @@ impl Known {
         let faults = world.faults();
         let mut values = self.values.clone();
         // What is not there came to where a value was needed.
-        if faults.iter().any(|f| f.kind == FaultKind::Runtime) {
+        let lacks = [FaultKind::Runtime, FaultKind::BadArgument, FaultKind::MissingObject];
+        if faults.iter().any(|f| lacks.contains(&f.kind)) {
             values.extend(world.missed_values());
         }
         if faults.iter().any(nothing) {
@@ -123,8 +124,9 @@ impl Known {
                     Wish::Child => {
                         let (alias, kind) = ("child".into(), "dummy".into());
                         let suffix = all.iter().filter(|s| s.alias == "child").count() as i32 - 1;
-                        all.push(StandIn { parent: Some(i), alias, suffix, kind });
+                        all.push(StandIn { parent: Some(i), alias, suffix, kind, script: false });
                     }
+                    Wish::Script => all[i].script = true,
                 }
             }
         }
@@ -228,6 +230,10 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
     });
     if kind == "sensor" {
         let _ = writeln!(out, "sensor = {}", quoted(&s.kind));
+    }
+    // Of the oldest manners, so that it does not change the order among scripts.
+    if s.script {
+        out.push_str("[object.script]\ntext = \"\"\nlanguage = \"lua\"\ndialect = \"3.2\"\n");
     }
 }
 

@@ -38,6 +38,8 @@ pub struct StandIn {
     pub suffix: i32,
     /// A kind of object, or a schema where a sensor was read: "joint", "proximity/1". "dummy": nothing was learned.
     pub kind: String,
+    /// A script of its own was asked for.
+    pub script: bool,
 }
 
 impl StandIn {
@@ -54,6 +56,8 @@ pub enum Wish {
     Parent,
     /// What hangs on it.
     Child,
+    /// Its script.
+    Script,
 }
 
 /// The stand-ins of a world.
@@ -89,7 +93,16 @@ impl Wants {
                     _ => None,
                 };
                 let kind = kind.unwrap_or_else(|| kind_name(spec.kind).to_owned());
-                (*id, StandIn { parent: spec.parent, alias: spec.alias.clone(), suffix, kind })
+                (
+                    *id,
+                    StandIn {
+                        parent: spec.parent,
+                        alias: spec.alias.clone(),
+                        suffix,
+                        kind,
+                        script: !spec.scripts.is_empty(),
+                    },
+                )
             })
             .collect();
     }
@@ -128,7 +141,10 @@ impl Wants {
         scene.make_unique(&[slot]);
         let suffix = scene.get(slot).map_or(-1, |o| o.suffix);
         let parent = if above == 0 { None } else { list.iter().position(|(id, _)| *id == above) };
-        list.push((scene.id(slot), StandIn { parent, alias: alias.to_owned(), suffix, kind: UNKNOWN.into() }));
+        list.push((
+            scene.id(slot),
+            StandIn { parent, alias: alias.to_owned(), suffix, kind: UNKNOWN.into(), script: false },
+        ));
         Some(slot)
     }
 }

@@ -357,6 +357,7 @@ unsafe extern "C" fn wanted(
         let wish = match &*name {
             ".." => Some(Wish::Parent),
             "./" => Some(Wish::Child),
+            "@" => Some(Wish::Script),
             _ => None,
         };
         if let Some(wish) = wish {

@@ -111,8 +111,6 @@ const NOTHING: &[(&str, &str, bool)] = &[
     ("resetCollision", "there are no collision objects", true),
     ("handleDistance", "there are no distance objects", true),
     ("resetDistance", "there are no distance objects", true),
-    ("handleVisionSensor", "there are no vision sensors", true),
-    ("resetVisionSensor", "there are no vision sensors", true),
 ];
 
 /// Whether the caller is a main script.

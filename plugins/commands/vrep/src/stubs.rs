@@ -218,6 +218,26 @@ const MODERN: &[(&str, Gives, &str)] = &[
     ("getExitRequest", Int(0), PROGRAM),
 ];
 
+/// Marks of curves, by their numbers.
+const SCATTER: &[(&str, i64)] = &[
+    ("none", 0),
+    ("dot", 1),
+    ("cross", 2),
+    ("plus", 3),
+    ("circle", 4),
+    ("disc", 5),
+    ("square", 6),
+    ("diamond", 7),
+    ("star", 8),
+    ("triangle", 9),
+    ("triangle_inverted", 10),
+    ("cross_square", 11),
+    ("plus_square", 12),
+    ("cross_circle", 13),
+    ("plus_circle", 14),
+    ("peace", 15),
+];
+
 /// Commands of the module for windows.
 const UI: &[(&str, Gives)] = &[
     ("create", Int(1)),
@@ -350,6 +370,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     ] {
         add(offer, format!("simRemoteApi.{name}"), Some((flat.to_owned(), MINUS)), Int(gives), remote);
     }
+    // The ROS interface of before 2016; without a node nothing is sent, and topics have no names.
+    for name in ["enablePublisher", "enableSubscriber"] {
+        let flat = format!("simExtROS_{name}");
+        add(offer, flat, None, Nothing, "there is no ROS node");
+    }
+    for name in ["disablePublisher", "disableSubscriber", "wakePublisher"] {
+        add(offer, format!("simExtROS_{name}"), None, Int(-1), "there is no ROS node");
+    }
     offer.prelude("lua", "sim-1", "return sim");
     offer.prelude("lua", "sim-2", "return sim");
     let named = |pairs: &[(&str, i64)]| -> Value {
@@ -362,7 +390,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ("filedialog_type", named(&[("load", 0), ("save", 1), ("load_multiple", 2), ("folder", 3)])),
         ("curve_type", named(&[("time", 0), ("xy", 1)])),
         ("curve_style", named(&[("scatter", 0), ("line", 1), ("line_and_scatter", 2), ("step_left", 3)])),
-        ("scatter_shape", named(&[("none", 0), ("dot", 1), ("cross", 2), ("plus", 3), ("circle", 4), ("square", 5)])),
+        ("scatter_shape", named(SCATTER)),
+        ("curve_scatter_shape", named(SCATTER)),
     ] {
         offer.constant(Constant::new(format!("simUI.{name}"), value));
     }
