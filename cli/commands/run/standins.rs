@@ -60,6 +60,7 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
     let steps = args.steps.unwrap_or(TRIAL_STEPS).min(TRIAL_STEPS);
     let mut known = Known::default();
     let mut tried = script.sources(&known, registry);
+    let mut best: Option<(usize, Sources, Vec<String>)> = None;
     for _ in 0..ROUNDS {
         let options = Options { sources: tried.clone(), services: Vec::new(), set: Vec::new(), ..options.clone() };
         let document = tatu_core::document::load(&script.scene, registry, &options)?;
@@ -80,6 +81,11 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
             world.take_lines();
         }
         world.stop();
+        // What was made of missing things may lead a script to where more is missing.
+        let faults = world.faults().len();
+        if best.as_ref().is_none_or(|(least, ..)| faults <= *least) {
+            best = Some((faults, tried.clone(), known.values.clone()));
+        }
         let learned = known.with(&world);
         if learned == known {
             break;
@@ -87,7 +93,8 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
         known = learned;
         tried = script.sources(&known, registry);
     }
-    Ok(Learned { scene: script.scene, sources: tried, values: known.values })
+    let (_, sources, values) = best.unwrap_or((0, tried, known.values));
+    Ok(Learned { scene: script.scene, sources, values })
 }
 
 /// What is known of the scene that the script needs.
@@ -112,11 +119,6 @@ impl Known {
         };
         let faults = world.faults();
         let mut values = self.values.clone();
-        // What is not there came to where a value was needed.
-        let lacks = [FaultKind::Runtime, FaultKind::BadArgument, FaultKind::MissingObject];
-        if faults.iter().any(|f| lacks.contains(&f.kind)) {
-            values.extend(world.missed_values());
-        }
         if faults.iter().any(nothing) {
             for (i, wish) in world.wishes() {
                 match wish {
@@ -130,7 +132,14 @@ impl Known {
                 }
             }
         }
-        Known { above, values, objects: alike(all.split_off(OWN.min(all.len()))) }
+        let objects = alike(all.split_off(OWN.min(all.len())));
+        let lacks = [FaultKind::Runtime, FaultKind::BadArgument, FaultKind::MissingObject];
+        // Once the objects are as the script needs them.
+        let settled = above == self.above && objects == self.objects;
+        if settled && faults.iter().any(|f| lacks.contains(&f.kind)) {
+            values.extend(world.missed_values());
+        }
+        Known { above, values, objects }
     }
 }
 

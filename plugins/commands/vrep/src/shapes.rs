@@ -116,7 +116,7 @@ fn facts(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getShapeColor", |c| {
-            let Some(shape) = colored(c)? else { return done(c) };
+            let shape = colored(c)?.ok_or_else(|| Fail::missing("there is no such shape"))?;
             diffuse_only(c.i64(2)?)?;
             let rgb = c.world().f64s::<3>(shape, c.plugin().p.color)?;
             c.ret(1_i64);
@@ -124,7 +124,7 @@ fn facts(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simGetShapeColor", MINUS)
-        .param(object("shape"))
+        .param(Param::any("shape").text("a handle; models of before 3.1.4 may put `@backCompatibility1:` before it"))
         .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
         .param(Param::int("component").text("0: sim.colorcomponent_ambient_diffuse"))
         .returns(Param::int("result").text("1"))
@@ -134,7 +134,7 @@ fn facts(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.setShapeColor", |c| {
-            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
+            let Some(shape) = colored(c)? else { return done(c) };
             diffuse_only(c.i64(2)?)?;
             let rgb: [f64; 3] = numbers(c, 3)?;
             c.world().set_f64s(shape, c.plugin().p.color, &rgb)?;

@@ -32,6 +32,7 @@ const PLANNING: &str = "there is no path planning";
 const ENGINE: &str = "the engine has no parameters of the original's engines";
 const EDITOR: &str = "there is no editor";
 const PROGRAM: &str = "the original's program has it, this one does not";
+const PICTURES: &str = "images are not changed";
 const SCRIPTS: &str = "scripts are made with the scene";
 
 /// Commands of `sim` that had a flat name: name, what it gives, what a failed call gave, why.
@@ -162,6 +163,18 @@ const OLD: &[(&str, Gives, &str)] = &[
     ("setSimulationPassesPerRenderingPass", Int(1), WINDOWS),
     ("isRealTimeSimulationStepNeeded", Int(1), "simulation time is the only clock"),
     ("getLastErrorCode", Int(0), PROGRAM),
+    ("setIkGroupProperties", Int(-1), "there is no inverse kinematics"),
+    ("setIkElementProperties", Int(-1), "there is no inverse kinematics"),
+    ("checkIkGroup", Int(0), "there is no inverse kinematics"),
+    ("computeJacobian", Int(-1), "there is no inverse kinematics"),
+    ("getIkGroupMatrix", Nothing, "there is no inverse kinematics"),
+    ("generateIkPath", Nothing, "there is no inverse kinematics"),
+    ("getConfigForTipPose", Nothing, "there is no inverse kinematics"),
+    ("findMpPath", Nothing, PLANNING),
+    ("simplifyMpPath", Nothing, PLANNING),
+    ("getMpConfigTransition", Nothing, PLANNING),
+    ("transformBuffer", Text(""), PICTURES),
+    ("combineRgbImages", Text(""), PICTURES),
     ("createIkGroup", Int(-1), "there is no inverse kinematics"),
     ("createIkElement", Int(-1), "there is no inverse kinematics"),
     ("removeIkGroup", Int(-1), "there is no inverse kinematics"),
@@ -216,6 +229,7 @@ const MODERN: &[(&str, Gives, &str)] = &[
     ("setObjectFloatArrayParam", Nothing, PROGRAM),
     ("createCustomObject", Int(-1), PROGRAM),
     ("getExitRequest", Int(0), PROGRAM),
+    ("getAlternateConfigs", Nothing, PLANNING),
 ];
 
 /// Marks of curves, by their numbers.
