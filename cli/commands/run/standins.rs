@@ -61,7 +61,7 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
     let mut known = Known::default();
     let mut tried = script.sources(&known, registry);
     let mut best: Option<(usize, Sources, Vec<String>)> = None;
-    for _ in 0..ROUNDS {
+    for round in 1..=ROUNDS {
         let options = Options { sources: tried.clone(), services: Vec::new(), set: Vec::new(), ..options.clone() };
         let document = tatu_core::document::load(&script.scene, registry, &options)?;
         let world = World::with_threads(Arc::new(document), registry.clone(), args.threads.into())?;
@@ -82,7 +82,8 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
         }
         world.stop();
         // What was made of missing things may lead a script to where more is missing.
-        let faults = world.faults().len();
+        let beyond = |f: &&Fault| matches!(f.kind, FaultKind::UnknownFunction | FaultKind::Unsupported);
+        let faults = world.faults().iter().filter(beyond).count();
         if best.as_ref().is_none_or(|(least, ..)| faults <= *least) {
             best = Some((faults, tried.clone(), known.values.clone()));
         }
@@ -92,6 +93,10 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
         }
         known = learned;
         tried = script.sources(&known, registry);
+        if round == ROUNDS {
+            // What was learned last is tried by the run that counts.
+            best = None;
+        }
     }
     let (_, sources, values) = best.unwrap_or((0, tried, known.values));
     Ok(Learned { scene: script.scene, sources, values })
@@ -115,7 +120,7 @@ impl Known {
         // A handle of nothing was used: so it was not asked for to see where the tree ends.
         let nothing = |f: &Fault| {
             matches!(f.kind, FaultKind::MissingObject | FaultKind::BadArgument)
-                && ["object -1", "found -1"].iter().any(|n| f.message.contains(n))
+                && ["object -1", "found -1", "found nil"].iter().any(|n| f.message.contains(n))
         };
         let faults = world.faults();
         let mut values = self.values.clone();
@@ -123,9 +128,10 @@ impl Known {
             for (i, wish) in world.wishes() {
                 match wish {
                     Wish::Parent => above |= all[i].alias == BASE,
-                    Wish::Child => {
-                        let (alias, kind) = ("child".into(), "dummy".into());
-                        let suffix = all.iter().filter(|s| s.alias == "child").count() as i32 - 1;
+                    Wish::Child(kind) => {
+                        let alias = String::from("child");
+                        let kind = if kind.is_empty() { "dummy".into() } else { kind };
+                        let suffix = all.iter().filter(|s| s.alias == alias).count() as i32 - 1;
                         all.push(StandIn { parent: Some(i), alias, suffix, kind, script: false });
                     }
                     Wish::Script => all[i].script = true,

@@ -50,12 +50,12 @@ impl StandIn {
 }
 
 /// What was asked for in passing, and would be strange to make unless it is missed: see [`World::wishes`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wish {
     /// What a stand-in hangs on.
     Parent,
-    /// What hangs on it.
-    Child,
+    /// What hangs on it, of a kind; empty: of any.
+    Child(String),
     /// Its script.
     Script,
 }
@@ -125,7 +125,7 @@ impl Wants {
     /// What was asked for in passing, by places in the list.
     pub fn wishes(&self) -> Vec<(usize, Wish)> {
         let (list, wishes) = (self.list.borrow(), self.wishes.borrow());
-        wishes.iter().filter_map(|(o, w)| Some((list.iter().position(|(id, _)| id == o)?, *w))).collect()
+        wishes.iter().filter_map(|(o, w)| Some((list.iter().position(|(id, _)| id == o)?, w.clone()))).collect()
     }
     /// Notes it.
     pub fn wish(&self, object: tatu_object, wish: Wish) {

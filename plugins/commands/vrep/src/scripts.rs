@@ -135,7 +135,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getScriptSimulationParameter", |c| {
-            let key = (self_or(c, 0)?, c.bytes(1)?.to_vec());
+            let script = if c.i64(0)? == HANDLE_MAIN_SCRIPT { main_script(c)? } else { self_or(c, 0)? };
+            let key = (script, c.bytes(1)?.to_vec());
             let mut found = state(c)?.parameters.get(&key).cloned();
             // Without its scene a script has none of the parameters that the scene gave it.
             if found.is_none() && c.world().stands_in(key.0, &String::from_utf8_lossy(&key.1)) {
@@ -243,6 +244,7 @@ fn with_parameters(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     let own = c.caller_object();
     let owners = match c.i64(0)? {
         HANDLE_ALL => return c.world().scripts(0),
+        HANDLE_MAIN_SCRIPT => return Ok(vec![main_script(c)?]),
         HANDLE_TREE | HANDLE_CHAIN if own == 0 => return Err(Fail::missing("the caller belongs to no object")),
         HANDLE_TREE => c.world().list(own, 0, 0)?,
         HANDLE_CHAIN => {
