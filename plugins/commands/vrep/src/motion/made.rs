@@ -33,7 +33,11 @@ fn joints_of(c: &Ctx<'_>, v: ValueRef<'_>) -> Result<Vec<tatu_object>> {
         .map(|n| {
             let id = *n as u64 & HANDLE_BITS as u64;
             let o = c.world().look(id).map_err(|_| Fail::missing(format!("there is no object {n}")))?;
-            if o.kind == TATU_KIND_JOINT { Ok(o.id) } else { Err(Fail::argument(format!("object {n} is not a joint"))) }
+            if o.kind == TATU_KIND_JOINT || c.world().used_as(o.id, "joint") {
+                Ok(o.id)
+            } else {
+                Err(Fail::argument(format!("object {n} is not a joint")))
+            }
         })
         .collect()
 }
