@@ -36,7 +36,7 @@ pub struct StandIn {
     pub alias: String,
     /// The number after `#` in its unique name; -1: none.
     pub suffix: i32,
-    /// A kind of object, or a schema where a sensor was read: "joint", "proximity/1". "dummy": nothing was learned.
+    /// A kind of object, or a schema where a sensor was read: "joint", "pose/1". "dummy": nothing was learned.
     pub kind: String,
     /// A script of its own was asked for.
     pub script: bool,
@@ -49,7 +49,7 @@ impl StandIn {
     }
 }
 
-/// What was asked for in passing, and would be strange to make unless it is missed: see [`World::wishes`].
+/// What was asked for in passing, and would be strange to make unless it is missed: see [`World::wishes`](crate::World::wishes).
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wish {
     /// What a stand-in hangs on.
