@@ -14,6 +14,16 @@ const FLAG: i64 = 0x40_0000;
 /// The 15 values of the packet that every sensor has: least, greatest and mean intensity, red, green, blue and depth.
 const PACKET: [f64; 15] = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
+/// The object of argument 0, which may stand for a vision sensor: a dummy or a camera. Shapes, joints and other sensors
+/// are refused, as the original does.
+fn sensor_of(c: &Ctx<'_>) -> Result {
+    let o = living(c, 0)?;
+    match o.kind {
+        TATU_KIND_DUMMY | TATU_KIND_CAMERA => Ok(()),
+        _ => Err(Fail::argument(format!("object {} `{}` is no vision sensor", o.handle(), path(c, o.id)))),
+    }
+}
+
 /// Width and height of what is asked for.
 fn size(c: &Ctx<'_>, at: usize) -> Result<[i64; 2]> {
     let asked = |i: usize| Ok::<_, Fail>(int_or(c, i, 0)?.clamp(0, MOST));
@@ -43,7 +53,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let more = || Param::any("arguments").rest();
     offer.command(
         both("readVisionSensor", MINUS, |c| {
-            living(c, 0)?;
+            sensor_of(c)?;
             c.ret(-1_i64);
             Ok(())
         })
@@ -56,7 +66,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("handleVisionSensor", MINUS, |c| {
             let one = c.i64(0)? >= 0;
             if one {
-                living(c, 0)?;
+                sensor_of(c)?;
             }
             c.ret(0_i64);
             if one {
@@ -75,7 +85,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         offer.command(
             both(name, MINUS, |c| {
                 if c.i64(0)? >= 0 {
-                    living(c, 0)?;
+                    sensor_of(c)?;
                 }
                 c.ret(0_i64);
                 Ok(())
@@ -89,7 +99,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
     offer.command(
         both("checkVisionSensorEx", NIL, |c| {
-            living(c, 0)?;
+            sensor_of(c)?;
             let (n, image) = (pixels([SIDE, SIDE]), c.arg(2).truthy());
             let all = if image { vec![0.0; 3 * n] } else { vec![1.0; n] };
             c.ret::<[f64]>(&all[..]);
@@ -122,7 +132,7 @@ fn old_images(offer: &mut Offer<Vrep>) {
     };
     offer.command(
         with_size(both("getVisionSensorImage", NIL, |c| {
-            living(c, 0)?;
+            sensor_of(c)?;
             let n = pixels(size(c, 3)?) * if c.i64(0)? & FLAG != 0 { 1 } else { 3 };
             match int_or(c, 5, 0)? {
                 0 => c.ret::<[f64]>(&vec![0.0; n][..]),
@@ -136,7 +146,7 @@ fn old_images(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         with_size(both("getVisionSensorCharImage", NIL, |c| {
-            living(c, 0)?;
+            sensor_of(c)?;
             let size = size(c, 3)?;
             let n = pixels(size) * if c.i64(0)? & FLAG != 0 { 1 } else { 3 };
             c.ret::<[u8]>(&vec![0; n][..]);
@@ -152,7 +162,7 @@ fn old_images(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         with_size(both("getVisionSensorDepthBuffer", NIL, |c| {
-            living(c, 0)?;
+            sensor_of(c)?;
             let n = pixels(size(c, 3)?);
             match c.i64(0)? & FLAG {
                 0 => c.ret::<[f64]>(&vec![1.0; n][..]),
@@ -173,7 +183,7 @@ fn old_images(offer: &mut Offer<Vrep>) {
 }
 
 fn resolution(c: &mut Ctx<'_>) -> Result {
-    living(c, 0)?;
+    sensor_of(c)?;
     c.ret::<[i64]>(&[SIDE, SIDE][..]);
     Ok(())
 }
@@ -189,7 +199,7 @@ fn images(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         modern("getVisionSensorImg", |c| {
-            living(c, 0)?;
+            sensor_of(c)?;
             let (size, options) = (size_table(c, 4), int_or(c, 1, 0)?);
             let each = if options & 1 != 0 { 1 } else { 3 } + usize::from(options & 2 != 0);
             c.ret::<[u8]>(&vec![0; pixels(size) * each][..]);
@@ -208,7 +218,7 @@ fn images(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         modern("getVisionSensorDepth", |c| {
-            living(c, 0)?;
+            sensor_of(c)?;
             let size = size_table(c, 3);
             c.ret::<[u8]>(&packed_depths(pixels(size))[..]);
             c.ret::<[i64]>(&size[..]);
@@ -233,7 +243,7 @@ fn handling(offer: &mut Offer<Vrep>) {
     offer.command(set_image(modern("setVisionSensorImg", taken)));
     offer.command(
         both("getVisionSensorFilter", MINUS, |c| {
-            living(c, 0)?;
+            sensor_of(c)?;
             c.ret(-1_i64);
             Ok(())
         })
@@ -313,7 +323,7 @@ fn set_image(command: Cmd) -> Cmd {
         .stub(WHY)
 }
 fn taken(c: &mut Ctx<'_>) -> Result {
-    living(c, 0)?;
+    sensor_of(c)?;
     c.ret(0_i64);
     Ok(())
 }
