@@ -244,6 +244,10 @@ impl Reader<'_> {
             lua_pop(l, 1);
             i += 1;
         }
+        if i == n {
+            // The last key, which nobody asked to go on from: the map around this one goes on from its own.
+            lua_pop(l, 1);
+        }
         span(TATU_MAP, room.cast(), i)
     }
 
