@@ -174,7 +174,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// The script of a kind that belongs to an object; 0: none.
 fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object> {
     let all = c.world().scripts(owner)?;
-    let of_kind = |s: &&tatu_object| text_of(c, **s, c.plugin().p.script_kind).is_ok_and(|k| k == kind);
+    let of_kind = |s: &&tatu_object| {
+        text_of(c, **s, c.plugin().p.script_kind).is_ok_and(|k| k == kind || k == "threaded" && kind == "child")
+    };
     Ok(all.iter().find(of_kind).copied().unwrap_or(0))
 }
 
