@@ -618,7 +618,7 @@ typedef struct tatu_builder {
   /* [setup] Adds an image, 4 bytes a pixel, first row on top; its number. 0: refused. */
   uint64_t(TATU_CALL *image)(const struct tatu_builder *, const uint8_t *rgba, uint32_t width, uint32_t height);
   /* [setup] Adds a script to an object. `language` and `dialect` may be null: by suffix and from the text. `kind`:
-   * "child", "customization" or "main" (a scene's driver; in a model it is left out). Its number; 0: refused. */
+   * "child", "threaded", "customization" or "main" (a scene's driver; in a model it is left out). Its number; 0: refused. */
   uint32_t(TATU_CALL *script)(const struct tatu_builder *, uint32_t owner, const char *language, const char *dialect,
                               const char *kind, tatu_str name, tatu_str text);
   /* [setup] Makes an object of kind "sensor" or "actuator" one of a kind ("proximity") or of whoever fills a schema
@@ -748,6 +748,9 @@ typedef struct tatu_language {
   /* [step] In which order scripts of a world are called, TATU_ORDER_*, if its scene names this dialect, or, where that is
    * empty, if it has modern scripts (1) or none (0). Asked of one script that has been loaded. Null or 0: deepest first. */
   uint32_t(TATU_CALL *order)(void *data, tatu_str dialect, uint32_t modern);
+  /* [step] Where the script is while a command that it called runs, for errors that are told and not raised: the error
+   * object gets file, line and traceback as of a failure, or nothing. Null: it cannot tell. */
+  void(TATU_CALL *place)(void *data, tatu_error *);
 } tatu_language;
 
 typedef struct tatu_ext_script {
@@ -982,11 +985,16 @@ typedef struct tatu_host_scripts {
   /* What a script was given when it was started from outside: a map of texts, empty for all others. Lives until the call
    * that you are in returns. */
   tatu_status(TATU_CALL *options)(tatu_world *, tatu_object script, tatu_value *);
-  /* Adds a script to an object while the world lives. `language` by its id; `dialect` may be empty; `kind` is "child" or
-   * "customization". While the world runs it begins in the next stage, after all others. A stop removes what was added
+  /* Adds a script to an object while the world lives. `language` by its id; `dialect` may be empty; `kind` is "child",
+   * "threaded" or "customization". While the world runs it begins in the next stage, after all others. A stop removes what was added
    * since the start. */
   tatu_status(TATU_CALL *add)(tatu_world *, tatu_object owner, tatu_str language, tatu_str dialect, tatu_str kind,
                               tatu_str name, tatu_str text, tatu_object *out);
+  /* Calls the child scripts of all objects below one, in order and with these arguments, for a stage that is running now:
+   * those that have not been called in it yet. The stage does not call them again. `stage`: TATU_STAGE_ACTUATE or
+   * TATU_STAGE_REACT; where it is not running, none is called. `*n`: how many were. */
+  tatu_status(TATU_CALL *call_below)(tatu_world *, tatu_object above, uint32_t stage, const tatu_value *args,
+                                     uint32_t n_args, uint32_t *n);
 } tatu_host_scripts;
 
 #define TATU_HOST_SIGNALS "tatu.host.signals/draft.1"

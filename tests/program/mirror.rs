@@ -90,7 +90,7 @@ mirror! {
     tatu_budget { size, reserved, instructions, memory }
     tatu_language {
         size, reserved, id, text, suffixes, life, load, find, call, resume, keep_func, drop_func, call_func,
-        knows_dialect, traits, order
+        knows_dialect, traits, order, place
     }
     tatu_ext_script { size, reserved, languages }
     tatu_service { size, reserved, id, text, params, start, stop, barrier, event, resume, events }
@@ -107,7 +107,7 @@ mirror! {
         size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,
         retain, drop, call_func
     }
-    tatu_host_scripts { size, reserved, list, call, broadcast, options, add }
+    tatu_host_scripts { size, reserved, list, call, broadcast, options, add, call_below }
     tatu_host_signals { size, reserved, get, set, clear, name }
     tatu_host_events { size, reserved, publish, subscribe, unsubscribe, wanted, declared }
     tatu_host_session { size, reserved, request, wake, worlds, client, state, input }

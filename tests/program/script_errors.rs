@@ -73,6 +73,14 @@ fn flat_names_go_on_after_a_refusal_and_new_names_raise() {
         let told = place.lines("t.jsonl")[0].status().join(",");
         assert!(told.starts_with("handle -1,value nil,new false"), "{told}");
     }
+    // Each place is told by itself, with its line.
+    let script = "function sysCall_actuation()
+        h = simGetObjectHandle('Pionier')
+        simSetJointTargetVelocity(h, 1)
+        h = simGetObjectHandle('Pionier')
+    end";
+    let lines: Vec<_> = errors(script, "3.2").iter().map(|e| (e["line"].as_u64(), e["file"].is_string())).collect();
+    assert_eq!(lines, [(Some(2), true), (Some(3), true), (Some(4), true)]);
     // From 4.2 on flat names raise too (call-order-observed.md section 6, fact a).
     let script = "function sysCall_init() sim.addStatusbarMessage(tostring(pcall(simGetObjectParent, 9999))) end";
     let lines = Place::scene(&format!("dialect = \"4.9\"\n{}", watcher("a", script))).trace(&[], &["--steps", "1"]);

@@ -327,6 +327,11 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
             fault.plugin = Some(plugin.id.clone());
             fault.help = (!help.is_empty()).then_some(help);
             world.blame_caller(&mut fault);
+            let instance = world.calls.caller.get().instance;
+            let script = world.scripts.try_borrow().ok().and_then(|s| s.by_id(instance));
+            if let Some(script) = script {
+                script.place(world, &mut fault);
+            }
             world.report(fault);
             give_back(world, f, values);
             TATU_OK

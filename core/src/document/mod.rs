@@ -44,7 +44,7 @@ use crate::{
 /// The kind of the script that runs the stages of a step itself.
 pub const MAIN: &str = "main";
 /// The kinds of scripts.
-pub const SCRIPT_KINDS: &[&str] = &["child", "customization", MAIN];
+pub const SCRIPT_KINDS: &[&str] = &["child", "customization", MAIN, "threaded"];
 
 /// Priorities of scripts, by name.
 pub const PRIORITIES: &[&str] = &["first", "normal", "last"];
@@ -56,7 +56,7 @@ pub struct ScriptSpec {
     pub language: usize,
     /// Its dialect; empty: the scene's, or from the text.
     pub dialect: String,
-    /// "child", "customization", "main"; of scripts from outside: "addon", "sandbox".
+    /// "child", "threaded", "customization", "main"; of scripts from outside: "addon", "sandbox".
     pub kind: String,
     /// Among scripts of one object, or of siblings: 0 first, 1 (the default), 2 last.
     pub priority: u8,

@@ -55,6 +55,7 @@ calls! {
     KnowsDialect = "tatu_language.knows_dialect",
     ScriptTraits = "tatu_language.traits",
     ScriptOrder = "tatu_language.order",
+    ScriptPlace = "tatu_language.place",
     Start = "tatu_service.start",
     Stop = "tatu_service.stop",
     Barrier = "tatu_service.barrier",

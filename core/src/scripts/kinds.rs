@@ -20,17 +20,8 @@ impl Kind {
     pub fn parse(name: &str) -> Option<Self> {
         use Kind::*;
         let at = crate::document::SCRIPT_KINDS.iter().chain(OUTSIDE_KINDS).position(|k| *k == name)?;
-        Some([Child, Customization, Main, Addon, Sandbox][at])
-    }
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Kind::Main => "main",
-            Kind::Child => "child",
-            Kind::Customization => "customization",
-            Kind::Addon => "addon",
-            Kind::Sandbox => "sandbox",
-        }
+        // What runs as a thread is a child script in all else; its language is told the word.
+        Some([Child, Customization, Main, Child, Addon, Sandbox][at])
     }
     /// Whether its state lives from start to stop only.
     pub fn of_run(self) -> bool {

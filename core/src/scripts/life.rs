@@ -108,19 +108,51 @@ impl Scripts {
 
     /// Actuation: a script that is new begins first; waits that are over go on before its own callback.
     pub fn actuate(world: &WorldCell) {
-        Self::each_called(world, |script| {
-            script.make_ready(world);
-            script.resume_waits(world);
-            script.run_if_begun(world, Callback::Actuation, &[]);
-        });
+        Self::not_yet(world, TATU_STAGE_ACTUATE);
+        Self::each_called(world, |script| script.actuate(world, &[]));
     }
 
     /// Sensing.
     pub fn react(world: &WorldCell) {
-        Self::each_called(world, |script| {
-            script.make_ready(world);
-            script.run_if_begun(world, Callback::Sensing, &[]);
-        });
+        Self::not_yet(world, TATU_STAGE_REACT);
+        Self::each_called(world, |script| script.react(world, &[]));
+    }
+
+    /// A stage begins: it has called no script yet.
+    fn not_yet(world: &WorldCell, stage: u32) {
+        for script in &world.scripts.borrow().list {
+            script.called_in.set(script.called_in.get() & !(1 << stage));
+        }
+    }
+
+    /// Calls the child scripts below an object that a running stage has not called yet, in its place; how many.
+    pub fn call_below(world: &WorldCell, above: u32, stage: u32, args: &[tatu_value]) -> u32 {
+        let runs = world.stages.try_borrow().is_ok_and(|s| s.iter().any(|(running, _)| *running == stage));
+        if !runs || ![TATU_STAGE_ACTUATE, TATU_STAGE_REACT].contains(&stage) {
+            return 0;
+        }
+        let mut n = 0;
+        for script in Self::in_order(world) {
+            let is_below = world.scene.try_borrow().is_ok_and(|scene| {
+                let mut at = scene.get(script.slot).map_or(0, |o| o.parent);
+                while at != 0 && at != above {
+                    at = scene.get(at).map_or(0, |o| o.parent);
+                    if at == above {
+                        return true;
+                    }
+                }
+                false
+            });
+            if !is_below || script.kind != Kind::Child || script.called_in.get() & 1 << stage != 0 {
+                continue;
+            }
+            script.begin_if_late(world);
+            if script.is_there(world) {
+                n += 1;
+                if stage == TATU_STAGE_ACTUATE { script.actuate(world, args) } else { script.react(world, args) }
+            }
+        }
+        n
     }
 
     /// Time begins to stand, stands, or goes on: the driver is told, then all others.
@@ -185,6 +217,30 @@ impl Script {
         if !self.initialised.get() && self.is_there(world) {
             self.initialise(world);
         }
+    }
+
+    /// Its turn in actuation, once in each stage.
+    fn actuate(self: &Rc<Self>, world: &WorldCell, args: &[tatu_value]) {
+        if self.has_turn(TATU_STAGE_ACTUATE) {
+            self.make_ready(world);
+            self.resume_waits(world);
+            self.run_if_begun(world, Callback::Actuation, args);
+        }
+    }
+
+    /// Its turn in sensing, once in each stage.
+    fn react(self: &Rc<Self>, world: &WorldCell, args: &[tatu_value]) {
+        if self.has_turn(TATU_STAGE_REACT) {
+            self.make_ready(world);
+            self.run_if_begun(world, Callback::Sensing, args);
+        }
+    }
+
+    /// Takes its turn in a stage; `false`: it had it.
+    fn has_turn(&self, stage: u32) -> bool {
+        let before = self.called_in.get();
+        self.called_in.set(before | 1 << stage);
+        before & 1 << stage == 0
     }
 
     /// One pass of the driver: `init` first, then its callbacks, from which it asks for the stages; `cleanup` in the last.

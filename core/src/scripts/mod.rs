@@ -69,6 +69,8 @@ pub(crate) struct Script {
     ended: Cell<bool>,
     /// Its text could not be loaded, it used up its budget, or it failed and is silent from then on.
     dead: Cell<bool>,
+    /// The stages, as bits, that have called it since they began.
+    called_in: Cell<u32>,
     /// Calls into it that are running.
     depth: Cell<u32>,
     /// What it asked for, to be done when no call of it runs any more.
@@ -302,6 +304,7 @@ impl Script {
             cleaned: Cell::new(false),
             ended: Cell::new(false),
             dead: Cell::new(false),
+            called_in: Cell::new(0),
             depth: Cell::new(0),
             asked: Cell::new(Ask::Nothing),
             callbacks: Cell::new([0; CALLBACKS.len()]),

@@ -130,6 +130,22 @@ impl Script {
         }
     }
 
+    /// Where it is, while a command that it called runs.
+    pub fn place(&self, world: &WorldCell, fault: &mut Fault) {
+        let Some(place) = self.raw(&world.registry).place.filter(|_| !self.data.get().is_null()) else { return };
+        let mut error = ErrorSlot::new();
+        let raw = error.fresh();
+        // SAFETY: by the contract; the error object lives through the call.
+        world
+            .cross_quietly(self.plugin(world), Call::ScriptPlace, self.slot, || unsafe { place(self.data.get(), raw) });
+        // SAFETY: the host's own error object.
+        unsafe {
+            let of = |s| Some(crate::calls::text(s).into_owned()).filter(|s: &String| !s.is_empty());
+            (fault.file, fault.traceback) = (of((*raw).file), of((*raw).traceback));
+            fault.line = Some((*raw).line).filter(|line| *line > 0);
+        }
+    }
+
     /// Its language told something that has no meaning; `what` begins with a verb.
     fn breach(&self, world: &WorldCell, call: Call, what: &str) {
         let id = &world.registry.plugins[self.plugin(world)].id;

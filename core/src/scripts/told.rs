@@ -73,7 +73,7 @@ impl Script {
     fn tell(&self, world: &WorldCell) -> ScriptTold {
         ScriptTold {
             object: self.owner_path(world),
-            kind: self.kind.name().to_owned(),
+            kind: self.kind_name.clone(),
             dialect: self.told.dialect.borrow().clone(),
             calls: self.told.calls(),
             instructions: self.instructions.get(),

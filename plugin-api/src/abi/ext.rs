@@ -424,6 +424,7 @@ pub struct tatu_language {
     pub knows_dialect: Option<unsafe extern "C" fn(*mut c_void, tatu_str, *mut tatu_error) -> tatu_status>,
     pub traits: Option<unsafe extern "C" fn(*mut c_void) -> u32>,
     pub order: Option<unsafe extern "C" fn(*mut c_void, tatu_str, u32) -> u32>,
+    pub place: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_error)>,
 }
 
 #[repr(C)]

@@ -140,6 +140,8 @@ pub struct tatu_host_scripts {
             *mut tatu_object,
         ) -> tatu_status,
     >,
+    pub call_below:
+        Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *const tatu_value, u32, *mut u32) -> tatu_status>,
 }
 
 #[repr(C)]

@@ -88,6 +88,10 @@ pub trait Language: Sized + 'static {
     fn order(&self, _dialect: &str, _modern: bool) -> u32 {
         0
     }
+    /// Where the script is while a command that it called runs: file, line and traceback of a failure.
+    fn place(&self) -> Option<Fail> {
+        None
+    }
     /// A number for something callable, or 0: `TATU_FIND_*`.
     fn find(&self, how: u32, name: &[u8]) -> u32;
     /// Calls it; `used` counts instructions.
@@ -159,6 +163,7 @@ pub(crate) fn table<L: Language>(keep: &mut Keep) -> *const tatu_language {
         knows_dialect: Some(knows_dialect::<L>),
         traits: Some(traits::<L>),
         order: Some(order::<L>),
+        place: Some(place::<L>),
     };
     keep.table(raw)
 }
@@ -258,6 +263,13 @@ unsafe extern "C" fn order<L: Language>(data: *mut c_void, dialect: tatu_str, mo
         let (data, dialect) = unsafe { (&*data.cast::<Data<L>>(), bytes_of(dialect)) };
         data.language.order(&String::from_utf8_lossy(dialect), modern != 0)
     })
+}
+
+unsafe extern "C" fn place<L: Language>(data: *mut c_void, error: *mut tatu_error) {
+    guard::run(error, || {
+        // SAFETY: made by `create`.
+        unsafe { (*data.cast::<Data<L>>()).language.place() }.map_or(Ok(TATU_OK), Err)
+    });
 }
 
 unsafe extern "C" fn find<L: Language>(data: *mut c_void, how: u32, name: tatu_str) -> u32 {

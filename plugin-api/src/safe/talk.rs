@@ -14,6 +14,14 @@ impl<'a> World<'a> {
         // SAFETY: as above; `ValueRef` is transparent over `tatu_value`.
         self.check(unsafe { service!(self.scripts.broadcast)(self.raw(), text_raw(callback), ptr, n, except) })
     }
+    /// Calls the child scripts below an object that the running stage (`TATU_STAGE_ACTUATE` or `TATU_STAGE_REACT`) has not
+    /// called yet, with these arguments, in its place; how many.
+    pub fn call_below(&self, above: tatu_object, stage: u32, args: &[ValueRef<'_>]) -> Result<u32> {
+        let (ptr, len, mut n) = (args.as_ptr().cast(), args.len() as u32, 0);
+        // SAFETY: as above; `ValueRef` is transparent over `tatu_value`.
+        self.check(unsafe { service!(self.scripts.call_below)(self.raw(), above, stage, ptr, len, &mut n) })?;
+        Ok(n)
+    }
 
     /// A signal; nil if it is not set.
     pub fn signal(&self, kind: u32, name: &[u8]) -> Result<ValueRef<'a>> {
@@ -65,7 +73,7 @@ impl<'a> World<'a> {
         // SAFETY: as promised.
         self.check(unsafe { service!(self.scripts.call)(self.raw(), script, text_raw(function), frame) })
     }
-    /// Adds a script of kind "child" or "customization" to an object; its handle. While the world runs it begins in the
+    /// Adds a script of kind "child", "threaded" or "customization" to an object; its handle. While the world runs it begins in the
     /// next stage, after all others. `dialect` may be empty.
     pub fn add_script(
         &self,

@@ -110,7 +110,13 @@ unsafe extern "C" fn call(
                 return Ok(status);
             }
             match callable {
-                ACTUATION => call_command(data, &*frame, "misbehaves.use", 0),
+                ACTUATION => {
+                    if data.plan().ways("tatu_language.place").is_some() {
+                        // A refusal that is told and not raised.
+                        call_command(data, &*frame, "simGetObjectParent", 0)?;
+                    }
+                    call_command(data, &*frame, "misbehaves.use", 0)
+                }
                 THREAD => call_command(data, &*frame, "misbehaves.wait", 9),
                 n => Err(Fail::new(format!("there is no callable {n}"))),
             }
@@ -193,6 +199,13 @@ unsafe extern "C" fn order(data: *mut c_void, _: tatu_str, _: u32) -> u32 {
     })
 }
 
+unsafe extern "C" fn place(data: *mut c_void, _: *mut tatu_error) {
+    guarded_quietly(|| {
+        // SAFETY: as above.
+        unsafe { Data::of(data) }.plan().act_quietly("tatu_language.place", crate::plan::other_mode);
+    });
+}
+
 static SUFFIXES: List<i8, 2> = List([c".misbehaves".as_ptr().cast(), null()]);
 static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
     size: size::<tatu_language>(),
@@ -211,6 +224,7 @@ static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
     knows_dialect: Some(knows_dialect),
     traits: Some(traits),
     order: Some(order),
+    place: Some(place),
 });
 static LANGUAGES: List<tatu_language, 2> = List([&raw const LANGUAGE.0, null()]);
 

@@ -17,6 +17,7 @@ pub static TABLE: tatu_host_scripts = tatu_host_scripts {
     broadcast: Some(broadcast),
     options: Some(options),
     add: Some(add),
+    call_below: Some(call_below),
 };
 
 unsafe extern "C" fn list(
@@ -114,8 +115,8 @@ unsafe extern "C" fn add(
             let language = world.registry.language(&text(language), &providers).map_err(|e| refuse(e.text))?;
             let (dialect, kind) = (text(dialect).into_owned(), text(kind).into_owned());
             world.registry.check_dialect(Some(language), &dialect).map_err(|e| refuse(e.text))?;
-            if !["child", "customization"].contains(&kind.as_str()) {
-                return Err(refuse(format!("a script of kind `{kind}`; expected child or customization")));
+            if !["child", "customization", "threaded"].contains(&kind.as_str()) {
+                return Err(refuse(format!("a script of kind `{kind}`; expected child, threaded or customization")));
             }
             let (name, text) = (text(name).into_owned(), bytes(source).to_vec());
             let spec = ScriptSpec { language, dialect, kind, priority: inner::NORMAL, name, text };
@@ -123,6 +124,31 @@ unsafe extern "C" fn add(
             let id = world.scene.try_borrow().map_err(|_| busy(world))?.id(slot);
             if let Some(out) = out.as_mut() {
                 *out = id;
+            }
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn call_below(
+    w: *mut tatu_world,
+    above: tatu_object,
+    stage: u32,
+    args: *const tatu_value,
+    n_args: u32,
+    n: *mut u32,
+) -> tatu_status {
+    // SAFETY: as above; `args` has `n_args`.
+    unsafe {
+        on(w, |world| {
+            let above = {
+                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                slot(world, &scene, above)?
+            };
+            let args = if n_args == 0 { &[] } else { std::slice::from_raw_parts(args, n_args as usize) };
+            let called = inner::Scripts::call_below(world, above, stage, args);
+            if let Some(n) = n.as_mut() {
+                *n = called;
             }
             Ok(())
         })

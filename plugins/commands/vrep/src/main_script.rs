@@ -37,8 +37,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("arguments").rest())
         .returns(Param::int("count").text("of the scripts that were called"))
         .text(
-            "In a main script: calls all other scripts, child and customization, for actuation or sensing. Elsewhere, and \
-            for other call types, nothing is left to do: each script is called once by itself.",
+            "In a main script: calls all other scripts, child and customization, for actuation or sensing. In a child \
+            script: calls those below its object that have not been called in this part of the step, with the arguments; \
+            they are not called again by themselves. For other call types nothing is left to do.",
         )
         .example("sim.handleChildScripts(sim.syscb_actuation)"),
     );
@@ -123,10 +124,10 @@ pub(crate) fn is_main(c: &Ctx<'_>) -> Result<bool> {
 
 /// Runs the stage that a call type means; how many scripts it calls.
 fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
-    if !is_main(c)? {
-        return Ok(0);
-    }
     let [actuation, sensing] = call_types(c);
+    if !is_main(c)? {
+        return call_below(c, actuation, sensing);
+    }
     // The oldest form names scripts first (all of them), and perhaps no type.
     let kind = match (c.arg(0).as_i64(), c.arg(1).as_i64()) {
         (None, _) => actuation,
@@ -143,4 +144,28 @@ fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
     c.world().run_stage(stage, c.world().f64(0, c.plugin().p.dt)?)?;
     let main = c.caller_script();
     Ok(c.world().scripts(0)?.iter().filter(|s| **s != main).count() as i64)
+}
+
+/// Has the scripts below the caller's object called; how many.
+fn call_below(c: &Ctx<'_>, actuation: i64, sensing: i64) -> Result<i64> {
+    let stage_of = |n: i64| match n {
+        n if n == actuation => Some(TATU_STAGE_ACTUATE),
+        n if n == sensing => Some(TATU_STAGE_REACT),
+        _ => None,
+    };
+    // The oldest form names scripts first (all of them), and perhaps a type: their texts run once a step, in actuation.
+    let (stage, first) = match (c.arg(0).as_i64(), c.arg(1).as_i64().and_then(stage_of)) {
+        (Some(n), Some(stage)) if n < 0 => (stage, 2),
+        (Some(n), None) if n < 0 => (TATU_STAGE_ACTUATE, 1),
+        (Some(n), _) => match stage_of(n) {
+            Some(stage) => (stage, 1),
+            None => return Ok(0),
+        },
+        (None, _) => (TATU_STAGE_ACTUATE, 1),
+    };
+    if c.caller_object() == 0 {
+        return Ok(0);
+    }
+    let args = c.args().get(first..).unwrap_or_default();
+    c.world().call_below(c.caller_object(), stage, args).map(i64::from)
 }

@@ -181,7 +181,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// The script of a kind that belongs to an object; 0: none.
 fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object> {
     let all = c.world().scripts(owner)?;
-    let of_kind = |s: &&tatu_object| text_of(c, **s, c.plugin().p.script_kind).is_ok_and(|k| k == kind);
+    let of_kind = |s: &&tatu_object| {
+        text_of(c, **s, c.plugin().p.script_kind).is_ok_and(|k| k == kind || k == "threaded" && kind == "child")
+    };
     let found = all.iter().find(of_kind).copied();
     if found.is_none() && owner != 0 && kind == "child" {
         // Without its scene an object has no script; if it is missed, the next run has one.

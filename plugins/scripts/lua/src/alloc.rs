@@ -21,6 +21,8 @@ const ALIGN: usize = 4 << 30;
 /// Below the size of a huge page, so that a small state does not get one.
 const COMMIT: usize = 256 << 10;
 const SMALL: usize = 512;
+/// From this size on filling a block takes longer than the instruction that asked for it.
+const HEAVY: usize = 4096;
 /// Bytes of a cache line, and how many places there are to begin at: together as much as half of a second-level cache
 /// keeps apart.
 const LINE: usize = 64;
@@ -39,6 +41,8 @@ pub(crate) struct Slot {
     committed: Cell<usize>,
     used: Cell<usize>,
     limit: Cell<usize>,
+    /// Bytes of large blocks taken since somebody asked: filling them takes time that no instruction shows.
+    heavy: Cell<u64>,
     /// Told when the limit is reached: whom, and what with.
     pub full: Cell<Option<Listener>>,
     free: [Cell<*mut u8>; CLASSES],
@@ -75,6 +79,7 @@ impl Slot {
             committed: Cell::new(0),
             used: Cell::new(0),
             limit: Cell::new(SLOT_BYTES),
+            heavy: Cell::new(0),
             full: Cell::new(None),
             free: [const { Cell::new(null_mut()) }; CLASSES],
         })
@@ -90,6 +95,10 @@ impl Slot {
             0 => SLOT_BYTES,
             n => n.min(SLOT_BYTES),
         });
+    }
+    /// Bytes of large blocks that were taken since the last call.
+    pub(crate) fn heavy(&self) -> u64 {
+        self.heavy.replace(0)
     }
     /// The limit, bytes.
     pub(crate) fn limit(&self) -> usize {
@@ -124,10 +133,7 @@ impl Slot {
         let (c, size) = class(bytes);
         let used = self.used.get() + size;
         if used > self.limit.get() && !force {
-            if let Some((tell, whom)) = self.full.get() {
-                // SAFETY: set by the state whose memory this is, which lives longer.
-                unsafe { tell(whom) };
-            }
+            self.tell_full();
             return null_mut();
         }
         let block = if !self.is_mapped() {
@@ -143,8 +149,21 @@ impl Slot {
         };
         if !block.is_null() {
             self.used.set(used);
+            if size >= HEAVY {
+                self.heavy.set(self.heavy.get() + size as u64);
+            }
+        } else if !force {
+            // What free blocks of other sizes hold is lost to this one.
+            self.tell_full();
         }
         block
+    }
+
+    fn tell_full(&self) {
+        if let Some((tell, whom)) = self.full.get() {
+            // SAFETY: set by the state whose memory this is, which lives longer.
+            unsafe { tell(whom) };
+        }
     }
 
     fn grow(&self, size: usize) -> *mut u8 {

@@ -12,6 +12,8 @@ use crate::{
 
 /// Instructions between two looks at the budget. Scripts pay for the hook being there, not for how often it runs.
 pub(crate) const STEP: u64 = 1000;
+/// Bytes of a large block that count as one instruction.
+const FILLED: u64 = 64;
 /// What making a coroutine counts, since its own count begins anew.
 const COROUTINE: u64 = 500;
 
@@ -96,6 +98,11 @@ impl State {
     }
 }
 
+/// Counts what filling large blocks took, at the begin and the end of a call, so that none pays for another.
+pub(crate) fn charge_blocks(s: &state::State) {
+    s.budget.used.set(s.budget.used.get() + s.slot.heavy() / FILLED);
+}
+
 /// Counts what a new coroutine may do before its own hook runs.
 pub(crate) fn charge_coroutine(s: &state::State) {
     s.budget.used.set(s.budget.used.get() + COROUTINE);
@@ -160,7 +167,7 @@ unsafe extern "C-unwind" fn hook(l: *mut lua_State, _: *mut lua_Debug) {
     let s = state::of(l);
     let b = &s.budget;
     if !b.dead.get() {
-        let used = b.used.get() + STEP;
+        let used = b.used.get() + STEP + s.slot.heavy() / FILLED;
         b.used.set(used);
         if b.limit.get() == 0 || used < b.limit.get() {
             return slices::tick(l, s, STEP);

@@ -66,12 +66,14 @@ impl<'a> Entry<'a> {
     fn begin(s: &'a State, budget: Budget) -> Self {
         s.depth.set(s.depth.get() + 1);
         s.slot.set_limit(budget.memory);
+        budget::charge_blocks(s);
         // SAFETY: the world lives, and this is a call of its.
         let now = unsafe { (s.commands.mark)(s.world) };
         Entry { s, outer: s.budget.begin(budget.instructions), mark: s.mark.replace(now), done: false }
     }
     fn end(mut self) -> u64 {
         self.done = true;
+        budget::charge_blocks(self.s);
         self.s.budget.end(self.outer)
     }
 }

@@ -149,10 +149,19 @@ pub(crate) unsafe fn take(s: &State, l: *mut lua_State, status: i32) -> Fail {
 /// A state of ours.
 pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void) {
     let s = &*s.cast::<State>();
-    let Ok(mut places) = s.full_at.try_borrow_mut() else { return };
-    places.clear();
-    // Of a coroutine of the script, the line that resumed it.
+    if let Ok(mut places) = s.full_at.try_borrow_mut() {
+        *places = running_at(s);
+    }
+}
+
+/// Files and lines of the calls that run, innermost first; takes no memory of the script. Of a coroutine of the script, the
+/// line that resumed it.
+unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
     let l = s.running.get();
+    let mut places = Vec::new();
+    if l.is_null() {
+        return places;
+    }
     let mut ar = std::mem::zeroed::<lua_Debug>();
     let mut level = 0;
     while places.len() < 16 && lua_getstack(l, level, &mut ar) != 0 {
@@ -163,11 +172,22 @@ pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void) {
         }
         level += 1;
     }
+    places
+}
+
+/// Where the script is, while a command that it called runs.
+pub(crate) fn place(s: &State) -> Option<Fail> {
+    // SAFETY: a state of ours, whose running thread is in a call of a command.
+    let places = unsafe { running_at(s) };
+    (!places.is_empty()).then(|| at_places(Fail::new("here"), &places))
 }
 
 fn no_memory(s: &State) -> Fail {
-    let fail = memory_fail(s);
     let places = s.full_at.take();
+    at_places(memory_fail(s), &places)
+}
+
+fn at_places(fail: Fail, places: &[(String, u64)]) -> Fail {
     let Some((file, line)) = places.first().cloned() else { return fail };
     let lines: Vec<_> = places.iter().map(|(file, line)| format!("  {file}:{line}")).collect();
     fail.at(file, line).traceback(lines.join("\n"))

@@ -96,6 +96,9 @@ impl Language for state::Script {
     fn order(&self, dialect: &str, modern: bool) -> u32 {
         traits::order(self, dialect, modern)
     }
+    fn place(&self) -> Option<Fail> {
+        errors::place(self)
+    }
     fn find(&self, how: u32, name: &[u8]) -> u32 {
         callbacks::find(self, how, name)
     }
