@@ -52,7 +52,6 @@ pub struct Changes {
 #[derive(clap::Args)]
 pub struct Run {
     /// The scene file.
-    #[arg(required_unless_present_any = ["replay", "stand_ins"])]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub changes: Changes,

@@ -16,10 +16,14 @@ pub fn write(world: &World, dir: &Path) -> Vec<Error> {
     let told = |path: &Path, why: String| {
         Error::new("E105", format!("cannot write {}: {why}", path.display())).help("is the folder there, and writable?")
     };
+    let (figures, mut failed) = (world.figures(), Vec::new());
+    if figures.graphs.is_empty() {
+        crate::report::note("--graphs writes nothing: there is no graph; `kind = \"graph\"` makes one");
+        return failed;
+    }
     if let Err(e) = fs::create_dir_all(dir) {
         return vec![told(dir, e.to_string())];
     }
-    let (figures, mut failed) = (world.figures(), Vec::new());
     for graph in figures.graphs.values() {
         let file = |ending: &str| -> PathBuf { dir.join(format!("{}.{ending}", file_name(&graph.name))) };
         let (csv, png) = (file("csv"), file("png"));

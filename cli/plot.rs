@@ -165,7 +165,7 @@ fn draw_names(area: &Area<'_>, lines: &[Line], left: i32) -> Result<i32, Failed>
 
 /// A number on an axis: as many digits as the ticks need, and no minus before nothing.
 fn tick(x: f64, range: &Range<f64>) -> String {
-    let digits = (1.0 - (range.end - range.start).max(1e-300).log10().floor()).clamp(0.0, 9.0) as usize;
+    let digits = (2.0 - (range.end - range.start).max(1e-300).log10().floor()).clamp(0.0, 9.0) as usize;
     let text = format!("{x:.digits$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text.as_str() };
     if text == "-0" { "0".into() } else { text.to_owned() }

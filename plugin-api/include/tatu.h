@@ -877,11 +877,11 @@ typedef struct tatu_host_scene {
    * for `find`, is made as a dummy (a path part by part, a unique name below `from`) and given in `*object`, of `kind`
    * if one is told. With an empty name, `from` was used as one of `kind` (a kind of object, "joint", or a schema,
    * "proximity/1"): TATU_OK if it is one now, so that the call can go on; it will be one in the next run in any case.
-   * The names ".." and "./" ask in passing for what `from` hangs on and for what hangs on it: noted, and made only in
-   * the next run if it was missed. A name that begins with "=" is that of a value which `from` does not have: TATU_OK
+   * The names "..", "./" and "@" ask in passing for what `from` hangs on, for what hangs on it and for its script:
+   * noted, and made only in the next run if it was missed. A name that begins with "=" is that of a value which `from` does not have: TATU_OK
    * if there is to be one, in a neutral form, or else noted in the same way. Without name and kind it tells whether the
-   * run makes stand-ins: for things that are no objects. All other runs, and what cannot be made: TATU_ERR_MISSING, at no cost, without a sentence. `kind`, `object` may be
-   * null. */
+   * run makes stand-ins: for things that are no objects. All other runs, and what cannot be made: TATU_ERR_MISSING, at
+   * no cost, without a sentence. `kind`, `object` may be null. */
   tatu_status(TATU_CALL *wanted)(tatu_world *, tatu_object from, tatu_str name, const char *kind, tatu_object *object);
   /* Copies `n` objects, in place: a copy hangs below the copy of its parent, or below nothing where the parent is not
    * in the list. All get one new suffix. `out` has room for `n`. Devices and scripts are not copied. */

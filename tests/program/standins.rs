@@ -121,6 +121,155 @@ fn parents_children_and_parameters_are_made_when_they_are_missed() {
     assert_eq!(kind_of(&done, "child"), "dummy");
 }
 
+/// A model's base tells the scripts of its parts what to do (script-api 2.19 and appendix A, quadricopter).
+#[test]
+fn scripts_of_other_objects_are_made_when_they_are_missed() {
+    let done = stand_ins(
+        "if (sim_call_type==sim_childscriptcall_initialization) then
+            other = simGetScriptHandle('propeller1')
+            if simSetScriptSimulationParameter(sim_handle_tree, 'on', 'true') < 2 then error('not in the tree') end
+            n = simGetScriptSimulationParameter(sim_handle_main_script, 'number')
+            for i = 1, n do last = i end
+         end
+         if (sim_call_type==sim_childscriptcall_actuation) then
+            if simSetScriptSimulationParameter(other, 'velocity', 5.3) ~= 1 then error('not set') end
+            if math.abs(simGetScriptSimulationParameter(other, 'velocity') - 5.3) > 1e-6 then error('not there') end
+            if simGetObjectName(simGetObjectAssociatedWithScript(other)) ~= 'propeller1' then error('whose?') end
+         end",
+        &[],
+    );
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+    assert_eq!(kind_of(&done, "propeller1"), "dummy");
+}
+
+#[test]
+fn what_other_scripts_and_the_scene_gave_is_there_when_it_is_missed() {
+    let asks = "function sysCall_init()
+            angle = sim.getFloatSignal('compass')
+            count = sim.getInt32Signal('count')
+            data = sim.readCustomDataBlock(sim.getObject('/belt'), 'parameters')";
+    let looks = "if angle or count or data then error('there is one') end end";
+    assert_eq!(kinds(&stand_ins(&format!("{asks} {looks}"), &[])), Vec::<Value>::new());
+    let uses =
+        "print(string.format('%.1f %d', angle, count), #sim.unpackFloatTable(data) > 3, #sim.unpackTable(data)) end";
+    let done = stand_ins(&format!("{asks} {uses}"), &[]);
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+    // A value that leads on to a function that is nowhere is worse than none.
+    let worse = "local x = count + 1 sim.noSuchFunction() end";
+    assert_eq!(kinds(&stand_ins(&format!("{asks} {worse}"), &[])), ["runtime"]);
+}
+
+#[test]
+fn objects_of_a_type_registered_ones_and_models_are_made() {
+    let done = stand_ins(
+        "if (sim_call_type==sim_childscriptcall_initialization) then
+            wheels = simGetObjectsInTree(simGetObjectAssociatedWithScript(sim_handle_self), sim_object_joint_type)
+            simSetJointTargetVelocity(wheels[1], 1)
+            ik = simGetIkGroupHandle('leg')
+            simSetExplicitHandling(ik, 1)
+            if simHandleIkGroup(ik) ~= 0 then error('ik') end
+            if simHandleCollision(simGetCollisionHandle('hit')) ~= 0 then error('collision') end
+            if simGetIkGroupHandle('leg') ~= ik then error('another one') end
+            box = simLoadModel('models/furniture/chair.ttm')
+            simSetObjectPosition(box, -1, {0, 0, 1})
+            simSetGraphUserData(simGetObjectHandle('graph'), 'speed', 1)
+            r, low = simGetObjectFloatParameter(simGetObjectHandle('floor1'), 17)
+            if low >= 0 then error('no box') end
+            simSetShapeColor('@backCompatibility1:' .. simGetObjectHandle('seat'), 'BODY', 0, {1, 0, 0})
+         end",
+        &[],
+    );
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+    for (name, kind) in
+        [("child", "joint"), ("chair", "dummy"), ("graph", "graph"), ("floor1", "shape"), ("seat", "shape")]
+    {
+        assert_eq!(kind_of(&done, name), kind, "{name}");
+    }
+}
+
+/// Vision sensors: -1 is "never handled", depths of 1 lie at the far plane (script-api 2.7).
+#[test]
+fn vision_sensors_are_blind_and_no_error() {
+    let done = stand_ins(
+        "function sysCall_init()
+            eye = sim.getObject('/eye')
+            local image, size = sim.getVisionSensorImg(eye)
+            if #image ~= 3 * size[1] * size[2] or image:byte(1) ~= 0 then error('image') end
+            local depth, size = sim.getVisionSensorDepth(eye)
+            if sim.unpackFloatTable(depth)[1] ~= 1 or #depth ~= 4 * size[1] * size[2] then error('depth') end
+            if sim.getVisionSensorRes(eye)[1] ~= size[1] then error('resolution') end
+         end
+         function sysCall_sensing()
+            if sim.readVisionSensor(eye) ~= -1 then error('read') end
+            local n, packet = sim.handleVisionSensor(eye)
+            if n ~= 0 or #packet ~= 15 then error('handle') end
+            sim.handleVisionSensor(sim.handle_all_except_explicit)
+         end",
+        &[],
+    );
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+    let old = "if sim_call_type == sim_childscriptcall_sensing then
+            local image = simGetVisionSensorImage(simGetObjectHandle('eye') + sim_handleflag_greyscale, 0, 0, 2, 3)
+            if #image ~= 6 then error('image') end
+            local bytes, w, h = simGetVisionSensorCharImage(simGetObjectHandle('eye'))
+            if #bytes ~= 3 * w * h then error('bytes') end
+            if simGetVisionSensorDepthBuffer(simGetObjectHandle('eye'))[1] ~= 1 then error('depth') end
+         end";
+    assert_eq!(kinds(&stand_ins(old, &[])), Vec::<Value>::new());
+}
+
+/// The stages of script-api 1.4.2: physics runs, so that time goes on.
+#[test]
+fn the_default_main_script_can_be_required() {
+    let done = stand_ins("require('defaultMainScript')", &[]);
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+    assert_eq!(done["sim_time_s"], 1.0);
+    let others =
+        "require('utils') include('/lua/graph_customization.lua') require('configUi') ui = ConfigUI('a', nil, nil)";
+    assert_eq!(kinds(&stand_ins(others, &[])), Vec::<Value>::new());
+    // A file of the user's own comes first.
+    let place = Place::new();
+    place.write("utils.lua", "return {own = true}");
+    place.write("s.lua", "function sysCall_init() if not require('utils').own then error('not mine') end end");
+    let done = place.tatu(&["run", "--script", "s.lua", "--stand-ins", "--steps", "2", "--json"]).good().json();
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+}
+
+#[test]
+fn what_is_nowhere_is_not_made() {
+    for (text, kind) in [
+        ("simExtMyPlugin_go()", "unknown_function"),
+        ("sim.noSuchFunction()", "unknown_function"),
+        ("require('simROS2')", "unsupported"),
+        ("require('my_own_module')", "runtime"),
+        ("local x = nowhere + 1", "runtime"),
+    ] {
+        let done = stand_ins(&format!("function sysCall_init() {text} end"), &[]);
+        assert_eq!(kinds(&done), [kind], "{text}");
+    }
+}
+
+/// Names that scripts give to something else are no business of ours.
+#[test]
+fn a_script_may_use_names_of_the_library_for_its_own() {
+    let done = stand_ins(
+        "if (sim_call_type==sim_childscriptcall_initialization) then
+            type, pcall, load, setmetatable, pairs = 1, 2, 3, 4, 5
+         end
+         if (sim_call_type==sim_childscriptcall_actuation) then
+            firstTime = (firstTime or -1) + 1
+            simSetScriptAttribute(sim_handle_self, sim_scriptattribute_executioncount, firstTime)
+            if simGetScriptExecutionCount() ~= firstTime then error('count') end
+            if table.maxn({1, 2}) ~= 2 then error('maxn') end
+            math.randomseed(0.25)
+            data = simUnpackTable(simPackTable({a = {b = {c = 1}, d = 2}, e = {f = 3}}))
+            if data.a.b.c ~= 1 or data.a.d ~= 2 or data.e.f ~= 3 then error('tables') end
+         end",
+        &[],
+    );
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+}
+
 #[test]
 fn two_runs_are_equal_and_a_log_replays_without_the_script() {
     let place = Place::new();

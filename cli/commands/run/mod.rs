@@ -94,7 +94,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
             (made, options.sources, values) = (learned.scene, learned.sources, Some(learned.values));
             made.as_path()
         }
-        scene => scene.ok_or_else(|| Error::new("E105", "no scene was given"))?,
+        scene => scene.ok_or_else(no_scene)?,
     };
     if let Some(log) = &replay {
         told_of(log, &registry);
@@ -158,6 +158,11 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         world.feed(log.records.into());
     }
     Ok(Ready { world, registry, session, log, steps, one_more_barrier, snapshots, reload })
+}
+
+fn no_scene() -> Error {
+    Error::new("E105", "no scene was given")
+        .help("give a scene file: `tatu run SCENE`; a script runs without one by `tatu run --script FILE --stand-ins`")
 }
 
 /// What a replay may do otherwise than the run that it repeats.

@@ -60,7 +60,8 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
     let steps = args.steps.unwrap_or(TRIAL_STEPS).min(TRIAL_STEPS);
     let mut known = Known::default();
     let mut tried = script.sources(&known, registry);
-    for _ in 0..ROUNDS {
+    let mut best: Option<(usize, Sources, Vec<String>)> = None;
+    for round in 1..=ROUNDS {
         let options = Options { sources: tried.clone(), services: Vec::new(), set: Vec::new(), ..options.clone() };
         let document = tatu_core::document::load(&script.scene, registry, &options)?;
         let world = World::with_threads(Arc::new(document), registry.clone(), args.threads.into())?;
@@ -80,14 +81,25 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
             world.take_lines();
         }
         world.stop();
+        // What was made of missing things may lead a script to where more is missing.
+        let beyond = |f: &&Fault| matches!(f.kind, FaultKind::UnknownFunction | FaultKind::Unsupported);
+        let faults = world.faults().iter().filter(beyond).count();
+        if best.as_ref().is_none_or(|(least, ..)| faults <= *least) {
+            best = Some((faults, tried.clone(), known.values.clone()));
+        }
         let learned = known.with(&world);
         if learned == known {
             break;
         }
         known = learned;
         tried = script.sources(&known, registry);
+        if round == ROUNDS {
+            // What was learned last is tried by the run that counts.
+            best = None;
+        }
     }
-    Ok(Learned { scene: script.scene, sources: tried, values: known.values })
+    let (_, sources, values) = best.unwrap_or((0, tried, known.values));
+    Ok(Learned { scene: script.scene, sources, values })
 }
 
 /// What is known of the scene that the script needs.
@@ -108,27 +120,32 @@ impl Known {
         // A handle of nothing was used: so it was not asked for to see where the tree ends.
         let nothing = |f: &Fault| {
             matches!(f.kind, FaultKind::MissingObject | FaultKind::BadArgument)
-                && ["object -1", "found -1"].iter().any(|n| f.message.contains(n))
+                && ["object -1", "found -1", "found nil"].iter().any(|n| f.message.contains(n))
         };
         let faults = world.faults();
         let mut values = self.values.clone();
-        // What is not there came to where a value was needed.
-        if faults.iter().any(|f| f.kind == FaultKind::Runtime) {
-            values.extend(world.missed_values());
-        }
         if faults.iter().any(nothing) {
             for (i, wish) in world.wishes() {
                 match wish {
                     Wish::Parent => above |= all[i].alias == BASE,
-                    Wish::Child => {
-                        let (alias, kind) = ("child".into(), "dummy".into());
-                        let suffix = all.iter().filter(|s| s.alias == "child").count() as i32 - 1;
-                        all.push(StandIn { parent: Some(i), alias, suffix, kind });
+                    Wish::Child(kind) => {
+                        let alias = String::from("child");
+                        let kind = if kind.is_empty() { "dummy".into() } else { kind };
+                        let suffix = all.iter().filter(|s| s.alias == alias).count() as i32 - 1;
+                        all.push(StandIn { parent: Some(i), alias, suffix, kind, script: false });
                     }
+                    Wish::Script => all[i].script = true,
                 }
             }
         }
-        Known { above, values, objects: alike(all.split_off(OWN.min(all.len()))) }
+        let objects = alike(all.split_off(OWN.min(all.len())));
+        let lacks = [FaultKind::Runtime, FaultKind::BadArgument, FaultKind::MissingObject];
+        // Once the objects are as the script needs them.
+        let settled = above == self.above && objects == self.objects;
+        if settled && faults.iter().any(|f| lacks.contains(&f.kind)) {
+            values.extend(world.missed_values());
+        }
+        Known { above, values, objects }
     }
 }
 
@@ -228,6 +245,10 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
     });
     if kind == "sensor" {
         let _ = writeln!(out, "sensor = {}", quoted(&s.kind));
+    }
+    // Of the oldest manners, so that it does not change the order among scripts.
+    if s.script {
+        out.push_str("[object.script]\ntext = \"\"\nlanguage = \"lua\"\ndialect = \"3.2\"\n");
     }
 }
 

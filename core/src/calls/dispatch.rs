@@ -272,6 +272,8 @@ fn convert_args(
             let value = given.to_value().map_err(|e| format!("{}: {}", name(), e.text()))?;
             let value = match value {
                 Value::Float(x) if cuts && matches!(p.kind, TATU_I64 | TATU_OBJECT) => Value::Float(x.trunc()),
+                // To scripts of old manners every number is true, 0 as well.
+                Value::Float(_) | Value::Int(_) if cuts && p.kind == TATU_BOOL => Value::Bool(true),
                 other => other,
             };
             let value = check_value(p, value).map_err(|e| format!("{}: {e}", name()))?;

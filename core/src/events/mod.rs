@@ -1,11 +1,11 @@
 //! What happens in a world, told in order to whoever listens.
 //!
-//! - [`Bus`]: what has been published and not been delivered, and who listens;
-//! - [`declared`]: the events of the host itself;
+//! - `Bus`: what has been published and not been delivered, and who listens;
+//! - `declared`: the events of the host itself;
 //! - `deliver`: handing out, at the moments that `docs/reference/events.md` states;
 //! - `contacts`: shapes that begin, go on and cease to touch.
 //!
-//! An event that nobody listens to is not even made: see [`Outside::wants`](crate::session::Outside::wants).
+//! An event that nobody listens to is not even made: see `Outside::wants`.
 
 mod contacts;
 mod declared;

@@ -22,10 +22,12 @@ pub enum Form {
     DiscPoints,
     CubePoints,
     SpherePoints,
+    /// Points, each joined to the one before.
+    LineStrip,
 }
 
 impl Form {
-    const NAMES: [&str; 8] = [
+    const NAMES: [&str; 9] = [
         "points",
         "lines",
         "triangles",
@@ -34,11 +36,13 @@ impl Form {
         "disc_points",
         "cube_points",
         "sphere_points",
+        "line_strip",
     ];
 
     fn parse(name: &str) -> Option<Self> {
         use Form::*;
-        let all = [Points, Lines, Triangles, TrianglePoints, QuadPoints, DiscPoints, CubePoints, SpherePoints];
+        let all =
+            [Points, Lines, Triangles, TrianglePoints, QuadPoints, DiscPoints, CubePoints, SpherePoints, LineStrip];
         Self::NAMES.iter().position(|n| *n == name).map(|i| all[i])
     }
     /// Its name.
@@ -48,7 +52,7 @@ impl Form {
     /// Points of an item, and whether a normal follows them.
     pub fn layout(self) -> (usize, bool) {
         match self {
-            Form::Points | Form::SpherePoints => (1, false),
+            Form::Points | Form::SpherePoints | Form::LineStrip => (1, false),
             Form::Lines => (2, false),
             Form::Triangles => (3, false),
             _ => (1, true),

@@ -65,7 +65,7 @@ pub struct StreamSpec {
     pub color: Option<[f64; 3]>,
     /// Path of the object whose number it is; empty: a script sets it.
     pub of: String,
-    /// Which number: "x", "speed", "joint.position", "object.world_pose[2]", a field of a reading.
+    /// Which number: "x", "speed", "joint.position", `object.world_pose[2]`, a field of a reading.
     pub data: String,
     /// What is made of it,
     pub transform: Transform,

@@ -36,8 +36,10 @@ pub struct StandIn {
     pub alias: String,
     /// The number after `#` in its unique name; -1: none.
     pub suffix: i32,
-    /// A kind of object, or a schema where a sensor was read: "joint", "proximity/1". "dummy": nothing was learned.
+    /// A kind of object, or a schema where a sensor was read: "joint", "pose/1". "dummy": nothing was learned.
     pub kind: String,
+    /// A script of its own was asked for.
+    pub script: bool,
 }
 
 impl StandIn {
@@ -47,13 +49,15 @@ impl StandIn {
     }
 }
 
-/// What was asked for in passing, and would be strange to make unless it is missed: see [`World::wishes`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// What was asked for in passing, and would be strange to make unless it is missed: see [`World::wishes`](crate::World::wishes).
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wish {
     /// What a stand-in hangs on.
     Parent,
-    /// What hangs on it.
-    Child,
+    /// What hangs on it, of a kind; empty: of any.
+    Child(String),
+    /// Its script.
+    Script,
 }
 
 /// The stand-ins of a world.
@@ -89,7 +93,16 @@ impl Wants {
                     _ => None,
                 };
                 let kind = kind.unwrap_or_else(|| kind_name(spec.kind).to_owned());
-                (*id, StandIn { parent: spec.parent, alias: spec.alias.clone(), suffix, kind })
+                (
+                    *id,
+                    StandIn {
+                        parent: spec.parent,
+                        alias: spec.alias.clone(),
+                        suffix,
+                        kind,
+                        script: !spec.scripts.is_empty(),
+                    },
+                )
             })
             .collect();
     }
@@ -112,7 +125,7 @@ impl Wants {
     /// What was asked for in passing, by places in the list.
     pub fn wishes(&self) -> Vec<(usize, Wish)> {
         let (list, wishes) = (self.list.borrow(), self.wishes.borrow());
-        wishes.iter().filter_map(|(o, w)| Some((list.iter().position(|(id, _)| id == o)?, *w))).collect()
+        wishes.iter().filter_map(|(o, w)| Some((list.iter().position(|(id, _)| id == o)?, w.clone()))).collect()
     }
     /// Notes it.
     pub fn wish(&self, object: tatu_object, wish: Wish) {
@@ -128,7 +141,10 @@ impl Wants {
         scene.make_unique(&[slot]);
         let suffix = scene.get(slot).map_or(-1, |o| o.suffix);
         let parent = if above == 0 { None } else { list.iter().position(|(id, _)| *id == above) };
-        list.push((scene.id(slot), StandIn { parent, alias: alias.to_owned(), suffix, kind: UNKNOWN.into() }));
+        list.push((
+            scene.id(slot),
+            StandIn { parent, alias: alias.to_owned(), suffix, kind: UNKNOWN.into(), script: false },
+        ));
         Some(slot)
     }
 }

@@ -22,6 +22,7 @@ mod param;
 mod plugin;
 mod sensor;
 mod service;
+mod talk;
 mod value;
 mod world;
 

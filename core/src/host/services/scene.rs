@@ -354,9 +354,11 @@ unsafe extern "C" fn wanted(
         if let Some(value) = name.strip_prefix('=') {
             return if world.wants.has_value(value) { TATU_OK } else { TATU_ERR_MISSING };
         }
+        let kind = if kind.is_null() { "".into() } else { CStr::from_ptr(kind).to_string_lossy() };
         let wish = match &*name {
             ".." => Some(Wish::Parent),
-            "./" => Some(Wish::Child),
+            "./" => Some(Wish::Child(kind.to_string())),
+            "@" => Some(Wish::Script),
             _ => None,
         };
         if let Some(wish) = wish {
@@ -373,7 +375,6 @@ unsafe extern "C" fn wanted(
                 None => return TATU_ERR_MISSING,
             }
         }
-        let kind = if kind.is_null() { "".into() } else { CStr::from_ptr(kind).to_string_lossy() };
         let is_one = kind.is_empty() || wants::becomes(world, found, &kind);
         if let Some(object) = object.as_mut() {
             *object = found;

@@ -39,9 +39,9 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .text("Ends what tatu.on began.")
         .example(
             "function sysCall_init()\n  \
-               local id = tatu.on('mine.ping', function() error('nobody should call this') end)\n  \
+               local id = tatu.on('mine.gone', function() error('nobody should call this') end)\n  \
                tatu.off(id)\n  \
-               tatu.emit('mine.ping')\n\
+               tatu.emit('mine.gone')\n\
              end",
         ),
     );

@@ -62,7 +62,7 @@ assert(label == 'a')
 graph = sim.getObject('/graph')
 sim.addGraphStream(graph, 'a', 'm')
 title = sim.getGraphInfo(graph)
-assert(title == 'graph')
+assert(title == sim.getObjectAlias(graph))
 --- sim.addDrawingObject
 lines = sim.addDrawingObject(sim.drawing_lines, 2, 0, -1, 1, {1, 0, 0})
 assert(sim.addDrawingObjectItem(lines, {0, 0, 0, 1, 0, 0}) == 1)

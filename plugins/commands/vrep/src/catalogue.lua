@@ -1,5 +1,7 @@
 -- What only Lua can do for Lua: functions of the catalogue that change their arguments, or run text.
 local _ = ...
+-- Scripts may use these names for something of their own.
+local load, pcall, setmetatable = load, pcall, setmetatable
 
 -- `sim.invertMatrix` changes the table that it is given; poses too.
 rawset(sim, 'invertMatrix', function(matrix)

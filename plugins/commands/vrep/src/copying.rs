@@ -125,9 +125,19 @@ fn files(offer: &mut Offer<Vrep>) {
         offer.command(
             both(name, MINUS, move |c| -> Result {
                 let file = c.bytes(0)?;
-                c.world().file(file, TATU_FILE_READ)?;
+                let known = c.world().file(file, TATU_FILE_READ);
                 let file = String::from_utf8_lossy(file).into_owned();
-                if !std::path::Path::new(&file).exists() {
+                if known.is_err() || !std::path::Path::new(&file).exists() {
+                    // Models of an installation are objects that a script asks for by name.
+                    let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
+                    let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
+                    if what == "model"
+                        && let Some(made) = c.world().wanted(0, &format!("/{stem}"), "")
+                    {
+                        c.ret(handle(made));
+                        return Ok(());
+                    }
+                    known?;
                     return Err(Fail::missing(format!("there is no file `{file}`")));
                 }
                 Err(Fail::unsupported(format!("a {what} is not loaded while a scene runs"))

@@ -35,6 +35,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             };
             match found {
                 Some(data) => c.ret::<[u8]>(data.as_slice()),
+                // Without its scene an object has none of the data that the scene gave it.
+                None if c.world().stands_in(0, &format!("data {}", c.text(1)?)) => c.ret::<[u8]>(STAND_IN),
                 None => c.ret::<Value>(Value::Nil),
             }
             Ok(())

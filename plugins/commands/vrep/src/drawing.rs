@@ -11,7 +11,7 @@ const ITEM_TRANSPARENCY: i64 = 0x80000;
 const PERSISTENT: i64 = 0x100000;
 
 /// Forms by their numbers, and how many points an item of each has.
-const FORMS: [(&str, i64); 8] = [
+const FORMS: [(&str, i64); 13] = [
     ("points", 1),
     ("lines", 2),
     ("triangles", 3),
@@ -20,6 +20,12 @@ const FORMS: [(&str, i64); 8] = [
     ("disc_points", 1),
     ("cube_points", 1),
     ("sphere_points", 1),
+    ("line_strip", 1),
+    // The marks have second numbers since 4.2.
+    ("triangle_points", 1),
+    ("quad_points", 1),
+    ("disc_points", 1),
+    ("cube_points", 1),
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {

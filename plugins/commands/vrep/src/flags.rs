@@ -1,7 +1,7 @@
 //! Bits of objects that scripts read and write: object, model and special properties, explicit handling; and handles that
 //! objects refer to.
 
-use crate::{Vrep, kit::*, notes};
+use crate::{Vrep, distances, kit::*, notes};
 
 /// Selectable, as every object that is made.
 const OBJECT_PROPERTY: i64 = 32;
@@ -114,6 +114,9 @@ fn explicit(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both("setExplicitHandling", MINUS, |c| {
+            if distances::is_registered(c, id(c, 0)? as i64) {
+                return done(c);
+            }
             let (o, on) = (living(c, 0)?, c.i64(1)? & 1 != 0);
             match o.kind {
                 TATU_KIND_SENSOR => c.world().set(o.id, c.plugin().p.sensor_explicit, &Value::Bool(on))?,

@@ -53,8 +53,14 @@ fn samples(offer: &mut Offer<Vrep>) {
             if !bool_of(c, 0, c.plugin().p.running)? {
                 return Err(Fail::unsupported("user data is taken only while the simulation runs"));
             }
-            let stream = find(c, graph, TATU_FIGURE_STREAM, &name)?
-                .ok_or_else(|| Fail::missing(format!("the graph `{}` has no stream `{name}`", path(c, graph))))?;
+            let stream = match find(c, graph, TATU_FIGURE_STREAM, &name)? {
+                Some(stream) => stream,
+                // Without its scene a graph has none of the streams that the scene gave it.
+                None if c.world().makes_stand_ins() => {
+                    c.world().add_figure(graph, TATU_FIGURE_STREAM, &map(vec![("name", Value::text(&name))]))?
+                }
+                None => return Err(Fail::missing(format!("the graph `{}` has no stream `{name}`", path(c, graph)))),
+            };
             c.world().put_figure(graph, stream, &[c.f64(2)?])?;
             c.ret(1_i64);
             Ok(())

@@ -20,6 +20,8 @@ pub(crate) const HANDLE_ALL: i64 = -2;
 pub(crate) const HANDLE_ALL_EXCEPT_EXPLICIT: i64 = -3;
 pub(crate) const HANDLE_SELF: i64 = -4;
 pub(crate) const HANDLE_MAIN_SCRIPT: i64 = -5;
+pub(crate) const HANDLE_TREE: i64 = -6;
+pub(crate) const HANDLE_CHAIN: i64 = -7;
 pub(crate) const HANDLE_PARENT: i64 = -11;
 pub(crate) const HANDLE_SCENE: i64 = -12;
 /// The bits of a number that are the handle; those above are flags.
@@ -280,6 +282,9 @@ pub(crate) fn numbers_of<const N: usize>(v: ValueRef<'_>, i: usize) -> Result<[f
 pub(crate) fn is_table(v: ValueRef<'_>) -> bool {
     (TATU_F64S..=TATU_MAP).contains(&v.tag())
 }
+/// Packed data that stands in for what a scene had: it unpacks to zeros, or to an empty table.
+pub(crate) const STAND_IN: &[u8] = &[0; 512];
+
 /// An integer argument, or what stands for it when it is not given.
 pub(crate) fn int_or(c: &Ctx<'_>, i: usize, otherwise: i64) -> Result<i64> {
     if c.has(i) { c.i64(i) } else { Ok(otherwise) }

@@ -29,6 +29,7 @@ mod making;
 mod math;
 mod meshes;
 mod messages;
+mod modules;
 mod motion;
 mod names;
 mod notes;
@@ -56,6 +57,7 @@ mod threads;
 mod tree;
 mod tubes;
 mod views;
+mod vision;
 mod what;
 
 use tatu_plugin_api::safe::{Host, Offer, Plugin, Result, World};
@@ -116,6 +118,7 @@ impl Plugin for Vrep {
         by_name::offer(offer);
         offer.subject("parameters");
         proximity::offer(offer);
+        vision::offer(offer);
         offer.subject("sensors");
         signals::offer(offer);
         tubes::offer(offer);
@@ -151,6 +154,7 @@ impl Plugin for Vrep {
         offer.subject("steps");
         constants::offer(offer);
         prelude::offer(offer);
+        modules::offer(offer);
         kinds::offer(offer);
         stubs::offer(offer);
         offer.subject("stubs");

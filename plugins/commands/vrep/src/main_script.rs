@@ -8,7 +8,7 @@
 //! | `sim.handleChildScripts(sim.syscb_sensing)` | react |
 //! | `sim.handleChildScripts(sim.syscb_cleanup)` | clean |
 
-use crate::{Vrep, kit::*};
+use crate::{Vrep, distances, kit::*};
 
 /// The call type of the clean-up, in all dialects.
 const CLEANUP: i64 = 1;
@@ -70,7 +70,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Cmd::new(format!("sim.{name}"), move |c| {
                 // All of what is not there is handled; one of them cannot be.
                 match c.arg(0).as_i64() {
-                    Some(n) if *of_objects && n > 0 => Err(Fail::missing(format!("object {n} is none: {what}"))),
+                    Some(n) if *of_objects && n > 0 && !distances::is_registered(c, n) => {
+                        Err(Fail::missing(format!("object {n} is none: {what}")))
+                    }
                     _ => {
                         c.ret(0_i64);
                         Ok(())
@@ -112,8 +114,6 @@ const NOTHING: &[(&str, &str, bool)] = &[
     ("resetCollision", "there are no collision objects", true),
     ("handleDistance", "there are no distance objects", true),
     ("resetDistance", "there are no distance objects", true),
-    ("handleVisionSensor", "there are no vision sensors", true),
-    ("resetVisionSensor", "there are no vision sensors", true),
 ];
 
 /// Whether the caller is a main script.

@@ -274,7 +274,7 @@ fn group(c: &Ctx<'_>, shapes: &[tatu_object]) -> Result<tatu_object> {
     let Some(first) = shapes.first() else { return Err(Fail::argument("there is nothing to join")) };
     let (mut points, mut places, mut mass) = (Vec::new(), Vec::new(), 0.0);
     for s in shapes {
-        if w.look(*s)?.kind != TATU_KIND_SHAPE {
+        if w.look(*s)?.kind != TATU_KIND_SHAPE && !w.used_as(*s, "shape") {
             return Err(Fail::argument(format!("object {} is not a shape", handle(*s))));
         }
         let (own, mine) = triangles(c, *s)?;

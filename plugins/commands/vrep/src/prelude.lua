@@ -1,6 +1,8 @@
 -- Runs once in every new script state. Tells the language how scripts of this API are called.
 local script = ...
 local has = script.has
+-- Scripts may use these names for something of their own.
+local type, tonumber, math = type, tonumber, math
 
 -- The version that a text was written for, by what it speaks of. The same rules stand in docs/guide/scripts.md.
 local function dialect()

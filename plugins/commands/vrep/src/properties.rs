@@ -182,6 +182,9 @@ fn controlled(now: &str, n: i64, value: i64) -> Option<&str> {
     })
 }
 
+/// Size of an object without one of its own, m.
+const DUMMY: f64 = 0.01;
+
 fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
     let (id, p, w) = (o.id, &c.plugin().p, c.world());
     Ok(Some(match (o.kind, n) {
@@ -193,6 +196,12 @@ fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
         // The box of a shape lies about its origin.
         (TATU_KIND_SHAPE, 15..=17) => -w.f64s::<3>(id, p.size)?[(n - 15) as usize] / 2.0,
         (TATU_KIND_SHAPE, 18..=20) => w.f64s::<3>(id, p.size)?[(n - 18) as usize] / 2.0,
+        (_, 15..=20) => {
+            if w.used_as(id, "shape") {
+                return get_float(c, w.look(id)?, n);
+            }
+            if n < 18 { -DUMMY / 2.0 } else { DUMMY / 2.0 }
+        }
         (_, 34) => 1.0,
         (TATU_KIND_JOINT, 2005..=2011) => w.f64s::<7>(id, p.local_pose)?[(n - 2005) as usize],
         (TATU_KIND_JOINT, 2012) => w.f64(id, p.joint_velocity)?,

@@ -67,7 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 main_script(c)?
             } else {
                 let (kind, name) = text.split_once('@').unwrap_or(("child", &text));
-                script_of(c, names::find(c, name)?, kind)?
+                script_of(c, names::find_or_ask(c, name)?, kind)?
             };
             c.ret(handle(script));
             Ok(())
@@ -135,7 +135,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getScriptSimulationParameter", |c| {
-            let key = (self_or(c, 0)?, c.bytes(1)?.to_vec());
+            let script = if c.i64(0)? == HANDLE_MAIN_SCRIPT { main_script(c)? } else { self_or(c, 0)? };
+            let key = (script, c.bytes(1)?.to_vec());
             let mut found = state(c)?.parameters.get(&key).cloned();
             // Without its scene a script has none of the parameters that the scene gave it.
             if found.is_none() && c.world().stands_in(key.0, &String::from_utf8_lossy(&key.1)) {
@@ -157,15 +158,21 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.setScriptSimulationParameter", |c| {
-            let key = (self_or(c, 0)?, c.bytes(1)?.to_vec());
-            let value = c.bytes(2)?.to_vec();
-            state(c)?.parameters.insert(key, value);
-            done(c)
+            let (name, value) = (c.bytes(1)?.to_vec(), c.bytes(2)?.to_vec());
+            let scripts = with_parameters(c)?;
+            for script in &scripts {
+                state(c)?.parameters.insert((*script, name.clone()), value.clone());
+            }
+            if old_era(c) {
+                c.ret(scripts.len() as i64);
+            }
+            Ok(())
         })
         .old_name("simSetScriptSimulationParameter", MINUS)
-        .param(Param::int("script").text("a handle, or sim.handle_self"))
+        .param(Param::int("script").text("a handle, sim.handle_self, _all, or _tree, _chain: of the caller's object"))
         .param(Param::string("name"))
         .param(Param::string("value"))
+        .returns(Param::int("count").text("before 4.2: of the scripts that have it now"))
         .text("Sets a parameter of a script, until the simulation ends.")
         .example("sim.setScriptSimulationParameter(script, 'speed', 2)"),
     );
@@ -177,7 +184,12 @@ fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object>
     let of_kind = |s: &&tatu_object| {
         text_of(c, **s, c.plugin().p.script_kind).is_ok_and(|k| k == kind || k == "threaded" && kind == "child")
     };
-    Ok(all.iter().find(of_kind).copied().unwrap_or(0))
+    let found = all.iter().find(of_kind).copied();
+    if found.is_none() && owner != 0 && kind == "child" {
+        // Without its scene an object has no script; if it is missed, the next run has one.
+        c.world().wanted(owner, "@", "");
+    }
+    Ok(found.unwrap_or(0))
 }
 
 fn main_script(c: &Ctx<'_>) -> Result<tatu_object> {
@@ -227,6 +239,30 @@ pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
         };
     }
     of_kind(c, i, TATU_KIND_SCRIPT)
+}
+
+/// The scripts that argument 0 names: one, all, or those of the objects below or above the caller's.
+fn with_parameters(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
+    let own = c.caller_object();
+    let owners = match c.i64(0)? {
+        HANDLE_ALL => return c.world().scripts(0),
+        HANDLE_MAIN_SCRIPT => return Ok(vec![main_script(c)?]),
+        HANDLE_TREE | HANDLE_CHAIN if own == 0 => return Err(Fail::missing("the caller belongs to no object")),
+        HANDLE_TREE => c.world().list(own, 0, 0)?,
+        HANDLE_CHAIN => {
+            let mut all = vec![own];
+            while let Some(up) = all.last().map(|o| parent(c, *o)).transpose()?.filter(|up| *up != 0) {
+                all.push(up);
+            }
+            all
+        }
+        _ => return Ok(vec![self_or(c, 0)?]),
+    };
+    let mut scripts = Vec::new();
+    for owner in owners {
+        scripts.extend(c.world().scripts(owner)?);
+    }
+    Ok(scripts)
 }
 
 /// A parameter as what it looks like: nil, a truth value, a number or text.

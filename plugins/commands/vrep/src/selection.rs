@@ -45,7 +45,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         });
         offer.command(
             command
-                .param(Param::any("what").text("sim.handle_single, _all, _tree or _chain; or a table of handles"))
+                .param(
+                    Param::any("what")
+                        .optional()
+                        .text("sim.handle_single, _all, _tree or _chain; or a table of handles; nil: nothing"),
+                )
                 .param(Param::any("object").optional().text("whose tree or chain"))
                 .returns(Param::int("done"))
                 .text(if add { "Selects more objects." } else { "Selects fewer objects." }),
@@ -72,6 +76,10 @@ fn selected(c: &Ctx<'_>) -> Result<Vec<i64>> {
 fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     if is_table(c.arg(0)) {
         return what::list(c, 0);
+    }
+    // What getObjectSelection gave when nothing was selected.
+    if c.arg(0).is_nil() {
+        return Ok(Vec::new());
     }
     what::of(c, c.i64(0)?, 1)
 }

@@ -116,7 +116,7 @@ fn facts(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getShapeColor", |c| {
-            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
+            let shape = colored(c)?.ok_or_else(|| Fail::missing("there is no such shape"))?;
             diffuse_only(c.i64(2)?)?;
             let rgb = c.world().f64s::<3>(shape, c.plugin().p.color)?;
             c.ret(1_i64);
@@ -124,7 +124,7 @@ fn facts(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simGetShapeColor", MINUS)
-        .param(object("shape"))
+        .param(Param::any("shape").text("a handle; models of before 3.1.4 may put `@backCompatibility1:` before it"))
         .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
         .param(Param::int("component").text("0: sim.colorcomponent_ambient_diffuse"))
         .returns(Param::int("result").text("1"))
@@ -134,20 +134,35 @@ fn facts(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.setShapeColor", |c| {
-            let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
+            let Some(shape) = colored(c)? else { return done(c) };
             diffuse_only(c.i64(2)?)?;
             let rgb: [f64; 3] = numbers(c, 3)?;
             c.world().set_f64s(shape, c.plugin().p.color, &rgb)?;
             done(c)
         })
         .old_name("simSetShapeColor", MINUS)
-        .param(object("shape"))
+        .param(Param::any("shape").text("a handle; models of before 3.1.4 may put `@backCompatibility1:` before it"))
         .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
         .param(Param::int("component").text("0: sim.colorcomponent_ambient_diffuse"))
         .param(table("rgb", "0 to 1"))
         .text("Sets the colour of a shape.")
         .example("sim.setShapeColor(box, nil, 0, {1, 0, 0})"),
     );
+}
+
+/// The shape of argument 0: a handle, or text in front of one, by which models of before 3.1.4 ask for their manners.
+/// `None`: that text, and a handle of nothing.
+fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
+    let Some(text) = c.arg(0).as_str() else { return of_kind(c, 0, TATU_KIND_SHAPE).map(Some) };
+    let handle = text.rsplit_once(':').map_or(&*text, |(_, n)| n);
+    let id = match handle.trim().parse::<f64>() {
+        Ok(n) if n > 0.0 => n as u64,
+        Ok(_) => return Ok(None),
+        Err(_) => return Err(Fail::argument(format!("argument 1: expected a handle, found the text \"{text}\""))),
+    };
+    let o = c.world().look(id)?;
+    let is_shape = o.kind == TATU_KIND_SHAPE || c.world().used_as(o.id, "shape");
+    if is_shape { Ok(Some(o.id)) } else { Err(Fail::argument(format!("object {id} is no shape"))) }
 }
 
 fn diffuse_only(component: i64) -> Result {

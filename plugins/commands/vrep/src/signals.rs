@@ -70,6 +70,13 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: 
             let v = c.world().signal(kind, c.bytes(0)?)?;
             if !v.is_nil() {
                 c.ret::<ValueRef<'_>>(v);
+            } else if c.world().stands_in(0, &format!("signal {kind} {}", c.text(0)?)) {
+                // Without its scene nobody sets it.
+                match kind {
+                    0 => c.ret(1_i64),
+                    1 => c.ret(1.0),
+                    _ => c.ret::<[u8]>(STAND_IN),
+                }
             }
             Ok(())
         })

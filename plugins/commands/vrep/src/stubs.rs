@@ -32,6 +32,7 @@ const PLANNING: &str = "there is no path planning";
 const ENGINE: &str = "the engine has no parameters of the original's engines";
 const EDITOR: &str = "there is no editor";
 const PROGRAM: &str = "the original's program has it, this one does not";
+const PICTURES: &str = "images are not changed";
 const SCRIPTS: &str = "scripts are made with the scene";
 
 /// Commands of `sim` that had a flat name: name, what it gives, what a failed call gave, why.
@@ -162,6 +163,18 @@ const OLD: &[(&str, Gives, &str)] = &[
     ("setSimulationPassesPerRenderingPass", Int(1), WINDOWS),
     ("isRealTimeSimulationStepNeeded", Int(1), "simulation time is the only clock"),
     ("getLastErrorCode", Int(0), PROGRAM),
+    ("setIkGroupProperties", Int(-1), "there is no inverse kinematics"),
+    ("setIkElementProperties", Int(-1), "there is no inverse kinematics"),
+    ("checkIkGroup", Int(0), "there is no inverse kinematics"),
+    ("computeJacobian", Int(-1), "there is no inverse kinematics"),
+    ("getIkGroupMatrix", Nothing, "there is no inverse kinematics"),
+    ("generateIkPath", Nothing, "there is no inverse kinematics"),
+    ("getConfigForTipPose", Nothing, "there is no inverse kinematics"),
+    ("findMpPath", Nothing, PLANNING),
+    ("simplifyMpPath", Nothing, PLANNING),
+    ("getMpConfigTransition", Nothing, PLANNING),
+    ("transformBuffer", Text(""), PICTURES),
+    ("combineRgbImages", Text(""), PICTURES),
     ("createIkGroup", Int(-1), "there is no inverse kinematics"),
     ("createIkElement", Int(-1), "there is no inverse kinematics"),
     ("removeIkGroup", Int(-1), "there is no inverse kinematics"),
@@ -216,6 +229,27 @@ const MODERN: &[(&str, Gives, &str)] = &[
     ("setObjectFloatArrayParam", Nothing, PROGRAM),
     ("createCustomObject", Int(-1), PROGRAM),
     ("getExitRequest", Int(0), PROGRAM),
+    ("getAlternateConfigs", Nothing, PLANNING),
+];
+
+/// Marks of curves, by their numbers.
+const SCATTER: &[(&str, i64)] = &[
+    ("none", 0),
+    ("dot", 1),
+    ("cross", 2),
+    ("plus", 3),
+    ("circle", 4),
+    ("disc", 5),
+    ("square", 6),
+    ("diamond", 7),
+    ("star", 8),
+    ("triangle", 9),
+    ("triangle_inverted", 10),
+    ("cross_square", 11),
+    ("plus_square", 12),
+    ("cross_circle", 13),
+    ("plus_circle", 14),
+    ("peace", 15),
 ];
 
 /// Commands of the module for windows.
@@ -350,6 +384,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     ] {
         add(offer, format!("simRemoteApi.{name}"), Some((flat.to_owned(), MINUS)), Int(gives), remote);
     }
+    // The ROS interface of before 2016; without a node nothing is sent, and topics have no names.
+    for name in ["enablePublisher", "enableSubscriber"] {
+        let flat = format!("simExtROS_{name}");
+        add(offer, flat, None, Nothing, "there is no ROS node");
+    }
+    for name in ["disablePublisher", "disableSubscriber", "wakePublisher"] {
+        add(offer, format!("simExtROS_{name}"), None, Int(-1), "there is no ROS node");
+    }
     offer.prelude("lua", "sim-1", "return sim");
     offer.prelude("lua", "sim-2", "return sim");
     let named = |pairs: &[(&str, i64)]| -> Value {
@@ -362,7 +404,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ("filedialog_type", named(&[("load", 0), ("save", 1), ("load_multiple", 2), ("folder", 3)])),
         ("curve_type", named(&[("time", 0), ("xy", 1)])),
         ("curve_style", named(&[("scatter", 0), ("line", 1), ("line_and_scatter", 2), ("step_left", 3)])),
-        ("scatter_shape", named(&[("none", 0), ("dot", 1), ("cross", 2), ("plus", 3), ("circle", 4), ("square", 5)])),
+        ("scatter_shape", named(SCATTER)),
+        ("curve_scatter_shape", named(SCATTER)),
     ] {
         offer.constant(Constant::new(format!("simUI.{name}"), value));
     }

@@ -89,6 +89,9 @@ fn write(v: &Value, out: &mut Vec<u8>) -> Result {
 /// The value of bytes.
 pub(crate) fn unpack(data: &[u8]) -> Result<Value> {
     let garbage = || Fail::argument("the data is no packed table");
+    if data == STAND_IN {
+        return Ok(Value::List(Vec::new()));
+    }
     let mut rest = data.strip_prefix(&[MARK]).ok_or_else(garbage)?;
     let v = read(&mut rest, 0).ok_or_else(garbage)?;
     if rest.is_empty() { Ok(v) } else { Err(garbage()) }

@@ -66,6 +66,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 flags |= TATU_LIST_CHILDREN;
             }
             let all = typed(c, base, kind, flags)?;
+            if let (true, Some((_, kind))) = (all.is_empty(), STAND_INS.iter().find(|(n, _)| *n == kind)) {
+                c.world().wanted(base, "./", kind);
+            }
             c.ret::<[i64]>(all.as_slice());
             Ok(())
         })
@@ -162,6 +165,9 @@ fn base(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
 }
 
 /// Objects of a V-REP type at and below `base`.
+/// What is made where objects of a type are missed in a tree, by the type's number.
+const STAND_INS: &[(i64, &str)] = &[(0, "shape"), (1, "joint"), (5, "proximity/1"), (12, "force_sensor")];
+
 fn typed(c: &Ctx<'_>, base: tatu_object, kind: i64, flags: u32) -> Result<Vec<i64>> {
     let Some(kinds) = kinds_of(kind) else {
         return Ok(Vec::new());

@@ -1,5 +1,7 @@
 -- Names that left the language. Arguments: whether the script is of an old dialect, and three helpers.
 local old, truncating, getfenv51, setfenv51 = ...
+-- Scripts may use these names for something of their own.
+local type, pairs, tonumber, math = type, pairs, tonumber, math
 
 unpack = unpack or table.unpack
 math.pow = math.pow or function(x, y) return x ^ y end

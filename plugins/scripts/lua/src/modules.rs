@@ -189,18 +189,6 @@ unsafe fn find(l: *mut lua_State) -> bool {
         }
     }
     lua_settop(l, 2);
-    if let Some(text) = prelude(s, bytes(l, 1)) {
-        push(l, b"=");
-        lua_pushvalue(l, 1);
-        lua_concat(l, 2);
-        let name = lua_tolstring(l, 3, std::ptr::null_mut());
-        remember(s, bytes(l, 3), text);
-        if luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name, c"t".as_ptr()) != LUA_OK {
-            lua_error(l);
-        }
-        lua_replace(l, 3);
-        return true;
-    }
     lua_pushvalue(l, 1);
     push(l, b".");
     lua_concat(l, 2);
@@ -225,10 +213,24 @@ unsafe fn find(l: *mut lua_State) -> bool {
         lua_settop(l, 3);
         return true;
     }
-    if s.scratch.borrow().starts_with(b"cannot open ") {
-        return false;
+    if !s.scratch.borrow().starts_with(b"cannot open ") {
+        lua_error(l); // a file that is there, with an error of its own
     }
-    lua_error(l) // a file that is there, with an error of its own
+    // Files come first: a user's module may have the name of one that a plugin brings.
+    lua_settop(l, 2);
+    if let Some(text) = prelude(s, bytes(l, 1)) {
+        push(l, b"=");
+        lua_pushvalue(l, 1);
+        lua_concat(l, 2);
+        let name = lua_tolstring(l, 3, std::ptr::null_mut());
+        remember(s, bytes(l, 3), text);
+        if luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name, c"t".as_ptr()) != LUA_OK {
+            lua_error(l);
+        }
+        lua_replace(l, 3);
+        return true;
+    }
+    false
 }
 
 unsafe fn missing(l: *mut lua_State) -> i32 {

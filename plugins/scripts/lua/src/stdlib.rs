@@ -421,6 +421,10 @@ unsafe extern "C-unwind" fn randomseed(l: *mut lua_State) -> i32 {
     if lua_gettop(l) == 0 {
         lua_pushinteger(l, state::of(l).instance.seed as i64);
     }
+    // Fractions were cut off by all Luas but the newest.
+    for i in 1..=lua_gettop(l) {
+        text::truncate_at(l, i);
+    }
     lua_pushvalue(l, lua_upvalueindex(1));
     lua_insert(l, 1);
     lua_call(l, lua_gettop(l) - 1, 0);

@@ -223,7 +223,7 @@ impl Reader<'_> {
     unsafe fn map(&mut self, idx: i32, n: usize, at: &Step<'_>, here: *const c_void) -> tatu_value {
         let l = self.l;
         let room = self.take::<tatu_pair>(n);
-        let mut i = 0;
+        let (mut i, top) = (0, lua_gettop(l));
         lua_pushnil(l);
         while i < n && lua_next(l, idx) != 0 {
             let value = lua_gettop(l);
@@ -244,10 +244,8 @@ impl Reader<'_> {
             lua_pop(l, 1);
             i += 1;
         }
-        if i == n {
-            // The last key, which nobody asked to go on from: the map around this one goes on from its own.
-            lua_pop(l, 1);
-        }
+        // The last key, which nobody took: a table around this one goes on with its own.
+        lua_settop(l, top);
         span(TATU_MAP, room.cast(), i)
     }
 

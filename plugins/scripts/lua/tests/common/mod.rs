@@ -219,11 +219,19 @@ static COMMANDS: tatu_host_commands = tatu_host_commands {
     call_func: Some(call_func),
 };
 unsafe extern "C" fn prop(_: *const tatu_host, key: *const c_char) -> tatu_prop {
-    u32::from(CStr::from_ptr(key) == c"scene.time")
+    match CStr::from_ptr(key).to_bytes() {
+        b"scene.clock" => 1,
+        b"scene.epoch" => 2,
+        _ => 0,
+    }
 }
 unsafe extern "C" fn get_f64(w: WorldPtr, _: tatu_object, p: tatu_prop, out: *mut f64, _: u32) -> tatu_status {
-    assert_eq!(p, 1);
-    *out = host(w).time.get();
+    // The first second of 2015, in universal time.
+    *out = match p {
+        1 => host(w).time.get(),
+        2 => 1_420_070_400.0,
+        _ => panic!("a property that this host does not have: {p}"),
+    };
     TATU_OK
 }
 unsafe extern "C" fn write(h: *const tatu_host, _: WorldPtr, level: u32, line: tatu_str) {

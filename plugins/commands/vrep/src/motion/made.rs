@@ -1,0 +1,217 @@
+//! What each command's arguments mean: the motion that it makes.
+
+use super::{Answer, Listener, Motion, Mover};
+use crate::{
+    algebra::{self as al, Pose},
+    kit::*,
+    profile::Profile,
+};
+
+/// Numbers of a value: a table, or one number for all.
+fn several(v: ValueRef<'_>, n: usize) -> Vec<f64> {
+    match v.as_f64() {
+        Some(x) => vec![x; n],
+        None => v.numbers().unwrap_or_default(),
+    }
+}
+
+fn listener(c: &Ctx<'_>, v: ValueRef<'_>) -> Result<Listener> {
+    Ok(match (v.as_func(), v.as_str()) {
+        (Some(f), _) => Listener::Function(c.keep_func(f)?),
+        (_, Some(name)) => Listener::Named(name.into_owned()),
+        _ => Listener::Nobody,
+    })
+}
+
+fn packed(v: ValueRef<'_>) -> Vec<u8> {
+    if v.is_nil() { Vec::new() } else { v.to_value().and_then(|v| crate::tables::pack(&v)).unwrap_or_default() }
+}
+
+fn joints_of(c: &Ctx<'_>, v: ValueRef<'_>) -> Result<Vec<tatu_object>> {
+    let all = v.numbers().unwrap_or_default();
+    all.iter()
+        .map(|n| {
+            let id = *n as u64 & HANDLE_BITS as u64;
+            let o = c.world().look(id).map_err(|_| Fail::missing(format!("there is no object {n}")))?;
+            if o.kind == TATU_KIND_JOINT || c.world().used_as(o.id, "joint") {
+                Ok(o.id)
+            } else {
+                Err(Fail::argument(format!("object {n} is not a joint")))
+            }
+        })
+        .collect()
+}
+
+fn positions(c: &Ctx<'_>, joints: &[tatu_object]) -> Result<Vec<f64>> {
+    joints.iter().map(|j| c.world().f64(*j, c.plugin().p.joint_position)).collect()
+}
+
+pub(super) fn config(c: &Ctx<'_>) -> Result<Motion> {
+    let nil = ValueRef::NIL;
+    let params = c.arg(0);
+    let of = |key: &str, i: usize| if params.map().is_some() { params.get(key).unwrap_or(nil) } else { c.arg(i) };
+    let joints = if params.map().is_some() { joints_of(c, of("joints", 0))? } else { Vec::new() };
+    let start = match of("pos", 1).numbers() {
+        Some(p) if !p.is_empty() => p,
+        _ => positions(c, &joints)?,
+    };
+    let n = start.len();
+    if n == 0 {
+        return Err(Fail::argument("it tells neither joints nor where it begins").help("give `joints`, or `pos`"));
+    }
+    let target = several(of("targetPos", 7), n);
+    if target.len() < n {
+        return Err(Fail::argument(format!("targetPos has {} numbers where {n} are needed", target.len())));
+    }
+    let limits = [several(of("maxVel", 4), n), several(of("maxAccel", 5), n), several(of("maxJerk", 6), n)];
+    Ok(Motion {
+        profile: Profile::to(&start, &several(of("vel", 2), n), &target, [&limits[0], &limits[1], &limits[2]]),
+        mover: if joints.is_empty() { Mover::Nothing } else { Mover::Joints(joints) },
+        listener: listener(c, of("callback", 9))?,
+        answer: if params.map().is_some() { Answer::Map } else { Answer::List },
+        data: packed(of("auxData", 10)),
+    })
+}
+
+fn towards(from: Pose, to: Pose, limits: [Vec<f64>; 3]) -> Profile {
+    let angle = al::axis_angle(al::turn(al::rotation(&to), al::conjugate(al::rotation(&from)))).1.abs();
+    let (start, target) = ([from[0], from[1], from[2], 0.0], [to[0], to[1], to[2], angle]);
+    Profile::to(&start, &[], &target, [&limits[0], &limits[1], &limits[2]])
+}
+
+pub(super) fn pose(c: &Ctx<'_>) -> Result<Motion> {
+    let params = c.arg(0);
+    let map = params.map().is_some();
+    let of = |key: &str, i: usize| if map { params.get(key).unwrap_or(ValueRef::NIL) } else { c.arg(i) };
+    let handle_of = |key: &str| -> Result<tatu_object> {
+        match params.get(key).and_then(|v| v.as_i64()) {
+            Some(n) if n > 0 => Ok(c.world().look(n as u64 & HANDLE_BITS as u64)?.id),
+            _ => Ok(0),
+        }
+    };
+    let (object, frame) = if map { (handle_of("object")?, handle_of("relObject")?) } else { (0, 0) };
+    let read = |v: ValueRef<'_>, i: usize| -> Result<Pose> {
+        if v.len() >= 12 { Ok(al::of_matrix(&numbers_of(v, i)?)) } else { numbers_of(v, i) }
+    };
+    let start = of("pose", 1);
+    let from = if is_table(start) {
+        read(start, 1)?
+    } else if object != 0 {
+        c.world().pose(object, frame)?
+    } else {
+        return Err(Fail::argument("it tells neither an object nor where it begins").help("give `object`, or `pose`"));
+    };
+    let to = read(of("targetPose", 5), 5)?;
+    let limits = [several(of("maxVel", 2), 4), several(of("maxAccel", 3), 4), several(of("maxJerk", 4), 4)];
+    Ok(Motion {
+        profile: towards(from, to, limits),
+        mover: Mover::Pose { object, frame, from, to },
+        listener: listener(c, of("callback", 6))?,
+        answer: if map { Answer::Map } else { Answer::List },
+        data: packed(of("auxData", 7)),
+    })
+}
+
+pub(super) fn rml_joints(c: &Ctx<'_>) -> Result<Motion> {
+    let joints = joints_of(c, c.arg(0))?;
+    let (start, n) = (positions(c, &joints)?, joints.len());
+    let limits = [4, 5, 6].map(|i| several(c.arg(i), n));
+    Ok(Motion {
+        profile: Profile::to(
+            &start,
+            &several(c.arg(2), n),
+            &several(c.arg(7), n),
+            [&limits[0], &limits[1], &limits[2]],
+        ),
+        mover: Mover::Joints(joints),
+        listener: Listener::Nobody,
+        answer: Answer::Old,
+        data: Vec::new(),
+    })
+}
+
+fn frame_of(c: &Ctx<'_>, object: tatu_object, i: usize) -> Result<tatu_object> {
+    match int_or(c, i, -1)? {
+        -1 => Ok(0),
+        HANDLE_PARENT => parent(c, object),
+        _ => Ok(living(c, i)?.id),
+    }
+}
+
+fn move_object(
+    c: &Ctx<'_>,
+    to: impl Fn(Pose) -> Result<Pose>,
+    limits: [Vec<f64>; 3],
+    answer: Answer,
+) -> Result<Motion> {
+    let object = living(c, 0)?.id;
+    let frame = if answer == Answer::Left && c.arg(1).as_i64().is_none() { 0 } else { frame_of(c, object, 1)? };
+    let from = c.world().pose(object, frame)?;
+    let to = to(from)?;
+    let mover = Mover::Pose { object, frame, from, to };
+    Ok(Motion { profile: towards(from, to, limits), mover, listener: Listener::Nobody, answer, data: Vec::new() })
+}
+
+pub(super) fn rml_position(c: &Ctx<'_>) -> Result<Motion> {
+    let to = |mut at: Pose| {
+        if c.has(8) {
+            at[..3].copy_from_slice(&numbers::<3>(c, 8)?);
+        }
+        if c.has(9) {
+            at[3..].copy_from_slice(&crate::poses::unit(numbers(c, 9)?, 9)?);
+        }
+        Ok(at)
+    };
+    move_object(c, to, [5, 6, 7].map(|i| several(c.arg(i), 4)), Answer::Old)
+}
+
+/// Limits of velocity and acceleration that hold for the whole way.
+fn even(v: f64, a: f64) -> [Vec<f64>; 3] {
+    [vec![v; 4], vec![if a > 0.0 { a } else { 0.0 }; 4], Vec::new()]
+}
+
+pub(super) fn to_position(c: &Ctx<'_>) -> Result<Motion> {
+    let to = |mut at: Pose| {
+        if c.has(2) {
+            at[..3].copy_from_slice(&numbers::<3>(c, 2)?);
+        }
+        if c.has(3) {
+            at[3..].copy_from_slice(&al::from_euler(numbers(c, 3)?));
+        }
+        Ok(at)
+    };
+    let accel = if c.has(5) { c.f64(5)? } else { 0.0 };
+    move_object(c, to, even(c.f64(4)?, accel), Answer::Left)
+}
+
+pub(super) fn to_object(c: &Ctx<'_>) -> Result<Motion> {
+    let (object, target, what) = (living(c, 0)?.id, living(c, 1)?.id, int_or(c, 2, 3)?);
+    let from = c.world().pose(object, 0)?;
+    let goal = c.world().pose(target, 0)?;
+    let p = if what & 1 != 0 { al::position(&goal) } else { al::position(&from) };
+    let q = if what & 2 != 0 { al::rotation(&goal) } else { al::rotation(&from) };
+    let to = al::pose(p, q);
+    // The velocity is that of the whole way.
+    let v = if c.has(4) { c.f64(4)?.abs().max(1e-6) } else { 1.0 };
+    let angle = al::axis_angle(al::turn(q, al::conjugate(al::rotation(&from)))).1.abs();
+    let way = al::length(al::sub(p, al::position(&from))).max(1e-9);
+    let accel = if c.has(5) { c.f64(5)?.max(0.0) } else { 0.0 };
+    let by = |x: f64| vec![way * x, way * x, way * x, angle.max(1e-9) * x];
+    let mover = Mover::Pose { object, frame: 0, from, to };
+    let profile = towards(from, to, [by(v), by(accel), Vec::new()]);
+    Ok(Motion { profile, mover, listener: Listener::Nobody, answer: Answer::Left, data: Vec::new() })
+}
+
+pub(super) fn to_joints(c: &Ctx<'_>) -> Result<Motion> {
+    let joints = joints_of(c, c.arg(0))?;
+    let (start, n) = (positions(c, &joints)?, joints.len());
+    let (v, a) = (several(c.arg(2), n), several(c.arg(3), n));
+    let profile = Profile::to(&start, &[], &several(c.arg(1), n), [&v, &a, &[]]);
+    Ok(Motion {
+        profile,
+        mover: Mover::Joints(joints),
+        listener: Listener::Nobody,
+        answer: Answer::Left,
+        data: Vec::new(),
+    })
+}
