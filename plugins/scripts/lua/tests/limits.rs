@@ -73,7 +73,8 @@ fn endless_loops_end() {
         assert_eq!(e.code, TATU_ERR_BUDGET, "{text}: {e:?}");
         assert!(e.text.contains("used up its 200000 instructions"), "{text}: {e:?}");
         assert_eq!(e.file, "t.lua", "{text}: {e:?}");
-        assert!(s.used.get() < 500_000, "{text}: {}", s.used.get());
+        // What begins within the budget is done, and counts whole: 10 MB are some 160,000 instructions, and as many for room.
+        assert!(s.used.get() < 600_000, "{text}: {}", s.used.get());
         // From now on it is dead.
         assert_eq!(s.init().unwrap_err().code, TATU_ERR_BUDGET);
         assert_eq!(s.find(TATU_FIND_FUNCTION, "nothing"), 0);
