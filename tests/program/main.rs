@@ -51,6 +51,7 @@ mod service;
 mod sonar;
 mod standins;
 mod state;
+mod talk;
 mod threads;
 mod thruster;
 mod tree;

@@ -92,7 +92,7 @@ rows! {
     ModelBase "object.model_base" ANY, TATU_BOOL 0 None, Live FREE, "Whether it is the base of a model; default false.";
     Visible "object.visible" ANY, TATU_BOOL 0 None, Live FREE, "Whether pictures show it; default true.";
     Layer "object.layer" ANY, TATU_I64 0 None, Live FREE, "Layers it belongs to, one bit each; default 1.";
-    Notes "object.data" ANY, TATU_MAP 0 None, Live FREE, "Free data: texts by tag, for scripts and plugins; default none.";
+    Notes "object.data" ANY, TATU_MAP 0 None, Live FREE, "Free data: texts by tag, for scripts and plugins; a stop leaves it, but for tags that begin with a control character; default none.";
     Primitive "shape.primitive" SHAPE, TATU_TEXT 0 None, Rebuilds PRIMITIVES, "Its form; default box.";
     Size "shape.size" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Full extents along x, y, z; round forms take x as diameter and z as length; default 0.1 each.";
     Mesh "shape.mesh" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Number of its mesh, for the primitive `mesh`.";
@@ -152,7 +152,7 @@ rows! {
     Seed "scene.seed" WORLD, TATU_I64 0 None, ReadOnly FREE, "The seed of all that is random; default 0.";
     Allow "scene.allow" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "What scripts may reach outside of the run, with commas: `exec` other programs, `native` libraries.";
     SceneFile "scene.file" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "The file of the scene.";
-    WorldNotes "scene.data" WORLD, TATU_MAP 0 None, Live FREE, "Free data of the world: texts by tag; default none.";
+    WorldNotes "scene.data" WORLD, TATU_MAP 0 None, Live FREE, "Free data of the world: texts by tag, as `object.data`; default none.";
     Running "scene.running" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether the world is started.";
     ClockTime "scene.clock" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "What clocks show since the start: simulation time, or in a run in real time what passed outside until this step.";
     Epoch "scene.epoch" WORLD, TATU_I64 0 Some("s"), ReadOnly FREE, "The date of the start, from the first second of 1970: the first second of 2015, or in a run in real time the real one.";

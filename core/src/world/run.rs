@@ -12,6 +12,8 @@
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
+use std::collections::BTreeMap;
+
 use super::{Phase, World, WorldCell};
 use crate::{
     document::ScriptSpec,
@@ -177,17 +179,26 @@ impl World {
     }
 }
 
+/// Free data stays, but for what plugins keep there of an object: tags that begin with a control character.
+fn leave(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<Vec<u8>, Vec<u8>>) {
+    let free = |tag: &[u8]| tag.first().is_none_or(|c| !c.is_ascii_control());
+    then.retain(|tag, _| !free(tag));
+    then.extend(now.iter().filter(|(tag, _)| free(tag)).map(|(tag, data)| (tag.clone(), data.clone())));
+}
+
 /// The scene as it was at the start, but for what a stop leaves.
 fn go_back(cell: &WorldCell, mut initial: Scene) {
     let mut scene = cell.scene.borrow_mut();
     for (slot, now) in scene.slots() {
         if let Some(then) = initial.get_mut(slot).filter(|o| o.uid == now.uid) {
             (then.alias, then.suffix, then.layer) = (now.alias.clone(), now.suffix, now.layer);
+            leave(&mut then.notes, &now.notes);
             if let (Data::Shape(then), Data::Shape(now)) = (&mut then.data, &now.data) {
                 (then.color, then.mass, then.inertia) = (now.color, now.mass, now.inertia);
             }
         }
     }
+    leave(&mut initial.notes, &scene.notes);
     // What the engine and the beams made of the running scene is not what they make of this one.
     initial.shape_version = scene.shape_version + 1;
     *scene = initial;
