@@ -7,7 +7,7 @@ use crate::kit::*;
 const ROBOT: &str = "/Pioneer_p3dx";
 const MOTOR: &str = "/Pioneer_p3dx/Pioneer_p3dx_leftMotor";
 
-/// Kinds of errors that the issue allows.
+/// Kinds of errors that docs/reference/errors.md tells of.
 const KINDS: [&str; 8] =
     ["unknown_function", "unsupported", "bad_argument", "missing_object", "runtime", "budget", "plugin", "physics"];
 

@@ -167,7 +167,7 @@ fn abi_stable_stays_in_one_file() {
 
 #[test]
 fn every_dependency_has_its_reason() {
-    // The issue, point 1: a reason beside each, that is a comment above it, or above the first of a group.
+    // A reason beside each: a comment above it, or above the first of a group.
     let text = fs::read_to_string(root().join("Cargo.toml")).unwrap();
     let table = text.split("[workspace.dependencies]").nth(1).unwrap().split("\n[").next().unwrap();
     let mut told = false;
