@@ -74,9 +74,14 @@ pub(crate) fn runtime(message: &str, near: impl Fn(&str) -> Option<String>) -> O
 
 /// The name in `all` that a misspelt one is nearest to, if it is near at all.
 pub(crate) fn nearest(name: &str, all: impl Iterator<Item = String>) -> Option<String> {
+    // Short names are near with two slips at most: `simROS` is no misspelt `simRMLPos`.
+    let most = |known: &str| match name.len() {
+        n @ ..=8 => n.div_ceil(4),
+        n => 1 + n.max(known.len()) / 4,
+    };
     all.filter(|known| known != name)
         .map(|known| (strsim::damerau_levenshtein(&name.to_lowercase(), &known.to_lowercase()), known))
-        .filter(|(d, known)| *d <= 1 + known.len().max(name.len()) / 4)
+        .filter(|(d, known)| *d <= most(known))
         .min()
         .map(|(_, known)| known)
 }
@@ -152,5 +157,6 @@ mod tests {
             assert!(syntax(message).unwrap_or_default().contains(words), "{message}");
         }
         assert_eq!(nearest("zzzzzz", all()), None);
+        assert_eq!(nearest("simROS", ["simRMLPos".to_owned()].into_iter()), None);
     }
 }
