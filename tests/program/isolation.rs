@@ -130,3 +130,32 @@ fn nothing_of_the_machine_is_reached_unless_it_is_allowed() {
         Place::scene(&watcher("a", "function sysCall_init() os.execute('ls') end")).run(&["--steps", "1"]).errors();
     assert!(errors[0]["help"].as_str().unwrap().contains("--allow"), "{errors:?}");
 }
+
+/// Of a hundred robots that do not meet, one that never comes back is named, and leaves 99 as they are without it.
+#[test]
+fn an_endless_loop_leaves_99_other_robots_alone() {
+    let scene: String = (0..100)
+        .map(|i| {
+            let (x, y) = (5 * (i % 10), 5 * (i / 10));
+            format!(
+                "[[model]]\nmodel = \"pioneer_p3dx\"\nalias = \"r{i}\"\nposition_m = [{x}, {y}, 0]\nscript = {{ text = '''{DRIVE}''' }}\n"
+            )
+        })
+        .collect();
+    const DRIVE: &str = "function sysCall_actuation()
+            sim.setJointTargetVelocity(sim.getObject('./Pioneer_p3dx_leftMotor'), 2)
+        end";
+    let place = Place::scene(&scene);
+    place.write("loop.lua", "function sysCall_actuation() while true do end end");
+    let run = |more: &[&str]| place.tatu(&[&["run", "scene.toml", "--steps", "10", "--json"], more].concat()).json();
+    let (all, one) = (run(&[]), run(&["--script", "/r42=loop.lua"]));
+    let errors = one["errors"].as_array().unwrap();
+    assert_eq!(
+        (errors.len(), errors[0]["kind"].as_str(), errors[0]["object"].as_str()),
+        (1, Some("budget"), Some("/r42"))
+    );
+    assert_eq!(all["errors"], serde_json::json!([]));
+    let same = |i: usize| all["objects"][format!("/r{i}")]["hash"] == one["objects"][format!("/r{i}")]["hash"];
+    let changed: Vec<usize> = (0..100).filter(|i| !same(*i)).collect();
+    assert_eq!(changed, [42], "it stands still; the others drive as before");
+}
