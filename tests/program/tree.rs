@@ -140,7 +140,8 @@ fn no_file_is_longer_than_one_reads() {
 #[test]
 fn nothing_depends_on_where_it_lies() {
     // Written in two halves, so that this file does not hold them.
-    let places = [("/wo", "rk/"), ("/ho", "me/"), ("/Us", "ers/"), ("/tm", "p/"), ("/ro", "ot/"), ("C:", "\\\\")].map(|(a, b)| format!("{a}{b}"));
+    let places = [("/wo", "rk/"), ("/ho", "me/"), ("/Us", "ers/"), ("/tm", "p/"), ("/ro", "ot/"), ("C:", "\\\\")]
+        .map(|(a, b)| format!("{a}{b}"));
     for file in files(root()) {
         let Ok(text) = fs::read_to_string(&file) else { continue };
         for (i, line) in text.lines().enumerate() {

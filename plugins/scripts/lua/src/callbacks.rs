@@ -135,19 +135,18 @@ pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) ->
 
 /// A number for something callable, or 0.
 pub(crate) fn find(s: &Script, how: u32, name: &[u8]) -> u32 {
-    let (style, rules, silent, over) = {
+    let (style, rules, over) = {
         let text = s.text.borrow();
-        (text.style, text.rules.clone(), text.silent, text.over)
+        (text.style, text.rules.clone(), text.over)
     };
     let mut there = false;
     match how {
         TATU_FIND_CALLBACK if over => {}
         TATU_FIND_CALLBACK if rules.style.is_some_and(|s| s.first() != INIT) => {
             let first = rules.style.map_or(INIT, Style::first);
-            there = name == first && !silent && (style == Style::NotRun || style == Style::Step);
+            there = name == first && (style == Style::NotRun || style == Style::Step);
         }
         TATU_FIND_CALLBACK if name == INIT || name == INFO && style == Style::NotRun => there = true,
-        TATU_FIND_CALLBACK if silent && name != CLEANUP => {}
         TATU_FIND_CALLBACK => match style {
             Style::NotRun | Style::Step | Style::Thread => {}
             Style::Rerun => there = rules.rerun.as_ref().is_some_and(|r| r.has(name)),
@@ -261,9 +260,6 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
         let _ = s.protect(&mut |l| unsafe {
             settle(l, s, rules, may_rerun);
         });
-    }
-    if result.is_err() && how == TATU_FIND_CALLBACK && !s.old.get() {
-        s.text.borrow_mut().silent = true;
     }
     if how == TATU_FIND_CALLBACK && name == CLEANUP {
         s.text.borrow_mut().over = true;

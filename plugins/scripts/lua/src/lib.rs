@@ -42,10 +42,7 @@ mod threads;
 mod time;
 mod traits;
 
-use tatu_plugin_api::{
-    abi::{TATU_ERR_GONE, TATU_LOG_ERROR},
-    safe::*,
-};
+use tatu_plugin_api::{abi::TATU_LOG_ERROR, safe::*};
 
 /// The plugin: it keeps nothing, every script is an instance of the language.
 struct Lua;
@@ -113,12 +110,7 @@ impl Language for state::Script {
         budget: Budget,
         used: &mut u64,
     ) -> Result<Flow> {
-        let result = threads::resume(self, token, failed, frame, budget, used);
-        // A token that is gone is the host's mistake, not the script's.
-        if result.as_ref().is_err_and(|e| e.code() != TATU_ERR_GONE) && !self.old.get() {
-            self.text.borrow_mut().silent = true;
-        }
-        result
+        threads::resume(self, token, failed, frame, budget, used)
     }
     const STATE_VERSION: u32 = capture::VERSION;
     fn save(&self) -> Result<Vec<u8>> {

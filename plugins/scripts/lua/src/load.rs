@@ -78,8 +78,6 @@ pub(crate) struct Text {
     pub style: Style,
     /// Whether the text can be one that runs as a whole.
     pub may_rerun: bool,
-    /// A callback failed, and the dialect is one in which nothing but the clean-up is called afterwards.
-    pub silent: bool,
     /// The clean-up has run: nothing is called any more.
     pub over: bool,
     /// Callables that were asked for: how, name.
@@ -146,7 +144,6 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
         rules: Rc::new(rules),
         style: Style::NotRun,
         may_rerun,
-        silent: false,
         over: false,
         names: Vec::new(),
     };

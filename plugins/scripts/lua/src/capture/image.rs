@@ -84,7 +84,6 @@ pub(super) struct Known {
     pub entries: u64,
     pub generation: u64,
     pub style: u8,
-    pub silent: bool,
     pub names: Vec<(u32, Vec<u8>)>,
     pub line: Vec<u8>,
 }

@@ -35,7 +35,7 @@ use crate::{
 use image::{Image, Known};
 
 /// Version of the bytes.
-pub(crate) const VERSION: u32 = 2;
+pub(crate) const VERSION: u32 = 3;
 
 /// The state as bytes; a failure names the variable that cannot be written. The script does not notice.
 pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
@@ -164,7 +164,6 @@ fn known(s: &Script) -> Known {
             Style::Step => 3,
             Style::Thread => 4,
         },
-        silent: text.silent,
         names: text.names.iter().map(|(how, name)| (*how, name.to_vec())).collect(),
         line: s.line.borrow().clone(),
     }
@@ -188,7 +187,6 @@ fn recall(s: &Script, known: Known) {
         4 => Style::Thread,
         _ => Style::NotRun,
     };
-    text.silent = known.silent;
     text.names = known.names.into_iter().map(|(how, name)| (how, name.into())).collect();
 }
 
