@@ -197,6 +197,16 @@ impl Default for Shape {
     }
 }
 
+impl Object {
+    /// Whether pictures show it: it is visible, and on one of the layers that are shown.
+    pub fn is_visible(&self) -> bool {
+        self.visible && self.layer & SHOWN_LAYERS != 0
+    }
+}
+
+/// The lower eight of the sixteen layers are shown, the others hold what is hidden.
+const SHOWN_LAYERS: u32 = 0xFF;
+
 impl Shape {
     /// Whether beams see it: floors that are planes are left out unless a scene asks for them.
     pub fn is_detectable(&self) -> bool {

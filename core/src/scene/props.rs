@@ -312,6 +312,9 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         (_, Data::Graph(g), _) => set_graph(g, row, value)?,
         _ => None,
     };
+    if matches!(row, Row::Visible | Row::Layer | Row::Color) {
+        scene.seen_version += 1;
+    }
     match done {
         Some(_) if rebuilds => {
             scene.touch(slot);

@@ -43,6 +43,9 @@ pub struct Scene {
     next_uid: u64,
     /// Grows with every change of the tree or of what the engine and beams are made of.
     pub shape_version: u64,
+    /// Grows when something can be seen, or looks, otherwise than before.
+    #[serde(skip)]
+    pub seen_version: u64,
     /// Free data of the world itself, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     #[serde(skip)]
@@ -58,6 +61,7 @@ impl Default for Scene {
             order: Vec::new(),
             next_uid: 1,
             shape_version: 1,
+            seen_version: 0,
             notes: BTreeMap::new(),
             index: NameIndex::default(),
         }

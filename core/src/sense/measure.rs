@@ -5,7 +5,11 @@ use std::ffi::c_void;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tatu_plugin_api::abi::*;
 
-use super::{Layout, Sensing};
+use super::{
+    Layout, Sensing,
+    draw::{self, Key},
+    image::{self, Frames},
+};
 use crate::{
     beams::{Beam, Hit},
     calls::{ErrorSlot, answer},
@@ -30,6 +34,9 @@ pub(crate) struct Scratch {
     sensor: Vec<tatu_object>,
     fields: Vec<*mut c_void>,
     status: Vec<tatu_status>,
+    primitive: Vec<u32>,
+    keys: Vec<Key>,
+    frames: Frames,
 }
 
 /// A sensor, or a whole kind, that failed: device, and what it said.
@@ -86,9 +93,11 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     let inputs = kind_info.raw.inputs;
     let Sensing { devices: all, targets, scratch: s, .. } = sensing;
     s.clear();
+    let mut visible = false;
     for i in devices {
         let d = &mut all[*i];
         let Layout { plan, spans, .. } = &*d.layout;
+        visible |= plan.visible;
         let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);
         let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
         s.first_beam.push(s.beams.len() as u64);
@@ -115,15 +124,33 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
         if inputs & TATU_IN_TWIST != 0 {
             s.twist.push(twist(d.slot));
         }
+        s.keys.push(Key::new(d.seed, d.drawn, 0));
         d.sequence += 1;
+        d.drawn += 1;
         d.time = moment.time;
+        if let Some(image) = plan.image {
+            let seen = image::Look { image, plan, world_from_sensor: world, skip_group, only_object: only };
+            pool.install(|| s.frames.add(&seen, targets.beams(plan.visible), inputs));
+        } else {
+            s.frames.skip();
+        }
     }
     s.first_beam.push(s.beams.len() as u64);
     s.hits.resize(s.beams.len(), Hit::NONE);
-    pool.install(|| targets.beams.cast(&s.beams, &mut s.hits));
+    if !visible {
+        pool.install(|| targets.beams(false).cast(&s.beams, &mut s.hits));
+    } else {
+        for (i, d) in devices.iter().enumerate() {
+            let range = s.first_beam[i] as usize..s.first_beam[i + 1] as usize;
+            let seen = targets.beams(all[*d].layout.plan.visible);
+            pool.install(|| seen.cast(&s.beams[range.clone()], &mut s.hits[range]));
+        }
+    }
     s.spread(inputs, devices.iter().map(|i| all[*i].layout.plan.turns.as_slice()));
     s.status.resize(devices.len(), TATU_OK);
-    let batch = s.batch(devices.len(), kind_info.fields.len(), moment);
+    let random = draw::table(&s.keys);
+    let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
+    batch.random = &random;
     let mut error = ErrorSlot::new();
     let me = registry.plugins[kind_info.plugin].me;
     // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
@@ -170,6 +197,9 @@ impl Scratch {
         self.sensor.clear();
         self.fields.clear();
         self.status.clear();
+        self.primitive.clear();
+        self.keys.clear();
+        self.frames.clear();
     }
 
     /// Hits into the arrays that the kind asked for; points and normals into the sensor's frame.
@@ -179,6 +209,9 @@ impl Scratch {
         }
         if inputs & TATU_IN_OBJECT != 0 {
             self.object.extend(self.hits.iter().map(|h| if h.is_some() { h.object } else { 0 }));
+        }
+        if inputs & TATU_IN_PRIMITIVE != 0 {
+            self.primitive.extend(self.hits.iter().map(|h| h.primitive));
         }
         if inputs & (TATU_IN_POINT | TATU_IN_NORMAL) == 0 {
             return;
@@ -223,6 +256,14 @@ impl Scratch {
             twist: some(&self.twist).cast(),
             fields: some(&self.fields),
             status: self.status.as_mut_ptr(),
+            color: std::ptr::null(),
+            primitive: some(&self.primitive),
+            first_pixel: some(&self.frames.first),
+            depth: some(&self.frames.depth),
+            pixel_color: some(&self.frames.color).cast(),
+            pixel_cosine: some(&self.frames.cosine),
+            pixel_object: some(&self.frames.object),
+            random: std::ptr::null(),
         }
     }
 }

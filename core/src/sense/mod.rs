@@ -1,23 +1,26 @@
 //! Sensors: who is due, their beams, their readings.
 //!
 //! - [`Sensing`]: the world's devices and their host-owned readings;
-//! - `targets`: the scene as beams see it;
+//! - `plan`: what a device sends out, as its plugin told;
+//! - `targets`: the scene as beams and images see it;
+//! - `draw`: random numbers that depend on nothing but seed, sensor and count;
 //! - `measure`: one batch per kind: beams cast together, one call of the plugin.
 
+mod draw;
+mod image;
 mod measure;
+mod plan;
 mod targets;
 
 use std::{ffi::c_void, rc::Rc};
 
-use nalgebra::{UnitQuaternion, Vector3};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 pub use measure::{Around, Job, Moment, measure};
+pub(crate) use plan::BeamPlan;
 pub use targets::Targets;
 
 use crate::{
-    beams::{Faces, Volume},
-    calls::{ErrorSlot, answer},
     host::{
         FieldInfo, SensorKind,
         instance::{Made, make},
@@ -25,21 +28,6 @@ use crate::{
     },
     world::WorldCell,
 };
-
-/// What a device sends out.
-#[derive(Debug, PartialEq)]
-pub(crate) struct BeamPlan {
-    pub volume: Volume,
-    /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for a sensor without beams.
-    pub directions: Vec<[f64; 3]>,
-    /// For each direction, the turn that makes +z look along it.
-    pub turns: Vec<UnitQuaternion<f64>>,
-    pub near: f64,
-    pub far: f64,
-    pub max_incidence: f64,
-    pub faces: Faces,
-    pub skip_model: bool,
-}
 
 /// One sensor's instance and its last reading.
 pub(crate) struct Device {
@@ -55,6 +43,10 @@ pub(crate) struct Device {
     pub fields: Vec<u64>,
     pub sequence: u64,
     pub time: f64,
+    /// From the scene's seed and the sensor: the key of its random numbers.
+    pub seed: u64,
+    /// How often it has measured since the start, resets or not: what random numbers are drawn by.
+    pub drawn: u64,
     /// Switched off after a fault.
     pub off: bool,
 }
@@ -120,6 +112,7 @@ impl Device {
         params: Vec<Value>,
     ) -> Result<Self, String> {
         let kind = &world.registry.sensors[kind_index];
+        let seed = instance.seed;
         let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
         let mut device = Device {
             slot,
@@ -132,6 +125,8 @@ impl Device {
             fields: Vec::new(),
             sequence: 0,
             time: 0.0,
+            seed,
+            drawn: 0,
             off: false,
         };
         match Layout::ask(world, kind_index, slot, data) {
@@ -152,64 +147,6 @@ impl Device {
         self.layout = layout;
     }
 
-    fn ask_beams(data: *mut c_void, kind: &SensorKind) -> Result<BeamPlan, String> {
-        let Some(ask) = kind.raw.beams else { return Ok(NO_BEAMS) };
-        let mut raw = tatu_beams {
-            size: size_of::<tatu_beams>() as u32,
-            form: TATU_BEAMS_NONE,
-            count: [0, 0],
-            near_m: 0.0,
-            far_m: f64::INFINITY,
-            dims: [0.0; 6],
-            max_incidence: std::f64::consts::FRAC_PI_2,
-            directions: std::ptr::null(),
-            flags: 0,
-            reserved: 0,
-        };
-        let mut error = ErrorSlot::new();
-        // SAFETY: by the contract; `[setup]`.
-        if unsafe { answer(ask(data, &mut raw, error.raw()), false, error.raw()) } < 0 {
-            return Err(error.text());
-        }
-        let (volume, directions) = match raw.form {
-            TATU_BEAMS_NONE => (Volume::Ray, Vec::new()),
-            TATU_BEAMS_CONE if (0.0..=std::f64::consts::PI).contains(&raw.dims[0]) => {
-                (Volume::Cone { half_angle: raw.dims[0] }, vec![[0.0, 0.0, 1.0]])
-            }
-            TATU_BEAMS_CONE => return Err(format!("a half angle of {} rad; expected 0 to pi", raw.dims[0])),
-            TATU_BEAMS_RAYS if raw.count[0] > MAX_RAYS => {
-                return Err(format!("{} rays; expected at most {MAX_RAYS}", raw.count[0]));
-            }
-            TATU_BEAMS_RAYS if !raw.directions.is_null() => {
-                // SAFETY: 3 numbers per ray, by the contract.
-                let all = unsafe { std::slice::from_raw_parts(raw.directions.cast(), raw.count[0] as usize) };
-                let unit = |d: &[f64; 3]| (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1.0).abs() < 1e-6;
-                if let Some(i) = all.iter().position(|d| !unit(d)) {
-                    return Err(format!("the direction of ray {i} is {:?}; expected a unit vector", all[i]));
-                }
-                (Volume::Ray, all.to_vec())
-            }
-            TATU_BEAMS_RAYS => return Err("rays without directions".into()),
-            form => return Err(format!("beams of form {form} are not cast by this host yet; expected rays or a cone")),
-        };
-        if !(raw.near_m >= 0.0 && raw.far_m >= raw.near_m) {
-            return Err(format!("beams from {} m to {} m", raw.near_m, raw.far_m));
-        }
-        if !(0.0..=std::f64::consts::PI).contains(&raw.max_incidence) {
-            return Err(format!("a greatest incidence of {} rad; expected 0 to pi", raw.max_incidence));
-        }
-        Ok(BeamPlan {
-            volume,
-            turns: directions.iter().map(|d| look_along(*d)).collect(),
-            directions,
-            near: raw.near_m,
-            far: raw.far_m,
-            max_incidence: raw.max_incidence,
-            faces: Faces { front: raw.flags & TATU_BEAMS_NO_FRONT == 0, back: raw.flags & TATU_BEAMS_NO_BACK == 0 },
-            skip_model: raw.flags & TATU_BEAMS_SKIP_MODEL != 0,
-        })
-    }
-
     /// Ends the instance. Must be called without any borrow of the world.
     pub fn destroy(self, world: &WorldCell) {
         let kind = &world.registry.sensors[self.kind];
@@ -222,13 +159,12 @@ impl Device {
     /// A look at one field.
     pub fn view(&self, kind: &SensorKind, field: usize) -> tatu_field_view {
         let info = &kind.fields[field];
-        let beams = self.layout.plan.directions.len() as u32;
         let (first, n) = self.layout.spans[field];
         tatu_field_view {
             ptr: self.fields[first..].as_ptr().cast(),
             len: n as u64,
             elem: info.elem,
-            dims: info.dims.map(|d| if d == 0 { beams } else { d }),
+            dims: self.layout.plan.shape(info.dims),
             time: self.time,
             sequence: self.sequence,
         }
@@ -288,7 +224,7 @@ pub(crate) struct Layout {
 
 impl Default for Layout {
     fn default() -> Self {
-        Layout { plan: NO_BEAMS, spans: Vec::new(), words: 0 }
+        Layout { plan: BeamPlan::NONE, spans: Vec::new(), words: 0 }
     }
 }
 
@@ -296,11 +232,11 @@ impl Layout {
     /// Asks an instance for its beams. Must be called without any borrow of the world.
     pub fn ask(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Self>, String> {
         let kind = &world.registry.sensors[kind];
-        let asked = world.cross(kind.plugin, Call::Beams, slot, || Device::ask_beams(data, kind));
+        let asked = world.cross(kind.plugin, Call::Beams, slot, || BeamPlan::ask(data, kind));
         let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
         let (mut spans, mut words) = (Vec::new(), 0);
         for f in &kind.fields {
-            let elements = length(f, plan.directions.len())?;
+            let elements = length(f, &plan)?;
             spans.push((words, elements));
             words += (elements * element_size(f.elem)).div_ceil(8).max(1);
         }
@@ -311,37 +247,17 @@ impl Layout {
 }
 
 /// Elements of a field; an error where no memory could hold them.
-fn length(field: &FieldInfo, beams: usize) -> Result<usize, String> {
-    let dims = field.dims.map(|d| if d == 0 { beams } else { d as usize });
-    let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d)).filter(|n| *n <= MAX_ELEMENTS);
+fn length(field: &FieldInfo, plan: &BeamPlan) -> Result<usize, String> {
+    let dims = plan.shape(field.dims);
+    let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d as usize)).filter(|n| *n <= MAX_ELEMENTS);
     n.ok_or_else(|| format!("its field `{}` of {dims:?} elements is too large", field.name))
 }
 
 /// Among how many sensors before it one looks for its like: about a robot's.
 const LOOK_BACK: usize = 64;
 
-/// Rays that one sensor may have: more is a mistake, and would be read beyond the plugin's memory.
-const MAX_RAYS: u32 = 1 << 24;
-
 /// Elements that one field of a reading may have.
 const MAX_ELEMENTS: usize = 1 << 28;
-
-const NO_BEAMS: BeamPlan = BeamPlan {
-    volume: Volume::Ray,
-    directions: Vec::new(),
-    turns: Vec::new(),
-    near: 0.0,
-    far: 0.0,
-    max_incidence: std::f64::consts::FRAC_PI_2,
-    faces: Faces::BOTH,
-    skip_model: false,
-};
-
-/// The turn that makes +z look along a direction, with the least twist.
-fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
-    UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::from(d))
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
-}
 
 fn element_size(elem: u32) -> usize {
     match elem {

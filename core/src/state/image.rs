@@ -107,6 +107,7 @@ pub struct DeviceImage {
     pub fields: Vec<u64>,
     pub sequence: u64,
     pub time: f64,
+    pub drawn: u64,
     pub off: bool,
 }
 

@@ -157,7 +157,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
             // Plugins hold the block's address: it is filled, not replaced.
             d.state.copy_from_slice(&state_of(life, &image.instance));
             d.fields.copy_from_slice(&image.fields);
-            (d.sequence, d.time, d.off) = (image.sequence, image.time, image.off);
+            (d.sequence, d.time, d.drawn, d.off) = (image.sequence, image.time, image.drawn, image.off);
         }
         if !image.instance.missed {
             let of = Living { plugin: cell.registry.sensors[kind].plugin, slot: image.slot, data };

@@ -164,6 +164,7 @@ fn sensors(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<DeviceImage> {
             fields: d.fields.clone(),
             sequence: d.sequence,
             time: d.time,
+            drawn: d.drawn,
             off: d.off,
         });
     }

@@ -35,7 +35,11 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
     let failed = {
         let (mut sensing, scene, dynamics) =
             (world.sensing.borrow_mut(), world.scene.borrow(), world.dynamics.borrow());
-        sensing.targets.follow(&scene);
+        for visible in [false, true] {
+            if devices.iter().any(|i| sensing.devices[*i].layout.plan.visible == visible) {
+                sensing.targets.follow(&scene, visible);
+            }
+        }
         let twist = |slot| world.twist(&scene, &dynamics, slot);
         let around = Around { scene: &scene, registry: &world.registry, twist: &twist, pool: world.pool() };
         let job = Job { kind, devices, only, moment };

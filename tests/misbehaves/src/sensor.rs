@@ -92,6 +92,7 @@ static KIND: Shared<tatu_sensor> = Shared(tatu_sensor {
     life: &raw const life::SENSOR.0,
     beams: Some(beams),
     measure: Some(measure),
+    presets: null(),
 });
 static KINDS: List<tatu_sensor, 2> = List([&raw const KIND.0, null()]);
 

@@ -46,7 +46,7 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
             let device = sensing.index(slot).map(|i| &sensing.devices[i]);
             Ok(Value::Int(device.map_or(0, |d| match row {
-                Row::SensorBeams => d.layout.plan.directions.len() as i64,
+                Row::SensorBeams => d.layout.plan.count() as i64,
                 _ => d.sequence as i64,
             })))
         }
