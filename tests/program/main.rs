@@ -33,6 +33,7 @@ mod keys;
 mod kit;
 mod layout;
 mod lives;
+mod look;
 mod made;
 mod manta;
 mod mirror;

@@ -17,7 +17,7 @@ use std::{ffi::c_void, rc::Rc};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 pub use measure::{Around, Job, Moment, measure};
-pub(crate) use plan::BeamPlan;
+pub(crate) use plan::{BeamPlan, View};
 pub use targets::Targets;
 
 use crate::{
