@@ -501,8 +501,8 @@ enum {
 };
 
 /* In `dims` of a field: rows and columns of the instance's image. */
-#define TATU_DIM_ROWS 0xFFFFFFFFu
-#define TATU_DIM_COLUMNS 0xFFFFFFFEu
+#define TATU_DIM_ROWS 4294967295u
+#define TATU_DIM_COLUMNS 4294967294u
 
 /* One field that a sensor kind fills, named "<schema>.<field>". */
 typedef struct tatu_field {

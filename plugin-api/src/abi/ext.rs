@@ -180,8 +180,8 @@ pub const TATU_IN_COLOR: u32 = 64;
 pub const TATU_IN_COSINE: u32 = 128;
 pub const TATU_IN_PRIMITIVE: u32 = 256;
 
-pub const TATU_DIM_ROWS: u32 = 0xFFFF_FFFF;
-pub const TATU_DIM_COLUMNS: u32 = 0xFFFF_FFFE;
+pub const TATU_DIM_ROWS: u32 = 4294967295;
+pub const TATU_DIM_COLUMNS: u32 = 4294967294;
 
 #[repr(C)]
 #[derive(Clone, Copy)]
