@@ -260,6 +260,7 @@ pub struct tatu_sensor {
     pub beams: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_beams, *mut tatu_error) -> tatu_status>,
     pub measure: Option<unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status>,
     pub presets: *const *const tatu_preset,
+    pub finish: Option<unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status>,
 }
 
 #[repr(C)]
