@@ -171,13 +171,7 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
 }
 
 /// Hands a batch to one of the two functions of a kind; those that failed, whose status in the batch tells so then.
-fn hand_over(
-    call: Call,
-    batch: &tatu_sensor_batch,
-    all: &[Device],
-    job: &Job<'_>,
-    around: &Around<'_>,
-) -> Vec<Failed> {
+fn hand_over(call: Call, batch: &tatu_sensor_batch, all: &[Device], job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
     let kind_info = &around.registry.sensors[job.kind];
     let function = if call == Call::Finish { kind_info.raw.finish } else { kind_info.raw.measure };
     let Some(function) = function else { return Vec::new() };
