@@ -6,15 +6,16 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tatu_plugin_api::abi::*;
 
 use super::{
-    Layout, Sensing,
+    Device, Layout, Sensing,
     draw::{self, Key},
     image::{self, Frames},
+    noise::Reading,
 };
 use crate::{
     beams::{Beam, Hit},
     calls::{ErrorSlot, answer},
     host::{Registry, guard},
-    scene::{Scene, pose_to_array},
+    scene::{Data, Scene, pose_to_array},
 };
 
 /// Buffers used again in every step.
@@ -37,6 +38,8 @@ pub(crate) struct Scratch {
     primitive: Vec<u32>,
     keys: Vec<Key>,
     frames: Frames,
+    /// Of each sensor, the reading that stays to be seen, if readings are delayed.
+    shown: Vec<Option<Reading>>,
 }
 
 /// A sensor, or a whole kind, that failed: device, and what it said.
@@ -96,6 +99,12 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     let mut visible = false;
     for i in devices {
         let d = &mut all[*i];
+        let declared = scene.get(d.slot).and_then(|o| match &o.data {
+            Data::Sensor(s) => s.noise.as_ref(),
+            _ => None,
+        });
+        d.follow_noise(declared, kind_info);
+        s.shown.push(d.keep_shown());
         let Layout { plan, spans, .. } = &*d.layout;
         visible |= plan.visible;
         let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);
@@ -163,20 +172,21 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
         status = TATU_ERR;
         error.set(status, &format!("measure changed {}: {}", guard::MODE, guard::MEND));
     }
-    let failed = |i: &usize, status, error: &ErrorSlot| Failed { slot: all[*i].slot, kind, text: error.text(), status };
-    if status < 0 {
-        return devices.iter().map(|i| failed(i, status, &error)).collect();
-    }
+    let failed = |d: &Device, status, error: &ErrorSlot| Failed { slot: d.slot, kind, text: error.text(), status };
     let mut out = Vec::new();
-    for (i, status) in devices.iter().zip(&s.status) {
+    for ((i, own), shown) in devices.iter().zip(&s.status).zip(s.shown.drain(..)) {
+        let d = &mut all[*i];
         // SAFETY: as above.
-        let status = unsafe { answer(*status, false, error.raw()) };
-        if status < 0 {
-            out.push(failed(i, status, &error));
-        } else if let Some(field) = all[*i].not_a_number(kind_info) {
+        let own = if status < 0 { status } else { unsafe { answer(*own, false, error.raw()) } };
+        if own < 0 {
+            out.push(failed(d, own, &error));
+        } else if let Some(field) = d.not_a_number(kind_info) {
             let text = format!("broke the contract: `{field}` is not a number");
-            out.push(Failed { slot: all[*i].slot, kind, text, status: TATU_ERR });
+            out.push(Failed { slot: d.slot, kind, text, status: TATU_ERR });
+        } else {
+            d.add_noise(kind_info, pool);
         }
+        d.put_back(shown);
     }
     out
 }
@@ -200,6 +210,7 @@ impl Scratch {
         self.primitive.clear();
         self.keys.clear();
         self.frames.clear();
+        self.shown.clear();
     }
 
     /// Hits into the arrays that the kind asked for; points and normals into the sensor's frame.
