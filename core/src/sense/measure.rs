@@ -9,6 +9,7 @@ use super::{
     Device, Layout, Sensing,
     draw::{self, Key},
     image::{self, Frames},
+    noise::Reading,
 };
 use crate::{
     beams::{Beam, Hit},
@@ -17,7 +18,7 @@ use crate::{
         Registry, guard,
         watchdog::{Call, Watch},
     },
-    scene::{Scene, pose_to_array},
+    scene::{Data, Scene, pose_to_array},
 };
 
 /// Buffers used again in every step.
@@ -41,6 +42,8 @@ pub(crate) struct Scratch {
     color: Vec<[u8; 3]>,
     keys: Vec<Key>,
     frames: Frames,
+    /// Of each sensor, the reading that stays to be seen, if readings are delayed.
+    shown: Vec<Option<Reading>>,
 }
 
 /// A sensor, or a whole kind, that failed: device, and what it said.
@@ -104,6 +107,12 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     let mut visible = false;
     for i in devices {
         let d = &mut all[*i];
+        let declared = scene.get(d.slot).and_then(|o| match &o.data {
+            Data::Sensor(s) => s.noise.as_ref(),
+            _ => None,
+        });
+        d.follow_noise(declared, kind_info);
+        s.shown.push(d.keep_shown());
         let Layout { plan, spans, .. } = &*d.layout;
         visible |= plan.visible;
         let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);
@@ -162,10 +171,15 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     let random = draw::table(&s.keys);
     let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
     batch.random = &random;
-    let mut failed = Vec::new();
-    // Noise belongs between the two.
-    for call in [Call::Measure, Call::Finish] {
-        failed.extend(hand_over(call, &batch, all, job, around));
+    let mut failed = hand_over(Call::Measure, &batch, all, job, around);
+    for (i, status) in devices.iter().zip(&s.status) {
+        if *status >= 0 {
+            all[*i].add_noise(kind_info, pool);
+        }
+    }
+    failed.extend(hand_over(Call::Finish, &batch, all, job, around));
+    for (i, shown) in devices.iter().zip(s.shown.drain(..)) {
+        all[*i].put_back(shown);
     }
     failed
 }
@@ -243,6 +257,7 @@ impl Scratch {
         self.color.clear();
         self.keys.clear();
         self.frames.clear();
+        self.shown.clear();
     }
 
     /// Hits into the arrays that the kind asked for; points and normals into the sensor's frame.
