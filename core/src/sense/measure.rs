@@ -11,7 +11,7 @@ use super::{
     image::{self, Frames},
 };
 use crate::{
-    beams::{Beam, Hit},
+    beams::{Beam, BeamScene, Hit},
     calls::{ErrorSlot, answer},
     host::{Registry, guard},
     scene::{Scene, pose_to_array},
@@ -37,6 +37,7 @@ pub(crate) struct Scratch {
     primitive: Vec<u32>,
     keys: Vec<Key>,
     frames: Frames,
+    error: Option<ErrorSlot>,
 }
 
 /// A sensor, or a whole kind, that failed: device, and what it said.
@@ -138,12 +139,12 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     s.first_beam.push(s.beams.len() as u64);
     s.hits.resize(s.beams.len(), Hit::NONE);
     if !visible {
-        pool.install(|| targets.beams(false).cast(&s.beams, &mut s.hits));
+        cast(targets.beams(false), &s.beams, &mut s.hits, pool);
     } else {
         for (i, d) in devices.iter().enumerate() {
             let range = s.first_beam[i] as usize..s.first_beam[i + 1] as usize;
             let seen = targets.beams(all[*d].layout.plan.visible);
-            pool.install(|| seen.cast(&s.beams[range.clone()], &mut s.hits[range]));
+            cast(seen, &s.beams[range.clone()], &mut s.hits[range], pool);
         }
     }
     s.spread(inputs, devices.iter().map(|i| all[*i].layout.plan.turns.as_slice()));
@@ -151,7 +152,8 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     let random = draw::table(&s.keys);
     let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
     batch.random = &random;
-    let mut error = ErrorSlot::new();
+    let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
+    error.fresh();
     let me = registry.plugins[kind_info.plugin].me;
     // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
     let run = || kind_info.raw.measure.map_or(TATU_OK, |f| unsafe { f(me, &batch, error.raw()) });
@@ -178,8 +180,22 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
             out.push(Failed { slot: all[*i].slot, kind, text, status: TATU_ERR });
         }
     }
+    s.error = Some(error);
     out
 }
+
+/// Casts beams: few of them here and now, since a question to other threads takes longer than their answer.
+fn cast(seen: &BeamScene, beams: &[Beam], hits: &mut [Hit], pool: &rayon::ThreadPool) {
+    if beams.len() > FEW {
+        return pool.install(|| seen.cast(beams, hits));
+    }
+    for (beam, hit) in beams.iter().zip(hits) {
+        *hit = seen.cast_one(beam);
+    }
+}
+
+/// So many beams are cast at once; about what one task of the pool takes.
+const FEW: usize = 64;
 
 impl Scratch {
     fn clear(&mut self) {
