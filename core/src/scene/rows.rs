@@ -149,6 +149,7 @@ rows! {
     PhysicsSubsteps "scene.physics_substeps" WORLD, TATU_I64 0 None, ReadOnly FREE, "Parts of a physics step in which velocities are solved, 1 to 64; default 4.";
     Step "scene.step" WORLD, TATU_I64 0 None, ReadOnly FREE, "Number of the step, from 0.";
     Gravity "scene.gravity" WORLD, TATU_F64S 3 Some("m/s^2"), Live FREE, "Gravity; default 0 0 -9.81.";
+    Origin "scene.origin" WORLD, TATU_F64S 3 None, ReadOnly FREE, "Where on Earth the world's origin lies: latitude and longitude in rad (WGS 84), height above the ellipsoid in m; x points east, y north; default 0 0 0.";
     Seed "scene.seed" WORLD, TATU_I64 0 None, ReadOnly FREE, "The seed of all that is random; default 0.";
     Allow "scene.allow" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "What scripts may reach outside of the run, with commas: `exec` other programs, `native` libraries.";
     SceneFile "scene.file" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "The file of the scene.";

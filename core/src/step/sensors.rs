@@ -41,7 +41,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
             }
         }
         let twist = |slot| world.twist(&scene, &dynamics, slot);
-        let around = Around { scene: &scene, registry: &world.registry, twist: &twist, pool: world.pool() };
+        let around = Around { scene: &scene, registry: &world.registry, twist: &twist, watch: &world.watch, pool: world.pool() };
         let job = Job { kind, devices, only, moment };
         let plugin = world.registry.sensors[kind].plugin;
         let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
@@ -55,7 +55,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
             d.sequence = 0;
         }
         let plugin = world.registry.sensors[f.kind].plugin;
-        let text = format!("{} [{}]", f.text, Call::Measure.text());
+        let text = format!("{} [{}]", f.text, f.call.text());
         world.report(instance_fault(world, plugin, f.slot, f.status, &text));
     }
 }

@@ -90,6 +90,7 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
         Row::PhysicsSubsteps => Value::Int(settings.physics_substeps.into()),
         Row::Step => Value::Int(world.clock.step.get() as i64),
         Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),
+        Row::Origin => Value::Floats(settings.origin.to_vec()),
         Row::Seed => Value::Int(settings.seed as i64),
         Row::Allow => Value::text(settings.allow.join(",")),
         Row::SceneFile => Value::text(world.document.file.as_ref().map_or(String::new(), |f| f.display().to_string())),
