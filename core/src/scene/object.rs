@@ -27,7 +27,7 @@ pub struct Object {
     pub children: Vec<u32>,
     /// In the frame of the parent (of its moved frame, if it is a joint).
     pub local: Isometry3<f64>,
-    /// In the world; kept up to date by the tree.
+    /// In the world; kept up to date by the tree, which notes what moves.
     pub world: Isometry3<f64>,
     /// Unique for the life of the scene, in order of creation.
     pub uid: u64,
