@@ -271,7 +271,7 @@ typedef struct tatu_param {
 typedef struct tatu_instance {
   uint32_t size;
   uint32_t n_params;
-  tatu_world *world;        /* null for a session instance */
+  tatu_world *world;        /* null for a session instance; its properties may be read while the instance is made */
   tatu_object owner;        /* sensor, actuator or script object; 0 for a world instance */
   uint64_t id;              /* of this instance, unique in its world */
   uint64_t seed;            /* from the scene's seed and the owner: the same in every run */
@@ -495,14 +495,14 @@ enum {
   TATU_IN_OBJECT = 8,   /* per beam: object seen, 0 none */
   TATU_IN_POSE = 16,    /* per sensor: pose in the world */
   TATU_IN_TWIST = 32,   /* per sensor: twist of its mount, world */
-  TATU_IN_COLOR = 64,   /* per beam and pixel: 3 bytes red green blue, as the core shades it */
+  TATU_IN_COLOR = 64,   /* 3 bytes red green blue. Per pixel: as the core shades it; per beam: of the surface itself */
   TATU_IN_COSINE = 128, /* per pixel: cosine of the angle between line of sight and normal */
   TATU_IN_PRIMITIVE = 256 /* per beam: which triangle or face of the object */
 };
 
 /* In `dims` of a field: rows and columns of the instance's image. */
-#define TATU_DIM_ROWS 0xFFFFFFFFu
-#define TATU_DIM_COLUMNS 0xFFFFFFFEu
+#define TATU_DIM_ROWS 4294967295u
+#define TATU_DIM_COLUMNS 4294967294u
 
 /* One field that a sensor kind fills, named "<schema>.<field>". */
 typedef struct tatu_field {
@@ -548,7 +548,7 @@ typedef struct tatu_sensor_batch {
   const double *twist;            /* [n], 6 each */
   void *const *fields;            /* [n * n_fields] where to write; host-owned, zeroed */
   tatu_status *status;            /* [n] TATU_OK; set where one instance fails: it is switched off and named */
-  const uint8_t *color;           /* per beam, 3: red green blue; 0 0 0: nothing */
+  const uint8_t *color;           /* per beam, 3: red green blue of the surface, unshaded; 0 0 0: nothing */
   const uint32_t *primitive;      /* per beam */
   const uint64_t *first_pixel;    /* [n + 1] where each sensor's pixels begin in the arrays below; null: no images */
   const float *depth;             /* per pixel: m along the sensor's +z; infinity: nothing. TATU_IN_DISTANCE */
@@ -584,6 +584,11 @@ typedef struct tatu_sensor {
    * log and the batch's `random`. A negative status switches all instances of the batch off. */
   tatu_status(TATU_CALL *measure)(void *self, const tatu_sensor_batch *, tatu_error *);
   const tatu_preset *const *presets; /* may be null */
+  /* [parallel] After the noise that the scene declares, with the same batch: brings fields that follow from others in
+   * line with them, as latitude and longitude follow from a position. What is in such a field is overwritten, so noise
+   * belongs to the field that it follows from. Touches and calls what `measure` may; status as there. Null: no field
+   * follows from another. */
+  tatu_status(TATU_CALL *finish)(void *self, const tatu_sensor_batch *, tatu_error *);
 } tatu_sensor;
 
 typedef struct tatu_ext_sensor {

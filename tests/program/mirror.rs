@@ -78,7 +78,7 @@ mirror! {
     }
     tatu_random { size, reserved, ctx, uniform, normal }
     tatu_preset { size, reserved, id, text, settings }
-    tatu_sensor { size, inputs, id, text, schemas, params, fields, life, beams, measure, presets }
+    tatu_sensor { size, inputs, id, text, schemas, params, fields, life, beams, measure, presets, finish }
     tatu_ext_sensor { size, reserved, kinds }
     tatu_actuator_batch {
         size, n, time, dt, data, state, actuator, pose, twist, joint, command, wrench, effort, status

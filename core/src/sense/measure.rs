@@ -6,15 +6,19 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tatu_plugin_api::abi::*;
 
 use super::{
-    Layout, Sensing,
+    Device, Layout, Sensing,
     draw::{self, Key},
     image::{self, Frames},
+    noise::Reading,
 };
 use crate::{
-    beams::{Beam, Hit},
+    beams::{Beam, BeamScene, Hit},
     calls::{ErrorSlot, answer},
-    host::{Registry, guard},
-    scene::{Scene, pose_to_array},
+    host::{
+        Registry, guard,
+        watchdog::{Call, Watch},
+    },
+    scene::{Data, Scene, pose_to_array},
 };
 
 /// Buffers used again in every step.
@@ -35,8 +39,12 @@ pub(crate) struct Scratch {
     fields: Vec<*mut c_void>,
     status: Vec<tatu_status>,
     primitive: Vec<u32>,
+    color: Vec<[u8; 3]>,
     keys: Vec<Key>,
     frames: Frames,
+    /// Of each sensor, the reading that stays to be seen, if readings are delayed.
+    shown: Vec<Option<Reading>>,
+    error: Option<ErrorSlot>,
 }
 
 /// A sensor, or a whole kind, that failed: device, and what it said.
@@ -45,6 +53,8 @@ pub struct Failed {
     pub slot: u32,
     /// Its kind.
     pub kind: usize,
+    /// In which call.
+    pub(crate) call: Call,
     /// What the plugin said.
     pub text: String,
     /// Whether it panicked.
@@ -81,6 +91,8 @@ pub struct Around<'a> {
     pub registry: &'a Registry,
     /// Velocity of an object.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
+    /// Who is noted before a plugin is called.
+    pub(crate) watch: &'a Watch,
     /// Threads for the beams.
     pub pool: &'a rayon::ThreadPool,
 }
@@ -88,7 +100,7 @@ pub struct Around<'a> {
 /// Handles sensors of one kind; those that failed.
 pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
     let Job { kind, devices, only, moment } = *job;
-    let Around { scene, registry, twist, pool } = *around;
+    let Around { scene, registry, twist, pool, .. } = *around;
     let kind_info = &registry.sensors[kind];
     let inputs = kind_info.raw.inputs;
     let Sensing { devices: all, targets, scratch: s, .. } = sensing;
@@ -96,6 +108,12 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     let mut visible = false;
     for i in devices {
         let d = &mut all[*i];
+        let declared = scene.get(d.slot).and_then(|o| match &o.data {
+            Data::Sensor(s) => s.noise.as_ref(),
+            _ => None,
+        });
+        d.follow_noise(declared, kind_info);
+        s.shown.push(d.keep_shown());
         let Layout { plan, spans, .. } = &*d.layout;
         visible |= plan.visible;
         let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);
@@ -138,48 +156,109 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     s.first_beam.push(s.beams.len() as u64);
     s.hits.resize(s.beams.len(), Hit::NONE);
     if !visible {
-        pool.install(|| targets.beams(false).cast(&s.beams, &mut s.hits));
+        cast(targets.beams(false), &s.beams, &mut s.hits, pool);
     } else {
         for (i, d) in devices.iter().enumerate() {
             let range = s.first_beam[i] as usize..s.first_beam[i + 1] as usize;
             let seen = targets.beams(all[*d].layout.plan.visible);
-            pool.install(|| seen.cast(&s.beams[range.clone()], &mut s.hits[range]));
+            cast(seen, &s.beams[range.clone()], &mut s.hits[range], pool);
         }
     }
     s.spread(inputs, devices.iter().map(|i| all[*i].layout.plan.turns.as_slice()));
+    if inputs & TATU_IN_COLOR != 0 {
+        s.color.extend(s.hits.iter().map(|h| surface_color(scene, h)));
+    }
     s.status.resize(devices.len(), TATU_OK);
     let random = draw::table(&s.keys);
     let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
     batch.random = &random;
-    let mut error = ErrorSlot::new();
-    let me = registry.plugins[kind_info.plugin].me;
-    // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
-    let run = || kind_info.raw.measure.map_or(TATU_OK, |f| unsafe { f(me, &batch, error.raw()) });
-    // Here and not around all of this: the mode belongs to the thread that measures.
-    let (status, moved) = guard::watched(run);
-    // SAFETY: the host's own error object.
-    let mut status = unsafe { answer(status, false, error.raw()) };
-    if moved && status >= 0 {
-        status = TATU_ERR;
-        error.set(status, &format!("measure changed {}: {}", guard::MODE, guard::MEND));
-    }
-    let failed = |i: &usize, status, error: &ErrorSlot| Failed { slot: all[*i].slot, kind, text: error.text(), status };
-    if status < 0 {
-        return devices.iter().map(|i| failed(i, status, &error)).collect();
-    }
-    let mut out = Vec::new();
+    let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
+    let mut failed = hand_over(Call::Measure, &batch, all, job, around, &mut error);
     for (i, status) in devices.iter().zip(&s.status) {
-        // SAFETY: as above.
-        let status = unsafe { answer(*status, false, error.raw()) };
-        if status < 0 {
-            out.push(failed(i, status, &error));
-        } else if let Some(field) = all[*i].not_a_number(kind_info) {
-            let text = format!("broke the contract: `{field}` is not a number");
-            out.push(Failed { slot: all[*i].slot, kind, text, status: TATU_ERR });
+        if *status >= 0 {
+            all[*i].add_noise(kind_info, pool);
         }
     }
-    out
+    failed.extend(hand_over(Call::Finish, &batch, all, job, around, &mut error));
+    for (i, shown) in devices.iter().zip(s.shown.drain(..)) {
+        all[*i].put_back(shown);
+    }
+    s.error = Some(error);
+    failed
 }
+
+/// Hands a batch to one of the two functions of a kind; those that failed, whose status in the batch tells so then.
+fn hand_over(
+    call: Call,
+    batch: &tatu_sensor_batch,
+    all: &[Device],
+    job: &Job<'_>,
+    around: &Around<'_>,
+    error: &mut ErrorSlot,
+) -> Vec<Failed> {
+    let kind_info = &around.registry.sensors[job.kind];
+    let function = if call == Call::Finish { kind_info.raw.finish } else { kind_info.raw.measure };
+    let Some(function) = function else { return Vec::new() };
+    let me = around.registry.plugins[kind_info.plugin].me;
+    error.fresh();
+    let first = job.devices.first().map_or(0, |i| all[*i].slot);
+    let before = around.watch.enter(call, kind_info.plugin, first);
+    // Here and not around all of this: the mode belongs to the thread that measures.
+    // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
+    let (told, moved) = guard::watched(|| unsafe { function(me, batch, error.raw()) });
+    around.watch.leave(before);
+    // SAFETY: the host's own error object.
+    let mut told = unsafe { answer(told, false, error.raw()) };
+    if moved && told >= 0 {
+        told = TATU_ERR;
+        error.set(told, &format!("{} changed {}: {}", call.text(), guard::MODE, guard::MEND));
+    }
+    let mut failed = Vec::new();
+    for (i, index) in job.devices.iter().enumerate() {
+        let d = &all[*index];
+        // SAFETY: one status per instance.
+        let status = unsafe { &mut *batch.status.add(i) };
+        if call == Call::Finish && *status < 0 {
+            continue;
+        }
+        if told < 0 {
+            *status = told;
+        } else {
+            // SAFETY: as above.
+            *status = unsafe { answer(*status, false, error.raw()) };
+        }
+        let text = if *status < 0 {
+            error.text()
+        } else if let Some(field) = d.not_a_number(kind_info) {
+            *status = TATU_ERR;
+            format!("broke the contract: `{field}` is not a number")
+        } else {
+            continue;
+        };
+        failed.push(Failed { slot: d.slot, kind: job.kind, call, text, status: *status });
+    }
+    failed
+}
+
+/// The colour of what a beam met, of the surface itself: red, green, blue; black where nothing was met.
+fn surface_color(scene: &Scene, hit: &Hit) -> [u8; 3] {
+    let met = hit.is_some().then(|| scene.get((hit.object & 0xF_FFFF) as u32)).flatten();
+    let color = met.and_then(|o| o.shape()).map_or([0.0; 3], |s| s.color);
+    color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
+}
+
+/// Casts beams: few of them here and now, since a question to other threads takes longer than their answer.
+fn cast(seen: &BeamScene, beams: &[Beam], hits: &mut [Hit], pool: &rayon::ThreadPool) {
+    if beams.len() > FEW {
+        return pool.install(|| seen.cast(beams, hits));
+    }
+    for (beam, hit) in beams.iter().zip(hits) {
+        *hit = seen.cast_one(beam);
+    }
+}
+
+/// So many beams are cast at once; about what one task of the pool takes.
+const FEW: usize = 64;
 
 impl Scratch {
     fn clear(&mut self) {
@@ -198,8 +277,10 @@ impl Scratch {
         self.fields.clear();
         self.status.clear();
         self.primitive.clear();
+        self.color.clear();
         self.keys.clear();
         self.frames.clear();
+        self.shown.clear();
     }
 
     /// Hits into the arrays that the kind asked for; points and normals into the sensor's frame.
@@ -256,7 +337,7 @@ impl Scratch {
             twist: some(&self.twist).cast(),
             fields: some(&self.fields),
             status: self.status.as_mut_ptr(),
-            color: std::ptr::null(),
+            color: some(&self.color).cast(),
             primitive: some(&self.primitive),
             first_pixel: some(&self.frames.first),
             depth: some(&self.frames.depth),

@@ -180,8 +180,8 @@ pub const TATU_IN_COLOR: u32 = 64;
 pub const TATU_IN_COSINE: u32 = 128;
 pub const TATU_IN_PRIMITIVE: u32 = 256;
 
-pub const TATU_DIM_ROWS: u32 = 0xFFFF_FFFF;
-pub const TATU_DIM_COLUMNS: u32 = 0xFFFF_FFFE;
+pub const TATU_DIM_ROWS: u32 = 4294967295;
+pub const TATU_DIM_COLUMNS: u32 = 4294967294;
 
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -260,6 +260,7 @@ pub struct tatu_sensor {
     pub beams: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_beams, *mut tatu_error) -> tatu_status>,
     pub measure: Option<unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status>,
     pub presets: *const *const tatu_preset,
+    pub finish: Option<unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status>,
 }
 
 #[repr(C)]

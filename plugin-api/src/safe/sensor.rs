@@ -376,6 +376,14 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     }
     /// Turns what was seen into a reading. Must not block; runs on several threads.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result;
+    /// Whether [`Sensor::finish`] is called.
+    const FINISHES: bool = false;
+    /// Brings fields that follow from others in line with them, after the noise that a scene declares. As
+    /// [`Sensor::measure`], but for the fields, which are as the noise left them.
+    fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        let _ = (sample, out);
+        Ok(())
+    }
 }
 
 /// What the host keeps as `data`: the sensor, and the directions that its beams point to.
@@ -426,6 +434,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
             let presets = presets.collect();
             keep.list(presets)
         },
+        finish: if S::FINISHES { Some(finish::<S>) } else { None },
     };
     keep.table(raw)
 }
@@ -442,7 +451,7 @@ unsafe extern "C" fn create<S: Sensor>(
             let (started, info) = (&*me.cast::<Started<S::Plugin>>(), &*info);
             let declared = S::params();
             let values = ValueRef::slice(info.params, info.n_params as usize);
-            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed };
+            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed, world: info.world };
             let sensor = S::create(&started.host, instance, &Params::new(values, &declared))?;
             let new = Data { sensor: sensor.into(), directions: Vec::new().into(), image: (0, 0).into() };
             *data = Box::into_raw(Box::new(new)).cast();
@@ -563,19 +572,44 @@ unsafe extern "C" fn measure<S: Sensor>(
     batch: *const tatu_sensor_batch,
     error: *mut tatu_error,
 ) -> tatu_status {
+    // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+    unsafe { each::<S>(batch, error, S::measure) }
+}
+
+unsafe extern "C" fn finish<S: Sensor>(
+    _: *mut c_void,
+    batch: *const tatu_sensor_batch,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe { each::<S>(batch, error, S::finish) }
+}
+
+/// Does something with each sensor of a batch; one that failed before is left alone.
+///
+/// # Safety
+/// The batch is valid, and its instances are used by nobody else.
+unsafe fn each<S: Sensor>(
+    batch: *const tatu_sensor_batch,
+    error: *mut tatu_error,
+    act: impl Fn(&S, &Sample<'_>, &mut Readout<'_>) -> Result,
+) -> tatu_status {
     guard::run(error, || {
         let fields = S::fields();
-        // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+        // SAFETY: as promised.
         let batch = unsafe { &*batch };
         for i in 0..batch.n as usize {
-            // SAFETY: one entry per instance.
-            let data = unsafe { &*(*batch.data.add(i)).cast::<Data<S>>() };
+            // SAFETY: one status and one entry per instance.
+            let (data, status) = unsafe { (&*(*batch.data.add(i)).cast::<Data<S>>(), &mut *batch.status.add(i)) };
+            if *status < 0 {
+                continue;
+            }
             let sample = Sample { batch, i };
             let mut out = Readout { sample: &sample, fields: &fields, image: data.image.get() };
             let sensor = data.sensor.try_borrow().map_err(|_| in_use());
-            if let Err(fail) = sensor.and_then(|sensor| sensor.measure(&sample, &mut out)) {
-                // SAFETY: one status per instance.
-                unsafe { *batch.status.add(i) = fail.write(error) };
+            if let Err(fail) = sensor.and_then(|sensor| act(&sensor, &sample, &mut out)) {
+                // SAFETY: the host's error object.
+                *status = unsafe { fail.write(error) };
             }
         }
         Ok(TATU_OK)
