@@ -7,8 +7,8 @@ images=docs/images
 tatu() { ${TATU:-cargo run --release --quiet --} "$@"; }
 
 first=scenes/first/pioneer_avoids_walls.toml
-tatu look $first --from -3.3,-3.9,3.0 --to -0.2,0.05,0.1 --at 2 --size 960x540 -o $images/first_scene.png
-tatu look $first --from -0.75,0.5,0.36 --to -1.52,1.19,0.12 --fov 36 --size 800x500 -o $images/pioneer.png
+tatu look $first --from -3.3,-3.9,3.0 --to -0.2,0.05,0.1 --at 2 --size 880x495 -o $images/first_scene.png
+tatu look $first --from -0.85,0.42,0.34 --to -1.52,1.19,0.12 --fov 34 --size 800x500 -o $images/pioneer.png
 tatu look $first --sensor Pioneer_p3dx_ultrasonicSensor4 --at 4 -o $images/sonar.png
 
 graphs=$(mktemp -d)

@@ -88,18 +88,18 @@ fn a_box_is_where_geometry_says() {
 
 #[test]
 fn a_shadow_is_where_the_lamp_throws_it() {
-    // The lamp stands in the direction (-0.6, 0.3, 1): docs/guide/pictures.md. A plate 0.4 m wide, 1 m up, throws its
-    // shadow around (0.6, -0.3) on the floor.
+    // The lamp stands in the direction (0.3, -0.6, 1): docs/guide/pictures.md. A plate 0.4 m wide, 1 m up, throws its
+    // shadow around (-0.3, 0.6) on the floor.
     let scene = format!("{FLOOR}{}", cuboid("plate", [0.4, 0.4, 0.02], [0.0, 0.0, 1.0], RED));
     let place = Place::scene(&scene);
     let picture = place.picture(&["--from", "0,0,4", "--to", "0,0,0", "--size", "200x200", "--fov", "60"]);
     // From above x is to the right and y upwards: 100 / tan(30 degrees) / 4 = 43.3 pixels a metre on the floor.
     let at = |x: f64, y: f64| picture.grey([100.0 + 43.3 * x, 100.0 - 43.3 * y]);
-    let lit = at(-0.65, 0.35);
-    for (x, y) in [(0.6, -0.3), (0.46, -0.16), (0.74, -0.16), (0.74, -0.44), (0.46, -0.44)] {
+    let lit = at(0.35, -0.65);
+    for (x, y) in [(-0.3, 0.6), (-0.16, 0.46), (-0.16, 0.74), (-0.44, 0.74), (-0.44, 0.46)] {
         assert!(at(x, y) < 0.75 * lit, "{x} {y}: {} in the shadow, {lit} in the light", at(x, y));
     }
-    for (x, y) in [(0.34, -0.3), (0.86, -0.3), (0.6, -0.04), (0.6, -0.56)] {
+    for (x, y) in [(-0.3, 0.34), (-0.3, 0.86), (-0.04, 0.6), (-0.56, 0.6)] {
         assert!(at(x, y) > 0.9 * lit, "{x} {y}: {} in the light, {lit} elsewhere", at(x, y));
     }
 }

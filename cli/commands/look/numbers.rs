@@ -44,7 +44,11 @@ fn line(field: &Field) -> (String, String) {
     (field.name.clone(), format!("{text}{more} {unit}").trim_end().to_owned())
 }
 
-/// Degrees of the earth need more digits than metres.
+/// Places on Earth need more digits than metres; angles are told in degrees, too.
 fn number(x: f64, unit: &str) -> String {
-    if unit == "deg" || x != 0.0 && x.abs() < 1e-3 { format!("{x:.9}") } else { format!("{x:.4}") }
+    match unit {
+        "rad" => format!("{x:.9} ({:.7}\u{b0})", x.to_degrees()),
+        _ if x != 0.0 && x.abs() < 1e-3 => format!("{x:.9}"),
+        _ => format!("{x:.4}"),
+    }
 }

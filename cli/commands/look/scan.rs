@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use tatu_core::look::Reading;
 
 use super::{
@@ -26,7 +27,12 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     };
     let limits = reading.floats("range_scan.limits").unwrap_or(&[]);
     let farthest = limits.get(1).copied().filter(|x| x.is_finite() && *x > 0.0);
-    let beams: Vec<(f64, f64)> = angles.iter().copied().zip(distances.iter().copied()).collect();
+    // Seen from above, beams of layers above and below the plane are shorter.
+    let rise = reading.floats("range_scan.elevation").unwrap_or(&[]);
+    let layered = rise.iter().any(|e| *e != 0.0);
+    let flat = |i: usize, d: f64| d * rise.get(i).map_or(1.0, |e| e.cos());
+    let beams: Vec<(f64, f64)> =
+        angles.iter().copied().zip(distances.iter().enumerate().map(|(i, d)| flat(i, *d))).collect();
     let hit = |d: f64| d.is_finite() && d > 0.0;
     let hits: Vec<(f64, f64)> = beams.iter().copied().filter(|(_, d)| hit(*d)).collect();
     let seen = hits.iter().fold(0.0_f64, |m, (_, d)| m.max(*d));
@@ -46,11 +52,14 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     // Left of the sensor is left in the picture.
     let at = |angle: f64, d: f64| (middle.0 - scale * d * angle.sin(), middle.1 - scale * d * angle.cos());
 
-    let mut outline = vec![middle];
-    outline.extend(beams.iter().map(|(a, d)| at(*a, if hit(*d) { d.min(shown) } else { shown })));
-    canvas.fill(&outline, FREE)?;
-    let rays: Vec<[At; 2]> = thinned(&hits).map(|(a, d)| [middle, at(*a, d.min(shown))]).collect();
-    canvas.lines(&rays, BEAM, 0.5)?;
+    if !layered {
+        let mut outline = vec![middle];
+        outline.extend(beams.iter().map(|(a, d)| at(*a, if hit(*d) { d.min(shown) } else { shown })));
+        canvas.fill(&outline, FREE)?;
+        let rays: Vec<[At; 2]> = thinned(&hits).map(|(a, d)| [middle, at(*a, d.min(shown))]).collect();
+        canvas.lines(&rays, BEAM, 0.5)?;
+    }
+    let mut told = String::new();
     let step = round_step(shown / 5.0);
     let rings = (1..).map(|i| f64::from(i) * step).take_while(|r| *r <= shown * 1.0001);
     for r in rings {
@@ -64,8 +73,23 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
         GRID,
         0.5,
     )?;
-    let points: Vec<At> = hits.iter().filter(|(_, d)| *d <= shown).map(|(a, d)| at(*a, *d)).collect();
-    canvas.dots(&points, 1.5, POINT)?;
+    if layered {
+        // The higher a point, the brighter.
+        let high = |i: usize| distances[i] * rise.get(i).map_or(0.0, |e| e.sin());
+        let seen = |i: &usize| hit(beams[*i].1);
+        let all = (0..beams.len()).filter(seen);
+        let (low, top) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, t), i| (l.min(high(i)), t.max(high(i))));
+        for (i, (a, d)) in beams.iter().enumerate().filter(|(i, (_, d))| seen(i) && *d <= shown) {
+            let RGBColor(r, g, b) = ViridisRGB.get_color((high(i) - low) / (top - low).max(1e-9) * 0.9);
+            canvas.dots(&[at(*a, *d)], 1.5, RGBColor(r, g, b))?;
+        }
+        if low <= top {
+            told = format!("; points from {low:.2} m to {top:.2} m above the sensor, the higher the brighter");
+        }
+    } else {
+        let points: Vec<At> = hits.iter().filter(|(_, d)| *d <= shown).map(|(a, d)| at(*a, *d)).collect();
+        canvas.dots(&points, 1.5, POINT)?;
+    }
     let nose = |dx: f64, dy: f64| (middle.0 + dx, middle.1 + dy);
     canvas.fill(&[nose(0.0, -9.0), nose(6.0, 6.0), nose(-6.0, 6.0)], SENSOR)?;
 
@@ -74,14 +98,15 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
         RGBColor(255, 255, 255),
     )?;
     canvas.title(&title(reading))?;
-    let mut told = format!("{} beams, {} hits", beams.len(), hits.len());
-    if let Some(nearest) = hits.iter().map(|(_, d)| *d).min_by(f64::total_cmp) {
-        told += &format!(", from {nearest:.3} m to {seen:.3} m");
+    let mut line = format!("{} beams, {} hits", beams.len(), hits.len());
+    let nearest = hits.iter().map(|(_, d)| *d).min_by(f64::total_cmp);
+    if let Some(nearest) = nearest {
+        line += &format!(", from {nearest:.3} m to {seen:.3} m");
     }
     if let Some(farthest) = farthest {
-        told += &format!("; the sensor sees up to {farthest} m");
+        line += &format!("; the sensor sees up to {farthest} m");
     }
-    canvas.text((20.0, 52.0), &told, 15.0, (HPos::Left, VPos::Center))?;
+    canvas.text((20.0, 52.0), &(line + &told), 15.0, (HPos::Left, VPos::Center))?;
     Ok(Some(canvas))
 }
 

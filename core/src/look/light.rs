@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Unit, Vector3};
 
 /// The direction to the lamp, which is far away; not of length 1.
-pub const TO_LAMP: [f64; 3] = [-0.6, 0.3, 1.0];
+pub const TO_LAMP: [f64; 3] = [0.3, -0.6, 1.0];
 
 /// Linear red, green and blue.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,6 +14,8 @@ const LAMP: [f64; 3] = [0.80, 0.77, 0.71];
 /// Light from above and from below on a surface that sees all of it.
 const ABOVE: [f64; 3] = [0.40, 0.43, 0.48];
 const UNDER: [f64; 3] = [0.30, 0.29, 0.28];
+/// Light from the eye on a surface that faces it, which shapes what lies in the shadow.
+const FRONT: f64 = 0.10;
 /// The sky above and at the horizon, as they are seen.
 const ZENITH: [f64; 3] = [0.30, 0.47, 0.72];
 const HORIZON: [f64; 3] = [0.80, 0.86, 0.92];
@@ -72,7 +74,7 @@ impl Lit {
         let lamp = to_lamp();
         let up = 0.5 + 0.5 * self.normal.z;
         let soft = Vector3::from(UNDER).lerp(&Vector3::from(ABOVE), up) * self.open;
-        let mut light = soft;
+        let mut light = soft + Vector3::repeat(FRONT * self.normal.dot(&self.to_eye).max(0.0));
         let mut mirrored = 0.0;
         if self.lamp {
             light += Vector3::from(LAMP) * self.normal.dot(&lamp).max(0.0);
@@ -109,7 +111,7 @@ pub(super) fn grid(point: &Point3<f64>, reach: [f64; 2]) -> f64 {
             // Narrow lines are drawn wider than they are, so that they do not break up, until they are too close.
             let seen =
                 if width < reach { (1.0 - (off.abs() / reach)).max(0.0) * (width / reach).sqrt() } else { share };
-            let fade = (1.0 - 3.0 * reach / step).clamp(0.0, 1.0);
+            let fade = (1.0 - 5.0 * reach / step).clamp(0.0, 1.0);
             darker = darker.max(seen.min(1.0) * strength * fade);
         }
     }

@@ -34,6 +34,8 @@ struct Sample {
 const SKY_RAYS: u32 = 6;
 /// Side of the block of pixels that share them.
 const BLOCK: u32 = 4;
+/// Pixels of a block that must be alike for its answer to count.
+const ENOUGH: f64 = 13.0;
 /// How near something must be to keep the sky away, m.
 const SKY_REACH: f64 = 0.7;
 /// Samples along a side of a pixel in which something ends.
@@ -104,7 +106,7 @@ impl View<'_> {
         if !is_solid(here) {
             return 1.0;
         }
-        let (mut sum, mut count) = (0.0, 0.0);
+        let (mut sum, mut count) = (0.0, 0.0_f64);
         for v in y.saturating_sub(1)..(y + 3).min(self.rows) {
             for u in x.saturating_sub(1)..(x + 3).min(self.columns) {
                 let other = &samples[self.at(u, v)];
@@ -112,6 +114,11 @@ impl View<'_> {
                     (sum, count) = (sum + other.open, count + 1.0);
                 }
             }
+        }
+        if count < ENOUGH {
+            // At an edge the others know little: this pixel asks in all directions.
+            let all = BLOCK * BLOCK;
+            return (0..all).map(|turn| self.sky_share(here, turn)).sum::<f64>() / f64::from(all);
         }
         sum / count
     }
