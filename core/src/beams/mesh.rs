@@ -1,8 +1,11 @@
 //! The triangles of one mesh in a tree, built once and shared by all its targets.
 
+use std::sync::OnceLock;
+
 use nalgebra::Vector3;
 
 use super::aabb::Aabb;
+use super::grid::Clusters;
 use super::planar::polygon;
 use super::ray;
 use super::sight::{Found, Probe};
@@ -23,6 +26,8 @@ pub(super) struct MeshTree {
     triangles: Vec<Triangle>,
     tree: Tree,
     pub aabb: Aabb,
+    /// The same for images, made for the first one.
+    pub clusters: OnceLock<Clusters>,
 }
 
 impl MeshTree {
@@ -32,7 +37,7 @@ impl MeshTree {
         let mut tree = Tree::default();
         tree.build(0..all.len() as u32, &boxes, 4);
         let triangles = tree.order.iter().map(|&i| all[i as usize]).collect();
-        Self { triangles, tree, aabb: boxes.iter().fold(Aabb::EMPTY, |a, b| a.merge(b)) }
+        Self { triangles, tree, aabb: boxes.iter().fold(Aabb::EMPTY, |a, b| a.merge(b)), clusters: OnceLock::new() }
     }
 
     /// The nearest point that counts; the probe is given in the mesh's frame.
