@@ -1,8 +1,8 @@
 //! A planar laser scanner in the room of 100 boxes.
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 use serde_json::{Value, json};
-use tatu_core::beams::{Beam, BeamScene, Hit};
+use tatu_core::beams::{BeamScene, BundleCast, BundleHits, RayBundle};
 
 use crate::{
     Asked,
@@ -33,24 +33,24 @@ pub fn run(asked: &Asked) -> Value {
     }
     let mut scene = BeamScene::default();
     scene.set(targets);
-    let turns: Vec<UnitQuaternion<f64>> = (0..beams)
+    let directions: Vec<[f64; 3]> = (0..beams)
         .map(|i| {
             let a = -fov / 2.0 + fov * i as f64 / (beams - 1) as f64;
-            UnitQuaternion::face_towards(&Vector3::new(a.cos(), a.sin(), 0.0), &Vector3::z())
+            [a.cos(), a.sin(), 0.0]
         })
         .collect();
-    let mut hits = vec![Hit::NONE; beams];
+    let bundle = RayBundle::new(&directions);
+    let mut distance = vec![0.0; beams];
     let mut first = 0.0;
     let prepare = |k: u64| {
         let (x, y, yaw) = sensor_pose(k);
         pose(x, y, HEIGHT, yaw)
     };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool of threads");
     let (frames, clock) = loop_for(asked.number("seconds", 3.0), prepare, |sensor: Isometry3<f64>| {
-        let rays: Vec<Beam> = turns.iter().map(|turn| Beam::ray(sensor * turn, RANGE)).collect();
-        pool.install(|| scene.cast(&rays, &mut hits));
+        let cast = BundleCast::new(&bundle, sensor, RANGE);
+        scene.cast_bundle(&cast, BundleHits { distance: &mut distance, ..BundleHits::default() });
         if first == 0.0 {
-            first = hits.iter().map(|hit| hit.distance.min(RANGE)).sum::<f64>() / beams as f64;
+            first = distance.iter().map(|d| d.min(RANGE)).sum::<f64>() / beams as f64;
         }
     });
     let rays = (frames * beams as u64) as f64;

@@ -27,6 +27,7 @@
 mod aabb;
 mod beam;
 mod binary;
+mod bundle;
 mod cylinder;
 mod disc;
 mod mesh;
@@ -34,11 +35,13 @@ mod planar;
 mod ray;
 mod scene;
 mod sight;
+mod simd;
 mod solid;
 mod sphere;
 mod tree;
 
 pub use beam::{Beam, Faces, Hit, Volume};
+pub use bundle::{BundleCast, BundleHits, RayBundle};
 pub use scene::{BeamScene, Target};
 
 #[cfg(test)]

@@ -9,15 +9,16 @@ use super::{
     Device, Layout, Sensing,
     draw::{self, Key},
     image::{self, Frames},
+    noise::Reading,
 };
 use crate::{
-    beams::{Beam, Hit},
+    beams::{Beam, BeamScene, Hit},
     calls::{ErrorSlot, answer},
     host::{
         Registry, guard,
         watchdog::{Call, Watch},
     },
-    scene::{Scene, pose_to_array},
+    scene::{Data, Scene, pose_to_array},
 };
 
 /// Buffers used again in every step.
@@ -41,6 +42,9 @@ pub(crate) struct Scratch {
     color: Vec<[u8; 3]>,
     keys: Vec<Key>,
     frames: Frames,
+    /// Of each sensor, the reading that stays to be seen, if readings are delayed.
+    shown: Vec<Option<Reading>>,
+    error: Option<ErrorSlot>,
 }
 
 /// A sensor, or a whole kind, that failed: device, and what it said.
@@ -104,6 +108,12 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     let mut visible = false;
     for i in devices {
         let d = &mut all[*i];
+        let declared = scene.get(d.slot).and_then(|o| match &o.data {
+            Data::Sensor(s) => s.noise.as_ref(),
+            _ => None,
+        });
+        d.follow_noise(declared, kind_info);
+        s.shown.push(d.keep_shown());
         let Layout { plan, spans, .. } = &*d.layout;
         visible |= plan.visible;
         let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);
@@ -146,12 +156,12 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     s.first_beam.push(s.beams.len() as u64);
     s.hits.resize(s.beams.len(), Hit::NONE);
     if !visible {
-        pool.install(|| targets.beams(false).cast(&s.beams, &mut s.hits));
+        cast(targets.beams(false), &s.beams, &mut s.hits, pool);
     } else {
         for (i, d) in devices.iter().enumerate() {
             let range = s.first_beam[i] as usize..s.first_beam[i + 1] as usize;
             let seen = targets.beams(all[*d].layout.plan.visible);
-            pool.install(|| seen.cast(&s.beams[range.clone()], &mut s.hits[range]));
+            cast(seen, &s.beams[range.clone()], &mut s.hits[range], pool);
         }
     }
     s.spread(inputs, devices.iter().map(|i| all[*i].layout.plan.turns.as_slice()));
@@ -162,21 +172,35 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     let random = draw::table(&s.keys);
     let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
     batch.random = &random;
-    let mut failed = Vec::new();
-    // Noise belongs between the two.
-    for call in [Call::Measure, Call::Finish] {
-        failed.extend(hand_over(call, &batch, all, job, around));
+    let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
+    let mut failed = hand_over(Call::Measure, &batch, all, job, around, &mut error);
+    for (i, status) in devices.iter().zip(&s.status) {
+        if *status >= 0 {
+            all[*i].add_noise(kind_info, pool);
+        }
     }
+    failed.extend(hand_over(Call::Finish, &batch, all, job, around, &mut error));
+    for (i, shown) in devices.iter().zip(s.shown.drain(..)) {
+        all[*i].put_back(shown);
+    }
+    s.error = Some(error);
     failed
 }
 
 /// Hands a batch to one of the two functions of a kind; those that failed, whose status in the batch tells so then.
-fn hand_over(call: Call, batch: &tatu_sensor_batch, all: &[Device], job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
+fn hand_over(
+    call: Call,
+    batch: &tatu_sensor_batch,
+    all: &[Device],
+    job: &Job<'_>,
+    around: &Around<'_>,
+    error: &mut ErrorSlot,
+) -> Vec<Failed> {
     let kind_info = &around.registry.sensors[job.kind];
     let function = if call == Call::Finish { kind_info.raw.finish } else { kind_info.raw.measure };
     let Some(function) = function else { return Vec::new() };
     let me = around.registry.plugins[kind_info.plugin].me;
-    let mut error = ErrorSlot::new();
+    error.fresh();
     let first = job.devices.first().map_or(0, |i| all[*i].slot);
     let before = around.watch.enter(call, kind_info.plugin, first);
     // Here and not around all of this: the mode belongs to the thread that measures.
@@ -223,6 +247,19 @@ fn surface_color(scene: &Scene, hit: &Hit) -> [u8; 3] {
     color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
 
+/// Casts beams: few of them here and now, since a question to other threads takes longer than their answer.
+fn cast(seen: &BeamScene, beams: &[Beam], hits: &mut [Hit], pool: &rayon::ThreadPool) {
+    if beams.len() > FEW {
+        return pool.install(|| seen.cast(beams, hits));
+    }
+    for (beam, hit) in beams.iter().zip(hits) {
+        *hit = seen.cast_one(beam);
+    }
+}
+
+/// So many beams are cast at once; about what one task of the pool takes.
+const FEW: usize = 64;
+
 impl Scratch {
     fn clear(&mut self) {
         self.beams.clear();
@@ -243,6 +280,7 @@ impl Scratch {
         self.color.clear();
         self.keys.clear();
         self.frames.clear();
+        self.shown.clear();
     }
 
     /// Hits into the arrays that the kind asked for; points and normals into the sensor's frame.

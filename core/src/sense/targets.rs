@@ -22,8 +22,14 @@ pub(crate) struct Seen {
     pub beams: BeamScene,
     /// Object of each target, and the target's place in it.
     places: Vec<(u32, Isometry3<f64>)>,
+    /// For each slot, the first of its targets plus one; 0: it has none. They stand together.
+    first: Vec<u32>,
     /// The scene's versions of shapes and of looks that it was made of.
     built: (u64, u64),
+    /// Up to where the scene's moves have been followed.
+    followed: u64,
+    /// Room for targets that have moved.
+    moved: Vec<(usize, Isometry3<f64>)>,
 }
 
 impl Targets {
@@ -46,22 +52,21 @@ impl Seen {
     fn follow(&mut self, scene: &Scene, wanted: impl Fn(&Object, &Shape) -> bool) {
         let version = (scene.shape_version, scene.seen_version);
         if self.built == version {
-            let poses = self.places.iter().enumerate().filter_map(|(i, (slot, pose))| {
-                let world = scene.get(*slot)?.world * pose;
-                (world != self.beams.targets()[i].world_from_target).then_some((i, world))
-            });
-            let moved: Vec<_> = poses.collect();
-            if !moved.is_empty() {
-                self.beams.update_poses(moved);
-            }
+            self.keep_up(scene);
             return;
         }
         self.built = version;
+        scene.moves.since(&mut self.followed);
         self.places.clear();
+        self.first.clear();
         let mut targets = Vec::new();
         for slot in scene.tree(0) {
             let Some(o) = scene.get(slot) else { continue };
             let Some(shape) = o.shape().filter(|s| wanted(o, s)) else { continue };
+            if self.first.len() <= slot as usize {
+                self.first.resize(slot as usize + 1, 0);
+            }
+            self.first[slot as usize] = self.places.len() as u32 + 1;
             for part in visible_parts(shape) {
                 self.places.push((slot, part.pose));
                 targets.push(Target {
@@ -73,5 +78,28 @@ impl Seen {
             }
         }
         self.beams.set(targets);
+    }
+    /// Moves the targets of shapes that have moved since the last look.
+    fn keep_up(&mut self, scene: &Scene) {
+        let Seen { beams, places, first, moved, followed, .. } = self;
+        match scene.moves.since(followed) {
+            Some([]) => return,
+            Some(slots) => {
+                for slot in slots {
+                    let Some(from) = first.get(*slot as usize).and_then(|i| i.checked_sub(1)) else { continue };
+                    let Some(o) = scene.get(*slot) else { continue };
+                    let parts = places.iter().enumerate().skip(from as usize).take_while(|(_, (s, _))| s == slot);
+                    moved.extend(parts.map(|(i, (_, pose))| (i, o.world * pose)));
+                }
+            }
+            None => {
+                let all = places.iter().enumerate();
+                moved.extend(all.filter_map(|(i, (slot, pose))| Some((i, scene.get(*slot)?.world * pose))));
+                moved.retain(|(i, world)| *world != beams.targets()[*i].world_from_target);
+            }
+        }
+        if !moved.is_empty() {
+            beams.update_poses(moved.drain(..));
+        }
     }
 }
