@@ -1,9 +1,12 @@
 //! The triangles of one mesh in a tree, built once and shared by all its targets.
 
+use std::sync::OnceLock;
+
 use nalgebra::Vector3;
 
 use super::aabb::Aabb;
 use super::bundle::PacketTree;
+use super::grid::Clusters;
 use super::planar::polygon;
 use super::ray;
 use super::sight::{Found, Probe};
@@ -26,6 +29,8 @@ pub(super) struct MeshTree {
     pub aabb: Aabb,
     /// The same for bundles of rays.
     pub packets: PacketTree,
+    /// The same for images, made for the first one.
+    pub clusters: OnceLock<Clusters>,
 }
 
 impl MeshTree {
@@ -37,7 +42,7 @@ impl MeshTree {
         let triangles: Vec<Triangle> = tree.order.iter().map(|&i| all[i as usize]).collect();
         let aabb = boxes.iter().fold(Aabb::EMPTY, |a, b| a.merge(b));
         let packets = PacketTree::new(&aabb, &tree, &triangles);
-        Self { triangles, tree, aabb, packets }
+        Self { triangles, tree, aabb, packets, clusters: OnceLock::new() }
     }
 
     /// The nearest point that counts; the probe is given in the mesh's frame.

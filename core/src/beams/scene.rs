@@ -25,6 +25,8 @@ pub struct Target {
     pub world_from_target: Isometry3<f64>,
     /// The form.
     pub form: Form,
+    /// Red, green and blue, 0 to 1, as images show it in full light.
+    pub color: [f32; 3],
 }
 
 /// Beams of one task of the thread pool.
@@ -100,6 +102,14 @@ impl BeamScene {
         if self.top.worn(area) {
             self.rebuild();
         }
+    }
+
+    /// Gives a target, named by its place in [`targets`](Self::targets), another colour.
+    ///
+    /// # Panics
+    /// If the place is out of range.
+    pub fn set_color(&mut self, index: usize, color: [f32; 3]) {
+        self.targets[index].color = color;
     }
 
     /// Casts `beams` on rayon's current pool; `hits[i]` becomes the answer to `beams[i]`.

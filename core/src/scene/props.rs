@@ -312,8 +312,10 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         (_, Data::Graph(g), _) => set_graph(g, row, value)?,
         _ => None,
     };
-    if matches!(row, Row::Visible | Row::Layer | Row::Color) {
-        scene.seen_version += 1;
+    match row {
+        Row::Visible | Row::Layer => scene.seen_version += 1,
+        Row::Color => scene.color_version += 1,
+        _ => {}
     }
     match done {
         Some(_) if rebuilds => {

@@ -8,6 +8,7 @@
 //! - `noise`: what a scene declares for the fields of a sensor, done after each measure;
 //! - `measure`: one batch per kind: beams cast together, one call of the plugin.
 
+mod cast;
 mod draw;
 mod image;
 mod measure;
