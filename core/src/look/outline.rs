@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use nalgebra::{Point3, Vector3};
 
 use crate::{
-    beams::Volume,
-    sense::{BeamPlan, View},
+    beams::{View, Volume},
+    sense::BeamPlan,
 };
 
 /// Two points, m, in the sensor's frame.
@@ -27,8 +27,10 @@ pub(super) fn edges(plan: &BeamPlan) -> Vec<Edge> {
     if let Some(image) = plan.image {
         let aspect = f64::from(image.rows) / f64::from(image.columns);
         let corner = |z: f64, x: f64, y: f64| match image.view {
-            View::Pinhole(angle) => Vector3::new(x * z * (angle / 2.0).tan(), y * z * (angle / 2.0).tan() * aspect, z),
-            View::Parallel(width) => Vector3::new(x * width / 2.0, y * width / 2.0 * aspect, z),
+            View::Perspective { angle } => {
+                Vector3::new(x * z * (angle / 2.0).tan(), y * z * (angle / 2.0).tan() * aspect, z)
+            }
+            View::Orthographic { width } => Vector3::new(x * width / 2.0, y * width / 2.0 * aspect, z),
         };
         let around = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
         for (i, (x, y)) in around.into_iter().enumerate() {
@@ -60,6 +62,43 @@ pub(super) fn edges(plan: &BeamPlan) -> Vec<Edge> {
             for i in 0..4 {
                 let turn = TAU * f64::from(i) / 4.0;
                 edge(on(near, half_angle, turn), on(far, half_angle, turn));
+            }
+        }
+        Volume::Pyramid { x_near, y_near, x_far, y_far } => {
+            let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
+            let end = |(x, y): (f64, f64), (w, h): (f64, f64), z: f64| Vector3::new(x * w / 2.0, y * h / 2.0, z);
+            for (i, corner) in corners.into_iter().enumerate() {
+                let next = corners[(i + 1) % 4];
+                edge(end(corner, (x_near, y_near), near), end(corner, (x_far, y_far), far));
+                edge(end(corner, (x_near, y_near), near), end(next, (x_near, y_near), near));
+                edge(end(corner, (x_far, y_far), far), end(next, (x_far, y_far), far));
+            }
+        }
+        Volume::Cylinder { radius_near, radius_far } => {
+            let on = |i: u32, radius: f64, z: f64| {
+                let turn = TAU * f64::from(i) / f64::from(PIECES);
+                Vector3::new(turn.cos() * radius, turn.sin() * radius, z)
+            };
+            for i in 0..PIECES {
+                edge(on(i, radius_near, near), on(i + 1, radius_near, near));
+                edge(on(i, radius_far, far), on(i + 1, radius_far, far));
+                if i % (PIECES / 4) == 0 {
+                    edge(on(i, radius_near, near), on(i, radius_far, far));
+                }
+            }
+        }
+        Volume::Disc { angle, height, .. } => {
+            let on = |i: u32, r: f64, y: f64| {
+                let off = angle * (f64::from(i) / f64::from(PIECES) - 0.5);
+                Vector3::new(off.sin() * r, y, off.cos() * r)
+            };
+            for y in [-height / 2.0, height / 2.0] {
+                for i in 0..PIECES {
+                    edge(on(i, near, y), on(i + 1, near, y));
+                    edge(on(i, far, y), on(i + 1, far, y));
+                }
+                edge(on(0, near, y), on(0, far, y));
+                edge(on(PIECES, near, y), on(PIECES, far, y));
             }
         }
     }

@@ -120,7 +120,7 @@ impl Stage {
 }
 
 fn target(index: usize, pose: Isometry3<f64>, form: Form) -> Target {
-    Target { object: index as u64, group: 0, world_from_target: pose, form }
+    Target { object: index as u64, group: 0, world_from_target: pose, form, color: [0.7; 3] }
 }
 
 /// The colours of a shape's visible parts, in their order.
