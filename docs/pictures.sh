@@ -11,6 +11,13 @@ tatu look $first --from -3.3,-3.9,3.0 --to -0.2,0.05,0.1 --at 2 --size 880x495 -
 tatu look $first --from -0.85,0.42,0.34 --to -1.52,1.19,0.12 --fov 34 --size 800x500 -o $images/pioneer.png
 tatu look $first --sensor Pioneer_p3dx_ultrasonicSensor4 --at 4 -o $images/sonar.png
 
+room=scenes/first/pioneer_looks_around.toml
+tatu look $room --from -3.4,-4.0,3.2 --to 0,0.2,0 --at 4 --size 800x450 -o $images/room.png
+tatu look $room --sensor scanner --at 4 -o $images/scan.png
+
+car=scenes/course/manta_keyboard_statusbar.toml
+tatu look $car --from 1.5,-1.2,0.8 --to 0.3,0,0.05 --size 800x500 -o $images/manta.png
+
 graphs=$(mktemp -d)
 tatu run scenes/first/pioneer_draws_its_path.toml --seconds 60 --graphs "$graphs" >/dev/null
 mv "$graphs/Drive.png" $images/drive.png
