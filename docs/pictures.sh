@@ -14,6 +14,7 @@ tatu look $first --sensor Pioneer_p3dx_ultrasonicSensor4 --at 4 -o $images/sonar
 room=scenes/first/pioneer_looks_around.toml
 tatu look $room --from -3.4,-4.0,3.2 --to 0,0.2,0 --at 4 --size 800x450 -o $images/room.png
 tatu look $room --sensor scanner --at 4 -o $images/scan.png
+tatu look $room --sensor eye --at 4 -o $images/depth.png
 
 car=scenes/course/manta_keyboard_statusbar.toml
 tatu look $car --from 1.5,-1.2,0.8 --to 0.3,0,0.05 --size 800x500 -o $images/manta.png

@@ -5,6 +5,7 @@ use tatu_plugin_api::abi::*;
 use crate::{
     host::watchdog::Call,
     scene::Data,
+    scripts::Scripts,
     sense::{self, Around, Device, Job, Moment},
     world::{WorldCell, instance_fault},
 };
@@ -12,6 +13,7 @@ use crate::{
 /// Sensors that are due measure.
 pub(super) fn sense(world: &WorldCell) {
     let kinds = world.registry.sensors.len();
+    let mut measured = Vec::new();
     for kind in 0..kinds {
         let due: Vec<usize> = {
             let (mut sensing, scene) = (world.sensing.borrow_mut(), world.scene.borrow());
@@ -35,8 +37,11 @@ pub(super) fn sense(world: &WorldCell) {
         };
         if !due.is_empty() {
             sense_some(world, kind, &due, None);
+            let sensing = world.sensing.borrow();
+            measured.extend(due.iter().map(|i| &sensing.devices[*i]).filter(|d| !d.off).map(|d| d.slot));
         }
     }
+    Scripts::measured(world, &measured);
     world.look_after("sensing");
 }
 

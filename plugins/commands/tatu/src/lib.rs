@@ -1,5 +1,5 @@
 //! Commands of Tatu's own, for what the V-REP script API has no name for: `tatu.on`, `tatu.emit`, `tatu.options`,
-//! `tatu.list`, `tatu.get`, `tatu.set` and `tatu.read`.
+//! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.read` and `tatu.save`.
 //!
 //! One file per subject; `tests/program/events.rs` of the program drives them through scripts.
 
@@ -7,6 +7,7 @@ mod events;
 mod options;
 mod properties;
 mod read;
+mod save;
 
 use tatu_plugin_api::safe::{Call, Command, Host, Offer, Plugin, Result, World};
 
@@ -32,6 +33,7 @@ impl Plugin for Tatu {
         options::offer(offer);
         properties::offer(offer);
         read::offer(offer);
+        save::offer(offer);
         // Tells the language which names belong to this API.
         offer.prelude("lua", "", "return { api = { 'tatu.' } }");
     }

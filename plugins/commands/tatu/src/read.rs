@@ -104,7 +104,7 @@ fn value(r: &Reading<'_>, dims: [u32; 3]) -> (Value, bool) {
 }
 
 /// All elements, packed.
-fn bytes(r: &Reading<'_>) -> Vec<u8> {
+pub(crate) fn bytes(r: &Reading<'_>) -> Vec<u8> {
     match r.elem() {
         TATU_ELEM_F64 => r.f64s().iter().flat_map(|x| x.to_le_bytes()).collect(),
         TATU_ELEM_F32 => r.f32s().iter().flat_map(|x| x.to_le_bytes()).collect(),
