@@ -62,7 +62,8 @@ fn the_scanner_tells_its_points_by_tube_signal_graph_and_file() {
             same(sim.getFloatSignal('LaserFrontal'), least, 1e-5, 'the signal')
             sim.addStatusbarMessage('scan')
         end";
-    let scanner = placed("laser_scanner_2d", [0.5, -0.25, 0.3], "orientation_deg = [0.0, 0.0, 30.0]\nlog = \"scans.log\"");
+    let scanner =
+        placed("laser_scanner_2d", [0.5, -0.25, 0.3], "orientation_deg = [0.0, 0.0, 30.0]\nlog = \"scans.log\"");
     let text = format!("{}{scanner}{}", room(), watcher("reader", &format!("{WALLS}{reader}")));
     let place = Place::scene(&text);
     let lines = place.trace(&[], &["--steps", "5", "--graphs", "."]);
@@ -152,14 +153,19 @@ fn errors_of_the_hokuyo_are_spread_evenly_over_a_centimetre_to_either_side() {
             same(squares / n, 1 / 3, 4 * math.sqrt(4 / 45 / n), 'variance')
             same(worst, 0, 1.95 / math.sqrt(n), 'Kolmogorov-Smirnov')
         end";
-    let text = format!("{}{}{}", room(), placed("hokuyo", [0.0, 0.0, 0.2], ""), watcher("reader", &format!("{WALLS}{reader}")));
+    let text = format!(
+        "{}{}{}",
+        room(),
+        placed("hokuyo", [0.0, 0.0, 0.2], ""),
+        watcher("reader", &format!("{WALLS}{reader}"))
+    );
     Place::scene(&text).run(&["--seconds", "4"]).good();
 }
 
 /// What a GPS tells in a run: three numbers a step, by signals and by the tube.
 fn gps(model: &str, scene: &str) -> Vec<[f64; 3]> {
     let reader = "
-        function sysCall_init() tube = sim.tubeOpen(0, 'gpsData', 1) sim.getObjectHandle('GPS_reference') end
+        function sysCall_init() tube = sim.tubeOpen(0, 'gpsData' .. sim.getNameSuffix(nil), 1) sim.getObjectHandle('GPS_reference') end
         function sysCall_actuation()
             local data = sim.tubeRead(tube)
             if not data then return end

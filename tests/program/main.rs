@@ -59,5 +59,6 @@ mod talk;
 mod threads;
 mod thruster;
 mod tree;
+mod watchers;
 mod wheels;
 mod worlds;

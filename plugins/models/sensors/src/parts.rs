@@ -71,6 +71,7 @@ pub fn ray<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str, near: f64, 
 
 /// Gives an object its script, and parameters that it reads with `sim.getScriptSimulationParameter`.
 pub fn script<'a>(node: Node<'a>, name: &str, text: &str, parameters: &[(&str, String)]) -> Result<Node<'a>> {
-    let map = parameters.iter().map(|(k, v)| (Value::text(format!("parameter.{k}")), Value::text(v.as_str()))).collect();
+    let map =
+        parameters.iter().map(|(k, v)| (Value::text(format!("parameter.{k}")), Value::text(v.as_str()))).collect();
     node.set("object.data", Value::Map(map))?.script("lua", DIALECT, "child", name, text.as_bytes())
 }
