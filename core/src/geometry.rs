@@ -62,4 +62,6 @@ pub struct Part {
     pub form: Form,
     /// Friction coefficient, if not its owner's.
     pub friction: Option<f64>,
+    /// Red, green and blue, 0 to 1, if not its owner's.
+    pub color: Option<[f64; 3]>,
 }

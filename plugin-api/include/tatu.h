@@ -552,7 +552,7 @@ typedef struct tatu_sensor_batch {
   const uint32_t *primitive;      /* per beam */
   const uint64_t *first_pixel;    /* [n + 1] where each sensor's pixels begin in the arrays below; null: no images */
   const float *depth;             /* per pixel: m along the sensor's +z; infinity: nothing. TATU_IN_DISTANCE */
-  const uint8_t *pixel_color;     /* per pixel, 3; 0 0 0: nothing. TATU_IN_COLOR */
+  const uint8_t *pixel_color;     /* per pixel, 3; the sky's where nothing is seen. TATU_IN_COLOR */
   const float *pixel_cosine;      /* per pixel, 0 to 1; 0: nothing. TATU_IN_COSINE */
   const tatu_object *pixel_object; /* per pixel; 0: nothing. TATU_IN_OBJECT */
   const tatu_random *random;
@@ -739,9 +739,10 @@ typedef struct tatu_budget {
 
 enum {
   /* One of the life cycle: "init", "thread", "actuation", "sensing", "cleanup", "nonSimulation", "beforeSimulation",
-   * "afterSimulation", "suspend", "suspended", "resume", "beforeMainScript", "dyn", "joint", "contact". It may answer a
-   * map: with `cmd` "cleanup" the script ends, with "restart" it ends and begins anew; `doNotRunMainScript` true of
-   * "beforeMainScript" leaves the stages of the pass out, and time stands. */
+   * "afterSimulation", "suspend", "suspended", "resume", "beforeMainScript", "dyn", "joint", "contact", or "measured": of
+   * the scripts of a sensor, after it has measured in the sensing stage, with a map whose `sensor` is that object. It may
+   * answer a map: with `cmd` "cleanup" the script ends, with "restart" it ends and begins anew; `doNotRunMainScript` true
+   * of "beforeMainScript" leaves the stages of the pass out, and time stands. */
   TATU_FIND_CALLBACK = 0,
   TATU_FIND_FUNCTION = 1  /* a function of the script, by its own name */
 };

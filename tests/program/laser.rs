@@ -70,10 +70,8 @@ fn a_scan_of_a_room_has_its_walls() {
 #[test]
 fn left_is_left_and_right_comes_first() {
     // A post 2 m ahead and 1 m to the left (+y), another behind: the half turn ahead sees one of them.
-    let posts = [
-        cuboid("post", [0.2, 0.2, 1.0], [2.0, 1.0, 0.5], ""),
-        cuboid("behind", [0.2, 0.2, 1.0], [-2.0, 1.0, 0.5], ""),
-    ];
+    let posts =
+        [cuboid("post", [0.2, 0.2, 1.0], [2.0, 1.0, 0.5], ""), cuboid("behind", [0.2, 0.2, 1.0], [-2.0, 1.0, 0.5], "")];
     let line = scan(&format!("{}{}", posts.concat(), scanner("")));
     let (angle, distance) = (field(&line, "angle"), field(&line, "distance"));
     assert!((angle[0] + PI / 2.0).abs() < 1e-12 && (angle[180] - PI / 2.0).abs() < 1e-12);

@@ -60,7 +60,13 @@ pub fn run(asked: &Asked) -> Value {
     for (k, _) in poses.iter().enumerate() {
         for (_, form) in &parts {
             let (object, group) = (k as u64 + 1, k as u32 + 1);
-            targets.push(Target { object, group, world_from_target: Isometry3::identity(), form: form.clone() });
+            targets.push(Target {
+                object,
+                group,
+                world_from_target: Isometry3::identity(),
+                form: form.clone(),
+                color: [0.7; 3],
+            });
         }
     }
     targets.extend(still);

@@ -1,9 +1,13 @@
 //! The triangles of one mesh in a tree, built once and shared by all its targets.
 
+use std::sync::OnceLock;
+
 use nalgebra::Vector3;
 
 use super::aabb::Aabb;
 use super::bundle::PacketTree;
+use super::convex::flat;
+use super::grid::Clusters;
 use super::planar::polygon;
 use super::ray;
 use super::sight::{Found, Probe};
@@ -26,6 +30,8 @@ pub(super) struct MeshTree {
     pub aabb: Aabb,
     /// The same for bundles of rays.
     pub packets: PacketTree,
+    /// The same for images, made for the first one.
+    pub clusters: OnceLock<Clusters>,
 }
 
 impl MeshTree {
@@ -37,17 +43,13 @@ impl MeshTree {
         let triangles: Vec<Triangle> = tree.order.iter().map(|&i| all[i as usize]).collect();
         let aabb = boxes.iter().fold(Aabb::EMPTY, |a, b| a.merge(b));
         let packets = PacketTree::new(&aabb, &tree, &triangles);
-        Self { triangles, tree, aabb, packets }
+        Self { triangles, tree, aabb, packets, clusters: OnceLock::new() }
     }
 
     /// The nearest point that counts; the probe is given in the mesh's frame.
     pub fn cast(&self, probe: &Probe) -> Option<Found> {
         let mut best = None;
-        let far = match probe {
-            Probe::Ray(sight) => sight.far,
-            Probe::Cone(cone) => cone.sight.far,
-        };
-        self.tree.walk(probe, far, |place, limit| {
+        self.tree.walk(probe, probe.far(), |place, limit| {
             best = Found::nearer(best, self.triangles[place].cast(probe, limit));
             best.map_or(limit, |found| found.distance)
         });
@@ -74,6 +76,14 @@ impl Triangle {
                     return None;
                 }
                 let (distance, point) = polygon(cone, &corners, normal)?;
+                Some(Found { distance, point, normal: *normal, primitive: *primitive })
+            }
+            Probe::Convex(space) => {
+                let corners = corners.map(|c| c - space.sight.origin.coords);
+                if normal.dot(&corners[0]).abs() > limit {
+                    return None;
+                }
+                let (distance, point) = flat(space, &corners, normal, None)?;
                 Some(Found { distance, point, normal: *normal, primitive: *primitive })
             }
         }

@@ -15,6 +15,7 @@
 //!     group: 0,
 //!     world_from_target: Isometry3::translation(0.0, 0.0, 1.0),
 //!     form: Form::Sphere { radius: 0.25 },
+//!     color: [0.7; 3],
 //! }]);
 //! let hit = scene.cast_one(&Beam::cone(Isometry3::identity(), 0.26, 2.0));
 //! assert!((hit.distance - 0.75).abs() < 1e-12);
@@ -28,8 +29,10 @@ mod aabb;
 mod beam;
 mod binary;
 mod bundle;
+mod convex;
 mod cylinder;
 mod disc;
+mod grid;
 mod mesh;
 mod planar;
 mod ray;
@@ -42,7 +45,8 @@ mod tree;
 
 pub use beam::{Beam, Faces, Hit, Volume};
 pub use bundle::{BundleCast, BundleHits, RayBundle};
+pub use grid::{Grid, GridCast, GridImage, Light, View, Want, color_of};
 pub use scene::{BeamScene, Target};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

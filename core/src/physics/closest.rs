@@ -50,7 +50,7 @@ mod tests {
     use crate::geometry::Form;
 
     fn ball(radius: f64) -> Vec<Part> {
-        vec![Part { pose: Isometry3::identity(), form: Form::Sphere { radius }, friction: None }]
+        vec![Part { pose: Isometry3::identity(), form: Form::Sphere { radius }, friction: None, color: None }]
     }
 
     #[test]

@@ -22,7 +22,7 @@ fn form(primitive: Primitive, size: Vector3<f64>, shape: &Shape) -> Option<Form>
 pub fn visible_parts(shape: &Shape) -> Vec<Part> {
     if shape.primitive == Primitive::Compound {
         let part = |p: &super::ShapePart| {
-            Some(Part { pose: p.pose, form: form(p.primitive, p.size, shape)?, friction: p.friction })
+            Some(Part { pose: p.pose, form: form(p.primitive, p.size, shape)?, friction: p.friction, color: p.color })
         };
         return shape.parts.iter().filter_map(part).collect();
     }
@@ -31,7 +31,7 @@ pub fn visible_parts(shape: &Shape) -> Vec<Part> {
 
 /// A form that is all of a shape.
 fn whole(form: Form) -> Part {
-    Part { pose: Isometry3::identity(), form, friction: None }
+    Part { pose: Isometry3::identity(), form, friction: None, color: None }
 }
 
 /// What a shape collides with.

@@ -11,6 +11,7 @@ use crate::{
     figures::GraphSpec,
     geometry::Mesh,
     physics::{BodyId, JointId},
+    sense::NoiseSpec,
 };
 
 /// An object of the scene.
@@ -289,12 +290,25 @@ impl Joint {
 }
 
 /// A sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SensorData {
     /// Index of its kind in the registry.
     pub kind: usize,
     /// Measures only when it is told to.
     pub explicit: bool,
+    /// Hz; 0: it measures in each step.
+    pub rate: f64,
+    /// The preset that was set last.
+    pub preset: String,
+    /// What is done to its fields after each measure.
+    pub noise: Option<Arc<NoiseSpec>>,
+}
+
+impl SensorData {
+    /// One of a kind, as it is by default.
+    pub fn new(kind: usize) -> Self {
+        SensorData { kind, explicit: false, rate: 0.0, preset: String::new(), noise: None }
+    }
 }
 
 /// An actuator.

@@ -43,9 +43,12 @@ pub struct Scene {
     next_uid: u64,
     /// Grows with every change of the tree or of what the engine and beams are made of.
     pub shape_version: u64,
-    /// Grows when something can be seen, or looks, otherwise than before.
+    /// Grows when something becomes visible or hidden.
     #[serde(skip)]
     pub seen_version: u64,
+    /// Grows with every change of a color.
+    #[serde(skip)]
+    pub color_version: u64,
     /// Free data of the world itself, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     #[serde(skip)]
@@ -68,6 +71,7 @@ impl Default for Scene {
             next_uid: 1,
             shape_version: 1,
             seen_version: 0,
+            color_version: 0,
             notes: BTreeMap::new(),
             index: NameIndex::default(),
             moves: Moves::default(),

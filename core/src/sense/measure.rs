@@ -2,45 +2,40 @@
 
 use std::ffi::c_void;
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 use tatu_plugin_api::abi::*;
 
 use super::{
     Device, Layout, Sensing,
+    cast::{Casts, Look},
     draw::{self, Key},
-    image::{self, Frames},
+    image::Frames,
+    noise::Reading,
 };
 use crate::{
-    beams::{Beam, BeamScene, Hit},
     calls::{ErrorSlot, answer},
     host::{
         Registry, guard,
         watchdog::{Call, Watch},
     },
-    scene::{Scene, pose_to_array},
+    scene::{Data, Scene, pose_to_array},
 };
 
 /// Buffers used again in every step.
 #[derive(Default)]
 pub(crate) struct Scratch {
-    beams: Vec<Beam>,
-    hits: Vec<Hit>,
-    distance: Vec<f64>,
-    point: Vec<[f64; 3]>,
-    normal: Vec<[f64; 3]>,
-    object: Vec<tatu_object>,
+    casts: Casts,
+    frames: Frames,
     pose: Vec<[f64; 7]>,
     twist: Vec<[f64; 6]>,
-    first_beam: Vec<u64>,
     data: Vec<*mut c_void>,
     state: Vec<*mut c_void>,
     sensor: Vec<tatu_object>,
     fields: Vec<*mut c_void>,
     status: Vec<tatu_status>,
-    primitive: Vec<u32>,
-    color: Vec<[u8; 3]>,
     keys: Vec<Key>,
-    frames: Frames,
+    /// Of each sensor, the reading that stays to be seen, if readings are delayed.
+    shown: Vec<Option<Reading>>,
     error: Option<ErrorSlot>,
 }
 
@@ -102,26 +97,20 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     let inputs = kind_info.raw.inputs;
     let Sensing { devices: all, targets, scratch: s, .. } = sensing;
     s.clear();
-    let mut visible = false;
     for i in devices {
         let d = &mut all[*i];
+        let declared = scene.get(d.slot).and_then(|o| match &o.data {
+            Data::Sensor(s) => s.noise.as_ref(),
+            _ => None,
+        });
+        d.follow_noise(declared, kind_info);
+        s.shown.push(d.keep_shown());
         let Layout { plan, spans, .. } = &*d.layout;
-        visible |= plan.visible;
         let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);
         let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
-        s.first_beam.push(s.beams.len() as u64);
-        for turn in &plan.turns {
-            s.beams.push(Beam {
-                world_from_beam: world * turn,
-                volume: plan.volume,
-                near: plan.near,
-                far: plan.far,
-                max_incidence: plan.max_incidence,
-                faces: plan.faces,
-                skip_group,
-                only_object: only,
-            });
-        }
+        let look = Look { world_from_sensor: world, skip_group, only_object: only };
+        s.casts.add(plan, look);
+        s.frames.add(plan, look, targets.beams(plan.visible), inputs, pool);
         s.data.push(d.data);
         s.state.push(d.state.as_mut_ptr().cast());
         s.sensor.push(scene.id(d.slot));
@@ -137,37 +126,22 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
         d.sequence += 1;
         d.drawn += 1;
         d.time = moment.time;
-        if let Some(image) = plan.image {
-            let seen = image::Look { image, plan, world_from_sensor: world, skip_group, only_object: only };
-            pool.install(|| s.frames.add(&seen, targets.beams(plan.visible), inputs));
-        } else {
-            s.frames.skip();
-        }
     }
-    s.first_beam.push(s.beams.len() as u64);
-    s.hits.resize(s.beams.len(), Hit::NONE);
-    if !visible {
-        cast(targets.beams(false), &s.beams, &mut s.hits, pool);
-    } else {
-        for (i, d) in devices.iter().enumerate() {
-            let range = s.first_beam[i] as usize..s.first_beam[i + 1] as usize;
-            let seen = targets.beams(all[*d].layout.plan.visible);
-            cast(seen, &s.beams[range.clone()], &mut s.hits[range], pool);
-        }
-    }
-    s.spread(inputs, devices.iter().map(|i| all[*i].layout.plan.turns.as_slice()));
-    if inputs & TATU_IN_COLOR != 0 {
-        s.color.extend(s.hits.iter().map(|h| surface_color(scene, h)));
-    }
+    s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor]].layout.plan, pool);
     s.status.resize(devices.len(), TATU_OK);
     let random = draw::table(&s.keys);
     let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
     batch.random = &random;
-    let mut failed = Vec::new();
     let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
-    // Noise belongs between the two.
-    for call in [Call::Measure, Call::Finish] {
-        failed.extend(hand_over(call, &batch, all, job, around, &mut error));
+    let mut failed = hand_over(Call::Measure, &batch, all, job, around, &mut error);
+    for (i, status) in devices.iter().zip(&s.status) {
+        if *status >= 0 {
+            all[*i].add_noise(kind_info, pool);
+        }
+    }
+    failed.extend(hand_over(Call::Finish, &batch, all, job, around, &mut error));
+    for (i, shown) in devices.iter().zip(s.shown.drain(..)) {
+        all[*i].put_back(shown);
     }
     s.error = Some(error);
     failed
@@ -226,77 +200,19 @@ fn hand_over(
     failed
 }
 
-/// The colour of what a beam met, of the surface itself: red, green, blue; black where nothing was met.
-fn surface_color(scene: &Scene, hit: &Hit) -> [u8; 3] {
-    let met = hit.is_some().then(|| scene.get((hit.object & 0xF_FFFF) as u32)).flatten();
-    let color = met.and_then(|o| o.shape()).map_or([0.0; 3], |s| s.color);
-    color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
-}
-
-/// Casts beams: few of them here and now, since a question to other threads takes longer than their answer.
-fn cast(seen: &BeamScene, beams: &[Beam], hits: &mut [Hit], pool: &rayon::ThreadPool) {
-    if beams.len() > FEW {
-        return pool.install(|| seen.cast(beams, hits));
-    }
-    for (beam, hit) in beams.iter().zip(hits) {
-        *hit = seen.cast_one(beam);
-    }
-}
-
-/// So many beams are cast at once; about what one task of the pool takes.
-const FEW: usize = 64;
-
 impl Scratch {
     fn clear(&mut self) {
-        self.beams.clear();
-        self.hits.clear();
-        self.distance.clear();
-        self.point.clear();
-        self.normal.clear();
-        self.object.clear();
+        self.casts.clear();
+        self.frames.clear();
         self.pose.clear();
         self.twist.clear();
-        self.first_beam.clear();
         self.data.clear();
         self.state.clear();
         self.sensor.clear();
         self.fields.clear();
         self.status.clear();
-        self.primitive.clear();
-        self.color.clear();
         self.keys.clear();
-        self.frames.clear();
-    }
-
-    /// Hits into the arrays that the kind asked for; points and normals into the sensor's frame.
-    fn spread<'a>(&mut self, inputs: u32, turns: impl Iterator<Item = &'a [UnitQuaternion<f64>]>) {
-        if inputs & TATU_IN_DISTANCE != 0 {
-            self.distance.extend(self.hits.iter().map(|h| h.distance));
-        }
-        if inputs & TATU_IN_OBJECT != 0 {
-            self.object.extend(self.hits.iter().map(|h| if h.is_some() { h.object } else { 0 }));
-        }
-        if inputs & TATU_IN_PRIMITIVE != 0 {
-            self.primitive.extend(self.hits.iter().map(|h| h.primitive));
-        }
-        if inputs & (TATU_IN_POINT | TATU_IN_NORMAL) == 0 {
-            return;
-        }
-        let mut hits = self.hits.iter();
-        for turn in turns.flatten() {
-            let Some(hit) = hits.next() else { return };
-            let (p, n) = if hit.is_some() {
-                (turn * hit.point, turn * hit.normal)
-            } else {
-                (nalgebra::Point3::origin(), Vector3::zeros())
-            };
-            if inputs & TATU_IN_POINT != 0 {
-                self.point.push([p.x, p.y, p.z]);
-            }
-            if inputs & TATU_IN_NORMAL != 0 {
-                self.normal.push([n.x, n.y, n.z]);
-            }
-        }
+        self.shown.clear();
     }
 
     fn batch(&mut self, n: usize, n_fields: usize, moment: Moment) -> tatu_sensor_batch {
@@ -313,17 +229,17 @@ impl Scratch {
             data: some(&self.data),
             state: some(&self.state),
             sensor: some(&self.sensor),
-            first_beam: some(&self.first_beam),
-            distance: some(&self.distance),
-            point: some(&self.point).cast(),
-            normal: some(&self.normal).cast(),
-            object: some(&self.object),
+            first_beam: some(&self.casts.first),
+            distance: some(&self.casts.distance),
+            point: some(&self.casts.point).cast(),
+            normal: some(&self.casts.normal).cast(),
+            object: some(&self.casts.object),
             pose: some(&self.pose).cast(),
             twist: some(&self.twist).cast(),
             fields: some(&self.fields),
             status: self.status.as_mut_ptr(),
-            color: some(&self.color).cast(),
-            primitive: some(&self.primitive),
+            color: some(&self.casts.color).cast(),
+            primitive: some(&self.casts.primitive),
             first_pixel: some(&self.frames.first),
             depth: some(&self.frames.depth),
             pixel_color: some(&self.frames.color).cast(),

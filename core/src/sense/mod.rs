@@ -4,20 +4,27 @@
 //! - `plan`: what a device sends out, as its plugin told;
 //! - `targets`: the scene as beams and images see it;
 //! - `draw`: random numbers that depend on nothing but seed, sensor and count;
+//! - `normal`: those of the normal distribution;
+//! - `noise`: what a scene declares for the fields of a sensor, done after each measure;
 //! - `measure`: one batch per kind: beams cast together, one call of the plugin.
 
+mod cast;
 mod draw;
 mod image;
 mod measure;
+mod noise;
+mod normal;
 mod plan;
 mod targets;
 
-use std::{ffi::c_void, rc::Rc};
+use std::{ffi::c_void, rc::Rc, sync::Arc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
 pub use measure::{Around, Job, Moment, measure};
-pub(crate) use plan::BeamPlan;
+pub use noise::NoiseSpec;
+pub(crate) use noise::{Memory, Noise};
+pub(crate) use plan::{BeamPlan, View};
 pub use targets::Targets;
 
 use crate::{
@@ -47,6 +54,10 @@ pub(crate) struct Device {
     pub seed: u64,
     /// How often it has measured since the start, resets or not: what random numbers are drawn by.
     pub drawn: u64,
+    /// Of a sensor with a rate: the period in which it measured last.
+    pub period: Option<u64>,
+    /// What is done to its fields after a measure; `None`: nothing.
+    pub noise: Option<Box<Noise>>,
     /// Switched off after a fault.
     pub off: bool,
 }
@@ -127,6 +138,8 @@ impl Device {
             time: 0.0,
             seed,
             drawn: 0,
+            period: None,
+            noise: None,
             off: false,
         };
         match Layout::ask(world, kind_index, slot, data) {
@@ -142,9 +155,67 @@ impl Device {
     /// Takes beams and fields. Where the fields have other sizes now, the last reading is forgotten.
     pub fn lay_out(&mut self, layout: Rc<Layout>) {
         if self.layout.spans != layout.spans {
-            (self.fields, self.sequence) = (vec![0; layout.words], 0);
+            self.fields = vec![0; layout.words];
+            self.forget();
         }
         self.layout = layout;
+    }
+
+    /// There is no reading any more, nor one under way.
+    pub fn forget(&mut self) {
+        self.sequence = 0;
+        self.noise.iter_mut().for_each(|n| n.drop_held());
+    }
+
+    /// Whether a time lies in another period of its rate than its last measure. Periods are counted from time 0, so that
+    /// they do not drift.
+    pub fn is_due(&self, rate: f64, time: f64) -> bool {
+        rate <= 0.0 || self.period != Some(period(rate, time))
+    }
+
+    /// It measures because it is due.
+    pub fn begin_period(&mut self, rate: f64, time: f64) {
+        self.period = (rate > 0.0).then(|| period(rate, time));
+    }
+
+    /// Takes up the noise that the scene declares now.
+    pub fn follow_noise(&mut self, declared: Option<&Arc<NoiseSpec>>, kind: &SensorKind) {
+        Noise::follow(&mut self.noise, declared, kind);
+    }
+
+    /// Before a measure, if readings are delayed: takes out the reading that is seen, and makes room for another.
+    fn keep_shown(&mut self) -> Option<noise::Reading> {
+        let noise = self.noise.as_ref().filter(|n| n.delays())?;
+        let newest = noise.newest();
+        let fields = std::mem::replace(&mut self.fields, vec![0; self.layout.words]);
+        let shown = noise::Reading { time: self.time, sequence: self.sequence, fields };
+        self.sequence = newest.unwrap_or(self.sequence);
+        Some(shown)
+    }
+
+    /// After a measure: changes the fields as the scene declares.
+    fn add_noise(&mut self, kind: &SensorKind, pool: &rayon::ThreadPool) {
+        let Device { noise: Some(noise), fields, layout, seed, drawn, time, .. } = self else { return };
+        // It has been counted already.
+        let drawn = drawn.wrapping_sub(1);
+        let spans = &layout.spans;
+        noise.apply(noise::Measured { kind, seed: *seed, drawn, time: *time, fields, spans }, pool);
+    }
+
+    /// After a measure, if readings are delayed: the new one waits, and the newest that is old enough is seen.
+    fn put_back(&mut self, shown: Option<noise::Reading>) {
+        let (Some(shown), Some(noise)) = (shown, &mut self.noise) else { return };
+        let (now, fields) = (self.time, std::mem::replace(&mut self.fields, shown.fields));
+        noise.hold(noise::Reading { time: now, sequence: self.sequence, fields });
+        (self.time, self.sequence) = (shown.time, shown.sequence);
+        self.release(now);
+    }
+
+    /// Shows the newest reading that is old enough, if one was under way.
+    pub fn release(&mut self, now: f64) {
+        if let Some(r) = self.noise.as_mut().and_then(|n| n.release(now)) {
+            (self.time, self.sequence, self.fields) = (r.time, r.sequence, r.fields);
+        }
     }
 
     /// Ends the instance. Must be called without any borrow of the world.
@@ -211,6 +282,12 @@ impl Device {
             }
         }
     }
+}
+
+/// The number of the period of a rate that a time lies in. Times are sums of steps: one that lacks but their rounding is in
+/// the period that it begins.
+fn period(rate: f64, time: f64) -> u64 {
+    (time * rate * (1.0 + 1e-12) + 1e-9).floor() as u64
 }
 
 /// What follows from a sensor's parameters: its beams, and where its fields lie.

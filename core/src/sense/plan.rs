@@ -8,8 +8,9 @@ use std::{
 use nalgebra::{UnitQuaternion, Vector3};
 use tatu_plugin_api::abi::*;
 
+use super::cast::Bundle;
 use crate::{
-    beams::{Faces, Volume},
+    beams::{Faces, Grid, View, Volume},
     calls::{ErrorSlot, answer},
     host::SensorKind,
 };
@@ -22,8 +23,10 @@ pub(crate) struct BeamPlan {
     pub directions: Vec<[f64; 3]>,
     /// For each direction, the turn that makes +z look along it.
     pub turns: Vec<UnitQuaternion<f64>>,
+    /// Many rays, made ready.
+    pub bundle: Bundle,
     /// What it sees as an image.
-    pub image: Option<Image>,
+    pub image: Option<Grid>,
     pub near: f64,
     pub far: f64,
     pub max_incidence: f64,
@@ -33,28 +36,12 @@ pub(crate) struct BeamPlan {
     pub visible: bool,
 }
 
-/// An image of square pixels.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Image {
-    pub columns: u32,
-    pub rows: u32,
-    pub view: View,
-}
-
-/// How the rays of an image run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum View {
-    /// From one point; the angle between the left and right edge, rad.
-    Pinhole(f64),
-    /// Side by side; from the left to the right edge, m.
-    Parallel(f64),
-}
-
 impl BeamPlan {
     pub const NONE: BeamPlan = BeamPlan {
         volume: Volume::Ray,
         directions: Vec::new(),
         turns: Vec::new(),
+        bundle: Bundle::NONE,
         image: None,
         near: 0.0,
         far: 0.0,
@@ -109,15 +96,17 @@ impl BeamPlan {
             TATU_BEAMS_NONE | TATU_BEAMS_GRID | TATU_BEAMS_PARALLEL => (Volume::Ray, Vec::new()),
             form => return Err(format!("beams of form {form} are not cast by this host; expected TATU_BEAMS_*")),
         };
-        let image = image(&raw)?;
         if !(raw.near_m >= 0.0 && raw.far_m >= raw.near_m) {
             return Err(format!("beams from {} m to {} m", raw.near_m, raw.far_m));
         }
         if !(0.0..=PI).contains(&raw.max_incidence) {
             return Err(format!("a greatest incidence of {} rad; expected 0 to pi", raw.max_incidence));
         }
+        let image = image(&raw)?;
+        let bundle = if matches!(volume, Volume::Ray) { Bundle::new(&directions) } else { Bundle::NONE };
         Ok(BeamPlan {
             volume,
+            bundle,
             turns: directions.iter().map(|d| look_along(*d)).collect(),
             directions,
             image,
@@ -147,21 +136,23 @@ fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
     }
 }
 
-fn image(raw: &tatu_beams) -> Result<Option<Image>, String> {
+fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     let [columns, rows] = raw.count;
     let view = match raw.form {
-        TATU_BEAMS_GRID if raw.dims[0] > 0.0 && raw.dims[0] < PI => View::Pinhole(raw.dims[0]),
+        TATU_BEAMS_GRID if raw.dims[0] > 0.0 && raw.dims[0] < PI => View::Perspective { angle: raw.dims[0] },
         TATU_BEAMS_GRID => {
             return Err(format!("an image of {} rad; expected more than 0 and less than pi", raw.dims[0]));
         }
-        TATU_BEAMS_PARALLEL if raw.dims[0] > 0.0 && raw.dims[0].is_finite() => View::Parallel(raw.dims[0]),
+        TATU_BEAMS_PARALLEL if raw.dims[0] > 0.0 && raw.dims[0].is_finite() => {
+            View::Orthographic { width: raw.dims[0] }
+        }
         TATU_BEAMS_PARALLEL => return Err(format!("an image {} m wide; expected more than 0", raw.dims[0])),
         _ => return Ok(None),
     };
     if columns == 0 || rows == 0 || columns > MAX_SIDE || rows > MAX_SIDE {
         return Err(format!("an image of {columns} x {rows} pixels; expected 1 to {MAX_SIDE} each way"));
     }
-    Ok(Some(Image { columns, rows, view }))
+    Ok(Some(Grid { columns, rows, view, near: raw.near_m, far: raw.far_m }))
 }
 
 /// Rays that one sensor may have: more is a mistake, and would be read beyond the plugin's memory.

@@ -20,16 +20,26 @@ pub struct Targets {
 #[derive(Default)]
 pub(crate) struct Seen {
     pub beams: BeamScene,
-    /// Object of each target, and the target's place in it.
-    places: Vec<(u32, Isometry3<f64>)>,
+    /// Where each target comes from.
+    places: Vec<Place>,
     /// For each slot, the first of its targets plus one; 0: it has none. They stand together.
     first: Vec<u32>,
     /// The scene's versions of shapes and of looks that it was made of.
     built: (u64, u64),
+    /// The scene's version of colors that it shows.
+    colored: u64,
     /// Up to where the scene's moves have been followed.
     followed: u64,
     /// Room for targets that have moved.
     moved: Vec<(usize, Isometry3<f64>)>,
+}
+
+/// Where a target comes from.
+struct Place {
+    slot: u32,
+    pose: Isometry3<f64>,
+    /// The part's color, if not the shape's.
+    color: Option<[f64; 3]>,
 }
 
 impl Targets {
@@ -53,9 +63,12 @@ impl Seen {
         let version = (scene.shape_version, scene.seen_version);
         if self.built == version {
             self.keep_up(scene);
+            if self.colored != scene.color_version {
+                self.color(scene);
+            }
             return;
         }
-        self.built = version;
+        (self.built, self.colored) = (version, scene.color_version);
         scene.moves.since(&mut self.followed);
         self.places.clear();
         self.first.clear();
@@ -68,17 +81,31 @@ impl Seen {
             }
             self.first[slot as usize] = self.places.len() as u32 + 1;
             for part in visible_parts(shape) {
-                self.places.push((slot, part.pose));
+                self.places.push(Place { slot, pose: part.pose, color: part.color });
                 targets.push(Target {
                     object: scene.id(slot),
                     group: scene.model_of(slot),
                     world_from_target: o.world * part.pose,
                     form: part.form,
+                    color: part.color.unwrap_or(shape.color).map(|x| x as f32),
                 });
             }
         }
         self.beams.set(targets);
     }
+
+    /// Brings the colors of targets up to the scene.
+    fn color(&mut self, scene: &Scene) {
+        self.colored = scene.color_version;
+        for (i, place) in self.places.iter().enumerate() {
+            let Some(shape) = scene.get(place.slot).and_then(|o| o.shape()) else { continue };
+            let color = place.color.unwrap_or(shape.color).map(|x| x as f32);
+            if self.beams.targets()[i].color != color {
+                self.beams.set_color(i, color);
+            }
+        }
+    }
+
     /// Moves the targets of shapes that have moved since the last look.
     fn keep_up(&mut self, scene: &Scene) {
         let Seen { beams, places, first, moved, followed, .. } = self;
@@ -88,13 +115,13 @@ impl Seen {
                 for slot in slots {
                     let Some(from) = first.get(*slot as usize).and_then(|i| i.checked_sub(1)) else { continue };
                     let Some(o) = scene.get(*slot) else { continue };
-                    let parts = places.iter().enumerate().skip(from as usize).take_while(|(_, (s, _))| s == slot);
-                    moved.extend(parts.map(|(i, (_, pose))| (i, o.world * pose)));
+                    let parts = places.iter().enumerate().skip(from as usize).take_while(|(_, p)| p.slot == *slot);
+                    moved.extend(parts.map(|(i, p)| (i, o.world * p.pose)));
                 }
             }
             None => {
                 let all = places.iter().enumerate();
-                moved.extend(all.filter_map(|(i, (slot, pose))| Some((i, scene.get(*slot)?.world * pose))));
+                moved.extend(all.filter_map(|(i, p)| Some((i, scene.get(p.slot)?.world * p.pose))));
                 moved.retain(|(i, world)| *world != beams.targets()[*i].world_from_target);
             }
         }

@@ -8,6 +8,7 @@ use crate::{
     document::Settings,
     error::{Fault, FaultKind},
     scene::Scene,
+    sense::Memory,
 };
 
 /// A value of a signal or parameter.
@@ -108,6 +109,9 @@ pub struct DeviceImage {
     pub sequence: u64,
     pub time: f64,
     pub drawn: u64,
+    pub period: Option<u64>,
+    /// What its noise remembers.
+    pub noise: Option<Memory>,
     pub off: bool,
 }
 

@@ -2,7 +2,9 @@
 
 mod brute;
 mod bundles;
+mod convex;
 mod flat;
+mod moving;
 mod rays;
 mod round;
 mod scenes;
@@ -13,10 +15,10 @@ use super::{Beam, BeamScene, Faces, Hit, Target};
 use crate::geometry::Form;
 
 /// Random numbers that are the same in every run (SplitMix64).
-struct Dice(u64);
+pub(super) struct Dice(pub u64);
 
 impl Dice {
-    fn unit(&mut self) -> f64 {
+    pub fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -24,19 +26,19 @@ impl Dice {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    fn chance(&mut self, p: f64) -> bool {
+    pub fn chance(&mut self, p: f64) -> bool {
         self.unit() < p
     }
 
-    fn vector(&mut self, size: f64) -> Vector3<f64> {
+    pub fn vector(&mut self, size: f64) -> Vector3<f64> {
         Vector3::new(self.between(-size, size), self.between(-size, size), self.between(-size, size))
     }
 
-    fn pose(&mut self, size: f64) -> Isometry3<f64> {
+    pub fn pose(&mut self, size: f64) -> Isometry3<f64> {
         let turn = UnitQuaternion::from_scaled_axis(self.vector(3.0));
         Isometry3::from_parts(Translation3::from(self.vector(size)), turn)
     }
@@ -58,7 +60,7 @@ impl Dice {
 }
 
 fn target(object: u64, pose: Isometry3<f64>, form: Form) -> Target {
-    Target { object, group: 0, world_from_target: pose, form }
+    Target { object, group: 0, world_from_target: pose, form, color: [0.7; 3] }
 }
 
 fn cast_on(form: Form, pose: Isometry3<f64>, beam: &Beam) -> Hit {

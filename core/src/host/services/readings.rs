@@ -91,7 +91,7 @@ unsafe extern "C" fn reset(w: *mut tatu_world, sensor: tatu_object) -> tatu_stat
         on(w, |world| {
             let i = device(world, sensor)?;
             let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
-            sensing.devices[i].sequence = 0;
+            sensing.devices[i].forget();
             Ok(())
         })
     }

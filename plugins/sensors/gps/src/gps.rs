@@ -34,7 +34,9 @@ impl Gps {
             return Err(Fail::argument(format!("`antenna` is {antenna:?} m; expected three finite numbers")));
         }
         if ![latitude, longitude, altitude].iter().all(|x| x.is_finite()) {
-            return Err(Fail::argument("`scene.origin` has numbers that are not finite; a receiver needs a place on Earth"));
+            return Err(Fail::argument(
+                "`scene.origin` has numbers that are not finite; a receiver needs a place on Earth",
+            ));
         }
         Ok(Gps { antenna, plane: Plane::at(Place { latitude, longitude, altitude }) })
     }

@@ -67,7 +67,8 @@ const INCIDENCE: usize = 5;
 impl Sensor for Laser {
     type Plugin = Lasers;
     const ID: &'static str = "laser";
-    const TEXT: &'static str = "Measures distances along a fan of beams, in one layer or several, as laser scanners do.";
+    const TEXT: &'static str =
+        "Measures distances along a fan of beams, in one layer or several, as laser scanners do.";
     const SCHEMAS: &'static [&'static str] = &["range_scan/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_NORMAL | TATU_IN_COLOR;
     const PRESETS: &'static [Preset] = presets::ALL;
@@ -126,7 +127,8 @@ impl Sensor for Laser {
 
     /// Beams that the noise has taken away have no strength either.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
-        let none: Vec<usize> = (0..).zip(&*out.f64(DISTANCE)).filter(|(_, d)| d.is_infinite()).map(|(i, _)| i).collect();
+        let none: Vec<usize> =
+            (0..).zip(&*out.f64(DISTANCE)).filter(|(_, d)| d.is_infinite()).map(|(i, _)| i).collect();
         for i in none {
             out.f64(INTENSITY)[i] = 0.0;
             out.f64(INCIDENCE)[i] = 0.0;

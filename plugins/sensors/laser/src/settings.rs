@@ -150,4 +150,3 @@ pub(crate) fn direction((azimuth, elevation): (f64, f64)) -> [f64; 3] {
     let ((sa, ca), (se, ce)) = (azimuth.sin_cos(), elevation.sin_cos());
     [sa * ce, se, ca * ce]
 }
-

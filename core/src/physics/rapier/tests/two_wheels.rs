@@ -34,6 +34,7 @@ pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u
                 pose: at(-0.03, 0.0, 0.03),
                 form: Form::Box { half: Vector3::new(0.2, 0.14, 0.1) },
                 friction: None,
+                color: None,
             }],
         )
     });

@@ -1,0 +1,186 @@
+//! From the world to the pixels.
+//!
+//! The view frame is the sensor's with x to the right, and, in perspective, x and y multiplied by the focal length in
+//! pixels. A point there is (x, y, z); it is seen at x/z, y/z pixels from the middle of the image. In an
+//! orthographic image x and y are pixels themselves. Depth is kept as `w`, of which the greater is the nearer: 1/z, or -z
+//! where the image is orthographic. Either is linear in column and row on any plane.
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use super::{Grid, View};
+
+/// A linear function of column and row: `a column + b row + c`.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Line {
+    pub a: f64,
+    pub b: f64,
+    pub c: f64,
+}
+
+/// A camera ready for drawing.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Camera {
+    pub columns: usize,
+    pub rows: usize,
+    pub perspective: bool,
+    /// Focal length in pixels, or pixels per metre.
+    pub scale: f64,
+    pub near: f64,
+    pub far: f64,
+    /// Greatest `w` that is seen.
+    pub w_near: f32,
+    /// What a pixel holds that sees nothing: just below the least `w`.
+    pub w_nothing: f32,
+    /// World to view, before x and y are multiplied.
+    pub rotation: Matrix3<f64>,
+    pub translation: Vector3<f64>,
+    /// Length of the longest ray that goes one metre along the axis.
+    pub slant: f64,
+}
+
+/// Most columns and rows.
+pub(super) const MOST: u32 = 16_384;
+
+impl Camera {
+    /// Nothing when there is nothing to see: no pixels, no range, a pose that is no number.
+    pub fn new(grid: &Grid, world_from_sensor: &Isometry3<f64>) -> Option<Self> {
+        let half = 0.5 * f64::from(grid.columns);
+        let (perspective, scale) = match grid.view {
+            View::Perspective { angle } if angle > 0.0 && angle < std::f64::consts::PI => {
+                (true, half / (0.5 * angle).tan())
+            }
+            View::Orthographic { width } if width > 0.0 => (false, 2.0 * half / width),
+            _ => return None,
+        };
+        let pixels = (1..=MOST).contains(&grid.columns) && (1..=MOST).contains(&grid.rows);
+        let near = if perspective { grid.near.max(1e-9) } else { grid.near };
+        let sensor_from_world = world_from_sensor.inverse();
+        let mut rotation = *sensor_from_world.rotation.to_rotation_matrix().matrix();
+        let mut translation = sensor_from_world.translation.vector;
+        rotation.row_mut(0).neg_mut();
+        translation.x = -translation.x;
+        let placed = rotation.iter().chain(translation.iter()).all(|x| x.is_finite());
+        if !(pixels && scale.is_finite() && scale > 0.0 && near.is_finite() && near <= grid.far && placed) {
+            return None;
+        }
+        let (w_near, w_far) = if perspective { (1.0 / near, 1.0 / grid.far) } else { (-near, -grid.far) };
+        let slant = (half.powi(2) + (0.5 * f64::from(grid.rows)).powi(2)).sqrt() / scale;
+        Some(Self {
+            columns: grid.columns as usize,
+            rows: grid.rows as usize,
+            perspective,
+            scale,
+            near,
+            far: grid.far,
+            w_near: w_near as f32,
+            w_nothing: if w_far == 0.0 { 0.0 } else { (w_far as f32).next_down() },
+            rotation,
+            translation,
+            slant: slant.hypot(1.0),
+        })
+    }
+
+    /// Column and row of the middle of the image.
+    pub fn middle(&self) -> (f64, f64) {
+        (0.5 * self.columns as f64 - 0.5, 0.5 * self.rows as f64 - 0.5)
+    }
+
+    /// A point of the view frame, x and y multiplied, and the divisor that makes pixels of them.
+    pub fn homogeneous(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let divisor = if self.perspective { point.z } else { 1.0 };
+        Vector3::new(point.x * self.scale, point.y * self.scale, divisor)
+    }
+
+    /// `w` on the plane of all points `p` of the view frame with `normal . p = height`.
+    pub fn plane(&self, normal: &Vector3<f64>, height: f64) -> Line {
+        let divisor = if self.perspective { height } else { normal.z };
+        let (a, b) = (normal.x / (self.scale * divisor), normal.y / (self.scale * divisor));
+        self.from_middle(a, b, if self.perspective { normal.z / divisor } else { -height / divisor })
+    }
+
+    /// A linear function, given in pixels from the middle of the image.
+    pub fn from_middle(&self, a: f64, b: f64, c: f64) -> Line {
+        let (column, row) = self.middle();
+        Line { a, b, c: c - a * column - b * row }
+    }
+
+    /// Whether a plane shows its front.
+    pub fn sees_front(&self, normal: &Vector3<f64>, height: f64) -> bool {
+        if self.perspective { height < 0.0 } else { normal.z < 0.0 }
+    }
+
+    /// The depth that a `w` stands for.
+    #[inline(always)]
+    pub fn depth(&self, w: f32) -> f32 {
+        match (w > self.w_nothing, self.perspective) {
+            (false, _) => f32::INFINITY,
+            (true, true) => 1.0 / w,
+            (true, false) => -w,
+        }
+    }
+
+    /// The direction of the ray of a pixel, in the view frame, as far as it goes while z grows by one metre; and where
+    /// it meets z = 0.
+    pub fn ray(&self, column: f64, row: f64) -> (Vector3<f64>, Vector3<f64>) {
+        let middle = self.middle();
+        let (x, y) = ((column - middle.0) / self.scale, (row - middle.1) / self.scale);
+        if self.perspective {
+            (Vector3::zeros(), Vector3::new(x, y, 1.0))
+        } else {
+            (Vector3::new(x, y, 0.0), Vector3::z())
+        }
+    }
+
+    /// What part of the image the hull of some points of the view frame may cover.
+    pub fn bounds(&self, points: &[Vector3<f64>]) -> Option<Bounds> {
+        let (mut z_low, mut z_high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        // Bits of the borders that all points are beyond.
+        let mut beyond = 15;
+        let (right, up) = (0.5 * self.columns as f64, 0.5 * self.rows as f64);
+        for point in points {
+            if !point.iter().all(|x| x.is_finite()) {
+                return None;
+            }
+            let h = self.homogeneous(point);
+            z_low = z_low.min(point.z);
+            z_high = z_high.max(point.z);
+            let sides = [h.x > right * h.z, h.x < -right * h.z, h.y > up * h.z, h.y < -up * h.z];
+            beyond &= sides.iter().enumerate().fold(0, |bits, (i, side)| bits | u32::from(*side) << i);
+            for (i, x) in [h.x / h.z, h.y / h.z].into_iter().enumerate() {
+                low[i] = low[i].min(x);
+                high[i] = high[i].max(x);
+            }
+        }
+        if beyond != 0 || z_high < self.near || z_low > self.far {
+            return None;
+        }
+        let middle = self.middle();
+        let whole = self.perspective && z_low < 1e-6;
+        // A pixel more on each side, for rounding.
+        let part = |low: f64, high: f64, middle: f64, count: usize| {
+            if whole {
+                return (0, count);
+            }
+            let first = (low + middle).ceil() - 1.0;
+            let last = (high + middle).floor() + 2.0;
+            (first.clamp(0.0, count as f64) as usize, last.clamp(0.0, count as f64) as usize)
+        };
+        Some(Bounds {
+            columns: part(low[0], high[0], middle.0, self.columns),
+            rows: part(low[1], high[1], middle.1, self.rows),
+            clear: z_low > self.near * (1.0 + 1e-6),
+        })
+    }
+}
+
+/// A part of the image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bounds {
+    /// First column, and the one after the last.
+    pub columns: (usize, usize),
+    /// First row, and the one after the last.
+    pub rows: (usize, usize),
+    /// Whether all of it is beyond the near plane.
+    pub clear: bool,
+}

@@ -1,0 +1,78 @@
+//! What an image holds.
+
+use super::GridCast;
+use super::camera::MOST;
+use super::raster::Buffer;
+
+/// An image. One value per pixel, row by row from the bottom, each row from left to right; empty where not asked for.
+///
+/// Made once and used again from frame to frame: no memory is asked for after the first.
+#[derive(Debug, Default, Clone)]
+pub struct GridImage {
+    /// From the sensor's origin along its axis, in metres; infinity where nothing is seen.
+    pub depth: Vec<f32>,
+    /// Tag of the target; 0 where nothing is seen.
+    pub object: Vec<u64>,
+    /// Place on the form, as in [`Hit::primitive`](crate::beams::Hit::primitive); 0 where nothing is seen.
+    pub primitive: Vec<u32>,
+    /// Red, green and blue, 0 to 255.
+    pub color: Vec<[u8; 3]>,
+    /// Cosine of the angle between the surface normal and the ray, 0 to 1; 0 where nothing is seen.
+    pub cosine: Vec<f32>,
+    /// The surface normal on the side of the camera, in the sensor's frame, of length 1; zero where nothing is seen.
+    pub normal: Vec<[f32; 3]>,
+    pub(super) bands: Vec<Buffer>,
+}
+
+/// Some rows of an image.
+pub(super) struct Part<'a> {
+    pub depth: &'a mut [f32],
+    pub object: &'a mut [u64],
+    pub primitive: &'a mut [u32],
+    pub color: &'a mut [[u8; 3]],
+    pub cosine: &'a mut [f32],
+    pub normal: &'a mut [[f32; 3]],
+}
+
+impl GridImage {
+    /// Makes it an image of nothing.
+    pub(super) fn prepare(&mut self, cast: &GridCast<'_>) {
+        let (grid, want) = (cast.grid, cast.want);
+        let pixels = grid.columns.min(MOST) as usize * grid.rows.min(MOST) as usize;
+        fn fill<T: Clone>(out: &mut Vec<T>, wanted: bool, pixels: usize, with: T) {
+            out.clear();
+            out.resize(if wanted { pixels } else { 0 }, with);
+        }
+        fill(&mut self.depth, true, pixels, f32::INFINITY);
+        fill(&mut self.object, want.object, pixels, 0);
+        fill(&mut self.primitive, want.primitive, pixels, 0);
+        fill(&mut self.color, want.color, pixels, cast.light.sky_bytes());
+        fill(&mut self.cosine, want.cosine, pixels, 0.0);
+        fill(&mut self.normal, want.normal, pixels, [0.0; 3]);
+    }
+
+    /// Parts of so many pixels, the last one with what is left.
+    pub(super) fn split(&mut self, pixels: usize) -> impl Iterator<Item = Part<'_>> {
+        fn take<'a, T>(rest: &mut &'a mut [T], pixels: usize) -> &'a mut [T] {
+            let (part, after) = {
+                let n = pixels.min(rest.len());
+                std::mem::take(rest).split_at_mut(n)
+            };
+            *rest = after;
+            part
+        }
+        let Self { depth, object, primitive, color, cosine, normal, .. } = self;
+        let (mut depth, mut object, mut primitive) = (&mut depth[..], &mut object[..], &mut primitive[..]);
+        let (mut color, mut cosine, mut normal) = (&mut color[..], &mut cosine[..], &mut normal[..]);
+        std::iter::from_fn(move || {
+            (!depth.is_empty()).then(|| Part {
+                depth: take(&mut depth, pixels),
+                object: take(&mut object, pixels),
+                primitive: take(&mut primitive, pixels),
+                color: take(&mut color, pixels),
+                cosine: take(&mut cosine, pixels),
+                normal: take(&mut normal, pixels),
+            })
+        })
+    }
+}

@@ -1,0 +1,455 @@
+//! Images against rays through the middles of their pixels, which are drawn by no code of these.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+
+use super::level::Level;
+use super::*;
+use crate::beams::tests::Dice;
+use crate::beams::{Beam, BeamScene, Hit, Target};
+use crate::geometry::{Form, Mesh};
+
+fn target(object: u64, pose: Isometry3<f64>, form: Form) -> Target {
+    Target { object, group: object as u32 % 3, world_from_target: pose, form, color: [0.7; 3] }
+}
+
+fn scene(targets: impl IntoIterator<Item = Target>) -> BeamScene {
+    let mut scene = BeamScene::default();
+    scene.set(targets);
+    scene
+}
+
+fn mesh(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Form {
+    Form::Mesh { mesh: Arc::new(Mesh { vertices, triangles }), convex: false }
+}
+
+/// A closed ball of triangles with bumps.
+fn ball(dice: &mut Dice, radius: f64, around: u32, up: u32, bumps: f64) -> Form {
+    let mut vertices = vec![Point3::new(0.0, 0.0, -radius)];
+    for i in 1..up {
+        let tilt = std::f64::consts::PI * (f64::from(i) / f64::from(up) - 0.5);
+        for j in 0..around {
+            let turn = std::f64::consts::TAU * f64::from(j) / f64::from(around);
+            let r = radius * (1.0 + dice.between(-bumps, bumps));
+            vertices.push(Point3::new(r * tilt.cos() * turn.cos(), r * tilt.cos() * turn.sin(), r * tilt.sin()));
+        }
+    }
+    vertices.push(Point3::new(0.0, 0.0, radius));
+    let (top, at) = (vertices.len() as u32 - 1, |i: u32, j: u32| 1 + (i - 1) * around + j % around);
+    let mut triangles = Vec::new();
+    for j in 0..around {
+        triangles.push([0, at(1, j + 1), at(1, j)]);
+        triangles.push([top, at(up - 1, j), at(up - 1, j + 1)]);
+        for i in 1..up - 1 {
+            triangles.push([at(i, j), at(i, j + 1), at(i + 1, j + 1)]);
+            triangles.push([at(i, j), at(i + 1, j + 1), at(i + 1, j)]);
+        }
+    }
+    mesh(vertices, triangles)
+}
+
+fn any_form(dice: &mut Dice, size: f64) -> Form {
+    let s = |dice: &mut Dice| dice.between(0.05, 1.0) * size;
+    match dice.between(0.0, 7.0) as u32 {
+        0 => Form::Box { half: Vector3::new(s(dice), s(dice), s(dice)) },
+        1 => Form::Sphere { radius: s(dice) },
+        2 => Form::Cylinder { radius: s(dice), half_length: s(dice) },
+        3 => Form::Capsule { radius: 0.5 * s(dice), half_length: s(dice) },
+        4 => {
+            let (around, up) = (dice.between(3.0, 60.0) as u32, dice.between(2.0, 40.0) as u32);
+            let radius = s(dice);
+            ball(dice, radius, around, up, 0.1)
+        }
+        5 => {
+            // Loose triangles of all sizes.
+            let vertices: Vec<Point3<f64>> = (0..60).map(|_| Point3::from(dice.vector(size))).collect();
+            mesh(vertices, (0..20).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
+        }
+        _ => Form::Box { half: Vector3::new(s(dice), 0.0, s(dice)) },
+    }
+}
+
+fn any_grid(dice: &mut Dice, perspective: bool) -> Grid {
+    Grid {
+        columns: dice.between(1.0, 90.0) as u32,
+        rows: dice.between(1.0, 70.0) as u32,
+        view: if perspective {
+            View::Perspective { angle: dice.between(0.2, 2.4) }
+        } else {
+            View::Orthographic { width: dice.between(0.5, 8.0) }
+        },
+        near: dice.between(0.01, 0.4),
+        far: dice.between(2.0, 12.0),
+    }
+}
+
+fn cast_of<'a>(grid: &'a Grid, light: &'a Light, pose: Isometry3<f64>) -> GridCast<'a> {
+    GridCast {
+        grid,
+        world_from_sensor: pose,
+        faces: Faces::BOTH,
+        skip_group: None,
+        only_object: None,
+        want: Want::ALL,
+        light,
+    }
+}
+
+/// The ray of a place in the image, in columns and rows from the middle of the first pixel; and the depth per metre of it.
+fn ray(cast: &GridCast<'_>, column: f64, row: f64) -> (Beam, f64) {
+    let Grid { columns, rows, view, near, far } = *cast.grid;
+    let (across, up) = (column + 0.5 - 0.5 * f64::from(columns), row + 0.5 - 0.5 * f64::from(rows));
+    let (origin, along) = match view {
+        View::Perspective { angle } => {
+            let f = 0.5 * f64::from(columns) / (0.5 * angle).tan();
+            (Vector3::zeros(), Vector3::new(-across / f, up / f, 1.0))
+        }
+        View::Orthographic { width } => {
+            let size = width / f64::from(columns);
+            (Vector3::new(-across * size, up * size, 0.0), Vector3::z())
+        }
+    };
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along).unwrap();
+    let length = along.norm();
+    let beam = Beam {
+        near: near * length,
+        faces: cast.faces,
+        skip_group: cast.skip_group,
+        only_object: cast.only_object,
+        ..Beam::ray(cast.world_from_sensor * Isometry3::from_parts(Translation3::from(origin), turn), far * length)
+    };
+    (beam, 1.0 / length)
+}
+
+/// What the image must show at a place.
+fn expected(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row: f64) -> (f64, Hit, Beam) {
+    let (beam, per_metre) = ray(cast, column, row);
+    let hit = scene.cast_one(&beam);
+    (hit.distance * per_metre, hit, beam)
+}
+
+fn same_depth(a: f64, b: f64) -> bool {
+    a == b || (a - b).abs() <= 1e-4 * a.abs().min(b.abs()).max(1.0)
+}
+
+/// Whether some place at most a hundredth of a pixel away shows a depth: a ray sees it there, or two rays see more and
+/// less of one primitive. Limits may be a millionth off.
+fn explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row: f64, ours: f64) -> bool {
+    let mut seen = vec![expected(scene, cast, column, row)];
+    for k in 0..75 {
+        let (turn, away) = (f64::from(k) * 0.7, 0.01 * f64::from(1 + k % 3) / 3.0);
+        let (near, far) = (f64::from(k % 5 - 2), f64::from(k / 5 % 5 - 2));
+        let grid =
+            Grid { near: cast.grid.near * (1.0 + 1e-6 * near), far: cast.grid.far * (1.0 + 1e-6 * far), ..*cast.grid };
+        let cast = GridCast { grid: &grid, ..*cast };
+        seen.push(expected(scene, &cast, column + away * turn.cos(), row + away * turn.sin()));
+    }
+    let place = |hit: &Hit| (hit.object, hit.primitive);
+    // Meshes are rounded to a part of a pixel, which moves the depth of steep surfaces.
+    let size = match cast.grid.view {
+        View::Perspective { angle } => 2.0 * ours * (0.5 * angle).tan(),
+        View::Orthographic { width } => width,
+    } / f64::from(cast.grid.columns);
+    let close = |a: f64, hit: &Hit| (ours - a).abs() < 1e-4 + size / 256.0 / hit.normal.z.abs().max(1e-3);
+    seen.iter().any(|(a, one, _)| {
+        let between = |b: f64| *a <= ours && ours <= b && b < f64::INFINITY;
+        same_depth(ours, *a)
+            || (one.is_some() && close(*a, one))
+            || seen.iter().any(|(b, other, _)| between(*b) && place(one) == place(other))
+    })
+}
+
+/// Compares an image with rays; how many pixels differ, all at silhouettes or steep surfaces.
+fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage, what: &str) -> usize {
+    let mut beside = 0;
+    for row in 0..cast.grid.rows {
+        for column in 0..cast.grid.columns {
+            let pixel = (row * cast.grid.columns + column) as usize;
+            let (x, y) = (f64::from(column), f64::from(row));
+            let ours = f64::from(image.depth[pixel]);
+            let (depth, hit, beam) = expected(scene, cast, x, y);
+            if !same_depth(ours, depth) {
+                beside += 1;
+                assert!(
+                    explained(scene, cast, x, y, ours),
+                    "{what}: pixel {column}, {row}: {ours}, a ray sees {depth} of {hit:?}"
+                );
+                continue;
+            }
+            if !hit.is_some() {
+                assert_eq!((image.object[pixel], image.primitive[pixel]), (0, 0), "{what}");
+                continue;
+            }
+            if (image.object[pixel], image.primitive[pixel]) != (hit.object, hit.primitive) {
+                // Two surfaces at one depth, or an edge between two faces.
+                beside += 1;
+                continue;
+            }
+            let normal = cast.world_from_sensor.inverse_transform_vector(&(beam.world_from_beam * hit.normal));
+            let cosine = -hit.normal.z;
+            let ours = Vector3::from(image.normal[pixel]).map(f64::from);
+            // Near the rim of round forms the normal turns fast.
+            let slack = 2e-3 + 2e-4 / cosine.abs().max(1e-3);
+            assert!((normal - ours).norm() < slack, "{what}: pixel {column}, {row}: normal {ours} for {normal}");
+            assert!((f64::from(image.cosine[pixel]) - cosine).abs() < slack, "{what}: cosine");
+        }
+    }
+    beside
+}
+
+fn render(scene: &BeamScene, cast: &GridCast<'_>) -> GridImage {
+    let mut image = GridImage::default();
+    scene.render(cast, &mut image);
+    image
+}
+
+/// A camera that looks at the middle of the scene, more or less.
+fn looking_inward(dice: &mut Dice) -> Isometry3<f64> {
+    let (eye, at) = (Point3::from(dice.vector(3.5)), Point3::from(dice.vector(1.0)));
+    Isometry3::face_towards(&eye, &at, &dice.vector(1.0))
+}
+
+#[test]
+fn random_scenes_are_seen_as_rays_see_them() {
+    let light = Light::default();
+    let (mut pixels, mut beside, mut seen) = (0, 0, 0);
+    for round in 0..150 {
+        let mut dice = Dice(round);
+        let count = dice.between(1.0, 12.0) as u64;
+        let mut targets: Vec<Target> = (1..=count)
+            .map(|i| {
+                let form = any_form(&mut dice, 1.0);
+                target(i, dice.pose(3.0), form)
+            })
+            .collect();
+        if dice.chance(0.4) {
+            targets.push(target(99, dice.pose(1.5), Form::Plane));
+        }
+        let scene = scene(targets);
+        let grid = any_grid(&mut dice, round % 3 != 0);
+        let mut cast = cast_of(&grid, &light, looking_inward(&mut dice));
+        cast.faces = [Faces::BOTH, Faces::BOTH, Faces::FRONT, Faces::BACK][dice.between(0.0, 4.0) as usize];
+        cast.skip_group = dice.chance(0.2).then_some(1);
+        cast.only_object = dice.chance(0.1).then_some(2);
+        let image = render(&scene, &cast);
+        beside += compare(&scene, &cast, &image, &format!("round {round}"));
+        pixels += image.depth.len();
+        seen += image.depth.iter().filter(|d| d.is_finite()).count();
+    }
+    assert!(seen * 4 > pixels, "the scenes are empty: {seen} of {pixels}");
+    assert!(beside * 500 < pixels, "{beside} of {pixels} pixels differ at silhouettes");
+}
+
+#[test]
+fn cameras_within_forms_see_them_from_within() {
+    let light = Light::default();
+    for round in 0..80 {
+        let mut dice = Dice(1000 + round);
+        let (pose, form) = (dice.pose(2.0), any_form(&mut dice, 1.0));
+        let scene = scene([target(1, pose, form)]);
+        let grid = Grid { near: dice.between(0.001, 0.3), ..any_grid(&mut dice, round % 4 != 0) };
+        let inside = pose * Isometry3::translation(0.02, 0.03, -0.04) * dice.pose(0.2);
+        let mut cast = cast_of(&grid, &light, inside);
+        cast.faces = [Faces::BOTH, Faces::FRONT, Faces::BACK][round as usize % 3];
+        compare(&scene, &cast, &render(&scene, &cast), &format!("round {round}"));
+    }
+}
+
+#[test]
+fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
+    let light = Light::default();
+    for round in 0..30 {
+        let mut dice = Dice(2000 + round);
+        let targets: Vec<Target> = (1..=30)
+            .map(|i| {
+                let form = any_form(&mut dice, 0.8);
+                target(i % 20, dice.pose(3.0), form)
+            })
+            .collect();
+        let scene = scene(targets);
+        let mut cast_grid = any_grid(&mut dice, round % 3 != 0);
+        cast_grid.columns += 100;
+        cast_grid.rows += 80;
+        let mut cast = cast_of(&cast_grid, &light, looking_inward(&mut dice));
+        if round % 2 == 0 {
+            cast.want = Want::DEPTH;
+        }
+        let mut first = GridImage::default();
+        scene.render_by(&cast, &mut first, Level::Plain, usize::MAX);
+        let mut image = GridImage::default();
+        for level in Level::all() {
+            for band in [usize::MAX, 1, 7, 24] {
+                scene.render_by(&cast, &mut image, level, band);
+                let bits = |image: &GridImage| image.depth.iter().map(|d| d.to_bits()).collect::<Vec<_>>();
+                assert!(bits(&image) == bits(&first), "round {round}, {level:?}, bands of {band}: depth");
+                assert!(image.object == first.object && image.primitive == first.primitive, "{level:?}, {band}");
+                assert!(image.color == first.color && image.cosine == first.cosine, "{level:?}, {band}");
+                assert!(image.normal == first.normal, "{level:?}, {band}");
+            }
+        }
+        cast.want = Want::DEPTH;
+        scene.render_by(&cast, &mut image, Level::widest(), usize::MAX);
+        assert!(image.depth == first.depth, "round {round}: depth alone");
+        for threads in [1, 2] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| scene.render(&cast, &mut image));
+            assert!(image.depth == first.depth, "round {round}: {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn a_plate_is_as_far_as_it_is() {
+    // A wall across the view: the depth is its distance, whatever the angle of the ray.
+    let light = Light::default();
+    let grid = Grid { columns: 640, rows: 480, view: View::Perspective { angle: 1.0 }, near: 0.01, far: 3.5 };
+    let wall = mesh(
+        [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| Point3::new(x, y, 0.0)).to_vec(),
+        vec![[0, 2, 1], [0, 3, 2]],
+    );
+    for distance in [0.011, 0.5, 1.0, 2.0, 3.4999] {
+        for form in [Form::Plane, Form::Box { half: Vector3::new(9.0, 9.0, 0.0) }, wall.clone()] {
+            let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+            let pose = Isometry3::from_parts(Translation3::new(0.3, 0.2, distance), turned);
+            let image = render(&scene([target(1, pose, form)]), &cast_of(&grid, &light, Isometry3::identity()));
+            for depth in image.depth {
+                assert!((f64::from(depth) / distance - 1.0).abs() < 1e-6, "{depth} instead of {distance}");
+            }
+        }
+    }
+}
+
+#[test]
+fn columns_run_to_the_right_and_rows_upward() {
+    // x points to the left and y up: a ball at +x is in the first columns, one at +y in the last rows.
+    let light = Light::default();
+    let grid = Grid { columns: 40, rows: 30, view: View::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
+    let small = Form::Sphere { radius: 0.1 };
+    let scene = scene([
+        target(1, Isometry3::translation(0.8, 0.0, 2.0), small.clone()),
+        target(2, Isometry3::translation(0.0, 0.6, 2.0), small),
+    ]);
+    for view in [grid.view, View::Orthographic { width: 2.2 }] {
+        let grid = Grid { view, ..grid };
+        let image = render(&scene, &cast_of(&grid, &light, Isometry3::identity()));
+        let places = |object: u64| image.object.iter().enumerate().filter(move |(_, o)| **o == object).map(|(i, _)| i);
+        assert!(places(1).count() > 0 && places(1).all(|i| i % 40 < 12 && (10..20).contains(&(i / 40))));
+        assert!(places(2).count() > 0 && places(2).all(|i| (15..25).contains(&(i % 40)) && i / 40 > 20));
+    }
+}
+
+#[test]
+fn equal_depths_go_to_the_lowest_tag() {
+    let light = Light::default();
+    let grid = Grid { columns: 33, rows: 21, view: View::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
+    for form in [Form::Box { half: Vector3::new(0.3, 0.2, 0.2) }, Form::Sphere { radius: 0.3 }, Form::Plane] {
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 2.7);
+        let place = Isometry3::from_parts(Translation3::new(0.0, 0.0, 1.0), turned);
+        let scene = scene([9, 4, 6].map(|object| target(object, place, form.clone())));
+        let image = render(&scene, &cast_of(&grid, &light, Isometry3::identity()));
+        assert!(image.object.contains(&4), "{form:?}");
+        assert!(image.object.iter().all(|o| [0, 4].contains(o)), "{form:?}");
+    }
+}
+
+#[test]
+fn a_closed_mesh_has_no_holes() {
+    // Seen from far, near and within: each ray through a closed surface from outside meets a front first.
+    let light = Light::default();
+    let mut dice = Dice(77);
+    for round in 0..40 {
+        let (around, up) = (dice.between(20.0, 300.0) as u32, dice.between(10.0, 200.0) as u32);
+        let form = ball(&mut dice, 1.0, around, up, 0.002);
+        let mut scene = scene([target(1, dice.pose(0.1), form)]);
+        let grid = Grid {
+            columns: 200,
+            rows: 200,
+            view: View::Perspective { angle: dice.between(0.3, 1.5) },
+            near: 0.01,
+            far: 100.0,
+        };
+        // From within, all is surface.
+        let image = render(&scene, &cast_of(&grid, &light, dice.pose(0.3)));
+        assert!(image.depth.iter().all(|d| d.is_finite()), "round {round}: a hole from within");
+        // From without, whatever is seen with both sides is seen with fronts alone: a back behind a gap would show.
+        scene.update_poses([(0, Isometry3::translation(0.0, 0.0, dice.between(1.2, 9.0)) * dice.pose(0.05))]);
+        let mut cast = cast_of(&grid, &light, Isometry3::identity());
+        let both = render(&scene, &cast);
+        cast.faces = Faces::FRONT;
+        assert!(render(&scene, &cast).depth == both.depth, "round {round}: both sides");
+        cast.faces = Faces::BACK;
+        let back = render(&scene, &cast);
+        let gaps = both.depth.iter().zip(&back.depth).filter(|(both, back)| both.is_finite() != back.is_finite());
+        assert_eq!(gaps.count(), 0, "round {round}: silhouettes of fronts and backs");
+    }
+}
+
+#[test]
+fn what_is_no_scene_gives_no_image_and_no_panic() {
+    let light = Light::default();
+    let nan = f64::NAN;
+    let grid = Grid { columns: 31, rows: 17, view: View::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
+    let ahead = Isometry3::translation(0.0, 0.0, 2.0);
+    let lost = Isometry3::translation(nan, 0.0, 2.0);
+    let p = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
+    let bad = mesh(
+        vec![p(0.0, 0.0, 0.0), p(1.0, 0.0, 0.0), p(2.0, 0.0, 0.0), p(nan, 1.0, 0.0), p(1e300, 1e300, 0.0)],
+        vec![[0, 1, 2], [0, 1, 1], [0, 1, 3], [0, 1, 77], [4, 4, 4]],
+    );
+    let nothing = [
+        target(1, lost, Form::Sphere { radius: 1.0 }),
+        target(2, lost, Form::Plane),
+        target(3, lost, Form::Box { half: Vector3::repeat(1.0) }),
+        target(4, ahead, Form::Sphere { radius: nan }),
+        target(5, ahead, Form::Box { half: Vector3::new(1.0, nan, 1.0) }),
+        target(6, ahead, Form::Box { half: Vector3::zeros() }),
+        target(7, ahead, Form::Sphere { radius: 0.0 }),
+        target(8, ahead, Form::Cylinder { radius: 0.0, half_length: 0.0 }),
+        target(9, ahead, Form::Capsule { radius: -1.0, half_length: 1.0 }),
+        target(10, ahead, bad),
+        target(11, ahead, mesh(Vec::new(), Vec::new())),
+        target(12, Isometry3::translation(0.0, 0.0, -3.0), Form::Box { half: Vector3::repeat(1.0) }),
+    ];
+    for one in nothing {
+        let image = render(&scene([one.clone()]), &cast_of(&grid, &light, Isometry3::identity()));
+        assert!(image.depth.iter().all(|d| *d == f32::INFINITY), "{one:?}");
+    }
+    let full = scene([target(1, ahead, Form::Sphere { radius: 1.9 })]);
+    let grids = [
+        Grid { columns: 0, ..grid },
+        Grid { rows: 0, ..grid },
+        Grid { near: 5.0, far: 4.0, ..grid },
+        Grid { near: nan, far: nan, ..grid },
+        Grid { view: View::Perspective { angle: 0.0 }, ..grid },
+        Grid { view: View::Perspective { angle: 3.2 }, ..grid },
+        Grid { view: View::Orthographic { width: nan }, ..grid },
+    ];
+    for grid in &grids {
+        let image = render(&full, &cast_of(grid, &light, Isometry3::identity()));
+        assert!(image.depth.iter().all(|d| *d == f32::INFINITY), "{grid:?}");
+    }
+    let image = render(&full, &cast_of(&grid, &light, lost));
+    assert!(image.depth.iter().all(|d| *d == f32::INFINITY));
+    let endless = Grid { far: f64::INFINITY, near: 0.0, ..grid };
+    let image = render(&full, &cast_of(&endless, &light, Isometry3::identity()));
+    assert!(image.depth.iter().any(|d| d.is_finite()));
+}
+
+#[test]
+fn ten_thousand_objects() {
+    let light = Light::default();
+    let mut dice = Dice(5);
+    let targets: Vec<Target> = (0..10_000)
+        .map(|i| {
+            let form = any_form(&mut dice, 0.1);
+            target(i, dice.pose(20.0), form)
+        })
+        .collect();
+    let scene = scene(targets);
+    let grid = Grid { columns: 160, rows: 120, view: View::Perspective { angle: 1.0 }, near: 0.1, far: 100.0 };
+    let cast = cast_of(&grid, &light, Isometry3::identity());
+    let image = render(&scene, &cast);
+    let beside = compare(&scene, &cast, &image, "ten thousand");
+    assert!(beside * 100 < image.depth.len(), "{beside} pixels differ");
+}
