@@ -61,6 +61,7 @@ mod talk;
 mod threads;
 mod thruster;
 mod tree;
+mod watchers;
 mod vision;
 mod wheels;
 mod worlds;
