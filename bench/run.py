@@ -21,6 +21,7 @@ ROOT = os.path.dirname(HERE)
 sys.path.insert(0, HERE)
 
 import arena  # noqa: E402
+import sensors  # noqa: E402
 
 TATU = os.path.join(ROOT, "target", "release", "tatu")
 PEERS = os.path.join(HERE, "peers")
@@ -189,7 +190,8 @@ def motion(scenes, folder):
 def main():
     ap = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     ap.add_argument("--quick", action="store_true", help="one pass, shorter runs")
-    ap.add_argument("--rows", default="motion,arena100,arena1000,growth,threads,call,startup")
+    ap.add_argument("--rows", default="motion,arena100,arena1000,growth,threads,call,startup,"
+                    "depth,depth_mesh,depth_threads")
     args = ap.parse_args()
     if not os.path.exists(TATU):
         sys.exit("no %s: run `cargo build --release`" % os.path.relpath(TATU))
@@ -197,6 +199,7 @@ def main():
     if not peer:
         print("the peer is not there (pip install -r bench/peers/requirements.txt): only our own figures\n")
     passes, rows = (1 if args.quick else 3), re.split("[, ]+", args.rows)
+    seconds = 1 if args.quick else 3
     with tempfile.TemporaryDirectory() as folder:
         scenes = Scenes(folder)
         table = {
@@ -207,6 +210,9 @@ def main():
             "threads": lambda: threads(scenes, passes),
             "call": lambda: call(folder, passes, peer),
             "startup": lambda: startup(scenes, passes, peer),
+            "depth": lambda: sensors.depth(row, folder, passes, seconds, False),
+            "depth_mesh": lambda: sensors.depth(row, folder, passes, seconds, True),
+            "depth_threads": lambda: sensors.depth_threads(row, passes, seconds),
         }
         for name in rows:
             if name not in table:

@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use nalgebra::Vector3;
 
 use super::aabb::Aabb;
+use super::bundle::PacketTree;
 use super::grid::Clusters;
 use super::planar::polygon;
 use super::ray;
@@ -13,10 +14,10 @@ use super::tree::Tree;
 use crate::geometry::Mesh;
 
 #[derive(Debug, Clone, Copy)]
-struct Triangle {
-    corners: [Vector3<f64>; 3],
-    normal: Vector3<f64>,
-    primitive: u32,
+pub(super) struct Triangle {
+    pub corners: [Vector3<f64>; 3],
+    pub normal: Vector3<f64>,
+    pub primitive: u32,
 }
 
 /// A mesh ready for beams. Triangles without area, or with corners that are missing or not finite, are left out.
@@ -26,6 +27,8 @@ pub(super) struct MeshTree {
     triangles: Vec<Triangle>,
     tree: Tree,
     pub aabb: Aabb,
+    /// The same for bundles of rays.
+    pub packets: PacketTree,
     /// The same for images, made for the first one.
     pub clusters: OnceLock<Clusters>,
 }
@@ -36,8 +39,10 @@ impl MeshTree {
         let boxes: Vec<Aabb> = all.iter().map(|t| Aabb::around(&t.corners)).collect();
         let mut tree = Tree::default();
         tree.build(0..all.len() as u32, &boxes, 4);
-        let triangles = tree.order.iter().map(|&i| all[i as usize]).collect();
-        Self { triangles, tree, aabb: boxes.iter().fold(Aabb::EMPTY, |a, b| a.merge(b)), clusters: OnceLock::new() }
+        let triangles: Vec<Triangle> = tree.order.iter().map(|&i| all[i as usize]).collect();
+        let aabb = boxes.iter().fold(Aabb::EMPTY, |a, b| a.merge(b));
+        let packets = PacketTree::new(&aabb, &tree, &triangles);
+        Self { triangles, tree, aabb, packets, clusters: OnceLock::new() }
     }
 
     /// The nearest point that counts; the probe is given in the mesh's frame.
@@ -80,7 +85,8 @@ impl Triangle {
     }
 }
 
-fn triangle(mesh: &Mesh, index: usize) -> Option<Triangle> {
+/// A triangle, unless it has no area or a corner that is missing or no place.
+pub(super) fn triangle(mesh: &Mesh, index: usize) -> Option<Triangle> {
     let mut corners = [Vector3::zeros(); 3];
     for (corner, vertex) in corners.iter_mut().zip(mesh.triangles[index]) {
         *corner = mesh.vertices.get(vertex as usize)?.coords;

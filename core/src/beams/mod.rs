@@ -28,6 +28,7 @@
 mod aabb;
 mod beam;
 mod binary;
+mod bundle;
 mod cylinder;
 mod disc;
 mod grid;
@@ -36,11 +37,13 @@ mod planar;
 mod ray;
 mod scene;
 mod sight;
+mod simd;
 mod solid;
 mod sphere;
 mod tree;
 
 pub use beam::{Beam, Faces, Hit, Volume};
+pub use bundle::{BundleCast, BundleHits, RayBundle};
 pub use grid::{Grid, GridCast, GridImage, Light, View, Want, color_of};
 pub use scene::{BeamScene, Target};
 

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use rayon::prelude::*;
 
 use super::aabb::Aabb;
@@ -37,7 +37,7 @@ const CHUNK: usize = 64;
 /// A beam's hit depends only on the beam and the targets: not on the other beams, the number of threads or earlier poses.
 #[derive(Debug, Default)]
 pub struct BeamScene {
-    targets: Vec<Target>,
+    pub(super) targets: Vec<Target>,
     /// For each target, its mesh's tree.
     pub(super) trees: Vec<Option<Arc<MeshTree>>>,
     /// Each mesh in use, by address; holding the mesh keeps the address from being used again.
@@ -45,8 +45,10 @@ pub struct BeamScene {
     /// For each target, its box in the world; an empty one for a form without end.
     boxes: Vec<Aabb>,
     /// Targets without end, tried for every beam.
-    unbounded: Vec<u32>,
-    top: Tree,
+    pub(super) unbounded: Vec<u32>,
+    /// For each target, the middle and radius of a ball around it; of a form without end, nothing of use.
+    pub(super) balls: Vec<(Vector3<f64>, f64)>,
+    pub(super) top: Tree,
 }
 
 impl BeamScene {
@@ -72,9 +74,11 @@ impl BeamScene {
         self.unbounded
             .extend((0..self.targets.len() as u32).filter(|&i| matches!(self.targets[i as usize].form, Form::Plane)));
         self.boxes.clear();
+        self.balls.clear();
         for index in 0..self.targets.len() {
-            let aabb = self.box_of(index);
+            let (aabb, ball) = (self.box_of(index), self.ball_of(index));
             self.boxes.push(aabb);
+            self.balls.push(ball);
         }
         self.rebuild();
     }
@@ -92,6 +96,7 @@ impl BeamScene {
         for (index, pose) in poses {
             self.targets[index].world_from_target = pose;
             self.boxes[index] = self.box_of(index);
+            self.balls[index] = self.ball_of(index);
         }
         let area = self.top.refit(&self.boxes);
         if self.top.worn(area) {
@@ -183,6 +188,22 @@ impl BeamScene {
             Some(tree) => tree.aabb.moved(world_from_target),
             None => Aabb::of_form(form, world_from_target).unwrap_or(Aabb::EMPTY),
         }
+    }
+
+    fn ball_of(&self, index: usize) -> (Vector3<f64>, f64) {
+        let Target { world_from_target: pose, form, .. } = &self.targets[index];
+        let radius = match form {
+            Form::Plane => f64::INFINITY,
+            Form::Box { half } => half.norm(),
+            Form::Sphere { radius } => *radius,
+            Form::Cylinder { radius, half_length } => radius.hypot(*half_length),
+            Form::Capsule { radius, half_length } => radius + half_length,
+            Form::Mesh { .. } => {
+                let aabb = self.trees[index].as_ref().map_or(Aabb::EMPTY, |tree| tree.aabb);
+                return ((pose * Point3::from(aabb.centre())).coords, 0.5 * (aabb.high - aabb.low).norm());
+            }
+        };
+        (pose.translation.vector, radius)
     }
 
     fn rebuild(&mut self) {

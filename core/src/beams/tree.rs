@@ -10,25 +10,39 @@ use super::{
 };
 
 /// Deeper than a tree of 2^32 items; each level leaves up to three children behind.
-const STACK: usize = 3 * 64 + 4;
+pub(super) const STACK: usize = 3 * 64 + 4;
 
 /// The boxes of up to four children, side by side, so that one pass of the processor's wide registers tests all.
 #[derive(Debug, Clone, Copy)]
-struct Quad {
+pub(super) struct Quad {
     low: [[f64; 4]; 3],
     high: [[f64; 4]; 3],
     /// A leaf's first place in `order`, or another quad.
-    first: [u32; 4],
+    pub first: [u32; 4],
     /// Items of a leaf; 0 for a quad.
-    count: [u32; 4],
+    pub count: [u32; 4],
     /// Children that there are.
-    lanes: usize,
+    pub lanes: usize,
 }
 
 impl Quad {
-    fn get(&self, lane: usize) -> Aabb {
+    pub fn get(&self, lane: usize) -> Aabb {
         let corner = |c: &[[f64; 4]; 3]| Vector3::new(c[0][lane], c[1][lane], c[2][lane]);
         Aabb { low: corner(&self.low), high: corner(&self.high) }
+    }
+    /// For each box: no point in it is nearer than this.
+    #[inline(always)]
+    pub fn distances(&self, origin: &Vector3<f64>, _limit: f64) -> [f64; 4] {
+        let mut squares = [0.0; 4];
+        for i in 0..3 {
+            for k in 0..4 {
+                let (below, above) = (self.low[i][k] - origin[i], origin[i] - self.high[i][k]);
+                let beside = if below > above { below } else { above };
+                let beside = if beside > 0.0 { beside } else { 0.0 };
+                squares[k] += beside * beside;
+            }
+        }
+        squares.map(|x| x.sqrt() - SLACK)
     }
     fn set(&mut self, lane: usize, aabb: &Aabb) {
         for i in 0..3 {
@@ -151,6 +165,10 @@ impl Tree {
         area
     }
 
+    pub fn quads(&self) -> &[Quad] {
+        &self.quads
+    }
+
     /// Whether the tree, refitted to a sum of areas, has lost so much that building anew pays.
     pub fn worn(&self, area: f64) -> bool {
         area > 1.5 * self.built_area
@@ -180,7 +198,7 @@ impl Tree {
     }
 
     #[inline(always)]
-    fn walk_by(
+    pub fn walk_by(
         &self,
         mut limit: f64,
         bounds_of: impl Fn(&Quad, f64) -> [f64; 4],

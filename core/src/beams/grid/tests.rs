@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use fearless_simd::Level;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use super::level::Level;
 use super::*;
 use crate::beams::tests::Dice;
-use crate::beams::{Beam, BeamScene, Hit, Target};
+use crate::beams::{Beam, BeamScene, Hit, Target, simd};
 use crate::geometry::{Form, Mesh};
 
 fn target(object: u64, pose: Isometry3<f64>, form: Form) -> Target {
@@ -256,6 +256,15 @@ fn cameras_within_forms_see_them_from_within() {
     }
 }
 
+/// All that this processor has.
+fn levels() -> Vec<Level> {
+    let best = Level::new();
+    let mut all = vec![simd::fallback(), best];
+    #[cfg(target_arch = "x86_64")]
+    all.extend(best.as_avx2().map(Level::Avx2));
+    all
+}
+
 #[test]
 fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
     let light = Light::default();
@@ -276,9 +285,9 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
             cast.want = Want::DEPTH;
         }
         let mut first = GridImage::default();
-        scene.render_by(&cast, &mut first, Level::Plain, usize::MAX);
+        scene.render_by(&cast, &mut first, simd::fallback(), usize::MAX);
         let mut image = GridImage::default();
-        for level in Level::all() {
+        for level in levels() {
             for band in [usize::MAX, 1, 7, 24] {
                 scene.render_by(&cast, &mut image, level, band);
                 let bits = |image: &GridImage| image.depth.iter().map(|d| d.to_bits()).collect::<Vec<_>>();
@@ -289,7 +298,7 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
             }
         }
         cast.want = Want::DEPTH;
-        scene.render_by(&cast, &mut image, Level::widest(), usize::MAX);
+        scene.render_by(&cast, &mut image, simd::level(), usize::MAX);
         assert!(image.depth == first.depth, "round {round}: depth alone");
         for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

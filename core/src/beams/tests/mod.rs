@@ -1,6 +1,7 @@
 //! The beams against things that share no code with them: dense sampling, closed forms, another library.
 
 mod brute;
+mod bundles;
 mod flat;
 mod rays;
 mod round;

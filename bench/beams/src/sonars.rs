@@ -1,0 +1,107 @@
+//! 1000 robots with 16 sonar cones each: our beams alone, as `mujoco_arena.py` times its rays.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use serde_json::{Value, json};
+use tatu_core::{
+    beams::{Beam, BeamScene, Hit, Target},
+    geometry::Form,
+};
+
+use crate::{
+    Asked,
+    clock::loop_for,
+    scenes::{arena, pose},
+};
+
+/// Directions of the sensors in degrees: `SENSOR_ANGLES`.
+const ANGLES: [f64; 16] =
+    [90., 50., 30., 10., -10., -30., -50., -90., -90., -130., -150., -170., 170., 150., 130., 90.];
+/// `chassis_z`, `sensor_z`, `sensor_range`.
+const CHASSIS_Z: f64 = 0.16;
+const SENSOR_Z: f64 = 0.06;
+const RANGE: f64 = 1.0;
+/// Half of the opening: the Pioneer's sonars (30 degrees).
+const HALF_ANGLE: f64 = 15.0 * PI / 180.0;
+
+/// The solids of one robot in its chassis's frame: `ROBOT`.
+fn parts() -> [(Isometry3<f64>, Form); 4] {
+    let flat = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -PI / 2.0);
+    let wheel = Form::Cylinder { radius: 0.0975, half_length: 0.02 };
+    let at = |y| Isometry3::from_parts(Translation3::new(0.06, y, -0.0625), flat);
+    [
+        (Isometry3::identity(), Form::Box { half: Vector3::new(0.19, 0.16, 0.10) }),
+        (Isometry3::translation(-0.15, 0.0, -0.11), Form::Sphere { radius: 0.05 }),
+        (at(0.165), wheel.clone()),
+        (at(-0.165), wheel),
+    ]
+}
+
+/// The sensors in the chassis's frame.
+fn mounts() -> Vec<Isometry3<f64>> {
+    let mount = |degrees: f64| {
+        let a = degrees.to_radians();
+        let off = (0.195 / a.cos().abs().max(1e-9)).min(0.19 / a.sin().abs().max(1e-9));
+        let ahead = Vector3::new(a.cos(), a.sin(), 0.0);
+        let turn = UnitQuaternion::face_towards(&ahead, &Vector3::z());
+        Isometry3::from_parts(Translation3::from(ahead * off + Vector3::z() * SENSOR_Z), turn)
+    };
+    ANGLES.into_iter().map(mount).collect()
+}
+
+/// Times it.
+pub fn run(asked: &Asked) -> Value {
+    let robots: usize = asked.number("robots", 1000);
+    let threads: usize = asked.number("threads", 1);
+    let (poses, still) = arena(robots);
+    let (parts, mounts) = (parts(), mounts());
+    let mut targets: Vec<Target> = Vec::new();
+    for (k, _) in poses.iter().enumerate() {
+        for (_, form) in &parts {
+            let (object, group) = (k as u64 + 1, k as u32 + 1);
+            let (world_from_target, form, color) = (Isometry3::identity(), form.clone(), [0.7; 3]);
+            targets.push(Target { object, group, world_from_target, form, color });
+        }
+    }
+    targets.extend(still);
+    let mut scene = BeamScene::default();
+    scene.set(targets);
+
+    // Robots drive in small circles, so that every pose is new in every frame.
+    let place = |k: usize, frame: u64| {
+        let (x, y, yaw) = poses[k];
+        let t = 0.1 * frame as f64 + k as f64;
+        pose(x + 0.2 * t.cos(), y + 0.2 * t.sin(), CHASSIS_Z, yaw + t)
+    };
+    let mut beams: Vec<Beam> = Vec::new();
+    let mut hits = vec![Hit::NONE; robots * mounts.len()];
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool of threads");
+    let mut seen = 0usize;
+    let prepare = |frame: u64| (0..robots).map(|k| place(k, frame)).collect::<Vec<_>>();
+    let (frames, clock) = loop_for(asked.number("seconds", 3.0), prepare, |chassis| {
+        pool.install(|| {
+            let moved = chassis.iter().enumerate();
+            scene.update_poses(
+                moved.flat_map(|(k, at)| parts.iter().enumerate().map(move |(i, (part, _))| (k * 4 + i, at * part))),
+            );
+            beams.clear();
+            for (k, at) in chassis.iter().enumerate() {
+                beams.extend(
+                    mounts.iter().map(|mount| Beam {
+                        skip_group: Some(k as u32 + 1),
+                        ..Beam::cone(at * mount, HALF_ANGLE, RANGE)
+                    }),
+                );
+            }
+            scene.cast(&beams, &mut hits);
+        });
+        seen += hits.iter().filter(|hit| hit.is_some()).count();
+    });
+    let steps = (robots as u64 * frames) as f64;
+    json!({
+        "bench": "B1_sonars", "robots": robots, "cones": mounts.len(), "threads": threads,
+        "robot_steps_per_s": steps / clock.wall, "robot_steps_per_cpu_s": steps / clock.cpu,
+        "seen": seen as f64 / (frames + 1) as f64,
+    })
+}
