@@ -5,26 +5,22 @@
 
 use std::sync::OnceLock;
 
-use fearless_simd::{Fallback, Level};
+use fearless_simd::Level;
 
-/// The level to use: the best there is, or the fallback where the environment says `TATU_SIMD=off`.
+/// The level to use: the best there is, or the least where the environment says `TATU_SIMD=off`.
 pub(crate) fn level() -> Level {
     static LEVEL: OnceLock<Level> = OnceLock::new();
     *LEVEL.get_or_init(|| match std::env::var("TATU_SIMD") {
-        Ok(word) if word == "off" => fallback(),
+        Ok(word) if word == "off" => Level::baseline(),
         _ => Level::new(),
     })
 }
 
-/// One number at a time, on any processor.
-pub(crate) fn fallback() -> Level {
-    Level::Fallback(Fallback::new())
-}
-
-/// Runs `work` with the token of a level, in code compiled for it: 512 or 256 bits on x86, Neon, else the fallback.
+/// Runs `work` with the token of a level, in code compiled for it: on x86 with 512, 256 or 128 bits, elsewhere with what
+/// every processor of its kind has.
 ///
-/// The crate's own macro would compile the code for the smaller registers of x86 too, which are no faster than the
-/// fallback once the compiler has put that side by side.
+/// The crate's own macro would compile the code twice for 128 bits. Closures in `work` that use the token need
+/// `#[inline(always)]`, as functions do: else they are compiled for no level.
 macro_rules! dispatch {
     ($level:expr, $simd:ident => $work:expr) => {{
         let level: fearless_simd::Level = $level;
@@ -45,18 +41,15 @@ macro_rules! dispatch {
                         || $work,
                     );
                 }
-            }
-            #[cfg(target_arch = "aarch64")]
-            if let Some($simd) = level.as_neon() {
+                let Some($simd) = level.as_sse2() else { unreachable!("every x86-64 has SSE2") };
                 break 'done fearless_simd::Simd::vectorize(
                     $simd,
                     #[inline(always)]
                     || $work,
                 );
             }
-            let _ = level;
-            let $simd = fearless_simd::Fallback::new();
-            $work
+            #[cfg(not(target_arch = "x86_64"))]
+            fearless_simd::dispatch!(level, $simd => $work)
         }
     }};
 }

@@ -32,17 +32,20 @@ impl Quad {
     }
     /// For each box: no point in it is nearer than this.
     #[inline(always)]
-    pub fn distances(&self, origin: &Vector3<f64>, _limit: f64) -> [f64; 4] {
+    pub fn distances(&self, origin: &Vector3<f64>) -> [f64; 4] {
         let mut squares = [0.0; 4];
         for i in 0..3 {
-            for k in 0..4 {
+            for (k, square) in squares.iter_mut().enumerate() {
                 let (below, above) = (self.low[i][k] - origin[i], origin[i] - self.high[i][k]);
                 let beside = if below > above { below } else { above };
                 let beside = if beside > 0.0 { beside } else { 0.0 };
-                squares[k] += beside * beside;
+                *square += beside * beside;
             }
         }
-        squares.map(|x| x.sqrt() - SLACK)
+        squares.map(
+            #[inline(always)]
+            |x| x.sqrt() - SLACK,
+        )
     }
     fn set(&mut self, lane: usize, aabb: &Aabb) {
         for i in 0..3 {

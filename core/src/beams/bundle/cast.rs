@@ -171,11 +171,13 @@ fn walk<S: Simd>(simd: S, scene: &BeamScene, cast: &BundleCast<'_>, part: &Part,
         all[packet / LANES] |= 1 << (packet % LANES);
     }
     for &index in &scene.unbounded {
-        walk.meet_target(simd, index, &all, 0.0, seen);
+        walk.meet_plane(simd, index, &all, seen);
     }
     scene.top.walk_by(
         walk.reach(simd, seen),
-        |quad: &Quad, limit| quad.distances(&walk.origin, limit),
+        #[inline(always)]
+        |quad: &Quad, _| quad.distances(&walk.origin),
+        #[inline(always)]
         |place, limit| {
             if walk.visit(simd, scene.top.order[place], seen) { walk.reach(simd, seen) } else { limit }
         },
@@ -206,25 +208,37 @@ impl Walk<'_> {
         any != 0 && self.meet_target(simd, index, &packets, disc.bound, seen)
     }
 
-    /// Tests packets against a target's form.
-    #[inline(always)]
-    fn meet_target<S: Simd>(&self, simd: S, index: u32, packets: &[u32; GROUPS], bound: f32, seen: &mut Seen) -> bool {
+    /// A target's form and frame, unless it is passed over.
+    fn frame(&self, index: u32) -> Option<Frame<'_>> {
         let target = &self.scene.targets[index as usize];
         let wanted = self.cast.skip_group != Some(target.group)
             && self.cast.only_object.is_none_or(|object| object == target.object);
         if !wanted {
-            return false;
+            return None;
         }
         let pose = &target.world_from_target;
         let turn = pose.rotation.inverse() * self.cast.world_from_sensor.rotation;
         let turn = rows(turn.to_rotation_matrix().matrix());
         let origin = pose.rotation.inverse_transform_vector(&(self.origin - pose.translation.vector));
+        Some(Frame { form: &target.form, turn, origin })
+    }
+
+    #[inline(always)]
+    fn meet_plane<S: Simd>(&self, simd: S, index: u32, packets: &[u32; GROUPS], seen: &mut Seen) {
+        if let Some(Frame { turn, origin, .. }) = self.frame(index) {
+            let height = origin.z as f32;
+            let meet = Meet { walk: self, index, turn, size: height.abs(), bound: 0.0 };
+            meet.all(simd, &Plane { height }, packets, seen);
+        }
+    }
+
+    /// Tests packets against a target's form.
+    #[inline(always)]
+    fn meet_target<S: Simd>(&self, simd: S, index: u32, packets: &[u32; GROUPS], bound: f32, seen: &mut Seen) -> bool {
+        let Some(Frame { form, turn, origin }) = self.frame(index) else { return false };
         let mut meet = Meet { walk: self, index, turn, size: 0.0, bound };
-        match &target.form {
-            Form::Plane => {
-                meet.size = origin.z.abs() as f32;
-                meet.all(simd, &Plane { height: origin.z as f32 }, packets, seen)
-            }
+        match form {
+            Form::Plane => false,
             Form::Box { half } => {
                 meet.size = (origin.abs() + half).max() as f32;
                 let least = (origin.abs() - half).map(|x| x.max(0.0)).norm();
@@ -251,6 +265,15 @@ impl Walk<'_> {
             },
         }
     }
+}
+
+/// A target as a bundle needs it.
+struct Frame<'a> {
+    form: &'a Form,
+    /// From the sensor's frame to the form's.
+    turn: [[f32; 3]; 3],
+    /// The sensor's, in the form's frame.
+    origin: Vector3<f64>,
 }
 
 fn ball(origin: &Vector3<f64>, radius: f64, height: f64) -> Ball {
@@ -296,8 +319,8 @@ impl Meet<'_> {
         mut test: impl FnMut(&V<S>, &mut Best) -> bool,
     ) -> bool {
         let mut any = false;
-        for group in 0..self.walk.part.cones.len() {
-            let mut bits = packets[group];
+        for (group, bits) in packets.iter().enumerate().take(self.walk.part.cones.len()) {
+            let mut bits = *bits;
             let mut changed = false;
             while bits != 0 {
                 let lane = bits.trailing_zeros() as usize;
@@ -325,33 +348,36 @@ impl Meet<'_> {
     fn all<S: Simd, T: Shape<S>>(&self, simd: S, form: &T, packets: &[u32; GROUPS], seen: &mut Seen) -> bool {
         let limits = self.walk.limits;
         let near = splat(simd, limits.near);
-        self.each(simd, packets, seen, |d, best| {
-            let (span, more) = form.span(simd, d);
-            let so_far = best.t.load(simd);
-            if limits.all {
-                let leaving = span.enter.simd_lt(near);
-                let t = leaving.select(span.leave, span.enter);
-                let ok = span.valid & t.simd_ge(near) & t.simd_le(so_far);
-                if !ok.any_true() {
-                    return false;
+        self.each(
+            simd,
+            packets,
+            seen,
+            #[inline(always)]
+            |d, best| {
+                let (span, more) = form.span(simd, d);
+                let mut any = false;
+                // Where rays enter; then where they leave, for those that do not count there.
+                let (mut t, mut leaving) = (span.enter, M::splat(simd, false));
+                let mut open = span.valid;
+                for end in 0..2 {
+                    let so_far = best.t.load(simd);
+                    let mut ok = open & t.simd_ge(near) & t.simd_le(so_far);
+                    if ok.any_true() {
+                        let (slope, primitive) = form.surface(simd, d, &span, &more, leaving);
+                        if !limits.all {
+                            ok &= limits.shows(simd, slope);
+                        }
+                        any |= self.take(simd, ok, t, slope, primitive, best);
+                        open &= !ok;
+                    }
+                    if end == 1 || limits.all && !(open & t.simd_lt(near)).any_true() {
+                        break;
+                    }
+                    (t, leaving) = (span.leave, M::splat(simd, true));
                 }
-                let (slope, primitive) = form.surface(simd, d, &span, &more, leaving);
-                return self.take(simd, ok, t, slope, primitive, best);
-            }
-            let counts =
-                |t: F<S>, slope: F<S>| span.valid & t.simd_ge(near) & t.simd_le(so_far) & limits.shows(simd, slope);
-            let (front, back) = (M::splat(simd, false), M::splat(simd, true));
-            let (slope_in, primitive_in) = form.surface(simd, d, &span, &more, front);
-            let (slope_out, primitive_out) = form.surface(simd, d, &span, &more, back);
-            let enters = counts(span.enter, slope_in);
-            let ok = enters | counts(span.leave, slope_out);
-            if !ok.any_true() {
-                return false;
-            }
-            let t = enters.select(span.enter, span.leave);
-            let slope = enters.select(slope_in, slope_out);
-            self.take(simd, ok, t, slope, enters.select(primitive_in, primitive_out), best)
-        })
+                any
+            },
+        )
     }
 
     #[inline(always)]
@@ -365,10 +391,16 @@ impl Meet<'_> {
     ) -> bool {
         let eye = tree.eye(origin);
         self.size = eye.size;
-        self.each(simd, packets, seen, |d, best| {
-            let met = tree.cast(simd, &eye, d, self.walk.limits, best.t.load(simd));
-            met.ok.any_true() && self.take(simd, met.ok, met.t, met.slope, met.primitive, best)
-        })
+        self.each(
+            simd,
+            packets,
+            seen,
+            #[inline(always)]
+            |d, best| {
+                let met = tree.cast(simd, &eye, d, self.walk.limits, best.t.load(simd));
+                met.ok.any_true() && self.take(simd, met.ok, met.t, met.slope, met.primitive, best)
+            },
+        )
     }
 
     /// Takes what lanes of `ok` have met, unless something of a lower number was met at the very same distance.
@@ -377,13 +409,13 @@ impl Meet<'_> {
         let so_far = best.t.load(simd);
         let ties = (ok & t.simd_eq(so_far)).to_bitmask();
         if ties != 0 {
-            let mut bits = ok.to_bitmask();
-            for lane in (0..LANES).filter(|lane| ties >> lane & 1 != 0) {
-                if !self.before(primitive[lane], best.target[lane], best.primitive[lane]) {
-                    bits &= !(1 << lane);
-                }
-            }
-            ok = M::from_bitmask(simd, bits);
+            let primitive: [u32; LANES] = primitive.to_array();
+            let lost = (0..LANES).filter(|lane| {
+                let (target, other) = (best.target[*lane], best.primitive[*lane]);
+                ties >> lane & 1 != 0 && !self.before(primitive[*lane], target, other)
+            });
+            let lost = lost.fold(0, |bits, lane| bits | 1 << lane);
+            ok = M::from_bitmask(simd, ok.to_bitmask() & !lost);
         }
         let margin = slope.abs() - (t + self.size) * BLUR;
         best.t.store(ok.select(t, so_far));

@@ -89,11 +89,10 @@ impl<S: Simd> Shape<S> for Cuboid {
         let across_x = t.simd_eq(leaving.select(x1, x0));
         let across_y = t.simd_eq(leaving.select(y1, y0));
         let along = across_x.select(d.x, across_y.select(d.y, d.z));
-        let number = |n| U::splat(simd, n);
-        let low = across_x.select(number(0), across_y.select(number(2), number(4)));
+        let low = across_x.select(U::splat(simd, 0), across_y.select(U::splat(simd, 2), U::splat(simd, 4)));
         // Going up, a ray enters by the lower side and leaves by the upper one.
         let upper = along.simd_gt(splat(simd, 0.0)).simd_eq(leaving);
-        (signed(leaving, along.abs()), upper.select(low + number(1), low))
+        (signed(leaving, along.abs()), upper.select(low + U::splat(simd, 1), low))
     }
 }
 
@@ -178,8 +177,7 @@ impl<S: Simd> Shape<S> for Drum {
         let on_side = t.simd_eq(leaving.select(s1, s0));
         let size = on_side.select(root * self.inverse, d.z.abs());
         let upper = d.z.simd_gt(splat(simd, 0.0)).simd_eq(leaving);
-        let number = |n| U::splat(simd, n);
-        (signed(leaving, size), on_side.select(number(0), upper.select(number(1), number(2))))
+        (signed(leaving, size), on_side.select(U::splat(simd, 0), upper.select(U::splat(simd, 1), U::splat(simd, 2))))
     }
 }
 
@@ -201,12 +199,12 @@ impl<S: Simd> Shape<S> for Pill {
         let (down, down_half) = Shape::<S>::span(&self.balls[1], simd, d);
         // The solid is convex, so the stretches of its parts make one.
         let (never, always) = (splat(simd, f32::INFINITY), splat(simd, f32::NEG_INFINITY));
-        let enter = |s: &Span<S>| s.valid.select(s.enter, never);
-        let leave = |s: &Span<S>| s.valid.select(s.leave, always);
-        let (u0, d0, u1, d1) = (enter(&up), enter(&down), leave(&up), leave(&down));
+        let (u0, u1) = (up.valid.select(up.enter, never), up.valid.select(up.leave, always));
+        let (d0, d1) = (down.valid.select(down.enter, never), down.valid.select(down.leave, always));
+        let (s0, s1) = (drum.valid.select(drum.enter, never), drum.valid.select(drum.leave, always));
         let span = Span {
-            enter: least(least(enter(&drum), u0), d0),
-            leave: greatest(greatest(leave(&drum), u1), d1),
+            enter: least(least(s0, u0), d0),
+            leave: greatest(greatest(s1, u1), d1),
             valid: drum.valid | up.valid | down.valid,
         };
         (span, ([root, up_half, down_half], [u0, d0, u1, d1]))
@@ -219,7 +217,6 @@ impl<S: Simd> Shape<S> for Pill {
         let up = t.simd_eq(leaving.select(u1, u0));
         let down = t.simd_eq(leaving.select(d1, d0));
         let size = up.select(up_half, down.select(down_half, root)) * self.drum.inverse;
-        let number = |n| U::splat(simd, n);
-        (signed(leaving, size), up.select(number(1), down.select(number(2), number(0))))
+        (signed(leaving, size), up.select(U::splat(simd, 1), down.select(U::splat(simd, 2), U::splat(simd, 0))))
     }
 }

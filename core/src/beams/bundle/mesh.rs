@@ -167,7 +167,7 @@ impl Node {
             bound += beside * beside;
         }
         let slack = splat(simd, eye.slack);
-        enter.simd_le(leave + slack).any_true().then(|| bound.sqrt() * (1.0 - 1e-5))
+        if enter.simd_le(leave + slack).any_true() { Some(bound.sqrt() * (1.0 - 1e-5)) } else { None }
     }
 }
 
@@ -175,7 +175,8 @@ impl Flat {
     /// Neighbours compute the sign for a shared edge from the same numbers, so no ray slips between them.
     #[inline(always)]
     fn cast<S: Simd>(&self, simd: S, eye: &Eye, d: &V<S>, limits: &Limits, near: F<S>, met: &mut Met<S>) -> bool {
-        let [a, b, c] = self.corners.map(|c| sub(&c, &eye.origin));
+        let [a, b, c] = &self.corners;
+        let (a, b, c) = (sub(a, &eye.origin), sub(b, &eye.origin), sub(c, &eye.origin));
         let sides = [d.dot(&edge(&a, &b)), d.dot(&edge(&b, &c)), d.dot(&edge(&c, &a))];
         let zero = splat(simd, 0.0);
         let left = sides[0].simd_ge(zero) & sides[1].simd_ge(zero) & sides[2].simd_ge(zero);
@@ -205,6 +206,7 @@ impl Flat {
     }
 }
 
+#[inline(always)]
 fn sub(a: &[f32; 3], b: &[f32; 3]) -> [f32; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }

@@ -208,7 +208,7 @@ fn a_bundle_sees_what_its_rays_see() {
 #[test]
 fn every_processor_gives_the_same_bits() {
     let mut dice = Dice(22);
-    let mut levels = vec![simd::fallback()];
+    let mut levels = vec![Level::baseline()];
     #[cfg(target_arch = "x86_64")]
     {
         levels.extend(Level::new().as_avx2().map(Level::Avx2));
