@@ -9,14 +9,11 @@ use nalgebra::Vector3;
 
 use super::raster::WIDE;
 use crate::beams::aabb::Aabb;
-use crate::beams::binary;
-use crate::beams::mesh::{Triangle, triangle};
+use crate::beams::mesh::Triangle;
 use crate::geometry::Mesh;
 
 /// Vectors of a group.
 const GROUP: usize = 4;
-/// Triangles that are kept together when neighbours are found.
-const LEAF: usize = 8;
 
 /// A mesh in groups, made once.
 #[derive(Debug)]
@@ -61,34 +58,28 @@ pub(super) struct Group {
 }
 
 impl Clusters {
-    /// Triangles without area, or with corners that are missing or not finite, are left out.
-    pub fn new(mesh: &Mesh) -> Self {
-        let kept: Vec<Triangle> = (0..mesh.triangles.len()).filter_map(|i| triangle(mesh, i)).collect();
-        if kept.is_empty() {
+    /// `members` are those of the mesh's triangles that have an area, neighbours near one another.
+    pub fn new(mesh: &Mesh, members: &[Triangle]) -> Self {
+        if members.is_empty() {
             let (centre, half) = (Vector3::zeros(), Vector3::repeat(-1.0));
             return Self { centre, half, sixteens: Vec::new(), groups: Vec::new(), closed: false };
         }
-        let boxes: Vec<Aabb> = kept.iter().map(|t| Aabb::around(&t.corners)).collect();
-        let whole = boxes.iter().fold(Aabb::EMPTY, |a, b| a.merge(b));
+        let whole = Aabb::around(members.iter().flat_map(|t| &t.corners));
         let (centre, half) = (whole.centre(), (whole.high - whole.low) * 0.5);
-        let mut order: Vec<u32> = (0..kept.len() as u32).collect();
-        // The tree's leaves in a row: neighbours stand together.
-        binary::build(&mut order, &boxes, LEAF);
-        let members: Vec<&Triangle> = order.iter().map(|i| &kept[*i as usize]).collect();
         let sixteens = members.chunks(WIDE).map(|some| sixteen(some, &centre)).collect();
-        let group = |(i, some): (usize, &[&Triangle])| {
+        let group = |(i, some): (usize, &[Triangle])| {
             let first = i * GROUP;
             Group::new(some, &centre, (first, first + some.len().div_ceil(WIDE)))
         };
         let groups = members.chunks(GROUP * WIDE).enumerate().map(group).collect();
-        Self { centre, half, sixteens, groups, closed: closed(mesh, &kept) }
+        Self { centre, half, sixteens, groups, closed: closed(mesh, members) }
     }
 }
 
-fn sixteen(some: &[&Triangle], centre: &Vector3<f64>) -> Sixteen {
+fn sixteen(some: &[Triangle], centre: &Vector3<f64>) -> Sixteen {
     let mut out = Sixteen { corners: [[[0.0; WIDE]; 3]; 3], primitive: [0; WIDE] };
     for lane in 0..WIDE {
-        let triangle = some[lane.min(some.len() - 1)];
+        let triangle = &some[lane.min(some.len() - 1)];
         out.primitive[lane] = triangle.primitive;
         for corner in 0..3 {
             let p = triangle.corners[if lane < some.len() { corner } else { 0 }] - centre;
@@ -101,7 +92,7 @@ fn sixteen(some: &[&Triangle], centre: &Vector3<f64>) -> Sixteen {
 }
 
 impl Group {
-    fn new(some: &[&Triangle], origin: &Vector3<f64>, sixteens: (usize, usize)) -> Self {
+    fn new(some: &[Triangle], origin: &Vector3<f64>, sixteens: (usize, usize)) -> Self {
         let around = Aabb::around(some.iter().flat_map(|t| &t.corners));
         let middle = around.centre();
         let radius = some.iter().flat_map(|t| &t.corners).map(|p| (p - middle).norm()).fold(0.0, f64::max);

@@ -82,30 +82,41 @@ impl<'a, const ID: bool> Raster<'a, ID> {
     pub fn offer_block<S: Simd>(&mut self, simd: S, place: usize, offer: Offer<S>) {
         let stride = self.stride;
         let Some(w) = self.w.get_mut(place..place + 3 * stride + 4) else { return };
-        let row = |k: usize| f32x4::from_slice(simd, &w[k * stride..k * stride + 4]);
-        let old = row(0).combine(row(1)).combine(row(2).combine(row(3)));
+        let [a, b, c, d] = four_rows(w, stride);
+        let old = f32x4::from_slice(simd, a).combine(f32x4::from_slice(simd, b));
+        let old = old.combine(f32x4::from_slice(simd, c).combine(f32x4::from_slice(simd, d)));
         let take = if ID {
             let Some(id) = self.id.get_mut(place..place + 3 * stride + 4) else { return };
-            let row = |k: usize| u32x4::from_slice(simd, &id[k * stride..k * stride + 4]);
-            let old_id = row(0).combine(row(1)).combine(row(2).combine(row(3)));
+            let [a, b, c, d] = four_rows(id, stride);
+            let old_id = u32x4::from_slice(simd, a).combine(u32x4::from_slice(simd, b));
+            let old_id = old_id.combine(u32x4::from_slice(simd, c).combine(u32x4::from_slice(simd, d)));
             let take = nearer(&offer, self.w_near, old, old_id);
-            let (upper, lower) = take.select(offer.id, old_id).split();
-            for (k, two) in [upper, lower].into_iter().enumerate() {
-                let (one, other) = two.split();
-                one.store_slice(&mut id[2 * k * stride..2 * k * stride + 4]);
-                other.store_slice(&mut id[(2 * k + 1) * stride..(2 * k + 1) * stride + 4]);
-            }
+            let (low, high) = take.select(offer.id, old_id).split();
+            let ((one, two), (three, four)) = (low.split(), high.split());
+            one.store_slice(a);
+            two.store_slice(b);
+            three.store_slice(c);
+            four.store_slice(d);
             take
         } else {
             offer.inside & offer.w.simd_gt(old) & offer.w.simd_le(self.w_near)
         };
-        let (upper, lower) = take.select(offer.w, old).split();
-        for (k, two) in [upper, lower].into_iter().enumerate() {
-            let (one, other) = two.split();
-            one.store_slice(&mut w[2 * k * stride..2 * k * stride + 4]);
-            other.store_slice(&mut w[(2 * k + 1) * stride..(2 * k + 1) * stride + 4]);
-        }
+        let (low, high) = take.select(offer.w, old).split();
+        let ((one, two), (three, four)) = (low.split(), high.split());
+        one.store_slice(a);
+        two.store_slice(b);
+        three.store_slice(c);
+        four.store_slice(d);
     }
+}
+
+/// The first four places of four rows.
+#[inline(always)]
+fn four_rows<T>(from: &mut [T], stride: usize) -> [&mut [T]; 4] {
+    let (a, rest) = from.split_at_mut(stride);
+    let (b, rest) = rest.split_at_mut(stride);
+    let (c, d) = rest.split_at_mut(stride);
+    [&mut a[..4], &mut b[..4], &mut c[..4], &mut d[..4]]
 }
 
 /// Where a surface is nearer than what is there, or as near with a lower number.

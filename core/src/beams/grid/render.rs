@@ -37,6 +37,8 @@ impl BeamScene {
     pub(super) fn render_by(&self, cast: &GridCast<'_>, image: &mut GridImage, level: Level, band: usize) {
         image.prepare(cast);
         let Some(camera) = Camera::new(cast.grid, &cast.world_from_sensor) else {
+            image.depth.fill(f32::INFINITY);
+            image.split(usize::MAX).for_each(|mut part| part.clear(cast.light.sky_bytes()));
             return;
         };
         let (ready, surfaces) = self.ready(cast, &camera);
@@ -106,7 +108,7 @@ impl BeamScene {
                 }
                 Form::Mesh { mesh, .. } => {
                     if let Some(tree) = &self.trees[index as usize] {
-                        let clusters = tree.clusters.get_or_init(|| Clusters::new(mesh));
+                        let clusters = tree.clusters.get_or_init(|| Clusters::new(mesh, &tree.triangles));
                         let view_from_mesh =
                             ViewFrom { translation: view_from_form.point(&clusters.centre), ..view_from_form };
                         ready.meshes.extend(Triangles::new(camera, clusters, view_from_mesh, faces, id));
@@ -114,7 +116,7 @@ impl BeamScene {
                     mesh.triangles.len() as u32
                 }
             };
-            surfaces.push(Surface { first: id, target: index });
+            surfaces.push(Surface { first: id, target: index, view_from_form });
             // Beyond four thousand million triangles names would no longer be right; depths are.
             id = id.saturating_add(primitives);
         }

@@ -43,7 +43,7 @@ impl Round {
         faces: Faces,
         id: u32,
     ) -> Option<Self> {
-        if !(radius >= 0.0 && half_length >= 0.0) {
+        if !(radius > 0.0 && half_length >= 0.0) {
             return None;
         }
         let tip = half_length + if ends == Ends::Flat { 0.0 } else { radius };

@@ -6,12 +6,13 @@
 
 use fearless_simd::prelude::*;
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 use super::camera::{Camera, Line};
 use super::clusters::{Clusters, Group, Sixteen};
 use super::polygon::ViewFrom;
-use super::raster::{F, Raster, WIDE, least, most};
-use super::small::{PARTS, Small};
+use super::raster::{F, M, Raster, U, WIDE, least, most};
+use super::small::{PARTS, Small, stored};
 use super::span::{Edge, Face};
 use crate::beams::Faces;
 
@@ -23,6 +24,9 @@ const FURTHEST: f32 = 4_194_304.0;
 const NEAREST: f32 = 1e-6;
 /// Small triangles extend less, in parts of a pixel.
 const SMALL: f32 = 8.0 * PARTS;
+
+/// More groups than these are looked at by all threads.
+const SIDE_BY_SIDE: usize = 512;
 
 /// A mesh made ready.
 pub(super) struct Triangles<'a> {
@@ -73,7 +77,12 @@ impl<'a> Triangles<'a> {
         // The camera in the mesh: its place, or the way its rays go.
         let back = r.transpose();
         let eye = if camera.perspective { -(back * t) } else { back * Vector3::z() };
-        out.seen.extend(mesh.groups.iter().filter_map(|group| out.sight(group, &eye)));
+        out.seen = if mesh.groups.len() > SIDE_BY_SIDE {
+            let groups = mesh.groups.par_iter().with_min_len(SIDE_BY_SIDE / 2);
+            groups.filter_map(|group| out.sight(group, &eye)).collect()
+        } else {
+            mesh.groups.iter().filter_map(|group| out.sight(group, &eye)).collect()
+        };
         Some(out)
     }
 
@@ -123,64 +132,60 @@ impl<'a> Triangles<'a> {
     /// Moves 16 corners to the image.
     #[inline(always)]
     fn place<S: Simd>(&self, simd: S, corner: &[[f32; WIDE]; 3]) -> Placed<S> {
-        let [x, y, z] = corner.each_ref().map(|c| F::load_array_ref(simd, c));
-        let moved = |m: &[f32; 4]| x * m[0] + y * m[1] + z * m[2] + m[3];
-        let (hx, hy, hz) = (moved(&self.moves[0]), moved(&self.moves[1]), moved(&self.moves[2]));
+        let (x, y) = (F::load_array_ref(simd, &corner[0]), F::load_array_ref(simd, &corner[1]));
+        let point = (x, y, F::load_array_ref(simd, &corner[2]));
+        let (hx, hy) = (moved(point, &self.moves[0]), moved(point, &self.moves[1]));
+        let hz = moved(point, &self.moves[2]);
         let middle = self.camera.middle();
-        let nan = F::splat(simd, f32::NAN);
-        let near = |x: F<S>| x.abs().simd_lt(FURTHEST);
-        let rounded = |x: F<S>, middle: f64| (x + ROUND) - ROUND + middle as f32 * PARTS;
-        let (x, y, w, good) = if self.camera.perspective {
+        let (x, y, w, ahead) = if self.camera.perspective {
             let w = F::splat(simd, 1.0) / hz;
-            let (x, y) = (hx * w, hy * w);
-            (x, y, w, near(x) & near(y) & hz.simd_gt(NEAREST))
+            (hx * w, hy * w, w, hz.simd_gt(NEAREST))
         } else {
-            (hx, hy, -hz, near(hx) & near(hy))
+            (hx, hy, -hz, M::splat(simd, true))
         };
-        Placed { x: good.select(rounded(x, middle.0), nan), y: good.select(rounded(y, middle.1), nan), w }
+        let good = x.abs().simd_lt(FURTHEST) & y.abs().simd_lt(FURTHEST) & ahead;
+        let nan = F::splat(simd, f32::NAN);
+        let x = good.select((x + ROUND) - ROUND + middle.0 as f32 * PARTS, nan);
+        let y = good.select((y + ROUND) - ROUND + middle.1 as f32 * PARTS, nan);
+        Placed { x, y, w }
     }
 
     #[inline(always)]
     fn draw_sixteen<S: Simd, const ID: bool>(&self, simd: S, sixteen: &Sixteen, raster: &mut Raster<'_, ID>) {
-        let corners = sixteen.corners.each_ref().map(|corner| self.place(simd, corner));
-        let [a, b, c] = corners;
+        let [a, b, c] = &sixteen.corners;
+        let (a, b, c) = (self.place(simd, a), self.place(simd, b), self.place(simd, c));
         let area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
         let (low_x, high_x) = (least(least(a.x, b.x), c.x), most(most(a.x, b.x), c.x));
         let (low_y, high_y) = (least(least(a.y, b.y), c.y), most(most(a.y, b.y), c.y));
         let tiny = (high_x - low_x).simd_lt(SMALL) & (high_y - low_y).simd_lt(SMALL);
         // The pixels whose middles are in the box around it, in the band.
-        let up = |x: F<S>| ((x + 127.5) * (1.0 / PARTS) + ROUND) - ROUND;
-        let down = |x: F<S>| ((x - 127.5) * (1.0 / PARTS) + ROUND) - ROUND;
-        let splat = |x: usize| F::splat(simd, x as f32);
-        let (column, row) = (most(up(low_x), splat(0)), most(up(low_y), splat(raster.first)));
-        let column_end = least(down(high_x), splat(raster.columns - 1));
-        let row_end = least(down(high_y), splat(raster.end - 1));
+        let (column, row) =
+            (most(up(low_x), F::splat(simd, 0.0)), most(up(low_y), F::splat(simd, raster.first as f32)));
+        let column_end = least(down(high_x), F::splat(simd, (raster.columns - 1) as f32));
+        let row_end = least(down(high_y), F::splat(simd, (raster.end - 1) as f32));
         // What is no number is not a place either.
         let placed = area.simd_eq(area);
         let covers = column.simd_le(column_end) & row.simd_le(row_end) & placed;
-        let zero = F::splat(simd, 0.0);
-        let front = area.simd_gt(zero) & mask(simd, self.faces.front);
-        let shown = front | (area.simd_lt(zero) & mask(simd, self.faces.back));
+        let front = area.simd_gt(0.0) & M::splat(simd, self.faces.front);
+        let shown = front | (area.simd_lt(0.0) & M::splat(simd, self.faces.back));
         let small = (covers & tiny & shown).to_bitmask();
         // Where the sign of the area may be rounding, it is looked at again.
-        let rest = ((covers & !tiny) | !placed).to_bitmask();
+        let mut rest = ((covers & !tiny) | !placed).to_bitmask();
         if small != 0 {
-            let id = |lane: usize| self.id.wrapping_add(sixteen.primitive[lane]);
-            Small::new(simd, corners, area, (column, row), (column_end, row_end)).draw(simd, small, id, raster);
+            let pixels = ((column, row), (column_end, row_end));
+            let ids = U::load_array_ref(simd, &sixteen.primitive) + self.id;
+            let small_ones = Small::new(simd, [a, b, c], area, pixels, ids);
+            small_ones.draw(simd, small, raster);
         }
         if rest != 0 {
-            let placed = corners.map(|c| {
-                [c.x, c.y, c.w].map(|v| {
-                    let mut out = [0.0; WIDE];
-                    v.store_array(&mut out);
-                    out
-                })
-            });
-            let mut rest = rest;
+            let placed = [stored(a.x), stored(a.y), stored(a.w), stored(b.x), stored(b.y), stored(b.w)];
+            let last = [stored(c.x), stored(c.y), stored(c.w)];
             while rest != 0 {
-                let lane = rest.trailing_zeros() as usize;
+                let lane = rest.trailing_zeros() as usize % WIDE;
                 rest &= rest - 1;
-                self.draw_large(simd, sixteen, lane, placed.each_ref().map(|c| c.each_ref().map(|v| v[lane])), raster);
+                let [ax, ay, aw, bx, by, bw] = placed.each_ref().map(|v| v[lane]);
+                let [cx, cy, cw] = last.each_ref().map(|v| v[lane]);
+                self.draw_large(simd, sixteen, lane, [[ax, ay, aw], [bx, by, bw], [cx, cy, cw]], raster);
             }
         }
     }
@@ -243,7 +248,20 @@ impl<'a> Triangles<'a> {
     }
 }
 
+/// A row of a motion applied to points.
 #[inline(always)]
-fn mask<S: Simd>(simd: S, on: bool) -> super::raster::M<S> {
-    super::raster::M::splat(simd, on)
+fn moved<S: Simd>((x, y, z): (F<S>, F<S>, F<S>), m: &[f32; 4]) -> F<S> {
+    x * m[0] + y * m[1] + z * m[2] + m[3]
+}
+
+/// The first pixel whose middle is not before a place; places are whole parts of a pixel.
+#[inline(always)]
+fn up<S: Simd>(place: F<S>) -> F<S> {
+    ((place + (0.5 * PARTS - 0.5)) * (1.0 / PARTS) + ROUND) - ROUND
+}
+
+/// The last pixel whose middle is not after a place.
+#[inline(always)]
+fn down<S: Simd>(place: F<S>) -> F<S> {
+    ((place - (0.5 * PARTS - 0.5)) * (1.0 / PARTS) + ROUND) - ROUND
 }
