@@ -28,6 +28,8 @@ pub enum Command {
     /// Describe a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or
     /// command.
     Describe(Describe),
+    /// Take a picture of a scene, or of what one of its sensors sees; no display is needed.
+    Look(Look),
     /// Compare two traces: the first step, and the first object in it, in which they part.
     Diff(Diff),
 }
@@ -134,6 +136,55 @@ pub struct Check {
 }
 
 #[derive(clap::Args)]
+#[command(after_help = LOOK_EXAMPLES)]
+pub struct Look {
+    /// The scene file.
+    pub scene: PathBuf,
+    /// Where the camera stands: X,Y,Z in the world, m.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, requires = "to", required_unless_present = "sensor")]
+    pub from: Option<Point>,
+    /// The point in the middle of the picture: X,Y,Z in the world, m.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, requires = "from")]
+    pub to: Option<Point>,
+    /// What this sensor measured last instead, by path or unique name.
+    #[arg(long, value_name = "PATH", conflicts_with_all = ["from", "to", "fov"])]
+    pub sensor: Option<String>,
+    /// Simulated seconds to run before; 0: the scene as it is loaded, a sensor after one step.
+    #[arg(long, value_name = "T", default_value_t = 0.0, allow_negative_numbers = true, value_parser = seconds)]
+    pub at: f64,
+    /// Pixels of a picture of the scene: COLUMNSxROWS.
+    #[arg(long, value_name = "CxR", default_value = "1280x720", value_parser = size)]
+    pub size: [u32; 2],
+    /// The angle between the picture's left and right edge, degrees.
+    #[arg(long, value_name = "DEG", default_value_t = 50.0, value_parser = angle)]
+    pub fov: f64,
+    /// The file to write, a PNG.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub changes: Changes,
+    #[command(flatten)]
+    pub addons: crate::addons::Flags,
+    /// The folder in which scripts open files [default: the working folder].
+    #[arg(long, value_name = "DIR")]
+    pub files: Option<PathBuf>,
+    /// Threads; the picture does not depend on them [default: all that the machine has].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Seconds of real time after which a plugin call that has not returned ends the run; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
+}
+
+const LOOK_EXAMPLES: &str = "Examples:
+  tatu look scenes/first/pioneer_avoids_walls.toml --from -3,-4,3 --to 0,0,0.2 -o scene.png
+  tatu look scenes/first/pioneer_avoids_walls.toml --sensor Pioneer_p3dx_ultrasonicSensor5 --at 3 -o sonar.png";
+
+/// X, Y and Z, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point(pub [f64; 3]);
+
+#[derive(clap::Args)]
 pub struct Diff {
     /// A trace, as `tatu run --trace` writes it.
     pub a: PathBuf,
@@ -199,6 +250,26 @@ pub enum ScriptKind {
 fn speed(text: &str) -> Result<f64, String> {
     let f = text.parse().ok().filter(|f: &f64| *f > 0.0 && f.is_finite());
     f.ok_or_else(|| "expected a number above 0: how many times as fast as the clock".into())
+}
+
+fn point(text: &str) -> Result<Point, String> {
+    let number = |x: &str| x.trim().parse().ok().filter(|x: &f64| x.is_finite() && x.abs() <= 1e6);
+    let all: Option<Vec<f64>> = text.split(',').map(number).collect();
+    all.and_then(|v| v.try_into().ok()).map(Point).ok_or_else(|| "expected three numbers, X,Y,Z in m: -3,0,1".into())
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let side = |x: &str| x.parse().ok().filter(|n: &u32| (1..=MAX_SIDE).contains(n));
+    let found = text.split_once(['x', 'X']).and_then(|(c, r)| Some([side(c)?, side(r)?]));
+    found.ok_or_else(|| format!("expected columns and rows, 1 to {MAX_SIDE} each: 1280x720"))
+}
+
+/// Pixels along one side of a picture.
+const MAX_SIDE: u32 = 8192;
+
+fn angle(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|x: &f64| (1.0..=170.0).contains(x));
+    found.ok_or_else(|| "expected an angle from 1 to 170 degrees".into())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

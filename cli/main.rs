@@ -23,6 +23,7 @@ fn main() -> ExitCode {
         args::Command::Check(check) => commands::check::check(&check),
         args::Command::Describe(describe) => commands::describe::describe(&describe),
         args::Command::List(list) => commands::list::list(&list),
+        args::Command::Look(look) => commands::look::look(&look),
         args::Command::Diff(diff) => commands::diff::diff(&diff),
     }
 }

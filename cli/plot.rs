@@ -16,8 +16,10 @@ const MOST_PANELS: usize = 4;
 /// More lines than this have no legend, which would cover them.
 const MOST_NAMES: usize = 16;
 
-const INK: RGBColor = RGBColor(40, 44, 52);
-const GRID: RGBColor = RGBColor(214, 218, 224);
+/// What is written and what frames a plot.
+pub const INK: RGBColor = RGBColor(40, 44, 52);
+/// Lines behind what is shown.
+pub const GRID: RGBColor = RGBColor(214, 218, 224);
 
 /// A line of a panel.
 struct Line {
@@ -112,13 +114,18 @@ fn evened(x: Range<f64>, y: Range<f64>, (wide, high): (f64, f64)) -> (Range<f64>
     (grown(x, wide), grown(y, high))
 }
 
-/// Writes the picture.
-pub fn draw(graph: &Graph, file: &Path) -> Result<(), String> {
+/// Makes the letters known by which "sans-serif" is written.
+pub fn know_letters() {
     static FONT: Once = Once::new();
     FONT.call_once(|| {
         // The font is a part of the program: were it damaged, drawing would say so.
         let _ = register_font("sans-serif", FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT);
     });
+}
+
+/// Writes the picture.
+pub fn draw(graph: &Graph, file: &Path) -> Result<(), String> {
+    know_letters();
     let mut panels = panels(graph);
     if panels.is_empty() {
         panels.push(Panel { x: "time [s]".into(), y: String::new(), lines: Vec::new(), even: false });

@@ -4,6 +4,7 @@ pub mod check;
 pub mod describe;
 pub mod diff;
 pub mod list;
+pub mod look;
 pub mod run;
 
 use std::{path::Path, sync::Arc};

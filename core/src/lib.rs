@@ -27,6 +27,7 @@ pub mod events;
 pub mod figures;
 pub mod geometry;
 pub mod host;
+pub mod look;
 pub mod physics;
 pub mod reload;
 pub mod scene;

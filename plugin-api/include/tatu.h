@@ -271,7 +271,7 @@ typedef struct tatu_param {
 typedef struct tatu_instance {
   uint32_t size;
   uint32_t n_params;
-  tatu_world *world;        /* null for a session instance */
+  tatu_world *world;        /* null for a session instance; its properties may be read while the instance is made */
   tatu_object owner;        /* sensor, actuator or script object; 0 for a world instance */
   uint64_t id;              /* of this instance, unique in its world */
   uint64_t seed;            /* from the scene's seed and the owner: the same in every run */
@@ -457,19 +457,26 @@ typedef struct tatu_ext_command {
 enum {
   TATU_BEAMS_NONE = 0,
   TATU_BEAMS_RAYS = 1,     /* `count[0]` rays along `directions` */
-  TATU_BEAMS_GRID = 2,     /* pinhole image: count = {columns, rows}; dims = {horizontal angle} */
+  TATU_BEAMS_GRID = 2,     /* pinhole image: count = {columns, rows}; dims = {horizontal angle}; square pixels */
   TATU_BEAMS_CONE = 3,     /* volume with a round far end: dims = {half angle}; 0 to pi */
-  TATU_BEAMS_PYRAMID = 4,  /* volume: dims = {x near, y near, x far, y far} */
-  TATU_BEAMS_CYLINDER = 5, /* volume: dims = {radius near, radius far} */
-  TATU_BEAMS_DISC = 6      /* volume, a flat sector: dims = {angle, height} */
+  TATU_BEAMS_PYRAMID = 4,  /* volume with flat ends at heights near_m and far_m (finite) along +z:
+                              dims = {x near, y near, x far, y far}, their full sizes in m */
+  TATU_BEAMS_CYLINDER = 5, /* volume with such ends, round: dims = {radius near, radius far} in m */
+  TATU_BEAMS_DISC = 6,     /* volume, a flat sector around +z in the plane of x and z, with round ends: dims = {full
+                              angle, up to 2 pi; height in m, half to each side along y; full angle of a gap around
+                              +z that is left out, 0: none} */
+  TATU_BEAMS_PARALLEL = 7  /* image of parallel rays: count = {columns, rows}; dims = {width m}; square pixels */
 };
 enum {
   TATU_BEAMS_NO_FRONT = 1,  /* faces turned to the sensor are not seen */
   TATU_BEAMS_NO_BACK = 2,   /* faces turned away are not seen */
-  TATU_BEAMS_SKIP_MODEL = 4 /* objects of the sensor's own model are not seen */
+  TATU_BEAMS_SKIP_MODEL = 4, /* objects of the sensor's own model are not seen */
+  TATU_BEAMS_VISIBLE = 8    /* visible objects are seen, as by a camera; else detectable ones */
 };
 
-/* What a sensor sends out. Filled by the plugin; `size` is set by the host. */
+/* What a sensor sends out. Filled by the plugin; `size` is set by the host. An image (GRID, PARALLEL) looks along +z with +y
+ * up and +x to the left; near_m and far_m are planes across that axis. Its pixels are described, never listed: they run
+ * row by row, the lowest row first, each from left to right. */
 typedef struct tatu_beams {
   uint32_t size;
   uint32_t form;            /* TATU_BEAMS_* */
@@ -490,19 +497,39 @@ enum {
   TATU_IN_NORMAL = 4,   /* per beam: 3 doubles, unit, sensor frame, towards the sensor */
   TATU_IN_OBJECT = 8,   /* per beam: object seen, 0 none */
   TATU_IN_POSE = 16,    /* per sensor: pose in the world */
-  TATU_IN_TWIST = 32    /* per sensor: twist of its mount, world */
+  TATU_IN_TWIST = 32,   /* per sensor: twist of its mount, world */
+  TATU_IN_COLOR = 64,   /* 3 bytes red green blue. Per pixel: as the core shades it; per beam: of the surface itself */
+  TATU_IN_COSINE = 128, /* per pixel: cosine of the angle between line of sight and normal */
+  TATU_IN_PRIMITIVE = 256 /* per beam: which triangle or face of the object */
 };
+
+/* In `dims` of a field: rows and columns of the instance's image. */
+#define TATU_DIM_ROWS 4294967295u
+#define TATU_DIM_COLUMNS 4294967294u
 
 /* One field that a sensor kind fills, named "<schema>.<field>". */
 typedef struct tatu_field {
   uint32_t size;
   uint32_t elem;       /* TATU_ELEM_* */
-  uint32_t dims[3];    /* 0: as many as the instance has beams; unused ones 1 */
+  uint32_t dims[3];    /* 0: as many as the instance has beams or pixels; TATU_DIM_*; unused ones 1 */
   uint32_t reserved;
   const char *name;    /* "proximity.distance" */
   const char *unit;
   const char *text;
 } tatu_field;
+
+/* Random numbers for a measure, for what declared noise cannot say. The numbers from `first` on depend on the scene's seed,
+ * the sensor, how often it has measured, and their index, and on nothing else: neither on other sensors nor on the order
+ * of questions. May be called on any thread during the measure. */
+typedef struct tatu_random {
+  uint32_t size;
+  uint32_t reserved;
+  void *ctx;
+  /* `n` numbers from 0 to below 1 for instance `i` of the batch. */
+  void(TATU_CALL *uniform)(const struct tatu_random *, uint32_t i, uint64_t first, uint64_t n, double *out);
+  /* `n` numbers of the normal distribution: mean 0, standard deviation 1. */
+  void(TATU_CALL *normal)(const struct tatu_random *, uint32_t i, uint64_t first, uint64_t n, double *out);
+} tatu_random;
 
 /* Sensors of one kind that are due, `n` of them. Arrays exist only for inputs asked for. */
 typedef struct tatu_sensor_batch {
@@ -524,7 +551,25 @@ typedef struct tatu_sensor_batch {
   const double *twist;            /* [n], 6 each */
   void *const *fields;            /* [n * n_fields] where to write; host-owned, zeroed */
   tatu_status *status;            /* [n] TATU_OK; set where one instance fails: it is switched off and named */
+  const uint8_t *color;           /* per beam, 3: red green blue of the surface, unshaded; 0 0 0: nothing */
+  const uint32_t *primitive;      /* per beam */
+  const uint64_t *first_pixel;    /* [n + 1] where each sensor's pixels begin in the arrays below; null: no images */
+  const float *depth;             /* per pixel: m along the sensor's +z; infinity: nothing. TATU_IN_DISTANCE */
+  const uint8_t *pixel_color;     /* per pixel, 3; the sky's where nothing is seen. TATU_IN_COLOR */
+  const float *pixel_cosine;      /* per pixel, 0 to 1; 0: nothing. TATU_IN_COSINE */
+  const tatu_object *pixel_object; /* per pixel; 0: nothing. TATU_IN_OBJECT */
+  const tatu_random *random;
 } tatu_sensor_batch;
+
+/* Settings under a name: what a scene would write in the object of a sensor, as lines of TOML ("range_m = 5.6"), its noise
+ * included. A scene asks for them with `preset = "<id>"`, before its own keys. */
+typedef struct tatu_preset {
+  uint32_t size;
+  uint32_t reserved;
+  const char *id;       /* "hokuyo_urg_04lx" */
+  const char *text;     /* one sentence, with the source of the numbers */
+  const char *settings;
+} tatu_preset;
 
 /* A kind of sensor. */
 typedef struct tatu_sensor {
@@ -538,9 +583,15 @@ typedef struct tatu_sensor {
   const tatu_life *life;
   /* [setup] The beams of an instance: at creation, and after a change of its parameters. Null: none. */
   tatu_status(TATU_CALL *beams)(void *data, tatu_beams *, tatu_error *);
-  /* [parallel] Turns inputs into readings. May touch only data, state and fields of its instances; may call only
-   * the log. A negative status switches all instances of the batch off. */
+  /* [parallel] Turns inputs into readings. May touch only data, state and fields of its instances; may call only the
+   * log and the batch's `random`. A negative status switches all instances of the batch off. */
   tatu_status(TATU_CALL *measure)(void *self, const tatu_sensor_batch *, tatu_error *);
+  const tatu_preset *const *presets; /* may be null */
+  /* [parallel] After the noise that the scene declares, with the same batch: brings fields that follow from others in
+   * line with them, as latitude and longitude follow from a position. What is in such a field is overwritten, so noise
+   * belongs to the field that it follows from. Touches and calls what `measure` may; status as there. Null: no field
+   * follows from another. */
+  tatu_status(TATU_CALL *finish)(void *self, const tatu_sensor_batch *, tatu_error *);
 } tatu_sensor;
 
 typedef struct tatu_ext_sensor {
@@ -691,9 +742,10 @@ typedef struct tatu_budget {
 
 enum {
   /* One of the life cycle: "init", "thread", "actuation", "sensing", "cleanup", "nonSimulation", "beforeSimulation",
-   * "afterSimulation", "suspend", "suspended", "resume", "beforeMainScript", "dyn", "joint", "contact". It may answer a
-   * map: with `cmd` "cleanup" the script ends, with "restart" it ends and begins anew; `doNotRunMainScript` true of
-   * "beforeMainScript" leaves the stages of the pass out, and time stands. */
+   * "afterSimulation", "suspend", "suspended", "resume", "beforeMainScript", "dyn", "joint", "contact", or "measured": of
+   * the scripts of a sensor, after it has measured in the sensing stage, with a map whose `sensor` is that object. It may
+   * answer a map: with `cmd` "cleanup" the script ends, with "restart" it ends and begins anew; `doNotRunMainScript` true
+   * of "beforeMainScript" leaves the stages of the pass out, and time stands. */
   TATU_FIND_CALLBACK = 0,
   TATU_FIND_FUNCTION = 1  /* a function of the script, by its own name */
 };
@@ -902,6 +954,9 @@ typedef struct tatu_host_readings {
   tatu_status(TATU_CALL *reset)(tatu_world *, tatu_object sensor);
   /* Lists the sensors that fill a schema ("proximity/1"). */
   tatu_status(TATU_CALL *list)(tatu_world *, const char *schema, tatu_object *out, uint32_t cap, uint32_t *n);
+  /* The declaration of the `index`-th field of a sensor, from 0, with its shape for this sensor; its texts live as long as
+   * the world. TATU_ERR_MISSING: it has no more. */
+  tatu_status(TATU_CALL *describe)(tatu_world *, tatu_object sensor, uint32_t index, tatu_field *);
 } tatu_host_readings;
 
 #define TATU_HOST_BODIES "tatu.host.bodies/draft.1"

@@ -29,6 +29,31 @@ alias = "sonar"
 position_m = [0, 0, 40]
 volume = "cone"
 range_m = 1
+
+[[object]]
+kind = "sensor"
+sensor = "depth_camera"
+alias = "eye"
+position_m = [0, 0, 60]
+columns = 16
+rows = 12
+near_m = 0.5
+far_m = 2.5
+
+[[object]]
+kind = "sensor"
+sensor = "depth_camera"
+alias = "filtering"
+position_m = [0, 0, 60]
+columns = 4
+rows = 3
+data = { "vision.filters" = "1;3;4" }
+
+[[object]]
+kind = "shape"
+alias = "seen"
+size_m = [9, 9, 0.02]
+position_m = [0, 0, 61.01]
 "#;
 
 /// Those that end the run, or that must be alone for another reason.

@@ -31,7 +31,7 @@ fn scenes_run() {
 #[test]
 fn demos_run_and_say_something_each_second() {
     let mut found = 0;
-    for kind in ["sensors", "actuators", "robots", "importers", "services"] {
+    for kind in ["sensors", "actuators", "robots", "models", "importers", "services"] {
         for plugin in std::fs::read_dir(root().join("plugins").join(kind)).unwrap() {
             let demo = plugin.unwrap().path().join("demo.toml");
             let place = Place::new();

@@ -60,8 +60,13 @@ pub fn run(asked: &Asked) -> Value {
     for (k, _) in poses.iter().enumerate() {
         for (_, form) in &parts {
             let (object, group) = (k as u64 + 1, k as u32 + 1);
-            let (world_from_target, form, color) = (Isometry3::identity(), form.clone(), [0.7; 3]);
-            targets.push(Target { object, group, world_from_target, form, color });
+            targets.push(Target {
+                object,
+                group,
+                world_from_target: Isometry3::identity(),
+                form: form.clone(),
+                color: [0.7; 3],
+            });
         }
     }
     targets.extend(still);

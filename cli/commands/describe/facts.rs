@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 use tatu_core::{
-    host::{CommandEntry, Declared, Registry, schemas},
+    host::{CommandEntry, Declared, PresetInfo, Registry, schemas},
     scene::rows::{KINDS, rows_of},
 };
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -39,7 +39,7 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
         out.push(json!({
             "what": "sensor kind", "id": s.id, "plugin": plugin(s.plugin), "text": s.text, "schemas": s.schemas,
             "parameters": parameters(&s.params, true), "fields": fields.collect::<Vec<_>>(),
-            "example": example::sensor(&s.id, &s.params),
+            "presets": s.presets.iter().map(preset).collect::<Vec<_>>(), "example": example::sensor(&s.id, &s.params),
         }));
     }
     for a in r.actuators.iter().filter(|a| a.id == id) {
@@ -92,6 +92,10 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
         out.extend(r.commands.get(command as usize - 1).map(|c| self::command(r, c)));
     }
     out
+}
+
+fn preset(p: &PresetInfo) -> Json {
+    json!({ "id": p.id, "text": p.text, "settings": p.settings })
 }
 
 /// All ids.

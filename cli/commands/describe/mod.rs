@@ -56,8 +56,11 @@ pub fn describe(args: &Describe) -> ExitCode {
     }
     if args.json {
         // One id may name several things; mostly it is one.
-        let all = if found.len() == 1 { found.remove(0) } else { Value::Array(found) };
-        report::out!("{}", serde_json::to_string_pretty(&all).unwrap_or_default());
+        let mut first = found.remove(0);
+        if !found.is_empty() {
+            first["also"] = Value::Array(found);
+        }
+        report::out!("{}", serde_json::to_string_pretty(&first).unwrap_or_default());
     } else {
         found.iter().for_each(print);
     }
@@ -94,6 +97,7 @@ fn print(fact: &Value) {
     section("controls", &fact["controls"], &["name", "type", "unit", "range", "default", "text"]);
     section("returns", &fact["returns"], &["name", "type", "unit", "text"]);
     section("fields", &fact["fields"], &["name", "element", "shape", "unit", "text", "nothing"]);
+    presets(&fact["presets"]);
     if let Some(commands) = fact["commands"].as_array().filter(|c| !c.is_empty()) {
         if commands.len() <= FEW {
             section("commands", &fact["commands"], &["name", "text"]);
@@ -107,6 +111,21 @@ fn print(fact: &Value) {
     if !text("example").is_empty() {
         report::out!("\nexample:");
         text("example").lines().for_each(|l| report::out!("{}", format!("  {l}").trim_end()));
+    }
+}
+
+/// Presets, each with what it sets.
+fn presets(list: &Value) {
+    let Some(list) = list.as_array().filter(|l| !l.is_empty()) else { return };
+    report::out!("\npresets:");
+    for p in list {
+        report::out!(
+            "{}",
+            format!("  {}  {}", p["id"].as_str().unwrap_or_default(), p["text"].as_str().unwrap_or_default())
+                .trim_end()
+        );
+        let lines = p["settings"].as_str().unwrap_or_default().lines();
+        lines.filter(|l| !l.trim().is_empty()).for_each(|l| report::out!("    {}", l.trim_end()));
     }
 }
 

@@ -59,6 +59,11 @@ impl Aabb {
         Self { low: centre.coords - half, high: centre.coords + half }
     }
 
+    /// Whether there is such a box: neither turned inside out nor with corners that are no places.
+    pub fn is_real(&self) -> bool {
+        (0..3).all(|i| self.low[i] <= self.high[i] && self.low[i].is_finite() && self.high[i].is_finite())
+    }
+
     pub fn centre(&self) -> Vector3<f64> {
         (self.low + self.high) * 0.5
     }

@@ -14,6 +14,35 @@ pub enum Volume {
         /// Half of the opening, in radians; 0 to pi, also beyond pi/2.
         half_angle: f64,
     },
+    /// A frustum between two rectangles square to +z, whose middles are on it: the beam's near and far are their
+    /// heights. All points in it count, however far from the origin.
+    Pyramid {
+        /// Full size of the near end along x, in metres.
+        x_near: f64,
+        /// Full size of the near end along y.
+        y_near: f64,
+        /// Full size of the far end along x.
+        x_far: f64,
+        /// Full size of the far end along y.
+        y_far: f64,
+    },
+    /// A round frustum around +z: the beam's near and far are the heights of its flat ends.
+    Cylinder {
+        /// Radius of the near end, in metres.
+        radius_near: f64,
+        /// Radius of the far end.
+        radius_far: f64,
+    },
+    /// A flat sector: directions whose angle from +z towards +x or -x, in the plane of x and z, is at most half of
+    /// `angle`, no farther than half of `height` from that plane. Near and far are distances from the origin.
+    Disc {
+        /// The full opening, in radians; a full turn is seen all around.
+        angle: f64,
+        /// The thickness along y, in metres.
+        height: f64,
+        /// The opening around +z that is left out, in radians; 0 for none.
+        gap: f64,
+    },
 }
 
 /// The sides of a surface that are seen. The front is the outside of a solid form.
@@ -45,9 +74,10 @@ pub struct Beam {
     pub world_from_beam: Isometry3<f64>,
     /// The space searched.
     pub volume: Volume,
-    /// Least distance from the origin, in metres.
+    /// Least distance from the origin, in metres; for a pyramid or cylinder the height of its near end.
     pub near: f64,
-    /// Greatest distance from the origin, in metres: a ball around the origin, not a plane.
+    /// Greatest distance from the origin, in metres: a ball around the origin, not a plane, but for a pyramid or
+    /// cylinder, where it is the height of the far end.
     pub far: f64,
     /// Greatest angle between the surface normal and the line of sight, in radians; pi/2 or more is no limit.
     pub max_incidence: f64,

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::aabb::Aabb;
 use super::bundle::PacketTree;
+use super::convex::flat;
 use super::grid::Clusters;
 use super::planar::polygon;
 use super::ray;
@@ -48,11 +49,7 @@ impl MeshTree {
     /// The nearest point that counts; the probe is given in the mesh's frame.
     pub fn cast(&self, probe: &Probe) -> Option<Found> {
         let mut best = None;
-        let far = match probe {
-            Probe::Ray(sight) => sight.far,
-            Probe::Cone(cone) => cone.sight.far,
-        };
-        self.tree.walk(probe, far, |place, limit| {
+        self.tree.walk(probe, probe.far(), |place, limit| {
             best = Found::nearer(best, self.triangles[place].cast(probe, limit));
             best.map_or(limit, |found| found.distance)
         });
@@ -79,6 +76,14 @@ impl Triangle {
                     return None;
                 }
                 let (distance, point) = polygon(cone, &corners, normal)?;
+                Some(Found { distance, point, normal: *normal, primitive: *primitive })
+            }
+            Probe::Convex(space) => {
+                let corners = corners.map(|c| c - space.sight.origin.coords);
+                if normal.dot(&corners[0]).abs() > limit {
+                    return None;
+                }
+                let (distance, point) = flat(space, &corners, normal, None)?;
                 Some(Found { distance, point, normal: *normal, primitive: *primitive })
             }
         }

@@ -11,7 +11,7 @@ use super::beam::{Beam, Hit};
 use super::mesh::MeshTree;
 use super::sight::{Found, Probe};
 use super::tree::Tree;
-use super::{ray, solid};
+use super::{convex, ray, solid};
 use crate::geometry::{Form, Mesh};
 
 /// One form that beams can hit. An object of several forms has several targets with the same tag.
@@ -31,6 +31,8 @@ pub struct Target {
 
 /// Beams of one task of the thread pool.
 const CHUNK: usize = 64;
+/// When fewer than one target in so many moves, each is followed up the tree; else the whole tree is fitted.
+const FEW: usize = 8;
 
 /// What beams are cast against.
 ///
@@ -49,6 +51,8 @@ pub struct BeamScene {
     /// For each target, the middle and radius of a ball around it; of a form without end, nothing of use.
     pub(super) balls: Vec<(Vector3<f64>, f64)>,
     pub(super) top: Tree,
+    /// Used again by each update.
+    moved: Vec<u32>,
 }
 
 impl BeamScene {
@@ -88,20 +92,53 @@ impl BeamScene {
         &self.targets
     }
 
-    /// Moves targets, named by their place in [`targets`](Self::targets), and refits the tree once at the end.
+    /// Moves targets, named by their place in [`targets`](Self::targets). Costs as many steps as the tree is deep for
+    /// each, or once the size of the tree where many move.
     ///
     /// # Panics
     /// If a place is out of range.
     pub fn update_poses(&mut self, poses: impl IntoIterator<Item = (usize, Isometry3<f64>)>) {
+        let mut moved = std::mem::take(&mut self.moved);
+        moved.clear();
+        let mut changed = false;
         for (index, pose) in poses {
-            self.targets[index].world_from_target = pose;
-            self.boxes[index] = self.box_of(index);
-            self.balls[index] = self.ball_of(index);
+            changed |= self.place(index, pose);
+            moved.push(index as u32);
         }
-        let area = self.top.refit(&self.boxes);
-        if self.top.worn(area) {
+        if changed {
+            self.rebuild();
+        } else if moved.len() * FEW < self.targets.len() {
+            moved.iter().for_each(|index| self.top.update(*index, &self.boxes));
+        } else {
+            self.top.refit(&self.boxes);
+        }
+        self.moved = moved;
+        if self.top.worn() {
             self.rebuild();
         }
+    }
+
+    /// Moves one target: as many steps as the tree is deep.
+    ///
+    /// # Panics
+    /// If the place is out of range.
+    pub fn update_pose(&mut self, index: usize, pose: Isometry3<f64>) {
+        if self.place(index, pose) {
+            self.rebuild();
+            return;
+        }
+        self.top.update(index as u32, &self.boxes);
+        if self.top.worn() {
+            self.rebuild();
+        }
+    }
+
+    /// Notes a pose; whether the tree must be built anew, since the target was nowhere before or is so now.
+    fn place(&mut self, index: usize, pose: Isometry3<f64>) -> bool {
+        self.targets[index].world_from_target = pose;
+        self.boxes[index] = self.box_of(index);
+        self.balls[index] = self.ball_of(index);
+        self.boxes[index].is_real() != self.top.holds(index as u32)
     }
 
     /// Gives a target, named by its place in [`targets`](Self::targets), another colour.
@@ -118,6 +155,10 @@ impl BeamScene {
     /// If the lengths differ.
     pub fn cast(&self, beams: &[Beam], hits: &mut [Hit]) {
         assert_eq!(beams.len(), hits.len(), "each beam needs a place for its hit");
+        if beams.len() <= CHUNK {
+            beams.iter().zip(hits).for_each(|(beam, hit)| *hit = self.cast_one(beam));
+            return;
+        }
         beams.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(beams, hits)| {
             for (beam, hit) in beams.iter().zip(hits) {
                 *hit = self.cast_one(beam);
@@ -127,44 +168,46 @@ impl BeamScene {
 
     /// Casts one beam.
     pub fn cast_one(&self, beam: &Beam) -> Hit {
-        let Some(probe) = Probe::new(beam) else {
-            return Hit::NONE;
-        };
         let mut best: Option<(Found, u32)> = None;
+        for piece in 0..convex::pieces(&beam.volume) {
+            if let Some(probe) = Probe::new(beam, piece) {
+                self.cast_probe(beam, &probe, &mut best);
+            }
+        }
+        best.map_or(Hit::NONE, |(found, index)| self.hit(beam, &found, index as usize))
+    }
+
+    /// Takes what a piece of a beam sees nearest.
+    fn cast_probe(&self, beam: &Beam, probe: &Probe, best: &mut Option<(Found, u32)>) {
+        let mut limit = best.as_ref().map_or(probe.far(), |(found, _)| found.distance.min(probe.far()));
         let mut visit = |index: u32, limit: f64| {
             let target = &self.targets[index as usize];
             let wanted =
                 beam.skip_group != Some(target.group) && beam.only_object.is_none_or(|object| object == target.object);
-            if wanted && let Some(found) = self.cast_at(index as usize, &probe, limit) {
+            if wanted && let Some(found) = self.cast_at(index as usize, probe, limit) {
                 let rank = |found: &Found, index: u32| {
                     (found.distance, self.targets[index as usize].object, found.primitive, index)
                 };
                 if best.as_ref().is_none_or(|(old, at)| rank(&found, index) < rank(old, *at)) {
-                    best = Some((found, index));
+                    *best = Some((found, index));
                 }
             }
             best.as_ref().map_or(limit, |(found, _)| found.distance)
         };
-
-        let mut limit = beam.far;
         for &index in &self.unbounded {
             limit = visit(index, limit);
         }
-        self.top.walk(&probe, limit, |place, limit| visit(self.top.order[place], limit));
-        best.map_or(Hit::NONE, |(found, index)| self.hit(beam, &found, index as usize))
+        self.top.walk(probe, limit, |place, limit| visit(self.top.order[place], limit));
     }
 
     /// The nearest point of one target, no further than `limit`, in the target's frame.
     fn cast_at(&self, index: usize, probe: &Probe, limit: f64) -> Option<Found> {
         let Target { world_from_target, form, .. } = &self.targets[index];
-        let probe = match probe {
-            Probe::Ray(sight) => Probe::Ray(sight.in_form(world_from_target, limit)),
-            Probe::Cone(cone) => Probe::Cone(cone.in_form(world_from_target, limit)),
-        };
-        match (&self.trees[index], &probe) {
-            (Some(tree), probe) => tree.cast(probe),
-            (None, Probe::Ray(sight)) => ray::cast(sight, form),
-            (None, Probe::Cone(cone)) => solid::cast(cone, form),
+        match (&self.trees[index], probe) {
+            (Some(tree), probe) => tree.cast(&probe.in_form(world_from_target, limit)),
+            (None, Probe::Ray(sight)) => ray::cast(&sight.in_form(world_from_target, limit), form),
+            (None, Probe::Cone(cone)) => solid::cast(&cone.in_form(world_from_target, limit), form),
+            (None, Probe::Convex(space)) => convex::cast(&space.in_form(world_from_target, limit), form),
         }
     }
 
@@ -182,12 +225,14 @@ impl BeamScene {
         }
     }
 
+    /// A target's box; an empty one for a form without end, and for what is nowhere: a pose or size that is no number.
     fn box_of(&self, index: usize) -> Aabb {
         let Target { world_from_target, form, .. } = &self.targets[index];
-        match &self.trees[index] {
+        let aabb = match &self.trees[index] {
             Some(tree) => tree.aabb.moved(world_from_target),
             None => Aabb::of_form(form, world_from_target).unwrap_or(Aabb::EMPTY),
-        }
+        };
+        if aabb.is_real() { aabb } else { Aabb::EMPTY }
     }
 
     fn ball_of(&self, index: usize) -> (Vector3<f64>, f64) {
@@ -207,7 +252,7 @@ impl BeamScene {
     }
 
     fn rebuild(&mut self) {
-        let bounded = (0..self.targets.len() as u32).filter(|&i| !matches!(self.targets[i as usize].form, Form::Plane));
+        let bounded = (0..self.targets.len() as u32).filter(|&i| self.boxes[i as usize].is_real());
         self.top.build(bounded, &self.boxes, 2);
     }
 }

@@ -97,9 +97,17 @@ pub(super) struct Tree {
     quads: Vec<Quad>,
     /// Items in the order of the leaves.
     pub order: Vec<u32>,
-    /// Sum of the boxes' areas when built: what a walk costs, roughly.
+    /// Sum of the boxes' areas, now and when built: what a walk costs, roughly.
+    area: f64,
     built_area: f64,
+    /// Of each quad, where it hangs: four times the quad above, plus the lane. Nowhere for the first.
+    parents: Vec<u32>,
+    /// Of each item, by its number, the leaf that holds it, likewise.
+    leaves: Vec<u32>,
 }
+
+/// Not in the tree.
+const NOWHERE: u32 = u32::MAX;
 
 impl Tree {
     /// Builds the tree over `items`, numbers into `boxes`. The same input gives the same tree.
@@ -107,12 +115,30 @@ impl Tree {
         self.order.clear();
         self.order.extend(items);
         self.quads.clear();
+        self.leaves.clear();
+        self.leaves.resize(boxes.len(), NOWHERE);
+        self.parents.clear();
+        (self.area, self.built_area) = (0.0, 0.0);
         if self.order.is_empty() {
             return;
         }
         let nodes = binary::build(&mut self.order, boxes, leaf_size);
         self.collapse(&nodes);
-        self.built_area = self.refit(boxes);
+        self.parents.resize(self.quads.len(), NOWHERE);
+        for (at, quad) in self.quads.iter().enumerate() {
+            for lane in 0..quad.lanes {
+                let (first, count) = (quad.first[lane] as usize, quad.count[lane] as usize);
+                let place = 4 * at as u32 + lane as u32;
+                if count == 0 {
+                    self.parents[first] = place;
+                }
+                for item in &self.order[first..first + count] {
+                    self.leaves[*item as usize] = place;
+                }
+            }
+        }
+        self.refit(boxes);
+        self.built_area = self.area;
     }
 
     /// Makes quads of the binary tree: of the children at hand the largest is replaced by its own two.
@@ -147,34 +173,56 @@ impl Tree {
         }
     }
 
-    /// Fits the boxes to items that moved; returns the sum of their areas.
-    pub fn refit(&mut self, boxes: &[Aabb]) -> f64 {
-        let mut area = 0.0;
+    /// Fits all boxes to items that moved.
+    pub fn refit(&mut self, boxes: &[Aabb]) {
+        self.area = 0.0;
         for at in (0..self.quads.len()).rev() {
-            let mut quad = self.quads[at];
-            for lane in 0..quad.lanes {
-                let (first, count) = (quad.first[lane] as usize, quad.count[lane] as usize);
-                let aabb = if count == 0 {
-                    let child = &self.quads[first];
-                    (0..child.lanes).fold(Aabb::EMPTY, |b, k| b.merge(&child.get(k)))
-                } else {
-                    self.order[first..first + count].iter().fold(Aabb::EMPTY, |b, i| b.merge(&boxes[*i as usize]))
-                };
-                area += aabb.area();
-                quad.set(lane, &aabb);
+            for lane in 0..self.quads[at].lanes {
+                let aabb = self.fit(at, lane, boxes);
+                self.area += aabb.area();
+                self.quads[at].set(lane, &aabb);
             }
-            self.quads[at] = quad;
         }
-        area
+    }
+
+    /// Fits the boxes around one item that moved: as many as the tree is deep, at most.
+    pub fn update(&mut self, item: u32, boxes: &[Aabb]) {
+        let mut place = self.leaves[item as usize];
+        while place != NOWHERE {
+            let (at, lane) = (place as usize / 4, place as usize % 4);
+            let (old, new) = (self.quads[at].get(lane), self.fit(at, lane, boxes));
+            if old == new {
+                return;
+            }
+            self.area += new.area() - old.area();
+            self.quads[at].set(lane, &new);
+            place = self.parents[at];
+        }
+    }
+
+    /// Whether the tree holds an item.
+    pub fn holds(&self, item: u32) -> bool {
+        self.leaves.get(item as usize).is_some_and(|place| *place != NOWHERE)
+    }
+
+    /// The box around what hangs in a lane.
+    fn fit(&self, at: usize, lane: usize, boxes: &[Aabb]) -> Aabb {
+        let (first, count) = (self.quads[at].first[lane] as usize, self.quads[at].count[lane] as usize);
+        if count == 0 {
+            let child = &self.quads[first];
+            (0..child.lanes).fold(Aabb::EMPTY, |b, k| b.merge(&child.get(k)))
+        } else {
+            self.order[first..first + count].iter().fold(Aabb::EMPTY, |b, i| b.merge(&boxes[*i as usize]))
+        }
     }
 
     pub fn quads(&self) -> &[Quad] {
         &self.quads
     }
 
-    /// Whether the tree, refitted to a sum of areas, has lost so much that building anew pays.
-    pub fn worn(&self, area: f64) -> bool {
-        area > 1.5 * self.built_area
+    /// Whether the tree, fitted to what moved, has lost so much that building anew pays.
+    pub fn worn(&self) -> bool {
+        self.area > 1.5 * self.built_area
     }
 
     /// Calls `visit` with each place in `order` whose box may hold a point within the limit, nearer boxes first.
@@ -192,6 +240,17 @@ impl Tree {
                     let mut out = [f64::INFINITY; 4];
                     for (lane, bound) in out.iter_mut().enumerate().take(quad.lanes) {
                         *bound = quad.get(lane).cone_bound(cone, limit);
+                    }
+                    out
+                },
+                visit,
+            ),
+            Probe::Convex(space) => self.walk_by(
+                limit,
+                |quad, limit| {
+                    let mut out = [f64::INFINITY; 4];
+                    for (lane, bound) in out.iter_mut().enumerate().take(quad.lanes) {
+                        *bound = space.bound(&quad.get(lane), limit);
                     }
                     out
                 },

@@ -1,16 +1,18 @@
 //! Writing a document: every property is checked against its row.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{collections::BTreeMap, ops::Range, sync::Arc};
 
 use nalgebra::{Isometry3, Point3};
 use tatu_plugin_api::{abi::*, safe::Value};
+use toml_edit::Item;
 
-use super::{DeviceSpec, Document, MAIN, Made, ObjectSpec, ScriptSpec, keys};
+use super::{DeviceSpec, Document, MAIN, Made, ObjectSpec, ScriptSpec, keys, presets};
 use crate::{
     error::{Error, Place, Result},
     geometry::Mesh,
-    host::{Declared, Registry},
+    host::{Declared, Registry, SensorKind},
     scene::rows::{KINDS, ROWS, Row, kind_name, rows_of},
+    sense::NoiseSpec,
 };
 
 /// Writes into a document.
@@ -26,11 +28,12 @@ pub struct Builder<'a> {
 }
 
 /// What a key of an object means.
+#[derive(Debug, Clone, Copy)]
 pub enum Target {
     /// One of the core's rows.
     Row(Row),
-    /// A parameter of its device.
-    Param(Declared),
+    /// A parameter or command of its device, in their order.
+    Param(usize),
 }
 
 impl<'a> Builder<'a> {
@@ -89,7 +92,7 @@ impl<'a> Builder<'a> {
             }
         });
         let params = spec.device.iter().flat_map(|d| self.registry.device(spec.kind, d.kind).declared());
-        rows.chain(params.map(|p| (p.clone(), Target::Param(p.clone())))).collect()
+        rows.chain(params.enumerate().map(|(i, p)| (p.clone(), Target::Param(i)))).collect()
     }
 
     /// Sets a property by key, with or without its kind's prefix; SI units.
@@ -139,17 +142,68 @@ impl<'a> Builder<'a> {
                     self.rename(object, &alias);
                 }
             }
+            Target::Row(Row::Preset) => self.preset(object, value)?,
             Target::Row(row) => {
+                let value = match (row, &value) {
+                    (Row::Noise, Value::Text(t)) => self.noise(object, &String::from_utf8_lossy(t))?,
+                    _ => value,
+                };
                 self.try_row(object, *row, &value)?;
                 self.document.objects[object].rows.push((*row, value));
             }
-            Target::Param(p) => {
+            Target::Param(_) => {
                 if let Some(d) = &mut spec.device {
-                    d.params.push((p.key.clone(), value));
+                    d.params.push((declared.key.clone(), value));
                 }
             }
         }
         Ok(())
+    }
+
+    /// The kind of a sensor.
+    pub(super) fn sensor_kind(&self, object: usize) -> Option<&'a SensorKind> {
+        let spec = self.document.objects.get(object).filter(|o| o.kind == TATU_KIND_SENSOR)?;
+        self.registry.sensors.get(spec.device.as_ref()?.kind)
+    }
+
+    /// Sets all that a preset tells, now: what is set later wins. An empty name sets nothing.
+    fn preset(&mut self, object: usize, value: Value) -> Result {
+        let id = if let Value::Text(t) = &value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
+        if !id.is_empty() {
+            let lacks = || Error::new("E104", "a preset before the sensor has its kind").help("call `device` first");
+            let kind = self.sensor_kind(object).ok_or_else(lacks)?;
+            for setting in presets::settings(self.registry, kind, &id)? {
+                self.put(object, &setting.declared, &setting.target, setting.value).map_err(|e| {
+                    let text = format!("the preset `{id}` of the kind of sensor `{}`: {}", kind.id, e.text);
+                    Error { text, ..e }
+                })?;
+            }
+        }
+        self.document.objects[object].rows.push((Row::Preset, value));
+        Ok(())
+    }
+
+    /// Noise as text, checked against the sensor's fields, their names in full.
+    fn noise(&self, object: usize, text: &str) -> Result<Value> {
+        let lacks = || Error::new("E104", "noise before the sensor has its kind").help("call `device` first");
+        let kind = self.sensor_kind(object).ok_or_else(lacks)?;
+        let read = NoiseSpec::parse(text, Some(kind)).map_err(|w| w.in_text(text))?;
+        Ok(Value::text(read.to_toml()))
+    }
+
+    /// A value of a scene file for what its key was found to mean; else the error and where it lies within the item.
+    pub(super) fn value_of(
+        &self,
+        object: usize,
+        target: &Target,
+        item: &Item,
+        factor: f64,
+    ) -> Result<Value, (Error, Option<Range<usize>>)> {
+        match target {
+            Target::Row(Row::Noise) => presets::noise(item, self.sensor_kind(object)),
+            Target::Row(Row::Notes) => keys::to_map(item).map_err(|e| (e, None)),
+            _ => keys::to_value(item, factor).map_err(|e| (e, None)),
+        }
     }
 
     /// Tries a row on a blank object of the kind, so that what a live object would refuse is refused here.
@@ -263,6 +317,6 @@ impl<'a> Builder<'a> {
 }
 
 /// A row by its key.
-fn row(key: &str) -> Row {
+pub(super) fn row(key: &str) -> Row {
     ROWS.iter().position(|r| r.key == key).map_or(Row::None, |i| Row::of(i as u32))
 }

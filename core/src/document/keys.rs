@@ -60,6 +60,13 @@ pub fn to_value(item: &Item, factor: f64) -> Result<Value> {
     }
 }
 
+/// A table whose keys are free, as a map.
+pub fn to_map(item: &Item) -> Result<Value> {
+    let table = item.as_table_like().ok_or_else(|| Error::new("E102", "expected a table"))?;
+    let entries = table.iter().map(|(k, v)| Ok((Value::text(k), to_value(v, 1.0)?)));
+    Ok(Value::Map(entries.collect::<Result<_>>()?))
+}
+
 fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
     use toml_edit::Value as T;
     Ok(match v {

@@ -4,6 +4,7 @@
 //! - [`Builder`]: writes one, checking every property against its row;
 //! - `border`: the same builder for plugins; `import`: files of other formats; `beside`: what they read;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys and values; `units`: the units in keys;
+//! - `presets`: settings of sensors under a name;
 //! - `settings`: the numbers of the world; `scripts`: scripts in scene files;
 //! - `services`: services that a scene asks for;
 //! - `overrides`: `[set]`, `--set`, `--script`;
@@ -16,6 +17,7 @@ mod import;
 mod keys;
 mod names;
 mod overrides;
+mod presets;
 mod scripts;
 mod services;
 mod settings;
@@ -29,7 +31,9 @@ use nalgebra::Isometry3;
 use tatu_plugin_api::safe::Value;
 
 pub use build::Builder;
+pub(crate) use build::Target;
 pub use overrides::{Override, ScriptOverride};
+pub(crate) use presets::settings as preset_settings;
 pub use services::{ServiceOverride, ServiceSpec};
 pub use settings::Settings;
 pub use sources::Sources;
@@ -149,10 +153,7 @@ impl Document {
             let data = match spec.kind {
                 TATU_KIND_SHAPE => Data::Shape(Box::new(self.shape(spec))),
                 TATU_KIND_JOINT => Data::Joint(Box::<Joint>::default()),
-                TATU_KIND_SENSOR => Data::Sensor(SensorData {
-                    kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
-                    explicit: false,
-                }),
+                TATU_KIND_SENSOR => Data::Sensor(SensorData::new(spec.device.as_ref().map_or(usize::MAX, |d| d.kind))),
                 TATU_KIND_ACTUATOR => Data::Actuator(ActuatorData {
                     kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
                     // Filled when its device is made.

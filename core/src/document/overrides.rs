@@ -126,7 +126,7 @@ pub(super) fn apply(
         let ((declared, target), factor) = keys::find(&o.key, &declared, &owner)
             .map_err(|e| if e.help.is_none() { meant.filter(|m| m.help.is_some()).unwrap_or(e) } else { e })
             .map_err(at)?;
-        let value = keys::to_value(&o.item, factor).map_err(at)?;
+        let value = builder.value_of(object, target, &o.item, factor).map_err(|(e, _)| at(e))?;
         builder.put(object, declared, target, value).map_err(at)?;
     }
     Ok(None)

@@ -1,6 +1,9 @@
 //! The numbers of a world, and the keys of `[scene]` that set them.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::BTreeMap,
+    f64::consts::{FRAC_PI_2, PI},
+};
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -19,6 +22,9 @@ pub struct Settings {
     pub physics_substeps: u32,
     /// m/s^2.
     pub gravity: Vector3<f64>,
+    /// Where on Earth the world's origin lies: latitude and longitude in rad (WGS 84), height above the ellipsoid in m.
+    /// The world's x points east there, its y north.
+    pub origin: [f64; 3],
     /// Of all that is random.
     pub seed: u64,
     /// For scripts that do not tell theirs; empty: from their text.
@@ -40,6 +46,7 @@ impl Default for Settings {
             physics_dt: 0.01,
             physics_substeps: 4,
             gravity: Vector3::new(0.0, 0.0, -9.81),
+            origin: [0.0; 3],
             seed: 0,
             dialect: String::new(),
             providers: BTreeMap::new(),
@@ -50,7 +57,10 @@ impl Default for Settings {
     }
 }
 
-/// The keys of `[scene]`; those of its table `budget` with its name before them.
+/// The tables of `[scene]`.
+pub(super) const TABLES: &[&str] = &["budget", "origin"];
+
+/// The keys of `[scene]`; those of its tables with the table's name before them.
 pub(super) fn keys() -> Vec<(Declared, ())> {
     let of = |key: &str, kind, unit: Option<&str>, lowest: f64, count| Declared {
         key: key.to_owned(),
@@ -75,6 +85,9 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
         of("seed", TATU_I64, None, 0.0, 0),
         of("plugins", TATU_LIST, None, any, 0),
         of("script_budget", TATU_I64, None, 1.0, 0),
+        Declared { highest: FRAC_PI_2, ..of("origin.lat", TATU_F64, Some("rad"), -FRAC_PI_2, 0) },
+        Declared { highest: PI, ..of("origin.lon", TATU_F64, Some("rad"), -PI, 0) },
+        of("origin.alt", TATU_F64, Some("m"), any, 0),
         of("budget.instructions", TATU_I64, None, 1.0, 0),
         Declared { highest: 256.0, ..of("budget.memory_mb", TATU_I64, None, 1.0, 0) },
     ]
@@ -90,6 +103,9 @@ pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) {
         ("physics_dt", Value::Float(x)) => settings.physics_dt = *x,
         ("physics_substeps", Value::Int(i)) => settings.physics_substeps = *i as u32,
         ("gravity", Value::Floats(v)) => settings.gravity = Vector3::new(v[0], v[1], v[2]),
+        ("origin.lat", Value::Float(x)) => settings.origin[0] = *x,
+        ("origin.lon", Value::Float(x)) => settings.origin[1] = *x,
+        ("origin.alt", Value::Float(x)) => settings.origin[2] = *x,
         ("seed", Value::Int(i)) => settings.seed = *i as u64,
         ("script_budget" | "budget.instructions", Value::Int(i)) => settings.budget = *i as u64,
         ("budget.memory_mb", Value::Int(i)) => settings.memory = (*i as u64) << 20,

@@ -27,6 +27,6 @@ pub mod watchdog;
 pub use declared::{Declared, check_value};
 pub use registry::{
     ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, Language, Model, NameEntry, Plugin,
-    Prelude, Registry, SensorKind, ServiceKind, Status,
+    Prelude, PresetInfo, Registry, SensorKind, ServiceKind, Status,
 };
 pub use search::{Copies, Search, Source};

@@ -24,6 +24,8 @@ pub struct SchemaField {
     pub text: String,
     /// The value when nothing is seen.
     pub nothing: String,
+    /// Whether a sensor may lack it.
+    pub optional: bool,
 }
 
 /// A schema.
@@ -73,6 +75,7 @@ fn parse(text: &str) -> Option<Schema> {
             unit: of(t, "unit"),
             text: of(t, "text")?,
             nothing: of(t, "nothing")?,
+            optional: t.get("optional").and_then(Item::as_bool).unwrap_or(false),
         })
     };
     Some(Schema {
@@ -90,7 +93,9 @@ pub(super) fn lacks(kind: &SensorKind) -> Vec<String> {
         for wanted in &schema.fields {
             let claims = format!("claims the schema `{}`", schema.id);
             let Some(found) = kind.fields.iter().find(|f| f.name == wanted.name) else {
-                out.push(format!("{claims} and has no field `{}`", wanted.name));
+                if !wanted.optional {
+                    out.push(format!("{claims} and has no field `{}`", wanted.name));
+                }
                 continue;
             };
             let unit = |u: &Option<String>| u.clone().unwrap_or_else(|| "1".into());

@@ -31,6 +31,7 @@ table!(
     tatu_ext_command,
     tatu_field,
     tatu_sensor,
+    tatu_preset,
     tatu_ext_sensor,
     tatu_actuator,
     tatu_ext_actuator,

@@ -41,6 +41,7 @@ calls! {
     Command = "tatu_command.call",
     Beams = "tatu_sensor.beams",
     Measure = "tatu_sensor.measure",
+    Finish = "tatu_sensor.finish",
     Apply = "tatu_actuator.apply",
     Build = "tatu_model.build",
     Sniff = "tatu_importer.sniff",

@@ -184,7 +184,10 @@ impl Dynamics {
 
     /// An object was placed by hand: it, and the bodies below it, are put there before the next step.
     pub fn moved(&mut self, slot: u32) {
-        self.moved.push(slot);
+        // A script that scans turns the same joint hundreds of times.
+        if self.moved.last() != Some(&slot) {
+            self.moved.push(slot);
+        }
     }
 
     fn apply_changes(&mut self, scene: &Scene) {
@@ -316,13 +319,15 @@ impl Dynamics {
                 Data::Shape(s) if s.dynamic => s.body.0,
                 _ => None,
             };
-            match body {
+            let world = match body {
                 Some(id) => {
-                    o.world = self.engine.pose(id);
-                    o.local = frame.inverse() * o.world;
+                    let world = self.engine.pose(id);
+                    o.local = frame.inverse() * world;
+                    world
                 }
-                None => o.world = frame * o.local,
-            }
+                None => frame * o.local,
+            };
+            scene.put(slot, world);
         });
     }
 

@@ -6,11 +6,13 @@
 //! - `props`: reading and setting them;
 //! - `dynamics`: which objects become bodies and joints of the engine, and back;
 //! - `follow`: joints that follow others;
-//! - `forms`: the solids of a shape.
+//! - `forms`: the solids of a shape;
+//! - `moves`: which shapes have moved.
 
 mod dynamics;
 mod follow;
 mod forms;
+mod moves;
 mod names;
 mod object;
 mod props;

@@ -11,6 +11,7 @@ use crate::{
     figures::GraphSpec,
     geometry::Mesh,
     physics::{BodyId, JointId},
+    sense::NoiseSpec,
 };
 
 /// An object of the scene.
@@ -26,7 +27,7 @@ pub struct Object {
     pub children: Vec<u32>,
     /// In the frame of the parent (of its moved frame, if it is a joint).
     pub local: Isometry3<f64>,
-    /// In the world; kept up to date by the tree.
+    /// In the world; kept up to date by the tree, which notes what moves.
     pub world: Isometry3<f64>,
     /// Unique for the life of the scene, in order of creation.
     pub uid: u64,
@@ -197,6 +198,16 @@ impl Default for Shape {
     }
 }
 
+impl Object {
+    /// Whether pictures show it: it is visible, and on one of the layers that are shown.
+    pub fn is_visible(&self) -> bool {
+        self.visible && self.layer & SHOWN_LAYERS != 0
+    }
+}
+
+/// The lower eight of the sixteen layers are shown, the others hold what is hidden.
+const SHOWN_LAYERS: u32 = 0xFF;
+
 impl Shape {
     /// Whether beams see it: floors that are planes are left out unless a scene asks for them.
     pub fn is_detectable(&self) -> bool {
@@ -279,12 +290,25 @@ impl Joint {
 }
 
 /// A sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SensorData {
     /// Index of its kind in the registry.
     pub kind: usize,
     /// Measures only when it is told to.
     pub explicit: bool,
+    /// Hz; 0: it measures in each step.
+    pub rate: f64,
+    /// The preset that was set last.
+    pub preset: String,
+    /// What is done to its fields after each measure.
+    pub noise: Option<Arc<NoiseSpec>>,
+}
+
+impl SensorData {
+    /// One of a kind, as it is by default.
+    pub fn new(kind: usize) -> Self {
+        SensorData { kind, explicit: false, rate: 0.0, preset: String::new(), noise: None }
+    }
 }
 
 /// An actuator.

@@ -8,12 +8,12 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use crate::figures::{CurveSpec, GraphSpec, MOST_SAMPLES, StreamSpec};
 
 use super::{
-    Control, Data, Joint, JointType, Object, Primitive, Scene, Shape, ShapePart, default_inertia, default_mass,
-    from_euler, pose_from_array, pose_to_array,
+    Control, Data, Joint, JointType, Object, Primitive, Scene, SensorData, Shape, ShapePart, default_inertia,
+    default_mass, from_euler, pose_from_array, pose_to_array,
     rows::{Change, Of, Row, kind_name},
     to_euler,
 };
-use crate::geometry::Mesh;
+use crate::{geometry::Mesh, sense::NoiseSpec};
 
 /// Why a property could not be read or set: a status of the border and a sentence.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,6 +91,9 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
             }
         }
         (Row::Explicit, Data::Sensor(s)) => Value::Bool(s.explicit),
+        (Row::Rate, Data::Sensor(s)) => Value::Float(s.rate),
+        (Row::Preset, Data::Sensor(s)) => Value::text(&s.preset),
+        (Row::Noise, Data::Sensor(s)) => Value::text(s.noise.as_ref().map_or(String::new(), |n| n.to_toml())),
         (Row::GraphExplicit, Data::Graph(g)) => Value::Bool(g.explicit),
         (Row::GraphBuffer, Data::Graph(g)) => Value::Int(g.buffer as i64),
         (Row::GraphStreams, Data::Graph(g)) => Value::List(g.streams.iter().map(|s| s.to_value()).collect()),
@@ -305,13 +308,15 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         }
         (_, Data::Shape(s), _) => set_shape(s, row, value, &text)?,
         (_, Data::Joint(j), _) => set_joint(j, row, value, &text),
-        (Row::Explicit, Data::Sensor(s), Value::Bool(b)) => {
-            s.explicit = *b;
-            Some(Changed::Value)
-        }
+        (_, Data::Sensor(s), _) => set_sensor(s, row, value, text)?,
         (_, Data::Graph(g), _) => set_graph(g, row, value)?,
         _ => None,
     };
+    match row {
+        Row::Visible | Row::Layer => scene.seen_version += 1,
+        Row::Color => scene.color_version += 1,
+        _ => {}
+    }
     match done {
         Some(_) if rebuilds => {
             scene.touch(slot);
@@ -462,6 +467,22 @@ fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
         }
     }
     Ok(part)
+}
+
+fn set_sensor(s: &mut SensorData, row: Row, value: &Value, text: String) -> Result<Option<Changed>, Refusal> {
+    match (row, value) {
+        (Row::Explicit, Value::Bool(b)) => s.explicit = *b,
+        (Row::Rate, Value::Float(x)) if *x >= 0.0 && x.is_finite() => s.rate = *x,
+        (Row::Rate, _) => return refuse(TATU_ERR_ARGUMENT, "a rate is at least 0 Hz; 0: in each step"),
+        // What it tells is set by whoever knows its kind.
+        (Row::Preset, _) => s.preset = text,
+        (Row::Noise, _) => {
+            let more = NoiseSpec::parse(&text, None).map_err(|w| Refusal(TATU_ERR_ARGUMENT, w.in_text(&text).text))?;
+            s.noise = more.over(s.noise.as_deref()).map(Arc::new);
+        }
+        _ => return Ok(None),
+    }
+    Ok(Some(Changed::Value))
 }
 
 fn set_graph(g: &mut GraphSpec, row: Row, value: &Value) -> Result<Option<Changed>, Refusal> {

@@ -130,6 +130,9 @@ rows! {
     FollowCurve "joint.follow_curve" JOINT, TATU_F64S 0 None, Live FREE, "Pairs of the other's position and its own, rad or m, ascending, with straight lines between; takes the place of factor and offset for positions; default: none.";
     SensorKind "sensor.kind" SENSOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of sensor.";
     Explicit "sensor.explicit" SENSOR, TATU_BOOL 0 None, Live FREE, "Whether it measures only when it is told to; default false.";
+    Preset "sensor.preset" SENSOR, TATU_TEXT 0 None, Live FREE, "Settings under a name, of its kind: set, all that the preset tells is set at that moment; default: none.";
+    Rate "sensor.rate" SENSOR, TATU_F64 0 Some("Hz"), Live FREE, "How often it measures at most; 0: in each step; default 0.";
+    Noise "sensor.noise" SENSOR, TATU_TEXT 0 None, Live FREE, "Noise of its fields, as TOML: set, it changes the fields that it names; empty or `none`: of all; default: none.";
     SensorMeasured "sensor.measured" SENSOR, TATU_I64 0 None, ReadOnly FREE, "How often it has measured since the start, or since its reading was reset.";
     SensorBeams "sensor.beams" SENSOR, TATU_I64 0 None, ReadOnly FREE, "How many beams it sends out; a volume is one.";
     ActuatorKind "actuator.kind" ACTUATOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of actuator.";
@@ -149,6 +152,7 @@ rows! {
     PhysicsSubsteps "scene.physics_substeps" WORLD, TATU_I64 0 None, ReadOnly FREE, "Parts of a physics step in which velocities are solved, 1 to 64; default 4.";
     Step "scene.step" WORLD, TATU_I64 0 None, ReadOnly FREE, "Number of the step, from 0.";
     Gravity "scene.gravity" WORLD, TATU_F64S 3 Some("m/s^2"), Live FREE, "Gravity; default 0 0 -9.81.";
+    Origin "scene.origin" WORLD, TATU_F64S 3 None, ReadOnly FREE, "Where on Earth the world's origin lies: latitude and longitude in rad (WGS 84), height above the ellipsoid in m; x points east, y north; default 0 0 0.";
     Seed "scene.seed" WORLD, TATU_I64 0 None, ReadOnly FREE, "The seed of all that is random; default 0.";
     Allow "scene.allow" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "What scripts may reach outside of the run, with commas: `exec` other programs, `native` libraries.";
     SceneFile "scene.file" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "The file of the scene.";

@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
-use super::{Data, Object, names::NameIndex};
+use super::{Data, Object, moves::Moves, names::NameIndex};
 
 /// An object's id at the border: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -43,10 +43,22 @@ pub struct Scene {
     next_uid: u64,
     /// Grows with every change of the tree or of what the engine and beams are made of.
     pub shape_version: u64,
+    /// Grows when something becomes visible or hidden.
+    #[serde(skip)]
+    pub seen_version: u64,
+    /// Grows with every change of a color.
+    #[serde(skip)]
+    pub color_version: u64,
     /// Free data of the world itself, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     #[serde(skip)]
     pub(super) index: NameIndex,
+    /// Shapes whose places in the world have changed.
+    #[serde(skip)]
+    pub(crate) moves: Moves,
+    /// Room for [`Scene::refresh`].
+    #[serde(skip)]
+    walk: Vec<(u32, Isometry3<f64>)>,
 }
 
 impl Default for Scene {
@@ -58,8 +70,12 @@ impl Default for Scene {
             order: Vec::new(),
             next_uid: 1,
             shape_version: 1,
+            seen_version: 0,
+            color_version: 0,
             notes: BTreeMap::new(),
             index: NameIndex::default(),
+            moves: Moves::default(),
+            walk: Vec::new(),
         }
     }
 }
@@ -285,13 +301,29 @@ impl Scene {
     pub fn parent_frame(&self, slot: u32) -> Isometry3<f64> {
         self.get(slot).and_then(|o| self.get(o.parent)).map_or(Isometry3::identity(), Object::frame)
     }
-    /// Computes the world poses of an object and of all below from the places in their parents.
+    /// Computes the world poses of an object and of all below from the places in their parents; 0: of everything.
     pub fn refresh(&mut self, slot: u32) {
-        for s in self.tree(slot) {
-            let frame = self.parent_frame(s);
-            if let Some(o) = self.get_mut(s) {
-                o.world = frame * o.local;
+        let mut walk = std::mem::take(&mut self.walk);
+        match slot {
+            0 => walk.extend(self.roots.iter().map(|s| (*s, Isometry3::identity()))),
+            _ => walk.push((slot, self.parent_frame(slot))),
+        }
+        while let Some((slot, frame)) = walk.pop() {
+            let Some(o) = self.get(slot) else { continue };
+            let world = frame * o.local;
+            self.put(slot, world);
+            if let Some(o) = self.get(slot).filter(|o| !o.children.is_empty()) {
+                let frame = o.frame();
+                walk.extend(o.children.iter().map(|s| (*s, frame)));
             }
+        }
+        self.walk = walk;
+    }
+    /// Sets the place of an object in the world, and nothing else.
+    pub(super) fn put(&mut self, slot: u32, world: Isometry3<f64>) {
+        let Some(o) = self.get_mut(slot) else { return };
+        if std::mem::replace(&mut o.world, world) != world && matches!(o.data, Data::Shape(_)) {
+            self.moves.note(slot);
         }
     }
 

@@ -59,6 +59,7 @@ callbacks! {
     Dyn "dyn", "Before and after each physics step.";
     Joint "joint", "In each physics step, for joints whose control is a callback.";
     Contact "contact", "After the physics step in which two shapes began to touch.";
+    Measured "measured", "After the sensor that it belongs to has measured in the sensing stage.";
 }
 
 /// The language's numbers for a script's callbacks, by [`Callback`]; 0: it has none.

@@ -211,6 +211,23 @@ impl Scripts {
         }
     }
 
+    /// Tells the scripts of sensors that these have measured, in order.
+    pub fn measured(world: &WorldCell, sensors: &[u32]) {
+        if !world.scripts.try_borrow().is_ok_and(|s| s.any_has(Callback::Measured)) {
+            return;
+        }
+        Self::each_called(world, |script| {
+            let sensor = world.scene.try_borrow().ok().and_then(|scene| {
+                let owner = scene.get(script.slot)?.parent;
+                sensors.contains(&owner).then(|| scene.id(owner))
+            });
+            if let Some(sensor) = sensor {
+                let payload = Value::Map(vec![(Value::text("sensor"), Value::Object(sensor))]);
+                Self::with_payload(world, &payload, |p| script.run_if_begun(world, Callback::Measured, &[p]));
+            }
+        });
+    }
+
     /// Asks the scripts that have a callback, in order or the other way round, until one answers with a map.
     pub fn ask(world: &WorldCell, callback: Callback, payload: &Value, last_first: bool) -> Option<Value> {
         let mut all = Self::in_order(world);

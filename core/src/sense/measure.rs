@@ -2,34 +2,41 @@
 
 use std::ffi::c_void;
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 use tatu_plugin_api::abi::*;
 
-use super::{Layout, Sensing};
+use super::{
+    Device, Layout, Sensing,
+    cast::{Casts, Look},
+    draw::{self, Key},
+    image::Frames,
+    noise::Reading,
+};
 use crate::{
-    beams::{Beam, Hit},
     calls::{ErrorSlot, answer},
-    host::{Registry, guard},
-    scene::{Scene, pose_to_array},
+    host::{
+        Registry, guard,
+        watchdog::{Call, Watch},
+    },
+    scene::{Data, Scene, pose_to_array},
 };
 
 /// Buffers used again in every step.
 #[derive(Default)]
 pub(crate) struct Scratch {
-    beams: Vec<Beam>,
-    hits: Vec<Hit>,
-    distance: Vec<f64>,
-    point: Vec<[f64; 3]>,
-    normal: Vec<[f64; 3]>,
-    object: Vec<tatu_object>,
+    casts: Casts,
+    frames: Frames,
     pose: Vec<[f64; 7]>,
     twist: Vec<[f64; 6]>,
-    first_beam: Vec<u64>,
     data: Vec<*mut c_void>,
     state: Vec<*mut c_void>,
     sensor: Vec<tatu_object>,
     fields: Vec<*mut c_void>,
     status: Vec<tatu_status>,
+    keys: Vec<Key>,
+    /// Of each sensor, the reading that stays to be seen, if readings are delayed.
+    shown: Vec<Option<Reading>>,
+    error: Option<ErrorSlot>,
 }
 
 /// A sensor, or a whole kind, that failed: device, and what it said.
@@ -38,6 +45,8 @@ pub struct Failed {
     pub slot: u32,
     /// Its kind.
     pub kind: usize,
+    /// In which call.
+    pub(crate) call: Call,
     /// What the plugin said.
     pub text: String,
     /// Whether it panicked.
@@ -74,6 +83,8 @@ pub struct Around<'a> {
     pub registry: &'a Registry,
     /// Velocity of an object.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
+    /// Who is noted before a plugin is called.
+    pub(crate) watch: &'a Watch,
     /// Threads for the beams.
     pub pool: &'a rayon::ThreadPool,
 }
@@ -81,29 +92,25 @@ pub struct Around<'a> {
 /// Handles sensors of one kind; those that failed.
 pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
     let Job { kind, devices, only, moment } = *job;
-    let Around { scene, registry, twist, pool } = *around;
+    let Around { scene, registry, twist, pool, .. } = *around;
     let kind_info = &registry.sensors[kind];
     let inputs = kind_info.raw.inputs;
     let Sensing { devices: all, targets, scratch: s, .. } = sensing;
     s.clear();
     for i in devices {
         let d = &mut all[*i];
+        let declared = scene.get(d.slot).and_then(|o| match &o.data {
+            Data::Sensor(s) => s.noise.as_ref(),
+            _ => None,
+        });
+        d.follow_noise(declared, kind_info);
+        s.shown.push(d.keep_shown());
         let Layout { plan, spans, .. } = &*d.layout;
         let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);
         let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
-        s.first_beam.push(s.beams.len() as u64);
-        for turn in &plan.turns {
-            s.beams.push(Beam {
-                world_from_beam: world * turn,
-                volume: plan.volume,
-                near: plan.near,
-                far: plan.far,
-                max_incidence: plan.max_incidence,
-                faces: plan.faces,
-                skip_group,
-                only_object: only,
-            });
-        }
+        let look = Look { world_from_sensor: world, skip_group, only_object: only };
+        s.casts.add(plan, look);
+        s.frames.add(plan, look, targets.beams(plan.visible), inputs, pool);
         s.data.push(d.data);
         s.state.push(d.state.as_mut_ptr().cast());
         s.sensor.push(scene.id(d.slot));
@@ -115,89 +122,97 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
         if inputs & TATU_IN_TWIST != 0 {
             s.twist.push(twist(d.slot));
         }
+        s.keys.push(Key::new(d.seed, d.drawn, 0));
         d.sequence += 1;
+        d.drawn += 1;
         d.time = moment.time;
     }
-    s.first_beam.push(s.beams.len() as u64);
-    s.hits.resize(s.beams.len(), Hit::NONE);
-    pool.install(|| targets.beams.cast(&s.beams, &mut s.hits));
-    s.spread(inputs, devices.iter().map(|i| all[*i].layout.plan.turns.as_slice()));
+    s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor]].layout.plan, pool);
     s.status.resize(devices.len(), TATU_OK);
-    let batch = s.batch(devices.len(), kind_info.fields.len(), moment);
-    let mut error = ErrorSlot::new();
-    let me = registry.plugins[kind_info.plugin].me;
-    // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
-    let run = || kind_info.raw.measure.map_or(TATU_OK, |f| unsafe { f(me, &batch, error.raw()) });
-    // Here and not around all of this: the mode belongs to the thread that measures.
-    let (status, moved) = guard::watched(run);
-    // SAFETY: the host's own error object.
-    let mut status = unsafe { answer(status, false, error.raw()) };
-    if moved && status >= 0 {
-        status = TATU_ERR;
-        error.set(status, &format!("measure changed {}: {}", guard::MODE, guard::MEND));
-    }
-    let failed = |i: &usize, status, error: &ErrorSlot| Failed { slot: all[*i].slot, kind, text: error.text(), status };
-    if status < 0 {
-        return devices.iter().map(|i| failed(i, status, &error)).collect();
-    }
-    let mut out = Vec::new();
+    let random = draw::table(&s.keys);
+    let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
+    batch.random = &random;
+    let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
+    let mut failed = hand_over(Call::Measure, &batch, all, job, around, &mut error);
     for (i, status) in devices.iter().zip(&s.status) {
-        // SAFETY: as above.
-        let status = unsafe { answer(*status, false, error.raw()) };
-        if status < 0 {
-            out.push(failed(i, status, &error));
-        } else if let Some(field) = all[*i].not_a_number(kind_info) {
-            let text = format!("broke the contract: `{field}` is not a number");
-            out.push(Failed { slot: all[*i].slot, kind, text, status: TATU_ERR });
+        if *status >= 0 {
+            all[*i].add_noise(kind_info, pool);
         }
     }
-    out
+    failed.extend(hand_over(Call::Finish, &batch, all, job, around, &mut error));
+    for (i, shown) in devices.iter().zip(s.shown.drain(..)) {
+        all[*i].put_back(shown);
+    }
+    s.error = Some(error);
+    failed
+}
+
+/// Hands a batch to one of the two functions of a kind; those that failed, whose status in the batch tells so then.
+fn hand_over(
+    call: Call,
+    batch: &tatu_sensor_batch,
+    all: &[Device],
+    job: &Job<'_>,
+    around: &Around<'_>,
+    error: &mut ErrorSlot,
+) -> Vec<Failed> {
+    let kind_info = &around.registry.sensors[job.kind];
+    let function = if call == Call::Finish { kind_info.raw.finish } else { kind_info.raw.measure };
+    let Some(function) = function else { return Vec::new() };
+    let me = around.registry.plugins[kind_info.plugin].me;
+    error.fresh();
+    let first = job.devices.first().map_or(0, |i| all[*i].slot);
+    let before = around.watch.enter(call, kind_info.plugin, first);
+    // Here and not around all of this: the mode belongs to the thread that measures.
+    // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
+    let (told, moved) = guard::watched(|| unsafe { function(me, batch, error.raw()) });
+    around.watch.leave(before);
+    // SAFETY: the host's own error object.
+    let mut told = unsafe { answer(told, false, error.raw()) };
+    if moved && told >= 0 {
+        told = TATU_ERR;
+        error.set(told, &format!("{} changed {}: {}", call.text(), guard::MODE, guard::MEND));
+    }
+    let mut failed = Vec::new();
+    for (i, index) in job.devices.iter().enumerate() {
+        let d = &all[*index];
+        // SAFETY: one status per instance.
+        let status = unsafe { &mut *batch.status.add(i) };
+        if call == Call::Finish && *status < 0 {
+            continue;
+        }
+        if told < 0 {
+            *status = told;
+        } else {
+            // SAFETY: as above.
+            *status = unsafe { answer(*status, false, error.raw()) };
+        }
+        let text = if *status < 0 {
+            error.text()
+        } else if let Some(field) = d.not_a_number(kind_info) {
+            *status = TATU_ERR;
+            format!("broke the contract: `{field}` is not a number")
+        } else {
+            continue;
+        };
+        failed.push(Failed { slot: d.slot, kind: job.kind, call, text, status: *status });
+    }
+    failed
 }
 
 impl Scratch {
     fn clear(&mut self) {
-        self.beams.clear();
-        self.hits.clear();
-        self.distance.clear();
-        self.point.clear();
-        self.normal.clear();
-        self.object.clear();
+        self.casts.clear();
+        self.frames.clear();
         self.pose.clear();
         self.twist.clear();
-        self.first_beam.clear();
         self.data.clear();
         self.state.clear();
         self.sensor.clear();
         self.fields.clear();
         self.status.clear();
-    }
-
-    /// Hits into the arrays that the kind asked for; points and normals into the sensor's frame.
-    fn spread<'a>(&mut self, inputs: u32, turns: impl Iterator<Item = &'a [UnitQuaternion<f64>]>) {
-        if inputs & TATU_IN_DISTANCE != 0 {
-            self.distance.extend(self.hits.iter().map(|h| h.distance));
-        }
-        if inputs & TATU_IN_OBJECT != 0 {
-            self.object.extend(self.hits.iter().map(|h| if h.is_some() { h.object } else { 0 }));
-        }
-        if inputs & (TATU_IN_POINT | TATU_IN_NORMAL) == 0 {
-            return;
-        }
-        let mut hits = self.hits.iter();
-        for turn in turns.flatten() {
-            let Some(hit) = hits.next() else { return };
-            let (p, n) = if hit.is_some() {
-                (turn * hit.point, turn * hit.normal)
-            } else {
-                (nalgebra::Point3::origin(), Vector3::zeros())
-            };
-            if inputs & TATU_IN_POINT != 0 {
-                self.point.push([p.x, p.y, p.z]);
-            }
-            if inputs & TATU_IN_NORMAL != 0 {
-                self.normal.push([n.x, n.y, n.z]);
-            }
-        }
+        self.keys.clear();
+        self.shown.clear();
     }
 
     fn batch(&mut self, n: usize, n_fields: usize, moment: Moment) -> tatu_sensor_batch {
@@ -214,15 +229,23 @@ impl Scratch {
             data: some(&self.data),
             state: some(&self.state),
             sensor: some(&self.sensor),
-            first_beam: some(&self.first_beam),
-            distance: some(&self.distance),
-            point: some(&self.point).cast(),
-            normal: some(&self.normal).cast(),
-            object: some(&self.object),
+            first_beam: some(&self.casts.first),
+            distance: some(&self.casts.distance),
+            point: some(&self.casts.point).cast(),
+            normal: some(&self.casts.normal).cast(),
+            object: some(&self.casts.object),
             pose: some(&self.pose).cast(),
             twist: some(&self.twist).cast(),
             fields: some(&self.fields),
             status: self.status.as_mut_ptr(),
+            color: some(&self.casts.color).cast(),
+            primitive: some(&self.casts.primitive),
+            first_pixel: some(&self.frames.first),
+            depth: some(&self.frames.depth),
+            pixel_color: some(&self.frames.color).cast(),
+            pixel_cosine: some(&self.frames.cosine),
+            pixel_object: some(&self.frames.object),
+            random: std::ptr::null(),
         }
     }
 }

@@ -1,23 +1,33 @@
 //! Sensors: who is due, their beams, their readings.
 //!
 //! - [`Sensing`]: the world's devices and their host-owned readings;
-//! - `targets`: the scene as beams see it;
+//! - `plan`: what a device sends out, as its plugin told;
+//! - `targets`: the scene as beams and images see it;
+//! - `draw`: random numbers that depend on nothing but seed, sensor and count;
+//! - `normal`: those of the normal distribution;
+//! - `noise`: what a scene declares for the fields of a sensor, done after each measure;
 //! - `measure`: one batch per kind: beams cast together, one call of the plugin.
 
+mod cast;
+mod draw;
+mod image;
 mod measure;
+mod noise;
+mod normal;
+mod plan;
 mod targets;
 
-use std::{ffi::c_void, rc::Rc};
+use std::{ffi::c_void, rc::Rc, sync::Arc};
 
-use nalgebra::{UnitQuaternion, Vector3};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 pub use measure::{Around, Job, Moment, measure};
+pub use noise::NoiseSpec;
+pub(crate) use noise::{Memory, Noise};
+pub(crate) use plan::BeamPlan;
 pub use targets::Targets;
 
 use crate::{
-    beams::{Faces, Volume},
-    calls::{ErrorSlot, answer},
     host::{
         FieldInfo, SensorKind,
         instance::{Made, make},
@@ -25,21 +35,6 @@ use crate::{
     },
     world::WorldCell,
 };
-
-/// What a device sends out.
-#[derive(Debug, PartialEq)]
-pub(crate) struct BeamPlan {
-    pub volume: Volume,
-    /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for a sensor without beams.
-    pub directions: Vec<[f64; 3]>,
-    /// For each direction, the turn that makes +z look along it.
-    pub turns: Vec<UnitQuaternion<f64>>,
-    pub near: f64,
-    pub far: f64,
-    pub max_incidence: f64,
-    pub faces: Faces,
-    pub skip_model: bool,
-}
 
 /// One sensor's instance and its last reading.
 pub(crate) struct Device {
@@ -55,6 +50,14 @@ pub(crate) struct Device {
     pub fields: Vec<u64>,
     pub sequence: u64,
     pub time: f64,
+    /// From the scene's seed and the sensor: the key of its random numbers.
+    pub seed: u64,
+    /// How often it has measured since the start, resets or not: what random numbers are drawn by.
+    pub drawn: u64,
+    /// Of a sensor with a rate: the period in which it measured last.
+    pub period: Option<u64>,
+    /// What is done to its fields after a measure; `None`: nothing.
+    pub noise: Option<Box<Noise>>,
     /// Switched off after a fault.
     pub off: bool,
 }
@@ -120,6 +123,7 @@ impl Device {
         params: Vec<Value>,
     ) -> Result<Self, String> {
         let kind = &world.registry.sensors[kind_index];
+        let seed = instance.seed;
         let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
         let mut device = Device {
             slot,
@@ -132,6 +136,10 @@ impl Device {
             fields: Vec::new(),
             sequence: 0,
             time: 0.0,
+            seed,
+            drawn: 0,
+            period: None,
+            noise: None,
             off: false,
         };
         match Layout::ask(world, kind_index, slot, data) {
@@ -147,67 +155,67 @@ impl Device {
     /// Takes beams and fields. Where the fields have other sizes now, the last reading is forgotten.
     pub fn lay_out(&mut self, layout: Rc<Layout>) {
         if self.layout.spans != layout.spans {
-            (self.fields, self.sequence) = (vec![0; layout.words], 0);
+            self.fields = vec![0; layout.words];
+            self.forget();
         }
         self.layout = layout;
     }
 
-    fn ask_beams(data: *mut c_void, kind: &SensorKind) -> Result<BeamPlan, String> {
-        let Some(ask) = kind.raw.beams else { return Ok(NO_BEAMS) };
-        let mut raw = tatu_beams {
-            size: size_of::<tatu_beams>() as u32,
-            form: TATU_BEAMS_NONE,
-            count: [0, 0],
-            near_m: 0.0,
-            far_m: f64::INFINITY,
-            dims: [0.0; 6],
-            max_incidence: std::f64::consts::FRAC_PI_2,
-            directions: std::ptr::null(),
-            flags: 0,
-            reserved: 0,
-        };
-        let mut error = ErrorSlot::new();
-        // SAFETY: by the contract; `[setup]`.
-        if unsafe { answer(ask(data, &mut raw, error.raw()), false, error.raw()) } < 0 {
-            return Err(error.text());
+    /// There is no reading any more, nor one under way.
+    pub fn forget(&mut self) {
+        self.sequence = 0;
+        self.noise.iter_mut().for_each(|n| n.drop_held());
+    }
+
+    /// Whether a time lies in another period of its rate than its last measure. Periods are counted from time 0, so that
+    /// they do not drift.
+    pub fn is_due(&self, rate: f64, time: f64) -> bool {
+        rate <= 0.0 || self.period != Some(period(rate, time))
+    }
+
+    /// It measures because it is due.
+    pub fn begin_period(&mut self, rate: f64, time: f64) {
+        self.period = (rate > 0.0).then(|| period(rate, time));
+    }
+
+    /// Takes up the noise that the scene declares now.
+    pub fn follow_noise(&mut self, declared: Option<&Arc<NoiseSpec>>, kind: &SensorKind) {
+        Noise::follow(&mut self.noise, declared, kind);
+    }
+
+    /// Before a measure, if readings are delayed: takes out the reading that is seen, and makes room for another.
+    fn keep_shown(&mut self) -> Option<noise::Reading> {
+        let noise = self.noise.as_ref().filter(|n| n.delays())?;
+        let newest = noise.newest();
+        let fields = std::mem::replace(&mut self.fields, vec![0; self.layout.words]);
+        let shown = noise::Reading { time: self.time, sequence: self.sequence, fields };
+        self.sequence = newest.unwrap_or(self.sequence);
+        Some(shown)
+    }
+
+    /// After a measure: changes the fields as the scene declares.
+    fn add_noise(&mut self, kind: &SensorKind, pool: &rayon::ThreadPool) {
+        let Device { noise: Some(noise), fields, layout, seed, drawn, time, .. } = self else { return };
+        // It has been counted already.
+        let drawn = drawn.wrapping_sub(1);
+        let spans = &layout.spans;
+        noise.apply(noise::Measured { kind, seed: *seed, drawn, time: *time, fields, spans }, pool);
+    }
+
+    /// After a measure, if readings are delayed: the new one waits, and the newest that is old enough is seen.
+    fn put_back(&mut self, shown: Option<noise::Reading>) {
+        let (Some(shown), Some(noise)) = (shown, &mut self.noise) else { return };
+        let (now, fields) = (self.time, std::mem::replace(&mut self.fields, shown.fields));
+        noise.hold(noise::Reading { time: now, sequence: self.sequence, fields });
+        (self.time, self.sequence) = (shown.time, shown.sequence);
+        self.release(now);
+    }
+
+    /// Shows the newest reading that is old enough, if one was under way.
+    pub fn release(&mut self, now: f64) {
+        if let Some(r) = self.noise.as_mut().and_then(|n| n.release(now)) {
+            (self.time, self.sequence, self.fields) = (r.time, r.sequence, r.fields);
         }
-        let (volume, directions) = match raw.form {
-            TATU_BEAMS_NONE => (Volume::Ray, Vec::new()),
-            TATU_BEAMS_CONE if (0.0..=std::f64::consts::PI).contains(&raw.dims[0]) => {
-                (Volume::Cone { half_angle: raw.dims[0] }, vec![[0.0, 0.0, 1.0]])
-            }
-            TATU_BEAMS_CONE => return Err(format!("a half angle of {} rad; expected 0 to pi", raw.dims[0])),
-            TATU_BEAMS_RAYS if raw.count[0] > MAX_RAYS => {
-                return Err(format!("{} rays; expected at most {MAX_RAYS}", raw.count[0]));
-            }
-            TATU_BEAMS_RAYS if !raw.directions.is_null() => {
-                // SAFETY: 3 numbers per ray, by the contract.
-                let all = unsafe { std::slice::from_raw_parts(raw.directions.cast(), raw.count[0] as usize) };
-                let unit = |d: &[f64; 3]| (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1.0).abs() < 1e-6;
-                if let Some(i) = all.iter().position(|d| !unit(d)) {
-                    return Err(format!("the direction of ray {i} is {:?}; expected a unit vector", all[i]));
-                }
-                (Volume::Ray, all.to_vec())
-            }
-            TATU_BEAMS_RAYS => return Err("rays without directions".into()),
-            form => return Err(format!("beams of form {form} are not cast by this host yet; expected rays or a cone")),
-        };
-        if !(raw.near_m >= 0.0 && raw.far_m >= raw.near_m) {
-            return Err(format!("beams from {} m to {} m", raw.near_m, raw.far_m));
-        }
-        if !(0.0..=std::f64::consts::PI).contains(&raw.max_incidence) {
-            return Err(format!("a greatest incidence of {} rad; expected 0 to pi", raw.max_incidence));
-        }
-        Ok(BeamPlan {
-            volume,
-            turns: directions.iter().map(|d| look_along(*d)).collect(),
-            directions,
-            near: raw.near_m,
-            far: raw.far_m,
-            max_incidence: raw.max_incidence,
-            faces: Faces { front: raw.flags & TATU_BEAMS_NO_FRONT == 0, back: raw.flags & TATU_BEAMS_NO_BACK == 0 },
-            skip_model: raw.flags & TATU_BEAMS_SKIP_MODEL != 0,
-        })
     }
 
     /// Ends the instance. Must be called without any borrow of the world.
@@ -222,13 +230,12 @@ impl Device {
     /// A look at one field.
     pub fn view(&self, kind: &SensorKind, field: usize) -> tatu_field_view {
         let info = &kind.fields[field];
-        let beams = self.layout.plan.directions.len() as u32;
         let (first, n) = self.layout.spans[field];
         tatu_field_view {
             ptr: self.fields[first..].as_ptr().cast(),
             len: n as u64,
             elem: info.elem,
-            dims: info.dims.map(|d| if d == 0 { beams } else { d }),
+            dims: self.layout.plan.shape(info.dims),
             time: self.time,
             sequence: self.sequence,
         }
@@ -277,6 +284,12 @@ impl Device {
     }
 }
 
+/// The number of the period of a rate that a time lies in. Times are sums of steps: one that lacks but their rounding is in
+/// the period that it begins.
+fn period(rate: f64, time: f64) -> u64 {
+    (time * rate * (1.0 + 1e-12) + 1e-9).floor() as u64
+}
+
 /// What follows from a sensor's parameters: its beams, and where its fields lie.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Layout {
@@ -288,7 +301,7 @@ pub(crate) struct Layout {
 
 impl Default for Layout {
     fn default() -> Self {
-        Layout { plan: NO_BEAMS, spans: Vec::new(), words: 0 }
+        Layout { plan: BeamPlan::NONE, spans: Vec::new(), words: 0 }
     }
 }
 
@@ -296,11 +309,11 @@ impl Layout {
     /// Asks an instance for its beams. Must be called without any borrow of the world.
     pub fn ask(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Self>, String> {
         let kind = &world.registry.sensors[kind];
-        let asked = world.cross(kind.plugin, Call::Beams, slot, || Device::ask_beams(data, kind));
+        let asked = world.cross(kind.plugin, Call::Beams, slot, || BeamPlan::ask(data, kind));
         let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
         let (mut spans, mut words) = (Vec::new(), 0);
         for f in &kind.fields {
-            let elements = length(f, plan.directions.len())?;
+            let elements = length(f, &plan)?;
             spans.push((words, elements));
             words += (elements * element_size(f.elem)).div_ceil(8).max(1);
         }
@@ -311,37 +324,17 @@ impl Layout {
 }
 
 /// Elements of a field; an error where no memory could hold them.
-fn length(field: &FieldInfo, beams: usize) -> Result<usize, String> {
-    let dims = field.dims.map(|d| if d == 0 { beams } else { d as usize });
-    let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d)).filter(|n| *n <= MAX_ELEMENTS);
+fn length(field: &FieldInfo, plan: &BeamPlan) -> Result<usize, String> {
+    let dims = plan.shape(field.dims);
+    let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d as usize)).filter(|n| *n <= MAX_ELEMENTS);
     n.ok_or_else(|| format!("its field `{}` of {dims:?} elements is too large", field.name))
 }
 
 /// Among how many sensors before it one looks for its like: about a robot's.
 const LOOK_BACK: usize = 64;
 
-/// Rays that one sensor may have: more is a mistake, and would be read beyond the plugin's memory.
-const MAX_RAYS: u32 = 1 << 24;
-
 /// Elements that one field of a reading may have.
 const MAX_ELEMENTS: usize = 1 << 28;
-
-const NO_BEAMS: BeamPlan = BeamPlan {
-    volume: Volume::Ray,
-    directions: Vec::new(),
-    turns: Vec::new(),
-    near: 0.0,
-    far: 0.0,
-    max_incidence: std::f64::consts::FRAC_PI_2,
-    faces: Faces::BOTH,
-    skip_model: false,
-};
-
-/// The turn that makes +z look along a direction, with the least twist.
-fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
-    UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::from(d))
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
-}
 
 fn element_size(elem: u32) -> usize {
     match elem {

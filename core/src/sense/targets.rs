@@ -1,56 +1,85 @@
-//! The scene as beams see it: the forms of detectable shapes, followed as they move.
+//! The scene as beams and images see it, followed as things move.
 
 use nalgebra::Isometry3;
 
 use crate::{
     beams::{BeamScene, Target},
-    scene::{Scene, visible_parts},
+    scene::{Object, Scene, Shape, visible_parts},
 };
+
+/// The forms of a scene that can be seen.
+#[derive(Default)]
+pub struct Targets {
+    /// What is detectable.
+    pub(crate) detectable: Seen,
+    /// What is visible.
+    pub(crate) visible: Seen,
+}
+
+/// Some of the scene's forms.
+#[derive(Default)]
+pub(crate) struct Seen {
+    pub beams: BeamScene,
+    /// Where each target comes from.
+    places: Vec<Place>,
+    /// For each slot, the first of its targets plus one; 0: it has none. They stand together.
+    first: Vec<u32>,
+    /// The scene's versions of shapes and of looks that it was made of.
+    built: (u64, u64),
+    /// The scene's version of colors that it shows.
+    colored: u64,
+    /// Up to where the scene's moves have been followed.
+    followed: u64,
+    /// Room for targets that have moved.
+    moved: Vec<(usize, Isometry3<f64>)>,
+}
 
 /// Where a target comes from.
 struct Place {
     slot: u32,
     pose: Isometry3<f64>,
-    /// The part's colour, if not the shape's.
+    /// The part's color, if not the shape's.
     color: Option<[f64; 3]>,
 }
 
-/// The detectable forms of a scene.
-#[derive(Default)]
-pub struct Targets {
-    pub(crate) beams: BeamScene,
-    /// For each target.
-    places: Vec<Place>,
-    built: u64,
+impl Targets {
+    /// Brings what is detectable up to the scene, or what is visible.
+    pub fn follow(&mut self, scene: &Scene, visible: bool) {
+        if visible {
+            self.visible.follow(scene, |o, _| o.is_visible());
+        } else {
+            self.detectable.follow(scene, |_, s| s.is_detectable());
+        }
+    }
+
+    /// What is visible, or detectable.
+    pub(crate) fn beams(&self, visible: bool) -> &BeamScene {
+        if visible { &self.visible.beams } else { &self.detectable.beams }
+    }
 }
 
-impl Targets {
-    /// Brings the targets up to the scene.
-    pub fn follow(&mut self, scene: &Scene) {
-        if self.built == scene.shape_version {
-            let poses = self.places.iter().enumerate().filter_map(|(i, place)| {
-                let world = scene.get(place.slot)?.world * place.pose;
-                (world != self.beams.targets()[i].world_from_target).then_some((i, world))
-            });
-            let moved: Vec<_> = poses.collect();
-            if !moved.is_empty() {
-                self.beams.update_poses(moved);
-            }
-            for (i, place) in self.places.iter().enumerate() {
-                let Some(shape) = scene.get(place.slot).and_then(|o| o.shape()) else { continue };
-                let color = place.color.unwrap_or(shape.color).map(|x| x as f32);
-                if self.beams.targets()[i].color != color {
-                    self.beams.set_color(i, color);
-                }
+impl Seen {
+    fn follow(&mut self, scene: &Scene, wanted: impl Fn(&Object, &Shape) -> bool) {
+        let version = (scene.shape_version, scene.seen_version);
+        if self.built == version {
+            self.keep_up(scene);
+            if self.colored != scene.color_version {
+                self.color(scene);
             }
             return;
         }
-        self.built = scene.shape_version;
+        (self.built, self.colored) = (version, scene.color_version);
+        scene.moves.since(&mut self.followed);
         self.places.clear();
+        self.first.clear();
         let mut targets = Vec::new();
         for slot in scene.tree(0) {
             let Some(o) = scene.get(slot) else { continue };
-            let Some(shape) = o.shape().filter(|s| s.is_detectable()) else { continue };
+            let Some(shape) = o.shape().filter(|s| wanted(o, s)) else { continue };
+            if self.first.len() <= slot as usize {
+                self.first.resize(slot as usize + 1, 0);
+            }
+            self.first[slot as usize] = self.places.len() as u32 + 1;
             for part in visible_parts(shape) {
                 self.places.push(Place { slot, pose: part.pose, color: part.color });
                 targets.push(Target {
@@ -63,5 +92,41 @@ impl Targets {
             }
         }
         self.beams.set(targets);
+    }
+
+    /// Brings the colors of targets up to the scene.
+    fn color(&mut self, scene: &Scene) {
+        self.colored = scene.color_version;
+        for (i, place) in self.places.iter().enumerate() {
+            let Some(shape) = scene.get(place.slot).and_then(|o| o.shape()) else { continue };
+            let color = place.color.unwrap_or(shape.color).map(|x| x as f32);
+            if self.beams.targets()[i].color != color {
+                self.beams.set_color(i, color);
+            }
+        }
+    }
+
+    /// Moves the targets of shapes that have moved since the last look.
+    fn keep_up(&mut self, scene: &Scene) {
+        let Seen { beams, places, first, moved, followed, .. } = self;
+        match scene.moves.since(followed) {
+            Some([]) => return,
+            Some(slots) => {
+                for slot in slots {
+                    let Some(from) = first.get(*slot as usize).and_then(|i| i.checked_sub(1)) else { continue };
+                    let Some(o) = scene.get(*slot) else { continue };
+                    let parts = places.iter().enumerate().skip(from as usize).take_while(|(_, p)| p.slot == *slot);
+                    moved.extend(parts.map(|(i, p)| (i, o.world * p.pose)));
+                }
+            }
+            None => {
+                let all = places.iter().enumerate();
+                moved.extend(all.filter_map(|(i, p)| Some((i, scene.get(p.slot)?.world * p.pose))));
+                moved.retain(|(i, world)| *world != beams.targets()[*i].world_from_target);
+            }
+        }
+        if !moved.is_empty() {
+            beams.update_poses(moved.drain(..));
+        }
     }
 }

@@ -8,6 +8,7 @@ use crate::{
     document::Settings,
     error::{Fault, FaultKind},
     scene::Scene,
+    sense::Memory,
 };
 
 /// A value of a signal or parameter.
@@ -107,6 +108,10 @@ pub struct DeviceImage {
     pub fields: Vec<u64>,
     pub sequence: u64,
     pub time: f64,
+    pub drawn: u64,
+    pub period: Option<u64>,
+    /// What its noise remembers.
+    pub noise: Option<Memory>,
     pub off: bool,
 }
 

@@ -16,7 +16,7 @@ use crate::{
     host::{instance::Living, watchdog::Call},
     scene::Data,
     scripts::Scripts,
-    sense::Targets,
+    sense::{Noise, Targets},
     session::{self, log::Record},
     world::{Signal, World, WorldCell},
 };
@@ -157,7 +157,9 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
             // Plugins hold the block's address: it is filled, not replaced.
             d.state.copy_from_slice(&state_of(life, &image.instance));
             d.fields.copy_from_slice(&image.fields);
-            (d.sequence, d.time, d.off) = (image.sequence, image.time, image.off);
+            (d.sequence, d.time, d.drawn, d.off) = (image.sequence, image.time, image.drawn, image.off);
+            // What the scene declares is taken up at the next measure.
+            (d.period, d.noise) = (image.period, image.noise.map(|m| Box::new(Noise::of_memory(m))));
         }
         if !image.instance.missed {
             let of = Living { plugin: cell.registry.sensors[kind].plugin, slot: image.slot, data };

@@ -164,6 +164,9 @@ fn sensors(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<DeviceImage> {
             fields: d.fields.clone(),
             sequence: d.sequence,
             time: d.time,
+            drawn: d.drawn,
+            period: d.period,
+            noise: d.noise.as_ref().map(|n| n.memory().clone()),
             off: d.off,
         });
     }

@@ -5,27 +5,43 @@ use tatu_plugin_api::abi::*;
 use crate::{
     host::watchdog::Call,
     scene::Data,
-    sense::{self, Around, Job, Moment},
+    scripts::Scripts,
+    sense::{self, Around, Device, Job, Moment},
     world::{WorldCell, instance_fault},
 };
 
 /// Sensors that are due measure.
 pub(super) fn sense(world: &WorldCell) {
     let kinds = world.registry.sensors.len();
+    let mut measured = Vec::new();
     for kind in 0..kinds {
         let due: Vec<usize> = {
-            let (sensing, scene) = (world.sensing.borrow(), world.scene.borrow());
-            let explicit = |slot| matches!(scene.get(slot).map(|o| &o.data), Some(Data::Sensor(s)) if s.explicit);
-            let devices = sensing.devices.iter().enumerate();
-            devices
-                .filter(|(_, d)| d.kind == kind && !d.off && scene.get(d.slot).is_some() && !explicit(d.slot))
-                .map(|(i, _)| i)
-                .collect()
+            let (mut sensing, scene) = (world.sensing.borrow_mut(), world.scene.borrow());
+            let time = world.clock.time.get();
+            let is_due = |d: &mut Device| {
+                if d.kind != kind || d.off {
+                    return false;
+                }
+                let Some(Data::Sensor(s)) = scene.get(d.slot).map(|o| &o.data) else { return false };
+                // What was measured before may be seen now, whether it measures now or not.
+                d.follow_noise(s.noise.as_ref(), &world.registry.sensors[kind]);
+                d.release(time);
+                if s.explicit || !d.is_due(s.rate, time) {
+                    return false;
+                }
+                d.begin_period(s.rate, time);
+                true
+            };
+            let devices = sensing.devices.iter_mut().enumerate();
+            devices.filter_map(|(i, d)| is_due(d).then_some(i)).collect()
         };
         if !due.is_empty() {
             sense_some(world, kind, &due, None);
+            let sensing = world.sensing.borrow();
+            measured.extend(due.iter().map(|i| &sensing.devices[*i]).filter(|d| !d.off).map(|d| d.slot));
         }
     }
+    Scripts::measured(world, &measured);
     world.look_after("sensing");
 }
 
@@ -35,9 +51,14 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
     let failed = {
         let (mut sensing, scene, dynamics) =
             (world.sensing.borrow_mut(), world.scene.borrow(), world.dynamics.borrow());
-        sensing.targets.follow(&scene);
+        for visible in [false, true] {
+            if devices.iter().any(|i| sensing.devices[*i].layout.plan.visible == visible) {
+                sensing.targets.follow(&scene, visible);
+            }
+        }
         let twist = |slot| world.twist(&scene, &dynamics, slot);
-        let around = Around { scene: &scene, registry: &world.registry, twist: &twist, pool: world.pool() };
+        let around =
+            Around { scene: &scene, registry: &world.registry, twist: &twist, watch: &world.watch, pool: world.pool() };
         let job = Job { kind, devices, only, moment };
         let plugin = world.registry.sensors[kind].plugin;
         let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
@@ -48,10 +69,10 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only
         if let Some(d) = world.sensing.borrow_mut().devices.iter_mut().find(|d| d.slot == f.slot) {
             d.off = true;
             // What it measured before is no reading of now.
-            d.sequence = 0;
+            d.forget();
         }
         let plugin = world.registry.sensors[f.kind].plugin;
-        let text = format!("{} [{}]", f.text, Call::Measure.text());
+        let text = format!("{} [{}]", f.text, f.call.text());
         world.report(instance_fault(world, plugin, f.slot, f.status, &text));
     }
 }

@@ -148,10 +148,12 @@ pub const TATU_BEAMS_CONE: u32 = 3;
 pub const TATU_BEAMS_PYRAMID: u32 = 4;
 pub const TATU_BEAMS_CYLINDER: u32 = 5;
 pub const TATU_BEAMS_DISC: u32 = 6;
+pub const TATU_BEAMS_PARALLEL: u32 = 7;
 
 pub const TATU_BEAMS_NO_FRONT: u32 = 1;
 pub const TATU_BEAMS_NO_BACK: u32 = 2;
 pub const TATU_BEAMS_SKIP_MODEL: u32 = 4;
+pub const TATU_BEAMS_VISIBLE: u32 = 8;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -174,6 +176,12 @@ pub const TATU_IN_NORMAL: u32 = 4;
 pub const TATU_IN_OBJECT: u32 = 8;
 pub const TATU_IN_POSE: u32 = 16;
 pub const TATU_IN_TWIST: u32 = 32;
+pub const TATU_IN_COLOR: u32 = 64;
+pub const TATU_IN_COSINE: u32 = 128;
+pub const TATU_IN_PRIMITIVE: u32 = 256;
+
+pub const TATU_DIM_ROWS: u32 = 4294967295;
+pub const TATU_DIM_COLUMNS: u32 = 4294967294;
 
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -185,6 +193,16 @@ pub struct tatu_field {
     pub name: *const c_char,
     pub unit: *const c_char,
     pub text: *const c_char,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_random {
+    pub size: u32,
+    pub reserved: u32,
+    pub ctx: *mut c_void,
+    pub uniform: Option<unsafe extern "C" fn(*const tatu_random, u32, u64, u64, *mut f64)>,
+    pub normal: Option<unsafe extern "C" fn(*const tatu_random, u32, u64, u64, *mut f64)>,
 }
 
 #[repr(C)]
@@ -208,6 +226,24 @@ pub struct tatu_sensor_batch {
     pub twist: *const f64,
     pub fields: *const *mut c_void,
     pub status: *mut tatu_status,
+    pub color: *const u8,
+    pub primitive: *const u32,
+    pub first_pixel: *const u64,
+    pub depth: *const f32,
+    pub pixel_color: *const u8,
+    pub pixel_cosine: *const f32,
+    pub pixel_object: *const tatu_object,
+    pub random: *const tatu_random,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_preset {
+    pub size: u32,
+    pub reserved: u32,
+    pub id: *const c_char,
+    pub text: *const c_char,
+    pub settings: *const c_char,
 }
 
 #[repr(C)]
@@ -223,6 +259,8 @@ pub struct tatu_sensor {
     pub life: *const tatu_life,
     pub beams: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_beams, *mut tatu_error) -> tatu_status>,
     pub measure: Option<unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status>,
+    pub presets: *const *const tatu_preset,
+    pub finish: Option<unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status>,
 }
 
 #[repr(C)]

@@ -71,6 +71,7 @@ pub struct tatu_host_readings {
     pub sense_now: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_object) -> tatu_status>,
     pub reset: Option<unsafe extern "C" fn(WorldPtr, tatu_object) -> tatu_status>,
     pub list: Option<unsafe extern "C" fn(WorldPtr, *const c_char, *mut tatu_object, u32, *mut u32) -> tatu_status>,
+    pub describe: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *mut tatu_field) -> tatu_status>,
 }
 
 #[repr(C)]

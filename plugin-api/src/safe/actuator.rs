@@ -148,7 +148,7 @@ unsafe extern "C" fn create<A: Actuator>(
             let (started, info) = (&*me.cast::<Started<A::Plugin>>(), &*info);
             let declared = A::params();
             let values = ValueRef::slice(info.params, info.n_params as usize);
-            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed };
+            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed, world: info.world };
             let actuator = A::create(&started.host, instance, &Params::new(values, &declared))?;
             *data = Box::into_raw(Box::new(Data { actuator: actuator.into(), n_commands: A::commands().len() })).cast();
         }

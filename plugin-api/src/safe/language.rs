@@ -192,7 +192,7 @@ unsafe extern "C" fn create<L: Language>(
         unsafe {
             let (started, info) = (&*me.cast::<Started<L::Plugin>>(), &*info);
             let world = World::new(info.world, &started.host);
-            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed };
+            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed, world: info.world };
             let language = L::create(&started.host, &world, instance)?;
             *data = Box::into_raw(Box::new(Data { language, dialect: Mutex::default() })).cast();
         }

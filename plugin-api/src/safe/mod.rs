@@ -40,7 +40,7 @@ pub use model::{Builder, Model, Node};
 pub use offer::Offer;
 pub use param::{Param, Params};
 pub use plugin::{Instance, Plugin};
-pub use sensor::{Beams, Field, Form, Readout, Sample, Sensor};
+pub use sensor::{Beams, Field, Form, Preset, Readout, Sample, Sensor};
 pub use service::{Answer, Called, Service, Session, Turn};
 pub use value::{MAX_DEPTH, Value, ValueRef};
 pub use world::{Closest, Contact, Object, Reading, World};

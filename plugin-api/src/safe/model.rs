@@ -19,7 +19,7 @@ pub trait Model: Sized + 'static {
     /// One sentence.
     const TEXT: &'static str;
     /// Aliases of the objects where others may be hung.
-    const SLOTS: &'static [&'static str];
+    const SLOTS: &'static [&'static str] = &[];
 
     /// Its parameters.
     fn params() -> Vec<Param>;

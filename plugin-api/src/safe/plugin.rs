@@ -43,6 +43,16 @@ pub struct Instance {
     pub id: u64,
     /// From the scene's seed and the owner: the same in every run.
     pub seed: u64,
+    /// For [`Instance::world`].
+    pub(crate) world: *mut tatu_world,
+}
+
+impl Instance {
+    /// The world that it is made for, for a look at properties; `None` outside of any.
+    pub fn world<'a>(&self, host: &'a Host) -> Option<World<'a>> {
+        // SAFETY: the host's world, which lives longer than the call that makes the instance.
+        (!self.world.is_null()).then(|| unsafe { World::new(self.world, host) })
+    }
 }
 
 /// A started plugin, as the host's `self` pointer knows it.

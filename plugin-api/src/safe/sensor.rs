@@ -29,11 +29,24 @@ impl Field {
     pub fn i32(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_I32)
     }
+    /// 32-bit floats.
+    pub fn f32(name: &'static str) -> Self {
+        Self::of(name, TATU_ELEM_F32)
+    }
+    /// 16-bit numbers.
+    pub fn u16(name: &'static str) -> Self {
+        Self::of(name, TATU_ELEM_U16)
+    }
+    /// Bytes.
+    pub fn u8(name: &'static str) -> Self {
+        Self::of(name, TATU_ELEM_U8)
+    }
     /// Objects.
     pub fn object(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_OBJECT)
     }
-    /// Shape, outermost first; 0: as many as there are beams.
+    /// Shape, outermost first; 0: as many as there are beams or pixels; [`TATU_DIM_ROWS`] and [`TATU_DIM_COLUMNS`] of
+    /// the image.
     pub fn dims(mut self, dims: [u32; 3]) -> Self {
         self.dims = dims;
         self
@@ -74,6 +87,31 @@ pub enum Form {
         /// Half of the opening angle, rad.
         half_angle: f64,
     },
+    /// Another volume, `TATU_BEAMS_PYRAMID`, `_CYLINDER` or `_DISC`, with its numbers as `tatu.h` tells.
+    Volume {
+        /// Which.
+        form: u32,
+        /// Its numbers.
+        dims: [f64; 6],
+    },
+    /// A pinhole image with square pixels: `horizontal_angle` rad.
+    Image {
+        /// Pixels in a row.
+        columns: u32,
+        /// Rows.
+        rows: u32,
+        /// Between the left and the right edge of the image, rad.
+        horizontal_angle: f64,
+    },
+    /// An image of parallel rays with square pixels, `width` m.
+    Parallel {
+        /// Pixels in a row.
+        columns: u32,
+        /// Rows.
+        rows: u32,
+        /// From the left to the right edge of the image, m.
+        width: f64,
+    },
 }
 
 /// What a sensor sends out.
@@ -91,6 +129,8 @@ pub struct Beams {
     pub skip_own_model: bool,
     /// Whether faces turned to the sensor, and faces turned away, are seen.
     pub faces: (bool, bool),
+    /// Visible objects are seen, as by a camera, instead of detectable ones.
+    pub visible: bool,
 }
 
 impl Default for Beams {
@@ -102,6 +142,7 @@ impl Default for Beams {
             max_incidence: FRAC_PI_2,
             skip_own_model: false,
             faces: (true, true),
+            visible: false,
         }
     }
 }
@@ -150,6 +191,70 @@ impl<'a> Sample<'a> {
     pub fn objects(&self) -> &'a [tatu_object] {
         self.per_beam(self.batch.object)
     }
+    /// Per beam: red green blue. `TATU_IN_COLOR`.
+    pub fn colors(&self) -> &'a [[u8; 3]] {
+        self.per_beam(self.batch.color.cast())
+    }
+    /// Per beam: which triangle or face. `TATU_IN_PRIMITIVE`.
+    pub fn primitives(&self) -> &'a [u32] {
+        self.per_beam(self.batch.primitive)
+    }
+
+    fn pixels(&self) -> (usize, usize) {
+        if self.batch.first_pixel.is_null() {
+            return (0, 0);
+        }
+        // SAFETY: `first_pixel` has n + 1 entries.
+        unsafe { (*self.batch.first_pixel.add(self.i) as usize, *self.batch.first_pixel.add(self.i + 1) as usize) }
+    }
+    fn per_pixel<T>(&self, ptr: *const T) -> &'a [T] {
+        let (from, to) = self.pixels();
+        if ptr.is_null() || from == to {
+            return &[];
+        }
+        // SAFETY: the host's arrays hold all pixels of the batch.
+        unsafe { std::slice::from_raw_parts(ptr.add(from), to - from) }
+    }
+    /// Per pixel, the lowest row first: m along +z; infinity: nothing. `TATU_IN_DISTANCE`.
+    pub fn depths(&self) -> &'a [f32] {
+        self.per_pixel(self.batch.depth)
+    }
+    /// Per pixel: red green blue. `TATU_IN_COLOR`.
+    pub fn pixel_colors(&self) -> &'a [[u8; 3]] {
+        self.per_pixel(self.batch.pixel_color.cast())
+    }
+    /// Per pixel: cosine of the angle between line of sight and normal. `TATU_IN_COSINE`.
+    pub fn pixel_cosines(&self) -> &'a [f32] {
+        self.per_pixel(self.batch.pixel_cosine)
+    }
+    /// Per pixel: the object seen. `TATU_IN_OBJECT`.
+    pub fn pixel_objects(&self) -> &'a [tatu_object] {
+        self.per_pixel(self.batch.pixel_object)
+    }
+
+    fn draw(
+        &self,
+        fill: impl Fn(&tatu_random) -> Option<unsafe extern "C" fn(*const tatu_random, u32, u64, u64, *mut f64)>,
+        first: u64,
+        out: &mut [f64],
+    ) {
+        // SAFETY: the host's generator, or null from a host that has none: then the numbers stay as they are.
+        if let Some(random) = unsafe { self.batch.random.as_ref() }
+            && let Some(fill) = fill(random)
+        {
+            // SAFETY: `out` has as many places as asked for.
+            unsafe { fill(random, self.i as u32, first, out.len() as u64, out.as_mut_ptr()) };
+        }
+    }
+    /// Numbers from 0 to below 1: those with the indices from `first` on of this sensor's measure.
+    pub fn uniform(&self, first: u64, out: &mut [f64]) {
+        self.draw(|r| r.uniform, first, out);
+    }
+    /// Numbers of the normal distribution, mean 0, standard deviation 1.
+    pub fn normal(&self, first: u64, out: &mut [f64]) {
+        self.draw(|r| r.normal, first, out);
+    }
+
     /// The sensor's pose in the world. `TATU_IN_POSE`.
     pub fn pose(&self) -> Option<[f64; 7]> {
         // SAFETY: 7 per instance, if asked for.
@@ -166,6 +271,8 @@ impl<'a> Sample<'a> {
 pub struct Readout<'a> {
     sample: &'a Sample<'a>,
     fields: &'a [Field],
+    /// Rows and columns of the sensor's image.
+    image: (u32, u32),
 }
 
 impl Readout<'_> {
@@ -173,8 +280,15 @@ impl Readout<'_> {
         let Some(field) = self.fields.get(k).filter(|f| f.elem == elem) else {
             return &mut [];
         };
-        let (from, to) = self.sample.beams();
-        let len: usize = field.dims.iter().map(|d| if *d == 0 { to - from } else { *d as usize }).product();
+        let count = |(from, to): (usize, usize)| to - from;
+        let all = count(self.sample.beams()) + count(self.sample.pixels());
+        let dim = |d: &u32| match *d {
+            0 => all,
+            TATU_DIM_ROWS => self.image.0 as usize,
+            TATU_DIM_COLUMNS => self.image.1 as usize,
+            n => n as usize,
+        };
+        let len: usize = field.dims.iter().map(dim).product();
         // SAFETY: the host gives one buffer per instance and field, as large as declared.
         unsafe {
             let at = *self.sample.batch.fields.add(self.sample.i * self.sample.batch.n_fields as usize + k);
@@ -189,10 +303,33 @@ impl Readout<'_> {
     pub fn i32(&mut self, k: usize) -> &mut [i32] {
         self.slice(k, TATU_ELEM_I32)
     }
+    /// Field `k`, declared with [`Field::f32`].
+    pub fn f32(&mut self, k: usize) -> &mut [f32] {
+        self.slice(k, TATU_ELEM_F32)
+    }
+    /// Field `k`, declared with [`Field::u16`].
+    pub fn u16(&mut self, k: usize) -> &mut [u16] {
+        self.slice(k, TATU_ELEM_U16)
+    }
+    /// Field `k`, declared with [`Field::u8`].
+    pub fn u8(&mut self, k: usize) -> &mut [u8] {
+        self.slice(k, TATU_ELEM_U8)
+    }
     /// Field `k`, declared with [`Field::object`].
     pub fn object(&mut self, k: usize) -> &mut [tatu_object] {
         self.slice(k, TATU_ELEM_OBJECT)
     }
+}
+
+/// Settings under a name: `(id, one sentence with the source of the numbers, lines of TOML as a scene writes them)`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Preset {
+    /// "hokuyo_urg_04lx"
+    pub id: &'static str,
+    /// One sentence, with the source of the numbers.
+    pub text: &'static str,
+    /// What a scene would write in the object of the sensor, its noise included.
+    pub settings: &'static str,
 }
 
 /// A kind of sensor. One value per sensor in a world.
@@ -212,6 +349,8 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     fn params() -> Vec<Param>;
     /// What it fills.
     fn fields() -> Vec<Field>;
+    /// Settings under a name.
+    const PRESETS: &'static [Preset] = &[];
     /// Makes one.
     fn create(host: &Host, instance: Instance, params: &Params<'_>) -> Result<Self>;
     /// Whether it takes new values of live parameters by [`Sensor::configure`]; else any change makes a new sensor.
@@ -237,6 +376,14 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     }
     /// Turns what was seen into a reading. Must not block; runs on several threads.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result;
+    /// Whether [`Sensor::finish`] is called.
+    const FINISHES: bool = false;
+    /// Brings fields that follow from others in line with them, after the noise that a scene declares. As
+    /// [`Sensor::measure`], but for the fields, which are as the noise left them.
+    fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        let _ = (sample, out);
+        Ok(())
+    }
 }
 
 /// What the host keeps as `data`: the sensor, and the directions that its beams point to.
@@ -245,6 +392,8 @@ struct Data<S: Sensor> {
     /// by one thread at a time.
     sensor: RefCell<S>,
     directions: std::cell::UnsafeCell<Vec<[f64; 3]>>,
+    /// Rows and columns of its image.
+    image: std::cell::Cell<(u32, u32)>,
 }
 
 pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
@@ -271,6 +420,21 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
         }),
         beams: Some(beams::<S>),
         measure: Some(measure::<S>),
+        presets: {
+            let presets = S::PRESETS.iter().map(|p| {
+                let raw = tatu_preset {
+                    size: size_of::<tatu_preset>() as u32,
+                    reserved: 0,
+                    id: keep.text(p.id),
+                    text: keep.text(p.text),
+                    settings: keep.text(p.settings),
+                };
+                keep.table(raw)
+            });
+            let presets = presets.collect();
+            keep.list(presets)
+        },
+        finish: if S::FINISHES { Some(finish::<S>) } else { None },
     };
     keep.table(raw)
 }
@@ -287,9 +451,10 @@ unsafe extern "C" fn create<S: Sensor>(
             let (started, info) = (&*me.cast::<Started<S::Plugin>>(), &*info);
             let declared = S::params();
             let values = ValueRef::slice(info.params, info.n_params as usize);
-            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed };
+            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed, world: info.world };
             let sensor = S::create(&started.host, instance, &Params::new(values, &declared))?;
-            *data = Box::into_raw(Box::new(Data { sensor: sensor.into(), directions: Vec::new().into() })).cast();
+            let new = Data { sensor: sensor.into(), directions: Vec::new().into(), image: (0, 0).into() };
+            *data = Box::into_raw(Box::new(new)).cast();
         }
         Ok(TATU_OK)
     })
@@ -357,6 +522,9 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
         if beams.skip_own_model {
             out.flags |= TATU_BEAMS_SKIP_MODEL;
         }
+        if beams.visible {
+            out.flags |= TATU_BEAMS_VISIBLE;
+        }
         if !beams.faces.0 {
             out.flags |= TATU_BEAMS_NO_FRONT;
         }
@@ -369,6 +537,22 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
                 out.form = TATU_BEAMS_CONE;
                 out.count = [1, 1];
                 out.dims[0] = half_angle;
+            }
+            Form::Volume { form, dims } => {
+                (out.form, out.dims) = (form, dims);
+                out.count = [1, 1];
+            }
+            Form::Image { columns, rows, horizontal_angle } => {
+                out.form = TATU_BEAMS_GRID;
+                out.count = [columns, rows];
+                out.dims[0] = horizontal_angle;
+                data.image.set((rows, columns));
+            }
+            Form::Parallel { columns, rows, width } => {
+                out.form = TATU_BEAMS_PARALLEL;
+                out.count = [columns, rows];
+                out.dims[0] = width;
+                data.image.set((rows, columns));
             }
             Form::Rays(directions) => {
                 out.form = TATU_BEAMS_RAYS;
@@ -388,19 +572,44 @@ unsafe extern "C" fn measure<S: Sensor>(
     batch: *const tatu_sensor_batch,
     error: *mut tatu_error,
 ) -> tatu_status {
+    // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+    unsafe { each::<S>(batch, error, S::measure) }
+}
+
+unsafe extern "C" fn finish<S: Sensor>(
+    _: *mut c_void,
+    batch: *const tatu_sensor_batch,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe { each::<S>(batch, error, S::finish) }
+}
+
+/// Does something with each sensor of a batch; one that failed before is left alone.
+///
+/// # Safety
+/// The batch is valid, and its instances are used by nobody else.
+unsafe fn each<S: Sensor>(
+    batch: *const tatu_sensor_batch,
+    error: *mut tatu_error,
+    act: impl Fn(&S, &Sample<'_>, &mut Readout<'_>) -> Result,
+) -> tatu_status {
     guard::run(error, || {
         let fields = S::fields();
-        // SAFETY: the host gives a valid batch; its instances belong to this call alone.
+        // SAFETY: as promised.
         let batch = unsafe { &*batch };
         for i in 0..batch.n as usize {
-            // SAFETY: one entry per instance.
-            let data = unsafe { &*(*batch.data.add(i)).cast::<Data<S>>() };
+            // SAFETY: one status and one entry per instance.
+            let (data, status) = unsafe { (&*(*batch.data.add(i)).cast::<Data<S>>(), &mut *batch.status.add(i)) };
+            if *status < 0 {
+                continue;
+            }
             let sample = Sample { batch, i };
-            let mut out = Readout { sample: &sample, fields: &fields };
+            let mut out = Readout { sample: &sample, fields: &fields, image: data.image.get() };
             let sensor = data.sensor.try_borrow().map_err(|_| in_use());
-            if let Err(fail) = sensor.and_then(|sensor| sensor.measure(&sample, &mut out)) {
-                // SAFETY: one status per instance.
-                unsafe { *batch.status.add(i) = fail.write(error) };
+            if let Err(fail) = sensor.and_then(|sensor| act(&sensor, &sample, &mut out)) {
+                // SAFETY: the host's error object.
+                *status = unsafe { fail.write(error) };
             }
         }
         Ok(TATU_OK)

@@ -1,6 +1,6 @@
 //! A world, as plugins see it: objects, poses, readings, bodies. What is said in it stands in `talk`.
 
-use std::ffi::CString;
+use std::ffi::{CStr, CString};
 
 use super::{
     Fail, Host, Prop, Result, Value, ValueRef,
@@ -72,6 +72,22 @@ impl<'a> Reading<'a> {
     /// The numbers, if they are 32-bit integers.
     pub fn i32s(&self) -> &'a [i32] {
         self.slice(TATU_ELEM_I32)
+    }
+    /// The numbers, if they are 32-bit floats.
+    pub fn f32s(&self) -> &'a [f32] {
+        self.slice(TATU_ELEM_F32)
+    }
+    /// The numbers, if they are 16-bit numbers.
+    pub fn u16s(&self) -> &'a [u16] {
+        self.slice(TATU_ELEM_U16)
+    }
+    /// The bytes, if they are bytes.
+    pub fn u8s(&self) -> &'a [u8] {
+        self.slice(TATU_ELEM_U8)
+    }
+    /// `TATU_ELEM_*`.
+    pub fn elem(&self) -> u32 {
+        self.view.elem
     }
     /// The objects, if they are objects.
     pub fn objects(&self) -> &'a [tatu_object] {
@@ -296,6 +312,21 @@ impl<'a> World<'a> {
             // SAFETY: as above.
             unsafe { list(self.raw, schema.as_ptr(), out, cap, n) }
         })
+    }
+
+    /// The declaration of a sensor's `index`-th field, with its shape for this sensor: name and shape. `None`: no more.
+    pub fn field_of(&self, sensor: tatu_object, index: u32) -> Option<(&'a str, [u32; 3])> {
+        let describe = self.host.readings.and_then(|t| t.describe)?;
+        // SAFETY: a table of numbers and pointers, which may be null.
+        let mut field: tatu_field = unsafe { std::mem::zeroed() };
+        field.size = size_of::<tatu_field>() as u32;
+        // SAFETY: as above; the name lives as long as the world.
+        unsafe {
+            (describe(self.raw, sensor, index, &mut field) >= 0 && !field.name.is_null())
+                .then(|| CStr::from_ptr(field.name).to_str().ok())
+                .flatten()
+                .map(|name| (name, field.dims))
+        }
     }
 
     /// Velocity of an object: m/s, rad/s, world.

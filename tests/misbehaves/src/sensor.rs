@@ -56,6 +56,21 @@ unsafe extern "C" fn measure(me: *mut c_void, batch: *const tatu_sensor_batch, e
     })
 }
 
+unsafe extern "C" fn finish(me: *mut c_void, batch: *const tatu_sensor_batch, error: *mut tatu_error) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: as in `measure`.
+        let (plan, batch) = unsafe { (Plan::of(me), &*batch) };
+        let status = plan.act("tatu_sensor.finish", || {
+            for i in 0..batch.n as usize {
+                // SAFETY: as in `measure`.
+                unsafe { **batch.fields.add(i).cast::<*mut f64>() = f64::NAN };
+            }
+            Ok(TATU_OK)
+        });
+        Ok(status?.unwrap_or(TATU_OK))
+    })
+}
+
 static SCHEMAS: List<i8, 2> = List([c"misbehaves/1".as_ptr().cast(), null()]);
 static RANGE: Shared<tatu_param> = Shared(tatu_param {
     size: size::<tatu_param>(),
@@ -92,6 +107,8 @@ static KIND: Shared<tatu_sensor> = Shared(tatu_sensor {
     life: &raw const life::SENSOR.0,
     beams: Some(beams),
     measure: Some(measure),
+    presets: null(),
+    finish: Some(finish),
 });
 static KINDS: List<tatu_sensor, 2> = List([&raw const KIND.0, null()]);
 

@@ -20,11 +20,15 @@ mod mesh;
 mod pack;
 
 use nalgebra::Isometry3;
+use rayon::prelude::*;
 
 pub(super) use mesh::PacketTree;
 pub use pack::RayBundle;
 
 use super::{BeamScene, Faces};
+
+/// Fewer rays than this are not worth another thread.
+const FEW: usize = 256;
 
 /// One question: what all rays of a bundle see.
 ///
@@ -124,6 +128,30 @@ impl BeamScene {
     /// If an array of `hits` is neither empty nor as long as the bundle.
     pub fn cast_bundle(&self, cast: &BundleCast<'_>, hits: BundleHits<'_>) {
         self.cast_bundle_at(super::simd::level(), cast, hits);
+    }
+
+    /// Casts many bundles, of one sensor or of all, on rayon's current pool; what one sees depends on no other.
+    ///
+    /// # Panics
+    /// If an array of answers is neither empty nor as long as its bundle.
+    pub fn cast_bundles<'a>(&self, casts: impl IntoIterator<Item = (BundleCast<'a>, BundleHits<'a>)>) {
+        let level = super::simd::level();
+        let mut jobs = Vec::new();
+        let mut rays = 0;
+        for (cast, mut rest) in casts {
+            rest.check(cast.bundle.len());
+            rays += cast.bundle.len();
+            for (index, part) in cast.bundle.parts().iter().enumerate() {
+                let (first, others) = rest.split(part.rays());
+                jobs.push((cast, index, first));
+                rest = others;
+            }
+        }
+        if jobs.len() < 2 || rays < FEW {
+            jobs.into_iter().for_each(|(cast, part, hits)| cast::part(self, level, &cast, part, hits));
+        } else {
+            jobs.into_par_iter().for_each(|(cast, part, hits)| cast::part(self, level, &cast, part, hits));
+        }
     }
 
     /// The same with the registers of a given level.

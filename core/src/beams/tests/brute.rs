@@ -75,14 +75,33 @@ fn ball(z: f64, radius: f64, low: f64, high: f64) -> Patch {
 
 /// Whether a point, both given in the beam's frame, counts; `slack` widens every limit.
 pub fn counts(beam: &Beam, point: &Point3<f64>, normal: &Vector3<f64>, slack: f64) -> bool {
-    let Volume::Cone { half_angle } = beam.volume else { unreachable!("cones only") };
     let distance = point.coords.norm();
-    let angle = point.xy().coords.norm().atan2(point.z);
+    let (x, y, z) = (point.x, point.y, point.z);
+    // Part of the way from the near end to the far one.
+    let part = (z - beam.near) / (beam.far - beam.near);
+    let between = |a: f64, b: f64| a + (b - a) * part;
+    let in_ends = part >= -slack && part <= 1.0 + slack;
+    let in_ball = distance >= beam.near - slack && distance <= beam.far + slack;
+    let in_volume = match beam.volume {
+        Volume::Ray => unreachable!("volumes only"),
+        Volume::Cone { half_angle } => in_ball && point.xy().coords.norm().atan2(z) <= half_angle + slack,
+        Volume::Pyramid { x_near, y_near, x_far, y_far } => {
+            let (wide, high) = (between(x_near, x_far) / 2.0, between(y_near, y_far) / 2.0);
+            in_ends && x.abs() <= wide + slack && y.abs() <= high + slack
+        }
+        Volume::Cylinder { radius_near, radius_far } => {
+            in_ends && x.hypot(y) <= between(radius_near, radius_far) + slack
+        }
+        Volume::Disc { angle, height, gap } => {
+            let aside = x.atan2(z).abs();
+            // On the sector's own edge there is no angle.
+            let sector = aside <= angle / 2.0 + slack && aside >= gap / 2.0 - slack || x.hypot(z) <= slack;
+            in_ball && sector && y.abs() <= height / 2.0 + slack
+        }
+    };
     let slope = normal.dot(&point.coords) / distance;
     let incidence = slope.abs().min(1.0).acos();
-    distance >= beam.near - slack
-        && distance <= beam.far + slack
-        && angle <= half_angle + slack
+    in_volume
         && (incidence <= beam.max_incidence + slack || beam.max_incidence >= std::f64::consts::FRAC_PI_2)
         && ((slope <= slack && beam.faces.front) || (slope >= -slack && beam.faces.back))
 }

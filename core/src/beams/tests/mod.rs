@@ -2,7 +2,9 @@
 
 mod brute;
 mod bundles;
+mod convex;
 mod flat;
+mod moving;
 mod rays;
 mod round;
 mod scenes;

@@ -56,17 +56,26 @@ impl Reader<'_> {
             let value = Value::text(v.as_str().unwrap_or_default());
             b.set(object, "joint.type", value).map_err(|e| e.at(Some(self.text.value(table, "type"))))?;
         }
+        // A preset before all that the object tells itself, wherever it stands.
+        if let Some(item) = table.get("preset").filter(|_| b.document.objects[object].kind == TATU_KIND_SENSOR) {
+            let preset = Value::text(self.string(table, "preset", item)?);
+            b.set(object, "sensor.preset", preset).map_err(|e| e.at(Some(self.text.value(table, "preset"))))?;
+        }
         let owner = format!("{} {kind}", if kind == "actuator" { "an" } else { "a" });
         let declared = b.declared(object);
         for (key, item) in table.iter() {
             const OTHERS: &[&str] = &["kind", "alias", "parent", "script", "scripts"];
-            if OTHERS.contains(&key) || device.is_some_and(|(d, _)| d == key) {
+            let done = key == "preset" && b.document.objects[object].kind == TATU_KIND_SENSOR;
+            if done || OTHERS.contains(&key) || device.is_some_and(|(d, _)| d == key) {
                 continue;
             }
             let place = || Some(self.text.value(table, key));
             let ((declared, target), factor) =
                 keys::find(key, &declared, &owner).map_err(|e| e.at(Some(self.text.key(table, key))))?;
-            let value = keys::to_value(item, factor).map_err(|e| e.at(place()))?;
+            let value = b.value_of(object, target, item, factor).map_err(|(e, within)| {
+                let within = within.map(|span| self.text.place(Some(span)));
+                e.at(within.or_else(place))
+            })?;
             b.put(object, declared, target, value).map_err(|e| e.at(place()))?;
         }
         scripts::read(&self.text, b, table, object)

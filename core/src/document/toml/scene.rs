@@ -57,12 +57,15 @@ impl Reader<'_> {
     fn settings(&self, table: &dyn TableLike, within: &str, settings: &mut Settings, top: bool) -> Result {
         let declared = settings::keys();
         for (key, item) in table.iter() {
-            if let (Some(inner), "", "budget") = (item.as_table_like(), within, key) {
-                self.settings(inner, "budget.", settings, top)?;
+            if let (Some(inner), "", true) = (item.as_table_like(), within, settings::TABLES.contains(&key)) {
+                self.settings(inner, &format!("{key}."), settings, top)?;
                 continue;
             }
             let place = || Some(self.text.value(table, key));
-            let owner = if within.is_empty() { "[scene]" } else { "[scene.budget]" };
+            let owner = match within.strip_suffix('.') {
+                None => "[scene]".to_owned(),
+                Some(table) => format!("[scene.{table}]"),
+            };
             let known: Vec<_> = declared
                 .iter()
                 .filter_map(|(d, ())| match within {
@@ -70,7 +73,7 @@ impl Reader<'_> {
                     _ => Some((Declared { key: d.key.strip_prefix(within)?.to_owned(), ..d.clone() }, ())),
                 })
                 .collect();
-            let (entry, factor) = keys::find(key, &known, owner).map_err(|e| e.at(Some(self.text.key(table, key))))?;
+            let (entry, factor) = keys::find(key, &known, &owner).map_err(|e| e.at(Some(self.text.key(table, key))))?;
             let name = format!("{within}{}", entry.0.key);
             let value = keys::to_value(item, factor).map_err(|e| e.at(place()))?;
             let value = keys::check(&entry.0, key, value).map_err(|e| e.at(place()))?;

@@ -33,7 +33,9 @@ pub use actuators::{ActuatorKind, DeviceKind};
 pub use importers::{Choice, Importer};
 pub(crate) use kinds::KindMark;
 pub use services::ServiceKind;
-pub use types::{CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, SensorKind, Status};
+pub use types::{
+    CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, PresetInfo, SensorKind, Status,
+};
 
 /// What plugins offer, in order of plugin ids.
 pub struct Registry {

@@ -8,8 +8,8 @@ use std::{
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::{
-    CommandEntry, Constant, FieldInfo, KindMark, Language, Model, NameEntry, Prelude, Registry, SensorKind, Status,
-    types::version,
+    CommandEntry, Constant, FieldInfo, KindMark, Language, Model, NameEntry, Prelude, PresetInfo, Registry, SensorKind,
+    Status, types::version,
 };
 use crate::host::{
     Declared,
@@ -90,6 +90,22 @@ impl Registry {
                     self.refuse(plugin, text, "use one of TATU_ELEM_*");
                     continue;
                 }
+                let mut presets: Vec<PresetInfo> = Vec::new();
+                for (_, p) in tables::list(raw.presets) {
+                    let what = format!("preset of its sensor `{id}`");
+                    let needed = tables::required!(p, tatu_preset: id, settings);
+                    let Some(preset) = self.named(plugin, &what, p.id, p.size, &needed) else { continue };
+                    if presets.iter().any(|p| p.id == preset) {
+                        let text = format!("its sensor `{id}` has the preset `{preset}` twice; the first one is used");
+                        self.refuse(plugin, text, "give each an id of its own");
+                        continue;
+                    }
+                    presets.push(PresetInfo {
+                        id: preset,
+                        text: tables::text(p.text).unwrap_or_default(),
+                        settings: tables::text(p.settings).unwrap_or_default(),
+                    });
+                }
                 self.sensors.push(SensorKind {
                     plugin,
                     id,
@@ -98,6 +114,7 @@ impl Registry {
                     params: Declared::read_list(raw.params),
                     field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
                     fields,
+                    presets,
                     raw,
                     life,
                 });

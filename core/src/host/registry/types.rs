@@ -19,6 +19,17 @@ pub struct FieldInfo {
     pub text: String,
 }
 
+/// Settings of a sensor under a name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PresetInfo {
+    /// What scenes write.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// Lines of TOML as a scene would have them; they are read where the preset is used.
+    pub settings: String,
+}
+
 /// A kind of sensor.
 pub struct SensorKind {
     /// Index of the plugin.
@@ -33,6 +44,8 @@ pub struct SensorKind {
     pub params: Vec<Declared>,
     /// What it fills.
     pub fields: Vec<FieldInfo>,
+    /// Settings under a name.
+    pub presets: Vec<PresetInfo>,
     /// The interned keys of its fields.
     pub(crate) field_props: Vec<u32>,
     pub(crate) raw: tatu_sensor,

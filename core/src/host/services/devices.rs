@@ -174,12 +174,38 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
     Ok(())
 }
 
+/// Sets several parameters of a sensor at once, and makes it anew: one by one they might contradict each other.
+pub(super) fn write_params(world: &WorldCell, object: tatu_object, new: Vec<(usize, Value)>) -> Done {
+    let (slot, owner, name) = {
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let slot = slot(world, &scene, object)?;
+        (slot, scene.id(slot), scene.get(slot).map_or(String::new(), |o| o.name()))
+    };
+    let found = {
+        let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+        sensing.device(slot).map(|d| (d.kind, d.params.clone()))
+    };
+    let Some((kind, mut params)) = found else { return Err(Stop::Gone.status(world, slot, 0)) };
+    new.into_iter().for_each(|(at, value)| params[at] = value);
+    let preset = world.registry.host().number("sensor.preset");
+    new_sensor(world, (slot, owner, &name), kind, params).map_err(|stop| stop.status(world, slot, preset))
+}
+
 fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, params: Vec<Value>) -> Result<(), Stop> {
-    let made = Device::create(world, kind, slot, world.instance_info(owner, name), params).map_err(Stop::Refused)?;
+    let mut instance = world.instance_info(owner, name);
+    if let Some(old) = world.sensing.try_borrow().map_err(|_| Stop::Busy)?.device(slot) {
+        // It is the same sensor: what it draws goes on, whatever it is called now.
+        instance.seed = old.seed;
+    }
+    let mut made = Device::create(world, kind, slot, instance, params).map_err(Stop::Refused)?;
     let old = {
         let mut sensing = world.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
         let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
-        place.map(|d| std::mem::replace(d, made))
+        place.map(|d| {
+            (made.drawn, made.period, made.noise) = (d.drawn, d.period, d.noise.take());
+            made.forget();
+            std::mem::replace(d, made)
+        })
     };
     old.into_iter().for_each(|d| d.destroy(world));
     Ok(())

@@ -4,11 +4,13 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{Done, busy, devices, slot};
 use crate::{
+    document::{Target, preset_settings},
     host::check_value,
     scene::{
         self, Changed, Data, Refusal,
         rows::{Of, Row},
     },
+    sense::NoiseSpec,
     world::{WorldCell, wants},
 };
 
@@ -46,7 +48,7 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
             let device = sensing.index(slot).map(|i| &sensing.devices[i]);
             Ok(Value::Int(device.map_or(0, |d| match row {
-                Row::SensorBeams => d.layout.plan.directions.len() as i64,
+                Row::SensorBeams => d.layout.plan.count() as i64,
                 _ => d.sequence as i64,
             })))
         }
@@ -90,6 +92,7 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
         Row::PhysicsSubsteps => Value::Int(settings.physics_substeps.into()),
         Row::Step => Value::Int(world.clock.step.get() as i64),
         Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),
+        Row::Origin => Value::Floats(settings.origin.to_vec()),
         Row::Seed => Value::Int(settings.seed as i64),
         Row::Allow => Value::text(settings.allow.join(",")),
         Row::SceneFile => Value::text(world.document.file.as_ref().map_or(String::new(), |f| f.display().to_string())),
@@ -115,6 +118,10 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     if row.info().of == Of::World {
         return write_world(world, row, &value);
     }
+    let value = match row {
+        Row::Preset | Row::Noise => of_kind(world, object, row, value)?,
+        _ => value,
+    };
     let set = || {
         let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
         let slot = slot(world, &scene, object)?;
@@ -133,6 +140,45 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         figures.graph(&scene, scene.id(slot)).map_err(|r| refusal(world, r))?;
     }
     after_change(world, slot, changed)
+}
+
+/// What the rows of a sensor mean that its kind must tell: a preset is carried out, noise is checked, and names its fields
+/// in full.
+fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Result<Value, tatu_status> {
+    let kind = {
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        match scene.get(slot(world, &scene, object)?).map(|o| &o.data) {
+            Some(Data::Sensor(s)) => world.registry.sensors.get(s.kind),
+            _ => None,
+        }
+    };
+    // Other objects have no such row, which they tell themselves.
+    let (Some(kind), Value::Text(text)) = (kind, &value) else { return Ok(value) };
+    let text = String::from_utf8_lossy(text);
+    let refuse = |e: crate::error::Error| {
+        let help = e.help.as_ref().map_or(String::new(), |h| format!("; {h}"));
+        world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {}{help}", row.info().key, e.text))
+    };
+    if row == Row::Noise {
+        let noise = NoiseSpec::parse(&text, Some(kind)).map_err(|w| refuse(w.in_text(&text)))?;
+        return Ok(Value::text(noise.to_toml()));
+    }
+    if !text.is_empty() {
+        let (mut params, mut rows) = (Vec::new(), Vec::new());
+        for setting in preset_settings(&world.registry, kind, &text).map_err(refuse)? {
+            match setting.target {
+                Target::Param(at) => params.push((at, setting.value)),
+                Target::Row(row) => rows.push((row, setting.value)),
+            }
+        }
+        if !params.is_empty() {
+            devices::write_params(world, object, params)?;
+        }
+        for (row, value) in rows {
+            write(world, object, row as tatu_prop, value)?;
+        }
+    }
+    Ok(value)
 }
 
 pub(super) fn write_world(world: &WorldCell, row: Row, value: &Value) -> Done {

@@ -14,6 +14,7 @@ pub static TABLE: tatu_host_readings = tatu_host_readings {
     sense_now: Some(sense_now),
     reset: Some(reset),
     list: Some(list),
+    describe: Some(describe),
 };
 
 /// The device of a sensor that a caller names, by index.
@@ -90,7 +91,35 @@ unsafe extern "C" fn reset(w: *mut tatu_world, sensor: tatu_object) -> tatu_stat
         on(w, |world| {
             let i = device(world, sensor)?;
             let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
-            sensing.devices[i].sequence = 0;
+            sensing.devices[i].forget();
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn describe(
+    w: *mut tatu_world,
+    sensor: tatu_object,
+    index: u32,
+    out: *mut tatu_field,
+) -> tatu_status {
+    // SAFETY: as above; a caller's table may be shorter than ours, so no more than its size is written.
+    unsafe {
+        on(w, |world| {
+            let i = device(world, sensor)?;
+            let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+            let d = &sensing.devices[i];
+            let kind = &world.registry.sensors[d.kind];
+            let raw = kind.raw.fields;
+            let Some(field) = kind.fields.get(index as usize) else {
+                let text = format!("a sensor of kind `{}` has {} fields", kind.id, kind.fields.len());
+                return Err(world.calls.refuse(TATU_ERR_MISSING, &text));
+            };
+            let mut told = **raw.add(index as usize);
+            told.dims = d.layout.plan.shape(field.dims);
+            let size = (*out).size.min(size_of::<tatu_field>() as u32);
+            std::ptr::copy_nonoverlapping((&raw const told).cast::<u8>(), out.cast::<u8>(), size as usize);
+            (*out).size = size;
             Ok(())
         })
     }

@@ -1,11 +1,13 @@
 //! Commands of Tatu's own, for what the V-REP script API has no name for: `tatu.on`, `tatu.emit`, `tatu.options`,
-//! `tatu.list`, `tatu.get` and `tatu.set`.
+//! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.read` and `tatu.save`.
 //!
 //! One file per subject; `tests/program/events.rs` of the program drives them through scripts.
 
 mod events;
 mod options;
 mod properties;
+mod read;
+mod save;
 
 use tatu_plugin_api::safe::{Call, Command, Host, Offer, Plugin, Result, World};
 
@@ -30,6 +32,8 @@ impl Plugin for Tatu {
         events::offer(offer);
         options::offer(offer);
         properties::offer(offer);
+        read::offer(offer);
+        save::offer(offer);
         // Tells the language which names belong to this API.
         offer.prelude("lua", "", "return { api = { 'tatu.' } }");
     }

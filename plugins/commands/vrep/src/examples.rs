@@ -31,6 +31,7 @@ files!(
     "program",
     "script_more",
     "selection",
+    "vision",
 );
 
 /// Gives all commands their examples, and what holds for all.

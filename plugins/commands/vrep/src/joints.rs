@@ -112,13 +112,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.setJointPosition", |c| {
-            let (joint, p, w) = (id(c, 0)?, &c.plugin().p, c.world());
-            let mut x = c.f64(1)?;
-            let cyclic = w.get(joint, p.joint_cyclic).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))?;
-            if !cyclic.truthy() {
-                let [low, high] = w.f64s(joint, p.joint_limits)?;
-                x = x.max(low).min(high);
+            let (p, mut x) = (&c.plugin().p, c.f64(1)?);
+            if x.is_infinite() {
+                let (joint, w) = (id(c, 0)?, c.world());
+                let [low, high] = w.f64s(joint, p.joint_limits).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))?;
+                x = x.clamp(low, high);
             }
+            // The host keeps it within the limits.
             write(c, p.joint_position, x)?;
             c.ret(1_i64);
             Ok(())

@@ -79,6 +79,10 @@ props! {
     point: "proximity.point",
     seen_object: "proximity.object",
     normal: "proximity.normal",
+    depth: "depth_image.depth",
+    intrinsics: "depth_image.intrinsics",
+    parallel: "depth_image.parallel",
+    rgb: "color_image.rgb",
     graph_explicit: "graph.explicit",
     script_kind: "script.kind",
     script_calls: "script.calls",
@@ -295,8 +299,13 @@ pub(crate) fn version(c: &Ctx<'_>) -> (u32, u32) {
     version_of(c.caller_dialect())
 }
 pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
-    let text = std::str::from_utf8(dialect).unwrap_or_default();
-    let mut parts = text.split('.').map(|p| p.trim().parse().ok());
+    // Bytes, not a text: each call asks that makes a difference between versions.
+    let number = |part: &[u8]| {
+        let digits = part.trim_ascii();
+        let value = |n: u32, b: &u8| b.is_ascii_digit().then(|| n * 10 + u32::from(b - b'0'));
+        (1..9).contains(&digits.len()).then(|| digits.iter().try_fold(0, value)).flatten()
+    };
+    let mut parts = dialect.split(|b| *b == b'.').map(number);
     match (parts.next().flatten(), parts.next().flatten()) {
         (Some(major), minor) => (major, minor.unwrap_or(0)),
         _ => (4, 9),

@@ -142,8 +142,8 @@ fn same(is: &Value, wanted: &Value) -> bool {
 
 fn get_bool(_: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
     Ok(match n {
-        // Handling of dynamics and proximity sensors; no window.
-        6 | 9 | 34 => Some(Value::Bool(true)),
+        // Handling of dynamics, proximity and vision sensors; no window.
+        6 | 9 | 10 | 34 => Some(Value::Bool(true)),
         // Windows, display, information text, real time, full screen, exit request.
         0..=61 => Some(Value::Bool(false)),
         _ => None,

@@ -164,6 +164,11 @@ function simInvertMatrix(matrix)
     return 1
 end
 
+-- What scripts of sensors are told after these have measured, in their own words.
+if sim and has("sysCall_vision", "sysCall_trigger") then
+    function sysCall_measured(data) sim.handleSensorCallbacks(data.sensor) end
+end
+
 -- Texts from before 3.1.3 that a later version has saved keep their own count of runs, in these words.
 if era == "A" and has("simSetScriptAttribute") then
     local other, count = simSetScriptAttribute, nil

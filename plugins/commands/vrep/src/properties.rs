@@ -2,7 +2,7 @@
 //!
 //! A number that an object has nothing for gives no value; old names give 0 alone, and 1 before a value.
 
-use crate::{Vrep, algebra as al, kit::*};
+use crate::{Vrep, algebra as al, kit::*, vision};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     family(offer, "Int32", "IntParameter", get_int, set_int, Param::int("value"));
@@ -136,6 +136,7 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
         (TATU_KIND_SHAPE, 3016) => i64::from(text_of(c, id, p.primitive)? == "compound"),
         (TATU_KIND_SHAPE, 3017) => yes(p.convex)?,
         (TATU_KIND_SHAPE, 3019) => int_of(c, id, p.respondable_mask)?,
+        (TATU_KIND_SENSOR, _) => return Ok(vision::parameters::get_int(c, id, n)),
         _ => return Ok(None),
     }))
 }
@@ -157,6 +158,7 @@ fn set_int(c: &Ctx<'_>, o: Object, n: i64, value: i64) -> Result<bool> {
         (TATU_KIND_SHAPE, 3003) => w.set(id, p.dynamic, &Value::Bool(value == 0))?,
         (TATU_KIND_SHAPE, 3004) => w.set(id, p.respondable, &yes)?,
         (TATU_KIND_SHAPE, 3019) => w.set(id, p.respondable_mask, &Value::Int(value))?,
+        (TATU_KIND_SENSOR, _) => return vision::parameters::set_int(c, id, n, value),
         _ => return Ok(false),
     }
     Ok(true)
@@ -206,6 +208,7 @@ fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
         (TATU_KIND_JOINT, 2005..=2011) => w.f64s::<7>(id, p.local_pose)?[(n - 2005) as usize],
         (TATU_KIND_JOINT, 2012) => w.f64(id, p.joint_velocity)?,
         (TATU_KIND_SHAPE, 3005) => w.f64(id, p.mass)?,
+        (TATU_KIND_SENSOR, _) => return Ok(vision::parameters::get_float(c, id, n)),
         _ => return Ok(None),
     }))
 }
@@ -220,6 +223,7 @@ fn set_float(c: &Ctx<'_>, o: Object, n: i64, value: f64) -> Result<bool> {
             t[if n < 3020 { n - 3000 } else { n - 3017 } as usize] = value;
             w.set_twist(id, &t)?;
         }
+        (TATU_KIND_SENSOR, _) => return vision::parameters::set_float(c, id, n, value),
         _ => return Ok(false),
     }
     Ok(true)

@@ -1,6 +1,6 @@
 //! Scripts: whose they are, calling their functions, their own parameters.
 
-use crate::{Vrep, kit::*, names, state::state};
+use crate::{Vrep, kit::*, names, notes, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
@@ -138,6 +138,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let script = if c.i64(0)? == HANDLE_MAIN_SCRIPT { main_script(c)? } else { self_or(c, 0)? };
             let key = (script, c.bytes(1)?.to_vec());
             let mut found = state(c)?.parameters.get(&key).cloned();
+            if found.is_none() {
+                found = given(c, &key)?;
+            }
             // Without its scene a script has none of the parameters that the scene gave it.
             if found.is_none() && c.world().stands_in(key.0, &String::from_utf8_lossy(&key.1)) {
                 found = Some(b"1".to_vec());
@@ -153,7 +156,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::string("name"))
         .param(Param::any("asText").optional().text("true: as text, whatever it holds"))
         .returns(Param::any("value").text("a truth value, number or text; nothing if it is not set"))
-        .text("Gives a parameter of a script that another script has set.")
+        .text(
+            "Gives a parameter of a script that another script has set, or else the scene: as free data of its object, \
+                under the tag `parameter.` and the name.",
+        )
         .example("speed = sim.getScriptSimulationParameter(sim.handle_self, 'speed')"),
     );
     offer.command(
@@ -239,6 +245,13 @@ pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
         };
     }
     of_kind(c, i, TATU_KIND_SCRIPT)
+}
+
+/// A parameter that the scene or the model gives a script: free data of the object that it belongs to, under a tag that
+/// begins with `parameter.`.
+fn given(c: &Ctx<'_>, (script, name): &(tatu_object, Vec<u8>)) -> Result<Option<Vec<u8>>> {
+    let owner = parent(c, *script)?;
+    if owner == 0 { Ok(None) } else { notes::get(c, owner, &[b"parameter.", name.as_slice()].concat()) }
 }
 
 /// The scripts that argument 0 names: one, all, or those of the objects below or above the caller's.

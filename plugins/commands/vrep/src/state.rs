@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     collections::Collections, console::Consoles, dialogs::Dialogs, kit::*, mail::Mail, messages::Messages,
-    motion::Motion, profiles::Profiles, tubes::Tubes,
+    motion::Motion, profiles::Profiles, tubes::Tubes, vision::AllSeen,
 };
 
 /// The instance of a world. Commands may enter each other: borrow it briefly, never across a call to the host.
@@ -39,6 +39,8 @@ pub(crate) struct Inner {
     pub(crate) dialogs: Dialogs,
     pub(crate) profiles: Profiles,
     pub(crate) last_error: Vec<u8>,
+    /// What was made of the images of vision sensors.
+    pub(crate) seen: AllSeen,
     /// Motions that are under way, by number, and how many there were.
     pub(crate) motions: BTreeMap<i64, Motion>,
     pub(crate) moved: i64,
@@ -87,6 +89,7 @@ impl Inner {
             dialogs: Dialogs::default(),
             profiles: Profiles::default(),
             last_error: Vec::new(),
+            seen: AllSeen::new(),
             motions: BTreeMap::new(),
             moved: 0,
             follows: BTreeMap::new(),

@@ -174,9 +174,9 @@ fn typed(c: &Ctx<'_>, base: tatu_object, kind: i64, flags: u32) -> Result<Vec<i6
     };
     let w = c.world();
     let mut all = w.list(base, kinds, flags)?;
-    if kind == 5 {
-        // Sensors of other kinds are no proximity sensors.
-        all.retain(|o| w.look(*o).is_ok_and(|o| type_of(c, o) == 5));
+    if matches!(kind, 5 | 9) {
+        // Sensors of other kinds are no proximity sensors, or no vision sensors.
+        all.retain(|o| w.look(*o).is_ok_and(|o| type_of(c, o) == kind));
     }
     Ok(all.into_iter().map(handle).collect())
 }

@@ -1,8 +1,9 @@
 //! The Manta: a small car with rear drive and Ackermann steering.
 //!
-//! `numbers` has what it measures and weighs, `parts` what moves and collides. The base frame lies in the middle of the
+//! `numbers` has what it measures and weighs, `parts` what moves and collides, `look` what is seen. The base frame lies in the middle of the
 //! rear axle, x forward, y left: it turns about a point on its own y axis.
 
+mod look;
 mod numbers;
 mod parts;
 
@@ -53,10 +54,13 @@ impl Model for Manta {
     }
 
     fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result {
-        let base = parts::base(builder, params.array("color")?)?;
+        let color = params.array("color")?;
+        let base = parts::base(builder, color)?;
         parts::steering(builder, base)?;
         parts::drive(builder, base, params.f64("motor_torque")?)?;
-        parts::slot(builder, base)
+        parts::slot(builder, base)?;
+        // Last, so that counting children gives what it gave without.
+        look::body(builder, base, color)
     }
 }
 

@@ -1,10 +1,10 @@
-//! What moves, collides and is seen.
+//! What moves, collides, and what beams meet.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use tatu_plugin_api::safe::{Builder, Node, Result, Value, keys};
 
-use crate::numbers::*;
+use crate::{look, numbers::*};
 
 /// Who collides with whom: the low byte counts within the car, where the body (bits 4 to 7) and the wheels (bits 0 to 3)
 /// pass through each other; the high byte counts with all others.
@@ -50,6 +50,7 @@ pub fn base<'a>(builder: &Builder<'a>, color: [f64; 3]) -> Result<Node<'a>> {
         .set("shape.primitive", "compound")?
         .set("shape.parts", Value::List(boxes))?
         .set("shape.color", color)?
+        .set("object.visible", false)?
         .set("shape.dynamic", true)?
         .set("shape.respondable", true)?
         .set("shape.respondable_mask", BODY_MASK)?
@@ -60,11 +61,13 @@ pub fn base<'a>(builder: &Builder<'a>, color: [f64; 3]) -> Result<Node<'a>> {
 
 /// Something small that a joint moves and another one hangs on.
 fn link<'a>(builder: &Builder<'a>, joint: Node<'a>, alias: &str, length: f64) -> Result<Node<'a>> {
+    // Within the hull or a wheel: pictures do not show it.
     builder
         .object("shape", Some(joint), alias)?
         .set("shape.primitive", "cylinder")?
         .set("shape.size", [0.02, 0.02, length])?
         .set("shape.color", BLACK)?
+        .set("object.visible", false)?
         .set("shape.dynamic", true)?
         .set("shape.mass", LINK_MASS)?
         .set("shape.inertia", LINK_INERTIA)
@@ -73,7 +76,7 @@ fn link<'a>(builder: &Builder<'a>, joint: Node<'a>, alias: &str, length: f64) ->
 /// A wheel that collides as a ball: a flat-edged cylinder touches the floor along a line, and turns too slowly.
 fn wheel<'a>(builder: &Builder<'a>, joint: Node<'a>, alias: &str) -> Result<Node<'a>> {
     let d = 2.0 * RADIUS;
-    builder
+    let wheel = builder
         .object("shape", Some(joint), alias)?
         .set("shape.primitive", "cylinder")?
         .set("shape.size", [d, d, WIDTH])?
@@ -84,7 +87,9 @@ fn wheel<'a>(builder: &Builder<'a>, joint: Node<'a>, alias: &str) -> Result<Node
         .set("shape.respondable", true)?
         .set("shape.respondable_mask", WHEEL_MASK)?
         .set("shape.mass", WHEEL_MASS)?
-        .set("shape.inertia", WHEEL_INERTIA)
+        .set("shape.inertia", WHEEL_INERTIA)?;
+    look::rim(builder, wheel, alias)?;
+    Ok(wheel)
 }
 
 fn joint<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str, at: [f64; 3]) -> Result<Node<'a>> {

@@ -1,0 +1,168 @@
+//! What plots of sensors are drawn on: twice as fine as the picture, so that edges are smooth.
+
+use plotters::{coord::Shift, prelude::*, style::text_anchor::Pos};
+use tatu_core::look::Picture;
+
+use crate::plot::{INK, know_letters};
+
+pub use plotters::style::{
+    RGBColor,
+    text_anchor::{HPos, VPos},
+};
+
+/// Pixels of the canvas along one of the picture.
+const FINE: u32 = 2;
+
+/// An empty sheet; places are in pixels of the picture, from its upper left corner.
+pub struct Canvas {
+    columns: u32,
+    rows: u32,
+    rgb: Vec<u8>,
+}
+
+type Drawn = Result<(), String>;
+/// A place on a canvas.
+pub type At = (f64, f64);
+
+impl Canvas {
+    /// A white one.
+    pub fn new(columns: u32, rows: u32) -> Self {
+        know_letters();
+        let bytes = (columns * FINE) as usize * (rows * FINE) as usize * 3;
+        Canvas { columns, rows, rgb: vec![255; bytes] }
+    }
+
+    fn on<E: std::fmt::Display>(
+        &mut self,
+        f: impl Fn(&DrawingArea<BitMapBackend<'_>, Shift>) -> Result<(), E>,
+    ) -> Drawn {
+        let size = (self.columns * FINE, self.rows * FINE);
+        let area = BitMapBackend::with_buffer(&mut self.rgb, size).into_drawing_area();
+        f(&area).map_err(|e| e.to_string())?;
+        area.present().map_err(|e| e.to_string())
+    }
+
+    /// Lines from point to point.
+    pub fn path(&mut self, points: &[At], color: RGBColor, width: f64) -> Drawn {
+        let points: Vec<_> = points.iter().map(fine).collect();
+        let style = color.stroke_width((width * f64::from(FINE)).round() as u32);
+        self.on(|area| area.draw(&PathElement::new(points.clone(), style)))
+    }
+
+    /// The lines of many paths, each from its first to its second point.
+    pub fn lines(&mut self, lines: &[[At; 2]], color: RGBColor, width: f64) -> Drawn {
+        let style = color.stroke_width((width * f64::from(FINE)).round() as u32);
+        self.on(|area| lines.iter().try_for_each(|l| area.draw(&PathElement::new(l.map(|p| fine(&p)).to_vec(), style))))
+    }
+
+    /// A filled outline.
+    pub fn fill(&mut self, points: &[At], color: RGBColor) -> Drawn {
+        let points: Vec<_> = points.iter().map(fine).collect();
+        self.on(|area| area.draw(&Polygon::new(points.clone(), color.filled())))
+    }
+
+    /// Filled discs.
+    pub fn dots(&mut self, points: &[At], radius: f64, color: RGBColor) -> Drawn {
+        let radius = (radius * f64::from(FINE)).round() as i32;
+        self.on(|area| points.iter().try_for_each(|p| area.draw(&Circle::new(fine(p), radius, color.filled()))))
+    }
+
+    /// A circle's line.
+    pub fn ring(&mut self, middle: At, radius: f64, color: RGBColor) -> Drawn {
+        let point = |i: u32| {
+            let angle = f64::from(i) * std::f64::consts::TAU / 180.0;
+            (middle.0 + radius * angle.cos(), middle.1 + radius * angle.sin())
+        };
+        self.path(&(0..=180).map(point).collect::<Vec<_>>(), color, 0.5)
+    }
+
+    /// Words, 8 pixels high or more, with their anchor at a place.
+    pub fn text(&mut self, at: At, text: &str, height: f64, anchor: (HPos, VPos)) -> Drawn {
+        let style = ("sans-serif", height * f64::from(FINE)).into_font().color(&INK).pos(Pos::new(anchor.0, anchor.1));
+        self.on(|area| area.draw(&Text::new(text.to_owned(), fine(&at), style.clone())))
+    }
+
+    /// How wide words are.
+    pub fn width_of(text: &str, height: f64) -> Result<f64, String> {
+        know_letters();
+        let font = ("sans-serif", height).into_font();
+        font.box_size(text).map(|(w, _)| f64::from(w)).map_err(|e| e.to_string())
+    }
+
+    /// Words above everything else.
+    pub fn title(&mut self, text: &str) -> Drawn {
+        self.text((20.0, 24.0), text, 19.0, (HPos::Left, VPos::Center))
+    }
+
+    /// Puts in an image, its uppermost row first, each of its pixels so many wide.
+    pub fn image(
+        &mut self,
+        (x, y): (u32, u32),
+        [columns, rows]: [u32; 2],
+        scale: u32,
+        pixel: impl Fn(u32, u32) -> [u8; 3],
+    ) {
+        let side = scale * FINE;
+        for v in 0..(rows * side).min((self.rows.saturating_sub(y)) * FINE) {
+            for u in 0..(columns * side).min((self.columns.saturating_sub(x)) * FINE) {
+                let at = ((y * FINE + v) as usize * (self.columns * FINE) as usize + (x * FINE + u) as usize) * 3;
+                self.rgb[at..at + 3].copy_from_slice(&pixel(u / side, v / side));
+            }
+        }
+    }
+
+    /// The same with a picture.
+    pub fn put(&mut self, at: (u32, u32), picture: &Picture) {
+        let pixel = |x: u32, y: u32| {
+            let i = (y as usize * picture.columns as usize + x as usize) * 3;
+            [picture.rgb[i], picture.rgb[i + 1], picture.rgb[i + 2]]
+        };
+        self.image(at, [picture.columns, picture.rows], 1, pixel);
+    }
+
+    /// What is on it.
+    pub fn picture(&self) -> Picture {
+        let wide = (self.columns * FINE) as usize;
+        let mut rgb = Vec::with_capacity(self.columns as usize * self.rows as usize * 3);
+        for y in 0..self.rows as usize {
+            for x in 0..self.columns as usize {
+                for c in 0..3 {
+                    let fine = |u: usize, v: usize| u32::from(self.rgb[((y * 2 + v) * wide + x * 2 + u) * 3 + c]);
+                    let sum = fine(0, 0) + fine(1, 0) + fine(0, 1) + fine(1, 1);
+                    rgb.push(((sum + 2) / (FINE * FINE)) as u8);
+                }
+            }
+        }
+        Picture { columns: self.columns, rows: self.rows, rgb }
+    }
+}
+
+fn fine(p: &At) -> (i32, i32) {
+    let to = |x: f64| (x * f64::from(FINE)).round().clamp(-1e6, 1e6) as i32;
+    (to(p.0), to(p.1))
+}
+
+/// A round number: 1, 2 or 5 times a power of ten, the least that is not below `x`.
+pub fn round_step(x: f64) -> f64 {
+    let power = 10f64.powf(x.max(1e-9).log10().floor());
+    [1.0, 2.0, 5.0].into_iter().map(|f| f * power).find(|s| *s >= x * (1.0 - 1e-9)).unwrap_or(10.0 * power)
+}
+
+/// A number with as many digits as steps of a size need.
+pub fn rounded(x: f64, step: f64) -> String {
+    let digits = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
+    format!("{x:.digits$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_round() {
+        let all = [0.013, 0.02, 0.3, 1.0, 1.1, 4.0, 70.0].map(round_step);
+        let wanted = [0.02, 0.02, 0.5, 1.0, 2.0, 5.0, 100.0];
+        assert!(all.iter().zip(wanted).all(|(a, w)| (a - w).abs() < 1e-9 * w), "{all:?}");
+        assert_eq!([rounded(1.0, 0.5), rounded(0.02, 0.02), rounded(40.0, 20.0)], ["1.0", "0.02", "40"]);
+    }
+}

@@ -1,0 +1,26 @@
+//! Pictures as PNG files.
+
+use std::{fs, io, path::Path};
+
+use tatu_core::{error::Error, look::Picture};
+
+/// Writes a picture. What stands in the file before is only replaced by a whole one.
+pub fn write(path: &Path, picture: &Picture) -> Result<(), Error> {
+    encode(picture).and_then(|bytes| fs::write(path, bytes)).map_err(|e| {
+        let error = Error::new("E105", format!("cannot write {}: {e}", path.display()));
+        error.help("is the folder there, and writable?")
+    })
+}
+
+fn encode(picture: &Picture) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, picture.columns, picture.rows);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Best);
+    encoder.set_adaptive_filter(png::AdaptiveFilterType::Adaptive);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&picture.rgb)?;
+    writer.finish()?;
+    Ok(bytes)
+}

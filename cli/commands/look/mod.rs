@@ -1,0 +1,116 @@
+//! `tatu look`: a picture of a scene, or of what a sensor sees.
+//!
+//! `sensor`: which picture a reading gets, by its schemas; `scan`, `frame`, `near`, `numbers`: these pictures; `canvas`:
+//! what they are drawn on; `file`: PNG.
+
+mod canvas;
+mod file;
+mod frame;
+mod near;
+mod numbers;
+mod scan;
+mod sensor;
+
+use std::process::ExitCode;
+
+use nalgebra::Point3;
+use tatu_core::{World, error::Error, look::Camera};
+use tatu_plugin_api::abi::*;
+
+use crate::{addons, args::Look, report, watchdog::Watchdog};
+
+/// Exit code 0; 1 if something went wrong while it ran up to the picture; 2 if there is no picture.
+pub fn look(args: &Look) -> ExitCode {
+    let watchdog = Watchdog::start(args.watchdog, false);
+    match take(args, &watchdog) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(e) => {
+            report::error(&e);
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Takes the picture; whether all went well.
+fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
+    let camera = camera(args)?;
+    let options = args.changes.options(&[])?;
+    let registry = super::registry_watched(Some(&args.scene), &options.sources, watchdog.watches.clone(), None)?;
+    let document = super::load(&args.scene, &options, &registry)?;
+    let all = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = args.threads.map_or(all, usize::from);
+    let world = World::with_threads(document.clone(), registry.clone(), threads)?;
+    addons::choose(&args.addons, &document, &registry)?.attach(&world)?;
+    if let Some(folder) = &args.files {
+        world.open_files_in(folder)?;
+    }
+    if let Some(path) = &args.sensor {
+        sensor::find(&world, path)?;
+    }
+    if !document.services.is_empty() {
+        report::note("services are not started for a picture");
+    }
+    run(&world, args, watchdog);
+    let picture = match (&args.sensor, camera) {
+        (Some(path), _) => sensor::picture(&world, path)?,
+        (None, Some(camera)) => world.picture(&camera),
+        (None, None) => return Err(Error::new("E102", "no camera was given").help("give --from and --to")),
+    };
+    file::write(&args.output, &picture)?;
+    world.end();
+    tell(&world);
+    watchdog.told();
+    let good = world.faults().is_empty();
+    drop(world);
+    Ok(super::end(registry) && good)
+}
+
+/// The camera that the command line describes; none with `--sensor`.
+fn camera(args: &Look) -> Result<Option<Camera>, Error> {
+    let (Some(from), Some(to)) = (args.from, args.to) else { return Ok(None) };
+    if from == to {
+        let error = Error::new("E102", "--from and --to are one point: the camera looks nowhere");
+        return Err(error.expected("two different points"));
+    }
+    let [columns, rows] = args.size;
+    let fov = args.fov.to_radians();
+    Ok(Some(Camera { from: Point3::from(from.0), to: Point3::from(to.0), fov, columns, rows }))
+}
+
+/// Runs up to the time of the picture.
+fn run(world: &World, args: &Look, watchdog: &Watchdog) {
+    let least = u64::from(args.sensor.is_some());
+    if args.at == 0.0 && least == 0 {
+        return;
+    }
+    watchdog.begin(None);
+    world.start();
+    let to_do = |world: &World| world.steps() < least || world.time() < args.at - 1e-9;
+    while to_do(world) && !world.stop_requested() {
+        let before = world.steps();
+        world.step();
+        watchdog.step(world.steps(), world.time(), None);
+        tell(world);
+        if world.steps() == before {
+            break;
+        }
+    }
+    if to_do(world) {
+        report::note(&format!("the run ended at {} s, and so does the picture", world.time()));
+    }
+}
+
+/// What scripts and the host told; no standard output, which is for runs.
+fn tell(world: &World) {
+    for line in world.take_lines() {
+        match line.level {
+            TATU_LOG_ERROR => {
+                report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text)
+            }
+            TATU_LOG_WARNING => report::err!("warning: {}", line.text),
+            TATU_LOG_DEBUG | TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => {}
+            _ => report::err!("{}", line.text),
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! What a sensor sees, as a picture. Which one goes by the schemas of its reading, never by its kind.
+
+use tatu_core::{
+    World,
+    error::Error,
+    look::{Picture, Reading},
+};
+
+use super::{canvas::Canvas, frame, near, numbers, scan};
+
+/// The sensor at a path, or why there is none.
+pub fn find(world: &World, path: &str) -> Result<Reading, Error> {
+    if let Some(reading) = world.reading(path) {
+        return Ok(reading);
+    }
+    let all = world.sensors();
+    let text = match world.observe(path) {
+        Some(seen) => format!("--sensor: `{}` is no sensor", seen.path),
+        None => format!("--sensor: there is no object `{path}`"),
+    };
+    let error = Error::new("E110", text);
+    if all.is_empty() {
+        return Err(error.help("there is no sensor in this scene"));
+    }
+    let list = match all.len() {
+        0..=MOST_TOLD => all.join("\n  "),
+        n => format!("{}\n  and {} more", all[..MOST_TOLD].join("\n  "), n - MOST_TOLD),
+    };
+    let list = format!("the sensors of this scene are\n  {list}");
+    Err(match world.nearest(path).filter(|near| all.contains(near) || world.reading(near).is_some()) {
+        Some(near) => error.help(format!("did you mean `{near}`? {list}")),
+        None => error.help(list),
+    })
+}
+
+/// Sensors that an error lists.
+const MOST_TOLD: usize = 24;
+
+/// The picture of a sensor's last reading.
+pub fn picture(world: &World, path: &str) -> Result<Picture, Error> {
+    let reading = find(world, path)?;
+    if reading.sequence == 0 {
+        let error = Error::new("E105", format!("`{}` has not measured anything by {} s", reading.path, world.time()));
+        return Err(error.help("give a later time with --at; a sensor with explicit handling waits for a script"));
+    }
+    let draw = || -> Result<Canvas, String> {
+        if let Some(canvas) = scan::draw(&reading)? {
+            return Ok(canvas);
+        }
+        if let Some(canvas) = frame::draw(&reading)? {
+            return Ok(canvas);
+        }
+        if let Some(canvas) = near::draw(world, &reading)? {
+            return Ok(canvas);
+        }
+        numbers::draw(&reading)
+    };
+    let canvas = draw().map_err(|e| Error::new("E105", format!("the picture cannot be drawn: {e}")))?;
+    Ok(canvas.picture())
+}
+
+/// What stands above a picture: the sensor, and when it measured.
+pub fn title(reading: &Reading) -> String {
+    format!("{}  ({})  at {:.3} s", reading.path, reading.kind, reading.time)
+}

@@ -1,0 +1,221 @@
+//! Volumes that are convex: pyramids, cylinders and flat sectors, against every form.
+//!
+//! A volume is what lies behind some planes, and within a round side if it has one. The nearest point of a flat face in
+//! it is found by clipping the face and measuring; a round side is approached from outside by the planes that touch it
+//! where the point found so far is outside, so each step's distance is a lower bound, and the last one's point is in the
+//! volume. Balls have a closed form of their own, sides of cylinders a search along one angle.
+
+mod ball;
+mod flat;
+mod solid;
+mod strip;
+
+use arrayvec::ArrayVec;
+use nalgebra::{Isometry3, Vector3};
+
+use super::{aabb::Aabb, beam::Volume, sight::Sight};
+
+pub(super) use flat::flat;
+pub(super) use solid::cast;
+
+/// How far outside a round side a point may be that counts as inside, in metres.
+const TOUCH: f64 = 1e-11;
+
+/// What lies behind a plane: `normal . p <= height`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Half {
+    pub normal: Vector3<f64>,
+    pub height: f64,
+}
+
+impl Half {
+    /// How far a point is in front.
+    pub fn excess(&self, p: &Vector3<f64>) -> f64 {
+        self.normal.dot(p) - self.height
+    }
+}
+
+/// A round side around the volume's axis: at a height along it, its radius is `radius + rise * height`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Taper {
+    axis: Vector3<f64>,
+    radius: f64,
+    rise: f64,
+}
+
+impl Taper {
+    /// The plane that touches the side next to a point.
+    pub fn touching(&self, p: &Vector3<f64>) -> Half {
+        let along = self.axis.dot(p);
+        let out = (p - self.axis * along).try_normalize(1e-300).unwrap_or_else(Vector3::zeros);
+        let scale = 1.0 / self.rise.hypot(1.0);
+        Half { normal: (out - self.axis * self.rise) * scale, height: self.radius * scale }
+    }
+}
+
+/// A convex volume with the sight's origin as its own, in the frame of the form it is tested against.
+///
+/// The sight's near and far count as distances, besides the planes.
+#[derive(Debug, Clone)]
+pub(super) struct Convex {
+    pub sight: Sight,
+    planes: ArrayVec<Half, 6>,
+    side: Option<Taper>,
+    /// Nothing of the volume is farther from the origin.
+    size: f64,
+}
+
+/// An angle wider than this is cut into pieces, so that each is convex by a good margin.
+const WIDEST: f64 = 2.0;
+
+/// Into how many convex pieces a volume is cut.
+pub(super) fn pieces(volume: &Volume) -> usize {
+    match volume {
+        Volume::Disc { angle, gap, .. } => {
+            let (count, sides) = arcs(*angle, *gap);
+            count * sides
+        }
+        _ => 1,
+    }
+}
+
+/// Pieces on each side of a gap, and sides.
+fn arcs(angle: f64, gap: f64) -> (usize, usize) {
+    let sides = if gap > 0.0 { 2 } else { 1 };
+    let width = (angle - gap.max(0.0)).max(0.0) / sides as f64;
+    // At most a full turn; what is no number makes one piece, in which nothing is found.
+    (((width / WIDEST).ceil() as usize).clamp(1, 4), sides)
+}
+
+impl Convex {
+    /// A piece of a volume, in the beam's frame; nothing where it is empty or no such volume.
+    pub fn new(sight: &Sight, volume: &Volume, piece: usize) -> Option<Self> {
+        let (near, far) = (sight.near, sight.far);
+        let half = |x: f64, y: f64, z: f64, height: f64| {
+            let length = x.hypot(y).hypot(z);
+            Half { normal: Vector3::new(x, y, z) / length, height: height / length }
+        };
+        let ends = [half(0.0, 0.0, 1.0, far), half(0.0, 0.0, -1.0, -near)];
+        let flat_ends = Sight { near: 0.0, far: f64::INFINITY, ..*sight };
+        // How much a half size grows per metre, and what it would be at the origin.
+        let line = |at_near: f64, at_far: f64| {
+            let rise = (at_far - at_near) / (far - near);
+            (rise, at_near - rise * near)
+        };
+        match *volume {
+            Volume::Pyramid { x_near, y_near, x_far, y_far } => {
+                let sizes = [x_near, y_near, x_far, y_far];
+                if !(sizes.iter().all(|s| *s >= 0.0 && s.is_finite()) && far.is_finite() && near < far) {
+                    return None;
+                }
+                let ((bx, ax), (by, ay)) = (line(x_near / 2.0, x_far / 2.0), line(y_near / 2.0, y_far / 2.0));
+                let sides = [
+                    half(1.0, 0.0, -bx, ax),
+                    half(-1.0, 0.0, -bx, ax),
+                    half(0.0, 1.0, -by, ay),
+                    half(0.0, -1.0, -by, ay),
+                ];
+                let size =
+                    [(x_near, y_near, near), (x_far, y_far, far)].map(|(x, y, z)| (x / 2.0).hypot(y / 2.0).hypot(z));
+                Some(Self {
+                    sight: flat_ends,
+                    planes: ends.into_iter().chain(sides).collect(),
+                    side: None,
+                    size: size[0].max(size[1]),
+                })
+            }
+            Volume::Cylinder { radius_near, radius_far } => {
+                let sizes = [radius_near, radius_far];
+                if !(sizes.iter().all(|s| *s >= 0.0 && s.is_finite()) && far.is_finite() && near < far) {
+                    return None;
+                }
+                let (rise, radius) = line(radius_near, radius_far);
+                Some(Self {
+                    sight: flat_ends,
+                    planes: ends.into_iter().collect(),
+                    side: Some(Taper { axis: Vector3::z(), radius, rise }),
+                    size: radius_near.hypot(near).max(radius_far.hypot(far)),
+                })
+            }
+            Volume::Disc { angle, height, gap } => {
+                let numbers = angle > 0.0 && height >= 0.0 && gap < angle;
+                if !(numbers && angle.is_finite() && height.is_finite()) {
+                    return None;
+                }
+                let (angle, gap) = (angle.min(std::f64::consts::TAU), gap.max(0.0));
+                let (count, sides) = arcs(angle, gap);
+                let start = if piece < count || sides == 1 { -angle / 2.0 } else { gap / 2.0 };
+                let width = (angle - gap) / (count * sides) as f64;
+                let first = start + width * (piece % count) as f64;
+                let last = first + width;
+                let planes = [
+                    half(last.cos(), 0.0, -last.sin(), 0.0),
+                    half(-first.cos(), 0.0, first.sin(), 0.0),
+                    half(0.0, 1.0, 0.0, height / 2.0),
+                    half(0.0, -1.0, 0.0, height / 2.0),
+                ];
+                Some(Self { sight: *sight, planes: planes.into_iter().collect(), side: None, size: far })
+            }
+            Volume::Ray | Volume::Cone { .. } => None,
+        }
+    }
+
+    /// The same volume turned, such as from the beam's frame into the world's.
+    pub fn turned(&self, turn: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Self {
+        let mut out = self.clone();
+        for plane in &mut out.planes {
+            plane.normal = turn(&plane.normal);
+        }
+        if let Some(side) = &mut out.side {
+            side.axis = turn(&side.axis);
+        }
+        out
+    }
+
+    /// The same volume in a form's frame, looking no further than `far`.
+    pub fn in_form(&self, world_from_form: &Isometry3<f64>, far: f64) -> Self {
+        let mut out = self.turned(|v| world_from_form.inverse_transform_vector(v));
+        out.sight = self.sight.in_form(world_from_form, far);
+        out
+    }
+
+    /// The volume and all points within `by` of it, or some more.
+    fn grown(&self, by: f64) -> Self {
+        let mut out = self.clone();
+        for plane in &mut out.planes {
+            plane.height += by;
+        }
+        if let Some(side) = &mut out.side {
+            side.radius += by * side.rise.hypot(1.0);
+        }
+        out.size += by;
+        out
+    }
+
+    /// A plane with the volume behind it and a point in front by more than `slack`.
+    pub fn cut(&self, p: &Vector3<f64>, slack: f64) -> Option<Half> {
+        let side = self.side.map(|side| side.touching(p));
+        let planes = self.planes.iter().copied().chain(side);
+        let worst = planes.max_by(|a, b| a.excess(p).total_cmp(&b.excess(p)))?;
+        (worst.excess(p) > slack).then_some(worst)
+    }
+
+    /// Whether a ball misses the volume for certain.
+    pub fn misses_ball(&self, centre: &Vector3<f64>, radius: f64) -> bool {
+        self.cut(centre, radius).is_some() || centre.norm() - radius > self.size
+    }
+
+    /// No point of a box that the volume holds is nearer than this; infinity when it holds none.
+    pub fn bound(&self, aabb: &Aabb, limit: f64) -> f64 {
+        let origin = self.sight.origin.coords;
+        let (low, high) = (aabb.low - origin, aabb.high - origin);
+        let least = low.sup(&-high).map(|x| x.max(0.0)).norm() - super::aabb::SLACK;
+        if least > limit {
+            return f64::INFINITY;
+        }
+        let (centre, half) = ((low + high) * 0.5, (high - low) * 0.5);
+        let beyond = |plane: &Half| plane.excess(&centre) > plane.normal.abs().dot(&half) + super::aabb::SLACK;
+        let outside = self.planes.iter().any(beyond) || self.side.is_some_and(|side| beyond(&side.touching(&centre)));
+        if outside { f64::INFINITY } else { least }
+    }
+}

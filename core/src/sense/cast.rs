@@ -1,0 +1,248 @@
+//! What the beams of a batch meet: all sensors of a kind in one pass, answers in arrays that the plugin reads.
+
+use nalgebra::{Isometry3, UnitQuaternion};
+use rayon::prelude::*;
+use tatu_plugin_api::abi::*;
+
+use super::{Targets, plan::BeamPlan};
+use crate::{
+    beams::{Beam, BundleCast, BundleHits, Hit, RayBundle},
+    scene::Scene,
+};
+
+/// Beams of a batch and their answers; beam `i` of the batch has place `i` in each array that was asked for.
+#[derive(Default)]
+pub(super) struct Casts {
+    /// Where each sensor's beams begin, and at last where they end.
+    pub first: Vec<u64>,
+    pub distance: Vec<f64>,
+    pub point: Vec<[f64; 3]>,
+    pub normal: Vec<[f64; 3]>,
+    pub object: Vec<tatu_object>,
+    pub primitive: Vec<u32>,
+    pub color: Vec<[u8; 3]>,
+    singles: Singles,
+    /// Room that is used again; the beams themselves stand in the plans.
+    bundles: Vec<Fan>,
+}
+
+/// Beams that are cast one by one: of detectable things first.
+#[derive(Default)]
+struct Singles {
+    beams: [Vec<Beam>; 2],
+    turns: [Vec<UnitQuaternion<f64>>; 2],
+    /// Of each beam, its place.
+    places: [Vec<u32>; 2],
+    hits: Vec<Hit>,
+}
+
+/// A sensor whose rays are cast as a bundle.
+#[derive(Clone, Copy)]
+struct Fan {
+    /// Its index in the batch.
+    sensor: usize,
+    look: Look,
+}
+
+/// Where a sensor is, and what it passes over.
+#[derive(Clone, Copy)]
+pub(super) struct Look {
+    pub world_from_sensor: Isometry3<f64>,
+    pub skip_group: Option<u32>,
+    pub only_object: Option<u64>,
+}
+
+impl Casts {
+    pub fn clear(&mut self) {
+        self.first.clear();
+        self.first.push(0);
+        self.distance.clear();
+        self.point.clear();
+        self.normal.clear();
+        self.object.clear();
+        self.primitive.clear();
+        self.color.clear();
+        self.bundles.clear();
+        let Singles { beams, turns, places, hits } = &mut self.singles;
+        beams.iter_mut().for_each(Vec::clear);
+        turns.iter_mut().for_each(Vec::clear);
+        places.iter_mut().for_each(Vec::clear);
+        hits.clear();
+    }
+
+    /// Adds the next sensor.
+    pub fn add(&mut self, plan: &BeamPlan, look: Look) {
+        let begin = self.first.last().copied().unwrap_or(0);
+        self.first.push(begin + plan.directions.len() as u64);
+        if plan.bundle.is_some() {
+            self.bundles.push(Fan { sensor: self.first.len() - 2, look });
+            return;
+        }
+        let set = usize::from(plan.visible);
+        for (k, turn) in plan.turns.iter().enumerate() {
+            self.singles.places[set].push(begin as u32 + k as u32);
+            self.singles.turns[set].push(*turn);
+            self.singles.beams[set].push(Beam {
+                world_from_beam: look.world_from_sensor * turn,
+                volume: plan.volume,
+                near: plan.near,
+                far: plan.far,
+                max_incidence: plan.max_incidence,
+                faces: plan.faces,
+                skip_group: look.skip_group,
+                only_object: look.only_object,
+            });
+        }
+    }
+
+    /// Casts all, as far as `inputs` ask for it. `plan` gives a sensor of the batch its plan.
+    pub fn run<'a>(
+        &mut self,
+        inputs: u32,
+        targets: &Targets,
+        scene: &Scene,
+        plan: impl Fn(usize) -> &'a BeamPlan,
+        pool: &rayon::ThreadPool,
+    ) {
+        let n = self.first.last().copied().unwrap_or(0) as usize;
+        let sized = |flags: u32| if inputs & flags != 0 { n } else { 0 };
+        self.distance.resize(sized(TATU_IN_DISTANCE), f64::INFINITY);
+        self.point.resize(sized(TATU_IN_POINT), [0.0; 3]);
+        self.normal.resize(sized(TATU_IN_NORMAL), [0.0; 3]);
+        self.object.resize(sized(TATU_IN_OBJECT | TATU_IN_COLOR), 0);
+        self.primitive.resize(sized(TATU_IN_PRIMITIVE), 0);
+        for set in [0, 1] {
+            self.singles(set, targets, pool);
+        }
+        self.fans(targets, plan, pool);
+        if inputs & TATU_IN_COLOR != 0 {
+            self.color.extend(self.object.iter().map(|o| surface_color(scene, *o)));
+        }
+    }
+
+    fn singles(&mut self, set: usize, targets: &Targets, pool: &rayon::ThreadPool) {
+        let Singles { beams, turns, places, hits } = &mut self.singles;
+        let (beams, seen) = (&beams[set], targets.beams(set == 1));
+        hits.resize(beams.len(), Hit::NONE);
+        // Few of them here and now, since a question to other threads takes longer than their answer.
+        if beams.len() > FEW {
+            pool.install(|| seen.cast(beams, hits));
+        } else {
+            beams.iter().zip(&mut *hits).for_each(|(beam, hit)| *hit = seen.cast_one(beam));
+        }
+        for ((hit, place), turn) in hits.drain(..).zip(&places[set]).zip(&turns[set]) {
+            let place = *place as usize;
+            if !hit.is_some() {
+                continue;
+            }
+            put(&mut self.distance, place, || hit.distance);
+            put(&mut self.object, place, || hit.object);
+            put(&mut self.primitive, place, || hit.primitive);
+            put(&mut self.point, place, || (turn * hit.point).coords.into());
+            put(&mut self.normal, place, || (turn * hit.normal).into());
+        }
+    }
+
+    fn fans<'a>(&mut self, targets: &Targets, plan: impl Fn(usize) -> &'a BeamPlan, pool: &rayon::ThreadPool) {
+        if self.bundles.is_empty() {
+            return;
+        }
+        let Casts { first, distance, point, normal, object, primitive, bundles, .. } = self;
+        let (mut distance, mut point, mut normal) = (&mut distance[..], &mut point[..], &mut normal[..]);
+        let (mut object, mut primitive) = (&mut object[..], &mut primitive[..]);
+        let mut at = 0;
+        let mut jobs: Vec<(BundleCast<'_>, bool, BundleHits<'_>)> = Vec::with_capacity(bundles.len());
+        for Fan { sensor, look } in bundles.iter().copied() {
+            let plan = plan(sensor);
+            let Some(bundle) = plan.bundle.get() else { continue };
+            let (begin, end) = (first[sensor] as usize, first[sensor + 1] as usize);
+            let skip = begin - at;
+            at = end;
+            let cast = BundleCast {
+                bundle,
+                world_from_sensor: look.world_from_sensor,
+                near: plan.near,
+                far: plan.far,
+                max_incidence: plan.max_incidence,
+                faces: plan.faces,
+                skip_group: look.skip_group,
+                only_object: look.only_object,
+            };
+            let hits = BundleHits {
+                distance: cut(&mut distance, skip, end - begin),
+                object: cut(&mut object, skip, end - begin),
+                primitive: cut(&mut primitive, skip, end - begin),
+                point: cut(&mut point, skip, end - begin),
+                normal: cut(&mut normal, skip, end - begin),
+            };
+            jobs.push((cast, plan.visible, hits));
+        }
+        if jobs.len() == 1 {
+            for (cast, visible, hits) in jobs {
+                targets.beams(visible).cast_bundle(&cast, hits);
+            }
+            return;
+        }
+        pool.install(|| {
+            jobs.into_par_iter()
+                .with_max_len(8)
+                .for_each(|(cast, visible, hits)| targets.beams(visible).cast_bundle(&cast, hits));
+        });
+    }
+}
+
+/// Writes a number that was asked for.
+fn put<T>(to: &mut [T], place: usize, value: impl FnOnce() -> T) {
+    if let Some(x) = to.get_mut(place) {
+        *x = value();
+    }
+}
+
+/// The part of `n` elements after `skip` others, taken off an array; nothing of one that was not asked for.
+fn cut<'a, T>(rest: &mut &'a mut [T], skip: usize, n: usize) -> &'a mut [T] {
+    if rest.is_empty() {
+        return &mut [];
+    }
+    let (_, after) = std::mem::take(rest).split_at_mut(skip);
+    let (part, after) = after.split_at_mut(n);
+    *rest = after;
+    part
+}
+
+/// The color of the surface that was met; black where nothing was.
+fn surface_color(scene: &Scene, object: tatu_object) -> [u8; 3] {
+    let met = (object != 0).then(|| scene.get((object & 0xF_FFFF) as u32)).flatten();
+    let color = met.and_then(|o| o.shape()).map_or([0.0; 3], |s| s.color);
+    color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
+}
+
+/// So many beams are cast at once; about what one task of the pool takes.
+const FEW: usize = 64;
+
+/// The rays of a plan made ready to be cast as a bundle, where there are enough of them.
+#[derive(Debug, Default)]
+pub(crate) struct Bundle(Option<RayBundle>);
+
+/// It follows from the directions, which stand beside it.
+impl PartialEq for Bundle {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Bundle {
+    pub const NONE: Bundle = Bundle(None);
+
+    pub fn new(directions: &[[f64; 3]]) -> Self {
+        Bundle((directions.len() >= FEWEST).then(|| RayBundle::new(directions)))
+    }
+    pub fn is_some(&self) -> bool {
+        self.0.is_some()
+    }
+    pub fn get(&self) -> Option<&RayBundle> {
+        self.0.as_ref()
+    }
+}
+
+/// Fewer rays are cast one by one.
+const FEWEST: usize = 8;

@@ -1,0 +1,53 @@
+//! What scripts of a sensor are told after it has measured: `sysCall_vision`, `sysCall_trigger`.
+
+use super::{
+    handle::{ask, settled, tell},
+    is_one,
+    view::View,
+};
+use crate::{Vrep, kit::*};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new("sim.handleSensorCallbacks", |c| {
+            let o = living(c, 0)?;
+            if is_one(c, o.id) {
+                let view = View::of_object(c, o)?;
+                if view.sequence == 0 {
+                    // What it has measured is not to be seen yet.
+                    return Ok(());
+                }
+                settled(c, &view)?;
+                tell(c, &view).map(|_| ())
+            } else {
+                detected(c, o.id)
+            }
+        })
+        .param(object("sensor"))
+        .text(
+            "Calls sysCall_vision and sysCall_trigger of the scripts of a sensor for what it has measured last. A name of \
+            Tatu's own: after each measurement of a stage it is called by itself, and sim.handleVisionSensor does so too.",
+        ),
+    );
+}
+
+/// Tells the scripts of a proximity sensor what it has detected, if anything.
+pub(crate) fn detected(c: &Ctx<'_>, sensor: tatu_object) -> Result {
+    let (w, p) = (c.world(), &c.plugin().p);
+    if w.reading(sensor, p.detected)?.i32s().first() != Some(&1) {
+        return Ok(());
+    }
+    let three = |prop| w.reading(sensor, prop).map(|r| Value::Floats(r.f64s().to_vec()));
+    let seen = w.reading(sensor, p.seen_object)?.objects().first().map_or(-1, |o| handle(*o));
+    let data = Value::Map(
+        [
+            ("handle", Value::Int(handle(sensor))),
+            ("detectedObjectHandle", Value::Int(seen)),
+            ("detectedPoint", three(p.point)?),
+            ("normalVector", three(p.normal)?),
+        ]
+        .map(|(k, v)| (Value::text(k), v))
+        .into(),
+    );
+    ask(c, sensor, "sysCall_trigger", &data).map(|_| ())
+}

@@ -1,0 +1,329 @@
+//! Taking an image, and what was found in it.
+
+use std::{borrow::Cow, collections::BTreeMap};
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    all, filters, is_one,
+    packets::{EMPTY, packet},
+    parameters,
+    view::View,
+};
+use crate::{Vrep, kit::*, scripts::call_named, state::state};
+
+/// What was made of the image of a sensor.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Seen {
+    /// Which image: how often the sensor had measured, and when.
+    stamp: (u64, u64),
+    /// What stands in place of the colours and depths that were taken.
+    pub rgb: Option<Vec<u8>>,
+    pub depth: Option<Vec<f32>>,
+    /// Something was detected.
+    pub trigger: bool,
+    /// What was found, beside the packet that every sensor has.
+    pub packets: Vec<Vec<f64>>,
+}
+
+/// What was made of the images of each sensor.
+pub(crate) type AllSeen = BTreeMap<tatu_object, Seen>;
+
+impl Seen {
+    /// Before anything is made of an image.
+    fn of(view: &View) -> Self {
+        Seen { stamp: stamp(view), ..Seen::default() }
+    }
+    /// An image from elsewhere.
+    pub fn given(rgb: Vec<u8>, depth: Option<Vec<f32>>) -> Self {
+        Seen { rgb: Some(rgb), depth, ..Seen::default() }
+    }
+    pub fn rgb<'a>(&'a self, c: &Ctx<'a>, view: &View) -> Cow<'a, [u8]> {
+        match &self.rgb {
+            Some(rgb) if rgb.len() == 3 * view.pixels() => Cow::Borrowed(rgb),
+            _ => view.rgb(c),
+        }
+    }
+    pub fn depth<'a>(&'a self, c: &Ctx<'a>, view: &View) -> Cow<'a, [f32]> {
+        match &self.depth {
+            Some(depth) if depth.len() == view.pixels() => Cow::Borrowed(depth),
+            _ => Cow::Owned(view.depth(c)),
+        }
+    }
+    /// Whether the depths are those that were taken.
+    pub fn depth_as_taken(&self) -> bool {
+        self.depth.is_none()
+    }
+}
+
+fn stamp(view: &View) -> (u64, u64) {
+    (view.sequence, view.time.to_bits())
+}
+
+/// What was made of a sensor's image, now at the latest.
+pub(super) fn settled(c: &Ctx<'_>, view: &View) -> Result<Seen> {
+    let kept = state(c)?.seen.get(&view.id).filter(|s| s.stamp == stamp(view)).cloned();
+    match kept {
+        Some(seen) => Ok(seen),
+        None if view.sequence == 0 => Ok(Seen::of(view)),
+        None => {
+            let seen = filters::run(c, view, Seen::of(view))?;
+            keep(c, view, seen.clone())?;
+            Ok(seen)
+        }
+    }
+}
+
+/// Keeps it.
+pub(super) fn keep(c: &Ctx<'_>, view: &View, seen: Seen) -> Result {
+    state(c)?.seen.insert(view.id, Seen { stamp: stamp(view), ..seen });
+    Ok(())
+}
+
+/// Makes of an image, which was just taken or given, what filters and scripts of its sensor want.
+pub(super) fn look_at(c: &Ctx<'_>, view: &View, seen: Seen) -> Result<Seen> {
+    let seen = filters::run(c, view, seen)?;
+    keep(c, view, seen)?;
+    tell(c, view)
+}
+
+/// Tells the scripts of a sensor of its image, and hears what they found.
+pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
+    let data = parameters::described(c, view)?;
+    for answer in ask(c, view.id, "sysCall_vision", &data)? {
+        let mut seen = settled(c, view)?;
+        seen.trigger = truth(&answer, "trigger").unwrap_or(seen.trigger);
+        seen.packets.extend(packets_of(&answer));
+        keep(c, view, seen)?;
+    }
+    let seen = settled(c, view)?;
+    if !seen.trigger {
+        return Ok(seen);
+    }
+    let packed = |p: &Vec<f64>| {
+        let floats: Vec<f32> = p.iter().map(|x| *x as f32).collect();
+        Value::Text(super::images::packed(&floats))
+    };
+    let packets = seen.packets.iter().map(packed).collect();
+    let data = Value::Map(vec![
+        (Value::text("handle"), Value::Int(handle(view.id))),
+        (Value::text("packedPackets"), Value::List(packets)),
+    ]);
+    for answer in ask(c, view.id, "sysCall_trigger", &data)? {
+        let mut seen = settled(c, view)?;
+        seen.trigger = truth(&answer, "trigger").unwrap_or(seen.trigger);
+        keep(c, view, seen)?;
+    }
+    settled(c, view)
+}
+
+/// Calls a function of the scripts of an object that have it; their answers.
+pub(super) fn ask(c: &Ctx<'_>, owner: tatu_object, function: &str, data: &Value) -> Result<Vec<Value>> {
+    let mut out = Vec::new();
+    for script in c.world().scripts(owner)? {
+        match call_named(c, script, function, std::slice::from_ref(data)) {
+            Ok(mut results) if !results.is_empty() => out.push(results.swap_remove(0)),
+            Ok(_) => {}
+            Err(e) if e.code() == TATU_ERR_MISSING => {}
+            Err(e) => return Err(e),
+        }
+    }
+    Ok(out)
+}
+
+fn entry<'v>(map: &'v Value, key: &str) -> Option<&'v Value> {
+    let Value::Map(entries) = map else { return None };
+    entries.iter().find(|(k, _)| *k == Value::text(key)).map(|(_, v)| v)
+}
+fn truth(map: &Value, key: &str) -> Option<bool> {
+    entry(map, key).map(|v| !matches!(v, Value::Nil | Value::Bool(false)))
+}
+/// `packedPackets`: texts of 32-bit floats.
+fn packets_of(map: &Value) -> Vec<Vec<f64>> {
+    let floats = |bytes: &[u8]| bytes.as_chunks::<4>().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect();
+    match entry(map, "packedPackets") {
+        Some(Value::List(all)) => all
+            .iter()
+            .filter_map(|p| match p {
+                Value::Text(b) | Value::Bytes(b) => Some(floats(b)),
+                _ => None,
+            })
+            .collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Lets a sensor take an image now, of one object or all.
+fn take(c: &Ctx<'_>, id: tatu_object, only: tatu_object) -> Result<(View, Seen)> {
+    if is_one(c, id) {
+        c.world().sense_now(id, only)?;
+    }
+    let view = View::of_object(c, c.world().look(id)?)?;
+    let seen = if view.blind { Seen::of(&view) } else { look_at(c, &view, Seen::of(&view))? };
+    Ok((view, seen))
+}
+
+/// Whether something was detected, the packet of every sensor, and those that were made of the image.
+fn give(c: &mut Ctx<'_>, view: &View, seen: &Seen) {
+    c.ret(i64::from(seen.trigger));
+    let first = if view.blind { EMPTY } else { packet(&view.rgb(c), &view.depth(c)) };
+    c.ret::<[f64]>(&first[..]);
+    for more in &seen.packets {
+        c.ret::<[f64]>(&more[..]);
+    }
+}
+
+/// The sensors that the first argument means.
+fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
+    let which = c.i64(0)?;
+    if !matches!(which, HANDLE_ALL | HANDLE_ALL_EXCEPT_EXPLICIT) {
+        return Ok(vec![View::of(c, 0)?.id]);
+    }
+    let mut found = all(c)?;
+    if which == HANDLE_ALL_EXCEPT_EXPLICIT {
+        found.retain(|s| !bool_of(c, *s, c.plugin().p.sensor_explicit).unwrap_or(false));
+    }
+    Ok(found)
+}
+
+fn handle_now(c: &mut Ctx<'_>) -> Result {
+    let which = c.i64(0)?;
+    let sensors = meant(c)?;
+    if which >= 0 {
+        let (view, seen) = take(c, sensors[0], 0)?;
+        give(c, &view, &seen);
+        return Ok(());
+    }
+    let mut count = 0;
+    if which == HANDLE_ALL_EXCEPT_EXPLICIT && crate::main_script::is_main(c)? {
+        // These are measured in the sensing stage, which the main script runs with its proximity sensors, or here.
+        let now = c.world().f64(0, c.plugin().p.time)?;
+        let late = |s: &tatu_object| View::of_object(c, c.world().look(*s)?).map(|v| v.sequence == 0 || v.time < now);
+        if sensors.iter().map(late).collect::<Result<Vec<bool>>>()?.contains(&true) {
+            c.world().run_stage(TATU_STAGE_SENSE, 0.0)?;
+        }
+        for s in sensors {
+            let view = View::of_object(c, c.world().look(s)?)?;
+            count += i64::from(settled(c, &view)?.trigger);
+        }
+    } else {
+        for s in sensors {
+            count += i64::from(take(c, s, 0)?.1.trigger);
+        }
+    }
+    c.ret(count);
+    Ok(())
+}
+
+/// An entity to look at: an object, or all.
+fn entity(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
+    if c.i64(i)? == HANDLE_ALL { Ok(0) } else { Ok(living(c, i)?.id) }
+}
+
+const LATER: &str = "The answer also becomes what the sensor has seen; collections are not known.";
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let packets = |command: Cmd| {
+        command
+            .returns(Param::floats("packet", 15).text(
+                "least, greatest and mean intensity, red, green, blue and depth of the image, 0 to 1, in three groups \
+                of five",
+            ))
+            .returns(Param::floats("more", 0).text("what filters and sysCall_vision have found, packet by packet"))
+    };
+    offer.command(
+        packets(
+            both("readVisionSensor", MINUS, |c| {
+                let view = View::of(c, 0)?;
+                if view.sequence == 0 {
+                    c.ret(-1_i64);
+                    return Ok(());
+                }
+                let seen = settled(c, &view)?;
+                give(c, &view, &seen);
+                Ok(())
+            })
+            .param(flagged("sensor"))
+            .returns(Param::int("result").text("1: something was detected, 0: nothing; -1 alone: never handled")),
+        )
+        .text("Gives what a vision sensor found when it last took an image."),
+    );
+    offer.command(
+        packets(
+            both("handleVisionSensor", MINUS, handle_now)
+                .param(flagged("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
+                .returns(Param::int("count").text("of the sensors that detected something")),
+        )
+        .text(
+            "Lets vision sensors take an image now; then sysCall_vision and sysCall_trigger of their scripts are called. \
+            Of one sensor it gives the packets too.",
+        ),
+    );
+    offer.command(
+        both("resetVisionSensor", MINUS, |c| {
+            for sensor in meant(c)? {
+                if is_one(c, sensor) {
+                    c.world().reset_reading(sensor)?;
+                }
+                state(c)?.seen.remove(&sensor);
+            }
+            c.ret(0_i64);
+            Ok(())
+        })
+        .param(flagged("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
+        .returns(Param::int("result").text("0"))
+        .text("Forgets what vision sensors have seen."),
+    );
+    offer.command(
+        packets(
+            both("checkVisionSensor", MINUS, |c| {
+                let (sensor, only) = (View::of(c, 0)?.id, entity(c, 1)?);
+                let (view, seen) = take(c, sensor, only)?;
+                give(c, &view, &seen);
+                Ok(())
+            })
+            .param(flagged("sensor"))
+            .param(Param::int("entity").text("an object, or sim.handle_all"))
+            .returns(Param::int("result").text("1: something was detected, 0: nothing")),
+        )
+        .text("Looks at one object through a vision sensor.")
+        .partial(LATER),
+    );
+    offer.command(
+        both("checkVisionSensorEx", NIL, |c| {
+            let (sensor, only) = (View::of(c, 0)?.id, entity(c, 1)?);
+            let (view, seen) = take(c, sensor, only)?;
+            let out: Vec<f64> = if c.arg(2).truthy() {
+                seen.rgb(c, &view).iter().map(|x| f64::from(*x) / 255.0).collect()
+            } else {
+                seen.depth(c, &view).iter().map(|x| f64::from(*x)).collect()
+            };
+            c.ret::<[f64]>(out);
+            Ok(())
+        })
+        .param(flagged("sensor"))
+        .param(Param::int("entity").text("an object, or sim.handle_all"))
+        .param(Param::any("image").optional().text("true: colours, else depths"))
+        .returns(Param::floats("buffer", 0).text("0 to 1"))
+        .text("Looks at one object through a vision sensor, and gives the image or the depths.")
+        .partial(LATER),
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_of_scripts_are_read() {
+        let bytes: Vec<u8> = [1.5_f32, -2.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+        let map = Value::Map(vec![
+            (Value::text("trigger"), Value::Bool(true)),
+            (Value::text("packedPackets"), Value::List(vec![Value::Text(bytes), Value::Text(Vec::new())])),
+        ]);
+        assert_eq!(truth(&map, "trigger"), Some(true));
+        assert_eq!(truth(&map, "other"), None);
+        assert_eq!(packets_of(&map), [vec![1.5, -2.0], vec![]]);
+        assert!(packets_of(&Value::Nil).is_empty());
+    }
+}

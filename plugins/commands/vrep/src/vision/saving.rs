@@ -1,0 +1,287 @@
+//! Images in files, and images made of images.
+//!
+//! An image of this API has its lowest row first, in files the highest comes first: both are upright.
+
+use super::images::pair;
+use crate::{Vrep, kit::*};
+
+/// Options of an image: four bytes a pixel.
+const ALPHA: i64 = 1;
+/// No image has more pixels.
+const MOST: i64 = 1 << 26;
+
+/// An image that a script gave: its bytes, columns, rows and bytes a pixel.
+#[derive(Debug, Clone, PartialEq)]
+struct Picture {
+    columns: usize,
+    rows: usize,
+    each: usize,
+    bytes: Vec<u8>,
+}
+
+impl Picture {
+    /// Of an argument and the one after it, which holds its size.
+    fn of(c: &Ctx<'_>, i: usize, each: usize) -> Result<Self> {
+        let (bytes, [columns, rows]) = (c.bytes(i)?, pair(c, i + 1));
+        if columns < 1 || rows < 1 || columns.saturating_mul(rows) > MOST {
+            return Err(Fail::argument(format!("argument {}: {columns} x {rows} is no size of an image", i + 2)));
+        }
+        let (columns, rows) = (columns as usize, rows as usize);
+        if bytes.len() != columns * rows * each {
+            return Err(Fail::argument(format!(
+                "argument {}: an image of {columns} x {rows} pixels has {} bytes, found {}",
+                i + 1,
+                columns * rows * each,
+                bytes.len()
+            )));
+        }
+        Ok(Picture { columns, rows, each, bytes: bytes.to_vec() })
+    }
+    fn pixel(&self, column: usize, row: usize) -> &[u8] {
+        let first = (row * self.columns + column) * self.each;
+        &self.bytes[first..first + self.each]
+    }
+    fn flipped(&self, x: bool, y: bool) -> Vec<u8> {
+        let mut out = Vec::with_capacity(self.bytes.len());
+        for row in 0..self.rows {
+            for column in 0..self.columns {
+                let column = if x { self.columns - 1 - column } else { column };
+                let row = if y { self.rows - 1 - row } else { row };
+                out.extend_from_slice(self.pixel(column, row));
+            }
+        }
+        out
+    }
+    /// With three or four bytes a pixel; what is new is opaque.
+    fn with(self, each: usize) -> Self {
+        if each == self.each {
+            return self;
+        }
+        let pixels = self.bytes.chunks(self.each);
+        let bytes = pixels.flat_map(|p| [p[0], p[1], p[2], 255].into_iter().take(each)).collect();
+        Picture { each, bytes, ..self }
+    }
+    /// The value at a place between pixels: that of the nearest, or of the four around it, mixed.
+    fn scaled(&self, columns: usize, rows: usize, smooth: bool) -> Vec<u8> {
+        let mut out = Vec::with_capacity(columns * rows * self.each);
+        let place = |i: usize, n: usize, side: usize| {
+            ((i as f64 + 0.5) * side as f64 / n as f64 - 0.5).clamp(0.0, side as f64 - 1.0)
+        };
+        for row in 0..rows {
+            let y = place(row, rows, self.rows);
+            for column in 0..columns {
+                let x = place(column, columns, self.columns);
+                if !smooth {
+                    out.extend_from_slice(self.pixel(x.round() as usize, y.round() as usize));
+                    continue;
+                }
+                let (left, low) = (x.floor() as usize, y.floor() as usize);
+                let (right, high) = ((left + 1).min(self.columns - 1), (low + 1).min(self.rows - 1));
+                let (u, v) = (x - left as f64, y - low as f64);
+                for k in 0..self.each {
+                    let at = |c, r| f64::from(self.pixel(c, r)[k]);
+                    let below = at(left, low) * (1.0 - u) + at(right, low) * u;
+                    let above = at(left, high) * (1.0 - u) + at(right, high) * u;
+                    out.push((below * (1.0 - v) + above * v).round() as u8);
+                }
+            }
+        }
+        out
+    }
+}
+
+/// The format that a file's name tells.
+fn format_of(name: &str) -> Result<&'static str> {
+    let end = name.rsplit_once('.').map_or("", |(_, end)| end).to_lowercase();
+    ["png", "ppm"].into_iter().find(|f| *f == end).ok_or_else(|| {
+        Fail::unsupported(format!("images are written as .png or .ppm, not as `{name}`"))
+            .help("give the file such an ending")
+    })
+}
+
+fn broken(e: impl std::fmt::Display) -> Fail {
+    Fail::new(format!("the image cannot be written: {e}"))
+}
+
+/// A file's content.
+fn encode(picture: &Picture, format: &str) -> Result<Vec<u8>> {
+    let upright = picture.flipped(false, true);
+    if format == "ppm" {
+        let mut out = format!("P6\n{} {}\n255\n", picture.columns, picture.rows).into_bytes();
+        out.extend(upright.chunks(picture.each).flat_map(|p| p.iter().take(3).copied()));
+        return Ok(out);
+    }
+    let mut out = Vec::new();
+    let mut png = png::Encoder::new(&mut out, picture.columns as u32, picture.rows as u32);
+    png.set_color(if picture.each == 4 { png::ColorType::Rgba } else { png::ColorType::Rgb });
+    png.set_depth(png::BitDepth::Eight);
+    let mut writer = png.write_header().map_err(broken)?;
+    writer.write_image_data(&upright).map_err(broken)?;
+    writer.finish().map_err(broken)?;
+    Ok(out)
+}
+
+/// The image in a file's content, with three or four bytes a pixel.
+fn decode(bytes: &[u8], each: usize) -> Result<Picture> {
+    let unreadable =
+        |e: &dyn std::fmt::Display| Fail::argument(format!("this is no image that can be read (.png): {e}"));
+    let mut png = png::Decoder::new(bytes);
+    png.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = png.read_info().map_err(|e| unreadable(&e))?;
+    let (w, h) = (reader.info().width, reader.info().height);
+    if i64::from(w) * i64::from(h) > MOST {
+        return Err(unreadable(&format!("{w} x {h} pixels are too many")));
+    }
+    let mut data = vec![0; reader.output_buffer_size()];
+    let info = reader.next_frame(&mut data).map_err(|e| unreadable(&e))?;
+    let samples = info.color_type.samples();
+    let rgba = |p: &[u8]| match samples {
+        1 => [p[0], p[0], p[0], 255],
+        2 => [p[0], p[0], p[0], p[1]],
+        3 => [p[0], p[1], p[2], 255],
+        _ => [p[0], p[1], p[2], p[3]],
+    };
+    let bytes = data[..info.buffer_size()].chunks_exact(samples).flat_map(|p| rgba(p).into_iter().take(each)).collect();
+    let mut out = Picture { columns: w as usize, rows: h as usize, each, bytes };
+    out.bytes = out.flipped(false, true);
+    Ok(out)
+}
+
+fn each_of(options: i64) -> usize {
+    if options & ALPHA != 0 { 4 } else { 3 }
+}
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        both("saveImage", MINUS, |c| {
+            let picture = Picture::of(c, 0, each_of(int_or(c, 2, 0)?))?;
+            let name = c.text(3)?;
+            let content = encode(&picture, format_of(&name)?)?;
+            // A name that is an ending alone asks for the content.
+            if name.starts_with('.') && !name.contains(['/', '\\']) {
+                c.ret::<[u8]>(content);
+                return Ok(());
+            }
+            let path = c.world().file(name.as_bytes(), TATU_FILE_WRITE)?;
+            let path = String::from_utf8_lossy(&path).into_owned();
+            std::fs::write(&path, content).map_err(|e| Fail::new(format!("`{path}` cannot be written: {e}")))?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(Param::string("image").text("bytes, the lowest row first"))
+        .param(Param::any("resolution").text("{width, height}"))
+        .param(Param::int("options").default(0).optional().text("1: with alpha"))
+        .param(
+            Param::string("file")
+                .text("in a folder that scripts may use; .png or .ppm, which alone asks for the content"),
+        )
+        .param(Param::int("quality").default(-1).optional().text("ignored: nothing is lost"))
+        .returns(Param::any("result").text("1, or the content"))
+        .text("Writes an image to a file.")
+        .partial("Formats are .png and .ppm."),
+    );
+    offer.command(
+        both("loadImage", NIL, |c| {
+            let each = each_of(c.i64(0)?);
+            let given = c.bytes(1)?;
+            let picture = if given.starts_with(b"\x89PNG") {
+                decode(given, each)?
+            } else {
+                let path = c.world().file(given, TATU_FILE_READ)?;
+                let path = String::from_utf8_lossy(&path).into_owned();
+                let content =
+                    std::fs::read(&path).map_err(|e| Fail::missing(format!("`{path}` cannot be read: {e}")))?;
+                decode(&content, each)?
+            };
+            c.ret::<[u8]>(picture.bytes);
+            c.ret::<[i64]>(&[picture.columns as i64, picture.rows as i64][..]);
+            Ok(())
+        })
+        .param(Param::int("options").text("1: with alpha"))
+        .param(Param::string("file").text("in a folder that scripts may use; or its content"))
+        .returns(Param::string("image").text("bytes, the lowest row first"))
+        .returns(Param::list("resolution").text("{width, height}"))
+        .text("Reads an image from a file.")
+        .partial("The format is .png."),
+    );
+    offer.command(
+        both("getScaledImage", NIL, |c| {
+            let options = int_or(c, 3, 0)?;
+            let picture = Picture::of(c, 0, each_of(options))?.with(if options & 2 != 0 { 4 } else { 3 });
+            let [w, h] = pair(c, 2);
+            if w < 1 || h < 1 || w.saturating_mul(h) > MOST {
+                return Err(Fail::argument(format!("argument 3: {w} x {h} is no size of an image")));
+            }
+            let (mut w, mut h) = (w as usize, h as usize);
+            if options & 12 != 0 {
+                // As large as fits in, or as small as covers, what is asked for.
+                let (x, y) = (w as f64 / picture.columns as f64, h as f64 / picture.rows as f64);
+                let scale = if options & 4 != 0 { x.min(y) } else { x.max(y) };
+                w = ((picture.columns as f64 * scale).round() as usize).max(1);
+                h = ((picture.rows as f64 * scale).round() as usize).max(1);
+            }
+            c.ret::<[u8]>(picture.scaled(w, h, options & 16 != 0));
+            c.ret::<[i64]>(&[w as i64, h as i64][..]);
+            Ok(())
+        })
+        .param(Param::string("image").text("bytes"))
+        .param(Param::any("resolution").text("{width, height}"))
+        .param(Param::any("wanted").text("{width, height}"))
+        .param(Param::int("options").default(0).optional().text(
+            "1: it has alpha, 2: the result has, 4: keeps the ratio of its sides, within what is wanted, 8: covering it, 16: smooth",
+        ))
+        .returns(Param::string("image"))
+        .returns(Param::list("resolution").text("{width, height}"))
+        .text("Scales an image."),
+    );
+    offer.command(
+        both("transformImage", MINUS, |c| {
+            let options = int_or(c, 2, 0)?;
+            let picture = Picture::of(c, 0, each_of(options))?;
+            c.ret(1_i64);
+            c.ret::<[u8]>(picture.flipped(options & 2 != 0, options & 4 != 0));
+            Ok(())
+        })
+        .param(Param::string("image").text("bytes"))
+        .param(Param::any("resolution").text("{width, height}"))
+        .param(Param::int("options").text("1: with alpha, 2: flips along x, 4: along y"))
+        .returns(Param::int("result").text("1"))
+        .returns(Param::string("image").text("the changed one"))
+        .text("Mirrors an image.")
+        .partial(
+            "The original changes the text that it is given, which no text of Lua allows here: take the second value.",
+        ),
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn small() -> Picture {
+        // Lower row: red, green; upper row: blue, white.
+        Picture { columns: 2, rows: 2, each: 3, bytes: vec![255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255] }
+    }
+
+    #[test]
+    fn files_are_upright_and_come_back() {
+        let ppm = encode(&small(), "ppm").unwrap();
+        assert_eq!(ppm, [b"P6\n2 2\n255\n".as_slice(), &[0, 0, 255, 255, 255, 255, 255, 0, 0, 0, 255, 0]].concat());
+        let png = encode(&small(), "png").unwrap();
+        assert_eq!(decode(&png, 3).unwrap(), small());
+        assert_eq!(decode(&png, 4).unwrap(), small().with(4));
+        assert_eq!(small().with(4).bytes[..8], [255, 0, 0, 255, 0, 255, 0, 255]);
+        assert!(decode(b"\x89PNG no", 3).is_err());
+        assert!(format_of("a.bmp").is_err() && format_of("png").is_err());
+    }
+
+    #[test]
+    fn flips_and_scales() {
+        assert_eq!(small().flipped(true, false)[..3], [0, 255, 0]);
+        assert_eq!(small().flipped(false, true)[..3], [0, 0, 255]);
+        let twice = small().scaled(4, 2, false);
+        assert_eq!(twice[..12], [255, 0, 0, 255, 0, 0, 0, 255, 0, 0, 255, 0]);
+        // The middle of all four.
+        assert_eq!(small().scaled(1, 1, true), [128, 128, 128]);
+    }
+}

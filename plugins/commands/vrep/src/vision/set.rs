@@ -1,0 +1,105 @@
+//! Images from elsewhere, and sensors that scripts make.
+
+use super::{
+    handle::{Seen, look_at, settled},
+    view::View,
+};
+use crate::{Vrep, kit::*, notes};
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    for name in ["setVisionSensorImage", "setVisionSensorCharImage"] {
+        offer.command(
+            set_image(both(name, MINUS, |c| {
+                let view = View::of(c, 0)?;
+                let rgb = image(c, &view)?;
+                let trigger = put(c, &view, rgb, None)?;
+                c.ret(i64::from(trigger));
+                Ok(())
+            }))
+            .returns(Param::int("result").text("1: something was detected in it, 0: nothing"))
+            .text("Gives a vision sensor an image from elsewhere, which its scripts see as its own."),
+        );
+    }
+    offer.command(
+        set_image(modern("setVisionSensorImg", |c| {
+            let mut view = View::of(c, 0)?;
+            let options = int_or(c, 2, 0)?;
+            let part = view.part(super::images::pair(c, 3), super::images::pair(c, 4))?;
+            let given = bytes_to_rgb(c.bytes(1)?, part.columns * part.rows, options & 1 != 0)?;
+            let seen = settled(c, &view)?;
+            let mut rgb = seen.rgb(c, &view).into_owned();
+            for (y, row) in given.chunks(3 * part.columns).enumerate() {
+                let first = 3 * ((part.y + y) * view.columns + part.x);
+                rgb[first..first + row.len()].copy_from_slice(row);
+            }
+            let trigger = put(c, &view, rgb, seen.depth)?;
+            c.ret(i64::from(trigger));
+            Ok(())
+        }))
+        .param(Param::int("options").default(0).optional().text("1: one byte a pixel, grey"))
+        .param(Param::any("position").optional().text("{x, y} of a part"))
+        .param(Param::any("size").optional().text("{width, height} of that part; without: all"))
+        .returns(Param::int("result").text("1: something was detected in it, 0: nothing"))
+        .text("Gives a vision sensor an image from elsewhere, which its scripts see as its own."),
+    );
+    offer.command(
+        both("createVisionSensor", MINUS, |c| {
+            let made = c.world().create("dummy", 0, "visionSensor")?;
+            let ints: [f64; 2] = numbers(c, 1)?;
+            let floats: [f64; 2] = numbers(c, 2)?;
+            let keys = ["vision.columns", "vision.rows", "vision.near", "vision.far"];
+            for (key, x) in keys.into_iter().zip([ints[0], ints[1], floats[0], floats[1]]) {
+                notes::set_number(c, made, key, x)?;
+            }
+            c.ret(handle(made));
+            Ok(())
+        })
+        .param(Param::int("options"))
+        .param(table("integers", "{columns, rows, 0, 0}"))
+        .param(table("floats", "{near, far, angle or size, and eight more}"))
+        .param(Param::any("color").optional())
+        .returns(Param::int("sensor").text("a dummy stands for it"))
+        .text("Makes a vision sensor.")
+        .partial("Sensors are made with the scene only: it has the resolution and the planes asked for, and is blind."),
+    );
+}
+
+fn set_image(command: Cmd) -> Cmd {
+    command
+        .param(flagged("sensor"))
+        .param(Param::any("image").text("as bytes, or a table of numbers from 0 to 1; the lowest row first"))
+}
+
+/// Shows a sensor an image; whether something was detected in it.
+fn put(c: &Ctx<'_>, view: &View, rgb: Vec<u8>, depth: Option<Vec<f32>>) -> Result<bool> {
+    Ok(look_at(c, view, Seen::given(rgb, depth))?.trigger)
+}
+
+/// The image of argument 1: bytes, or numbers from 0 to 1.
+fn image(c: &Ctx<'_>, view: &View) -> Result<Vec<u8>> {
+    let n = view.pixels();
+    match c.arg(1).as_bytes() {
+        Some(bytes) => bytes_to_rgb(bytes, n, c.i64(0)? & 0x40_0000 != 0),
+        None => {
+            let all = c
+                .arg(1)
+                .numbers()
+                .ok_or_else(|| Fail::argument("argument 2: expected a text or a table of numbers"))?;
+            let bytes: Vec<u8> = all.iter().map(|x| (x.clamp(0.0, 1.0) * 255.0).round() as u8).collect();
+            bytes_to_rgb(&bytes, n, c.i64(0)? & 0x40_0000 != 0)
+        }
+    }
+}
+
+/// Three bytes a pixel.
+fn bytes_to_rgb(bytes: &[u8], pixels: usize, grey: bool) -> Result<Vec<u8>> {
+    let each = if grey { 1 } else { 3 };
+    if bytes.len() != each * pixels {
+        return Err(Fail::argument(format!(
+            "argument 2: an image of {pixels} pixels has {} values, found {}",
+            each * pixels,
+            bytes.len()
+        )));
+    }
+    Ok(if grey { bytes.iter().flat_map(|x| [*x; 3]).collect() } else { bytes.to_vec() })
+}

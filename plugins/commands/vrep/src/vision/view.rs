@@ -1,0 +1,198 @@
+//! What a sensor has seen, in its planes and units.
+
+use std::borrow::Cow;
+
+use super::{is_one, parameters, work::Lens};
+use crate::{kit::*, notes};
+
+/// Pixels of a blind sensor's image, in each direction, where nothing else is asked for.
+const SIDE: usize = 32;
+/// No image of one is larger than this, in each direction.
+const MOST: i64 = 4096;
+
+/// A vision sensor at a moment.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct View {
+    pub id: tatu_object,
+    pub columns: usize,
+    pub rows: usize,
+    /// How often it has taken an image; 0: never, or reset since.
+    pub sequence: u64,
+    /// When it took the last one, s.
+    pub time: f64,
+    /// The near and the far plane, m.
+    pub planes: [f64; 2],
+    /// Stands for a sensor and sees nothing.
+    pub blind: bool,
+}
+
+/// A part of an image, in pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Part {
+    pub x: usize,
+    pub y: usize,
+    pub columns: usize,
+    pub rows: usize,
+}
+
+impl View {
+    /// Of the sensor that argument `i` names.
+    pub fn of(c: &Ctx<'_>, i: usize) -> Result<Self> {
+        let o = living(c, i)?;
+        Self::of_object(c, o)
+    }
+
+    pub fn of_object(c: &Ctx<'_>, o: Object) -> Result<Self> {
+        let id = o.id;
+        if is_one(c, id) {
+            let p = &c.plugin().p;
+            let reading = c.world().reading(id, p.depth).or_else(|_| c.world().reading(id, p.rgb))?;
+            let [rows, columns, _] = reading.dims();
+            return Ok(View {
+                id,
+                columns: columns as usize,
+                rows: rows as usize,
+                sequence: reading.sequence(),
+                time: reading.time(),
+                planes: parameters::planes(c, id),
+                blind: false,
+            });
+        }
+        let made = notes::number(c, id, "vision.columns")?;
+        // What stands in for a sensor is a dummy or camera; shapes, joints and other sensors are refused, as the original does.
+        let stands_in = matches!(o.kind, TATU_KIND_DUMMY | TATU_KIND_CAMERA) && c.world().makes_stand_ins();
+        if made.is_none() && !stands_in {
+            return Err(Fail::argument(format!("object {} `{}` is no vision sensor", o.handle(), path(c, id))));
+        }
+        let side = |x: Option<f64>| x.map_or(SIDE, |x| x.clamp(1.0, MOST as f64) as usize);
+        Ok(View {
+            id,
+            columns: side(made),
+            rows: side(notes::number(c, id, "vision.rows")?),
+            sequence: 0,
+            time: 0.0,
+            planes: [
+                notes::number(c, id, "vision.near")?.unwrap_or(parameters::PLANES[0]),
+                notes::number(c, id, "vision.far")?.unwrap_or(parameters::PLANES[1]),
+            ],
+            blind: true,
+        })
+    }
+
+    /// Where its pixels look.
+    pub fn lens(&self, c: &Ctx<'_>) -> Lens {
+        let (w, p) = (c.world(), &c.plugin().p);
+        let told = w.reading(self.id, p.intrinsics).ok().and_then(|r| r.f64s().first_chunk::<4>().copied());
+        let parallel = w.reading(self.id, p.parallel).ok().and_then(|r| r.i32s().first().copied());
+        let intrinsics = told.filter(|k| k[0] > 0.0 && k[1] > 0.0).unwrap_or_else(|| {
+            // Before its first image it tells nothing.
+            let (columns, rows) = (self.columns as f64, self.rows as f64);
+            let f = columns.max(rows) / 2.0 / (parameters::angle(c, self.id) / 2.0).tan();
+            [f, f, (columns - 1.0) / 2.0, (rows - 1.0) / 2.0]
+        });
+        Lens { intrinsics, parallel: parallel == Some(1), planes: self.planes }
+    }
+
+    pub fn pixels(&self) -> usize {
+        self.columns * self.rows
+    }
+
+    /// The part that is asked for, all where a side is 0. A blind sensor has as many pixels as are asked for.
+    pub fn part(&mut self, [x, y]: [i64; 2], [columns, rows]: [i64; 2]) -> Result<Part> {
+        if columns == 0 || rows == 0 {
+            return Ok(Part { x: 0, y: 0, columns: self.columns, rows: self.rows });
+        }
+        let count = |n: i64| usize::try_from(n).ok();
+        if let (Some(x), Some(y), Some(columns), Some(rows)) = (count(x), count(y), count(columns), count(rows)) {
+            if self.blind && x.max(y).max(columns).max(rows) <= MOST as usize {
+                (self.columns, self.rows) = (self.columns.max(x + columns), self.rows.max(y + rows));
+            }
+            if x.saturating_add(columns) <= self.columns && y.saturating_add(rows) <= self.rows {
+                return Ok(Part { x, y, columns, rows });
+            }
+        }
+        Err(Fail::argument(format!(
+            "a part of {columns} x {rows} pixels from ({x}, {y}) lies outside the image of {} x {}",
+            self.columns, self.rows
+        )))
+    }
+
+    /// The colours that it took, 3 bytes a pixel; black before the first time.
+    pub fn rgb<'a>(&self, c: &Ctx<'a>) -> Cow<'a, [u8]> {
+        let taken = (!self.blind && self.sequence > 0).then(|| c.world().reading(self.id, c.plugin().p.rgb).ok());
+        match taken.flatten().map(|r| r.u8s()).filter(|r| r.len() == 3 * self.pixels()) {
+            Some(rgb) => Cow::Borrowed(rgb),
+            None => Cow::Owned(vec![0; 3 * self.pixels()]),
+        }
+    }
+
+    /// The depths that it took, m; `None`: before the first time, or it takes none.
+    pub fn metres<'a>(&self, c: &Ctx<'a>) -> Option<&'a [f32]> {
+        let taken = (!self.blind && self.sequence > 0).then(|| c.world().reading(self.id, c.plugin().p.depth).ok());
+        taken.flatten().map(|r| r.f32s()).filter(|z| z.len() == self.pixels())
+    }
+
+    /// The same from 0 at the near plane to 1 at the far one, and 1 where nothing is.
+    pub fn depth(&self, c: &Ctx<'_>) -> Vec<f32> {
+        match self.metres(c) {
+            Some(metres) => metres.iter().map(|z| self.linear(*z)).collect(),
+            None => vec![1.0; self.pixels()],
+        }
+    }
+
+    /// A depth as part of the way between the planes.
+    pub fn linear(&self, metres: f32) -> f32 {
+        let [near, far] = self.planes;
+        if far <= near {
+            return 1.0;
+        }
+        ((f64::from(metres) - near) / (far - near)).clamp(0.0, 1.0) as f32
+    }
+    /// And back, m.
+    pub fn metres_of(&self, linear: f32) -> f32 {
+        let [near, far] = self.planes;
+        (near + f64::from(linear) * (far - near)) as f32
+    }
+}
+
+impl Part {
+    /// The pixels of this part of an image of so many columns, `each` values a pixel.
+    pub fn of<T: Copy>(&self, all: &[T], columns: usize, each: usize) -> Vec<T> {
+        let mut out = Vec::with_capacity(self.columns * self.rows * each);
+        for y in self.y..self.y + self.rows {
+            let first = (y * columns + self.x) * each;
+            out.extend_from_slice(all.get(first..first + self.columns * each).unwrap_or_default());
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    pub(crate) fn view(columns: usize, rows: usize) -> View {
+        View { id: 1, columns, rows, sequence: 1, time: 0.0, planes: [0.5, 2.5], blind: false }
+    }
+
+    /// metres = near + d (far - near): script-api 2.7.
+    #[test]
+    fn depths_are_linear_between_the_planes() {
+        let v = view(1, 1);
+        assert_eq!([0.5, 1.0, 2.5].map(|z| v.linear(z)), [0.0, 0.25, 1.0]);
+        assert_eq!([0.0, f32::INFINITY].map(|z| v.linear(z)), [0.0, 1.0]);
+        assert_eq!(v.metres_of(0.25), 1.0);
+    }
+
+    #[test]
+    fn parts_lie_within() {
+        let mut v = view(4, 3);
+        let all: Vec<u8> = (0..12).collect();
+        let part = v.part([1, 1], [2, 2]).unwrap();
+        assert_eq!(part.of(&all, 4, 1), [5, 6, 9, 10]);
+        assert_eq!(v.part([3, 3], [0, 2]).unwrap(), Part { x: 0, y: 0, columns: 4, rows: 3 });
+        for (at, size) in [([3, 0], [2, 1]), ([-1, 0], [1, 1]), ([0, 2], [1, 2]), ([0, 0], [i64::MAX, 1])] {
+            assert!(v.part(at, size).is_err(), "{at:?} {size:?}");
+        }
+    }
+}

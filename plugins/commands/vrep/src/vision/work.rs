@@ -1,0 +1,271 @@
+//! A working image, and what filters do to it: colours from 0 to 1, the lowest row first.
+
+use serde::{Deserialize, Serialize};
+
+/// Where the pixels of an image look.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Lens {
+    /// fx fy cx cy: see the schema `depth_image/1`.
+    pub intrinsics: [f64; 4],
+    /// Lines of sight are parallel.
+    pub parallel: bool,
+    /// Near and far plane, m.
+    pub planes: [f64; 2],
+}
+
+/// A working image with two buffers beside it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Work {
+    pub columns: usize,
+    pub rows: usize,
+    pub image: Vec<[f32; 3]>,
+    pub buffers: [Vec<[f32; 3]>; 2],
+}
+
+type Pixel = [f32; 3];
+
+pub(super) fn intensity(p: &Pixel) -> f32 {
+    (p[0] + p[1] + p[2]) / 3.0
+}
+
+impl Work {
+    pub fn new(columns: usize, rows: usize) -> Self {
+        let black = vec![[0.0; 3]; columns * rows];
+        Work { columns, rows, image: black.clone(), buffers: [black.clone(), black] }
+    }
+
+    pub fn set_rgb(&mut self, rgb: &[u8]) {
+        self.image.clear();
+        self.image.extend(rgb.as_chunks::<3>().0.iter().map(|p| p.map(|x| f32::from(x) / 255.0)));
+        self.image.resize(self.columns * self.rows, [0.0; 3]);
+    }
+    pub fn rgb(&self) -> Vec<u8> {
+        self.image.iter().flat_map(|p| p.map(|x| (x.clamp(0.0, 1.0) * 255.0).round() as u8)).collect()
+    }
+    pub fn set_depth(&mut self, depth: &[f32]) {
+        self.image.clear();
+        self.image.extend(depth.iter().map(|z| [*z; 3]));
+        self.image.resize(self.columns * self.rows, [0.0; 3]);
+    }
+    pub fn depth(&self) -> Vec<f32> {
+        self.image.iter().map(|p| intensity(p).clamp(0.0, 1.0)).collect()
+    }
+
+    fn each(&mut self, f: impl Fn(Pixel) -> Pixel) {
+        self.image.iter_mut().for_each(|p| *p = f(*p));
+    }
+    pub fn uniform(&mut self, color: Pixel) {
+        self.image.fill(color);
+    }
+    /// Combines the image with a buffer, value by value; the result is not above 1 nor below 0.
+    pub fn with_buffer(&mut self, which: usize, f: impl Fn(f32, f32) -> f32) {
+        for (p, b) in self.image.iter_mut().zip(&self.buffers[which]) {
+            for (x, y) in p.iter_mut().zip(b) {
+                *x = f(*x, *y).clamp(0.0, 1.0);
+            }
+        }
+    }
+    /// The same the other way round: the buffer is changed.
+    pub fn into_buffer(&mut self, which: usize, f: impl Fn(f32, f32) -> f32) {
+        for (p, b) in self.image.iter().zip(&mut self.buffers[which]) {
+            for (x, y) in p.iter().zip(b) {
+                *y = f(*y, *x).clamp(0.0, 1.0);
+            }
+        }
+    }
+    pub fn flip(&mut self, horizontal: bool, vertical: bool) {
+        let all = self.image.clone();
+        for (i, p) in self.image.iter_mut().enumerate() {
+            let (c, r) = (i % self.columns, i / self.columns);
+            let c = if horizontal { self.columns - 1 - c } else { c };
+            let r = if vertical { self.rows - 1 - r } else { r };
+            *p = all[r * self.columns + c];
+        }
+    }
+    /// Stretches values so that the least is 0 and the greatest 1.
+    pub fn normalize(&mut self) {
+        let all = self.image.as_flattened();
+        let (least, most) = all.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+        if most > least {
+            self.each(|p| p.map(|x| (x - least) / (most - least)));
+        }
+    }
+    /// Each pixel becomes grey: its intensity, from `least` to `most`.
+    pub fn intensity_scale(&mut self, least: f32, most: f32) {
+        self.each(|p| [least + (most - least) * intensity(&p); 3]);
+    }
+    /// Values times and plus something, color by color.
+    pub fn scale_and_offset(&mut self, scale: Pixel, offset: Pixel) {
+        self.each(|p| [0, 1, 2].map(|k| (p[k] * scale[k] + offset[k]).clamp(0.0, 1.0)));
+    }
+    /// White where the intensity is greater, else black.
+    pub fn binary(&mut self, threshold: f32) {
+        self.each(|p| [if intensity(&p) > threshold { 1.0 } else { 0.0 }; 3]);
+    }
+    /// The pixel at a place; the nearest one where that is outside.
+    fn at(&self, c: isize, r: isize) -> Pixel {
+        let (c, r) = (c.clamp(0, self.columns as isize - 1), r.clamp(0, self.rows as isize - 1));
+        self.image[r as usize * self.columns + c as usize]
+    }
+    /// A square kernel, row by row from the top, times a factor.
+    pub fn kernel(&mut self, side: usize, weights: &[f64], factor: f64) {
+        let half = (side / 2) as isize;
+        let mut out = Vec::with_capacity(self.image.len());
+        for r in 0..self.rows as isize {
+            for c in 0..self.columns as isize {
+                let mut sum = [0.0_f64; 3];
+                for (k, w) in weights.iter().take(side * side).enumerate() {
+                    let (dc, dr) = ((k % side) as isize - half, half - (k / side) as isize);
+                    let p = self.at(c + dc, r + dr);
+                    for (s, x) in sum.iter_mut().zip(p) {
+                        *s += w * f64::from(x);
+                    }
+                }
+                out.push(sum.map(|x| (x * factor).clamp(0.0, 1.0) as f32));
+            }
+        }
+        self.image = out;
+    }
+    /// White where a neighbour's intensity differs by more than a threshold, else black.
+    pub fn edges(&mut self, threshold: f32) {
+        let mut out = Vec::with_capacity(self.image.len());
+        for r in 0..self.rows as isize {
+            for c in 0..self.columns as isize {
+                let here = intensity(&self.at(c, r));
+                let differs = |dc, dr| (intensity(&self.at(c + dc, r + dr)) - here).abs() > threshold;
+                let edge = differs(1, 0) || differs(-1, 0) || differs(0, 1) || differs(0, -1);
+                out.push([if edge { 1.0 } else { 0.0 }; 3]);
+            }
+        }
+        self.image = out;
+    }
+}
+
+/// The coordinates of points of a depth image: how many along x and y, then x, y, z and distance of each, row by row from the
+/// lowest, each from left to right, in the sensor's frame (script-api 2.7).
+///
+/// The points divide the image, or its angles, evenly; each has the depth of the pixel that it falls on.
+pub(super) fn coordinates(
+    depth: &[f32],
+    columns: usize,
+    rows: usize,
+    lens: &Lens,
+    count: [usize; 2],
+    even_angles: bool,
+) -> Vec<f64> {
+    let [nx, ny] = count;
+    let mut out = vec![nx as f64, ny as f64];
+    let [fx, fy, cx, cy] = lens.intrinsics;
+    let [near, far] = lens.planes;
+    // Place of a point along one side, in pixels from the middle of the first.
+    let place = |i: usize, n: usize, side: usize, f: f64| {
+        let part = (i as f64 + 0.5) / n as f64;
+        if even_angles && !lens.parallel {
+            let half = (side as f64 / 2.0 / f).atan();
+            f * ((2.0 * part - 1.0) * half).tan() + (side as f64 - 1.0) / 2.0
+        } else {
+            part * side as f64 - 0.5
+        }
+    };
+    let pixel = |place: f64, side: usize| (place.round().max(0.0) as usize).min(side.saturating_sub(1));
+    for j in 0..ny {
+        let v = place(j, ny, rows, fy);
+        for i in 0..nx {
+            let u = place(i, nx, columns, fx);
+            let z = depth
+                .get(pixel(v, rows) * columns + pixel(u, columns))
+                .map_or(far, |d| near + f64::from(*d) * (far - near));
+            let along = if lens.parallel { 1.0 } else { z };
+            let (x, y) = (-(u - cx) / fx * along, (v - cy) / fy * along);
+            let distance = if lens.parallel { z } else { (x * x + y * y + z * z).sqrt() };
+            out.extend([x, y, z, distance]);
+        }
+    }
+    out
+}
+
+/// Spots of pixels whose intensity is greater than a threshold: how many there are, 6, then of each its share of the image,
+/// orientation (rad), middle x and y, width and height along that orientation, all in parts of the image's sides.
+///
+/// Pixels belong together that touch at a side or corner. Spots of fewer pixels than `least` (a share of the image) are
+/// left out; the others come in the order of their lowest, leftmost pixel.
+pub(super) fn blobs(work: &Work, threshold: f32, least: f64) -> (Vec<f64>, Vec<u32>) {
+    let (w, h, n) = (work.columns, work.rows, work.image.len());
+    let on: Vec<bool> = work.image.iter().map(|p| intensity(p) > threshold).collect();
+    let mut label = vec![0_u32; n];
+    let mut found: Vec<Vec<usize>> = Vec::new();
+    for first in 0..n {
+        if !on[first] || label[first] != 0 {
+            continue;
+        }
+        let number = found.len() as u32 + 1;
+        let (mut spot, mut next) = (vec![first], 0);
+        label[first] = number;
+        while let Some(&i) = spot.get(next) {
+            next += 1;
+            let (c, r) = ((i % w) as isize, (i / w) as isize);
+            for (dc, dr) in [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)] {
+                let (c, r) = (c + dc, r + dr);
+                if c < 0 || r < 0 || c >= w as isize || r >= h as isize {
+                    continue;
+                }
+                let k = r as usize * w + c as usize;
+                if on[k] && label[k] == 0 {
+                    label[k] = number;
+                    spot.push(k);
+                }
+            }
+        }
+        found.push(spot);
+    }
+    let mut out = vec![0.0, 6.0];
+    for (number, spot) in found.iter().enumerate() {
+        let share = spot.len() as f64 / n as f64;
+        if share < least {
+            label.iter_mut().filter(|l| **l == number as u32 + 1).for_each(|l| *l = 0);
+            continue;
+        }
+        out[0] += 1.0;
+        out.push(share);
+        out.extend(box_of(spot, w, h));
+    }
+    (out, label)
+}
+
+/// Orientation, middle, width and height of a spot.
+fn box_of(spot: &[usize], w: usize, h: usize) -> [f64; 5] {
+    let places = || spot.iter().map(|i| ((i % w) as f64 + 0.5, (i / w) as f64 + 0.5));
+    let n = spot.len() as f64;
+    let (mx, my) = places().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
+    let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
+    for (x, y) in places() {
+        xx += (x - mx) * (x - mx);
+        yy += (y - my) * (y - my);
+        xy += (x - mx) * (y - my);
+    }
+    // The direction in which it is longest; a round one has none.
+    let round = (xx - yy).abs() + xy.abs() < 1e-9 * (xx + yy).max(1.0);
+    let angle = if round { 0.0 } else { 0.5 * f64::atan2(2.0 * xy, xx - yy) };
+    let (s, c) = angle.sin_cos();
+    let span = |f: &dyn Fn(f64, f64) -> f64| {
+        let (a, b) =
+            places().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (x, y)| (a.min(f(x, y)), b.max(f(x, y))));
+        (a, b)
+    };
+    let (a, b) = span(&|x, y| x * c + y * s);
+    let (d, e) = span(&|x, y| y * c - x * s);
+    // A pixel's own width is added along the sides of the box.
+    let own = s.abs() + c.abs();
+    let (along, across) = ((a + b) / 2.0, (d + e) / 2.0);
+    [
+        angle,
+        (along * c - across * s) / w as f64,
+        (along * s + across * c) / h as f64,
+        (b - a + own) / w as f64,
+        (e - d + own) / h as f64,
+    ]
+}
+
+#[cfg(test)]
+#[path = "work_tests.rs"]
+mod tests;

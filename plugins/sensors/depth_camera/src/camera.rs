@@ -1,0 +1,95 @@
+//! The sensor kind "depth_camera".
+
+use tatu_plugin_api::{
+    abi::{TATU_DIM_COLUMNS, TATU_DIM_ROWS, TATU_IN_COLOR, TATU_IN_COSINE, TATU_IN_DISTANCE},
+    safe::{Beams, Field, Host, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor},
+};
+
+use crate::{
+    DepthCameras,
+    optics::{Draw, Frame},
+    presets,
+    settings::{self, Settings},
+};
+
+/// One camera.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DepthCamera(Settings);
+
+/// Random numbers by index: of a measure.
+impl Draw for Sample<'_> {
+    fn uniform(&self, first: u64, out: &mut [f64]) {
+        Sample::uniform(self, first, out);
+    }
+    fn normal(&self, first: u64, out: &mut [f64]) {
+        Sample::normal(self, first, out);
+    }
+}
+
+impl Sensor for DepthCamera {
+    type Plugin = DepthCameras;
+    const ID: &'static str = "depth_camera";
+    const TEXT: &'static str =
+        "Takes images: depths along the optical axis and colours, as vision sensors and Kinects do.";
+    const SCHEMAS: &'static [&'static str] = &["depth_image/1", "color_image/1"];
+    const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_COLOR | TATU_IN_COSINE;
+    const PRESETS: &'static [Preset] = presets::ALL;
+
+    fn params() -> Vec<Param> {
+        settings::params()
+    }
+
+    fn fields() -> Vec<Field> {
+        let image = [TATU_DIM_ROWS, TATU_DIM_COLUMNS, 1];
+        vec![
+            Field::f32("depth_image.depth").dims(image).unit("m").text(
+                "Distance along +z, the lowest row first; infinity: nothing is seen; 0: it could not be measured.",
+            ),
+            Field::f64("depth_image.limits").dims([2, 1, 1]).unit("m").text("The near and the far plane."),
+            Field::f64("depth_image.intrinsics")
+                .dims([4, 1, 1])
+                .unit("1")
+                .text("fx fy cx cy, in pixels; pixels per metre and pixels where lines of sight are parallel."),
+            Field::i32("depth_image.parallel").text("1: the lines of sight are parallel; 0: they begin in one point."),
+            Field::u8("color_image.rgb")
+                .dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, 3])
+                .unit("1")
+                .text("Red, green, blue from 0 to 255, the lowest row first."),
+        ]
+    }
+
+    fn create(_: &Host, _: Instance, params: &Params<'_>) -> Result<Self> {
+        Ok(DepthCamera(Settings::read(params)?))
+    }
+
+    fn beams(&self) -> Result<Beams> {
+        Ok(self.0.beams())
+    }
+
+    fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        let DepthCamera(s) = self;
+        let seen = sample.depths();
+        let depth = out.f32(0);
+        if s.optics.is_ideal() {
+            depth.copy_from_slice(seen);
+        } else {
+            let frame =
+                Frame { columns: s.columns as usize, focal: s.focal(), depth: seen, cosine: sample.pixel_cosines() };
+            s.optics.measure(&frame, sample, depth);
+        }
+        if s.empty.is_finite() {
+            depth.iter_mut().filter(|z| z.is_infinite()).for_each(|z| *z = s.empty);
+        }
+        out.f64(1).copy_from_slice(&[s.near, s.far]);
+        out.f64(2).copy_from_slice(&s.intrinsics());
+        out.i32(3)[0] = i32::from(s.ortho_size > 0.0);
+        let rgb = out.u8(4);
+        rgb.copy_from_slice(sample.pixel_colors().as_flattened());
+        for (pixel, z) in rgb.as_chunks_mut::<3>().0.iter_mut().zip(seen) {
+            if z.is_infinite() {
+                *pixel = s.background;
+            }
+        }
+        Ok(())
+    }
+}

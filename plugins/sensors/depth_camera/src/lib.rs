@@ -1,0 +1,41 @@
+//! Depth and colour cameras: the ideal one, and those of devices.
+//!
+//! The core draws the image; `camera` says which one and what its pixels mean, `settings` what scenes write, `presets`
+//! the devices, `optics` what structured light and time of flight make of edges, shadows and slanted surfaces.
+
+mod camera;
+mod optics;
+mod presets;
+mod settings;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Result, World},
+    tatu_plugin,
+};
+
+pub use camera::DepthCamera;
+
+/// The plugin; it keeps nothing.
+pub struct DepthCameras;
+
+impl Plugin for DepthCameras {
+    type World = ();
+
+    fn start(_: &Host) -> Result<Self> {
+        Ok(DepthCameras)
+    }
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.sensor::<DepthCamera>();
+    }
+}
+
+tatu_plugin! {
+    plugin: DepthCameras,
+    id: "tatu.sensor.depth_camera",
+    name: "Depth cameras",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

@@ -1,0 +1,188 @@
+//! What a real depth camera cannot measure: surfaces too slanted, what its projector does not light, the edges of things.
+//!
+//! Noise along the line of sight, steps and limits are no part of this: scenes and presets declare them.
+
+/// Pixels at jumps of depth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Edges {
+    /// See the surface that lies in their middle.
+    Exact,
+    /// Have no depth: a pattern that is torn apart is not recognised.
+    Lost,
+    /// See both surfaces, and give something between: light that comes back from two is one answer.
+    Mixed,
+}
+
+/// What a camera cannot measure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Optics {
+    /// Least cosine of the angle between line of sight and normal.
+    pub least_cosine: f32,
+    /// Place of the projector on the x axis, m, + to the left; 0: there is none.
+    pub projector: f64,
+    /// Pixels at jumps.
+    pub edges: Edges,
+    /// Of the place of edges, pixels.
+    pub lateral_sigma: f64,
+}
+
+/// What the camera would see.
+#[derive(Debug, Clone, Copy)]
+pub struct Frame<'a> {
+    /// Pixels in a row.
+    pub columns: usize,
+    /// Focal length, pixels.
+    pub focal: f64,
+    /// Depths, m; infinity: nothing.
+    pub depth: &'a [f32],
+    /// Cosines of incidence.
+    pub cosine: &'a [f32],
+}
+
+/// Random numbers by index.
+pub trait Draw {
+    /// From 0 to below 1.
+    fn uniform(&self, first: u64, out: &mut [f64]);
+    /// Of the normal distribution.
+    fn normal(&self, first: u64, out: &mut [f64]);
+}
+
+/// A jump: neighbours whose depths differ by more than this part of the lesser one. On a plane neighbours differ by
+/// tan(incidence) / focal length of it: 1 % at 80 degrees and 571 pixels.
+const JUMP: f32 = 0.03;
+/// A pixel is in the shadow of what the projector's light meets this many pixels of disparity earlier.
+const SHADOW: f64 = 1.0;
+
+impl Optics {
+    /// Measures everything.
+    pub const NONE: Optics = Optics { least_cosine: 0.0, projector: 0.0, edges: Edges::Exact, lateral_sigma: 0.0 };
+
+    /// Whether depths are what is seen.
+    pub fn is_ideal(&self) -> bool {
+        *self == Optics::NONE
+    }
+
+    /// Writes the depths that the camera gives: 0 where it cannot measure, infinity where nothing is.
+    pub fn measure(&self, frame: &Frame<'_>, random: &impl Draw, out: &mut [f32]) {
+        for (i, z) in out.iter_mut().enumerate() {
+            *z = self.pixel(frame, random, i);
+        }
+        if self.projector != 0.0 {
+            let mut shade = Shade::new(frame.columns, frame.focal * self.projector);
+            for (seen, out) in frame.depth.chunks(frame.columns).zip(out.chunks_mut(frame.columns)) {
+                shade.row(seen, out);
+            }
+        }
+    }
+
+    fn pixel(&self, frame: &Frame<'_>, random: &impl Draw, i: usize) -> f32 {
+        let mut at = i;
+        if self.lateral_sigma > 0.0 && frame.has_jump(i, 3) {
+            let mut shift = [0.0; 2];
+            random.normal(2 * i as u64, &mut shift);
+            at = frame.beside(i, shift.map(|s| (s * self.lateral_sigma).round() as isize));
+        }
+        let mut z = frame.depth[at];
+        if self.edges != Edges::Exact
+            && let Some(other) = frame.beyond(at)
+        {
+            if self.edges == Edges::Lost {
+                return 0.0;
+            }
+            if z.is_finite() && other.is_finite() {
+                let mut part = [0.0];
+                random.uniform(i as u64, &mut part);
+                z += (other - z) * part[0] as f32;
+            }
+        }
+        if z.is_infinite() {
+            return z;
+        }
+        let slanted = frame.cosine.get(at).is_some_and(|c| *c < self.least_cosine);
+        if slanted { 0.0 } else { z }
+    }
+}
+
+fn is_jump(a: f32, b: f32) -> bool {
+    (a - b).abs() > JUMP * a.min(b) || a.is_infinite() != b.is_infinite()
+}
+
+impl Frame<'_> {
+    /// The pixel so many columns and rows beside; the same where that is outside.
+    fn beside(&self, i: usize, [columns, rows]: [isize; 2]) -> usize {
+        let (column, row) = (i % self.columns, i / self.columns);
+        match (column.checked_add_signed(columns), row.checked_add_signed(rows)) {
+            (Some(c), Some(r)) if c < self.columns && r < self.depth.len() / self.columns => r * self.columns + c,
+            _ => i,
+        }
+    }
+    fn around(&self, i: usize, far: isize) -> [f32; 4] {
+        [[far, 0], [-far, 0], [0, far], [0, -far]].map(|by| self.depth[self.beside(i, by)])
+    }
+    /// Whether there is a jump within so many pixels, to the sides, up or down.
+    fn has_jump(&self, i: usize, within: isize) -> bool {
+        let z = self.depth[i];
+        (1..=within).any(|far| self.around(i, far).into_iter().any(|n| is_jump(z, n)))
+    }
+    /// The depth on the other side of a jump beside a pixel.
+    fn beyond(&self, i: usize) -> Option<f32> {
+        let z = self.depth[i];
+        self.around(i, 1).into_iter().find(|n| is_jump(z, *n))
+    }
+}
+
+/// What the projector lights of a row of pixels.
+///
+/// In the projector's image a point lies beside its place in the camera's by focal length times offset over depth.
+/// What lies nearest at a place there is lit, and what lies behind it is in the shadow.
+struct Shade {
+    /// Focal length times the projector's x, pixels times m.
+    shift: f64,
+    /// The greatest inverse depth at each place of the projector's image.
+    nearest: Vec<f64>,
+    /// Places before the first column.
+    margin: isize,
+}
+
+impl Shade {
+    fn new(columns: usize, shift: f64) -> Self {
+        Shade { shift, nearest: vec![0.0; 3 * columns], margin: columns as isize }
+    }
+
+    /// Place of a pixel in the projector's image. A projector to the left (+x) sees near things farther right.
+    fn place(&self, column: usize, inverse: f64) -> isize {
+        column as isize + (self.shift * inverse).round() as isize + self.margin
+    }
+
+    fn row(&mut self, seen: &[f32], out: &mut [f32]) {
+        self.nearest.fill(0.0);
+        let inverse = |z: f32| if z > 0.0 && z.is_finite() { Some(1.0 / f64::from(z)) } else { None };
+        let mut last: Option<isize> = None;
+        for (c, z) in seen.iter().enumerate() {
+            let Some(w) = inverse(*z) else {
+                last = None;
+                continue;
+            };
+            let at = self.place(c, w);
+            // A slanted surface is stretched there: its pixels leave no gaps.
+            let from = last.filter(|l| (at - l).abs() <= 3).map_or(at, |l| if at > l { l + 1 } else { at });
+            for place in from..=at {
+                if let Some(n) = usize::try_from(place).ok().and_then(|p| self.nearest.get_mut(p)) {
+                    *n = n.max(w);
+                }
+            }
+            last = Some(at);
+        }
+        for (c, (z, out)) in seen.iter().zip(out).enumerate() {
+            let Some(w) = inverse(*z) else { continue };
+            let lit = usize::try_from(self.place(c, w)).ok().and_then(|p| self.nearest.get(p));
+            if lit.is_some_and(|n| (n - w) * self.shift.abs() > SHADOW) {
+                *out = 0.0;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "optics_tests.rs"]
+mod tests;

@@ -1,0 +1,267 @@
+//! What scenes write of a camera, and what follows from it.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use tatu_plugin_api::safe::{Beams, Fail, Form, Param, Params, Result};
+
+use crate::optics::{Edges, Optics};
+
+/// The greatest number of pixels along one side; the host's own limit.
+const MOST_PIXELS: f64 = 8192.0;
+
+/// A camera's parameters, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Pixels in a row.
+    pub columns: u32,
+    /// Rows.
+    pub rows: u32,
+    /// Angle between the edges of the longer side, rad.
+    pub perspective_angle: f64,
+    /// Length of the longer side, m; 0: the image is one in perspective.
+    pub ortho_size: f64,
+    /// Near plane, m.
+    pub near: f64,
+    /// Far plane, m.
+    pub far: f64,
+    /// Colour of pixels that see nothing.
+    pub background: [u8; 3],
+    /// Whether objects of its own model are looked through.
+    pub skip_own_model: bool,
+    /// What a pixel without a depth gets: infinity or 0.
+    pub empty: f32,
+    /// What it cannot measure.
+    pub optics: Optics,
+}
+
+/// The parameters as they are declared.
+pub fn params() -> Vec<Param> {
+    let pixels = |key, n: i64| Param::int(key).range(1.0, MOST_PIXELS).default(n);
+    let metres = |key, x: f64| Param::float(key).unit("m").range(0.0, f64::INFINITY).default(x);
+    [
+        pixels("columns", 640).text("Pixels in a row."),
+        pixels("rows", 480).text("Rows of pixels."),
+        Param::float("perspective_angle")
+            .unit("rad")
+            .range(0.0, PI)
+            .default(57_f64.to_radians())
+            .text("Angle between the edges of the image, along its longer side."),
+        metres("ortho_size", 0.0)
+            .text("Above 0: lines of sight are parallel, and the longer side of the image is this long."),
+        metres("near", 0.01).text("Near plane: what is nearer, along the optical axis, is looked through."),
+        metres("far", 3.5).text("Far plane: what is farther is not seen."),
+        Param::floats("background", 3)
+            .range(0.0, 1.0)
+            .default([0.0; 3])
+            .text("Red, green and blue of pixels that see nothing, each 0 to 1."),
+        Param::bool("skip_own_model")
+            .default(false)
+            .text("Whether objects of the sensor's own model are looked through."),
+        Param::string("empty")
+            .choices(&["infinity", "zero"])
+            .default("infinity")
+            .text("The depth of pixels that see nothing. Pixels that fail to measure read 0 in any case."),
+        Param::float("max_incidence")
+            .unit("rad")
+            .range(0.0, FRAC_PI_2)
+            .default(FRAC_PI_2)
+            .text("Greatest angle between line of sight and normal of a surface whose depth can be measured."),
+        Param::float("projector")
+            .unit("m")
+            .default(0.0)
+            .text("Where the projector of the pattern sits on the x axis (+ to the left): what it does not light has no depth. 0: there is none."),
+        Param::string("edges")
+            .choices(&["exact", "lost", "mixed"])
+            .default("exact")
+            .text("Pixels at jumps of depth: exact, without depth, or anywhere between the two surfaces."),
+        Param::float("lateral_sigma")
+            .range(0.0, 16.0)
+            .default(0.0)
+            .text("Standard deviation, in pixels, of where edges of things lie."),
+    ]
+    .map(Param::rebuilds)
+    .into()
+}
+
+fn refuse<T>(text: String) -> Result<T> {
+    Err(Fail::argument(text))
+}
+
+impl Settings {
+    /// Reads and checks.
+    pub fn read(p: &Params<'_>) -> Result<Self> {
+        let count = |key: &str| -> Result<u32> {
+            let n = p.i64(key)?;
+            u32::try_from(n).ok().filter(|n| *n > 0 && f64::from(*n) <= MOST_PIXELS).ok_or_else(|| {
+                Fail::argument(format!("`{key}` is {n}; an image has 1 to {MOST_PIXELS} pixels each way"))
+            })
+        };
+        let optics = Optics {
+            least_cosine: match p.f64("max_incidence")? {
+                x if x >= FRAC_PI_2 => 0.0,
+                x => x.cos() as f32,
+            },
+            projector: p.f64("projector")?,
+            edges: match p.string("edges")?.as_str() {
+                "exact" => Edges::Exact,
+                "lost" => Edges::Lost,
+                "mixed" => Edges::Mixed,
+                other => return refuse(format!("`edges` is `{other}`; it may be `exact`, `lost` or `mixed`")),
+            },
+            lateral_sigma: p.f64("lateral_sigma")?,
+        };
+        Settings {
+            columns: count("columns")?,
+            rows: count("rows")?,
+            perspective_angle: p.f64("perspective_angle")?,
+            ortho_size: p.f64("ortho_size")?,
+            near: p.f64("near")?,
+            far: p.f64("far")?,
+            background: p.array::<3>("background")?.map(|x| (x.clamp(0.0, 1.0) * 255.0).round() as u8),
+            skip_own_model: p.bool("skip_own_model")?,
+            empty: match p.string("empty")?.as_str() {
+                "infinity" => f32::INFINITY,
+                "zero" => 0.0,
+                other => return refuse(format!("`empty` is `{other}`; it may be `infinity` or `zero`")),
+            },
+            optics,
+        }
+        .check()
+    }
+
+    fn check(self) -> Result<Self> {
+        let o = &self.optics;
+        let numbers = [self.perspective_angle, self.ortho_size, self.near, self.far, o.projector, o.lateral_sigma];
+        if numbers.iter().any(|x| !x.is_finite()) {
+            return refuse("a camera's parameters must be finite numbers".into());
+        }
+        if self.near < 0.0 || self.far <= self.near {
+            return refuse(format!(
+                "`far` ({} m) must be greater than `near` ({} m), which must not be negative",
+                self.far, self.near
+            ));
+        }
+        if self.ortho_size < 0.0 {
+            return refuse(format!("`ortho_size` is {} m; it must not be negative", self.ortho_size));
+        }
+        if self.ortho_size == 0.0 && !(self.perspective_angle > 0.0 && self.perspective_angle < PI) {
+            return refuse(format!(
+                "`perspective_angle` is {} rad; an image opens by more than 0 and less than half a turn",
+                self.perspective_angle
+            ));
+        }
+        if o.projector != 0.0 && self.ortho_size > 0.0 {
+            return refuse("a camera with a projector has an image in perspective: leave `ortho_size` out".into());
+        }
+        Ok(self)
+    }
+
+    /// Pixels of the longer side.
+    fn longer(&self) -> f64 {
+        f64::from(self.columns.max(self.rows))
+    }
+
+    /// Focal length in pixels; pixels per metre where lines of sight are parallel.
+    pub fn focal(&self) -> f64 {
+        if self.ortho_size > 0.0 {
+            self.longer() / self.ortho_size
+        } else {
+            self.longer() / 2.0 / (self.perspective_angle / 2.0).tan()
+        }
+    }
+
+    /// What the core is to draw.
+    pub fn beams(&self) -> Beams {
+        let (columns, rows) = (self.columns, self.rows);
+        let form = if self.ortho_size > 0.0 {
+            Form::Parallel { columns, rows, width: f64::from(columns) / self.focal() }
+        } else {
+            let horizontal_angle = 2.0 * (f64::from(columns) / 2.0 / self.focal()).atan();
+            Form::Image { columns, rows, horizontal_angle }
+        };
+        Beams {
+            form,
+            near: self.near,
+            far: self.far,
+            skip_own_model: self.skip_own_model,
+            visible: true,
+            ..Beams::default()
+        }
+    }
+
+    /// fx fy cx cy.
+    pub fn intrinsics(&self) -> [f64; 4] {
+        let f = self.focal();
+        [f, f, (f64::from(self.columns) - 1.0) / 2.0, (f64::from(self.rows) - 1.0) / 2.0]
+    }
+}
+
+#[cfg(test)]
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            columns: 640,
+            rows: 480,
+            perspective_angle: 57_f64.to_radians(),
+            ortho_size: 0.0,
+            near: 0.01,
+            far: 3.5,
+            background: [0; 3],
+            skip_own_model: false,
+            empty: f32::INFINITY,
+            optics: Optics::NONE,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 57 degrees over 640 pixels: f = 320 / tan 28.5 = 589.37, and 44.32 degrees over 480.
+    #[test]
+    fn the_default_opens_as_the_original() {
+        let s = Settings::default();
+        assert!((s.focal() - 589.366).abs() < 1e-3, "{}", s.focal());
+        let vertical = 2.0 * (240.0 / s.focal()).atan();
+        assert!((vertical.to_degrees() - 44.315).abs() < 1e-2, "{}", vertical.to_degrees());
+        assert_eq!(s.intrinsics()[2..], [319.5, 239.5]);
+    }
+
+    #[test]
+    fn the_angle_belongs_to_the_longer_side() {
+        let s = Settings { columns: 10, rows: 40, perspective_angle: FRAC_PI_2, ..Settings::default() };
+        assert!((s.focal() - 20.0).abs() < 1e-12);
+        let Form::Image { horizontal_angle, .. } = s.beams().form else { panic!() };
+        assert!(((horizontal_angle / 2.0).tan() - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn parallel_images_have_square_pixels() {
+        let s = Settings { columns: 8, rows: 16, ortho_size: 0.4, ..Settings::default() };
+        let Form::Parallel { width, .. } = s.beams().form else { panic!() };
+        assert!((width - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_makes_no_image_is_refused() {
+        for (wrong, word) in [
+            (Settings { far: 0.01, ..Settings::default() }, "far"),
+            (Settings { near: -1.0, ..Settings::default() }, "near"),
+            (Settings { perspective_angle: 0.0, ..Settings::default() }, "perspective_angle"),
+            (Settings { perspective_angle: f64::NAN, ..Settings::default() }, "finite"),
+            (Settings { ortho_size: -0.1, ..Settings::default() }, "ortho_size"),
+            (
+                Settings {
+                    ortho_size: 1.0,
+                    optics: Optics { projector: 0.075, ..Optics::NONE },
+                    ..Settings::default()
+                },
+                "projector",
+            ),
+        ] {
+            let text = wrong.check().unwrap_err().to_string();
+            assert!(text.contains(word), "{text}");
+        }
+    }
+}

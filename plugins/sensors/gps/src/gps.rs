@@ -1,0 +1,179 @@
+//! The sensor kind "gps".
+
+use tatu_plugin_api::{
+    abi::{TATU_IN_POSE, TATU_IN_TWIST},
+    safe::{Beams, Fail, Field, Form, Host, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor},
+};
+
+use crate::{
+    Receivers,
+    earth::{Place, Plane},
+    presets,
+};
+
+/// One receiver.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gps {
+    /// Place of the antenna in the sensor's frame, m.
+    antenna: [f64; 3],
+    /// The world's plane on Earth.
+    plane: Plane,
+}
+
+// Places in `fields`.
+const VALID: usize = 0;
+const POSITION: usize = 1;
+const VELOCITY: usize = 2;
+const LATITUDE: usize = 3;
+const LONGITUDE: usize = 4;
+const ALTITUDE: usize = 5;
+
+impl Gps {
+    fn new(antenna: [f64; 3], [latitude, longitude, altitude]: [f64; 3]) -> Result<Self> {
+        if !antenna.iter().all(|x| x.is_finite()) {
+            return Err(Fail::argument(format!("`antenna` is {antenna:?} m; expected three finite numbers")));
+        }
+        if ![latitude, longitude, altitude].iter().all(|x| x.is_finite()) {
+            return Err(Fail::argument(
+                "`scene.origin` has numbers that are not finite; a receiver needs a place on Earth",
+            ));
+        }
+        Ok(Gps { antenna, plane: Plane::at(Place { latitude, longitude, altitude }) })
+    }
+
+    /// Place and velocity of the antenna in the world, from the pose and twist of the mount.
+    fn fix(&self, pose: [f64; 7], twist: [f64; 6]) -> ([f64; 3], [f64; 3]) {
+        let arm = turned([pose[3], pose[4], pose[5], pose[6]], self.antenna);
+        let swung = cross([twist[3], twist[4], twist[5]], arm);
+        ([0, 1, 2].map(|i| pose[i] + arm[i]), [0, 1, 2].map(|i| twist[i] + swung[i]))
+    }
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// A vector turned by the quaternion x y z w.
+fn turned([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
+    let t = cross([x, y, z], v);
+    let u = cross([x, y, z], t);
+    [0, 1, 2].map(|i| v[i] + 2.0 * (w * t[i] + u[i]))
+}
+
+impl Sensor for Gps {
+    type Plugin = Receivers;
+    const ID: &'static str = "gps";
+    const TEXT: &'static str = "Tells position and velocity of an antenna, in the world and on Earth.";
+    const SCHEMAS: &'static [&'static str] = &["gps/1"];
+    const INPUTS: u32 = TATU_IN_POSE | TATU_IN_TWIST;
+    const PRESETS: &'static [Preset] = presets::ALL;
+    const FINISHES: bool = true;
+
+    fn params() -> Vec<Param> {
+        vec![
+            Param::floats("antenna", 3)
+                .unit("m")
+                .default([0.0; 3])
+                .text("Place of the antenna in the sensor's frame.")
+                .rebuilds(),
+        ]
+    }
+
+    fn fields() -> Vec<Field> {
+        let world = |name| Field::f64(name).dims([3, 1, 1]);
+        vec![
+            Field::i32("gps.valid").text("Whether there is a fix: 1 or 0; without one all other fields are 0."),
+            world("gps.position").unit("m").text("Place of the antenna in the world: x east, y north, z up."),
+            world("gps.velocity").unit("m/s").text("Velocity of the antenna in the world."),
+            Field::f64("gps.latitude")
+                .unit("rad")
+                .text("Latitude (WGS 84) of the position, which noise has changed already; north positive."),
+            Field::f64("gps.longitude").unit("rad").text("Longitude of the position, -pi to pi; east positive."),
+            Field::f64("gps.altitude").unit("m").text("Height of the position above the ellipsoid."),
+        ]
+    }
+
+    fn create(host: &Host, instance: Instance, params: &Params<'_>) -> Result<Self> {
+        let origin = match instance.world(host) {
+            Some(world) => world.f64s(0, host.prop("scene.origin"))?,
+            None => [0.0; 3],
+        };
+        Gps::new(params.array("antenna")?, origin)
+    }
+
+    fn beams(&self) -> Result<Beams> {
+        Ok(Beams { form: Form::None, ..Beams::default() })
+    }
+
+    fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        let (Some(pose), Some(twist)) = (sample.pose(), sample.twist()) else {
+            return Err(Fail::unsupported("the host gives no pose or no twist"));
+        };
+        let (position, velocity) = self.fix(pose, twist);
+        out.i32(VALID).fill(1);
+        out.f64(POSITION).copy_from_slice(&position);
+        out.f64(VELOCITY).copy_from_slice(&velocity);
+        Ok(())
+    }
+
+    /// The place on Earth follows from the position as the noise left it.
+    fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        if out.i32(VALID)[0] == 0 {
+            for field in [POSITION, VELOCITY, LATITUDE, LONGITUDE, ALTITUDE] {
+                out.f64(field).fill(0.0);
+            }
+            return Ok(());
+        }
+        let position = out.f64(POSITION);
+        let place = self.plane.place([position[0], position[1], position[2]]);
+        out.f64(LATITUDE).fill(place.latitude);
+        out.f64(LONGITUDE).fill(place.longitude);
+        out.f64(ALTITUDE).fill(place.altitude);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
+
+    use super::*;
+
+    #[test]
+    fn without_an_offset_the_antenna_is_the_mount() {
+        let gps = Gps::new([0.0; 3], [0.0; 3]).unwrap();
+        let pose = [1.25, -2.5, 0.75, 0.1, 0.2, 0.3, (1.0 - 0.14_f64).sqrt()];
+        let twist = [0.5, 0.25, -1.0, 3.0, 2.0, 1.0];
+        assert_eq!(gps.fix(pose, twist), ([1.25, -2.5, 0.75], [0.5, 0.25, -1.0]));
+    }
+
+    #[test]
+    fn an_offset_turns_and_swings_with_the_mount() {
+        // Turned a quarter to the left: what was ahead (x) is north (y); turning on at 2 rad/s it moves to -x.
+        let gps = Gps::new([0.5, 0.0, 0.2], [0.0; 3]).unwrap();
+        let pose = [1.0, 1.0, 0.0, 0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2];
+        let (position, velocity) = gps.fix(pose, [0.0, 3.0, 0.0, 0.0, 0.0, 2.0]);
+        for (found, wanted) in position.into_iter().chain(velocity).zip([1.0, 1.5, 0.2, -1.0, 3.0, 0.0]) {
+            assert!((found - wanted).abs() < 1e-12, "{position:?} {velocity:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_refused() {
+        assert!(Gps::new([0.0, f64::NAN, 0.0], [0.0; 3]).is_err());
+        assert!(Gps::new([0.0; 3], [0.0, 0.0, f64::INFINITY]).is_err());
+        assert!(Gps::new([0.0; 3], [FRAC_PI_2, 0.0, 0.0]).is_ok(), "the pole is a place");
+    }
+
+    #[test]
+    fn readme_names_every_parameter_field_and_preset() {
+        let readme = include_str!("../README.md");
+        let quoted = |d: &dyn std::fmt::Debug| format!("{d:?}").split('"').nth(1).unwrap().to_owned();
+        let all = (Gps::params().into_iter().map(|p| quoted(&p)).collect::<Vec<_>>().into_iter())
+            .chain(Gps::fields().into_iter().map(|f| quoted(&f)))
+            .chain(Gps::PRESETS.iter().map(|p| p.id.to_owned()));
+        for name in all {
+            assert!(readme.contains(&format!("| `{name}`")), "{name}");
+        }
+    }
+}

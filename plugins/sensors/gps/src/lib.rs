@@ -1,0 +1,39 @@
+//! Satellite receivers (GPS): position and velocity of an antenna, in the world and on Earth.
+//!
+//! `gps` is the sensor; `earth` turns the world's coordinates into latitude, longitude and height; `presets` are devices.
+
+pub mod earth;
+mod gps;
+mod presets;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Result, World},
+    tatu_plugin,
+};
+
+pub use gps::Gps;
+
+/// The plugin; it keeps nothing.
+pub struct Receivers;
+
+impl Plugin for Receivers {
+    type World = ();
+
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Receivers)
+    }
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.sensor::<Gps>();
+    }
+}
+
+tatu_plugin! {
+    plugin: Receivers,
+    id: "tatu.sensor.gps",
+    name: "Satellite receivers",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

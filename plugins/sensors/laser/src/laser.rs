@@ -1,0 +1,148 @@
+//! The sensor kind "laser".
+
+use tatu_plugin_api::{
+    abi::{TATU_IN_COLOR, TATU_IN_DISTANCE, TATU_IN_NORMAL},
+    safe::{Beams, Field, Form, Host, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor},
+};
+
+use crate::{
+    Lasers, presets,
+    settings::{Settings, direction, params},
+};
+
+/// One scanner.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Laser {
+    settings: Settings,
+    /// Azimuth and elevation of each beam.
+    angles: Vec<(f64, f64)>,
+    directions: Vec<[f64; 3]>,
+}
+
+/// What one beam tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Echo {
+    distance: f64,
+    /// Angle between the beam and the surface's normal, rad.
+    incidence: f64,
+    intensity: f64,
+}
+
+impl Echo {
+    /// Nothing came back.
+    const NONE: Echo = Echo { distance: f64::INFINITY, incidence: 0.0, intensity: 0.0 };
+}
+
+impl Laser {
+    fn new(settings: Settings) -> Self {
+        let angles: Vec<_> = settings.angles().collect();
+        Laser { directions: angles.iter().copied().map(direction).collect(), angles, settings }
+    }
+
+    /// What a beam tells of a surface at `distance` with this unit normal and colour.
+    ///
+    /// The strength is that of the lidar equation for a matt (Lambertian) surface that catches the whole spot: it goes
+    /// with reflectivity, the cosine of the incidence and 1/r². Reflectivity is the mean of red, green and blue, since
+    /// the scene tells nothing of infrared.
+    fn echo(&self, direction: [f64; 3], distance: f64, normal: [f64; 3], color: [u8; 3]) -> Echo {
+        if !distance.is_finite() || distance < self.settings.min_range {
+            return Echo::NONE;
+        }
+        let cosine = -(0..3).map(|i| direction[i] * normal[i]).sum::<f64>();
+        let cosine = cosine.clamp(0.0, 1.0);
+        let reflectivity = color.iter().map(|c| f64::from(*c)).sum::<f64>() / (3.0 * 255.0);
+        let spread = (self.settings.full_intensity / distance).powi(2).min(1.0);
+        Echo { distance, incidence: cosine.acos(), intensity: reflectivity * cosine * spread }
+    }
+}
+
+// Places in `fields`.
+const DISTANCE: usize = 0;
+const ANGLE: usize = 1;
+const LIMITS: usize = 2;
+const ELEVATION: usize = 3;
+const INTENSITY: usize = 4;
+const INCIDENCE: usize = 5;
+
+impl Sensor for Laser {
+    type Plugin = Lasers;
+    const ID: &'static str = "laser";
+    const TEXT: &'static str =
+        "Measures distances along a fan of beams, in one layer or several, as laser scanners do.";
+    const SCHEMAS: &'static [&'static str] = &["range_scan/1"];
+    const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_NORMAL | TATU_IN_COLOR;
+    const PRESETS: &'static [Preset] = presets::ALL;
+    const FINISHES: bool = true;
+
+    fn params() -> Vec<Param> {
+        params()
+    }
+
+    fn fields() -> Vec<Field> {
+        let per_beam = |name| Field::f64(name).dims([0, 1, 1]);
+        vec![
+            per_beam("range_scan.distance")
+                .unit("m")
+                .text("Distance along each beam, layer after layer, each from right to left; infinity: nothing."),
+            per_beam("range_scan.angle").unit("rad").text("Azimuth of each beam; to the left is positive."),
+            Field::f64("range_scan.limits").dims([2, 1, 1]).unit("m").text("`min_range` and `range`."),
+            per_beam("range_scan.elevation").unit("rad").text("Elevation of each beam; upwards is positive."),
+            per_beam("range_scan.intensity").unit("1").text(
+                "Strength of each echo, 0 to 1: reflectivity x cosine of the incidence x 1/r², 1 for white met squarely \
+                 within `full_intensity`; 0: nothing.",
+            ),
+            per_beam("range_scan.incidence")
+                .unit("rad")
+                .text("Angle between each beam and the normal of the surface it meets; 0: nothing."),
+        ]
+    }
+
+    fn create(_: &Host, _: Instance, params: &Params<'_>) -> Result<Self> {
+        Ok(Laser::new(Settings::read(params)?))
+    }
+
+    fn beams(&self) -> Result<Beams> {
+        Ok(Beams {
+            form: Form::Rays(self.directions.clone()),
+            near: self.settings.near,
+            far: self.settings.range,
+            skip_own_model: self.settings.skip_own_model,
+            ..Beams::default()
+        })
+    }
+
+    fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        let seen = sample.distances().iter().zip(sample.normals()).zip(sample.colors());
+        let echoes: Vec<Echo> = (seen.zip(&self.directions))
+            .map(|(((distance, normal), color), direction)| self.echo(*direction, *distance, *normal, *color))
+            .collect();
+        fill(out.f64(DISTANCE), echoes.iter().map(|e| e.distance));
+        fill(out.f64(ANGLE), self.angles.iter().map(|a| a.0));
+        fill(out.f64(LIMITS), [self.settings.min_range, self.settings.range]);
+        fill(out.f64(ELEVATION), self.angles.iter().map(|a| a.1));
+        fill(out.f64(INTENSITY), echoes.iter().map(|e| e.intensity));
+        fill(out.f64(INCIDENCE), echoes.iter().map(|e| e.incidence));
+        Ok(())
+    }
+
+    /// Beams that the noise has taken away have no strength either.
+    fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        let none: Vec<usize> =
+            (0..).zip(&*out.f64(DISTANCE)).filter(|(_, d)| d.is_infinite()).map(|(i, _)| i).collect();
+        for i in none {
+            out.f64(INTENSITY)[i] = 0.0;
+            out.f64(INCIDENCE)[i] = 0.0;
+            if self.settings.none_as_max {
+                out.f64(DISTANCE)[i] = self.settings.range;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn fill(field: &mut [f64], values: impl IntoIterator<Item = f64>) {
+    field.iter_mut().zip(values).for_each(|(place, x)| *place = x);
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,40 @@
+//! Laser scanners: distances along fans of beams.
+//!
+//! `settings` are the parameters, checked; `laser` says which beams to cast and what their answers mean; `presets` are
+//! the devices that one can buy.
+
+mod laser;
+mod presets;
+mod settings;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Result, World},
+    tatu_plugin,
+};
+
+pub use laser::Laser;
+
+/// The plugin; it keeps nothing.
+pub struct Lasers;
+
+impl Plugin for Lasers {
+    type World = ();
+
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Lasers)
+    }
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.sensor::<Laser>();
+    }
+}
+
+tatu_plugin! {
+    plugin: Lasers,
+    id: "tatu.sensor.laser",
+    name: "Laser scanners",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

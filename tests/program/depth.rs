@@ -1,0 +1,219 @@
+//! Depth cameras against geometry written out: plates square and slanted, a ball, parallel lines of sight.
+//!
+//! A pinhole's pixel (column, row) of f = half the columns / tan(half the angle) looks along
+//! (-(column - cx) / f, (row - cy) / f, 1): +z ahead, +y up, +x to the left. Depth is what lies along z
+//! (`../shared/reference/datasheets.md` section 1: z, not the range).
+
+use crate::kit::*;
+
+const COLUMNS: usize = 64;
+const ROWS: usize = 48;
+/// Degrees between the left and right edge.
+const ANGLE: f64 = 57.0;
+
+/// A camera at (0, 0, 1) that looks along x with z up: its x is the world's y, its y the world's z.
+fn camera(more: &str) -> String {
+    format!(
+        "[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"depth_camera\"\nposition_m = [0, 0, 1]\n\
+         orientation_deg = [0, 90, 90]\n{more}\n"
+    )
+}
+
+fn small(more: &str) -> String {
+    camera(&format!("columns = {COLUMNS}\nrows = {ROWS}\n{more}"))
+}
+
+/// The depths that a scene's camera reads after one step, and the whole line.
+fn depths(scene: &str) -> (Vec<f64>, Line) {
+    let mut lines = Place::scene(scene).trace(&["/eye"], &["--steps", "1"]);
+    let line = lines.remove(0);
+    let all = line.0["readings"]["/eye"]["depth_image.depth"].as_array().unwrap();
+    // JSON has no infinity.
+    (all.iter().map(|z| z.as_f64().unwrap_or(f64::INFINITY)).collect(), line)
+}
+
+/// Slopes of the line of sight of a pixel: x and y per metre of depth.
+fn slopes(i: usize, columns: usize, rows: usize, degrees: f64) -> [f64; 2] {
+    let f = columns.max(rows) as f64 / 2.0 / (degrees.to_radians() / 2.0).tan();
+    let (c, r) = ((i % columns) as f64, (i / columns) as f64);
+    [-(c - (columns as f64 - 1.0) / 2.0) / f, (r - (rows as f64 - 1.0) / 2.0) / f]
+}
+
+#[track_caller]
+fn near(is: f64, wanted: f64, i: usize) {
+    assert!((is - wanted).abs() <= 1e-3 * wanted, "pixel {i} reads {is} m, not {wanted} m");
+}
+
+/// The face of a plate 2 cm thick at 1.5 m lies at 1.49 m in every pixel, and nothing lies beside it.
+#[test]
+fn a_square_plate_is_as_far_everywhere() {
+    let plate = cuboid("plate", [0.02, 1.0, 0.8], [1.5, 0.0, 1.0], "");
+    let (z, line) = depths(&format!("{}{plate}", small("")));
+    assert_eq!(z.len(), COLUMNS * ROWS);
+    let mut seen = 0;
+    for (i, z) in z.iter().enumerate() {
+        let [x, y] = slopes(i, COLUMNS, ROWS, ANGLE);
+        if (x * 1.49).abs() < 0.499 && (y * 1.49).abs() < 0.399 {
+            near(*z, 1.49, i);
+            seen += 1;
+        } else if (x * 1.49).abs() > 0.501 || (y * 1.49).abs() > 0.401 {
+            assert!(z.is_infinite(), "pixel {i} beside the plate reads {z}");
+        }
+    }
+    assert!(seen > 900, "{seen}");
+    let reading = &line.0["readings"]["/eye"];
+    assert_eq!(numbers(&reading["depth_image.limits"]), [0.01, 3.5]);
+    let f = 32.0 / (ANGLE.to_radians() / 2.0).tan();
+    let k = numbers(&reading["depth_image.intrinsics"]);
+    assert!((k[0] - f).abs() < 1e-9 && (k[1] - f).abs() < 1e-9 && k[2..] == [31.5, 23.5], "{k:?}");
+}
+
+/// A plate turned by 40 degrees about the vertical: its front lies in n . p = d, so z = d / (n . (sx, sy, 1)).
+#[test]
+fn a_slanted_plate() {
+    let turn = 40_f64.to_radians();
+    let plate = cuboid("plate", [0.02, 12.0, 12.0], [2.0, 0.0, 1.0], "orientation_deg = [0, 0, 40]");
+    let (z, _) = depths(&format!("{}{plate}", small("far_m = 10.0")));
+    // The face towards the camera has the outward normal (-cos, -sin) in the world's x and y, and lies 1 cm before the middle.
+    let distance = 2.0 * turn.cos() - 0.01;
+    for (i, z) in z.iter().enumerate() {
+        let [left, _] = slopes(i, COLUMNS, ROWS, ANGLE);
+        near(*z, distance / (turn.cos() + left * turn.sin()), i);
+    }
+}
+
+/// A ball of 0.5 m in front of a plate: the nearer root of |z s - m| = r, and the plate where there is none.
+#[test]
+fn a_ball() {
+    let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [1, 1, 1]\n\
+                position_m = [2, 0.2, 1.1]\n";
+    let plate = cuboid("plate", [0.02, 9.0, 9.0], [3.0, 0.0, 1.0], "");
+    let (z, _) = depths(&format!("{}{ball}{plate}", small("")));
+    let (mut on, mut off, mut edge) = (0, 0, 0);
+    for (i, z) in z.iter().enumerate() {
+        let [x, y] = slopes(i, COLUMNS, ROWS, ANGLE);
+        let (a, b, c) = (x * x + y * y + 1.0, 0.2 * x + 0.1 * y + 2.0, 0.04 + 0.01 + 4.0 - 0.25);
+        let root = b * b - a * c;
+        if root.abs() < 2e-3 {
+            edge += 1;
+        } else if root > 0.0 {
+            near(*z, (b - root.sqrt()) / a, i);
+            on += 1;
+        } else {
+            near(*z, 2.99, i);
+            off += 1;
+        }
+    }
+    assert!(on > 300 && off > 1000 && edge < 100, "{on} {off} {edge}");
+}
+
+/// Lines of sight side by side: 32 x 16 pixels of 5 cm see a plate that is 60 cm wide and 40 cm high.
+#[test]
+fn parallel_lines_of_sight() {
+    let plate = cuboid("plate", [0.02, 0.6, 0.4], [1.0, 0.1, 1.0], "");
+    let (z, line) = depths(&format!("{}{plate}", camera("columns = 32\nrows = 16\northo_size_m = 1.6")));
+    for (i, z) in z.iter().enumerate() {
+        let (left, up) = ((15.5 - (i % 32) as f64) * 0.05, ((i / 32) as f64 - 7.5) * 0.05);
+        if (left - 0.1).abs() < 0.3 && up.abs() < 0.2 {
+            near(*z, 0.99, i);
+        } else {
+            assert!(z.is_infinite(), "pixel {i} at {left} {up} reads {z}");
+        }
+    }
+    assert_eq!(line.sensor("/eye", "depth_image.parallel"), 1.0);
+}
+
+/// Near and far are planes; what a camera sees is what is visible, detectable or not.
+#[test]
+fn planes_and_what_is_seen() {
+    let three = [(0.4, "visible = true"), (0.8, "visible = false"), (1.2, "detectable = false"), (2.0, "")];
+    let plates: Vec<String> = three
+        .iter()
+        .enumerate()
+        .map(|(i, (x, more))| cuboid(&format!("plate{i}"), [0.02, 6.0, 6.0], [*x, 0.0, 1.0], more))
+        .collect();
+    let plates = plates.join("");
+    let all = |more: &str, wanted: f64| {
+        let (z, _) = depths(&format!("{}{plates}", small(more)));
+        z.iter().enumerate().for_each(|(i, z)| near(*z, wanted, i));
+    };
+    all("", 0.39);
+    all("near_m = 0.5", 1.19);
+    all("near_m = 1.5", 1.99);
+    let (z, _) = depths(&format!("{}{plates}", small("near_m = 1.5\nfar_m = 1.9")));
+    assert!(z.iter().all(|z| z.is_infinite()));
+    let (z, _) = depths(&format!("{}{plates}", small("near_m = 1.5\nfar_m = 1.9\nempty = \"zero\"")));
+    assert!(z.iter().all(|z| *z == 0.0));
+}
+
+/// A pattern that a projector throws: what it does not reach, what is too slanted and what is too near has no depth.
+#[test]
+fn what_structured_light_cannot_measure() {
+    let post = cuboid("post", [0.02, 0.2, 3.0], [1.01, 0.0, 1.0], "");
+    let wall = cuboid("wall", [0.02, 9.0, 9.0], [2.01, 0.0, 1.0], "");
+    let row = |more: &str| {
+        let (z, _) = depths(&format!("{}{post}{wall}", small(more)));
+        z[24 * COLUMNS..25 * COLUMNS].to_vec()
+    };
+    let ideal = row("");
+    let left = ideal.iter().position(|z| *z < 1.5).unwrap();
+    // Focal length times offset over the depths: f 58.93 pixels, 0.1 m, 1 m and 2 m: 2.9 pixels to the left of the post.
+    let lit = row("projector_m = -0.1");
+    let dark: Vec<usize> = (0..COLUMNS).filter(|c| lit[*c] == 0.0).collect();
+    assert!((2..=3).contains(&dark.len()) && dark.last() == Some(&(left - 1)), "{dark:?} left of {left}");
+    let far = row("noise = { depth = { limits = [1.5, 9.0] } }");
+    assert!(far.iter().zip(&ideal).all(|(z, ideal)| *z == if *ideal < 1.5 { 0.0 } else { *ideal }), "{far:?}");
+    // 20 degrees from the middle the wall is slanted by 20 degrees.
+    let slanted = row("max_incidence_deg = 20");
+    for (c, z) in slanted.iter().enumerate() {
+        let [x, y] = slopes(24 * COLUMNS + c, COLUMNS, ROWS, ANGLE);
+        let incidence = (1.0 / (1.0 + x * x + y * y).sqrt()).acos().to_degrees();
+        assert_eq!(*z == 0.0, incidence > 20.0, "column {c}: {incidence} degrees");
+    }
+}
+
+/// Light is white, so a surface's channels keep their ratios; left of the middle is what lies at greater y.
+#[test]
+fn colours_of_plates() {
+    let left = cuboid("left", [0.02, 2.0, 2.0], [1.0, 1.0, 2.0], "color = [0.8, 0.4, 0.0]");
+    let right = cuboid("right", [0.02, 2.0, 2.0], [1.0, -1.0, 2.0], "color = [0.0, 0.25, 0.5]");
+    let (_, line) = depths(&format!("{left}{right}{}", small("background = [0.2, 0.4, 0.6]")));
+    let bytes = line.0["readings"]["/eye"]["color_image.rgb"].to_string();
+    let rgb = numbers(&line.0["readings"]["/eye"]["color_image.rgb"]);
+    assert_eq!(rgb.len(), 3 * COLUMNS * ROWS, "{}", &bytes[..bytes.len().min(80)]);
+    for (i, p) in rgb.chunks(3).enumerate() {
+        let (c, r) = (i % COLUMNS, i / COLUMNS);
+        if r < ROWS / 2 {
+            assert_eq!(p, [51.0, 102.0, 153.0], "below the plates, pixel {i}");
+        } else if c < COLUMNS / 2 {
+            assert!(p[0] > 60.0 && (p[0] - 2.0 * p[1]).abs() <= 1.0 && p[2] == 0.0, "pixel {i}: {p:?}");
+        } else {
+            assert!(p[2] > 40.0 && (p[2] - 2.0 * p[1]).abs() <= 1.0 && p[0] == 0.0, "pixel {i}: {p:?}");
+        }
+    }
+}
+
+/// The same scene on one thread and two gives the same bytes, and an image taken twice is the same.
+#[test]
+fn images_do_not_depend_on_threads() {
+    let scene = format!(
+        "{}{}{}",
+        small("lateral_sigma = 1.0\nedges = \"mixed\""),
+        cuboid("post", [0.1, 0.3, 3.0], [1.2, 0.1, 1.0], "orientation_deg = [0, 10, 30]"),
+        cuboid("wall", [0.02, 9.0, 9.0], [2.5, 0.0, 1.0], "")
+    );
+    let place = Place::scene(&scene);
+    let read =
+        |threads: &str| place.trace(&["/eye"], &["--steps", "3", "--threads", threads])[2].0["readings"].to_string();
+    let one = read("1");
+    assert_eq!(one, read("2"));
+    assert_eq!(one, read("1"));
+}
+
+#[test]
+fn presets_are_listed_and_refusals_tell_what_to_do() {
+    let refused = |more: &str, words: &[&str]| Place::scene(&camera(more)).run(&["--steps", "1"]).refused(words);
+    refused("far_m = 0.001", &["far", "near"]);
+    refused("edges = \"soft\"", &["edges"]);
+    refused("columns = 0", &["columns"]);
+}

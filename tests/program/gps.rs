@@ -1,0 +1,82 @@
+//! Satellite receivers: the antenna's place and velocity, in the world and on Earth.
+
+use crate::kit::*;
+
+const ORIGIN: &str = "origin = { lat_deg = 48.1372, lon_deg = 11.5756, alt_m = 519.0 }\n";
+
+fn receiver(parent: &str, keys: &str) -> String {
+    format!("[[object]]\nkind = \"sensor\"\nalias = \"gps\"\nsensor = \"gps\"\n{parent}\n{keys}\n")
+}
+
+fn field<const N: usize>(line: &Line, path: &str, name: &str) -> [f64; N] {
+    let value = &line.0["readings"][path][format!("gps.{name}")];
+    let all = match value.as_f64() {
+        Some(x) => vec![x],
+        None => numbers(value),
+    };
+    all.try_into().unwrap_or_else(|v| panic!("{name}: {v:?} in {}", line.0["readings"]))
+}
+
+#[test]
+fn without_noise_the_position_is_the_mounts_to_the_last_bit() {
+    let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.2, 0.2, 0.2]\n\
+        position_m = [1.25, -2.5, 10.0]\ndynamic = true\nmass_kg = 1.0\n";
+    let place = Place::scene(&format!("{ORIGIN}{ball}{}", receiver("parent = \"/ball\"", "")));
+    let lines = place.trace(&["/ball", "/ball/gps"], &["--steps", "10"]);
+    let mut before = 10.0;
+    for line in &lines {
+        let [x, y, z]: [f64; 3] = line.object("/ball", "position");
+        assert_eq!(field(line, "/ball/gps", "position"), [x, y, z]);
+        // The velocity is the way of the last step over its length of 0.05 s.
+        let [east, north, up] = field(line, "/ball/gps", "velocity");
+        assert!(east == 0.0 && north == 0.0 && (up - (z - before) / 0.05).abs() < 1e-9, "{up}");
+        assert_eq!(field(line, "/ball/gps", "valid"), [1.0]);
+        before = z;
+    }
+    // Free fall, in the middle of the tenth step: 9.81 m/s² · 0.475 s.
+    let [_, _, up] = field(lines.last().unwrap(), "/ball/gps", "velocity");
+    assert!((up + 4.66).abs() < 0.06, "{up}");
+}
+
+#[test]
+fn an_antenna_stands_where_its_offset_says() {
+    // The mount is turned a quarter to the left, so what is ahead of it (x) is north of it (y).
+    let keys = "position_m = [10.0, 20.0, 1.0]\norientation_deg = [0.0, 0.0, 90.0]\nantenna_m = [0.5, 0.0, 0.25]";
+    let line = Place::scene(&receiver("", keys)).trace(&["/gps"], &["--steps", "1"]).pop().unwrap();
+    let found: [f64; 3] = field(&line, "/gps", "position");
+    for (a, b) in found.into_iter().zip([10.0, 20.5, 1.25]) {
+        assert!((a - b).abs() < 1e-12, "{found:?}");
+    }
+}
+
+#[test]
+fn the_worlds_origin_lies_where_the_scene_says() {
+    let at = |origin: &str, position: &str| {
+        let scene = format!("{origin}{}", receiver("", &format!("position_m = {position}")));
+        let line = Place::scene(&scene).trace(&["/gps"], &["--steps", "1"]).pop().unwrap();
+        ["latitude", "longitude", "altitude"].map(|name| field::<1>(&line, "/gps", name)[0])
+    };
+    let [lat, lon, alt] = at(ORIGIN, "[0.0, 0.0, 0.0]");
+    assert!((lat.to_degrees() - 48.1372).abs() < 1e-12 && (lon.to_degrees() - 11.5756).abs() < 1e-12);
+    assert!((alt - 519.0).abs() < 1e-8);
+    // EPSG guidance note 7-2, method 9837: in the plane at 55°N 5°E 200 m this point is 53°48'33.820"N 2°07'46.380"E 73 m.
+    let [lat, lon, alt] =
+        at("origin = { lat_deg = 55.0, lon_deg = 5.0, alt_m = 200.0 }\n", "[-189013.869, -128642.040, -4220.171]");
+    assert!((lat.to_degrees() - (53.0 + 48.0 / 60.0 + 33.820 / 3600.0)).abs() < 3e-8, "{}", lat.to_degrees());
+    assert!((lon.to_degrees() - (2.0 + 7.0 / 60.0 + 46.380 / 3600.0)).abs() < 3e-8, "{}", lon.to_degrees());
+    assert!((alt - 73.0).abs() < 2e-3, "{alt}");
+    // Nothing said: where Greenwich's meridian meets the equator.
+    assert_eq!(at("", "[0.0, 0.0, 7.0]")[..2], [0.0, 0.0]);
+}
+
+#[test]
+fn an_origin_that_is_not_on_earth_is_refused() {
+    for (origin, words) in [
+        ("origin = { lat_deg = 91.0 }\n", ["lat_deg", "1.57"]),
+        ("origin = { lat = 48.0 }\n", ["`lat`", "lat_deg"]),
+        ("origin = { height_m = 1.0 }\n", ["height_m", "[scene.origin]"]),
+        ("origin = 3.0\n", ["origin", "[scene]"]),
+    ] {
+        Place::scene(&format!("{origin}{}", receiver("", ""))).run(&["--steps", "1"]).refused(&words);
+    }
+}

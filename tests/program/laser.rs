@@ -1,0 +1,134 @@
+//! Laser scanners against geometry: a scanner in a room whose walls are where they are written.
+
+use std::f64::consts::PI;
+
+use crate::kit::*;
+
+/// A room of 8 m x 6 m about the origin, its inner sides at x = ±4 and y = ±3; walls are white.
+fn room() -> String {
+    let white = "color = [1.0, 1.0, 1.0]";
+    [
+        cuboid("front", [0.2, 7.0, 2.0], [4.1, 0.0, 1.0], white),
+        cuboid("back", [0.2, 7.0, 2.0], [-4.1, 0.0, 1.0], white),
+        cuboid("left", [9.0, 0.2, 2.0], [0.0, 3.1, 1.0], white),
+        cuboid("right", [9.0, 0.2, 2.0], [0.0, -3.1, 1.0], white),
+    ]
+    .concat()
+}
+
+/// The scanner at the origin, half a metre up, looking along x with its +y up: +z ahead, +x to the left.
+fn scanner(keys: &str) -> String {
+    format!(
+        "[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"laser\"\nposition_m = [0.0, 0.0, 0.5]\n\
+         quaternion = [0.5, 0.5, 0.5, 0.5]\n{keys}\n"
+    )
+}
+
+/// Distance to the room's wall along an azimuth from x, and the incidence there.
+fn wall(azimuth: f64) -> (f64, f64) {
+    let (s, c) = azimuth.sin_cos();
+    let (x, y) = (4.0 / c.abs(), 3.0 / s.abs());
+    (x.min(y), if x < y { c.abs().acos() } else { s.abs().acos() })
+}
+
+/// A field of the scanner in the last line of a trace; what is not finite is infinity.
+fn field(line: &Line, name: &str) -> Vec<f64> {
+    let value = &line.0["readings"]["/eye"][format!("range_scan.{name}")];
+    let all = value.as_array().unwrap_or_else(|| panic!("no {name}: {}", line.0["readings"]));
+    all.iter().map(|v| v.as_f64().unwrap_or(f64::INFINITY)).collect()
+}
+
+fn scan(scene: &str) -> Line {
+    let place = Place::scene(scene);
+    place.trace(&["/eye"], &["--steps", "2"]).pop().unwrap()
+}
+
+#[test]
+fn a_scan_of_a_room_has_its_walls() {
+    let line = scan(&format!(
+        "{}{}",
+        room(),
+        scanner("start_angle_deg = -180.0\nend_angle_deg = 179.0\nrays = 360\nrange_m = 20.0\nmin_range_m = 0.1")
+    ));
+    let (angle, distance) = (field(&line, "angle"), field(&line, "distance"));
+    let (incidence, intensity) = (field(&line, "incidence"), field(&line, "intensity"));
+    assert_eq!([angle.len(), distance.len(), incidence.len(), intensity.len()], [360; 4]);
+    for i in 0..360 {
+        let azimuth = (i as f64 - 180.0) * PI / 180.0;
+        assert!((angle[i] - azimuth).abs() < 1e-12);
+        let (wanted, slant) = wall(azimuth);
+        assert!((distance[i] - wanted).abs() < 1e-6, "beam {i}: {} m instead of {wanted} m", distance[i]);
+        assert!((incidence[i] - slant).abs() < 1e-6, "beam {i}: {} rad instead of {slant}", incidence[i]);
+        // White: the cosine over the square of the distance.
+        let strength = slant.cos() / (wanted * wanted);
+        assert!((intensity[i] - strength).abs() < 1e-6, "beam {i}: {} instead of {strength}", intensity[i]);
+    }
+    assert_eq!(field(&line, "limits"), [0.1, 20.0]);
+    assert_eq!(field(&line, "elevation"), [0.0; 360]);
+}
+
+#[test]
+fn left_is_left_and_right_comes_first() {
+    // A post 2 m ahead and 1 m to the left (+y), another behind: the half turn ahead sees one of them.
+    let posts =
+        [cuboid("post", [0.2, 0.2, 1.0], [2.0, 1.0, 0.5], ""), cuboid("behind", [0.2, 0.2, 1.0], [-2.0, 1.0, 0.5], "")];
+    let line = scan(&format!("{}{}", posts.concat(), scanner("")));
+    let (angle, distance) = (field(&line, "angle"), field(&line, "distance"));
+    assert!((angle[0] + PI / 2.0).abs() < 1e-12 && (angle[180] - PI / 2.0).abs() < 1e-12);
+    let seen: Vec<f64> = (0..181).filter(|i| distance[*i].is_finite()).map(|i| angle[i]).collect();
+    // Its corners nearest to the sides: (2.1, 0.9) and (1.9, 1.1).
+    let (right, left) = ((0.9_f64 / 2.1).atan(), (1.1_f64 / 1.9).atan());
+    assert!(!seen.is_empty() && seen.iter().all(|a| *a > right && *a < left), "{seen:?}");
+    assert_eq!(seen.len(), ((left.to_degrees().floor()) - right.to_degrees().ceil()) as usize + 1);
+}
+
+#[test]
+fn layers_meet_a_wall_where_their_elevation_says() {
+    let keys = "start_angle_deg = -10.0\nend_angle_deg = 10.0\nrays = 3\nlayers = 3\nvertical_field_deg = 20.0";
+    let line = scan(&format!("{}{}", room(), scanner(keys)));
+    let (distance, elevation) = (field(&line, "distance"), field(&line, "elevation"));
+    for (i, wanted) in [-10.0, -10.0, -10.0, 0.0, 0.0, 0.0, 10.0, 10.0, 10.0_f64].into_iter().enumerate() {
+        assert!((elevation[i] - wanted.to_radians()).abs() < 1e-12);
+        let azimuth = [-10.0, 0.0, 10.0_f64][i % 3].to_radians();
+        // The wall ahead is 4 m away and 2 m high; there is no floor, so beams that fall below it meet nothing.
+        let along = 4.0 / (azimuth.cos() * wanted.to_radians().cos());
+        let height = 0.5 + along * wanted.to_radians().sin();
+        if (0.0..=2.0).contains(&height) {
+            assert!((distance[i] - along).abs() < 1e-6, "beam {i}: {} m instead of {along} m", distance[i]);
+        } else {
+            assert!(distance[i].is_infinite(), "beam {i}: {} m below the walls", distance[i]);
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_told_reads_as_nothing_or_as_the_range() {
+    // A post 0.3 m ahead, a wall 4 m ahead.
+    let post = cuboid("post", [0.1, 0.1, 1.0], [0.35, 0.0, 0.5], "");
+    let ahead = "start_angle_deg = 0.0\nend_angle_deg = 90.0\nrays = 2\nrange_m = 3.5\n";
+    let first_two = |keys: &str| {
+        let line = scan(&format!("{}{post}{}", room(), scanner(&format!("{ahead}{keys}"))));
+        (field(&line, "distance"), field(&line, "intensity"))
+    };
+    let near = |d: &[f64], wanted: [f64; 2]| d.iter().zip(wanted).all(|(a, b)| *a == b || (a - b).abs() < 1e-6);
+    assert!(near(&first_two("").0, [0.3, 3.0]));
+    // Too near: nothing, though a wall stands behind it, within range or not.
+    let (distance, intensity) = first_two("min_range_m = 0.31");
+    assert!(near(&distance, [f64::INFINITY, 3.0]) && intensity[0] == 0.0, "{distance:?}");
+    assert!(near(&first_two("min_range_m = 0.31\nnone_as_max = true").0, [3.5, 3.0]));
+    // Where beams begin behind it, it is not there; the wall at 4 m is beyond the range.
+    assert!(near(&first_two("near_m = 0.45").0, [f64::INFINITY, 3.0]));
+}
+
+#[test]
+fn settings_that_cannot_be_are_refused_by_name() {
+    for (keys, words) in [
+        ("start_angle_deg = 10.0\nend_angle_deg = -10.0", ["`end_angle`", "greater"]),
+        ("rays = 1000000\nlayers = 100", ["16777216", "in all"]),
+        ("min_range_m = 11.0", ["`range`", "`min_range`"]),
+        ("full_intensity_m = 0.0", ["`full_intensity`", "more than 0"]),
+        ("elevations_deg = [0.0, 100.0]", ["elevations_deg", "1.57"]),
+    ] {
+        Place::scene(&scanner(keys)).run(&["--steps", "1"]).refused(&words);
+    }
+}

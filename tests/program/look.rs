@@ -1,0 +1,253 @@
+//! Pictures of scenes and sensors: what stands where in them follows from the camera, the lamp and the scene.
+
+use std::{fs, path::Path};
+
+use crate::kit::*;
+
+/// A picture that was written.
+struct Picture {
+    columns: usize,
+    rows: usize,
+    rgb: Vec<u8>,
+}
+
+impl Picture {
+    fn open(file: &Path) -> Self {
+        let mut reader = png::Decoder::new(fs::File::open(file).unwrap()).read_info().unwrap();
+        let mut rgb = vec![0; reader.output_buffer_size()];
+        let info = reader.next_frame(&mut rgb).unwrap();
+        assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Rgb, png::BitDepth::Eight));
+        Picture { columns: info.width as usize, rows: info.height as usize, rgb }
+    }
+    fn at(&self, column: usize, row: usize) -> [u8; 3] {
+        let i = (row * self.columns + column) * 3;
+        [self.rgb[i], self.rgb[i + 1], self.rgb[i + 2]]
+    }
+    fn grey(&self, [x, y]: [f64; 2]) -> f64 {
+        self.at(x as usize, y as usize).iter().map(|c| f64::from(*c)).sum::<f64>() / 3.0
+    }
+    fn grey_at(&self, column: usize, row: usize) -> u8 {
+        (self.at(column, row).iter().map(|c| u32::from(*c)).sum::<u32>() / 3) as u8
+    }
+    fn is_red(&self, column: usize, row: usize) -> bool {
+        let [r, g, b] = self.at(column, row).map(i32::from);
+        r > 100 && r > 2 * g && r > 2 * b
+    }
+    /// Whether there are so many colours at least.
+    fn is_colorful(&self, least: usize) -> bool {
+        let mut all: Vec<&[u8]> = self.rgb.chunks_exact(3).collect();
+        all.sort_unstable();
+        all.dedup();
+        all.len() >= least
+    }
+}
+
+impl Place {
+    /// `tatu look scene.toml`, into `out.png`.
+    fn look(&self, args: &[&str]) -> Done {
+        self.tatu(&[&["look", "scene.toml", "-o", "out.png"], args].concat())
+    }
+    fn picture(&self, args: &[&str]) -> Picture {
+        self.look(args).good();
+        Picture::open(&self.path().join("out.png"))
+    }
+}
+
+const RED: &str = "color = [1.0, 0.0, 0.0]";
+
+#[test]
+fn a_picture_has_its_size_and_is_the_same_on_any_number_of_threads() {
+    let place = Place::scene(&format!("{FLOOR}{}", pioneer("", "")));
+    let args = ["--from", "-1,-1,0.8", "--to", "0,0,0.1", "--size", "160x90", "--at", "0.1"];
+    let one = place.picture(&[&args[..], &["--threads", "1"]].concat());
+    let bytes = fs::read(place.path().join("out.png")).unwrap();
+    assert_eq!((one.columns, one.rows), (160, 90));
+    assert!(one.is_colorful(200));
+    place.look(&[&args[..], &["--threads", "2"]].concat()).good();
+    assert!(bytes == fs::read(place.path().join("out.png")).unwrap(), "two threads make another picture than one");
+}
+
+#[test]
+fn a_box_is_where_geometry_says() {
+    // 120 pixels wide at 60 degrees: 60 / tan(30 degrees) = 103.9 pixels at distance 1. The front of the box, 3 m away
+    // and 1 m wide and high, reaches 103.9 / 3 * 0.5 = 17.3 pixels to each side of the middle.
+    let place = Place::scene(&format!("{FLOOR}{}", cuboid("box", [1.0; 3], [0.5, 0.0, 1.0], RED)));
+    let picture = place.picture(&["--from", "-3,0,1", "--to", "0,0,1", "--size", "120x80", "--fov", "60"]);
+    for (dx, dy) in [(0, 0), (15, 15), (-16, 15), (15, -16), (-16, -16)] {
+        assert!(picture.is_red((60 + dx) as usize, (40 + dy) as usize), "{dx} {dy}");
+    }
+    for (dx, dy) in [(19, 0), (-20, 0), (0, 19), (0, -20), (19, 19)] {
+        assert!(!picture.is_red((60 + dx) as usize, (40 + dy) as usize), "{dx} {dy}");
+    }
+    // The sky is above the horizon, and bluish; the floor below it is grey.
+    let ([r, _, b], [fr, fg, fb]) = (picture.at(5, 2), picture.at(60, 78));
+    assert!(b > r && fr.abs_diff(fg) < 20 && fg.abs_diff(fb) < 20, "{r} {b} {fr} {fg} {fb}");
+    // To the left of it is the box's +y: seen along +x, left is +y.
+    let place = Place::scene(&format!("{FLOOR}{}", cuboid("box", [0.5; 3], [0.0, 0.6, 1.0], RED)));
+    let picture = place.picture(&["--from=-3,0,1", "--to=0,0,1", "--size=120x80", "--fov=60"]);
+    // Its middle lies 103.9 * 0.6 / 3 = 20.8 pixels to the left.
+    assert!(picture.is_red(60 - 21, 40) && !picture.is_red(60 + 21, 40));
+}
+
+#[test]
+fn a_shadow_is_where_the_lamp_throws_it() {
+    // The lamp stands in the direction (0.3, -0.6, 1): docs/guide/pictures.md. A plate 0.4 m wide, 1 m up, throws its
+    // shadow around (-0.3, 0.6) on the floor.
+    let scene = format!("{FLOOR}{}", cuboid("plate", [0.4, 0.4, 0.02], [0.0, 0.0, 1.0], RED));
+    let place = Place::scene(&scene);
+    let picture = place.picture(&["--from", "0,0,4", "--to", "0,0,0", "--size", "200x200", "--fov", "60"]);
+    // From above x is to the right and y upwards: 100 / tan(30 degrees) / 4 = 43.3 pixels a metre on the floor.
+    let at = |x: f64, y: f64| picture.grey([100.0 + 43.3 * x, 100.0 - 43.3 * y]);
+    let lit = at(0.35, -0.65);
+    for (x, y) in [(-0.3, 0.6), (-0.16, 0.46), (-0.16, 0.74), (-0.44, 0.74), (-0.44, 0.46)] {
+        assert!(at(x, y) < 0.75 * lit, "{x} {y}: {} in the shadow, {lit} in the light", at(x, y));
+    }
+    for (x, y) in [(-0.3, 0.34), (-0.3, 0.86), (-0.04, 0.6), (-0.56, 0.6)] {
+        assert!(at(x, y) > 0.9 * lit, "{x} {y}: {} in the light, {lit} elsewhere", at(x, y));
+    }
+}
+
+#[test]
+fn the_scene_is_shown_as_it_is_at_a_time() {
+    let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.3, 0.3, 0.3]\n\
+                dynamic = true\nposition_m = [0, 0, 2]\ncolor = [1.0, 0.0, 0.0]\n";
+    let place = Place::scene(&format!("{FLOOR}{ball}"));
+    let look =
+        |at: &str| place.picture(&["--from", "-4,0,1", "--to", "0,0,1", "--size", "120x80", "--fov", "60", "--at", at]);
+    // 103.9 / 4 = 26 pixels a metre: 2 m high is 26 pixels above the middle; after 0.5 s of fall, 1.23 m lower, 6 below.
+    let (before, after) = (look("0"), look("0.5"));
+    assert!(before.is_red(60, 40 - 26) && !before.is_red(60, 40 + 6));
+    assert!(after.is_red(60, 40 + 6) && !after.is_red(60, 40 - 26));
+}
+
+#[test]
+fn what_is_hidden_is_not_shown_and_what_is_drawn_is() {
+    let drawer = watcher(
+        "drawer",
+        "function sysCall_init()
+            local d = sim.addDrawingObject(sim.drawing_spherepoints, 0.3, 0, -1, 10, {1, 0, 0})
+            sim.addDrawingObjectItem(d, {0, 0, 1})
+        end",
+    );
+    let hidden = cuboid("ghost", [0.4; 3], [0.0, 1.0, 1.0], &format!("{RED}\nvisible = false"));
+    let place = Place::scene(&format!("{FLOOR}{hidden}{drawer}"));
+    let args = ["--from", "-4,0,1", "--to", "0,0,1", "--size", "120x80", "--fov", "60", "--at", "0.1"];
+    let picture = place.picture(&args);
+    assert!(picture.is_red(60, 40), "the drawing is not there");
+    assert!(!picture.is_red(60 - 26, 40), "what is hidden is shown");
+}
+
+#[test]
+fn a_sensor_that_tells_the_nearest_point_shows_it() {
+    let scene = format!(
+        "{}[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"feeler\"\nposition_m = [0, 0, 0.3]\n\
+         orientation_deg = [0, 90, 0]\nrange_m = 1\n",
+        cuboid("wall", [0.1, 1.0, 1.0], [0.8, 0.0, 0.3], "")
+    );
+    let place = Place::scene(&scene);
+    let picture = place.picture(&["--sensor", "/feeler"]);
+    assert!(picture.columns > 800 && picture.rows > 400 && picture.is_colorful(100));
+    // The ball at the point that was found.
+    assert!((0..picture.rows).any(|y| (0..picture.columns).any(|x| picture.is_red(x, y))));
+    let again = fs::read(place.path().join("out.png")).unwrap();
+    place.look(&["--sensor", "feeler", "--threads", "2"]).good();
+    assert!(again == fs::read(place.path().join("out.png")).unwrap());
+}
+
+/// A sensor at half a metre that looks along +x: +z ahead, +y up, +x to the left.
+fn sensor(kind: &str, more: &str) -> String {
+    format!(
+        "[[object]]\nkind = \"sensor\"\nsensor = \"{kind}\"\nalias = \"eye\"\nposition_m = [0, 0, 0.5]\n\
+         quaternion = [0.5, 0.5, 0.5, 0.5]\n{more}\n"
+    )
+}
+
+#[test]
+fn a_scan_shows_what_is_left_at_the_left() {
+    // Only to the left there is a wall, 2 m away and 4 m long: of 181 beams, 1 degree apart, those from 45 to 90 degrees
+    // meet it, 46 of them.
+    let wall = cuboid("wall", [4.0, 0.2, 1.0], [0.0, 2.1, 0.5], "");
+    let place = Place::scene(&format!("{wall}{}", sensor("laser", "range_m = 5")));
+    let picture = place.picture(&["--sensor", "eye"]);
+    let all = (0..picture.rows).flat_map(|y| (0..picture.columns).map(move |x| (x, y)));
+    let dots: Vec<(usize, usize)> = all.filter(|(x, y)| picture.is_red(*x, *y)).collect();
+    assert!(dots.len() > 46, "{} red pixels", dots.len());
+    // The wall is a line upwards, left of the middle, as high as it is far: from the sensor's own height to 45 degrees.
+    let range =
+        |f: fn(&(usize, usize)) -> usize| (dots.iter().map(f).min().unwrap(), dots.iter().map(f).max().unwrap());
+    let ((left, right), (top, bottom)) = (range(|d| d.0), range(|d| d.1));
+    assert!(right < picture.columns / 2 && right - left < 8, "from {left} to {right}");
+    // Beams that meet nothing end 1.15 times as far away as the farthest hit, 2.83 m: at 3.25 m. They reach 3.25 m to the
+    // right and, at 44 degrees, 2.26 m to the left: 5.51 m in 720 pixels, and the 2 m of wall ahead in 261.
+    assert!((bottom - top).abs_diff(261) < 6, "{top} to {bottom}");
+}
+
+#[test]
+fn what_is_near_is_bright_in_a_depth_image_and_colours_stand_beside_it() {
+    // 64 x 48 pixels over 57 degrees: 32 / tan(28.5 degrees) = 58.9 pixels at distance 1. The box, 1 m ahead and from 0.05
+    // to 0.55 m to the left, covers columns 32 - 32.4 to 32 - 2.9 of the image's middle rows, 5 pixels wide each here.
+    let near = cuboid("box", [0.4, 0.5, 0.6], [1.2, 0.3, 0.5], RED);
+    let far = cuboid("wall", [0.2, 9.0, 9.0], [3.1, 0.0, 0.5], "color = [0.2, 0.2, 1.0]");
+    let place = Place::scene(&format!("{near}{far}{}", sensor("depth_camera", "columns = 64\nrows = 48")));
+    let picture = place.picture(&["--sensor", "eye"]);
+    // The depth begins 20 pixels from the left and 76 from above; its legend takes 110, and the image follows 20 further.
+    let (depth, color) = (20, 20 + 320 + 110 + 20);
+    let middle = 76 + 120;
+    let [r, g, b] = picture.at(depth + 80, middle);
+    assert!(r > 200 && g > 200 && b < 100, "near is {r} {g} {b}, expected yellow");
+    let [r, g, b] = picture.at(depth + 240, middle);
+    assert!(r < 120 && g < 60 && b > 60, "far is {r} {g} {b}, expected violet");
+    assert!(picture.is_red(color + 80, middle));
+    let [r, _, b] = picture.at(color + 240, middle);
+    assert!(b > 100 && b > 2 * r);
+}
+
+#[test]
+fn any_other_sensor_is_shown_in_words() {
+    let place = Place::scene(&format!("{FLOOR}{}", sensor("gps", "")));
+    let picture = place.picture(&["--sensor", "eye"]);
+    // A title and a line for each of its fields, dark on white.
+    assert!(picture.rows > 64 + 4 * 24 && picture.columns > 300);
+    let rows = (0..picture.rows).filter(|y| (0..picture.columns).any(|x| picture.grey_at(x, *y) < 128));
+    assert!(rows.count() > 50);
+}
+
+#[test]
+fn what_cannot_be_looked_at_is_told() {
+    let place = Place::scene(&format!("{FLOOR}{}", pioneer("", "")));
+    let from = ["--from", "-1,0,1", "--to", "0,0,0", "--size", "16x9"];
+    place.look(&["--sensor", "/Pioneer_p3dx_ultrasonicSensor17"]).refused(&[
+        "E110",
+        "Pioneer_p3dx_ultrasonicSensor17",
+        "did you mean `",
+        "the sensors of this scene are",
+        "Pioneer_p3dx_ultrasonicSensor16",
+    ]);
+    place.look(&["--sensor", "/floor"]).refused(&["E110", "`/floor` is no sensor", "Pioneer_p3dx_ultrasonicSensor1"]);
+    place.tatu(&[&["look", "scene.toml", "-o", "nowhere/out.png"], &from[..]].concat()).refused(&["E105", "nowhere"]);
+    place.look(&["--from", "1,2,3", "--to", "1,2,3"]).refused(&["E102", "--from and --to are one point"]);
+    place.look(&["--from", "1,2", "--to", "0,0,0"]).refused(&["three numbers"]);
+    place.look(&["--from", "1,2,3"]).refused(&["--to"]);
+    place.look(&[]).refused(&["--from"]);
+    place.look(&[&from[..], &["--at", "-1"]].concat()).refused(&["at least 0"]);
+    place.look(&[&from[..4], &["--size", "0x10"]].concat()).refused(&["columns and rows"]);
+    place.look(&[&from[..], &["--fov", "180"]].concat()).refused(&["1 to 170"]);
+    let bare = Place::scene(FLOOR);
+    bare.look(&["--sensor", "/eye"]).refused(&["E110", "there is no sensor in this scene"]);
+    assert!(!bare.path().join("out.png").exists());
+}
+
+#[test]
+fn every_picture_of_the_documentation_can_be_made_again() {
+    let images = root().join("docs/images");
+    let script = fs::read_to_string(root().join("docs/pictures.sh")).unwrap();
+    let mut count = 0;
+    for entry in fs::read_dir(&images).unwrap().map(Result::unwrap) {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        assert!(script.contains(&name), "docs/pictures.sh does not make {name}");
+        let size = entry.metadata().unwrap().len();
+        assert!(size < 200 * 1024, "{name} has {size} bytes");
+        count += 1;
+    }
+    assert!(count > 2);
+}

@@ -1,0 +1,237 @@
+//! Vision sensors through the names of the V-REP API: what they see of a scene whose geometry is written out.
+//!
+//! Source: `../shared/reference/script-api.md` section 2.7.
+
+use crate::kit::*;
+
+/// A camera at (0, 0, 1) that looks along x with z up, 16 x 12 pixels, 0.5 to 2.5 m.
+fn camera(script: &str) -> String {
+    format!(
+        "[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"depth_camera\"\ncolumns = 16\nrows = 12\n\
+         near_m = 0.5\nfar_m = 2.5\nposition_m = [0, 0, 1]\norientation_deg = [0, 90, 90]\n\
+         script = {{ text = '''\n{script}\n''' }}\n"
+    )
+}
+
+/// Runs scripts of the camera before a wall whose face lies at 1 m and fills the lower half of the image.
+fn see(script: &str) -> Done {
+    let wall = cuboid("wall", [0.02, 6.0, 3.0], [1.01, 0.0, -0.5], "");
+    Place::scene(&format!("{}{wall}", camera(script))).run(&["--steps", "3"])
+}
+
+/// Rows run from the bottom to the top; 0.25 = (1 - 0.5) / (2.5 - 0.5).
+#[test]
+fn depths_begin_at_the_bottom() {
+    see("function sysCall_init() eye = sim.getObject('/eye') end
+         function sysCall_sensing()
+            local all, size = sim.getVisionSensorDepth(eye)
+            assert(size[1] == 16 and size[2] == 12 and #all == 4 * 16 * 12)
+            local z = sim.unpackFloatTable(all)
+            for i = 1, #z do
+                local wanted = i <= 16 * 6 and 0.25 or 1
+                if math.abs(z[i] - wanted) > 1e-5 then error(i .. ': ' .. z[i]) end
+            end
+            local m = sim.unpackFloatTable((sim.getVisionSensorDepth(eye, 1)))
+            assert(math.abs(m[1] - 1) < 1e-5 and math.abs(m[192] - 2.5) < 1e-5)
+            local part, s = sim.getVisionSensorDepth(eye, 0, {3, 5}, {2, 2})
+            part = sim.unpackFloatTable(part)
+            assert(s[1] == 2 and s[2] == 2 and #part == 4)
+            assert(math.abs(part[2] - 0.25) < 1e-5 and part[3] == 1)
+            assert(not pcall(sim.getVisionSensorDepth, eye, 0, {15, 0}, {2, 1}))
+            assert(sim.getVisionSensorRes(eye)[2] == 12)
+         end")
+    .good();
+}
+
+#[test]
+fn old_names_give_tables() {
+    see("if sim_call_type == sim_childscriptcall_initialization then
+            eye = simGetObjectHandle('eye')
+            if simReadVisionSensor(eye) ~= -1 then error('never handled') end
+            local z = simGetVisionSensorDepthBuffer(eye)
+            if #z ~= 192 or z[1] ~= 1 then error('before') end
+         end
+         if sim_call_type == sim_childscriptcall_sensing then
+            local z = simGetVisionSensorDepthBuffer(eye)
+            if #z ~= 192 or math.abs(z[1] - 0.25) > 1e-5 or z[192] ~= 1 then error('depth') end
+            local packed = simUnpackFloats(simGetVisionSensorDepthBuffer(eye + sim_handleflag_codedstring))
+            if #packed ~= 192 or packed[1] ~= z[1] then error('packed') end
+            local image = simGetVisionSensorImage(eye)
+            if #image ~= 3 * 192 or image[1] <= 0 or image[1] > 1 or image[3 * 192] ~= 0 then error('image') end
+            local grey = simGetVisionSensorImage(eye + sim_handleflag_greyscale, 0, 0, 4, 2)
+            if #grey ~= 8 then error('grey') end
+            local bytes, w, h = simGetVisionSensorCharImage(eye, 0, 0, 0, 0, 0.5)
+            if w ~= 16 or h ~= 12 or #bytes ~= 4 * 192 then error('bytes') end
+            if bytes:byte(4) ~= 255 or bytes:byte(4 * 192) ~= 0 then error('alpha') end
+            if simGetVisionSensorResolution(eye)[1] ~= 16 then error('resolution') end
+         end")
+    .good();
+}
+
+/// Half of the image at 0.25, half at 1: mean 0.625. Intensities lie between those of the three colours.
+#[test]
+fn the_packet_of_fifteen() {
+    see("function sysCall_init() eye = sim.getObject('/eye') end
+         function sysCall_sensing()
+            local result, p = sim.readVisionSensor(eye)
+            if result ~= 0 or #p ~= 15 then error('shape') end
+            local function near(a, b) return math.abs(a - b) < 1e-5 end
+            if not (near(p[5], 0.25) and near(p[10], 1) and near(p[15], 0.625)) then error(table.concat(p, ' ')) end
+            local image, sum = sim.getVisionSensorImg(eye), {0, 0, 0}
+            for i = 1, #image do sum[(i - 1) % 3 + 1] = sum[(i - 1) % 3 + 1] + image:byte(i) / 255 / 192 end
+            for k = 1, 3 do if not near(p[11 + k], sum[k]) then error('mean of colour ' .. k) end end
+            if not near(p[11], (sum[1] + sum[2] + sum[3]) / 3) then error('mean intensity') end
+            if p[1] ~= 0 or p[6] < p[11] then error('extremes') end
+            local n, q = sim.handleVisionSensor(eye)
+            if n ~= 0 then error('count') end
+            for k = 1, 15 do if p[k] ~= q[k] then error('handled otherwise') end end
+            sim.resetVisionSensor(eye)
+            if sim.readVisionSensor(eye) ~= -1 then error('reset') end
+         end")
+    .good();
+}
+
+/// One entity alone: without the wall nothing is seen.
+#[test]
+fn one_entity_is_looked_at() {
+    see("function sysCall_sensing()
+            local eye = sim.getObject('/eye')
+            local r, p = sim.checkVisionSensor(eye, sim.getObject('/wall'))
+            if r ~= 0 or math.abs(p[5] - 0.25) > 1e-5 then error('the wall') end
+            local z = sim.checkVisionSensorEx(eye, eye, false)
+            for i = 1, 192 do if z[i] ~= 1 then error('nothing') end end
+            if #sim.checkVisionSensorEx(eye, sim.handle_all, true) ~= 3 * 192 then error('image') end
+         end")
+    .good();
+}
+
+/// Parameters by number: 1000 near, 1001 far, 1002 and 1003 resolution, 1004 angle, 1005 size (script-api 2.7).
+#[test]
+fn parameters_by_number() {
+    see("function sysCall_sensing()
+            local eye = sim.getObject('/eye')
+            if sim.getObjectType(eye) ~= 9 then error('type') end
+            if #sim.getObjectsInTree(sim.handle_scene, 9) ~= 1 then error('list') end
+            local function float(n) return sim.getObjectFloatParam(eye, n) end
+            if float(1000) ~= 0.5 or float(sim.visionfloatparam_far_clipping) ~= 2.5 then error('planes') end
+            if math.abs(float(1004) - math.rad(57)) > 1e-9 then error('angle') end
+            if sim.getObjectInt32Param(eye, 1002) ~= 16 or sim.getObjectInt32Param(eye, 1003) ~= 12 then error('size') end
+            sim.setObjectFloatParam(eye, 1001, 4.5)
+            sim.setObjectInt32Param(eye, 1002, 8)
+            sim.setObjectInt32Param(eye, 1003, 6)
+            sim.handleVisionSensor(eye)
+            local z, size = sim.getVisionSensorDepth(eye)
+            if size[1] ~= 8 or size[2] ~= 6 then error('resolution') end
+            if math.abs(sim.unpackFloatTable(z)[1] - 0.125) > 1e-5 then error('far') end
+            sim.setObjectFloatParam(eye, 1001, 2.5)
+            sim.setObjectInt32Param(eye, 1002, 16)
+            sim.setObjectInt32Param(eye, 1003, 12)
+         end")
+    .good();
+}
+
+/// What `sysCall_vision` is told, and what becomes of its answer.
+#[test]
+fn scripts_look_at_the_image() {
+    see("function sysCall_init() eye = sim.getObject('/eye') end
+         function sysCall_vision(d)
+            assert(d.handle == eye and d.resolution[1] == 16 and d.resolution[2] == 12)
+            assert(d.clippingPlanes[1] == 0.5 and d.clippingPlanes[2] == 2.5)
+            assert(math.abs(d.viewAngle - math.rad(57)) < 1e-9 and d.perspectiveOperation == true)
+            return {trigger = true, packedPackets = {sim.packFloatTable({1, 2.5}), sim.packFloatTable({7})}}
+         end
+         function sysCall_trigger(d)
+            triggered = (triggered or 0) + 1
+            assert(d.handle == eye and sim.unpackFloatTable(d.packedPackets[1])[2] == 2.5)
+         end
+         function sysCall_actuation()
+            local n, p, a, b = sim.handleVisionSensor(eye)
+            if n ~= 1 or #p ~= 15 or a[2] ~= 2.5 or b[1] ~= 7 then error('handled') end
+            if not triggered then error('not triggered') end
+            local r, q, c = sim.readVisionSensor(eye)
+            if r ~= 1 or c[1] ~= 1 then error('read') end
+         end")
+    .good();
+}
+
+/// In the sensing stage they are called by themselves, before `sysCall_sensing`.
+#[test]
+fn scripts_are_told_of_each_image() {
+    let wall = cuboid("wall", [0.02, 6.0, 3.0], [1.01, 0.0, -0.5], "");
+    let told = "function sysCall_trigger(d)
+                    if math.abs(d.detectedPoint[3] - 1) > 1e-6 or d.detectedObjectHandle ~= sim.getObject('/wall') then
+                        error('detected otherwise')
+                    end
+                    sim.addStatusbarMessage('sonar')
+                end";
+    let sonar = format!(
+        "[[object]]\nkind = \"sensor\"\nalias = \"sonar\"\nsensor = \"proximity\"\nrange_m = 4\n\
+         position_m = [0, 0, 0.5]\norientation_deg = [0, 90, 0]\nscript = {{ text = '''\n{told}\n''' }}\n"
+    );
+    let eye = camera(
+        "function sysCall_vision(d) sim.addStatusbarMessage('image') return {trigger = true} end
+         function sysCall_trigger(d) sim.addStatusbarMessage('trigger') end
+         function sysCall_sensing()
+            local n = sim.readVisionSensor(sim.getObject('/eye'))
+            sim.addStatusbarMessage('sensing ' .. n)
+         end",
+    );
+    let lines = Place::scene(&format!("{eye}{sonar}{wall}")).trace(&[], &["--steps", "2"]);
+    for line in &lines[..2] {
+        assert_eq!(line.status(), ["image", "trigger", "sonar", "sensing 1"]);
+    }
+}
+
+/// An image from elsewhere takes the place of what was seen, until the next one is taken.
+#[test]
+fn images_from_elsewhere() {
+    see("function sysCall_init() eye = sim.getObject('/eye') end
+         function sysCall_vision(d) return {trigger = sim.getVisionSensorImg(eye):byte(2) == 7} end
+         function sysCall_sensing()
+            local mine = string.char(5, 7, 9):rep(192)
+            if sim.setVisionSensorImg(eye, mine) ~= 1 then error('trigger') end
+            if sim.getVisionSensorImg(eye) ~= mine then error('image') end
+            sim.setVisionSensorImg(eye, string.char(0, 0, 0):rep(4), 0, {2, 1}, {2, 2})
+            local now = sim.getVisionSensorImg(eye)
+            local at = 3 * (16 + 2)
+            if now:byte(at) ~= 9 or now:byte(at + 1) ~= 0 or now:byte(at + 7) ~= 5 then error('part') end
+            if pcall(sim.setVisionSensorImg, eye, 'short') then error('short') end
+            sim.handleVisionSensor(eye)
+            if sim.getVisionSensorImg(eye) == mine then error('it stays') end
+         end")
+    .good();
+}
+
+/// A scanner as the 2015 models have it: depths become coordinates (filter 35), read as `r, t, u`. A wall at 1 m ahead of
+/// 16 columns: x = slope * 1 m, z = 1 m, in the middle row of three.
+#[test]
+fn chains_of_filters_tell_coordinates() {
+    let wall = cuboid("wall", [0.02, 6.0, 6.0], [1.01, 0.0, 1.0], "");
+    let eye = camera(
+        "if sim_call_type == sim_childscriptcall_sensing then
+            local r, t, u = simReadVisionSensor(simGetObjectHandle('eye'))
+            if r ~= 0 or #t ~= 15 or u[1] ~= 4 or u[2] ~= 3 or #u ~= 2 + 4 * 12 then error('shape') end
+            local f = 8 / math.tan(math.rad(57) / 2)
+            for j = 0, 2 do
+                for i = 0, 3 do
+                    local w = 2 + 4 * (j * u[1] + i)
+                    local x, y = (6 - 4 * i) / f, (4 * j - 4) / f
+                    local d = math.sqrt(x * x + y * y + 1)
+                    if math.abs(u[w + 1] - x) > 1e-4 or math.abs(u[w + 2] - y) > 1e-4 or math.abs(u[w + 3] - 1) > 1e-4
+                        or math.abs(u[w + 4] - d) > 1e-4 then
+                        error(i .. ' ' .. j .. ': ' .. u[w + 1] .. ' ' .. u[w + 2] .. ' ' .. u[w + 3])
+                    end
+                end
+            end
+            if simGetVisionSensorFilter(simGetObjectHandle('eye'), 1) ~= 35 then error('type') end
+         end",
+    )
+    .replace("script =", "data = { \"vision.filters\" = \"2;35::0:4,3;38\" }\nscript =");
+    Place::scene(&format!("{eye}{wall}")).run(&["--steps", "3"]).good();
+}
+
+#[test]
+fn what_is_no_vision_sensor_is_refused() {
+    let errors = see("function sysCall_sensing() sim.readVisionSensor(sim.getObject('/wall')) end").errors();
+    assert!(errors[0].to_string().contains("is no vision sensor"), "{errors:?}");
+}
