@@ -19,6 +19,7 @@ import tempfile
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 import arena  # noqa: E402
+import images  # noqa: E402
 import sensors  # noqa: E402
 from measure import PEERS, RELEASE, ROOT, cpu_of, has_mujoco, row  # noqa: E402
 
@@ -234,13 +235,15 @@ def motion(scenes, folder):
 def main():
     ap = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     ap.add_argument("--quick", action="store_true", help="one pass, shorter runs")
-    ap.add_argument("--rows", default="motion,arena100,arena1000,growth,threads,call,scan_call,startup,lidar,sonars")
+    ap.add_argument("--rows", default="motion,arena100,arena1000,growth,threads,call,scan_call,startup,lidar,sonars,"
+                    "depth,depth_mesh,depth_threads")
     args = ap.parse_args()
     peer = has_mujoco()
     if not peer:
         print("the peer is not there (pip install -r bench/peers/requirements.txt): only our own figures\n")
     passes, rows = (1 if args.quick else 3), re.split("[, ]+", args.rows)
-    if not os.path.exists(TATU) and not set(rows) <= {"lidar", "sonars"}:
+    alone = {"lidar", "sonars", "depth", "depth_mesh", "depth_threads"}
+    if not os.path.exists(TATU) and not set(rows) <= alone:
         sys.exit("no %s: run `cargo build --release`" % os.path.relpath(TATU, ROOT))
     with tempfile.TemporaryDirectory() as folder:
         scenes, embree = Scenes(folder), sensors.Embree(folder)
@@ -256,6 +259,9 @@ def main():
             "startup": lambda: startup(scenes, passes, peer),
             "lidar": lambda: sensors.lidar(embree, passes, peer, seconds),
             "sonars": lambda: sensors.sonars(passes, peer, seconds),
+            "depth": lambda: images.depth(embree, passes, peer, seconds, False),
+            "depth_mesh": lambda: images.depth(embree, passes, peer, seconds, True),
+            "depth_threads": lambda: images.threads(passes, seconds),
         }
         for name in rows:
             if name not in table:
