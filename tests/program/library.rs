@@ -246,7 +246,12 @@ fn the_fast_hokuyo_tells_the_walls_in_all_its_pixels() {
             end
             sim.addStatusbarMessage('' .. n)
         end";
-    let text = format!("{}{}{}", room(), placed("fast_hokuyo", [0.0, 0.0, 0.2], ""), watcher("reader", &format!("{WALLS}{reader}")));
+    let text = format!(
+        "{}{}{}",
+        room(),
+        placed("fast_hokuyo", [0.0, 0.0, 0.2], ""),
+        watcher("reader", &format!("{WALLS}{reader}"))
+    );
     let lines = Place::scene(&text).trace(&[], &["--steps", "3"]);
     let told: Vec<_> = lines.iter().flat_map(Line::status).map(|t| t.parse::<f64>().unwrap()).collect();
     assert_eq!(told, [512.0, 512.0]);
@@ -301,7 +306,9 @@ fn the_kinect_sees_a_plate_in_front_of_it() {
             if sim.getObjectHandle('kinect_depth@silentError') ~= -1 then error('it has both') end
         end";
     let kinect = placed("kinect", [0.5, 0.0, 0.5], "sensors = \"vision_sensor\"\ncolumns = 160\nrows = 120");
-    Place::scene(&format!("{plate}{kinect}{}", watcher("reader", &format!("{WALLS}{old}")))).run(&["--steps", "2"]).good();
+    Place::scene(&format!("{plate}{kinect}{}", watcher("reader", &format!("{WALLS}{old}"))))
+        .run(&["--steps", "2"])
+        .good();
 }
 
 #[test]
@@ -309,12 +316,14 @@ fn the_course_saves_what_the_kinect_sees_at_a_key() {
     let scene = root().join("scenes/course/kinect_capture.toml");
     let place = Place::new();
     place.write("keys.txt", "1.0 w\n2.0 x\n3.0 w\n");
-    let args = ["run", scene.to_str().unwrap(), "--seconds", "4", "--json", "--trace", "trace.jsonl", "--keys", "keys.txt"];
+    let args =
+        ["run", scene.to_str().unwrap(), "--seconds", "4", "--json", "--trace", "trace.jsonl", "--keys", "keys.txt"];
     place.tatu(&args).good();
     let lines = place.lines("trace.jsonl");
     let told: Vec<_> = lines.iter().flat_map(Line::status).collect();
     assert_eq!(told.iter().filter(|t| t.starts_with("saved")).count(), 2, "{told:?}");
-    assert_eq!(told.iter().filter(|t| t.starts_with("the middle is")).count(), 4, "{told:?}");
+    // The can's side is 60 mm before its middle, the camera 29.2 mm before the model's: -0.2 - 0.06 + 2 - 0.029248 m.
+    assert_eq!(told.iter().filter(|t| **t == "the middle is 1.711 m away").count(), 4, "{told:?}");
     for name in ["kinect_1_rgb.png", "kinect_1_depth.png", "kinect_2_rgb.png", "kinect_2_depth.png"] {
         let bytes = std::fs::read(place.path().join(name)).unwrap();
         let reader = png::Decoder::new(bytes.as_slice()).read_info().unwrap();

@@ -61,7 +61,7 @@ mod talk;
 mod threads;
 mod thruster;
 mod tree;
-mod watchers;
 mod vision;
+mod watchers;
 mod wheels;
 mod worlds;
