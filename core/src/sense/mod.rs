@@ -24,7 +24,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 pub use measure::{Around, Job, Moment, measure};
 pub use noise::NoiseSpec;
 pub(crate) use noise::{Memory, Noise};
-pub(crate) use plan::{BeamPlan, View};
+pub(crate) use plan::BeamPlan;
 pub use targets::Targets;
 
 use crate::{
