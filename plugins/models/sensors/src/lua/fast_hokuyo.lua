@@ -10,20 +10,23 @@ function sysCall_init()
     reference = sim.getObjectHandle('fastHokuyo_ref')
     cameras = {}
     for i = 1, 2 do
-        local camera = { handle = sim.getObjectHandle('fastHokuyo_sensor' .. i) }
-        camera.near = sim.getObjectFloatParameter(camera.handle, sim.visionfloatparam_near_clipping)
-        camera.matrix = sim.getObjectMatrix(camera.handle, reference)
-        camera.slope = math.tan(sim.getObjectFloatParameter(camera.handle, sim.visionfloatparam_perspective_angle) / 2)
-        cameras[i] = camera
+        local handle = sim.getObjectHandle('fastHokuyo_sensor' .. i)
+        local _, near = sim.getObjectFloatParameter(handle, sim.visionfloatparam_near_clipping)
+        local _, opening = sim.getObjectFloatParameter(handle, sim.visionfloatparam_perspective_angle)
+        local matrix = sim.getObjectMatrix(handle, reference)
+        cameras[i] = { handle = handle, near = near, slope = math.tan(opening / 2), matrix = matrix }
     end
 end
 
 function sysCall_sensing()
-    local most = math.tan(math.rad(parameter('scanAngle', 1, 240)) / 4)
+    local most = math.rad(parameter('scanAngle', 1, 240)) / 2
+    local far = parameter('maxScanDistance', 0.1, 1000)
     local points = {}
     for _, camera in ipairs(cameras) do
-        local far = parameter('maxScanDistance', 0.1, 1000)
-        sim.setObjectFloatParameter(camera.handle, sim.visionfloatparam_far_clipping, far)
+        if far ~= camera.far then
+            camera.far = far
+            sim.setObjectFloatParameter(camera.handle, sim.visionfloatparam_far_clipping, far)
+        end
         sim.handleVisionSensor(camera.handle)
         local depths = sim.getVisionSensorDepthBuffer(camera.handle)
         local n = #depths
@@ -31,9 +34,9 @@ function sysCall_sensing()
             local z = camera.near + depths[i] * (far - camera.near)
             -- Columns are as far apart as seen on a plane, the first at +x of the camera, which is its left.
             local across = camera.slope * (1 - (2 * i - 1) / n)
-            if depths[i] < 0.9999 and z * math.sqrt(1 + across * across) < far and math.abs(across) <= camera.slope then
+            if depths[i] < 0.9999 and z * math.sqrt(1 + across * across) < far then
                 local point = sim.multiplyVector(camera.matrix, { z * across, 0, z })
-                if math.abs(math.atan2(point[2], point[1])) <= 2 * math.atan(most) + 1e-6 then
+                if math.abs(math.atan2(point[2], point[1])) <= most + 1e-6 then
                     for k = 1, 3 do points[#points + 1] = point[k] end
                 end
             end
