@@ -584,7 +584,8 @@ typedef struct tatu_sensor {
   /* [setup] The beams of an instance: at creation, and after a change of its parameters. Null: none. */
   tatu_status(TATU_CALL *beams)(void *data, tatu_beams *, tatu_error *);
   /* [parallel] Turns inputs into readings. May touch only data, state and fields of its instances; may call only the
-   * log and the batch's `random`. A negative status switches all instances of the batch off. */
+   * log and the batch's `random`. A negative status switches all instances of the batch off. What a scene declares as
+   * noise the host adds after the call; it leaves alone what means nothing (see `nothing` and `valid` in the schemas). */
   tatu_status(TATU_CALL *measure)(void *self, const tatu_sensor_batch *, tatu_error *);
   const tatu_preset *const *presets; /* may be null */
   /* [parallel] After the noise that the scene declares, with the same batch: brings fields that follow from others in

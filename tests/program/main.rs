@@ -43,6 +43,7 @@ mod manta;
 mod mirror;
 mod misbehaves;
 mod nesting;
+mod noise;
 mod order;
 mod plugins;
 mod refusals;
