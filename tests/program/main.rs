@@ -45,6 +45,7 @@ mod misbehaves;
 mod nesting;
 mod order;
 mod plugins;
+mod proximity;
 mod refusals;
 mod reload;
 mod replay;
