@@ -26,6 +26,9 @@ impl Picture {
     fn grey(&self, [x, y]: [f64; 2]) -> f64 {
         self.at(x as usize, y as usize).iter().map(|c| f64::from(*c)).sum::<f64>() / 3.0
     }
+    fn grey_at(&self, column: usize, row: usize) -> u8 {
+        (self.at(column, row).iter().map(|c| u32::from(*c)).sum::<u32>() / 3) as u8
+    }
     fn is_red(&self, column: usize, row: usize) -> bool {
         let [r, g, b] = self.at(column, row).map(i32::from);
         r > 100 && r > 2 * g && r > 2 * b
@@ -149,6 +152,64 @@ fn a_sensor_that_tells_the_nearest_point_shows_it() {
     let again = fs::read(place.path().join("out.png")).unwrap();
     place.look(&["--sensor", "feeler", "--threads", "2"]).good();
     assert!(again == fs::read(place.path().join("out.png")).unwrap());
+}
+
+/// A sensor at half a metre that looks along +x: +z ahead, +y up, +x to the left.
+fn sensor(kind: &str, more: &str) -> String {
+    format!(
+        "[[object]]\nkind = \"sensor\"\nsensor = \"{kind}\"\nalias = \"eye\"\nposition_m = [0, 0, 0.5]\n\
+         quaternion = [0.5, 0.5, 0.5, 0.5]\n{more}\n"
+    )
+}
+
+#[test]
+fn a_scan_shows_what_is_left_at_the_left() {
+    // Only to the left there is a wall, 2 m away and 4 m long: of 181 beams, 1 degree apart, those from 45 to 90 degrees
+    // meet it, 46 of them.
+    let wall = cuboid("wall", [4.0, 0.2, 1.0], [0.0, 2.1, 0.5], "");
+    let place = Place::scene(&format!("{wall}{}", sensor("laser", "range_m = 5")));
+    let picture = place.picture(&["--sensor", "eye"]);
+    let all = (0..picture.rows).flat_map(|y| (0..picture.columns).map(move |x| (x, y)));
+    let dots: Vec<(usize, usize)> = all.filter(|(x, y)| picture.is_red(*x, *y)).collect();
+    assert!(dots.len() > 46, "{} red pixels", dots.len());
+    // The wall is a line upwards, left of the middle, as high as it is far: from the sensor's own height to 45 degrees.
+    let range =
+        |f: fn(&(usize, usize)) -> usize| (dots.iter().map(f).min().unwrap(), dots.iter().map(f).max().unwrap());
+    let ((left, right), (top, bottom)) = (range(|d| d.0), range(|d| d.1));
+    assert!(right < picture.columns / 2 && right - left < 8, "from {left} to {right}");
+    // Beams that meet nothing end 1.15 times as far away as the farthest hit, 2.83 m: at 3.25 m. They reach 3.25 m to the
+    // right and, at 44 degrees, 2.26 m to the left: 5.51 m in 720 pixels, and the 2 m of wall ahead in 261.
+    assert!((bottom - top).abs_diff(261) < 6, "{top} to {bottom}");
+}
+
+#[test]
+fn what_is_near_is_bright_in_a_depth_image_and_colours_stand_beside_it() {
+    // 64 x 48 pixels over 57 degrees: 32 / tan(28.5 degrees) = 58.9 pixels at distance 1. The box, 1 m ahead and from 0.05
+    // to 0.55 m to the left, covers columns 32 - 32.4 to 32 - 2.9 of the image's middle rows, 5 pixels wide each here.
+    let near = cuboid("box", [0.4, 0.5, 0.6], [1.2, 0.3, 0.5], RED);
+    let far = cuboid("wall", [0.2, 9.0, 9.0], [3.1, 0.0, 0.5], "color = [0.2, 0.2, 1.0]");
+    let place = Place::scene(&format!("{near}{far}{}", sensor("depth_camera", "columns = 64\nrows = 48")));
+    let picture = place.picture(&["--sensor", "eye"]);
+    // The depth begins 20 pixels from the left and 76 from above; its legend takes 110, and the image follows 20 further.
+    let (depth, color) = (20, 20 + 320 + 110 + 20);
+    let middle = 76 + 120;
+    let [r, g, b] = picture.at(depth + 80, middle);
+    assert!(r > 200 && g > 200 && b < 100, "near is {r} {g} {b}, expected yellow");
+    let [r, g, b] = picture.at(depth + 240, middle);
+    assert!(r < 120 && g < 60 && b > 60, "far is {r} {g} {b}, expected violet");
+    assert!(picture.is_red(color + 80, middle));
+    let [r, _, b] = picture.at(color + 240, middle);
+    assert!(b > 100 && b > 2 * r);
+}
+
+#[test]
+fn any_other_sensor_is_shown_in_words() {
+    let place = Place::scene(&format!("{FLOOR}{}", sensor("gps", "")));
+    let picture = place.picture(&["--sensor", "eye"]);
+    // A title and a line for each of its fields, dark on white.
+    assert!(picture.rows > 64 + 4 * 24 && picture.columns > 300);
+    let rows = (0..picture.rows).filter(|y| (0..picture.columns).any(|x| picture.grey_at(x, *y) < 128));
+    assert!(rows.count() > 50);
 }
 
 #[test]

@@ -15,8 +15,10 @@ const MARGIN: u32 = 20;
 const LEGEND: u32 = 110;
 /// Images smaller than this are shown with larger pixels.
 const LEAST: u32 = 320;
-/// Where nothing is seen.
-const NOTHING: [u8; 3] = [60, 60, 64];
+/// Where nothing is.
+const NOTHING: [u8; 3] = [40, 40, 44];
+/// Where something is that could not be measured.
+const LOST: [u8; 3] = [120, 120, 124];
 
 /// An image with its lowest row first.
 struct Image<'a> {
@@ -86,7 +88,11 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
         let color = |d: f64| shade((d - low) / (high - low));
         let paint = |u: u32, v: u32| {
             let d = numbers[image.at(u, v)];
-            if seen(d) { color(d) } else { NOTHING }
+            match d {
+                d if seen(d) => color(d),
+                d if d == 0.0 => LOST,
+                _ => NOTHING,
+            }
         };
         canvas.image((x, ABOVE), [image.columns, image.rows], image.scale(), paint);
         x += image.columns * image.scale();
@@ -102,12 +108,16 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
             let label = format!("{} m", rounded(d, step));
             canvas.text((f64::from(x) + 41.0, y), &label, 13.0, (HPos::Left, VPos::Center))?;
         }
-        let missing = numbers.iter().filter(|d| !seen(**d)).count();
-        let share = 100.0 * missing as f64 / numbers.len().max(1) as f64;
-        told.push(format!(
-            "depth {} x {}, {low:.3} m to {high:.3} m, {share:.1} % see nothing",
-            image.columns, image.rows
-        ));
+        let share = |wanted: &dyn Fn(f64) -> bool| {
+            100.0 * numbers.iter().filter(|d| wanted(**d)).count() as f64 / numbers.len().max(1) as f64
+        };
+        let mut text = format!("depth {} x {}, {low:.3} m to {high:.3} m", image.columns, image.rows);
+        for (what, share) in [("see nothing", share(&|d| d.is_infinite())), ("not measured", share(&|d| d == 0.0))] {
+            if share > 0.0 {
+                text += &format!(", {share:.1} % {what}");
+            }
+        }
+        told.push(text);
         x += LEGEND + MARGIN;
     }
     if let (Some(image), Some(numbers)) = (&color, color.as_ref().and_then(|c| bytes(c.value))) {

@@ -1,7 +1,5 @@
 //! A scan from above: the sensor in the middle, ahead upwards.
 
-use std::f64::consts::PI;
-
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use tatu_core::look::Reading;
 
@@ -36,32 +34,39 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     let hit = |d: f64| d.is_finite() && d > 0.0;
     let hits: Vec<(f64, f64)> = beams.iter().copied().filter(|(_, d)| hit(*d)).collect();
     let seen = hits.iter().fold(0.0_f64, |m, (_, d)| m.max(*d));
-    let missed = hits.len() < beams.len();
-    // As much as is seen, and a little more; all that could be where nothing is.
-    let shown = if seen > 0.0 { seen * if missed { 1.25 } else { 1.08 } } else { farthest.unwrap_or(1.0) };
+    // Beams that meet nothing end a little behind what is seen, or where the sensor's sight ends.
+    let shown =
+        if seen > 0.0 { seen * if hits.len() < beams.len() { 1.15 } else { 1.0 } } else { farthest.unwrap_or(1.0) };
     let shown = farthest.map_or(shown, |f| shown.min(f)).max(1e-3);
+    let end = |d: f64| if hit(d) { d.min(shown) } else { shown };
 
     let mut canvas = Canvas::new(SIDE, SIDE + ABOVE);
-    let middle: At = (f64::from(SIDE) / 2.0, f64::from(ABOVE) + f64::from(SIDE) / 2.0);
-    // A scan to the front only has its sensor at the bottom.
-    let behind = angles.iter().any(|a| a.abs() > 0.75 * PI);
-    let lowest = angles.iter().fold(0.0_f64, |m, a| m.max(-a.cos()));
-    let reach = f64::from(SIDE) / 2.0 - MARGIN;
-    let middle = if behind { middle } else { (middle.0, middle.1 + reach * (1.0 - lowest) / 2.0) };
-    let scale = reach / shown;
+    // To the left and ahead, m: the sensor and the ends of all beams have their place.
+    let place = |(a, d): &(f64, f64)| (-end(*d) * a.sin(), -end(*d) * a.cos());
+    let (mut low, mut high) = ((0.0_f64, 0.0_f64), (0.0_f64, 0.0_f64));
+    for (x, y) in beams.iter().map(place) {
+        low = (low.0.min(x), low.1.min(y));
+        high = (high.0.max(x), high.1.max(y));
+    }
+    let wide = (high.0 - low.0).max(high.1 - low.1).max(1e-3);
+    let scale = (f64::from(SIDE) - 2.0 * MARGIN) / wide;
+    let middle: At = (
+        f64::from(SIDE) / 2.0 - scale * (low.0 + high.0) / 2.0,
+        f64::from(ABOVE) + f64::from(SIDE) / 2.0 - scale * (low.1 + high.1) / 2.0,
+    );
     // Left of the sensor is left in the picture.
     let at = |angle: f64, d: f64| (middle.0 - scale * d * angle.sin(), middle.1 - scale * d * angle.cos());
 
     if !layered {
         let mut outline = vec![middle];
-        outline.extend(beams.iter().map(|(a, d)| at(*a, if hit(*d) { d.min(shown) } else { shown })));
+        outline.extend(beams.iter().map(|(a, d)| at(*a, end(*d))));
         canvas.fill(&outline, FREE)?;
         let rays: Vec<[At; 2]> = thinned(&hits).map(|(a, d)| [middle, at(*a, d.min(shown))]).collect();
         canvas.lines(&rays, BEAM, 0.5)?;
     }
     let mut told = String::new();
-    let step = round_step(shown / 5.0);
-    let rings = (1..).map(|i| f64::from(i) * step).take_while(|r| *r <= shown * 1.0001);
+    let step = round_step(wide / 6.0);
+    let rings = (1..).map(|i| f64::from(i) * step).take_while(|r| *r <= 1.5 * wide);
     for r in rings {
         canvas.ring(middle, r * scale, GRID)?;
         let label = format!("{} m", rounded(r, step));
@@ -84,7 +89,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
             canvas.dots(&[at(*a, *d)], 1.5, RGBColor(r, g, b))?;
         }
         if low <= top {
-            told = format!("; points from {low:.2} m to {top:.2} m above the sensor, the higher the brighter");
+            told = format!("; height {low:.2} m to {top:.2} m, brighter is higher");
         }
     } else {
         let points: Vec<At> = hits.iter().filter(|(_, d)| *d <= shown).map(|(a, d)| at(*a, *d)).collect();
@@ -101,10 +106,10 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     let mut line = format!("{} beams, {} hits", beams.len(), hits.len());
     let nearest = hits.iter().map(|(_, d)| *d).min_by(f64::total_cmp);
     if let Some(nearest) = nearest {
-        line += &format!(", from {nearest:.3} m to {seen:.3} m");
+        line += &format!(", {nearest:.3} m to {seen:.3} m");
     }
     if let Some(farthest) = farthest {
-        line += &format!("; the sensor sees up to {farthest} m");
+        line += &format!("; range {farthest} m");
     }
     canvas.text((20.0, 52.0), &(line + &told), 15.0, (HPos::Left, VPos::Center))?;
     Ok(Some(canvas))

@@ -7,7 +7,7 @@ use crate::{
     beams::{Beam, BeamScene, Faces, Hit, Target, Volume},
     figures::Figures,
     geometry::Form,
-    scene::{Primitive, Scene, Shape, visible_parts},
+    scene::{Scene, visible_parts},
 };
 
 /// What can be seen.
@@ -53,9 +53,9 @@ impl Stage {
         let (mut targets, mut colors) = (Vec::new(), Vec::new());
         for (_, o) in scene.slots() {
             let Some(shape) = o.shape().filter(|_| o.is_visible()) else { continue };
-            for (part, color) in visible_parts(shape).into_iter().zip(colors_of(shape)) {
+            for part in visible_parts(shape) {
                 targets.push(target(targets.len(), o.world * part.pose, part.form));
-                colors.push(Color::of(color));
+                colors.push(Color::of(part.color.unwrap_or(shape.color)));
             }
         }
         let planes: Vec<bool> = targets.iter().map(|t| t.form == Form::Plane).collect();
@@ -120,16 +120,7 @@ impl Stage {
 }
 
 fn target(index: usize, pose: Isometry3<f64>, form: Form) -> Target {
-    Target { object: index as u64, group: 0, world_from_target: pose, form, color: [0.7; 3] }
-}
-
-/// The colours of a shape's visible parts, in their order.
-fn colors_of(shape: &Shape) -> Vec<[f64; 3]> {
-    if shape.primitive != Primitive::Compound {
-        return vec![shape.color];
-    }
-    let there = |p: Primitive| p != Primitive::Compound && (p != Primitive::Mesh || shape.mesh.is_some());
-    shape.parts.iter().filter(|p| there(p.primitive)).map(|p| p.color.unwrap_or(shape.color)).collect()
+    Target { object: index as u64, group: 0, world_from_target: pose, form, color: [0.0; 3] }
 }
 
 fn ray(from: &Point3<f64>, direction: &Unit<Vector3<f64>>, near: f64, far: f64) -> Beam {
