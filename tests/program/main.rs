@@ -46,6 +46,7 @@ mod nesting;
 mod noise;
 mod order;
 mod plugins;
+mod proximity;
 mod refusals;
 mod reload;
 mod replay;
