@@ -2,43 +2,32 @@
 
     python bench/run.py [--quick] [--rows arena100,arena1000,...]
 
-Needs a release build (`cargo build --release`); the peers' rows need Python packages: `pip install -r
+Needs release builds (`cargo build --release`, and `-p bench-beams` for `lidar` and `sonars`); the peers' rows need Python packages: `pip install -r
 bench/peers/requirements.txt`. Without them only the project's own figures are printed. Compare ratios, not times of two
 machines, and let nothing else run meanwhile.
 """
 import argparse
 import json
+import math
 import os
+import random
 import re
 import statistics
-import subprocess
 import sys
 import tempfile
-import time
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-ROOT = os.path.dirname(HERE)
-sys.path.insert(0, HERE)
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 import arena  # noqa: E402
+import images  # noqa: E402
+import sensors  # noqa: E402
+from measure import PEERS, RELEASE, ROOT, cpu_of, has_mujoco, row  # noqa: E402
 
-TATU = os.path.join(ROOT, "target", "release", "tatu")
-PEERS = os.path.join(HERE, "peers")
+TATU = os.path.join(RELEASE, "tatu")
 
 # The project's best step for the arena: one search for collisions in 50 ms, velocities solved in 6 parts. Its paths
 # agree with those of a 1 ms run within the 1 % that `motion` prints.
 PHYSICS = ["--set", "scene.physics_dt_s=0.05", "--set", "scene.physics_substeps=6"]
-
-
-def cpu_of(command, **more):
-    """Processor time of a command, s, its output, and its greatest memory, MB."""
-    before = time.perf_counter()
-    p = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, **more)
-    out = p.stdout.read()
-    _, status, used = os.wait4(p.pid, 0)
-    if status != 0:
-        sys.exit("failed: %s" % " ".join(command))
-    return used.ru_utime + used.ru_stime, out, used.ru_maxrss / 1024, time.perf_counter() - before
 
 
 def tatu(scene, steps, *more):
@@ -71,17 +60,6 @@ def mujoco(robots, seconds):
     out = cpu_of([sys.executable, "mujoco_arena.py", "--robots", str(robots), "--seconds", str(seconds),
                   "--step", "0.01"], cwd=PEERS)[1]
     return json.loads(out)["robot_steps_per_cpu_s"]
-
-
-def has_peer():
-    return subprocess.run([sys.executable, "-c", "import mujoco, numpy"], capture_output=True).returncode == 0
-
-
-def row(name, ours, peer, wanted, unit):
-    line = "%-34s ours %10.4g %s" % (name, ours, unit)
-    if peer:
-        line += "   peer %10.4g   ratio %5.2f" % (peer, ours / peer)
-    print("%s   (to reach: %s)" % (line, wanted), flush=True)
 
 
 def arena_row(scenes, robots, steps, passes, wanted, peer):
@@ -148,6 +126,74 @@ def call(folder, passes, peer):
     row("a Lua call that reads a joint", statistics.median(costs), theirs and statistics.median(theirs), "100 ns", "ns")
 
 
+SCANS = 1000
+STEPS = 685
+SCAN_SCENE = """
+[[object]]
+kind = "shape"
+alias = "scanner"
+position_m = [0.0, 0.0, 0.3]
+detectable = false
+[object.script]
+text = '''
+function sysCall_init() joint, ray = sim.getObject('/joint'), sim.getObject('/ray') end
+function sysCall_sensing()
+    local turn, look = sim.setJointPosition, sim.handleProximitySensor
+    local first, step = -math.rad(120), math.rad(240) / %d
+    for _ = 1, %d do
+        for i = 0, %d do
+            local r, d, p
+            local a = first + i * step
+            %s
+        end
+    end
+end
+'''
+[[object]]
+kind = "joint"
+alias = "joint"
+parent = "/scanner"
+mode = "kinematic"
+[[object]]
+kind = "sensor"
+sensor = "proximity"
+alias = "ray"
+parent = "/joint"
+orientation_deg = [0.0, 90.0, 0.0]
+volume = "ray"
+range_m = 5.6
+explicit = true
+"""
+
+
+def boxes(n, seed=5):
+    """Boxes around the origin, as a scene."""
+    draw, text = random.Random(seed), ["format = 1\n[scene]\ndt_s = 0.05\nscript_budget = 100000000000\n"]
+    for i in range(n):
+        away, around = draw.uniform(1.5, 12.0), draw.uniform(-math.pi, math.pi)
+        text.append('[[object]]\nkind = "shape"\nalias = "box%d"\nsize_m = [%.3f, %.3f, 1.0]\n'
+                    'position_m = [%.4f, %.4f, 0.5]\norientation_deg = [0.0, 0.0, %.1f]\n'
+                    % (i, draw.uniform(0.2, 0.8), draw.uniform(0.2, 0.8), away * math.cos(around),
+                       away * math.sin(around), draw.uniform(0.0, 90.0)))
+    return "".join(text)
+
+
+def scan_call(folder, passes):
+    """685 steps of joint and ray in one call of a script, among 100 boxes, hook armed; all but loading the scene."""
+    path, found = os.path.join(folder, "scan_call.toml"), []
+    for _ in range(passes):
+        walls = []
+        for body in ("turn(joint, a) r, d, p = look(ray)", ""):
+            with open(path, "w") as f:
+                f.write(boxes(100) + SCAN_SCENE % (STEPS - 1, SCANS, STEPS - 1, body))
+            walls.append(tatu(path, 1)["wall"])
+        # The empty loop belongs to the scan; what it takes is printed beside it.
+        found.append((walls[0] / SCANS * 1e3, walls[1] / SCANS * 1e3))
+    scan, empty = (statistics.median(x) for x in zip(*found))
+    row("685 steps of joint and ray, a call", scan, None, "1 ms", "ms")
+    print("    the empty loop of it takes %.3f ms; V-REP takes 94 ms for the same: %.0f times as long" % (empty, 94.0 / scan))
+
+
 def startup(scenes, passes, peer):
     """Process start to the end of a run of one step."""
     runs = [cpu_of([TATU, "run", scenes(1), "--steps", "1", "--json"]) for _ in range(3 * passes)]
@@ -189,16 +235,19 @@ def motion(scenes, folder):
 def main():
     ap = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     ap.add_argument("--quick", action="store_true", help="one pass, shorter runs")
-    ap.add_argument("--rows", default="motion,arena100,arena1000,growth,threads,call,startup")
+    ap.add_argument("--rows", default="motion,arena100,arena1000,growth,threads,call,scan_call,startup,lidar,sonars,"
+                    "depth,depth_mesh,depth_threads")
     args = ap.parse_args()
-    if not os.path.exists(TATU):
-        sys.exit("no %s: run `cargo build --release`" % os.path.relpath(TATU))
-    peer = has_peer()
+    peer = has_mujoco()
     if not peer:
         print("the peer is not there (pip install -r bench/peers/requirements.txt): only our own figures\n")
     passes, rows = (1 if args.quick else 3), re.split("[, ]+", args.rows)
+    alone = {"lidar", "sonars", "depth", "depth_mesh", "depth_threads"}
+    if not os.path.exists(TATU) and not set(rows) <= alone:
+        sys.exit("no %s: run `cargo build --release`" % os.path.relpath(TATU, ROOT))
     with tempfile.TemporaryDirectory() as folder:
-        scenes = Scenes(folder)
+        scenes, embree = Scenes(folder), sensors.Embree(folder)
+        seconds = 1 if args.quick else 2
         table = {
             "motion": lambda: motion(scenes, folder),
             "arena100": lambda: arena_row(scenes, 100, 200 if args.quick else 400, passes, "1.7, then 3", peer),
@@ -206,7 +255,13 @@ def main():
             "growth": lambda: growth(scenes, passes),
             "threads": lambda: threads(scenes, passes),
             "call": lambda: call(folder, passes, peer),
+            "scan_call": lambda: scan_call(folder, passes),
             "startup": lambda: startup(scenes, passes, peer),
+            "lidar": lambda: sensors.lidar(embree, passes, peer, seconds),
+            "sonars": lambda: sensors.sonars(passes, peer, seconds),
+            "depth": lambda: images.depth(embree, passes, peer, seconds, False),
+            "depth_mesh": lambda: images.depth(embree, passes, peer, seconds, True),
+            "depth_threads": lambda: images.threads(passes, seconds),
         }
         for name in rows:
             if name not in table:

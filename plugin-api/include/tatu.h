@@ -459,9 +459,12 @@ enum {
   TATU_BEAMS_RAYS = 1,     /* `count[0]` rays along `directions` */
   TATU_BEAMS_GRID = 2,     /* pinhole image: count = {columns, rows}; dims = {horizontal angle}; square pixels */
   TATU_BEAMS_CONE = 3,     /* volume with a round far end: dims = {half angle}; 0 to pi */
-  TATU_BEAMS_PYRAMID = 4,  /* volume: dims = {x near, y near, x far, y far} */
-  TATU_BEAMS_CYLINDER = 5, /* volume: dims = {radius near, radius far} */
-  TATU_BEAMS_DISC = 6,     /* volume, a flat sector: dims = {angle, height} */
+  TATU_BEAMS_PYRAMID = 4,  /* volume with flat ends at heights near_m and far_m (finite) along +z:
+                              dims = {x near, y near, x far, y far}, their full sizes in m */
+  TATU_BEAMS_CYLINDER = 5, /* volume with such ends, round: dims = {radius near, radius far} in m */
+  TATU_BEAMS_DISC = 6,     /* volume, a flat sector around +z in the plane of x and z, with round ends: dims = {full
+                              angle, up to 2 pi; height in m, half to each side along y; full angle of a gap around
+                              +z that is left out, 0: none} */
   TATU_BEAMS_PARALLEL = 7  /* image of parallel rays: count = {columns, rows}; dims = {width m}; square pixels */
 };
 enum {

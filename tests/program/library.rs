@@ -165,7 +165,7 @@ fn errors_of_the_hokuyo_are_spread_evenly_over_a_centimetre_to_either_side() {
 /// What a GPS tells in a run: three numbers a step, by signals and by the tube.
 fn gps(model: &str, scene: &str) -> Vec<[f64; 3]> {
     let reader = "
-        function sysCall_init() tube = sim.tubeOpen(0, 'gpsData', 1) sim.getObjectHandle('GPS_reference') end
+        function sysCall_init() tube = sim.tubeOpen(0, 'gpsData' .. sim.getNameSuffix(nil), 1) sim.getObjectHandle('GPS_reference') end
         function sysCall_actuation()
             local data = sim.tubeRead(tube)
             if not data then return end
@@ -217,4 +217,117 @@ fn the_course_shows_a_gps_with_its_error_and_without() {
         .collect();
     assert_eq!(told.len(), 10, "{told:?}");
     assert!(told.iter().all(|(t, off)| if *t > 5.5 { *off <= 0.001 } else { *off > 0.01 }), "{told:?}");
+}
+
+#[test]
+fn the_fast_hokuyo_tells_the_walls_in_all_its_pixels() {
+    // Two cameras of 256 pixels and 120 degrees each, from -120 to 120 degrees, to 5 m; column k of a camera looks to
+    // atan((2 (k + 0.5) / 256 - 1) tan 60): datasheets.md section 1. The row of pixels has a height of its own, but walls are
+    // upright: points lie on them, whatever they are called.
+    let reader = "
+        function sysCall_init()
+            for _, part in ipairs({ 'body', 'joint1', 'joint2', 'sensor1', 'sensor2', 'ref' }) do
+                sim.getObjectHandle('fastHokuyo_' .. part)
+            end
+        end
+        function sysCall_actuation()
+            local data = sim.getStringSignal('measuredDataAtThisTime')
+            if not data then return end
+            local points = sim.unpackFloatTable(data)
+            local n = #points / 3
+            local last = -math.huge
+            for i = 0, n - 1 do
+                local x, y, z = points[3 * i + 1], points[3 * i + 2], points[3 * i + 3]
+                local k, camera = i % 256, math.floor(i / 256)
+                local angle = math.atan((2 * (k + 0.5) / 256 - 1) * math.tan(math.rad(60))) + math.rad(camera == 0 and -60 or 60)
+                same(y * math.cos(angle) - x * math.sin(angle), 0, 2e-5, 'direction of pixel ' .. i)
+                same(math.sqrt(x * x + y * y), wall(0, 0, angle), 2e-5, 'pixel ' .. i)
+                same(z, 0.063, 1e-5, 'height')
+            end
+            sim.addStatusbarMessage('' .. n)
+        end";
+    let text = format!(
+        "{}{}{}",
+        room(),
+        placed("fast_hokuyo", [0.0, 0.0, 0.2], ""),
+        watcher("reader", &format!("{WALLS}{reader}"))
+    );
+    let lines = Place::scene(&text).trace(&[], &["--steps", "3"]);
+    let told: Vec<_> = lines.iter().flat_map(Line::status).map(|t| t.parse::<f64>().unwrap()).collect();
+    assert_eq!(told, [512.0, 512.0]);
+}
+
+#[test]
+fn the_kinect_sees_a_plate_in_front_of_it() {
+    // V-REP's kinect-color-point-cloud: the cameras stand 29.2 mm before and 53.0 mm above the ground of the model, look
+    // along +y, 640 x 480 pixels, 57 degrees along the longer side (f 589.4 pixels), 0.01 to 3.5 m.
+    let plate = cuboid("plate", [0.4, 0.1, 0.2], [0.5 - 0.0141, 2.05, 0.5 + 0.053], "color = [1.0, 0.0, 0.0]");
+    let reader = "
+        function sysCall_init()
+            for _, part in ipairs({ 'joint', 'body', 'glass', 'depth', 'rgb' }) do sim.getObjectHandle('kinect_' .. part) end
+            depth, rgb = sim.getObjectHandle('kinect_depth'), sim.getObjectHandle('kinect_rgb')
+        end
+        function sysCall_sensing()
+            local resolution = sim.getVisionSensorResolution(depth)
+            same(resolution[1], 640, 0, 'columns')
+            same(resolution[2], 480, 0, 'rows')
+            local depths = sim.getVisionSensorDepthBuffer(depth)
+            local image = sim.getVisionSensorCharImage(rgb)
+            -- The face is 2 - 0.0292 m away: as many pixels as the plate is wide and high there.
+            local z, f = 2 - 0.029248, 320 / math.tan(math.rad(57) / 2)
+            local wide, high = {}, {}
+            local seen, sum = 0, 0
+            for i, value in ipairs(depths) do
+                if value < 1 then
+                    seen, sum = seen + 1, sum + 0.01 + value * 3.49
+                    local column, row = (i - 1) % 640, math.floor((i - 1) / 640)
+                    wide[column], high[row] = true, true
+                    local r, g, b = image:byte(3 * i - 2, 3 * i)
+                    if r <= g or g ~= 0 or b ~= 0 then error('a pixel of the plate is not red') end
+                end
+            end
+            local columns, rows = 0, 0
+            for _ in pairs(wide) do columns = columns + 1 end
+            for _ in pairs(high) do rows = rows + 1 end
+            same(columns, 0.4 * f / z, 1, 'columns of the plate')
+            same(rows, 0.2 * f / z, 1, 'rows of the plate')
+            same(seen, columns * rows, 0, 'pixels of the plate')
+            same(sum / seen, z, 1e-3 * z, 'depth')
+            sim.addStatusbarMessage('seen')
+        end";
+    let kinect = placed("kinect", [0.5, 0.0, 0.5], "");
+    let text = format!("{plate}{kinect}{}", watcher("reader", &format!("{WALLS}{reader}")));
+    let lines = Place::scene(&text).trace(&[], &["--steps", "2"]);
+    assert!(lines.iter().all(|l| l.status() == ["seen"]));
+    let old = "
+        function sysCall_init() sensor = sim.getObjectHandle('kinect_visionSensor') end
+        function sysCall_sensing()
+            same(#sim.getVisionSensorDepthBuffer(sensor), 160 * 120, 0, 'pixels')
+            if sim.getObjectHandle('kinect_depth@silentError') ~= -1 then error('it has both') end
+        end";
+    let kinect = placed("kinect", [0.5, 0.0, 0.5], "sensors = \"vision_sensor\"\ncolumns = 160\nrows = 120");
+    Place::scene(&format!("{plate}{kinect}{}", watcher("reader", &format!("{WALLS}{old}"))))
+        .run(&["--steps", "2"])
+        .good();
+}
+
+#[test]
+fn the_course_saves_what_the_kinect_sees_at_a_key() {
+    let scene = root().join("scenes/course/kinect_capture.toml");
+    let place = Place::new();
+    place.write("keys.txt", "1.0 w\n2.0 x\n3.0 w\n");
+    let args =
+        ["run", scene.to_str().unwrap(), "--seconds", "4", "--json", "--trace", "trace.jsonl", "--keys", "keys.txt"];
+    place.tatu(&args).good();
+    let lines = place.lines("trace.jsonl");
+    let told: Vec<_> = lines.iter().flat_map(Line::status).collect();
+    assert_eq!(told.iter().filter(|t| t.starts_with("saved")).count(), 2, "{told:?}");
+    // The can's side is 60 mm before its middle, the camera 29.2 mm before the model's: -0.2 - 0.06 + 2 - 0.029248 m.
+    assert_eq!(told.iter().filter(|t| **t == "the middle is 1.711 m away").count(), 4, "{told:?}");
+    for name in ["kinect_1_rgb.png", "kinect_1_depth.png", "kinect_2_rgb.png", "kinect_2_depth.png"] {
+        let bytes = std::fs::read(place.path().join(name)).unwrap();
+        let reader = png::Decoder::new(bytes.as_slice()).read_info().unwrap();
+        assert_eq!((reader.info().width, reader.info().height), (640, 480), "{name}");
+    }
+    assert!(!place.path().join("kinect_3_rgb.png").exists());
 }

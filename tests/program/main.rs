@@ -62,5 +62,6 @@ mod threads;
 mod thruster;
 mod tree;
 mod vision;
+mod watchers;
 mod wheels;
 mod worlds;

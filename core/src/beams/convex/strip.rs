@@ -144,7 +144,7 @@ fn segment(space: &Convex, start: &Vector3<f64>, way: &Vector3<f64>, reach: f64)
         let (first, last) = within.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), w| (l.min(w[0]), h.max(w[1])));
         (low, high) = (low.max(first), high.min(last));
     }
-    if !(low <= high) {
+    if low.is_nan() || high.is_nan() || low > high {
         return None;
     }
     let square = way.norm_squared();

@@ -94,7 +94,8 @@ pub fn counts(beam: &Beam, point: &Point3<f64>, normal: &Vector3<f64>, slack: f6
         }
         Volume::Disc { angle, height, gap } => {
             let aside = x.atan2(z).abs();
-            let sector = aside <= angle / 2.0 + slack && aside >= gap / 2.0 - slack;
+            // On the sector's own edge there is no angle.
+            let sector = aside <= angle / 2.0 + slack && aside >= gap / 2.0 - slack || x.hypot(z) <= slack;
             in_ball && sector && y.abs() <= height / 2.0 + slack
         }
     };

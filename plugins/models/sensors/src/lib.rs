@@ -3,8 +3,10 @@
 //!
 //! One file per device; `parts` has what they share. The scripts stand in `lua/`.
 
+mod fast_hokuyo;
 mod gps;
 mod hokuyo;
+mod kinect;
 mod parts;
 mod sick;
 
@@ -29,7 +31,9 @@ impl Plugin for Devices {
         offer.model::<sick::LaserScanner2d>();
         offer.model::<sick::Sick>();
         offer.model::<hokuyo::Hokuyo>();
+        offer.model::<fast_hokuyo::FastHokuyo>();
         offer.model::<gps::Gps>();
+        offer.model::<kinect::Kinect>();
     }
 }
 

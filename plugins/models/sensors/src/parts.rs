@@ -69,6 +69,11 @@ pub fn ray<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str, near: f64, 
         .set("sensor.explicit", true)
 }
 
+/// A camera of depths and colours.
+pub fn camera<'a>(builder: &Builder<'a>, parent: Node<'a>, alias: &str) -> Result<Node<'a>> {
+    builder.object("sensor", Some(parent), alias)?.device("depth_camera")
+}
+
 /// Gives an object its script, and parameters that it reads with `sim.getScriptSimulationParameter`.
 pub fn script<'a>(node: Node<'a>, name: &str, text: &str, parameters: &[(&str, String)]) -> Result<Node<'a>> {
     let map =
