@@ -30,8 +30,9 @@ fn others_change_no_bit_of_a_sensors_noise() {
     assert!(alone.iter().collect::<std::collections::BTreeSet<_>>().len() > 30, "it is noisy");
     let second = eye("second", NOISY);
     let second_in_front = format!("{second}{}", eye("eye", NOISY));
-    let model =
-        |alias: &str| format!("[[model]]\nmodel = \"pioneer_p3dx\"\nalias = \"{alias}\"\nposition_m = [-3, 0, 0]\n");
+    let model = |alias: &str, y: f64| {
+        format!("[[model]]\nmodel = \"pioneer_p3dx\"\nalias = \"{alias}\"\nposition_m = [-3, {y}, 0]\n")
+    };
     let moves = watcher(
         "mover",
         "function sysCall_init() second = sim.getObject('/second') end
