@@ -2,7 +2,7 @@
 
     python bench/run.py [--quick] [--rows arena100,arena1000,...]
 
-Needs a release build (`cargo build --release`); the peers' rows need Python packages: `pip install -r
+Needs release builds (`cargo build --release`, and `-p bench-beams` for `lidar` and `sonars`); the peers' rows need Python packages: `pip install -r
 bench/peers/requirements.txt`. Without them only the project's own figures are printed. Compare ratios, not times of two
 machines, and let nothing else run meanwhile.
 """
@@ -13,34 +13,21 @@ import os
 import random
 import re
 import statistics
-import subprocess
 import sys
 import tempfile
-import time
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-ROOT = os.path.dirname(HERE)
-sys.path.insert(0, HERE)
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 import arena  # noqa: E402
+import images  # noqa: E402
+import sensors  # noqa: E402
+from measure import PEERS, RELEASE, ROOT, cpu_of, has_mujoco, row  # noqa: E402
 
-TATU = os.path.join(ROOT, "target", "release", "tatu")
-PEERS = os.path.join(HERE, "peers")
+TATU = os.path.join(RELEASE, "tatu")
 
 # The project's best step for the arena: one search for collisions in 50 ms, velocities solved in 6 parts. Its paths
 # agree with those of a 1 ms run within the 1 % that `motion` prints.
 PHYSICS = ["--set", "scene.physics_dt_s=0.05", "--set", "scene.physics_substeps=6"]
-
-
-def cpu_of(command, **more):
-    """Processor time of a command, s, its output, and its greatest memory, MB."""
-    before = time.perf_counter()
-    p = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, **more)
-    out = p.stdout.read()
-    _, status, used = os.wait4(p.pid, 0)
-    if status != 0:
-        sys.exit("failed: %s" % " ".join(command))
-    return used.ru_utime + used.ru_stime, out, used.ru_maxrss / 1024, time.perf_counter() - before
 
 
 def tatu(scene, steps, *more):
@@ -73,17 +60,6 @@ def mujoco(robots, seconds):
     out = cpu_of([sys.executable, "mujoco_arena.py", "--robots", str(robots), "--seconds", str(seconds),
                   "--step", "0.01"], cwd=PEERS)[1]
     return json.loads(out)["robot_steps_per_cpu_s"]
-
-
-def has_peer():
-    return subprocess.run([sys.executable, "-c", "import mujoco, numpy"], capture_output=True).returncode == 0
-
-
-def row(name, ours, peer, wanted, unit):
-    line = "%-34s ours %10.4g %s" % (name, ours, unit)
-    if peer:
-        line += "   peer %10.4g   ratio %5.2f" % (peer, ours / peer)
-    print("%s   (to reach: %s)" % (line, wanted), flush=True)
 
 
 def arena_row(scenes, robots, steps, passes, wanted, peer):
@@ -259,16 +235,19 @@ def motion(scenes, folder):
 def main():
     ap = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     ap.add_argument("--quick", action="store_true", help="one pass, shorter runs")
-    ap.add_argument("--rows", default="motion,arena100,arena1000,growth,threads,call,scan_call,startup")
+    ap.add_argument("--rows", default="motion,arena100,arena1000,growth,threads,call,scan_call,startup,lidar,sonars,"
+                    "depth,depth_mesh,depth_threads")
     args = ap.parse_args()
-    if not os.path.exists(TATU):
-        sys.exit("no %s: run `cargo build --release`" % os.path.relpath(TATU))
-    peer = has_peer()
+    peer = has_mujoco()
     if not peer:
         print("the peer is not there (pip install -r bench/peers/requirements.txt): only our own figures\n")
     passes, rows = (1 if args.quick else 3), re.split("[, ]+", args.rows)
+    alone = {"lidar", "sonars", "depth", "depth_mesh", "depth_threads"}
+    if not os.path.exists(TATU) and not set(rows) <= alone:
+        sys.exit("no %s: run `cargo build --release`" % os.path.relpath(TATU, ROOT))
     with tempfile.TemporaryDirectory() as folder:
-        scenes = Scenes(folder)
+        scenes, embree = Scenes(folder), sensors.Embree(folder)
+        seconds = 1 if args.quick else 2
         table = {
             "motion": lambda: motion(scenes, folder),
             "arena100": lambda: arena_row(scenes, 100, 200 if args.quick else 400, passes, "1.7, then 3", peer),
@@ -278,6 +257,11 @@ def main():
             "call": lambda: call(folder, passes, peer),
             "scan_call": lambda: scan_call(folder, passes),
             "startup": lambda: startup(scenes, passes, peer),
+            "lidar": lambda: sensors.lidar(embree, passes, peer, seconds),
+            "sonars": lambda: sensors.sonars(passes, peer, seconds),
+            "depth": lambda: images.depth(embree, passes, peer, seconds, False),
+            "depth_mesh": lambda: images.depth(embree, passes, peer, seconds, True),
+            "depth_threads": lambda: images.threads(passes, seconds),
         }
         for name in rows:
             if name not in table:

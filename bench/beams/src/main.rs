@@ -3,16 +3,18 @@
 //! ```sh
 //! cargo run --release -p bench-beams -- lidar [--beams 1080] [--mesh] [--seconds 3]
 //! cargo run --release -p bench-beams -- sonars [--robots 1000] [--threads 1] [--seconds 3]
+//! cargo run --release -p bench-beams -- depth [--mesh] [--all] [--threads 1] [--seconds 3]
 //! ```
 
 mod clock;
+mod depth;
 mod lidar;
 mod scenes;
 mod sonars;
 
 use std::{collections::HashMap, process::ExitCode};
 
-const USAGE: &str = "usage: bench-beams lidar|sonars [--name value] [--mesh]";
+const USAGE: &str = "usage: bench-beams lidar|sonars|depth [--name value] [--mesh]";
 
 /// What was asked for on the command line.
 struct Asked(HashMap<String, String>);
@@ -50,6 +52,7 @@ fn main() -> ExitCode {
     let line = match bench.as_deref() {
         Some("lidar") => lidar::run(&asked),
         Some("sonars") => sonars::run(&asked),
+        Some("depth") => depth::run(&asked),
         _ => {
             eprintln!("{USAGE}");
             return ExitCode::from(2);

@@ -56,8 +56,11 @@ pub fn describe(args: &Describe) -> ExitCode {
     }
     if args.json {
         // One id may name several things; mostly it is one.
-        let all = if found.len() == 1 { found.remove(0) } else { Value::Array(found) };
-        report::out!("{}", serde_json::to_string_pretty(&all).unwrap_or_default());
+        let mut first = found.remove(0);
+        if !found.is_empty() {
+            first["also"] = Value::Array(found);
+        }
+        report::out!("{}", serde_json::to_string_pretty(&first).unwrap_or_default());
     } else {
         found.iter().for_each(print);
     }

@@ -25,7 +25,7 @@ pub(super) struct Triangle {
 #[derive(Debug)]
 pub(super) struct MeshTree {
     /// In the order of the tree's leaves.
-    triangles: Vec<Triangle>,
+    pub triangles: Vec<Triangle>,
     tree: Tree,
     pub aabb: Aabb,
     /// The same for bundles of rays.

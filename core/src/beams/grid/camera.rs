@@ -109,16 +109,6 @@ impl Camera {
         if self.perspective { height < 0.0 } else { normal.z < 0.0 }
     }
 
-    /// The depth that a `w` stands for.
-    #[inline(always)]
-    pub fn depth(&self, w: f32) -> f32 {
-        match (w > self.w_nothing, self.perspective) {
-            (false, _) => f32::INFINITY,
-            (true, true) => 1.0 / w,
-            (true, false) => -w,
-        }
-    }
-
     /// The direction of the ray of a pixel, in the view frame, as far as it goes while z grows by one metre; and where
     /// it meets z = 0.
     pub fn ray(&self, column: f64, row: f64) -> (Vector3<f64>, Vector3<f64>) {

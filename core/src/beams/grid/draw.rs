@@ -1,11 +1,13 @@
 //! A band of rows from all that is ready to be drawn.
 
+use fearless_simd::{Level, prelude::*};
+
 use super::camera::Camera;
-use super::level::Level;
 use super::polygon::Polygon;
-use super::raster::{Buffer, Raster};
+use super::raster::{Buffer, F, Raster, WIDE};
 use super::round::Round;
 use super::triangles::Triangles;
+use crate::beams::simd::dispatch;
 
 /// All that may be seen.
 #[derive(Default)]
@@ -26,46 +28,40 @@ impl Ready<'_> {
         depth: &mut [f32],
     ) -> Raster<'b, ID> {
         let mut raster = Raster::new(buffer, camera, first, first + depth.len() / camera.columns);
-        match level {
-            Level::Plain => draw(self, camera, &mut raster, depth),
-            // SAFETY: a level is made only where the processor has its instructions.
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => unsafe { draw_avx2(self, camera, &mut raster, depth) },
-            // SAFETY: as above.
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx512 => unsafe { draw_avx512(self, camera, &mut raster, depth) },
-        }
+        dispatch!(level, simd => draw(simd, self, camera, &mut raster, depth));
         raster
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn draw_avx2<const ID: bool>(ready: &Ready<'_>, camera: &Camera, raster: &mut Raster<'_, ID>, depth: &mut [f32]) {
-    draw(ready, camera, raster, depth);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
-fn draw_avx512<const ID: bool>(ready: &Ready<'_>, camera: &Camera, raster: &mut Raster<'_, ID>, depth: &mut [f32]) {
-    draw(ready, camera, raster, depth);
-}
-
 #[inline(always)]
-fn draw<const ID: bool>(ready: &Ready<'_>, camera: &Camera, raster: &mut Raster<'_, ID>, depth: &mut [f32]) {
+fn draw<S: Simd, const ID: bool>(
+    simd: S,
+    ready: &Ready<'_>,
+    camera: &Camera,
+    raster: &mut Raster<'_, ID>,
+    depth: &mut [f32],
+) {
     for polygon in &ready.polygons {
-        polygon.draw(raster);
+        polygon.draw(simd, raster);
     }
     for round in &ready.rounds {
-        round.draw(raster);
+        round.draw(simd, raster);
     }
     for mesh in &ready.meshes {
-        mesh.draw(raster);
+        mesh.draw(simd, raster);
     }
+    let nothing = F::splat(simd, f32::INFINITY);
     for (row, out) in depth.chunks_exact_mut(camera.columns).enumerate() {
         let w = &raster.w[row * raster.stride..];
-        for (out, w) in out.iter_mut().zip(w) {
-            *out = camera.depth(*w);
+        for (out, w) in out.chunks_mut(WIDE).zip(w.chunks_exact(WIDE)) {
+            let w = F::from_slice(simd, w);
+            let depth = if camera.perspective { F::splat(simd, 1.0) / w } else { -w };
+            let depth = w.simd_gt(camera.w_nothing).select(depth, nothing);
+            if out.len() == WIDE {
+                depth.store_slice(out);
+            } else {
+                out.copy_from_slice(&depth.as_slice()[..out.len()]);
+            }
         }
     }
 }

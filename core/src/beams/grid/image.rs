@@ -35,20 +35,17 @@ pub(super) struct Part<'a> {
 }
 
 impl GridImage {
-    /// Makes it an image of nothing.
+    /// Makes room for what is wanted; what is there is of the last image.
     pub(super) fn prepare(&mut self, cast: &GridCast<'_>) {
         let (grid, want) = (cast.grid, cast.want);
         let pixels = grid.columns.min(MOST) as usize * grid.rows.min(MOST) as usize;
-        fn fill<T: Clone>(out: &mut Vec<T>, wanted: bool, pixels: usize, with: T) {
-            out.clear();
-            out.resize(if wanted { pixels } else { 0 }, with);
-        }
-        fill(&mut self.depth, true, pixels, f32::INFINITY);
-        fill(&mut self.object, want.object, pixels, 0);
-        fill(&mut self.primitive, want.primitive, pixels, 0);
-        fill(&mut self.color, want.color, pixels, cast.light.sky_bytes());
-        fill(&mut self.cosine, want.cosine, pixels, 0.0);
-        fill(&mut self.normal, want.normal, pixels, [0.0; 3]);
+        let room = |wanted: bool| if wanted { pixels } else { 0 };
+        self.depth.resize(pixels, f32::INFINITY);
+        self.object.resize(room(want.object), 0);
+        self.primitive.resize(room(want.primitive), 0);
+        self.color.resize(room(want.color), [0; 3]);
+        self.cosine.resize(room(want.cosine), 0.0);
+        self.normal.resize(room(want.normal), [0.0; 3]);
     }
 
     /// Parts of so many pixels, the last one with what is left.
@@ -74,5 +71,16 @@ impl GridImage {
                 normal: take(&mut normal, pixels),
             })
         })
+    }
+}
+
+impl Part<'_> {
+    /// Makes it a part of an image of nothing, but for the depth.
+    pub fn clear(&mut self, sky: [u8; 3]) {
+        self.object.fill(0);
+        self.primitive.fill(0);
+        self.color.fill(sky);
+        self.cosine.fill(0.0);
+        self.normal.fill([0.0; 3]);
     }
 }

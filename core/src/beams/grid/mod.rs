@@ -12,12 +12,12 @@ mod camera;
 mod clusters;
 mod draw;
 mod image;
-mod level;
 mod polygon;
 mod raster;
 mod render;
 mod round;
 mod shade;
+mod small;
 mod span;
 mod triangles;
 

@@ -1,6 +1,7 @@
 //! Flat faces of closed forms: boxes and planes.
 
 use arrayvec::ArrayVec;
+use fearless_simd::Simd;
 use nalgebra::{Isometry3, Vector3};
 
 use super::camera::{Bounds, Camera, Line};
@@ -20,9 +21,9 @@ pub(super) struct Polygon {
 
 impl Polygon {
     #[inline(always)]
-    pub fn draw<const ID: bool>(&self, raster: &mut Raster<'_, ID>) {
+    pub fn draw<S: Simd, const ID: bool>(&self, simd: S, raster: &mut Raster<'_, ID>) {
         let limits = (f32::NEG_INFINITY, f32::INFINITY);
-        Face { edges: &self.edges, w: self.w, limits, id: self.id }.draw(raster, self.rows);
+        Face { edges: &self.edges, w: self.w, limits, id: self.id }.draw(simd, raster, self.rows);
     }
 }
 

@@ -1,12 +1,18 @@
 //! The pixels of a band of rows while they are drawn.
 
+use fearless_simd::{f32x4, f32x16, mask32x16, prelude::*, u32x4, u32x16};
+
 use super::camera::Camera;
 
 /// Pixels drawn at once.
 pub(super) const WIDE: usize = 16;
+/// 16 numbers, conditions, names.
+pub(super) type F<S> = f32x16<S>;
+pub(super) type M<S> = mask32x16<S>;
+pub(super) type U<S> = u32x16<S>;
 
 /// Rows below a band that blocks may reach into; what is there is not used.
-pub(super) const SPARE_ROWS: usize = 8;
+const SPARE_ROWS: usize = 8;
 
 /// The number of no surface.
 pub(super) const NOBODY: u32 = u32::MAX;
@@ -31,6 +37,14 @@ pub(super) struct Raster<'a, const ID: bool> {
     pub id: &'a mut [u32],
 }
 
+/// A surface that may be seen.
+#[derive(Clone, Copy)]
+pub(super) struct Offer<S: Simd> {
+    pub w: F<S>,
+    pub inside: M<S>,
+    pub id: U<S>,
+}
+
 impl<'a, const ID: bool> Raster<'a, ID> {
     /// An empty band.
     pub fn new(buffer: &'a mut Buffer, camera: &Camera, first: usize, end: usize) -> Self {
@@ -42,63 +56,90 @@ impl<'a, const ID: bool> Raster<'a, ID> {
             buffer.id.clear();
             buffer.id.resize(size, NOBODY);
         }
-        Self {
-            first,
-            end,
-            columns: camera.columns,
-            stride,
-            w_near: camera.w_near,
-            w: &mut buffer.w,
-            id: &mut buffer.id,
-        }
+        let (w, id) = (&mut buffer.w[..], &mut buffer.id[..]);
+        Self { first, end, columns: camera.columns, stride, w_near: camera.w_near, w, id }
     }
 
-    /// Offers 16 neighbouring pixels of a row a surface: `w` where `inside`, seen as `id`.
-    ///
-    /// Taken where it is nearer than what is there, or as near with a lower number.
+    /// Offers 16 neighbouring pixels of a row a surface.
     #[inline(always)]
-    pub fn offer(&mut self, place: usize, w: &[f32; WIDE], inside: &[bool; WIDE], id: &[u32; WIDE]) {
-        let Some(old) = self.w[place..].first_chunk_mut::<WIDE>() else { return };
-        let w_near = self.w_near;
+    pub fn offer<S: Simd>(&mut self, simd: S, place: usize, offer: Offer<S>) {
+        let Some(w) = self.w.get_mut(place..place + WIDE) else { return };
+        let old = F::from_slice(simd, w);
         if ID {
-            let Some(old_id) = self.id[place..].first_chunk_mut::<WIDE>() else { return };
-            for i in 0..WIDE {
-                let nearer = (w[i] > old[i]) | ((w[i] == old[i]) & (id[i] < old_id[i]));
-                let take = inside[i] & nearer & (w[i] <= w_near);
-                old[i] = if take { w[i] } else { old[i] };
-                old_id[i] = if take { id[i] } else { old_id[i] };
-            }
+            let Some(id) = self.id.get_mut(place..place + WIDE) else { return };
+            let old_id = U::from_slice(simd, id);
+            let take = nearer(&offer, self.w_near, old, old_id);
+            take.select(offer.w, old).store_slice(w);
+            take.select(offer.id, old_id).store_slice(id);
         } else {
-            for i in 0..WIDE {
-                let take = inside[i] & (w[i] > old[i]) & (w[i] <= w_near);
-                old[i] = if take { w[i] } else { old[i] };
-            }
+            let take = offer.inside & offer.w.simd_gt(old) & offer.w.simd_le(self.w_near);
+            take.select(offer.w, old).store_slice(w);
         }
     }
 
-    /// The same for 4 x 4 pixels from a place on, row by row.
+    /// Offers 4 x 4 pixels from a place on a surface, row by row.
     #[inline(always)]
-    pub fn offer_block(&mut self, place: usize, w: &[f32; WIDE], inside: &[bool; WIDE], id: u32) {
-        let w_near = self.w_near;
-        for row in 0..4 {
-            let place = place + row * self.stride;
-            let Some(old) = self.w[place..].first_chunk_mut::<4>() else { return };
-            if ID {
-                let Some(old_id) = self.id[place..].first_chunk_mut::<4>() else { return };
-                for i in 0..4 {
-                    let (w, inside) = (w[4 * row + i], inside[4 * row + i]);
-                    let nearer = (w > old[i]) | ((w == old[i]) & (id < old_id[i]));
-                    let take = inside & nearer & (w <= w_near);
-                    old[i] = if take { w } else { old[i] };
-                    old_id[i] = if take { id } else { old_id[i] };
-                }
-            } else {
-                for i in 0..4 {
-                    let (w, inside) = (w[4 * row + i], inside[4 * row + i]);
-                    let take = inside & (w > old[i]) & (w <= w_near);
-                    old[i] = if take { w } else { old[i] };
-                }
-            }
-        }
+    pub fn offer_block<S: Simd>(&mut self, simd: S, place: usize, offer: Offer<S>) {
+        let stride = self.stride;
+        let Some(w) = self.w.get_mut(place..place + 3 * stride + 4) else { return };
+        let [a, b, c, d] = four_rows(w, stride);
+        let old = f32x4::from_slice(simd, a).combine(f32x4::from_slice(simd, b));
+        let old = old.combine(f32x4::from_slice(simd, c).combine(f32x4::from_slice(simd, d)));
+        let take = if ID {
+            let Some(id) = self.id.get_mut(place..place + 3 * stride + 4) else { return };
+            let [a, b, c, d] = four_rows(id, stride);
+            let old_id = u32x4::from_slice(simd, a).combine(u32x4::from_slice(simd, b));
+            let old_id = old_id.combine(u32x4::from_slice(simd, c).combine(u32x4::from_slice(simd, d)));
+            let take = nearer(&offer, self.w_near, old, old_id);
+            let (low, high) = take.select(offer.id, old_id).split();
+            let ((one, two), (three, four)) = (low.split(), high.split());
+            one.store_slice(a);
+            two.store_slice(b);
+            three.store_slice(c);
+            four.store_slice(d);
+            take
+        } else {
+            offer.inside & offer.w.simd_gt(old) & offer.w.simd_le(self.w_near)
+        };
+        let (low, high) = take.select(offer.w, old).split();
+        let ((one, two), (three, four)) = (low.split(), high.split());
+        one.store_slice(a);
+        two.store_slice(b);
+        three.store_slice(c);
+        four.store_slice(d);
     }
+}
+
+/// The first four places of four rows.
+#[inline(always)]
+fn four_rows<T>(from: &mut [T], stride: usize) -> [&mut [T]; 4] {
+    let (a, rest) = from.split_at_mut(stride);
+    let (b, rest) = rest.split_at_mut(stride);
+    let (c, d) = rest.split_at_mut(stride);
+    [&mut a[..4], &mut b[..4], &mut c[..4], &mut d[..4]]
+}
+
+/// Where a surface is nearer than what is there, or as near with a lower number.
+#[inline(always)]
+fn nearer<S: Simd>(offer: &Offer<S>, w_near: f32, old: F<S>, old_id: U<S>) -> M<S> {
+    let tie = offer.w.simd_eq(old) & offer.id.simd_lt(old_id);
+    offer.inside & offer.w.simd_le(w_near) & (offer.w.simd_gt(old) | tie)
+}
+
+/// The lesser of two numbers, the second where one is no number.
+#[inline(always)]
+pub(super) fn least<S: Simd>(a: F<S>, b: F<S>) -> F<S> {
+    a.simd_lt(b).select(a, b)
+}
+
+/// The greater.
+#[inline(always)]
+pub(super) fn most<S: Simd>(a: F<S>, b: F<S>) -> F<S> {
+    b.simd_lt(a).select(a, b)
+}
+
+/// 0, 1, 2, ...
+#[inline(always)]
+pub(super) fn lanes<S: Simd>(simd: S) -> F<S> {
+    F::load_array_ref(simd, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0])
 }

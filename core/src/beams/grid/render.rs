@@ -1,22 +1,24 @@
 //! A frame: what is in sight is made ready, then bands of rows are drawn side by side.
 
+use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::camera::Camera;
 use super::draw::Ready;
 use super::image::Part;
-use super::level::Level;
 use super::polygon::{ViewFrom, cuboid, plane};
 use super::raster::{Buffer, Raster};
 use super::round::{Ends, Round};
 use super::shade::{Shader, Surface};
 use super::triangles::Triangles;
 use super::{Clusters, GridCast, GridImage};
-use crate::beams::BeamScene;
+use crate::beams::{BeamScene, simd};
 use crate::geometry::Form;
 
-/// Rows of a band when bands are drawn side by side.
-const BAND: usize = 24;
+/// Bands per thread when they are drawn side by side, so that those with much in them even out.
+const BANDS: usize = 8;
+/// Least rows of a band: what crosses a border is made ready twice.
+const LEAST_ROWS: usize = 16;
 
 impl BeamScene {
     /// Takes an image, on rayon's current pool.
@@ -25,14 +27,18 @@ impl BeamScene {
     /// images. A camera that can see nothing (no pixels, no range, an angle or a pose that is none) gives an image
     /// of nothing. Costs time for each target, pixel and triangle in sight.
     pub fn render(&self, cast: &GridCast<'_>, image: &mut GridImage) {
-        let band = if rayon::current_num_threads() == 1 { usize::MAX } else { BAND };
-        self.render_by(cast, image, Level::widest(), band);
+        let threads = rayon::current_num_threads();
+        let band =
+            if threads == 1 { usize::MAX } else { (cast.grid.rows as usize / (threads * BANDS)).max(LEAST_ROWS) };
+        self.render_by(cast, image, simd::level(), band);
     }
 
     /// The same with given instructions and rows of a band.
     pub(super) fn render_by(&self, cast: &GridCast<'_>, image: &mut GridImage, level: Level, band: usize) {
         image.prepare(cast);
         let Some(camera) = Camera::new(cast.grid, &cast.world_from_sensor) else {
+            image.depth.fill(f32::INFINITY);
+            image.split(usize::MAX).for_each(|mut part| part.clear(cast.light.sky_bytes()));
             return;
         };
         let (ready, surfaces) = self.ready(cast, &camera);
@@ -102,13 +108,15 @@ impl BeamScene {
                 }
                 Form::Mesh { mesh, .. } => {
                     if let Some(tree) = &self.trees[index as usize] {
-                        let clusters = tree.clusters.get_or_init(|| Clusters::new(mesh));
-                        ready.meshes.extend(Triangles::new(camera, clusters, &view_from_form, faces, id));
+                        let clusters = tree.clusters.get_or_init(|| Clusters::new(mesh, &tree.triangles));
+                        let view_from_mesh =
+                            ViewFrom { translation: view_from_form.point(&clusters.centre), ..view_from_form };
+                        ready.meshes.extend(Triangles::new(camera, clusters, view_from_mesh, faces, id));
                     }
                     mesh.triangles.len() as u32
                 }
             };
-            surfaces.push(Surface { first: id, target: index });
+            surfaces.push(Surface { first: id, target: index, view_from_form });
             // Beyond four thousand million triangles names would no longer be right; depths are.
             id = id.saturating_add(primitives);
         }

@@ -1,10 +1,11 @@
 //! Spheres, cylinders and capsules, pixel by pixel from their equations.
 
+use fearless_simd::prelude::*;
 use nalgebra::Vector3;
 
 use super::camera::{Bounds, Camera};
 use super::polygon::ViewFrom;
-use super::raster::{NOBODY, Raster, WIDE};
+use super::raster::{F, NOBODY, Offer, Raster, U, WIDE};
 use crate::beams::Faces;
 
 /// A round form made ready; the axis is z.
@@ -42,7 +43,7 @@ impl Round {
         faces: Faces,
         id: u32,
     ) -> Option<Self> {
-        if !(radius >= 0.0 && half_length >= 0.0) {
+        if !(radius > 0.0 && half_length >= 0.0) {
             return None;
         }
         let tip = half_length + if ends == Ends::Flat { 0.0 } else { radius };
@@ -70,13 +71,13 @@ impl Round {
     }
 
     #[inline(always)]
-    pub fn draw<const ID: bool>(&self, raster: &mut Raster<'_, ID>) {
+    pub fn draw<S: Simd, const ID: bool>(&self, simd: S, raster: &mut Raster<'_, ID>) {
         let (first, end) = self.bounds.columns;
         for row in self.bounds.rows.0.max(raster.first)..self.bounds.rows.1.min(raster.end) {
             let place = (row - raster.first) * raster.stride;
             let mut column = first;
             while column < end {
-                self.block(raster, place, column, row);
+                self.block(simd, raster, place, column, row);
                 column += WIDE;
             }
         }
@@ -84,7 +85,14 @@ impl Round {
 
     /// Draws 16 pixels of a row.
     #[inline(always)]
-    fn block<const ID: bool>(&self, raster: &mut Raster<'_, ID>, place: usize, column: usize, row: usize) {
+    fn block<S: Simd, const ID: bool>(
+        &self,
+        simd: S,
+        raster: &mut Raster<'_, ID>,
+        place: usize,
+        column: usize,
+        row: usize,
+    ) {
         let [o, ox, oy] = &self.origin;
         let [d, dx, dy] = &self.along;
         let (o, d) = (o + oy * row as f64, d + dy * row as f64);
@@ -103,14 +111,13 @@ impl Round {
             part[i] = ray.part;
         }
         let mut w = [0.0; WIDE];
-        let mut inside = [false; WIDE];
-        let mut id = [0; WIDE];
         for i in 0..WIDE {
-            w[i] = if self.perspective { 1.0 / z[i] } else { -z[i] } as f32;
-            inside[i] = part[i] != NOBODY;
-            id[i] = self.id.wrapping_add(part[i]);
+            let value = if self.perspective { 1.0 / z[i] } else { -z[i] };
+            w[i] = if part[i] == NOBODY { f64::NEG_INFINITY } else { value } as f32;
         }
-        raster.offer(place + column, &w, &inside, &id);
+        let (w, part) = (F::load_array(simd, w), U::load_array(simd, part));
+        let inside = part.simd_ne(U::splat(simd, NOBODY));
+        raster.offer(simd, place + column, Offer { w, inside, id: part + self.id });
     }
 
     /// The first crossing that counts.

@@ -75,6 +75,7 @@ pub fn color_of(
 pub(super) struct Surface {
     pub first: u32,
     pub target: u32,
+    pub view_from_form: ViewFrom,
 }
 
 /// Turns numbers into what was asked for.
@@ -89,9 +90,11 @@ pub(super) struct Shader<'a> {
 /// What the last pixel saw; most see the same as their neighbour.
 struct Seen<'a> {
     id: u32,
+    /// Place of the surface.
+    at: usize,
     target: &'a Target,
     primitive: u32,
-    view_from_form: ViewFrom,
+    view_from_form: &'a ViewFrom,
     /// Of a flat primitive, in the view frame.
     normal: Vector3<f32>,
 }
@@ -103,52 +106,66 @@ impl<'a> Shader<'a> {
 
     /// Fills in a band.
     pub fn shade(&self, raster: &Raster<'_, true>, part: &mut Part<'_>) {
+        part.clear(self.cast.light.sky_bytes());
         let want = self.cast.want;
+        let bent = want.color || want.cosine || want.normal;
         let mut seen: Option<Seen<'_>> = None;
-        for pixel in 0..part.depth.len() {
-            let (row, column) = (pixel / raster.columns, pixel % raster.columns);
-            let id = raster.id[row * raster.stride + column];
-            if id == NOBODY {
-                continue;
-            }
-            if seen.as_ref().is_none_or(|seen| seen.id != id) {
-                seen = self.seen(id);
-            }
-            let Some(seen) = &seen else { continue };
-            if want.object {
-                part.object[pixel] = seen.target.object;
-            }
-            if want.primitive {
-                part.primitive[pixel] = seen.primitive;
-            }
-            if !(want.color || want.cosine || want.normal) {
-                continue;
-            }
-            let (from, along) = self.camera.ray(column as f64, (row + raster.first) as f64);
-            let toward = -along.map(|x| x as f32);
-            let toward = toward / dot(&toward, &toward).sqrt();
-            let normal = self.normal(seen, &(from + along * f64::from(part.depth[pixel])));
-            let cosine = dot(&normal, &toward);
-            let normal = if cosine < 0.0 { -normal } else { normal };
-            if want.cosine {
-                part.cosine[pixel] = cosine.abs().min(1.0);
-            }
-            if want.normal {
-                part.normal[pixel] = [-normal.x, normal.y, normal.z];
-            }
-            if want.color {
-                let world = |v: &Vector3<f32>| self.world_from_view * v;
-                part.color[pixel] = color_of(self.cast.light, seen.target.color, &world(&normal), &world(&toward), 1.0);
+        for row in 0..raster.end - raster.first {
+            let first = row * raster.columns;
+            for (column, id) in raster.id[row * raster.stride..][..raster.columns].iter().enumerate() {
+                if *id == NOBODY {
+                    continue;
+                }
+                if seen.as_ref().is_none_or(|seen| seen.id != *id) {
+                    seen = self.seen(*id, seen.map_or(0, |seen| seen.at));
+                }
+                let Some(seen) = &seen else { continue };
+                let pixel = first + column;
+                if want.object {
+                    part.object[pixel] = seen.target.object;
+                }
+                if want.primitive {
+                    part.primitive[pixel] = seen.primitive;
+                }
+                if bent {
+                    self.shade_pixel(seen, (column, row + raster.first), pixel, part);
+                }
             }
         }
     }
 
-    fn seen(&self, id: u32) -> Option<Seen<'a>> {
-        let at = self.surfaces.partition_point(|surface| surface.first <= id).checked_sub(1)?;
-        let surface = self.surfaces[at];
-        let target = &self.targets[surface.target as usize];
-        let view_from_form = ViewFrom::new(self.camera, &target.world_from_target);
-        let primitive = id - surface.first;
+    /// Normal, cosine and colour of a pixel.
+    fn shade_pixel(&self, seen: &Seen<'_>, (column, row): (usize, usize), pixel: usize, part: &mut Part<'_>) {
+        let want = self.cast.want;
+        let (from, along) = self.camera.ray(column as f64, row as f64);
+        let toward = -along.map(|x| x as f32);
+        let toward = toward / dot(&toward, &toward).sqrt();
+        let normal = self.normal(seen, &(from + along * f64::from(part.depth[pixel])));
+        let cosine = dot(&normal, &toward);
+        let normal = if cosine < 0.0 { -normal } else { normal };
+        if want.cosine {
+            part.cosine[pixel] = cosine.abs().min(1.0);
+        }
+        if want.normal {
+            part.normal[pixel] = [-normal.x, normal.y, normal.z];
+        }
+        if want.color {
+            let (normal, toward) = (self.world_from_view * normal, self.world_from_view * toward);
+            part.color[pixel] = color_of(self.cast.light, seen.target.color, &normal, &toward, 1.0);
+        }
+    }
+
+    /// What a number stands for; `at` is the place of a surface that it probably belongs to.
+    fn seen(&self, id: u32, at: usize) -> Option<Seen<'a>> {
+        let starts = |at: usize| self.surfaces.get(at).is_some_and(|surface| surface.first <= id);
+        let at = if starts(at) && !starts(at + 1) {
+            at
+        } else {
+            self.surfaces.partition_point(|surface| surface.first <= id).checked_sub(1)?
+        };
+        let Surface { first, target, view_from_form } = self.surfaces.get(at)?;
+        let target = &self.targets[*target as usize];
+        let primitive = id - first;
         let normal = match &target.form {
             Form::Box { .. } => {
                 let mut normal = Vector3::zeros();
@@ -164,7 +181,7 @@ impl<'a> Shader<'a> {
             _ => Vector3::z() * if primitive == 2 { -1.0 } else { 1.0 },
         };
         let normal = (view_from_form.rotation * normal).map(|x| x as f32);
-        Some(Seen { id, target, primitive, view_from_form, normal })
+        Some(Seen { id, at, target, primitive, view_from_form, normal })
     }
 
     /// The outward normal at a point, in the view frame.

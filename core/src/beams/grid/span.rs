@@ -1,7 +1,9 @@
 //! Rows of a convex area: from the left edges to the right ones.
 
+use fearless_simd::prelude::*;
+
 use super::camera::Line;
-use super::raster::{Raster, WIDE};
+use super::raster::{F, Offer, Raster, U, WIDE, lanes, least, most};
 
 /// A border: of the area is what lies where the line is greater than 0.
 ///
@@ -40,37 +42,40 @@ pub(super) struct Face<'a> {
 impl Face<'_> {
     /// Draws the rows from `rows.0` to before `rows.1`.
     #[inline(always)]
-    pub fn draw<const ID: bool>(&self, raster: &mut Raster<'_, ID>, rows: (usize, usize)) {
+    pub fn draw<S: Simd, const ID: bool>(&self, simd: S, raster: &mut Raster<'_, ID>, rows: (usize, usize)) {
         for row in rows.0.max(raster.first)..rows.1.min(raster.end) {
             let (mut low, mut high) = (0.0, raster.columns as f64);
             for edge in self.edges {
                 edge.narrow(row as f64, &mut low, &mut high);
             }
             if low < high {
-                self.draw_row(raster, row, low as usize, high as usize);
+                self.draw_row(simd, raster, row, low as usize, high as usize);
             }
         }
     }
 
     #[inline(always)]
-    fn draw_row<const ID: bool>(&self, raster: &mut Raster<'_, ID>, row: usize, low: usize, high: usize) {
+    fn draw_row<S: Simd, const ID: bool>(
+        &self,
+        simd: S,
+        raster: &mut Raster<'_, ID>,
+        row: usize,
+        low: usize,
+        high: usize,
+    ) {
         let base = self.w.b * row as f64 + self.w.c;
-        let slope = self.w.a as f32;
         let place = (row - raster.first) * raster.stride;
+        let lanes = lanes(simd);
+        let climb = lanes * self.w.a as f32;
+        let (least_w, most_w) = (F::splat(simd, self.limits.0), F::splat(simd, self.limits.1));
+        let id = U::splat(simd, self.id);
         let mut column = low;
         while column < high {
             // Begun anew in double precision every 16 pixels.
-            let start = (base + self.w.a * column as f64) as f32;
-            let left = (high - column) as i32;
-            let mut w = [0.0; WIDE];
-            let mut inside = [false; WIDE];
-            for i in 0..WIDE {
-                let value = start + slope * i as f32;
-                let value = if value < self.limits.0 { self.limits.0 } else { value };
-                w[i] = if value > self.limits.1 { self.limits.1 } else { value };
-                inside[i] = (i as i32) < left;
-            }
-            raster.offer(place + column, &w, &inside, &[self.id; WIDE]);
+            let w = climb + (base + self.w.a * column as f64) as f32;
+            let w = least(most(w, least_w), most_w);
+            let inside = lanes.simd_lt((high - column) as f32);
+            raster.offer(simd, place + column, Offer { w, inside, id });
             column += WIDE;
         }
     }

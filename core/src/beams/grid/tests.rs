@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use fearless_simd::Level;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use super::level::Level;
 use super::*;
 use crate::beams::tests::Dice;
-use crate::beams::{Beam, BeamScene, Hit, Target};
+use crate::beams::{Beam, BeamScene, Hit, Target, simd};
 use crate::geometry::{Form, Mesh};
 
 fn target(object: u64, pose: Isometry3<f64>, form: Form) -> Target {
@@ -160,9 +160,18 @@ fn explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row: f64, ours
     })
 }
 
+/// Pixels that differ from what a ray sees.
+#[derive(Debug, Default)]
+struct Beside {
+    /// In depth.
+    depth: usize,
+    /// Only in what is there: at an edge between two faces.
+    name: usize,
+}
+
 /// Compares an image with rays; how many pixels differ, all at silhouettes or steep surfaces.
-fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage, what: &str) -> usize {
-    let mut beside = 0;
+fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage, what: &str) -> Beside {
+    let mut beside = Beside::default();
     for row in 0..cast.grid.rows {
         for column in 0..cast.grid.columns {
             let pixel = (row * cast.grid.columns + column) as usize;
@@ -170,7 +179,7 @@ fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage, what: &str
             let ours = f64::from(image.depth[pixel]);
             let (depth, hit, beam) = expected(scene, cast, x, y);
             if !same_depth(ours, depth) {
-                beside += 1;
+                beside.depth += 1;
                 assert!(
                     explained(scene, cast, x, y, ours),
                     "{what}: pixel {column}, {row}: {ours}, a ray sees {depth} of {hit:?}"
@@ -183,7 +192,7 @@ fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage, what: &str
             }
             if (image.object[pixel], image.primitive[pixel]) != (hit.object, hit.primitive) {
                 // Two surfaces at one depth, or an edge between two faces.
-                beside += 1;
+                beside.name += 1;
                 continue;
             }
             let normal = cast.world_from_sensor.inverse_transform_vector(&(beam.world_from_beam * hit.normal));
@@ -213,7 +222,7 @@ fn looking_inward(dice: &mut Dice) -> Isometry3<f64> {
 #[test]
 fn random_scenes_are_seen_as_rays_see_them() {
     let light = Light::default();
-    let (mut pixels, mut beside, mut seen) = (0, 0, 0);
+    let (mut pixels, mut depth, mut name, mut seen) = (0, 0, 0, 0);
     for round in 0..150 {
         let mut dice = Dice(round);
         let count = dice.between(1.0, 12.0) as u64;
@@ -233,12 +242,16 @@ fn random_scenes_are_seen_as_rays_see_them() {
         cast.skip_group = dice.chance(0.2).then_some(1);
         cast.only_object = dice.chance(0.1).then_some(2);
         let image = render(&scene, &cast);
-        beside += compare(&scene, &cast, &image, &format!("round {round}"));
+        let beside = compare(&scene, &cast, &image, &format!("round {round}"));
+        depth += beside.depth;
+        name += beside.name;
         pixels += image.depth.len();
         seen += image.depth.iter().filter(|d| d.is_finite()).count();
     }
     assert!(seen * 4 > pixels, "the scenes are empty: {seen} of {pixels}");
-    assert!(beside * 500 < pixels, "{beside} of {pixels} pixels differ at silhouettes");
+    // The meshes are fine for such small images: many pixels hold several edges.
+    assert!(depth * 500 < pixels, "{depth} of {pixels} pixels differ in depth");
+    assert!(name * 500 < pixels, "{name} of {pixels} pixels differ at edges");
 }
 
 #[test]
@@ -254,6 +267,15 @@ fn cameras_within_forms_see_them_from_within() {
         cast.faces = [Faces::BOTH, Faces::FRONT, Faces::BACK][round as usize % 3];
         compare(&scene, &cast, &render(&scene, &cast), &format!("round {round}"));
     }
+}
+
+/// All that this processor has.
+fn levels() -> Vec<Level> {
+    let best = Level::new();
+    let mut all = vec![Level::baseline(), best];
+    #[cfg(target_arch = "x86_64")]
+    all.extend(best.as_avx2().map(Level::Avx2));
+    all
 }
 
 #[test]
@@ -276,9 +298,9 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
             cast.want = Want::DEPTH;
         }
         let mut first = GridImage::default();
-        scene.render_by(&cast, &mut first, Level::Plain, usize::MAX);
+        scene.render_by(&cast, &mut first, Level::baseline(), usize::MAX);
         let mut image = GridImage::default();
-        for level in Level::all() {
+        for level in levels() {
             for band in [usize::MAX, 1, 7, 24] {
                 scene.render_by(&cast, &mut image, level, band);
                 let bits = |image: &GridImage| image.depth.iter().map(|d| d.to_bits()).collect::<Vec<_>>();
@@ -289,7 +311,7 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
             }
         }
         cast.want = Want::DEPTH;
-        scene.render_by(&cast, &mut image, Level::widest(), usize::MAX);
+        scene.render_by(&cast, &mut image, simd::level(), usize::MAX);
         assert!(image.depth == first.depth, "round {round}: depth alone");
         for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -451,5 +473,5 @@ fn ten_thousand_objects() {
     let cast = cast_of(&grid, &light, Isometry3::identity());
     let image = render(&scene, &cast);
     let beside = compare(&scene, &cast, &image, "ten thousand");
-    assert!(beside * 100 < image.depth.len(), "{beside} pixels differ");
+    assert!((beside.depth + beside.name) * 100 < image.depth.len(), "{beside:?}");
 }

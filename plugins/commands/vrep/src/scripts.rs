@@ -250,7 +250,8 @@ pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
 /// A parameter that the scene or the model gives a script: free data of the object that it belongs to, under a tag that
 /// begins with `parameter.`.
 fn given(c: &Ctx<'_>, (script, name): &(tatu_object, Vec<u8>)) -> Result<Option<Vec<u8>>> {
-    let owner = parent(c, *script)?;
+    // The main script belongs to nobody.
+    let owner = parent(c, *script).unwrap_or(0);
     if owner == 0 { Ok(None) } else { notes::get(c, owner, &[b"parameter.", name.as_slice()].concat()) }
 }
 

@@ -1,0 +1,65 @@
+//! A depth camera of 640 x 480 pixels in the room of 100 boxes.
+
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use serde_json::{Value, json};
+use tatu_core::beams::{BeamScene, Faces, Grid, GridCast, GridImage, Light, View, Want};
+
+use crate::{
+    Asked,
+    clock::loop_for,
+    scenes::{room, sensor_pose, torus},
+};
+
+/// `DEPTH`.
+const COLUMNS: u32 = 640;
+const ROWS: u32 = 480;
+const ANGLE: f64 = 57.0;
+const NEAR: f64 = 0.2;
+const FAR: f64 = 10.0;
+const HEIGHT: f64 = 0.8;
+const DOWN: f64 = 10.0;
+
+/// The camera in frame k: +z forward, +y up, +x to the left.
+fn camera(k: u64) -> Isometry3<f64> {
+    let (x, y, yaw) = sensor_pose(k);
+    let down = DOWN.to_radians();
+    let ahead = Vector3::new(yaw.cos() * down.cos(), yaw.sin() * down.cos(), -down.sin());
+    let left = Vector3::new(-yaw.sin(), yaw.cos(), 0.0);
+    let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[left, ahead.cross(&left), ahead]));
+    Isometry3::from_parts(Translation3::new(x, y, HEIGHT), UnitQuaternion::from_rotation_matrix(&turn))
+}
+
+/// Times it.
+pub fn run(asked: &Asked) -> Value {
+    let threads: usize = asked.number("threads", 1);
+    let mut targets = room();
+    if asked.flag("mesh") {
+        targets.push(torus(targets.len()));
+    }
+    let mut scene = BeamScene::default();
+    scene.set(targets);
+    let grid = Grid {
+        columns: COLUMNS,
+        rows: ROWS,
+        view: View::Perspective { angle: ANGLE.to_radians() },
+        near: NEAR,
+        far: FAR,
+    };
+    let (light, want) = (Light::default(), if asked.flag("all") { Want::ALL } else { Want::DEPTH });
+    let (faces, skip_group, only_object) = (Faces::BOTH, None, None);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool of threads");
+    let mut image = GridImage::default();
+    let mut first = 0.0;
+    let (frames, clock) = loop_for(asked.number("seconds", 3.0), camera, |world_from_sensor| {
+        let cast = GridCast { grid: &grid, world_from_sensor, faces, skip_group, only_object, want, light: &light };
+        pool.install(|| scene.render(&cast, &mut image));
+        if first == 0.0 {
+            let sum: f64 = image.depth.iter().map(|z| f64::from(*z).min(FAR)).sum();
+            first = sum / image.depth.len() as f64;
+        }
+    });
+    json!({
+        "bench": "B3_depth", "mesh": asked.flag("mesh"), "threads": threads, "frames_per_s": frames as f64 / clock.wall,
+        "frames_per_cpu_s": frames as f64 / clock.cpu, "mean_depth_frame0": first,
+    })
+}

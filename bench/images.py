@@ -1,0 +1,59 @@
+"""Rows of depth images: our own (`bench/beams`) beside Embree's packets and MuJoCo on software OpenGL."""
+import json
+import statistics
+import subprocess
+import sys
+
+from measure import PEERS, row
+from sensors import agree, ours
+
+
+def mujoco(mesh, seconds):
+    """The better of EGL and OSMesa, both drawn by Mesa's software; or why there is neither."""
+    found, whys = [], []
+    for method in ("egl", "osmesa"):
+        command = [sys.executable, "mujoco_sensors.py", "--bench", "depth", "--method", method, "--seconds", str(seconds)]
+        done = subprocess.run(command + (["--mesh"] if mesh else []), cwd=PEERS, capture_output=True, text=True)
+        lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
+        if done.returncode == 0 and lines:
+            found.append(json.loads(lines[-1]))
+        else:
+            whys.append("%s: %s" % (method, (done.stderr.strip() or "it printed nothing").splitlines()[-1]))
+    if found:
+        return max(found, key=lambda line: line["frames_per_cpu_s"]), None
+    return None, "; ".join(whys) + " (Debian: libegl1 libgl1-mesa-dri libosmesa6)"
+
+
+def depth(embree, passes, with_mujoco, seconds, mesh):
+    """A depth image of 640 x 480 pixels, one core, whole frames; the processes take turns."""
+    more = ["--mesh"] if mesh else []
+    mine, packets, theirs, why = [], [], [], "MuJoCo is not installed"
+    for _ in range(passes):
+        mine.append(ours("depth", "--seconds", str(seconds), *more))
+        best = embree.run("depth", seconds, mesh)
+        if best:
+            packets.append(best)
+        if with_mujoco and (theirs or len(mine) == 1):
+            line, why = mujoco(mesh, seconds)
+            if line:
+                theirs.append(line)
+
+    def rate(results):
+        return statistics.median(one["frames_per_cpu_s"] for one in results) if results else None
+
+    what = "depth image with a mesh" if mesh else "depth image"
+    if packets:
+        row(what + ", Embree's packets", rate(mine), rate(packets), "1.2, then 2" if mesh else "3", "frames/s")
+    row(what + ", MuJoCo's OpenGL", rate(mine), rate(theirs), "2.5" if mesh else "more than 1", "frames/s")
+    if not theirs:
+        print("    no row of MuJoCo's images: %s" % why)
+    agree("mean depth, m", "mean_depth_frame0", [mine[0]] + packets[:1] + theirs[:1])
+
+
+def threads(passes, seconds):
+    """The image with the mesh, one thread against two: wall time, so let nothing else run."""
+    found = []
+    for _ in range(passes):
+        one, two = (ours("depth", "--seconds", str(seconds), "--mesh", "--threads", n) for n in "12")
+        found.append(two["frames_per_s"] / one["frames_per_s"])
+    row("depth image with a mesh, two threads", statistics.median(found), None, "1.8", "x")

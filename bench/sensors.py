@@ -1,0 +1,98 @@
+"""Rows of the beams alone: a laser scanner and sonars, beside MuJoCo's rays and Embree's packets."""
+import json
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+
+from measure import PEERS, RELEASE, cpu_of, row
+
+PROGRAM = os.path.join(RELEASE, "bench-beams")
+
+
+def ours(*words):
+    if not os.path.exists(PROGRAM):
+        sys.exit("no %s: run `cargo build --release -p bench-beams`" % PROGRAM)
+    return json.loads(cpu_of([PROGRAM, *words])[1])
+
+
+def peer(*words):
+    """The last line that a peer's script prints."""
+    return json.loads(cpu_of([sys.executable, *words], cwd=PEERS)[1].splitlines()[-1])
+
+
+class Embree:
+    """The packets' program, built when first asked for; nothing where it cannot be built, and why is printed."""
+
+    def __init__(self, folder):
+        self.folder, self.built = folder, None
+
+    def run(self, bench, seconds, mesh=False):
+        """Its best packet width."""
+        if self.built is None:
+            self.built = self.build()
+        if not self.built:
+            return None
+        triangles = os.path.join(self.folder, "mesh.bin" if mesh else "room.bin")
+        if not os.path.exists(triangles):
+            more = ["--mesh"] if mesh else []
+            cpu_of([sys.executable, "triangles.py", *more, triangles], cwd=PEERS)
+        found = [json.loads(cpu_of([self.built, triangles, bench, width, str(seconds)])[1]) for width in ("8", "16")]
+        return max(found, key=lambda one: one["rays_per_cpu_s"])
+
+    def build(self):
+        program = os.path.join(self.folder, "embree_limit")
+        if not shutil.which("g++"):
+            print("    no row of Embree's packets: there is no g++")
+            return ""
+        command = ["g++", "-O3", "-march=native", "embree_limit.cpp", "-lembree3", "-o", program]
+        done = subprocess.run(command, cwd=PEERS, capture_output=True, text=True)
+        if done.returncode != 0:
+            print("    no row of Embree's packets: they do not build here (apt-get install libembree-dev)")
+            return ""
+        return program
+
+
+def agree(name, key, results):
+    """That all have seen the same: the greatest difference from the first, in percent."""
+    first = results[0][key]
+    worst = max(abs(one[key] - first) / first for one in results)
+    print("    %s: %s, %.3f %% apart (at most 0.1 %%)" % (name, ", ".join("%.5g" % r[key] for r in results), 100 * worst))
+
+
+def lidar(embree, passes, with_mujoco, seconds):
+    """1080 beams over 270 degrees among 100 boxes; the processes take turns."""
+    mine, theirs, packets = [], [], []
+    for _ in range(passes):
+        mine.append(ours("lidar", "--seconds", str(seconds)))
+        if with_mujoco:
+            theirs.append(peer("mujoco_sensors.py", "--beams", "1080", "--seconds", str(seconds)))
+        best = embree.run("lidar", seconds)
+        if best:
+            packets.append(best)
+
+    def rate(results):
+        return statistics.median(one["rays_per_cpu_s"] for one in results) if results else None
+
+    row("laser, 1080 rays, MuJoCo", rate(mine), rate(theirs), "10", "rays/s")
+    if packets:
+        row("laser, 1080 rays, Embree's packets", rate(mine), rate(packets), "0.6, then 1", "rays/s")
+    agree("mean range, m", "mean_range_frame0", [mine[0]] + theirs[:1] + packets[:1])
+
+
+def sonars(passes, with_mujoco, seconds):
+    """1000 robots with 16 cones each, against 16 rays each of MuJoCo; targets are moved in each step."""
+    mine, theirs = [], []
+    for _ in range(passes):
+        mine.append(ours("sonars", "--seconds", str(seconds))["robot_steps_per_cpu_s"])
+        if with_mujoco:
+            run = peer("mujoco_arena.py", "--robots", "1000", "--seconds", str(seconds), "--step", "0.01")
+            theirs.append(run["robot_steps_per_cpu_s"] / run["cpu_parts"]["rays"])
+    row("1000 x 16 cones, MuJoCo's rays", statistics.median(mine), theirs and statistics.median(theirs), "6",
+        "robot-steps/s")
+    pairs = []
+    for _ in range(passes):
+        one, two = (ours("sonars", "--seconds", str(seconds), "--threads", n)["robot_steps_per_s"] for n in "12")
+        pairs.append(two / one)
+    row("1000 x 16 cones, two threads", statistics.median(pairs), None, "1.8", "x")
