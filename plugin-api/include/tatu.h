@@ -968,7 +968,7 @@ typedef struct tatu_look {
   uint32_t size;
   uint32_t flags;       /* TATU_BEAMS_NO_FRONT, _NO_BACK, _OCCLUDE, in place of the sensor's own */
   tatu_object only;     /* see only this object; 0: all */
-  double far_m;         /* nothing farther; no farther than the sensor itself looks */
+  double far_m;         /* nothing farther from the sensor's origin is seen; infinity: as far as the sensor looks */
   double max_incidence; /* in place of the sensor's own; pi/2 or more: no limit */
 } tatu_look;
 

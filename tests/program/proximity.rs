@@ -163,7 +163,7 @@ fn scripts_look_with_limits_of_their_own() {
         local told = {
             look(sim.handle_all, 1, 0, 0), look(sim.handle_all, 2, 0, 0), look(sim.handle_all, 2 + 16, 0, 0),
             look(sim.handle_all, 3, 0.4, 0), look(sim.handle_all, 3, 9, 0), look(plate, 3, 0, 0), look(plate, 3, 1, 0),
-            look(plate, 3 + 8, 0, 0.2),
+            look(plate, 3 + 8, 0, 0.2), look(block, 3, 0.6, 0),
         }
         sim.addStatusbarMessage(table.concat(told, ' '))
         -- Without limits of a script it is what it was.
@@ -182,6 +182,24 @@ fn scripts_look_with_limits_of_their_own() {
     let lines = place.trace(&[], &["--steps", "1"]);
     let told: Vec<&str> = lines.iter().flat_map(|l| l.status()).collect();
     // The farther side of the plate is 1.52 m away; back faces only: of the block 0.6 m, which its front hides.
-    let wanted = ["0.500 0.600 nothing nothing 0.500 1.500 nothing 1.500", "0.500", "1.500", "0.500"];
+    let wanted = ["0.500 0.600 nothing nothing 0.500 1.500 nothing 1.500 0.500", "0.500", "1.500", "0.500"];
     assert_eq!(told, wanted);
+}
+
+#[test]
+fn a_threshold_of_a_script_does_not_bend_a_pyramid() {
+    // Half as wide as it is high: a wall at x = 0.3 is met at z = 0.6, 0.671 m away.
+    let keys = "volume = \"pyramid\"\nrange_m = 2.0\nsize_near_m = [0.0, 0.0]\nsize_far_m = [2.0, 2.0]";
+    let script = "function sysCall_init()
+        local eye = sim.getObject('/eye')
+        for _, most in ipairs({ 0.0, 0.68, 0.66 }) do
+            local seen, distance = sim.checkProximitySensorEx(eye, sim.handle_all, 3, most, 0)
+            sim.addStatusbarMessage(seen == 1 and string.format('%.3f', distance) or 'nothing')
+        end
+    end";
+    let script = watcher("script", script).replace("{ text", "{ language = \"lua\", text");
+    let place = Place::scene(&format!("{}{}{script}", eye(keys), wall_x(0.3)));
+    let lines = place.trace(&[], &["--steps", "1"]);
+    let told: Vec<&str> = lines.iter().flat_map(|l| l.status()).collect();
+    assert_eq!(told, ["0.671", "0.671", "nothing"]);
 }

@@ -42,6 +42,8 @@ struct Singles {
     places: Vec<u32>,
     /// Those whose answer something may hide.
     occluded: Vec<u32>,
+    /// Those whose answer may lie too far away, and what is too far.
+    short: Vec<(u32, f64)>,
 }
 
 /// A sensor whose rays are cast as a bundle.
@@ -66,16 +68,16 @@ pub(super) struct Look {
 pub(crate) struct Limits {
     pub faces: Faces,
     pub max_incidence: f64,
-    pub far: f64,
+    /// Nothing farther from the sensor counts, whatever the form of its beams; infinity: all that lies in them.
+    pub reach: f64,
     pub occlude: bool,
 }
 
 impl Limits {
     /// Those of a sensor, but for what is asked for once.
     pub fn of(plan: &BeamPlan, once: Option<Limits>) -> Self {
-        let BeamPlan { faces, max_incidence, far, occlude, .. } = *plan;
-        let own = Limits { faces, max_incidence, far, occlude };
-        once.map_or(own, |l| Limits { far: l.far.min(far), ..l })
+        let BeamPlan { faces, max_incidence, occlude, .. } = *plan;
+        once.unwrap_or(Limits { faces, max_incidence, reach: f64::INFINITY, occlude })
     }
 }
 
@@ -91,11 +93,12 @@ impl Casts {
         self.color.clear();
         self.bundles.clear();
         self.hits.clear();
-        for Singles { beams, frames, places, occluded, .. } in &mut self.singles {
+        for Singles { beams, frames, places, occluded, short, .. } in &mut self.singles {
             beams.clear();
             frames.clear();
             places.clear();
             occluded.clear();
+            short.clear();
         }
     }
 
@@ -122,23 +125,29 @@ impl Casts {
     fn singly(&mut self, plan: &BeamPlan, look: Look, begin: u32, frames: impl Iterator<Item = Isometry3<f64>>) {
         let sees = (plan.visible, plan.waves);
         let at = self.singles.iter().position(|s| s.sees == sees).unwrap_or_else(|| {
-            let (beams, frames, places, occluded) = Default::default();
-            self.singles.push(Singles { sees, beams, frames, places, occluded });
+            let (beams, frames, places, occluded, short) = Default::default();
+            self.singles.push(Singles { sees, beams, frames, places, occluded, short });
             self.singles.len() - 1
         });
         let set = &mut self.singles[at];
         let limits = look.limits;
+        // The far end of a volume with flat ends is a part of its form.
+        let is_flat = matches!(plan.volume, Volume::Pyramid { .. } | Volume::Cylinder { .. });
+        let far = if is_flat { plan.far } else { plan.far.min(limits.reach) };
         for (k, frame) in frames.enumerate() {
             if limits.occlude && plan.volume != Volume::Ray {
                 set.occluded.push(set.beams.len() as u32);
+            }
+            if is_flat && limits.reach < f64::INFINITY {
+                set.short.push((set.beams.len() as u32, limits.reach));
             }
             set.places.push(begin + k as u32);
             set.frames.push(frame);
             set.beams.push(Beam {
                 world_from_beam: look.world_from_sensor * frame,
                 volume: plan.volume,
-                near: plan.near.min(limits.far),
-                far: limits.far,
+                near: plan.near.min(far),
+                far,
                 max_incidence: limits.max_incidence,
                 faces: limits.faces,
                 skip_group: look.skip_group,
@@ -173,7 +182,7 @@ impl Casts {
     }
 
     fn cast_singles(&mut self, set: usize, targets: &Targets, pool: &rayon::ThreadPool) {
-        let (Singles { sees, beams, frames, places, occluded }, hits) = (&self.singles[set], &mut self.hits);
+        let (Singles { sees, beams, frames, places, occluded, short }, hits) = (&self.singles[set], &mut self.hits);
         if beams.is_empty() {
             return;
         }
@@ -184,6 +193,12 @@ impl Casts {
             pool.install(|| seen.cast(beams, hits));
         } else {
             beams.iter().zip(&mut *hits).for_each(|(beam, hit)| *hit = seen.cast_one(beam));
+        }
+        for (i, reach) in short {
+            let hit = &mut hits[*i as usize];
+            if hit.distance > *reach {
+                *hit = Hit::NONE;
+            }
         }
         for i in occluded {
             let (beam, hit) = (&beams[*i as usize], &mut hits[*i as usize]);
@@ -219,11 +234,12 @@ impl Casts {
             let (begin, end) = (first[sensor] as usize, first[sensor + 1] as usize);
             let skip = begin - at;
             at = end;
+            let far = plan.far.min(look.limits.reach);
             let cast = BundleCast {
                 bundle,
                 world_from_sensor: look.world_from_sensor,
-                near: plan.near.min(look.limits.far),
-                far: look.limits.far,
+                near: plan.near.min(far),
+                far,
                 max_incidence: look.limits.max_incidence,
                 faces: look.limits.faces,
                 skip_group: look.skip_group,

@@ -89,7 +89,7 @@ unsafe extern "C" fn look(w: *mut tatu_world, sensor: tatu_object, look: *const 
             let limits = Limits {
                 faces,
                 max_incidence: look.max_incidence,
-                far: look.far_m,
+                reach: look.far_m,
                 occlude: look.flags & TATU_BEAMS_OCCLUDE != 0,
             };
             sense(world, sensor, look.only, Some(limits))
