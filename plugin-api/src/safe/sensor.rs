@@ -431,6 +431,8 @@ struct Data<S: Sensor> {
     directions: std::cell::UnsafeCell<Vec<[f64; 3]>>,
     /// Rows and columns of its image.
     image: std::cell::Cell<(u32, u32)>,
+    /// As declared: asked for once, since a script may measure hundreds of times in a call.
+    fields: Vec<Field>,
 }
 
 pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
@@ -491,7 +493,8 @@ unsafe extern "C" fn create<S: Sensor>(
             let values = ValueRef::slice(info.params, info.n_params as usize);
             let instance = Instance { owner: info.owner, id: info.id, seed: info.seed, world: info.world };
             let sensor = S::create(&started.host, instance, &Params::new(values, &declared))?;
-            let new = Data { sensor: sensor.into(), directions: Vec::new().into(), image: (0, 0).into() };
+            let (directions, image, fields) = (Vec::new().into(), (0, 0).into(), S::fields());
+            let new = Data { sensor: sensor.into(), directions, image, fields };
             *data = Box::into_raw(Box::new(new)).cast();
         }
         Ok(TATU_OK)
@@ -658,7 +661,6 @@ unsafe fn each<S: Sensor>(
     act: impl Fn(&S, &Sample<'_>, &mut Readout<'_>) -> Result,
 ) -> tatu_status {
     guard::run(error, || {
-        let fields = S::fields();
         // SAFETY: as promised.
         let batch = unsafe { &*batch };
         for i in 0..batch.n as usize {
@@ -668,7 +670,7 @@ unsafe fn each<S: Sensor>(
                 continue;
             }
             let sample = Sample { batch, i };
-            let mut out = Readout { sample: &sample, fields: &fields, image: data.image.get() };
+            let mut out = Readout { sample: &sample, fields: &data.fields, image: data.image.get() };
             let sensor = data.sensor.try_borrow().map_err(|_| in_use());
             if let Err(fail) = sensor.and_then(|sensor| act(&sensor, &sample, &mut out)) {
                 // SAFETY: the host's error object.

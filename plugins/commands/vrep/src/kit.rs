@@ -300,7 +300,10 @@ pub(crate) fn version(c: &Ctx<'_>) -> (u32, u32) {
     version_of(c.caller_dialect())
 }
 pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
-    // Bytes, not a text: each call asks that makes a difference between versions.
+    // Bytes, not a text: each call asks that makes a difference between versions. This is how they mostly look.
+    if let [major @ b'0'..=b'9', b'.', minor @ b'0'..=b'9'] = dialect {
+        return (u32::from(major - b'0'), u32::from(minor - b'0'));
+    }
     let number = |part: &[u8]| {
         let digits = part.trim_ascii();
         let value = |n: u32, b: &u8| b.is_ascii_digit().then(|| n * 10 + u32::from(b - b'0'));
