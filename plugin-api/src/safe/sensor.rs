@@ -131,6 +131,10 @@ pub struct Beams {
     pub faces: (bool, bool),
     /// Visible objects are seen, as by a camera, instead of detectable ones.
     pub visible: bool,
+    /// Numbers that [`TATU_DIM_OWN`] stands for in shapes of fields; 0: there is no such field.
+    pub own: [u32; 4],
+    /// `TATU_IN_*`: inputs that this one does not need; what it is given of them is 0, or not there.
+    pub without: u32,
 }
 
 impl Default for Beams {
@@ -143,6 +147,8 @@ impl Default for Beams {
             skip_own_model: false,
             faces: (true, true),
             visible: false,
+            own: [0; 4],
+            without: 0,
         }
     }
 }
@@ -273,6 +279,7 @@ pub struct Readout<'a> {
     fields: &'a [Field],
     /// Rows and columns of the sensor's image.
     image: (u32, u32),
+    own: [u32; 4],
 }
 
 impl Readout<'_> {
@@ -286,6 +293,7 @@ impl Readout<'_> {
             0 => all,
             TATU_DIM_ROWS => self.image.0 as usize,
             TATU_DIM_COLUMNS => self.image.1 as usize,
+            d if (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) => self.own[(d - TATU_DIM_OWN) as usize] as usize,
             n => n as usize,
         };
         let len: usize = field.dims.iter().map(dim).product();
@@ -394,6 +402,7 @@ struct Data<S: Sensor> {
     directions: std::cell::UnsafeCell<Vec<[f64; 3]>>,
     /// Rows and columns of its image.
     image: std::cell::Cell<(u32, u32)>,
+    own: std::cell::Cell<[u32; 4]>,
 }
 
 pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
@@ -453,7 +462,8 @@ unsafe extern "C" fn create<S: Sensor>(
             let values = ValueRef::slice(info.params, info.n_params as usize);
             let instance = Instance { owner: info.owner, id: info.id, seed: info.seed, world: info.world };
             let sensor = S::create(&started.host, instance, &Params::new(values, &declared))?;
-            let new = Data { sensor: sensor.into(), directions: Vec::new().into(), image: (0, 0).into() };
+            let new =
+                Data { sensor: sensor.into(), directions: Vec::new().into(), image: (0, 0).into(), own: [0; 4].into() };
             *data = Box::into_raw(Box::new(new)).cast();
         }
         Ok(TATU_OK)
@@ -524,6 +534,11 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
         }
         if beams.visible {
             out.flags |= TATU_BEAMS_VISIBLE;
+        }
+        // A host of before these were there has no room for them.
+        if out.size as usize >= std::mem::offset_of!(tatu_beams, reserved2) {
+            (out.own, out.without) = (beams.own, beams.without);
+            data.own.set(beams.own);
         }
         if !beams.faces.0 {
             out.flags |= TATU_BEAMS_NO_FRONT;
@@ -605,7 +620,7 @@ unsafe fn each<S: Sensor>(
                 continue;
             }
             let sample = Sample { batch, i };
-            let mut out = Readout { sample: &sample, fields: &fields, image: data.image.get() };
+            let mut out = Readout { sample: &sample, fields: &fields, image: data.image.get(), own: data.own.get() };
             let sensor = data.sensor.try_borrow().map_err(|_| in_use());
             if let Err(fail) = sensor.and_then(|sensor| act(&sensor, &sample, &mut out)) {
                 // SAFETY: the host's error object.

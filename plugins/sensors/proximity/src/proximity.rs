@@ -87,7 +87,7 @@ impl Settings {
                 max_incidence: self.max_incidence.min(FRAC_PI_2),
                 skip_own_model: self.skip_own_model,
                 faces: (self.front_faces, self.back_faces),
-                visible: false,
+                ..Beams::default()
             },
             min_range: self.min_range,
         })

@@ -30,7 +30,7 @@ fn a_cone_has_half_its_opening_angle_to_each_side() {
             max_incidence: PI / 4.0,
             skip_own_model: false,
             faces: (true, true),
-            visible: false,
+            ..Beams::default()
         }
     );
 }
