@@ -12,9 +12,9 @@ tatu look $first --from -0.85,0.42,0.34 --to -1.52,1.19,0.12 --fov 34 --size 800
 tatu look $first --sensor Pioneer_p3dx_ultrasonicSensor4 --at 4 -o $images/sonar.png
 
 room=scenes/first/pioneer_looks_around.toml
-tatu look $room --from -3.4,-4.0,3.2 --to 0,0.2,0 --at 4 --size 800x450 -o $images/room.png
-tatu look $room --sensor scanner --at 4 -o $images/scan.png
-tatu look $room --sensor eye --at 4 -o $images/depth.png
+tatu look $room --from -3.4,-4.0,3.2 --to 0,0.2,0 --at 1 --size 760x430 -o $images/room.png
+tatu look $room --sensor scanner --at 1 -o $images/scan.png
+tatu look $room --sensor eye --at 1 -o $images/depth.png
 
 car=scenes/course/manta_keyboard_statusbar.toml
 tatu look $car --from 1.5,-1.2,0.8 --to 0.3,0,0.05 --size 800x500 -o $images/manta.png
@@ -22,16 +22,16 @@ tatu look $car --from 1.5,-1.2,0.8 --to 0.3,0,0.05 --size 800x500 -o $images/man
 work=$(mktemp -d)
 trap 'rm -r "$work"' EXIT
 
-# A hundred Pioneers in an arena of 24 m: ten rows of ten, each heading another way.
+# A hundred Pioneers in an arena of 16 m: ten rows of ten, each heading another way.
 awk 'BEGIN {
     print "format = 1\n[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true"
     for (i = 0; i < 4; i++) {
-        x = (i < 2) ? 12 - 24 * i : 0; y = (i < 2) ? 0 : 12 - 24 * (i - 2)
+        x = (i < 2) ? 8 - 16 * i : 0; y = (i < 2) ? 0 : 8 - 16 * (i - 2)
         print "[[object]]\nkind = \"shape\"\nalias = \"wall" i "\"\nrespondable = true\ncolor = [0.85, 0.84, 0.80]"
-        print "size_m = [" ((i < 2) ? "0.2, 24.2" : "24.2, 0.2") ", 0.6]\nposition_m = [" x ", " y ", 0.3]"
+        print "size_m = [" ((i < 2) ? "0.2, 16.2" : "16.2, 0.2") ", 0.6]\nposition_m = [" x ", " y ", 0.3]"
     }
     for (i = 0; i < 100; i++) {
-        x = 2 * (i % 10) - 9; y = 2 * int(i / 10) - 9
+        x = 1.4 * (i % 10) - 6.3; y = 1.4 * int(i / 10) - 6.3
         print "[[model]]\nmodel = \"pioneer_p3dx\"\nscript = \"avoid_walls.lua\"\nposition_m = [" x ", " y ", 0]"
         print "orientation_deg = [0, 0, " (i * 137) % 360 "]"
         if (i % 4 == 1) print "color = [0.10, 0.30, 0.62]"
@@ -40,7 +40,7 @@ awk 'BEGIN {
     }
 }' >"$work/arena.toml"
 cp scenes/first/avoid_walls.lua "$work"
-tatu look "$work/arena.toml" --from -14,-17,9 --to -1,-1.5,0 --at 4 --fov 45 --size 880x495 -o $images/arena.png
+tatu look "$work/arena.toml" --from -9.5,-11.5,6.5 --to -0.9,-1.3,0 --at 3 --fov 46 --size 680x385 -o $images/arena.png
 
 graphs=$work/graphs
 tatu run scenes/first/pioneer_draws_its_path.toml --seconds 60 --graphs "$graphs" >/dev/null

@@ -471,7 +471,20 @@ enum {
   TATU_BEAMS_NO_FRONT = 1,  /* faces turned to the sensor are not seen */
   TATU_BEAMS_NO_BACK = 2,   /* faces turned away are not seen */
   TATU_BEAMS_SKIP_MODEL = 4, /* objects of the sensor's own model are not seen */
-  TATU_BEAMS_VISIBLE = 8    /* visible objects are seen, as by a camera; else detectable ones */
+  TATU_BEAMS_VISIBLE = 8,   /* visible objects are seen, as by a camera; else detectable ones */
+  TATU_BEAMS_OCCLUDE = 16,  /* the point that a volume finds counts only if no surface, of whatever side and slant, lies
+                             * between it and the sensor; else nothing is seen */
+  TATU_BEAMS_AIMED = 32     /* rays that `tatu_sensor.aim` moves and turns before each cast */
+};
+
+/* What beams are made of. A beam sees a detectable shape if it has a bit in common with "shape.detectable_mask". */
+enum {
+  TATU_WAVES_ULTRASONIC = 16,
+  TATU_WAVES_INFRARED = 32,
+  TATU_WAVES_LASER = 64,
+  TATU_WAVES_INDUCTIVE = 128,
+  TATU_WAVES_CAPACITIVE = 256,
+  TATU_WAVES_ALL = 65535
 };
 
 /* What a sensor sends out. Filled by the plugin; `size` is set by the host. An image (GRID, PARALLEL) looks along +z with +y
@@ -481,16 +494,18 @@ typedef struct tatu_beams {
   uint32_t size;
   uint32_t form;            /* TATU_BEAMS_* */
   uint32_t count[2];
-  double near_m;            /* nothing is seen nearer */
-  double far_m;             /* nothing is seen farther */
+  double near_m;            /* nothing is seen nearer; of a pyramid and a cylinder: the height of the near end */
+  double far_m;             /* nothing is seen farther; likewise */
   double dims[6];
   double max_incidence;     /* rad between line of sight and surface normal; pi/2: no limit */
   const double *directions; /* 3 per ray, unit vectors, sensor frame; the instance's, until it is asked again */
   uint32_t flags;
   uint32_t reserved;
+  uint32_t waves;           /* TATU_WAVES_*, a sum; TATU_WAVES_ALL before the plugin is asked; of no matter to images */
+  uint32_t reserved2;
   uint32_t own[4];          /* numbers of the instance's own: what TATU_DIM_OWN stands for in the shape of a field */
   uint32_t without;         /* TATU_IN_*: inputs of the kind that this instance does not need; of its pixels they are 0 */
-  uint32_t reserved2;
+  uint32_t reserved3;
 } tatu_beams;
 
 /* Inputs of a measure. */
@@ -564,6 +579,7 @@ typedef struct tatu_sensor_batch {
   const float *pixel_cosine;      /* per pixel, 0 to 1; 0: nothing. TATU_IN_COSINE */
   const tatu_object *pixel_object; /* per pixel; 0: nothing. TATU_IN_OBJECT */
   const tatu_random *random;
+  double *const *rays;            /* [n] with TATU_BEAMS_AIMED: 6 per ray, where it begins (m) and points; else null */
 } tatu_sensor_batch;
 
 /* Settings under a name: what a scene would write in the object of a sensor, as lines of TOML ("range_m = 5.6"), its noise
@@ -589,14 +605,19 @@ typedef struct tatu_sensor {
   /* [setup] The beams of an instance: at creation, and after a change of its parameters. Null: none. */
   tatu_status(TATU_CALL *beams)(void *data, tatu_beams *, tatu_error *);
   /* [parallel] Turns inputs into readings. May touch only data, state and fields of its instances; may call only the
-   * log and the batch's `random`. A negative status switches all instances of the batch off. */
+   * log and the batch's `random`. A negative status switches all instances of the batch off. What a scene declares as
+   * noise the host adds after the call; it leaves alone what means nothing (see `nothing` and `valid` in the schemas). */
   tatu_status(TATU_CALL *measure)(void *self, const tatu_sensor_batch *, tatu_error *);
   const tatu_preset *const *presets; /* may be null */
   /* [parallel] After the noise that the scene declares, with the same batch: brings fields that follow from others in
    * line with them, as latitude and longitude follow from a position. What is in such a field is overwritten, so noise
-   * belongs to the field that it follows from. Touches and calls what `measure` may; status as there. Null: no field
-   * follows from another. */
+   * belongs to the field that it follows from. Not called where no sensor of the batch has noise: `measure` fills these
+   * fields too. Touches and calls what `measure` may; status as there. Null: no field follows from another. */
   tatu_status(TATU_CALL *finish)(void *self, const tatu_sensor_batch *, tatu_error *);
+  /* [parallel] Before the cast, where an instance's rays are TATU_BEAMS_AIMED: may change `rays`, origins and unit directions
+   * in the sensor's frame, which are the sensor's origin and what `beams` told; for devices that move while they scan, and
+   * rays that wander. What was met is not there yet, nor are the fields; all else as in `measure`. */
+  tatu_status(TATU_CALL *aim)(void *self, const tatu_sensor_batch *, tatu_error *);
 } tatu_sensor;
 
 typedef struct tatu_ext_sensor {
@@ -947,6 +968,15 @@ typedef struct tatu_host_scene {
 
 #define TATU_HOST_READINGS "tatu.host.readings/draft.1"
 
+/* How a sensor looks once. Noise and what the plugin makes of what was met are as ever. */
+typedef struct tatu_look {
+  uint32_t size;
+  uint32_t flags;       /* TATU_BEAMS_NO_FRONT, _NO_BACK, _OCCLUDE, in place of the sensor's own */
+  tatu_object only;     /* see only this object; 0: all */
+  double far_m;         /* nothing farther; no farther than the sensor itself looks */
+  double max_incidence; /* in place of the sensor's own; pi/2 or more: no limit */
+} tatu_look;
+
 /* What sensors measured. */
 typedef struct tatu_host_readings {
   uint32_t size;
@@ -962,6 +992,8 @@ typedef struct tatu_host_readings {
   /* The declaration of the `index`-th field of a sensor, from 0, with its shape for this sensor; its texts live as long as
    * the world. TATU_ERR_MISSING: it has no more. */
   tatu_status(TATU_CALL *describe)(tatu_world *, tatu_object sensor, uint32_t index, tatu_field *);
+  /* As `sense_now`, with a look of its own: what the sensor's parameters say of it does not hold this time. */
+  tatu_status(TATU_CALL *look)(tatu_world *, tatu_object sensor, const tatu_look *);
 } tatu_host_readings;
 
 #define TATU_HOST_BODIES "tatu.host.bodies/draft.1"

@@ -33,7 +33,8 @@ fn parameters_have_all_that_is_declared() {
     assert_eq!((&angle["unit"], &angle["key"], &angle["type"]), (&"rad".into(), &"angle_deg".into(), &"number".into()));
     assert_eq!(angle["default"].as_f64(), Some(std::f64::consts::PI / 6.0));
     assert_eq!(numbers(&angle["range"]), [0.0, std::f64::consts::TAU]);
-    assert_eq!(parameter(&fact, "volume")["choices"], serde_json::json!(["ray", "cone"]));
+    let volumes = ["ray", "cone", "pyramid", "cylinder", "disc", "random_rays"];
+    assert_eq!(parameter(&fact, "volume")["choices"], serde_json::json!(volumes));
     let fields = fact["fields"].as_array().unwrap();
     let point = fields.iter().find(|f| f["name"] == "proximity.point").unwrap();
     assert_eq!(

@@ -80,3 +80,72 @@ fn an_origin_that_is_not_on_earth_is_refused() {
         Place::scene(&format!("{origin}{}", receiver("", ""))).run(&["--steps", "1"]).refused(&words);
     }
 }
+
+/// Position of a resting receiver at 10 20 30, step by step.
+fn resting(keys: &str, steps: &str) -> Vec<Line> {
+    let scene = format!("{ORIGIN}{}", receiver("", &format!("position_m = [10.0, 20.0, 30.0]\n{keys}")));
+    Place::scene(&scene).trace(&["/gps"], &["--steps", steps])
+}
+
+#[test]
+fn v_reps_gps_is_off_by_a_shift_that_stays_and_noise_that_does_not() {
+    let lines = resting("preset = \"vrep_gps\"", "400");
+    let truth = [10.0, 20.0, 30.0];
+    let mut shifts = [0.0; 3];
+    for (axis, (noise, shift)) in [(0.1, 1.0), (0.1, 1.0), (0.05, 0.5)].into_iter().enumerate() {
+        let errors: Vec<f64> = lines.iter().map(|l| field::<3>(l, "/gps", "position")[axis] - truth[axis]).collect();
+        let (low, high) = errors.iter().fold((f64::MAX, f64::MIN), |(a, b), e| (a.min(*e), b.max(*e)));
+        // All of 400 uniform numbers within ±noise of one shift, and nearly as far apart as they can be.
+        assert!(high - low <= 2.0 * noise + 1e-9 && high - low > 1.9 * noise, "axis {axis}: {low} to {high}");
+        shifts[axis] = (low + high) / 2.0;
+        assert!(shifts[axis].abs() <= shift + 1e-9 && shifts[axis] != 0.0, "axis {axis}: {}", shifts[axis]);
+    }
+    // Drawn once for each axis.
+    assert!((shifts[0] - shifts[1]).abs() > 1e-3 && (shifts[1] - shifts[2]).abs() > 1e-3, "{shifts:?}");
+}
+
+#[test]
+fn latitude_and_longitude_are_those_of_the_noisy_position() {
+    // One millionth of a radian is 6.4 m: noise of 10 m would show at once.
+    let (lat, lon) = (48.1372_f64.to_radians(), 11.5756_f64.to_radians());
+    let (a, f) = (6_378_137.0, 1.0 / 298.257_223_563);
+    let e2: f64 = f * (2.0 - f);
+    let bend = 1.0 - e2 * lat.sin().powi(2);
+    let (along, across) = (a * (1.0 - e2) / bend.powf(1.5) + 519.0, (a / bend.sqrt() + 519.0) * lat.cos());
+    let mut moved = 0.0_f64;
+    for line in resting("noise = { position = { sigma = 10.0 } }", "20") {
+        let [x, y, z]: [f64; 3] = field(&line, "/gps", "position");
+        moved = moved.max((x - 10.0).abs());
+        let ([north], [east]) = (field(&line, "/gps", "latitude"), field(&line, "/gps", "longitude"));
+        assert!((north - lat - y / along).abs() < 1e-9 && (east - lon - x / across).abs() < 1e-9, "{north} {east}");
+        let [up] = field(&line, "/gps", "altitude");
+        assert!((up - 519.0 - z).abs() < 1e-3, "{up}");
+    }
+    assert!(moved > 5.0, "no noise: {moved}");
+}
+
+#[test]
+fn without_a_fix_there_is_nothing() {
+    let lines = resting("noise = { position = { dropout = 0.3, valid = \"valid\" } }", "100");
+    let mut lost = 0;
+    for line in &lines {
+        let ([valid], position) = (field(line, "/gps", "valid"), field::<3>(line, "/gps", "position"));
+        let [latitude] = field(line, "/gps", "latitude");
+        match valid {
+            0.0 => assert_eq!((position, latitude), ([0.0; 3], 0.0)),
+            _ => assert!(position == [10.0, 20.0, 30.0] && latitude > 0.8, "{position:?} {latitude}"),
+        }
+        lost += usize::from(valid == 0.0);
+    }
+    assert!(lost > 10 && lost < 100, "{lost}");
+}
+
+#[test]
+fn presets_measure_as_often_as_their_receivers() {
+    for (preset, wanted) in [("ublox_m8", 2), ("ublox_6", 8), ("typical", 10), ("vrep_gps", 40)] {
+        let lines = resting(&format!("preset = \"{preset}\""), "40");
+        let mut positions: Vec<[f64; 3]> = lines.iter().map(|l| field(l, "/gps", "position")).collect();
+        positions.dedup();
+        assert_eq!(positions.len(), wanted, "{preset} in 2 s");
+    }
+}

@@ -69,17 +69,17 @@ mirror! {
     tatu_prelude { size, reserved, language, module, text }
     tatu_kind_mark { size, flags, language, kind, word }
     tatu_ext_command { size, reserved, commands, constants, preludes, per_world, kind_marks }
-    tatu_beams { size, form, count, near_m, far_m, dims, max_incidence, directions, flags, reserved, own, without,
-        reserved2 }
+    tatu_beams { size, form, count, near_m, far_m, dims, max_incidence, directions, flags, reserved, waves, reserved2,
+        own, without, reserved3 }
     tatu_field { size, elem, dims, reserved, name, unit, text }
     tatu_sensor_batch {
         size, n, n_fields, reserved, time, step, data, state, sensor, first_beam, distance, point, normal,
         object, pose, twist, fields, status, color, primitive, first_pixel, depth, pixel_color, pixel_cosine,
-        pixel_object, random
+        pixel_object, random, rays
     }
     tatu_random { size, reserved, ctx, uniform, normal }
     tatu_preset { size, reserved, id, text, settings }
-    tatu_sensor { size, inputs, id, text, schemas, params, fields, life, beams, measure, presets, finish }
+    tatu_sensor { size, inputs, id, text, schemas, params, fields, life, beams, measure, presets, finish, aim }
     tatu_ext_sensor { size, reserved, kinds }
     tatu_actuator_batch {
         size, n, time, dt, data, state, actuator, pose, twist, joint, command, wrench, effort, status
@@ -105,7 +105,8 @@ mirror! {
         size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
         find, create, remove, list, wanted, copy
     }
-    tatu_host_readings { size, reserved, field, sense_now, reset, list, describe }
+    tatu_look { size, flags, only, far_m, max_incidence }
+    tatu_host_readings { size, reserved, field, sense_now, reset, list, describe, look }
     tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic }
     tatu_host_commands {
         size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,

@@ -40,6 +40,8 @@ fn scene_for(function: &str) -> (String, &'static str) {
         with_lua(&watcher("caller", &format!("function sysCall_init() {set} end")))
     };
     match function {
+        // Without noise there is nothing to finish.
+        "tatu_sensor.finish" => return (format!("{sensor}noise = {{ number = {{ sigma = 0.1 }} }}\n"), "/eye"),
         "tatu_life.configure:sensor" => return (format!("{sensor}{}", setter("/eye")), "/eye"),
         "tatu_life.configure:actuator" => return (format!("{actuator}{}", setter("/ball/engine")), "/ball/engine"),
         "tatu_language.knows_dialect" => {

@@ -24,6 +24,8 @@ pub struct SchemaField {
     pub text: String,
     /// The value when nothing is seen.
     pub nothing: String,
+    /// The field that is 0 where nothing is seen, if there is one.
+    pub valid: Option<String>,
     /// Whether a sensor may lack it.
     pub optional: bool,
 }
@@ -75,6 +77,7 @@ fn parse(text: &str) -> Option<Schema> {
             unit: of(t, "unit"),
             text: of(t, "text")?,
             nothing: of(t, "nothing")?,
+            valid: of(t, "valid"),
             optional: t.get("optional").and_then(Item::as_bool).unwrap_or(false),
         })
     };
@@ -136,5 +139,10 @@ mod tests {
         assert!(known().iter().all(|s| s.id.contains('/') && !s.fields.is_empty()));
         assert!(known().iter().flat_map(|s| &s.fields).any(|f| f.shape == [3]));
         assert!(known().iter().flat_map(|s| &s.fields).any(|f| f.shape == [0]));
+        // A field that tells of others is one of the same schema.
+        for s in known() {
+            let told = s.fields.iter().filter_map(|f| f.valid.as_ref());
+            assert!(told.into_iter().all(|v| s.fields.iter().any(|f| f.name == *v)), "{}", s.id);
+        }
     }
 }

@@ -40,6 +40,7 @@ calls! {
     Restore = "tatu_life.load",
     Command = "tatu_command.call",
     Beams = "tatu_sensor.beams",
+    Aim = "tatu_sensor.aim",
     Measure = "tatu_sensor.measure",
     Finish = "tatu_sensor.finish",
     Apply = "tatu_actuator.apply",

@@ -168,6 +168,8 @@ pub struct Shape {
     pub restitution: f64,
     /// `None`: by its form.
     pub detectable: Option<bool>,
+    /// Which beams see it, if it is detectable.
+    pub detectable_mask: u16,
     pub collide_as: Option<Primitive>,
     pub collide_size: Vector3<f64>,
     pub body: Body,
@@ -191,6 +193,7 @@ impl Default for Shape {
             friction: 1.0,
             restitution: 0.0,
             detectable: None,
+            detectable_mask: u16::MAX,
             collide_as: None,
             collide_size: Vector3::zeros(),
             body: Body(None),

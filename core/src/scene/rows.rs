@@ -109,6 +109,7 @@ rows! {
     Friction "shape.friction" SHAPE, TATU_F64 0 None, Rebuilds FREE, "Friction; a pair's is the product of both; default 1.";
     Restitution "shape.restitution" SHAPE, TATU_F64 0 None, Rebuilds FREE, "Bounce, 0 to 1; default 0.";
     Detectable "shape.detectable" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether beams see it; default true, false for planes.";
+    DetectableMask "shape.detectable_mask" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Which beams see it, if it is detectable: those that have a bit in common with it (TATU_WAVES_* in tatu.h); default 65535.";
     CollideAs "shape.collide_as" SHAPE, TATU_TEXT 0 None, Rebuilds COLLIDE, "Form for collisions, if not its own; default same.";
     CollideSize "shape.collide_size" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Size of that form; default: its own.";
     JointType "joint.type" JOINT, TATU_TEXT 0 None, Rebuilds &["revolute", "prismatic"], "What it leaves free, along its z axis; default revolute.";

@@ -1,12 +1,15 @@
 //! What the beams of a batch meet: all sensors of a kind in one pass, answers in arrays that the plugin reads.
 
-use nalgebra::{Isometry3, UnitQuaternion};
+use nalgebra::{Isometry3, Vector3};
 use rayon::prelude::*;
 use tatu_plugin_api::abi::*;
 
-use super::{Targets, plan::BeamPlan};
+use super::{
+    Targets,
+    plan::{BeamPlan, look_along},
+};
 use crate::{
-    beams::{Beam, BundleCast, BundleHits, Hit, RayBundle},
+    beams::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, RayBundle, Volume},
     scene::Scene,
 };
 
@@ -21,19 +24,24 @@ pub(super) struct Casts {
     pub object: Vec<tatu_object>,
     pub primitive: Vec<u32>,
     pub color: Vec<[u8; 3]>,
-    singles: Singles,
+    /// Kept from batch to batch; there are as many as sorts of things that sensors see.
+    singles: Vec<Singles>,
+    hits: Vec<Hit>,
     /// Room that is used again; the beams themselves stand in the plans.
     bundles: Vec<Fan>,
 }
 
-/// Beams that are cast one by one: of detectable things first.
-#[derive(Default)]
+/// Beams that are cast one by one, of sensors that see the same things.
 struct Singles {
-    beams: [Vec<Beam>; 2],
-    turns: [Vec<UnitQuaternion<f64>>; 2],
-    /// Of each beam, its place.
-    places: [Vec<u32>; 2],
-    hits: Vec<Hit>,
+    /// Whether they see what is visible, and which waves they are of.
+    sees: (bool, u16),
+    beams: Vec<Beam>,
+    /// Of each beam, its place in the sensor's frame.
+    frames: Vec<Isometry3<f64>>,
+    /// Of each beam, its place in the batch.
+    places: Vec<u32>,
+    /// Those whose answer something may hide.
+    occluded: Vec<u32>,
 }
 
 /// A sensor whose rays are cast as a bundle.
@@ -48,8 +56,27 @@ struct Fan {
 #[derive(Clone, Copy)]
 pub(super) struct Look {
     pub world_from_sensor: Isometry3<f64>,
+    pub limits: Limits,
     pub skip_group: Option<u32>,
     pub only_object: Option<u64>,
+}
+
+/// What of what is met counts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Limits {
+    pub faces: Faces,
+    pub max_incidence: f64,
+    pub far: f64,
+    pub occlude: bool,
+}
+
+impl Limits {
+    /// Those of a sensor, but for what is asked for once.
+    pub fn of(plan: &BeamPlan, once: Option<Limits>) -> Self {
+        let BeamPlan { faces, max_incidence, far, occlude, .. } = *plan;
+        let own = Limits { faces, max_incidence, far, occlude };
+        once.map_or(own, |l| Limits { far: l.far.min(far), ..l })
+    }
 }
 
 impl Casts {
@@ -63,32 +90,57 @@ impl Casts {
         self.primitive.clear();
         self.color.clear();
         self.bundles.clear();
-        let Singles { beams, turns, places, hits } = &mut self.singles;
-        beams.iter_mut().for_each(Vec::clear);
-        turns.iter_mut().for_each(Vec::clear);
-        places.iter_mut().for_each(Vec::clear);
-        hits.clear();
+        self.hits.clear();
+        for Singles { beams, frames, places, occluded, .. } in &mut self.singles {
+            beams.clear();
+            frames.clear();
+            places.clear();
+            occluded.clear();
+        }
     }
 
-    /// Adds the next sensor.
+    /// Adds the next sensor. Rays that are aimed are added by [`aimed`](Self::aimed), before the cast.
     pub fn add(&mut self, plan: &BeamPlan, look: Look) {
         let begin = self.first.last().copied().unwrap_or(0);
         self.first.push(begin + plan.directions.len() as u64);
+        if plan.aimed {
+            return;
+        }
         if plan.bundle.is_some() {
             self.bundles.push(Fan { sensor: self.first.len() - 2, look });
             return;
         }
-        let set = usize::from(plan.visible);
-        for (k, turn) in plan.turns.iter().enumerate() {
-            self.singles.places[set].push(begin as u32 + k as u32);
-            self.singles.turns[set].push(*turn);
-            self.singles.beams[set].push(Beam {
-                world_from_beam: look.world_from_sensor * turn,
+        let frames = plan.turns.iter().map(|turn| Isometry3::from_parts(Vector3::zeros().into(), *turn));
+        self.singly(plan, look, begin as u32, frames);
+    }
+
+    /// Adds the rays of a sensor of the batch, whose places in its frame are known now.
+    pub fn aimed(&mut self, sensor: usize, plan: &BeamPlan, look: Look, frames: &[Isometry3<f64>]) {
+        self.singly(plan, look, self.first[sensor] as u32, frames.iter().copied());
+    }
+
+    fn singly(&mut self, plan: &BeamPlan, look: Look, begin: u32, frames: impl Iterator<Item = Isometry3<f64>>) {
+        let sees = (plan.visible, plan.waves);
+        let at = self.singles.iter().position(|s| s.sees == sees).unwrap_or_else(|| {
+            let (beams, frames, places, occluded) = Default::default();
+            self.singles.push(Singles { sees, beams, frames, places, occluded });
+            self.singles.len() - 1
+        });
+        let set = &mut self.singles[at];
+        let limits = look.limits;
+        for (k, frame) in frames.enumerate() {
+            if limits.occlude && plan.volume != Volume::Ray {
+                set.occluded.push(set.beams.len() as u32);
+            }
+            set.places.push(begin + k as u32);
+            set.frames.push(frame);
+            set.beams.push(Beam {
+                world_from_beam: look.world_from_sensor * frame,
                 volume: plan.volume,
-                near: plan.near,
-                far: plan.far,
-                max_incidence: plan.max_incidence,
-                faces: plan.faces,
+                near: plan.near.min(limits.far),
+                far: limits.far,
+                max_incidence: limits.max_incidence,
+                faces: limits.faces,
                 skip_group: look.skip_group,
                 only_object: look.only_object,
             });
@@ -111,8 +163,8 @@ impl Casts {
         self.normal.resize(sized(TATU_IN_NORMAL), [0.0; 3]);
         self.object.resize(sized(TATU_IN_OBJECT | TATU_IN_COLOR), 0);
         self.primitive.resize(sized(TATU_IN_PRIMITIVE), 0);
-        for set in [0, 1] {
-            self.singles(set, targets, pool);
+        for set in 0..self.singles.len() {
+            self.cast_singles(set, targets, pool);
         }
         self.fans(targets, plan, pool);
         if inputs & TATU_IN_COLOR != 0 {
@@ -120,9 +172,12 @@ impl Casts {
         }
     }
 
-    fn singles(&mut self, set: usize, targets: &Targets, pool: &rayon::ThreadPool) {
-        let Singles { beams, turns, places, hits } = &mut self.singles;
-        let (beams, seen) = (&beams[set], targets.beams(set == 1));
+    fn cast_singles(&mut self, set: usize, targets: &Targets, pool: &rayon::ThreadPool) {
+        let (Singles { sees, beams, frames, places, occluded }, hits) = (&self.singles[set], &mut self.hits);
+        if beams.is_empty() {
+            return;
+        }
+        let seen = targets.seen(sees.0, sees.1);
         hits.resize(beams.len(), Hit::NONE);
         // Few of them here and now, since a question to other threads takes longer than their answer.
         if beams.len() > FEW {
@@ -130,7 +185,13 @@ impl Casts {
         } else {
             beams.iter().zip(&mut *hits).for_each(|(beam, hit)| *hit = seen.cast_one(beam));
         }
-        for ((hit, place), turn) in hits.drain(..).zip(&places[set]).zip(&turns[set]) {
+        for i in occluded {
+            let (beam, hit) = (&beams[*i as usize], &mut hits[*i as usize]);
+            if hit.is_some() && is_hidden(seen, beam, hit) {
+                *hit = Hit::NONE;
+            }
+        }
+        for ((hit, place), frame) in hits.drain(..).zip(places).zip(frames) {
             let place = *place as usize;
             if !hit.is_some() {
                 continue;
@@ -138,8 +199,8 @@ impl Casts {
             put(&mut self.distance, place, || hit.distance);
             put(&mut self.object, place, || hit.object);
             put(&mut self.primitive, place, || hit.primitive);
-            put(&mut self.point, place, || (turn * hit.point).coords.into());
-            put(&mut self.normal, place, || (turn * hit.normal).into());
+            put(&mut self.point, place, || (frame * hit.point).coords.into());
+            put(&mut self.normal, place, || (frame * hit.normal).into());
         }
     }
 
@@ -151,7 +212,7 @@ impl Casts {
         let (mut distance, mut point, mut normal) = (&mut distance[..], &mut point[..], &mut normal[..]);
         let (mut object, mut primitive) = (&mut object[..], &mut primitive[..]);
         let mut at = 0;
-        let mut jobs: Vec<(BundleCast<'_>, bool, BundleHits<'_>)> = Vec::with_capacity(bundles.len());
+        let mut jobs: Vec<(BundleCast<'_>, &BeamScene, BundleHits<'_>)> = Vec::with_capacity(bundles.len());
         for Fan { sensor, look } in bundles.iter().copied() {
             let plan = plan(sensor);
             let Some(bundle) = plan.bundle.get() else { continue };
@@ -161,10 +222,10 @@ impl Casts {
             let cast = BundleCast {
                 bundle,
                 world_from_sensor: look.world_from_sensor,
-                near: plan.near,
-                far: plan.far,
-                max_incidence: plan.max_incidence,
-                faces: plan.faces,
+                near: plan.near.min(look.limits.far),
+                far: look.limits.far,
+                max_incidence: look.limits.max_incidence,
+                faces: look.limits.faces,
                 skip_group: look.skip_group,
                 only_object: look.only_object,
             };
@@ -175,21 +236,31 @@ impl Casts {
                 point: cut(&mut point, skip, end - begin),
                 normal: cut(&mut normal, skip, end - begin),
             };
-            jobs.push((cast, plan.visible, hits));
+            jobs.push((cast, targets.seen(plan.visible, plan.waves), hits));
         }
         if jobs.len() == 1 {
-            for (cast, visible, hits) in jobs {
-                targets.beams(visible).cast_bundle(&cast, hits);
+            for (cast, seen, hits) in jobs {
+                seen.cast_bundle(&cast, hits);
             }
             return;
         }
         pool.install(|| {
-            jobs.into_par_iter()
-                .with_max_len(8)
-                .for_each(|(cast, visible, hits)| targets.beams(visible).cast_bundle(&cast, hits));
+            jobs.into_par_iter().with_max_len(8).for_each(|(cast, seen, hits)| seen.cast_bundle(&cast, hits));
         });
     }
 }
+
+/// Whether a surface, of any side and slant, lies between a beam's origin and the point that it found.
+fn is_hidden(seen: &BeamScene, beam: &Beam, hit: &Hit) -> bool {
+    let turn = look_along(hit.point.coords.normalize().into());
+    // The surface that was found does not hide itself.
+    let before = hit.distance * (1.0 - HIDES);
+    let ray = Beam { skip_group: beam.skip_group, ..Beam::ray(beam.world_from_beam * turn, before) };
+    hit.distance > 0.0 && seen.cast_one(&ray).is_some()
+}
+
+/// What hides a point is nearer than it by this part of its distance.
+const HIDES: f64 = 1e-6;
 
 /// Writes a number that was asked for.
 fn put<T>(to: &mut [T], place: usize, value: impl FnOnce() -> T) {

@@ -7,7 +7,8 @@ use tatu_plugin_api::abi::*;
 
 use super::{
     Device, Layout, Sensing,
-    cast::{Casts, Look},
+    aim::Aims,
+    cast::{Casts, Limits, Look},
     draw::{self, Key},
     image::Frames,
     noise::Reading,
@@ -25,6 +26,9 @@ use crate::{
 #[derive(Default)]
 pub(crate) struct Scratch {
     casts: Casts,
+    aims: Aims,
+    /// Of each sensor, where it is and what counts, for rays that are added later.
+    looks: Vec<Look>,
     frames: Frames,
     pose: Vec<[f64; 7]>,
     twist: Vec<[f64; 6]>,
@@ -69,10 +73,19 @@ pub struct Job<'a> {
     pub kind: usize,
     /// Indices of [`Sensing::devices`].
     pub devices: &'a [usize],
-    /// See only this object.
-    pub only: Option<tatu_object>,
+    /// How.
+    pub ask: &'a Ask,
     /// When.
     pub moment: Moment,
+}
+
+/// How sensors look, where it is not as their parameters say.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Ask {
+    /// See only this object.
+    pub only: Option<tatu_object>,
+    /// In place of their own.
+    pub(crate) limits: Option<Limits>,
 }
 
 /// What sensors look at.
@@ -91,7 +104,7 @@ pub struct Around<'a> {
 
 /// Handles sensors of one kind; those that failed.
 pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
-    let Job { kind, devices, only, moment } = *job;
+    let Job { kind, devices, ask, moment } = *job;
     let Around { scene, registry, twist, pool, .. } = *around;
     let kind_info = &registry.sensors[kind];
     let inputs = kind_info.raw.inputs;
@@ -108,8 +121,10 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
         let Layout { plan, spans, .. } = &*d.layout;
         let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);
         let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
-        let look = Look { world_from_sensor: world, skip_group, only_object: only };
+        let limits = Limits::of(plan, ask.limits);
+        let look = Look { world_from_sensor: world, limits, skip_group, only_object: ask.only };
         s.casts.add(plan, look);
+        s.looks.push(look);
         s.frames.add(plan, look, targets.beams(plan.visible), inputs, pool);
         s.data.push(d.data);
         s.state.push(d.state.as_mut_ptr().cast());
@@ -127,19 +142,28 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
         d.drawn += 1;
         d.time = moment.time;
     }
-    s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor]].layout.plan, pool);
     s.status.resize(devices.len(), TATU_OK);
     let random = draw::table(&s.keys);
+    let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
+    let mut failed = Vec::new();
+    if s.aims.lay(devices.iter().map(|i| &all[*i].layout.plan)) {
+        let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
+        batch.random = &random;
+        failed = hand_over(Call::Aim, &batch, all, job, around, &mut error);
+        failed.extend(take_aim(s, all, job));
+    }
+    s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor]].layout.plan, pool);
     let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
     batch.random = &random;
-    let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
-    let mut failed = hand_over(Call::Measure, &batch, all, job, around, &mut error);
+    failed.extend(hand_over(Call::Measure, &batch, all, job, around, &mut error));
     for (i, status) in devices.iter().zip(&s.status) {
         if *status >= 0 {
             all[*i].add_noise(kind_info, pool);
         }
     }
-    failed.extend(hand_over(Call::Finish, &batch, all, job, around, &mut error));
+    if devices.iter().any(|i| all[*i].noise.is_some()) {
+        failed.extend(hand_over(Call::Finish, &batch, all, job, around, &mut error));
+    }
     for (i, shown) in devices.iter().zip(s.shown.drain(..)) {
         all[*i].put_back(shown);
     }
@@ -147,7 +171,31 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
     failed
 }
 
-/// Hands a batch to one of the two functions of a kind; those that failed, whose status in the batch tells so then.
+/// Adds the rays that were aimed to those that are cast. Sensors whose rays are none fail, and look along none.
+fn take_aim(s: &mut Scratch, all: &[Device], job: &Job<'_>) -> Vec<Failed> {
+    let mut failed = Vec::new();
+    for (sensor, i) in job.devices.iter().enumerate() {
+        let d = &all[*i];
+        let plan = &d.layout.plan;
+        if !plan.aimed {
+            continue;
+        }
+        let frames = s.aims.take(plan.directions.len());
+        if s.status[sensor] < 0 {
+            continue;
+        }
+        let Some(frames) = frames else {
+            s.status[sensor] = TATU_ERR;
+            let text = "broke the contract: a ray begins nowhere, or has no unit direction".to_owned();
+            failed.push(Failed { slot: d.slot, kind: job.kind, call: Call::Aim, text, status: TATU_ERR });
+            continue;
+        };
+        s.casts.aimed(sensor, plan, s.looks[sensor], frames);
+    }
+    failed
+}
+
+/// Hands a batch to one of the functions of a kind; those that failed, whose status in the batch tells so then.
 fn hand_over(
     call: Call,
     batch: &tatu_sensor_batch,
@@ -157,10 +205,18 @@ fn hand_over(
     error: &mut ErrorSlot,
 ) -> Vec<Failed> {
     let kind_info = &around.registry.sensors[job.kind];
-    let function = if call == Call::Finish { kind_info.raw.finish } else { kind_info.raw.measure };
+    let function = match call {
+        Call::Aim => kind_info.raw.aim,
+        Call::Finish => kind_info.raw.finish,
+        _ => kind_info.raw.measure,
+    };
     let Some(function) = function else { return Vec::new() };
     let me = around.registry.plugins[kind_info.plugin].me;
     error.fresh();
+    // SAFETY: one status per instance.
+    let before = unsafe { std::slice::from_raw_parts(batch.status, batch.n as usize) };
+    // Who failed in an earlier call; hardly ever anybody.
+    let known = if before.iter().any(|s| *s < 0) { before.to_vec() } else { Vec::new() };
     let first = job.devices.first().map_or(0, |i| all[*i].slot);
     let before = around.watch.enter(call, kind_info.plugin, first);
     // Here and not around all of this: the mode belongs to the thread that measures.
@@ -178,7 +234,7 @@ fn hand_over(
         let d = &all[*index];
         // SAFETY: one status per instance.
         let status = unsafe { &mut *batch.status.add(i) };
-        if call == Call::Finish && *status < 0 {
+        if known.get(i).is_some_and(|s| *s < 0) {
             continue;
         }
         if told < 0 {
@@ -203,6 +259,8 @@ fn hand_over(
 impl Scratch {
     fn clear(&mut self) {
         self.casts.clear();
+        self.aims.clear();
+        self.looks.clear();
         self.frames.clear();
         self.pose.clear();
         self.twist.clear();
@@ -246,6 +304,7 @@ impl Scratch {
             pixel_cosine: some(&self.frames.cosine),
             pixel_object: some(&self.frames.object),
             random: std::ptr::null(),
+            rays: some(&self.aims.places),
         }
     }
 }

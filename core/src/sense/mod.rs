@@ -3,11 +3,13 @@
 //! - [`Sensing`]: the world's devices and their host-owned readings;
 //! - `plan`: what a device sends out, as its plugin told;
 //! - `targets`: the scene as beams and images see it;
+//! - `aim`: rays that plugins move and turn before they are cast;
 //! - `draw`: random numbers that depend on nothing but seed, sensor and count;
 //! - `normal`: those of the normal distribution;
 //! - `noise`: what a scene declares for the fields of a sensor, done after each measure;
 //! - `measure`: one batch per kind: beams cast together, one call of the plugin.
 
+mod aim;
 mod cast;
 mod draw;
 mod image;
@@ -21,7 +23,8 @@ use std::{ffi::c_void, rc::Rc, sync::Arc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-pub use measure::{Around, Job, Moment, measure};
+pub(crate) use cast::Limits;
+pub use measure::{Around, Ask, Job, Moment, measure};
 pub use noise::NoiseSpec;
 pub(crate) use noise::{Memory, Noise};
 pub(crate) use plan::BeamPlan;

@@ -1,7 +1,7 @@
 //! What a device sends out: rays, a volume or an image, as its plugin told.
 
 use std::{
-    f64::consts::{FRAC_PI_2, PI},
+    f64::consts::{FRAC_PI_2, PI, TAU},
     ffi::c_void,
 };
 
@@ -38,6 +38,12 @@ pub(crate) struct BeamPlan {
     pub without: u32,
     /// Looks at visible objects instead of detectable ones.
     pub visible: bool,
+    /// What a volume finds counts only if nothing lies between it and the sensor.
+    pub occlude: bool,
+    /// Rays that the plugin moves and turns before each cast.
+    pub aimed: bool,
+    /// `TATU_WAVES_*`: which detectable objects it sees.
+    pub waves: u16,
 }
 
 impl BeamPlan {
@@ -55,6 +61,9 @@ impl BeamPlan {
         own: [0; 4],
         without: 0,
         visible: false,
+        occlude: false,
+        aimed: false,
+        waves: u16::MAX,
     };
 
     /// Beams or pixels.
@@ -88,9 +97,11 @@ impl BeamPlan {
             directions: std::ptr::null(),
             flags: 0,
             reserved: 0,
+            waves: TATU_WAVES_ALL,
+            reserved2: 0,
             own: [0; 4],
             without: 0,
-            reserved2: 0,
+            reserved3: 0,
         };
         let mut error = ErrorSlot::new();
         // SAFETY: by the contract; `[setup]`.
@@ -102,6 +113,7 @@ impl BeamPlan {
                 (Volume::Cone { half_angle: raw.dims[0] }, vec![[0.0, 0.0, 1.0]])
             }
             TATU_BEAMS_CONE => return Err(format!("a half angle of {} rad; expected 0 to pi", raw.dims[0])),
+            TATU_BEAMS_PYRAMID | TATU_BEAMS_CYLINDER | TATU_BEAMS_DISC => (volume(&raw)?, vec![[0.0, 0.0, 1.0]]),
             TATU_BEAMS_RAYS => (Volume::Ray, rays(&raw)?),
             TATU_BEAMS_NONE | TATU_BEAMS_GRID | TATU_BEAMS_PARALLEL => (Volume::Ray, Vec::new()),
             form => return Err(format!("beams of form {form} are not cast by this host; expected TATU_BEAMS_*")),
@@ -113,7 +125,8 @@ impl BeamPlan {
             return Err(format!("a greatest incidence of {} rad; expected 0 to pi", raw.max_incidence));
         }
         let image = image(&raw)?;
-        let bundle = if matches!(volume, Volume::Ray) { Bundle::new(&directions) } else { Bundle::NONE };
+        let aimed = raw.form == TATU_BEAMS_RAYS && raw.flags & TATU_BEAMS_AIMED != 0;
+        let bundle = if matches!(volume, Volume::Ray) && !aimed { Bundle::new(&directions) } else { Bundle::NONE };
         Ok(BeamPlan {
             volume,
             bundle,
@@ -128,8 +141,30 @@ impl BeamPlan {
             own: raw.own,
             without: raw.without,
             visible: raw.flags & TATU_BEAMS_VISIBLE != 0,
+            occlude: raw.flags & TATU_BEAMS_OCCLUDE != 0,
+            aimed,
+            waves: raw.waves as u16,
         })
     }
+}
+
+/// A volume with flat sides.
+fn volume(raw: &tatu_beams) -> Result<Volume, String> {
+    let [a, b, c, d, ..] = raw.dims;
+    let all = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite() && *x >= 0.0);
+    let volume = match raw.form {
+        TATU_BEAMS_PYRAMID => {
+            all(&[a, b, c, d]).then_some(Volume::Pyramid { x_near: a, y_near: b, x_far: c, y_far: d })
+        }
+        TATU_BEAMS_CYLINDER => all(&[a, b]).then_some(Volume::Cylinder { radius_near: a, radius_far: b }),
+        _ => (all(&[a, b, c]) && a <= TAU && c <= a).then_some(Volume::Disc { angle: a, height: b, gap: c }),
+    };
+    volume.ok_or_else(|| {
+        format!(
+            "a volume of form {} with the numbers {:?}; expected sizes from 0 on, and angles up to a full turn",
+            raw.form, raw.dims
+        )
+    })
 }
 
 fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
@@ -174,7 +209,7 @@ const MAX_RAYS: u32 = 1 << 24;
 const MAX_SIDE: u32 = 8192;
 
 /// The turn that makes +z look along a direction, with the least twist.
-fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
+pub(super) fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::from(d))
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI))
 }

@@ -14,6 +14,10 @@ pub struct Targets {
     pub(crate) detectable: Seen,
     /// What is visible.
     pub(crate) visible: Seen,
+    /// What beams of some waves detect, where that is not all that is detectable.
+    by_waves: Vec<(u16, Seen)>,
+    /// Whether anything is detectable by some waves only, as of the scene's version of shapes.
+    selective: (u64, bool),
 }
 
 /// Some of the scene's forms.
@@ -48,8 +52,31 @@ impl Targets {
         if visible {
             self.visible.follow(scene, |o, _| o.is_visible());
         } else {
-            self.detectable.follow(scene, |_, s| s.is_detectable());
+            self.detectable.follow(scene, |_, s| s.is_detectable() && s.detectable_mask != 0);
         }
+    }
+
+    /// Brings what these waves detect up to the scene.
+    pub fn follow_waves(&mut self, scene: &Scene, waves: u16) {
+        if self.selective.0 != scene.shape_version {
+            let mut shapes = scene.tree(0).into_iter().filter_map(|slot| scene.get(slot)?.shape());
+            self.selective = (scene.shape_version, shapes.any(|s| s.detectable_mask != u16::MAX));
+            self.by_waves.clear();
+        }
+        if waves == u16::MAX || !self.selective.1 {
+            return self.follow(scene, false);
+        }
+        let at = self.by_waves.iter().position(|(w, _)| *w == waves).unwrap_or_else(|| {
+            self.by_waves.push((waves, Seen::default()));
+            self.by_waves.len() - 1
+        });
+        self.by_waves[at].1.follow(scene, |_, s| s.is_detectable() && s.detectable_mask & waves != 0);
+    }
+
+    /// What is visible, or what beams of these waves detect.
+    pub(crate) fn seen(&self, visible: bool, waves: u16) -> &BeamScene {
+        let own = || self.by_waves.iter().find(|(w, _)| *w == waves).map(|(_, seen)| &seen.beams);
+        if visible { self.beams(true) } else { own().unwrap_or_else(|| self.beams(false)) }
     }
 
     /// What is visible, or detectable.

@@ -1,12 +1,10 @@
 //! The stage in which sensors measure.
 
-use tatu_plugin_api::abi::*;
-
 use crate::{
     host::watchdog::Call,
     scene::Data,
     scripts::Scripts,
-    sense::{self, Around, Device, Job, Moment},
+    sense::{self, Around, Ask, BeamPlan, Device, Job, Moment},
     world::{WorldCell, instance_fault},
 };
 
@@ -36,7 +34,7 @@ pub(super) fn sense(world: &WorldCell) {
             devices.filter_map(|(i, d)| is_due(d).then_some(i)).collect()
         };
         if !due.is_empty() {
-            sense_some(world, kind, &due, None);
+            sense_some(world, kind, &due, &Ask::default());
             let sensing = world.sensing.borrow();
             measured.extend(due.iter().map(|i| &sensing.devices[*i]).filter(|d| !d.off).map(|d| d.slot));
         }
@@ -46,20 +44,26 @@ pub(super) fn sense(world: &WorldCell) {
 }
 
 /// Handles some sensors of one kind now; whoever fails is switched off and named once.
-pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], only: Option<tatu_object>) {
+pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], ask: &Ask) {
     let moment = Moment { time: world.clock.time.get(), step: world.clock.step.get() };
     let failed = {
         let (mut sensing, scene, dynamics) =
             (world.sensing.borrow_mut(), world.scene.borrow(), world.dynamics.borrow());
-        for visible in [false, true] {
-            if devices.iter().any(|i| sensing.devices[*i].layout.plan.visible == visible) {
-                sensing.targets.follow(&scene, visible);
+        let mut followed = None;
+        for i in devices {
+            let BeamPlan { visible, waves, .. } = sensing.devices[*i].layout.plan;
+            if followed.replace((visible, waves)) == Some((visible, waves)) {
+                continue;
+            }
+            match visible {
+                true => sensing.targets.follow(&scene, true),
+                false => sensing.targets.follow_waves(&scene, waves),
             }
         }
         let twist = |slot| world.twist(&scene, &dynamics, slot);
         let around =
             Around { scene: &scene, registry: &world.registry, twist: &twist, watch: &world.watch, pool: world.pool() };
-        let job = Job { kind, devices, only, moment };
+        let job = Job { kind, devices, ask, moment };
         let plugin = world.registry.sensors[kind].plugin;
         let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
         let run = || sense::measure(&mut sensing, &job, &around);

@@ -154,6 +154,15 @@ pub const TATU_BEAMS_NO_FRONT: u32 = 1;
 pub const TATU_BEAMS_NO_BACK: u32 = 2;
 pub const TATU_BEAMS_SKIP_MODEL: u32 = 4;
 pub const TATU_BEAMS_VISIBLE: u32 = 8;
+pub const TATU_BEAMS_OCCLUDE: u32 = 16;
+pub const TATU_BEAMS_AIMED: u32 = 32;
+
+pub const TATU_WAVES_ULTRASONIC: u32 = 16;
+pub const TATU_WAVES_INFRARED: u32 = 32;
+pub const TATU_WAVES_LASER: u32 = 64;
+pub const TATU_WAVES_INDUCTIVE: u32 = 128;
+pub const TATU_WAVES_CAPACITIVE: u32 = 256;
+pub const TATU_WAVES_ALL: u32 = 65535;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -168,9 +177,11 @@ pub struct tatu_beams {
     pub directions: *const f64,
     pub flags: u32,
     pub reserved: u32,
+    pub waves: u32,
+    pub reserved2: u32,
     pub own: [u32; 4],
     pub without: u32,
-    pub reserved2: u32,
+    pub reserved3: u32,
 }
 
 pub const TATU_IN_DISTANCE: u32 = 1;
@@ -238,6 +249,7 @@ pub struct tatu_sensor_batch {
     pub pixel_cosine: *const f32,
     pub pixel_object: *const tatu_object,
     pub random: *const tatu_random,
+    pub rays: *const *mut f64,
 }
 
 #[repr(C)]
@@ -265,6 +277,7 @@ pub struct tatu_sensor {
     pub measure: Option<unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status>,
     pub presets: *const *const tatu_preset,
     pub finish: Option<unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status>,
+    pub aim: Option<unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status>,
 }
 
 #[repr(C)]

@@ -63,6 +63,16 @@ pub struct tatu_host_scene {
 }
 
 #[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct tatu_look {
+    pub size: u32,
+    pub flags: u32,
+    pub only: tatu_object,
+    pub far_m: f64,
+    pub max_incidence: f64,
+}
+
+#[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tatu_host_readings {
     pub size: u32,
@@ -72,6 +82,7 @@ pub struct tatu_host_readings {
     pub reset: Option<unsafe extern "C" fn(WorldPtr, tatu_object) -> tatu_status>,
     pub list: Option<unsafe extern "C" fn(WorldPtr, *const c_char, *mut tatu_object, u32, *mut u32) -> tatu_status>,
     pub describe: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *mut tatu_field) -> tatu_status>,
+    pub look: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const tatu_look) -> tatu_status>,
 }
 
 #[repr(C)]

@@ -135,6 +135,12 @@ pub struct Beams {
     pub own: [u32; 4],
     /// `TATU_IN_*`: inputs that this one does not need; what it is given of them is 0, or not there.
     pub without: u32,
+    /// What a volume finds counts only if nothing lies between it and the sensor.
+    pub occlude: bool,
+    /// What they are made of: a sum of `TATU_WAVES_*`.
+    pub waves: u32,
+    /// They are rays that [`Sensor::aim`] moves and turns.
+    pub aimed: bool,
 }
 
 impl Default for Beams {
@@ -149,6 +155,9 @@ impl Default for Beams {
             visible: false,
             own: [0; 4],
             without: 0,
+            occlude: false,
+            waves: TATU_WAVES_ALL,
+            aimed: false,
         }
     }
 }
@@ -236,6 +245,25 @@ impl<'a> Sample<'a> {
     /// Per pixel: the object seen. `TATU_IN_OBJECT`.
     pub fn pixel_objects(&self) -> &'a [tatu_object] {
         self.per_pixel(self.batch.pixel_object)
+    }
+
+    /// Per beam: where it begins and points, in the sensor's frame; empty if they are not aimed.
+    pub fn rays(&self) -> &'a [[f64; 6]] {
+        let (from, to) = self.beams();
+        match self.ray_list() {
+            // SAFETY: 6 numbers per ray of this instance.
+            Some(rays) => unsafe { std::slice::from_raw_parts(rays, to - from) },
+            None => &[],
+        }
+    }
+    fn ray_list(&self) -> Option<*mut [f64; 6]> {
+        // An older host has no such list.
+        if (self.batch.size as usize) < size_of::<tatu_sensor_batch>() || self.batch.rays.is_null() {
+            return None;
+        }
+        // SAFETY: one entry per instance.
+        let rays = unsafe { *self.batch.rays.add(self.i) };
+        (!rays.is_null()).then_some(rays.cast())
     }
 
     fn draw(
@@ -384,10 +412,19 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     }
     /// Turns what was seen into a reading. Must not block; runs on several threads.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result;
+    /// Whether [`Sensor::aim`] is there for instances whose [`Beams::aimed`] asks for it.
+    const AIMS: bool = false;
+    /// Moves and turns rays before they are cast: origin (m) and unit direction of each, in the sensor's frame. Of the
+    /// sample, what was met is not there yet.
+    fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
+        let _ = (sample, rays);
+        Ok(())
+    }
     /// Whether [`Sensor::finish`] is called.
     const FINISHES: bool = false;
     /// Brings fields that follow from others in line with them, after the noise that a scene declares. As
-    /// [`Sensor::measure`], but for the fields, which are as the noise left them.
+    /// [`Sensor::measure`], but for the fields, which are as the noise left them. Not called where there is no noise, so
+    /// `measure` fills all fields.
     fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let _ = (sample, out);
         Ok(())
@@ -444,6 +481,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
             keep.list(presets)
         },
         finish: if S::FINISHES { Some(finish::<S>) } else { None },
+        aim: if S::AIMS { Some(aim::<S>) } else { None },
     };
     keep.table(raw)
 }
@@ -535,10 +573,19 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
         if beams.visible {
             out.flags |= TATU_BEAMS_VISIBLE;
         }
-        // A host of before these were there has no room for them.
-        if out.size as usize >= std::mem::offset_of!(tatu_beams, reserved2) {
+        if beams.occlude {
+            out.flags |= TATU_BEAMS_OCCLUDE;
+        }
+        if beams.aimed {
+            out.flags |= TATU_BEAMS_AIMED;
+        }
+        // An older host has no place for these.
+        if out.size as usize >= std::mem::offset_of!(tatu_beams, reserved3) {
             (out.own, out.without) = (beams.own, beams.without);
             data.own.set(beams.own);
+        }
+        if out.size as usize >= std::mem::offset_of!(tatu_beams, reserved2) {
+            out.waves = beams.waves;
         }
         if !beams.faces.0 {
             out.flags |= TATU_BEAMS_NO_FRONT;
@@ -598,6 +645,21 @@ unsafe extern "C" fn finish<S: Sensor>(
 ) -> tatu_status {
     // SAFETY: as above.
     unsafe { each::<S>(batch, error, S::finish) }
+}
+
+unsafe extern "C" fn aim<S: Sensor>(
+    _: *mut c_void,
+    batch: *const tatu_sensor_batch,
+    error: *mut tatu_error,
+) -> tatu_status {
+    let act = |sensor: &S, sample: &Sample<'_>, _: &mut Readout<'_>| {
+        let (from, to) = sample.beams();
+        let Some(rays) = sample.ray_list() else { return Ok(()) };
+        // SAFETY: 6 numbers per ray, of this instance alone.
+        sensor.aim(sample, unsafe { std::slice::from_raw_parts_mut(rays, to - from) })
+    };
+    // SAFETY: as above.
+    unsafe { each::<S>(batch, error, act) }
 }
 
 /// Does something with each sensor of a batch; one that failed before is left alone.

@@ -299,6 +299,12 @@ impl<'a> World<'a> {
         // SAFETY: as above.
         self.check(unsafe { service!(self.readings.sense_now)(self.raw, sensor, only) })
     }
+    /// Handles a sensor now, with a look of its own; `size` is set here.
+    pub fn look_through(&self, sensor: tatu_object, look: tatu_look) -> Result {
+        let look = tatu_look { size: size_of::<tatu_look>() as u32, ..look };
+        // SAFETY: as above.
+        self.check(unsafe { service!(self.readings.look)(self.raw, sensor, &look) })
+    }
     /// Forgets a sensor's reading.
     pub fn reset_reading(&self, sensor: tatu_object) -> Result {
         // SAFETY: as above.

@@ -21,6 +21,7 @@ unsafe extern "C" fn beams(data: *mut c_void, out: *mut tatu_beams, error: *mut 
         out.count = [1, 1];
         out.far_m = 1.0;
         out.directions = AHEAD.as_ptr();
+        out.flags = TATU_BEAMS_AIMED;
         let status = plan.act("tatu_sensor.beams", || {
             // More rays than memory, from nowhere to nowhere.
             (out.count, out.near_m, out.far_m, out.max_incidence) = ([u32::MAX; 2], f64::NAN, -1.0, f64::NAN);
@@ -71,6 +72,21 @@ unsafe extern "C" fn finish(me: *mut c_void, batch: *const tatu_sensor_batch, er
     })
 }
 
+unsafe extern "C" fn aim(me: *mut c_void, batch: *const tatu_sensor_batch, error: *mut tatu_error) -> tatu_status {
+    guarded(error, || {
+        // SAFETY: as in `measure`.
+        let (plan, batch) = unsafe { (Plan::of(me), &*batch) };
+        let status = plan.act("tatu_sensor.aim", || {
+            for i in 0..batch.n as usize {
+                // SAFETY: the one ray of an instance.
+                unsafe { **batch.rays.add(i) = f64::NAN };
+            }
+            Ok(TATU_OK)
+        });
+        Ok(status?.unwrap_or(TATU_OK))
+    })
+}
+
 static SCHEMAS: List<i8, 2> = List([c"misbehaves/1".as_ptr().cast(), null()]);
 static RANGE: Shared<tatu_param> = Shared(tatu_param {
     size: size::<tatu_param>(),
@@ -109,6 +125,7 @@ static KIND: Shared<tatu_sensor> = Shared(tatu_sensor {
     measure: Some(measure),
     presets: null(),
     finish: Some(finish),
+    aim: Some(aim),
 });
 static KINDS: List<tatu_sensor, 2> = List([&raw const KIND.0, null()]);
 

@@ -1,11 +1,19 @@
 //! `tatu.host.readings`: what sensors measured.
 
-use std::ffi::{CStr, c_char};
+use std::{
+    f64::consts::PI,
+    ffi::{CStr, c_char},
+};
 
 use tatu_plugin_api::abi::*;
 
-use super::{busy, fill, on, slot};
-use crate::{step::sense_some, world::WorldCell};
+use super::{Done, busy, fill, on, slot};
+use crate::{
+    beams::Faces,
+    sense::{Ask, Limits},
+    step::sense_some,
+    world::WorldCell,
+};
 
 pub static TABLE: tatu_host_readings = tatu_host_readings {
     size: size_of::<tatu_host_readings>() as u32,
@@ -15,6 +23,7 @@ pub static TABLE: tatu_host_readings = tatu_host_readings {
     reset: Some(reset),
     list: Some(list),
     describe: Some(describe),
+    look: Some(look),
 };
 
 /// The device of a sensor that a caller names, by index.
@@ -59,30 +68,54 @@ unsafe extern "C" fn field(
 
 unsafe extern "C" fn sense_now(w: *mut tatu_world, sensor: tatu_object, only: tatu_object) -> tatu_status {
     // SAFETY: as above.
+    unsafe { on(w, |world| sense(world, sensor, only, None)) }
+}
+
+unsafe extern "C" fn look(w: *mut tatu_world, sensor: tatu_object, look: *const tatu_look) -> tatu_status {
+    // SAFETY: as above; a caller's table has all fields of the first version.
     unsafe {
         on(w, |world| {
-            let i = device(world, sensor)?;
-            let only = match only {
-                0 => None,
-                o => {
-                    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-                    match slot(world, &scene, o) {
-                        Ok(s) => Some(scene.id(s)),
-                        Err(status) => return Err(status),
-                    }
-                }
-            };
-            let (kind, off) = {
-                let sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
-                (sensing.devices[i].kind, sensing.devices[i].off)
-            };
-            if off {
-                return Err(world.calls.refuse(TATU_ERR_GONE, "the sensor has been switched off after a fault"));
+            let look = &*look;
+            let (near, slant) = (look.far_m >= 0.0, (0.0..=PI).contains(&look.max_incidence));
+            let faces =
+                Faces { front: look.flags & TATU_BEAMS_NO_FRONT == 0, back: look.flags & TATU_BEAMS_NO_BACK == 0 };
+            if !near || !slant || !(faces.front || faces.back) {
+                let text = format!(
+                    "a look no farther than {} m at up to {} rad, flags {}; expected 0 m or more, 0 to pi, and faces to see",
+                    look.far_m, look.max_incidence, look.flags
+                );
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
             }
-            sense_some(world, kind, &[i], only);
-            Ok(())
+            let limits = Limits {
+                faces,
+                max_incidence: look.max_incidence,
+                far: look.far_m,
+                occlude: look.flags & TATU_BEAMS_OCCLUDE != 0,
+            };
+            sense(world, sensor, look.only, Some(limits))
         })
     }
+}
+
+/// Handles a sensor now.
+fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Option<Limits>) -> Done {
+    let i = device(world, sensor)?;
+    let only = match only {
+        0 => None,
+        o => {
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            Some(scene.id(slot(world, &scene, o)?))
+        }
+    };
+    let (kind, off) = {
+        let sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
+        (sensing.devices[i].kind, sensing.devices[i].off)
+    };
+    if off {
+        return Err(world.calls.refuse(TATU_ERR_GONE, "the sensor has been switched off after a fault"));
+    }
+    sense_some(world, kind, &[i], &Ask { only, limits });
+    Ok(())
 }
 
 unsafe extern "C" fn reset(w: *mut tatu_world, sensor: tatu_object) -> tatu_status {

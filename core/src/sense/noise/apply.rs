@@ -74,14 +74,14 @@ impl FieldPlan {
     /// What is declared for a field; `None`: the kind lacks a field, as a new version of it may.
     pub fn new(kind: &SensorKind, name: &str, noise: &FieldNoise) -> Option<Self> {
         let find = |name: &String| super::fields::meant(kind, name).ok().map(|m| m.index);
-        let Meant { index, components, nothing, .. } = super::fields::meant(kind, name).ok()?;
+        let Meant { index, components, nothing, valid: usual, .. } = super::fields::meant(kind, name).ok()?;
         let of = match &noise.of {
             Some(of) => Some(find(of)?).filter(|of| *of != index),
             None => None,
         };
         let valid = match &noise.valid {
             Some(valid) => Some(find(valid)?),
-            None => None,
+            None => usual,
         };
         let stream = xxhash_rust::xxh3::xxh3_64(name.as_bytes());
         Some(FieldPlan {

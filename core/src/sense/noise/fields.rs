@@ -16,6 +16,8 @@ pub(super) struct Meant<'k> {
     pub components: usize,
     /// What is there where nothing is, one number or one for each component; `None`: no value means that.
     pub nothing: Option<Vec<f64>>,
+    /// The field that is 0 where nothing is, if its schema names one.
+    pub valid: Option<usize>,
 }
 
 /// More components than these are elements of their own.
@@ -56,7 +58,11 @@ pub(super) fn of(kind: &SensorKind, index: usize) -> Result<Meant<'_>, Wrong> {
         Some(n) if (1..=MOST_COMPONENTS as u32).contains(n) => *n as usize,
         _ => 1,
     };
-    Ok(Meant { index, info, components, nothing: nothing(info, components) })
+    let declared = schemas::known().iter().flat_map(|s| &s.fields).find(|f| f.name == info.name);
+    let valid = declared.and_then(|d| d.valid.as_ref());
+    let valid = valid.and_then(|v| kind.fields.iter().position(|f| f.name == *v && f.elem != TATU_ELEM_OBJECT));
+    let valid = valid.filter(|i| shape.starts_with(self::shape(&kind.fields[*i])));
+    Ok(Meant { index, info, components, nothing: nothing(info, declared, components), valid })
 }
 
 /// The declared shape without ones at its end.
@@ -65,8 +71,7 @@ fn shape(info: &FieldInfo) -> &[u32] {
     &info.dims[..n]
 }
 
-fn nothing(info: &FieldInfo, components: usize) -> Option<Vec<f64>> {
-    let declared = schemas::known().iter().flat_map(|s| &s.fields).find(|f| f.name == info.name);
+fn nothing(info: &FieldInfo, declared: Option<&schemas::SchemaField>, components: usize) -> Option<Vec<f64>> {
     let Some(declared) = declared else {
         // A schema of somebody else: infinity is no measure of anything, and 0 is what integers have for it.
         return Some(vec![if matches!(info.elem, TATU_ELEM_F64 | TATU_ELEM_F32) { f64::INFINITY } else { 0.0 }]);

@@ -286,6 +286,7 @@ impl FieldNoise {
         if let Some((_, this)) = &of
             && n.loses()
             && n.valid.is_none()
+            && this.valid.is_none()
             && this.nothing.is_none()
         {
             let name = &this.info.name;

@@ -8,6 +8,8 @@ const OBJECT_PROPERTY: i64 = 32;
 /// Collidable, measurable, detectable, renderable.
 const SPECIAL: i64 = 1 | 2 | DETECTABLE | 0x200;
 pub(crate) const DETECTABLE: i64 = 0x1F0;
+/// What the bits of `DETECTABLE` stand for are those that the core calls waves.
+const ALL_WAVES: i64 = TATU_WAVES_ALL as i64;
 const NOT_MODEL: i64 = 0xF000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -66,8 +68,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let o = living(c, 0)?;
             let mut bits = notes::number(c, o.id, "special property")?.map_or(SPECIAL, |x| x as i64);
             if o.kind == TATU_KIND_SHAPE {
-                let seen = bool_of(c, o.id, c.plugin().p.detectable)?;
-                bits = bits & !DETECTABLE | if seen { DETECTABLE } else { 0 };
+                let p = &c.plugin().p;
+                let waves = c.world().get(o.id, p.detectable_mask)?.as_i64().unwrap_or(DETECTABLE);
+                let seen = if bool_of(c, o.id, p.detectable)? { waves & DETECTABLE } else { 0 };
+                bits = bits & !DETECTABLE | seen;
             }
             c.ret(bits);
             Ok(())
@@ -80,7 +84,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("setObjectSpecialProperty", MINUS, |c| {
             let (o, bits) = (living(c, 0)?, c.i64(1)?);
             if o.kind == TATU_KIND_SHAPE {
-                c.world().set(o.id, c.plugin().p.detectable, &Value::Bool(bits & DETECTABLE != 0))?;
+                let (p, seen) = (&c.plugin().p, bits & DETECTABLE);
+                c.world().set(o.id, p.detectable, &Value::Bool(seen != 0))?;
+                if seen != 0 {
+                    // Beams of other sorts than these five see it in any case.
+                    c.world().set(o.id, p.detectable_mask, &Value::Int(seen | !DETECTABLE & ALL_WAVES))?;
+                }
             }
             notes::set_number(c, o.id, "special property", bits as f64)?;
             done(c)
@@ -88,9 +97,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(bits())
         .text("Sets what an object is to sensors and commands.")
-        .partial(
-            "Whether proximity sensors see a shape counts, for all their kinds together; the other bits are kept only.",
-        ),
+        .partial("By which sorts of sensors a shape is detected counts; the other bits are kept only."),
     );
     explicit(offer);
     references(offer);

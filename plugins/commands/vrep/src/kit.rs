@@ -61,6 +61,7 @@ props! {
     respondable: "shape.respondable",
     respondable_mask: "shape.respondable_mask",
     detectable: "shape.detectable",
+    detectable_mask: "shape.detectable_mask",
     joint_type: "joint.type",
     joint_mode: "joint.mode",
     joint_control: "joint.control",

@@ -1,5 +1,7 @@
 //! Proximity sensors: read, handle, check, reset.
 
+use std::f64::consts::FRAC_PI_2;
+
 use crate::{Vrep, kit::*};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -56,21 +58,23 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         answers(command("checkEx", |c| {
             let sensor = id(c, 0)?;
             let only = if c.i64(1)? == HANDLE_ALL { 0 } else { living(c, 1)?.id };
-            let threshold = c.f64(3)?;
-            let sight = match look(c, sensor, only)? {
-                Sight::Seen { distance, .. } if threshold > 0.0 && distance > threshold => Sight::Nothing,
-                sight => sight,
-            };
+            let wanted = how(only, c.i64(2)?, c.f64(3)?, c.f64(4)?)?;
+            c.world().look_through(sensor, wanted).map_err(|e| not_proximity(c, sensor, e))?;
+            let sight = last(c, sensor)?;
             give(c, sight);
             Ok(())
         }))
         .param(object("sensor"))
         .param(Param::int("entity").text("an object, or sim.handle_all"))
-        .param(Param::int("mode").text("ignored: faces and angles are those of the sensor"))
+        .param(Param::int("mode").text(
+            "a sum of 1: front faces, 2: back faces, 4: any point will do (the nearest is given), 8: maxAngle holds, \
+                16: a point that something hides is none",
+        ))
         .param(Param::float("threshold").unit("m").text("nothing farther is seen; 0: as far as the sensor sees"))
-        .param(Param::float("maxAngle").unit("rad").text("ignored"))
-        .text("Looks for one object, or all, no farther than a distance.")
-        .partial("Which faces are seen, and at what angles, is the sensor's own setting; collections are not known."),
+        .param(Param::float("maxAngle").unit("rad").text("greatest angle between line of sight and normal, 0 to pi/2"))
+        .text("Looks for one object, or all, by faces, distance and angle of its own; the answer also becomes the sensor's reading.")
+        .example("result, distance = sim.checkProximitySensorEx(sonar, ball, 1 + 2, 0.5, 0)")
+        .partial("Collections are not known."),
     );
     offer.command(
         command("reset", |c| {
@@ -86,6 +90,33 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.resetProximitySensor(sonar)"),
     );
 }
+
+/// What `checkEx` asks for.
+fn how(only: tatu_object, mode: i64, threshold: f64, max_angle: f64) -> Result<tatu_look> {
+    if mode & (FRONT | BACK) == 0 {
+        return Err(Fail::argument(format!("mode {mode} sees neither front (1) nor back faces (2)")));
+    }
+    let limited = mode & LIMITED != 0;
+    if limited && !(max_angle > 0.0 && max_angle <= FRAC_PI_2) {
+        return Err(Fail::argument(format!("maxAngle is {max_angle} rad; with mode 8 it is more than 0, up to pi/2")));
+    }
+    let flag = |unless: bool, flag: u32| if unless { 0 } else { flag };
+    Ok(tatu_look {
+        size: 0,
+        flags: flag(mode & FRONT != 0, TATU_BEAMS_NO_FRONT)
+            | flag(mode & BACK != 0, TATU_BEAMS_NO_BACK)
+            | flag(mode & OCCLUSION == 0, TATU_BEAMS_OCCLUDE),
+        only,
+        far_m: if threshold > 0.0 { threshold } else { f64::INFINITY },
+        max_incidence: if limited { max_angle } else { FRAC_PI_2 },
+    })
+}
+
+// Bits of the mode of `checkEx`; 4 lets a search end with the first point, and here the nearest is always found.
+const FRONT: i64 = 1;
+const BACK: i64 = 2;
+const LIMITED: i64 = 8;
+const OCCLUSION: i64 = 16;
 
 /// What a sensor saw.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -212,6 +243,18 @@ mod tests {
 
     const SEEN: Sight = Sight::Seen { distance: 0.5, point: [0.0, 0.0, 0.5], object: 7, normal: [0.0, 0.0, -1.0] };
     const EMPTY: Rest = (0.0, [0.0; 3], -1, [0.0; 3]);
+
+    #[test]
+    fn a_mode_says_what_counts() {
+        let flags = |mode| how(0, mode, 0.0, 0.5).unwrap().flags;
+        assert_eq!(flags(3), 0);
+        assert_eq!(flags(1), TATU_BEAMS_NO_BACK);
+        assert_eq!(flags(2 + 16), TATU_BEAMS_NO_FRONT | TATU_BEAMS_OCCLUDE);
+        let (far, all) = (how(7, 3, 0.25, 0.5).unwrap(), how(7, 3 + 4 + 8, 0.0, 0.5).unwrap());
+        assert_eq!((far.only, far.far_m, far.max_incidence), (7, 0.25, FRAC_PI_2));
+        assert_eq!((all.far_m, all.max_incidence), (f64::INFINITY, 0.5));
+        assert!(how(0, 4, 0.0, 0.5).is_err() && how(0, 3 + 8, 0.0, 0.0).is_err() && how(0, 3 + 8, 0.0, 2.0).is_err());
+    }
 
     #[test]
     fn shapes_of_answers() {

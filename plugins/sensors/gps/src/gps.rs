@@ -47,6 +47,14 @@ impl Gps {
         let swung = cross([twist[3], twist[4], twist[5]], arm);
         ([0, 1, 2].map(|i| pose[i] + arm[i]), [0, 1, 2].map(|i| twist[i] + swung[i]))
     }
+
+    /// Tells where on Earth a position is.
+    fn locate(&self, position: [f64; 3], out: &mut Readout<'_>) {
+        let place = self.plane.place(position);
+        out.f64(LATITUDE).fill(place.latitude);
+        out.f64(LONGITUDE).fill(place.longitude);
+        out.f64(ALTITUDE).fill(place.altitude);
+    }
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -113,6 +121,7 @@ impl Sensor for Gps {
         out.i32(VALID).fill(1);
         out.f64(POSITION).copy_from_slice(&position);
         out.f64(VELOCITY).copy_from_slice(&velocity);
+        self.locate(position, out);
         Ok(())
     }
 
@@ -125,10 +134,8 @@ impl Sensor for Gps {
             return Ok(());
         }
         let position = out.f64(POSITION);
-        let place = self.plane.place([position[0], position[1], position[2]]);
-        out.f64(LATITUDE).fill(place.latitude);
-        out.f64(LONGITUDE).fill(place.longitude);
-        out.f64(ALTITUDE).fill(place.altitude);
+        let position = [position[0], position[1], position[2]];
+        self.locate(position, out);
         Ok(())
     }
 }

@@ -1,12 +1,12 @@
 //! The sensor kind "laser".
 
 use tatu_plugin_api::{
-    abi::{TATU_IN_COLOR, TATU_IN_DISTANCE, TATU_IN_NORMAL},
-    safe::{Beams, Field, Form, Host, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor},
+    abi::{TATU_IN_COLOR, TATU_IN_DISTANCE, TATU_IN_NORMAL, TATU_IN_POSE, TATU_IN_TWIST, TATU_WAVES_LASER},
+    safe::{Beams, Fail, Field, Form, Host, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor},
 };
 
 use crate::{
-    Lasers, presets,
+    Lasers, motion, presets,
     settings::{Settings, direction, params},
 };
 
@@ -45,7 +45,7 @@ impl Laser {
     /// with reflectivity, the cosine of the incidence and 1/r². Reflectivity is the mean of red, green and blue, since
     /// the scene tells nothing of infrared.
     fn echo(&self, direction: [f64; 3], distance: f64, normal: [f64; 3], color: [u8; 3]) -> Echo {
-        if !distance.is_finite() || distance < self.settings.min_range {
+        if !self.is_told(distance) {
             return Echo::NONE;
         }
         let cosine = -(0..3).map(|i| direction[i] * normal[i]).sum::<f64>();
@@ -53,6 +53,18 @@ impl Laser {
         let reflectivity = color.iter().map(|c| f64::from(*c)).sum::<f64>() / (3.0 * 255.0);
         let spread = (self.settings.full_intensity / distance).powi(2).min(1.0);
         Echo { distance, incidence: cosine.acos(), intensity: reflectivity * cosine * spread }
+    }
+
+    fn is_told(&self, distance: f64) -> bool {
+        distance.is_finite() && distance >= self.settings.min_range
+    }
+
+    /// What beams tell that meet nothing, if it is not infinity.
+    fn tell_nothing(&self, out: &mut Readout<'_>) {
+        if self.settings.none_as_max {
+            let range = self.settings.range;
+            out.f64(DISTANCE).iter_mut().filter(|d| d.is_infinite()).for_each(|d| *d = range);
+        }
     }
 }
 
@@ -70,8 +82,9 @@ impl Sensor for Laser {
     const TEXT: &'static str =
         "Measures distances along a fan of beams, in one layer or several, as laser scanners do.";
     const SCHEMAS: &'static [&'static str] = &["range_scan/1"];
-    const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_NORMAL | TATU_IN_COLOR;
+    const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_NORMAL | TATU_IN_COLOR | TATU_IN_POSE | TATU_IN_TWIST;
     const PRESETS: &'static [Preset] = presets::ALL;
+    const AIMS: bool = true;
     const FINISHES: bool = true;
 
     fn params() -> Vec<Param> {
@@ -107,13 +120,30 @@ impl Sensor for Laser {
             near: self.settings.near,
             far: self.settings.range,
             skip_own_model: self.settings.skip_own_model,
+            waves: TATU_WAVES_LASER,
+            aimed: self.settings.scan_time > 0.0,
             ..Beams::default()
         })
     }
 
+    /// Beams that were sent earlier begin where the mount was then.
+    fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
+        let (Some(pose), Some(twist)) = (sample.pose(), sample.twist()) else {
+            return Err(Fail::unsupported("the host gives no pose or no twist"));
+        };
+        let motion = motion::Motion::of(pose, twist);
+        for (ray, age) in rays.iter_mut().zip(self.settings.ages()) {
+            *ray = motion.earlier(*ray, age);
+        }
+        Ok(())
+    }
+
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let seen = sample.distances().iter().zip(sample.normals()).zip(sample.colors());
-        let echoes: Vec<Echo> = (seen.zip(&self.directions))
+        // A beam of a scan that takes its time points elsewhere by now.
+        let turned: Vec<[f64; 3]> = sample.rays().iter().map(|r| [r[3], r[4], r[5]]).collect();
+        let directions = if turned.is_empty() { &self.directions } else { &turned };
+        let echoes: Vec<Echo> = (seen.zip(directions))
             .map(|(((distance, normal), color), direction)| self.echo(*direction, *distance, *normal, *color))
             .collect();
         fill(out.f64(DISTANCE), echoes.iter().map(|e| e.distance));
@@ -122,20 +152,21 @@ impl Sensor for Laser {
         fill(out.f64(ELEVATION), self.angles.iter().map(|a| a.1));
         fill(out.f64(INTENSITY), echoes.iter().map(|e| e.intensity));
         fill(out.f64(INCIDENCE), echoes.iter().map(|e| e.incidence));
+        self.tell_nothing(out);
         Ok(())
     }
 
-    /// Beams that the noise has taken away have no strength either.
-    fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
-        let none: Vec<usize> =
-            (0..).zip(&*out.f64(DISTANCE)).filter(|(_, d)| d.is_infinite()).map(|(i, _)| i).collect();
-        for i in none {
+    /// Beams that the noise has taken away have no strength either; what met nothing has no noise.
+    fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        for (i, met) in sample.distances().iter().enumerate() {
+            if self.is_told(*met) && out.f64(DISTANCE)[i] < f64::INFINITY {
+                continue;
+            }
+            out.f64(DISTANCE)[i] = f64::INFINITY;
             out.f64(INTENSITY)[i] = 0.0;
             out.f64(INCIDENCE)[i] = 0.0;
-            if self.settings.none_as_max {
-                out.f64(DISTANCE)[i] = self.settings.range;
-            }
         }
+        self.tell_nothing(out);
         Ok(())
     }
 }

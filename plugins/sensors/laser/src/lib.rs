@@ -1,9 +1,10 @@
 //! Laser scanners: distances along fans of beams.
 //!
-//! `settings` are the parameters, checked; `laser` says which beams to cast and what their answers mean; `presets` are
-//! the devices that one can buy.
+//! `settings` are the parameters, checked; `laser` says which beams to cast and what their answers mean; `motion`
+//! is that of the mount during a scan; `presets` are the devices that one can buy.
 
 mod laser;
+mod motion;
 mod presets;
 mod settings;
 

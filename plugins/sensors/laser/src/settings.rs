@@ -17,6 +17,7 @@ pub(crate) struct Settings {
     pub range: f64,
     pub none_as_max: bool,
     pub full_intensity: f64,
+    pub scan_time: f64,
     pub skip_own_model: bool,
 }
 
@@ -70,6 +71,10 @@ pub(crate) fn params() -> Vec<Param> {
             "Distance up to which a white surface met squarely gives the full intensity of 1; beyond, it falls with \
              the square of the distance.",
         ),
+        Param::float("scan_time").unit("s").range(0.0, 10.0).default(0.0).text(
+            "Time from the first to the last beam of a layer: while the mount moves, each beam begins where the mount was \
+             then; 0: all beams at once.",
+        ),
         Param::bool("skip_own_model")
             .default(false)
             .text("Whether objects of the sensor's own model are looked through."),
@@ -106,9 +111,10 @@ impl Settings {
             range: p.f64("range")?,
             none_as_max: p.bool("none_as_max")?,
             full_intensity: p.f64("full_intensity")?,
+            scan_time: p.f64("scan_time")?,
             skip_own_model: p.bool("skip_own_model")?,
         };
-        let numbers = [s.start_angle, s.end_angle, s.near, s.min_range, s.range, s.full_intensity];
+        let numbers = [s.start_angle, s.end_angle, s.near, s.min_range, s.range, s.full_intensity, s.scan_time];
         if numbers.iter().chain(&s.elevations).any(|x| !x.is_finite()) {
             return refuse("a laser scanner's parameters must be finite numbers".into());
         }
@@ -130,7 +136,17 @@ impl Settings {
         if s.full_intensity <= 0.0 {
             return refuse(format!("`full_intensity` is {} m; expected more than 0", s.full_intensity));
         }
+        if s.scan_time < 0.0 {
+            return refuse(format!("`scan_time` is {} s; expected 0 or more", s.scan_time));
+        }
         Ok(s)
+    }
+
+    /// How long ago each beam was sent when the last one is, s.
+    pub fn ages(&self) -> impl Iterator<Item = f64> + '_ {
+        let last = self.beams.saturating_sub(1);
+        let step = self.scan_time / last.max(1) as f64;
+        self.elevations.iter().flat_map(move |_| (0..self.beams).map(move |i| step * (last - i) as f64))
     }
 
     /// Azimuth of each beam of a layer.

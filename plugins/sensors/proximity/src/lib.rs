@@ -1,8 +1,9 @@
-//! Proximity sensors: the nearest thing along a ray or in a cone.
+//! Proximity sensors: the nearest thing along a ray or in a volume.
 //!
-//! The core casts the beam; `proximity` says which beam to cast and what its answer means.
+//! The core casts the beam; `proximity` says what its answer means, `settings` which beam to cast.
 
 mod proximity;
+mod settings;
 
 use tatu_plugin_api::{
     safe::{Host, Offer, Plugin, Result, World},

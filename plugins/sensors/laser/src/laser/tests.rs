@@ -13,6 +13,7 @@ fn settings() -> Settings {
         range: 10.0,
         none_as_max: false,
         full_intensity: 1.0,
+        scan_time: 0.0,
         skip_own_model: false,
     }
 }

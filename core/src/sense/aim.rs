@@ -1,0 +1,62 @@
+//! Rays that a plugin moves and turns before each cast.
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::plan::{BeamPlan, look_along};
+
+/// The aimed rays of a batch.
+#[derive(Default)]
+pub(super) struct Aims {
+    /// Origin and direction of each in its sensor's frame, sensor after sensor.
+    rays: Vec<[f64; 6]>,
+    /// Of each sensor of the batch, its first ray, as the border has it; null: its rays are not aimed. Empty: nobody aims.
+    pub places: Vec<*mut f64>,
+    /// The places of the rays in their sensor's frame, once they are taken.
+    turned: Vec<Isometry3<f64>>,
+}
+
+impl Aims {
+    pub fn clear(&mut self) {
+        self.rays.clear();
+        self.places.clear();
+        self.turned.clear();
+    }
+
+    /// Lays out the rays of those that aim, as their plans tell; whether there are any.
+    pub fn lay<'a>(&mut self, plans: impl Iterator<Item = &'a BeamPlan> + Clone) -> bool {
+        if !plans.clone().any(|p| p.aimed) {
+            return false;
+        }
+        let directions = plans.clone().filter(|p| p.aimed).flat_map(|p| &p.directions);
+        self.rays.extend(directions.map(|d| [0.0, 0.0, 0.0, d[0], d[1], d[2]]));
+        let mut rest = self.rays.as_mut_slice();
+        for plan in plans {
+            if !plan.aimed {
+                self.places.push(std::ptr::null_mut());
+                continue;
+            }
+            let (own, after) = std::mem::take(&mut rest).split_at_mut(plan.directions.len());
+            self.places.push(own.as_mut_ptr().cast());
+            rest = after;
+        }
+        true
+    }
+
+    /// The next `n` rays as they are aimed now; `None`: one of them begins nowhere, or has no unit direction.
+    pub fn take(&mut self, n: usize) -> Option<&[Isometry3<f64>]> {
+        let begin = self.turned.len();
+        let own = &self.rays[begin..begin + n];
+        let bad = !own.iter().all(is_ray);
+        let place = |r: &[f64; 6]| match bad {
+            true => Isometry3::identity(),
+            false => Isometry3::from_parts(Vector3::new(r[0], r[1], r[2]).into(), look_along([r[3], r[4], r[5]])),
+        };
+        self.turned.extend(own.iter().map(place));
+        (!bad).then(|| &self.turned[begin..])
+    }
+}
+
+fn is_ray(r: &[f64; 6]) -> bool {
+    let length = r[3] * r[3] + r[4] * r[4] + r[5] * r[5];
+    r.iter().all(|x| x.is_finite()) && (length - 1.0).abs() < 1e-6
+}

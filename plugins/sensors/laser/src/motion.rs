@@ -1,0 +1,86 @@
+//! Where beams began that were sent a while ago, seen from the mount as it stands now.
+
+type V = [f64; 3];
+
+/// The motion of a mount, in its own frame: it goes on and turns as it does now.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Motion {
+    linear: V,
+    angular: V,
+}
+
+fn cross(a: V, b: V) -> V {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+fn dot(a: V, b: V) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// A vector of the world in the frame that the quaternion x y z w turns.
+fn turned_back([x, y, z, w]: [f64; 4], v: V) -> V {
+    let axis = [-x, -y, -z];
+    let t = cross(axis, v);
+    let u = cross(axis, t);
+    [0, 1, 2].map(|i| v[i] + 2.0 * (w * t[i] + u[i]))
+}
+
+impl Motion {
+    /// From pose and twist in the world.
+    pub fn of(pose: [f64; 7], t: [f64; 6]) -> Self {
+        let q = [pose[3], pose[4], pose[5], pose[6]];
+        Motion { linear: turned_back(q, [t[0], t[1], t[2]]), angular: turned_back(q, [t[3], t[4], t[5]]) }
+    }
+
+    /// A ray (origin, direction) that the mount sent `age` seconds ago.
+    pub fn earlier(&self, ray: [f64; 6], age: f64) -> [f64; 6] {
+        let origin = self.turned([ray[0], ray[1], ray[2]], -age);
+        let [x, y, z] = [0, 1, 2].map(|i| origin[i] - age * self.linear[i]);
+        let [u, v, w] = self.turned([ray[3], ray[4], ray[5]], -age);
+        [x, y, z, u, v, w]
+    }
+
+    /// A vector that turns with the mount, after `time`: Rodrigues' formula.
+    fn turned(&self, v: V, time: f64) -> V {
+        let speed = dot(self.angular, self.angular).sqrt();
+        let angle = speed * time;
+        if angle == 0.0 {
+            return v;
+        }
+        let axis = self.angular.map(|x| x / speed);
+        let ((s, c), side, along) = (angle.sin_cos(), cross(axis, v), dot(axis, v) * (1.0 - angle.cos()));
+        [0, 1, 2].map(|i| v[i] * c + side[i] * s + axis[i] * along)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
+
+    use super::*;
+
+    fn near(a: [f64; 6], b: [f64; 6]) -> bool {
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12)
+    }
+
+    #[test]
+    fn a_mount_that_rests_sends_from_where_it_is() {
+        let motion = Motion::of([1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0], [0.0; 6]);
+        let ray = [0.1, 0.2, 0.3, 0.0, 0.6, 0.8];
+        assert_eq!(motion.earlier(ray, 0.1), ray);
+    }
+
+    #[test]
+    fn a_mount_that_goes_ahead_was_behind() {
+        // It stands turned a quarter about z: the world's y is its x.
+        let pose = [0.0, 0.0, 0.0, 0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2];
+        let motion = Motion::of(pose, [0.0, 2.0, 0.0, 0.0, 0.0, 0.0]);
+        assert!(near(motion.earlier([0.0, 0.0, 0.0, 1.0, 0.0, 0.0], 0.5), [-1.0, 0.0, 0.0, 1.0, 0.0, 0.0]));
+    }
+
+    #[test]
+    fn a_mount_that_turns_looked_elsewhere() {
+        // To the left about z, a quarter a second: a second ago ahead (x) was to the right of ahead now.
+        let motion = Motion::of([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 0.0, 0.0, FRAC_PI_2]);
+        assert!(near(motion.earlier([0.5, 0.0, 0.0, 1.0, 0.0, 0.0], 1.0), [0.0, -0.5, 0.0, 0.0, -1.0, 0.0]));
+    }
+}

@@ -1,0 +1,248 @@
+//! The parameters of a proximity sensor, and the beams that follow from them.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Beams, Fail, Form, Param, Params, Result},
+};
+
+/// What scenes write, before it is checked.
+#[derive(Debug, Clone)]
+pub(crate) struct Settings {
+    pub volume: String,
+    pub range: f64,
+    pub near: f64,
+    pub min_range: f64,
+    pub angle: f64,
+    pub gap: f64,
+    pub size_near: [f64; 2],
+    pub size_far: [f64; 2],
+    pub radius_near: f64,
+    pub radius_far: f64,
+    pub height: f64,
+    pub samples: i64,
+    pub samples_needed: i64,
+    pub max_incidence: f64,
+    pub front_faces: bool,
+    pub back_faces: bool,
+    pub occlusion: bool,
+    pub waves: String,
+    pub skip_own_model: bool,
+}
+
+/// Names of [`Settings::volume`].
+const VOLUMES: &[&str] = &["ray", "cone", "pyramid", "cylinder", "disc", "random_rays"];
+
+/// Names of [`Settings::waves`], and what they mean.
+const WAVES: &[(&str, u32)] = &[
+    ("any", TATU_WAVES_ALL),
+    ("ultrasonic", TATU_WAVES_ULTRASONIC),
+    ("infrared", TATU_WAVES_INFRARED),
+    ("laser", TATU_WAVES_LASER),
+    ("inductive", TATU_WAVES_INDUCTIVE),
+    ("capacitive", TATU_WAVES_CAPACITIVE),
+];
+const WAVE_NAMES: &[&str] = &["any", "ultrasonic", "infrared", "laser", "inductive", "capacitive"];
+
+/// Rays that a volume of random rays may have.
+const MAX_SAMPLES: i64 = 100_000;
+
+/// In the order of declaration.
+pub(crate) fn params() -> Vec<Param> {
+    let length = |key: &str| Param::float(key).unit("m").range(0.0, f64::INFINITY);
+    [
+        Param::string("volume")
+            .choices(VOLUMES)
+            .default("ray")
+            .text("Where it looks: along its +z axis, or in a volume around it; a cone and a disc have a round far end."),
+        length("range").default(1.0).text(
+            "Distance from the sensor's origin to the far end; of a pyramid and a cylinder, the height of that end.",
+        ),
+        length("near").default(0.0).text(
+            "Blind zone: surfaces nearer to the origin are looked through; of a pyramid and a cylinder, the height of the \
+             near end.",
+        ),
+        length("min_range").default(0.0).text(
+            "Threshold: when the nearest surface is nearer than this, nothing at all is reported (unlike `near`, which \
+             looks through it).",
+        ),
+        Param::float("angle")
+            .unit("rad")
+            .range(0.0, TAU)
+            .default(PI / 6.0)
+            .text("Full opening angle of a cone, a disc and random rays, up to a full turn."),
+        Param::float("gap")
+            .unit("rad")
+            .range(0.0, TAU)
+            .default(0.0)
+            .text("Full opening around straight ahead that a disc leaves out; less than `angle`."),
+        Param::floats("size_near", 2)
+            .unit("m")
+            .range(0.0, f64::INFINITY)
+            .default([0.1, 0.1])
+            .text("Full size of a pyramid's near end, along x and y."),
+        Param::floats("size_far", 2)
+            .unit("m")
+            .range(0.0, f64::INFINITY)
+            .default([0.5, 0.5])
+            .text("Full size of a pyramid's far end, along x and y."),
+        length("radius_near").default(0.1).text("Radius of a cylinder's near end."),
+        length("radius_far").default(0.1).text("Radius of a cylinder's far end."),
+        length("height").default(0.05).text("Thickness of a disc, along y."),
+        Param::int("samples")
+            .range(1.0, MAX_SAMPLES as f64)
+            .default(20i64)
+            .text("How many random rays it casts in each measure."),
+        Param::int("samples_needed")
+            .range(1.0, MAX_SAMPLES as f64)
+            .default(1i64)
+            .text("How many of the random rays must meet something for the nearest of them to be reported."),
+        Param::float("max_incidence").unit("rad").range(0.0, FRAC_PI_2).default(FRAC_PI_2).text(
+            "Greatest angle between line of sight and surface normal; slanted surfaces send no echo. A quarter turn is no \
+             limit.",
+        ),
+        Param::bool("front_faces").default(true).text("Whether the outer sides of things are seen."),
+        Param::bool("back_faces").default(true).text("Whether the inner sides of things are seen, as from within a box."),
+        Param::bool("occlusion").default(false).text(
+            "Whether the point that a volume finds counts only if nothing lies between it and the sensor: surfaces that \
+             are not seen themselves, for their side or slant, hide what is behind them then.",
+        ),
+        Param::string("waves").choices(WAVE_NAMES).default("any").text(
+            "What its beams are made of: shapes may be detectable for some only (`detectable_mask`).",
+        ),
+        Param::bool("skip_own_model")
+            .default(false)
+            .text("Whether objects of the sensor's own model are looked through."),
+    ]
+    .map(Param::rebuilds)
+    .into()
+}
+
+impl Settings {
+    pub fn read(p: &Params<'_>) -> Result<Self> {
+        Ok(Settings {
+            volume: p.string("volume")?,
+            range: p.f64("range")?,
+            near: p.f64("near")?,
+            min_range: p.f64("min_range")?,
+            angle: p.f64("angle")?,
+            gap: p.f64("gap")?,
+            size_near: p.array("size_near")?,
+            size_far: p.array("size_far")?,
+            radius_near: p.f64("radius_near")?,
+            radius_far: p.f64("radius_far")?,
+            height: p.f64("height")?,
+            samples: p.i64("samples")?,
+            samples_needed: p.i64("samples_needed")?,
+            max_incidence: p.f64("max_incidence")?,
+            front_faces: p.bool("front_faces")?,
+            back_faces: p.bool("back_faces")?,
+            occlusion: p.bool("occlusion")?,
+            waves: p.string("waves")?,
+            skip_own_model: p.bool("skip_own_model")?,
+        })
+    }
+
+    /// The beams, if the parameters make sense.
+    pub fn beams(&self) -> Result<Beams> {
+        let refuse = |text: String| Err(Fail::argument(text));
+        let lengths = [self.range, self.near, self.min_range, self.radius_near, self.radius_far, self.height];
+        let numbers = lengths.iter().chain([&self.angle, &self.gap, &self.max_incidence]);
+        if numbers.chain(&self.size_near).chain(&self.size_far).any(|x| !x.is_finite()) {
+            return refuse("a proximity sensor's parameters must be finite numbers".into());
+        }
+        if self.near < 0.0 || self.range <= self.near {
+            return refuse(format!(
+                "`range` ({} m) must be greater than `near` ({} m), which must not be negative",
+                self.range, self.near
+            ));
+        }
+        if self.min_range < 0.0 {
+            return refuse(format!("`min_range` ({} m) is negative", self.min_range));
+        }
+        if self.max_incidence <= 0.0 {
+            return refuse("`max_incidence` must be greater than 0; a quarter turn is no limit".into());
+        }
+        if !self.front_faces && !self.back_faces {
+            return refuse("with neither `front_faces` nor `back_faces` the sensor sees nothing".into());
+        }
+        let Some((_, waves)) = WAVES.iter().find(|(name, _)| *name == self.waves) else {
+            return refuse(format!("`waves` is `{}`; it may be {}", self.waves, WAVE_NAMES.join(", ")));
+        };
+        Ok(Beams {
+            form: self.form()?,
+            near: self.near,
+            far: self.range,
+            max_incidence: self.max_incidence.min(FRAC_PI_2),
+            skip_own_model: self.skip_own_model,
+            faces: (self.front_faces, self.back_faces),
+            occlude: self.occlusion,
+            waves: *waves,
+            aimed: self.volume == "random_rays",
+            ..Beams::default()
+        })
+    }
+
+    fn form(&self) -> Result<Form> {
+        let refuse = |text: String| Err(Fail::argument(text));
+        let ahead = [0.0, 0.0, 1.0];
+        let volume = |form, dims: &[f64]| {
+            let mut all = [0.0; 6];
+            all[..dims.len()].copy_from_slice(dims);
+            Ok(Form::Volume { form, dims: all })
+        };
+        if matches!(self.volume.as_str(), "cone" | "disc" | "random_rays")
+            && !(self.angle > 0.0 && self.angle <= TAU + 1e-9)
+        {
+            return refuse(format!(
+                "`angle` is {} rad; a {} opens by more than 0 and at most a full turn",
+                self.angle, self.volume
+            ));
+        }
+        let angle = self.angle.min(TAU);
+        match self.volume.as_str() {
+            "ray" => Ok(Form::Rays(vec![ahead])),
+            "cone" => Ok(Form::Cone { half_angle: angle / 2.0 }),
+            "pyramid" => {
+                let ([x, y], [u, v]) = (self.size_near, self.size_far);
+                if [x, y, u, v].iter().any(|s| *s < 0.0) || x.max(u) <= 0.0 || y.max(v) <= 0.0 {
+                    return refuse(format!(
+                        "`size_near` is {:?} m and `size_far` {:?} m; a pyramid has some width along x and along y",
+                        self.size_near, self.size_far
+                    ));
+                }
+                volume(TATU_BEAMS_PYRAMID, &[x, y, u, v])
+            }
+            "cylinder" => {
+                let (near, far) = (self.radius_near, self.radius_far);
+                if near < 0.0 || far < 0.0 || near.max(far) <= 0.0 {
+                    return refuse(format!(
+                        "`radius_near` is {near} m and `radius_far` {far} m; one of them is more than 0, none less"
+                    ));
+                }
+                volume(TATU_BEAMS_CYLINDER, &[near, far])
+            }
+            "disc" => {
+                if self.height <= 0.0 || self.gap < 0.0 || self.gap >= angle {
+                    return refuse(format!(
+                        "a disc {} m high with a gap of {} rad in {angle} rad; expected more than 0 m, and a gap less than \
+                         `angle`",
+                        self.height, self.gap
+                    ));
+                }
+                volume(TATU_BEAMS_DISC, &[angle, self.height, self.gap])
+            }
+            "random_rays" => {
+                if !(1..=MAX_SAMPLES).contains(&self.samples) || !(1..=self.samples).contains(&self.samples_needed) {
+                    return refuse(format!(
+                        "{} of {} `samples` are needed; expected 1 to {MAX_SAMPLES} samples, and no more needed",
+                        self.samples_needed, self.samples
+                    ));
+                }
+                Ok(Form::Rays(vec![ahead; self.samples as usize]))
+            }
+            other => refuse(format!("`volume` is `{other}`; it may be {}", VOLUMES.join(", "))),
+        }
+    }
+}

@@ -1,0 +1,355 @@
+//! Noise, rates and presets of sensors from outside: what a scene declares, what readers see. Its statistics are tested in
+//! the core; here stands whose numbers depend on what.
+
+use std::{fs, process::Command};
+
+use crate::kit::*;
+
+/// A wall 1 m ahead of sensors that look along x.
+const WALL: &str = "[[object]]\nkind = \"shape\"\nalias = \"wall\"\nsize_m = [0.1, 40, 4]\nposition_m = [1.05, 0, 0]\n";
+const NOISY: &str = "noise.distance = { sigma = 0.01, walk = { sigma = 0.1, tau_s = 1 }, dropout = 0.1 }";
+
+/// A ray that looks along x.
+fn eye(alias: &str, more: &str) -> String {
+    format!(
+        "[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"{alias}\"\nvolume = \"ray\"\nrange_m = 5\n\
+         orientation_deg = [0, 90, 0]\n{more}\n"
+    )
+}
+
+/// The distances that a sensor told, as bits.
+fn told(scene: &str, path: &str, args: &[&str]) -> Vec<u64> {
+    let place = Place::scene(&format!("seed = 5\n{WALL}{scene}"));
+    let lines = place.trace(&[path], &[&["--seconds", "2"], args].concat());
+    lines.iter().map(|l| l.sensor(path, "proximity.distance").to_bits()).collect()
+}
+
+#[test]
+fn others_change_no_bit_of_a_sensors_noise() {
+    let alone = told(&eye("eye", NOISY), "/eye", &[]);
+    assert!(alone.iter().collect::<std::collections::BTreeSet<_>>().len() > 30, "it is noisy");
+    let second = eye("second", NOISY);
+    let second_in_front = format!("{second}{}", eye("eye", NOISY));
+    let model = |alias: &str, y: f64| {
+        format!("[[model]]\nmodel = \"pioneer_p3dx\"\nalias = \"{alias}\"\nposition_m = [-3, {y}, 0]\n")
+    };
+    let moves = watcher(
+        "mover",
+        "function sysCall_init() second = sim.getObject('/second') end
+        function sysCall_actuation()
+            local t = sim.getSimulationTime()
+            if t < 1 then
+                sim.setObjectPosition(second, {-t, 1, 0})
+                if t > 0.5 then sim.setObjectAlias(second, 'third') end
+            elseif not gone then
+                gone = true
+                sim.removeObject(second)
+            end
+        end",
+    );
+    for (what, scene) in [
+        ("a second one after it", format!("{}{second}", eye("eye", NOISY))),
+        ("a second one before it", second_in_front.clone()),
+        ("a second one without noise", format!("{}{}", eye("second", ""), eye("eye", NOISY))),
+        ("robots", format!("{}{}{}", model("a", 2.0), eye("eye", NOISY), model("b", -2.0))),
+        ("one that is moved, renamed and removed", format!("{second_in_front}{moves}")),
+    ] {
+        assert_eq!(told(&scene, "/eye", &[]), alone, "{what}");
+    }
+    assert_eq!(told(&eye("eye", NOISY), "/eye", &["--threads", "2"]), alone);
+    // Noise of another field, another seed, another sensor.
+    let more = format!("{NOISY}\nnoise.point.sigma = 1");
+    assert_eq!(told(&eye("eye", &more), "/eye", &[]), alone);
+    assert_ne!(told(&eye("eye", NOISY), "/eye", &["--seed", "6"]), alone);
+    assert_ne!(told(&second_in_front, "/second", &[]), alone);
+}
+
+#[test]
+fn zero_noise_is_exact_and_can_be_taken_away() {
+    let exact = told(&eye("eye", ""), "/eye", &[]);
+    // The tests of beams say how exact 1 m is; here it is the same in each step.
+    assert!(exact.iter().all(|x| *x == exact[0]));
+    let zero =
+        "noise.distance = { sigma = [0, 0], uniform = 0, step = 0, walk = { sigma = 0, tau_s = 1 }, dropout = 0 }";
+    assert_eq!(told(&eye("eye", zero), "/eye", &[]), exact);
+    for none in ["/eye.noise=none", "/eye.noise={}", "/eye.noise={distance={}}"] {
+        assert_eq!(told(&eye("eye", NOISY), "/eye", &["--set", none]), exact, "{none}");
+    }
+    assert_ne!(told(&eye("eye", ""), "/eye", &["--set", "/eye.noise={distance={sigma=0.1}}"]), exact);
+}
+
+/// A sensor that sees itself come nearer to the wall reads what it would have read `latency` before.
+#[test]
+fn a_ramp_is_seen_late_by_the_latency() {
+    let drive = watcher(
+        "mover",
+        "function sysCall_actuation()
+            sim.setObjectPosition(sim.getObject('/eye'), {0.1 * sim.getSimulationTime(), 0, 0})
+        end",
+    );
+    let run = |more: &str| {
+        let place = Place::scene(&format!("{WALL}{}{drive}", eye("eye", more)));
+        let lines = place.trace(&["/eye"], &["--seconds", "2"]);
+        lines.iter().map(|l| l.sensor("/eye", "proximity.distance")).collect::<Vec<_>>()
+    };
+    let now = run("");
+    assert!((now[0] - 1.0).abs() < 1e-9 && (now[20] - 0.9).abs() < 1e-9, "{now:?}");
+    // 0.05 s a step; what is not a whole number of steps is seen with the step after it.
+    for (latency, steps) in [(0.05, 1), (0.2, 4), (0.12, 3)] {
+        let late = run(&format!("noise.latency_s = {latency}"));
+        assert!(late[..steps].iter().all(|x| *x == 0.0), "nothing is seen before");
+        assert_eq!(late[steps..], now[..now.len() - steps], "latency {latency}");
+    }
+    // With a rate of its own: measured each 0.2 s, seen 0.15 s later, between two measures.
+    let late = run("rate_hz = 5\nnoise.latency_s = 0.15");
+    for (i, x) in late.iter().enumerate().skip(3) {
+        assert_eq!(*x, now[(i - 3) / 4 * 4], "step {i}");
+    }
+}
+
+#[test]
+fn a_sensor_with_a_rate_measures_when_a_period_begins() {
+    let script = "function sysCall_init() eye = sim.getObject('/eye') end
+        function sysCall_sensing() print('n=' .. sim.getIntProperty(eye, 'sensor.measured')) end";
+    let counts = |more: &str, dt: &str, script: &str| {
+        let place = Place::scene(&format!("dt_s = {dt}\n{WALL}{}{}", eye("eye", more), watcher("w", script)));
+        let done = place.run(&["--seconds", "10"]).good();
+        // The passes after the last step are not counted.
+        let steps = (10.0 / dt.parse::<f64>().unwrap()) as usize;
+        let told = done.err.lines().filter_map(|l| l.strip_prefix("n=")?.parse().ok()).take(steps);
+        let told: Vec<i64> = told.collect();
+        assert_eq!(told.len(), steps, "{}", done.err);
+        told
+    };
+    // The first in the first step; after n steps, one for each period begun: floor(rate * time) + 1.
+    for (rate, dt) in [(10.0, "0.05"), (4.0, "0.05"), (7.0, "0.05"), (30.0, "0.01"), (3.0, "0.07"), (100.0, "0.05")] {
+        let told = counts(&format!("rate_hz = {rate}"), dt, script);
+        let dt: f64 = dt.parse().unwrap();
+        for (i, n) in told.iter().enumerate() {
+            let periods = (rate * i as f64 * dt + 1e-6).floor() as i64 + 1;
+            assert_eq!(*n, periods.min(i as i64 + 1), "{rate} Hz, step {i} of {dt} s");
+        }
+    }
+    assert_eq!(counts("", "0.05", script), (1..=200).collect::<Vec<_>>());
+    // A script that handles it measures at any time; a change of the rate counts from now on.
+    let handles = format!("{script}\nfunction sysCall_actuation() sim.handleProximitySensor(eye) end");
+    let told = counts("rate_hz = 1", "0.05", &handles);
+    assert_eq!((told[0], told[1], told[19], told[20]), (2, 3, 21, 23));
+    let changes = script.replace(
+        "function sysCall_sensing()",
+        "function sysCall_sensing()
+        if sim.getSimulationTime() > 4.98 then sim.setFloatProperty(eye, 'sensor.rate', 10) end",
+    );
+    let told = counts("rate_hz = 1", "0.05", &changes);
+    assert_eq!((told[99], told[109], told[119]), (5, 11, 16));
+}
+
+#[test]
+fn noise_is_state() {
+    let place = Place::scene(&format!(
+        "seed = 5\n{WALL}{}",
+        eye("eye", &format!("rate_hz = 8\nnoise.latency_s = 0.3\n{NOISY}"))
+    ));
+    let whole = place.trace(&["/eye"], &["--seconds", "3"]);
+    place.run(&["--seconds", "1.4", "--snapshot-at", "1.35", "s.bin"]).good();
+    let rest = place.trace(&["/eye"], &["--seconds", "3", "--from", "s.bin"]);
+    let told = |lines: &[Line]| {
+        let distance = |l: &Line| (l.sensor("/eye", "proximity.distance").to_bits(), l.time().to_bits());
+        lines.iter().map(distance).collect::<Vec<_>>()
+    };
+    let (whole, rest) = (told(&whole), told(&rest));
+    assert!(rest.len() > 20 && whole.ends_with(&rest), "{} lines", rest.len());
+}
+
+/// A kind of sensor with presets, right and wrong ones. It measures its gain times the time.
+const PLUGIN: &str = r#"
+#include "tatu.h"
+#include <stdlib.h>
+#include <string.h>
+static const tatu_param gain = {.size = sizeof(tatu_param), .type = TATU_F64, .key = "gain", .lowest = 0, .highest = 100,
+  .fallback = {.tag = TATU_F64, .u.f = 1}, .text = "How steep it is."};
+static const tatu_param offset = {.size = sizeof(tatu_param), .type = TATU_F64, .key = "offset", .unit = "m", .lowest = 0,
+  .highest = 100, .fallback = {.tag = TATU_F64, .u.f = 0}, .text = "Where it begins."};
+static const tatu_param *const params[] = {&gain, &offset, NULL};
+typedef struct ramp { double gain, offset; } ramp;
+static tatu_status create(void *self, const tatu_instance *info, void **data, tatu_error *error) {
+  ramp *r = calloc(1, sizeof *r);
+  (void)self; (void)error;
+  if (!r) return TATU_ERR;
+  r->gain = tatu_to_float(info->params[0]);
+  r->offset = tatu_to_float(info->params[1]);
+  *data = r;
+  return TATU_OK;
+}
+static const tatu_life life = {.size = sizeof(tatu_life), .create = create, .destroy = free};
+static tatu_status measure(void *self, const tatu_sensor_batch *b, tatu_error *error) {
+  (void)self; (void)error;
+  for (uint32_t i = 0; i < b->n; i++) {
+    const ramp *r = b->data[i];
+    double **fields = (double **)b->fields + i * b->n_fields;
+    fields[0][0] = r->offset + r->gain * b->time;
+    b->random->uniform(b->random, i, 0, 1, fields[1]);
+    b->random->normal(b->random, i, 7, 1, fields[1] + 1);
+  }
+  return TATU_OK;
+}
+static const tatu_field value = {.size = sizeof(tatu_field), .elem = TATU_ELEM_F64, .dims = {1, 1, 1}, .name = "ramp.value"};
+static const tatu_field drawn = {.size = sizeof(tatu_field), .elem = TATU_ELEM_F64, .dims = {2, 1, 1}, .name = "ramp.drawn"};
+static const tatu_field *const fields[] = {&value, &drawn, NULL};
+static const char *const schemas[] = {"ramp/1", NULL};
+#define PRESET(name, words, lines) static const tatu_preset name = {.size = sizeof(tatu_preset), .id = #name, .text = words, .settings = lines}
+PRESET(steep, "Twice as steep; an example.", "gain = 2\noffset_m = 5\nrate_hz = 10\n\n[noise]\nlatency_s = 0.1\n[noise.value]\nstep = 1\n[noise.drawn]\nstep = 0.5\n");
+PRESET(flat, "Flat.", "gain = 0\noffset_m = 3\nnoise = 'none'\nrate_hz = 0\n");
+PRESET(misspelt, "", "gain = 1\n\ngian = 2\n");
+PRESET(too_much, "", "gain = 1000\n");
+PRESET(wrong_noise, "", "gain = 1\n[noise.value]\nsigma = 1\nstpe = 1\n");
+PRESET(no_toml, "", "gain = 1\noffset_m = = 2\n");
+PRESET(itself, "", "preset = 'steep'\n");
+static const tatu_preset *const presets[] = {&steep, &flat, &misspelt, &too_much, &wrong_noise, &no_toml, &itself, NULL};
+static const tatu_sensor kind = {.size = sizeof(tatu_sensor), .id = "ramp", .text = "A ramp.", .schemas = schemas,
+  .params = params, .fields = fields, .life = &life, .measure = measure, .presets = presets};
+static const tatu_sensor *const sensors[] = {&kind, NULL};
+static const tatu_ext_sensor ext_sensor = {.size = sizeof(tatu_ext_sensor), .kinds = sensors};
+static const void *extension(void *self, const char *id) {
+  (void)self;
+  return strcmp(id, TATU_SENSOR) ? NULL : (const void *)&ext_sensor;
+}
+TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t), .abi_major = TATU_ABI_MAJOR,
+  .abi_minor = TATU_ABI_MINOR, .id = "org.test.ramp", .name = "Ramp", .version = "1", .licence = "MIT",
+  .extension = extension};
+"#;
+
+/// A ramp with these keys, and a script.
+fn ramp(keys: &str, script: &str) -> Place {
+    let sensor = format!("[[object]]\nkind = \"sensor\"\nsensor = \"ramp\"\nalias = \"ramp\"\n{keys}\n");
+    let script = format!("function sysCall_init() ramp = sim.getObject('/ramp') end\n{script}");
+    let place = Place::scene(&format!("plugins = [\"mine\"]\n{sensor}{}", watcher("w", &script)));
+    fs::create_dir(place.path().join("mine")).unwrap();
+    place.write("ramp.c", PLUGIN);
+    let mut cc = Command::new(compiler("cc"));
+    cc.args(["-std=c11", "-Wall", "-Wextra", "-shared", "-fPIC", "-fvisibility=hidden", "-I"]);
+    let to = place.path().join("mine").join(library("tatu_ramp"));
+    succeed(cc.arg(root().join("plugin-api/include")).arg("-o").args([to, place.path().join("ramp.c")]));
+    place
+}
+
+/// What it reads in the step that begins at 1 s.
+fn at_one_second(place: &Place, args: &[&str]) -> f64 {
+    let lines = place.trace(&["/ramp"], &[&["--steps", "21"], args].concat());
+    lines[20].sensor("/ramp", "ramp.value")
+}
+
+#[test]
+fn a_preset_comes_before_the_objects_own_keys() {
+    // 5 + 2 t, 0.1 s late, on whole numbers: at 0.9 s 6.8, so 7.
+    let place = ramp("preset = \"steep\"", "");
+    assert_eq!(at_one_second(&place, &[]), 7.0);
+    // Wherever it stands, what the object says itself wins; noise by fields.
+    let place = ramp("offset_m = 1\nnoise.value = { step = 0.25 }\npreset = \"steep\"\nrate_hz = 20", "");
+    assert_eq!(at_one_second(&place, &[]), 2.75);
+    // `--set` comes after all that: the preset, too.
+    assert_eq!(at_one_second(&place, &["--set", "/ramp.preset=flat"]), 3.0);
+    assert_eq!(at_one_second(&place, &["--set", "/ramp.preset=flat", "--set", "/ramp.gain=4"]), 7.0);
+}
+
+#[test]
+fn a_preset_can_be_read_and_set_while_it_runs() {
+    let script = "function sysCall_actuation()
+        local t = sim.getSimulationTime()
+        if t == 0 then
+            assert(sim.getStringProperty(ramp, 'sensor.preset') == 'steep')
+            assert(sim.getFloatProperty(ramp, 'sensor.rate') == 10)
+            local noise = sim.getStringProperty(ramp, 'sensor.noise')
+            assert(noise:find('latency_s = 0.1', 1, true) and noise:find('[\"ramp.value\"]', 1, true), noise)
+            local function refused(why, set, ...)
+                local ok, message = pcall(set, ramp, ...)
+                assert(not ok and tostring(message):find(why, 1, true), tostring(message))
+            end
+            refused('did you mean `steep`', sim.setStringProperty, 'sensor.preset', 'stepe')
+            refused('did you mean `value`', sim.setStringProperty, 'sensor.noise', 'valeu.step = 1')
+            refused('line 2 of the noise', sim.setStringProperty, 'sensor.noise', 'value.step = 1\\ndrawn.step = true')
+            refused('at least 0 Hz', sim.setFloatProperty, 'sensor.rate', -1)
+            refused('expected a number from 0 to 100', sim.setStringProperty, 'sensor.preset', 'too_much')
+            assert(sim.getStringProperty(ramp, 'sensor.preset') == 'steep')
+        elseif t > 0.48 and not done then
+            done = true
+            sim.setStringProperty(ramp, 'sensor.preset', 'flat')
+            assert(sim.getStringProperty(ramp, 'sensor.preset') == 'flat')
+            assert(sim.getStringProperty(ramp, 'sensor.noise') == '')
+            assert(sim.getFloatProperty(ramp, 'ramp.offset') == 3)
+            sim.setStringProperty(ramp, 'sensor.noise', 'value.step = 2')
+        end
+    end";
+    let place = ramp("preset = \"steep\"", script);
+    assert_eq!(at_one_second(&place, &[]), 4.0, "3 on a grid of 2; halves to the even number of steps");
+}
+
+#[test]
+fn what_is_wrong_in_a_preset_is_told_with_its_place() {
+    for (preset, words) in [
+        ("stepe", ["E102", "no preset `stepe`", "did you mean `steep`?"].as_slice()),
+        ("misspelt", &["E101", "line 3 of the preset `misspelt`", "`ramp`", "org.test.ramp", "did you mean `gain`?"]),
+        ("too_much", &["E102", "line 1 of the preset `too_much`", "from 0 to 100"]),
+        ("wrong_noise", &["E101", "line 4 of the preset `wrong_noise`", "`stpe`", "did you mean `step`?"]),
+        ("no_toml", &["E102", "line 2 of the preset `no_toml`", "not TOML"]),
+        ("itself", &["E101", "line 1 of the preset `itself`", "`preset`"]),
+    ] {
+        ramp(&format!("preset = \"{preset}\""), "")
+            .run(&["--steps", "1"])
+            .refused(&[words, &["scene.toml:8"]].concat());
+    }
+    // A kind without presets.
+    Place::scene(&format!("{WALL}{}", eye("eye", "preset = \"x\""))).run(&[]).refused(&["E102", "it has no presets"]);
+}
+
+#[test]
+fn wrong_noise_is_told_with_its_line() {
+    for (more, words) in [
+        ("[object.noise.distance]\nsgima = 1", ["E101", "scene.toml:17", "did you mean `sigma`?"]),
+        ("[object.noise.distanse]\nsigma = 1", ["E101", "scene.toml:16", "did you mean `distance`?"]),
+        ("[object.noise]\nlatency_ms = 1", ["E101", "scene.toml:17", "did you mean `latency_s`?"]),
+        ("noise.point.uniform = [1, 2]", ["E102", "scene.toml:16", "one number, or 3"]),
+        ("noise = 3", ["E102", "scene.toml:16", "expected a table, or"]),
+    ] {
+        Place::scene(&format!("\n{WALL}{}", eye("eye", more))).run(&[]).refused(&words);
+    }
+    let scene = format!("{WALL}{}", eye("eye", ""));
+    Place::scene(&scene).run(&["--set", "/eye.noise={distance={sigma='x'}}"]).refused(&["E102", "`sigma`: expected"]);
+}
+
+#[test]
+fn presets_are_described() {
+    let place = ramp("", "");
+    let fact = place.tatu(&["describe", "ramp", "--scene", "scene.toml", "--json"]).good().json();
+    let presets = fact["presets"].as_array().unwrap();
+    assert_eq!((&presets[0]["id"], &presets[0]["text"]), (&"steep".into(), &"Twice as steep; an example.".into()));
+    assert!(presets[0]["settings"].as_str().unwrap().contains("gain = 2"));
+    let shown = place.tatu(&["describe", "ramp", "--scene", "scene.toml"]).good().out;
+    for words in ["presets:", "steep  Twice as steep; an example.", "    [noise.value]"] {
+        assert!(shown.contains(words), "{words}\n{shown}");
+    }
+}
+
+/// A plugin's own random numbers depend on its sensor and on how often it has measured, and on nothing else.
+#[test]
+fn a_plugin_draws_by_key() {
+    let place = ramp("", "");
+    let drawn = |place: &Place| -> Vec<Vec<f64>> {
+        let lines = place.trace(&["/ramp"], &["--steps", "50"]);
+        lines.iter().map(|l| numbers(&l.0["readings"]["/ramp"]["ramp.drawn"])).collect()
+    };
+    let alone = drawn(&place);
+    assert!(alone.iter().all(|d| (0.0..1.0).contains(&d[0])) && alone[0] != alone[1]);
+    let text = place.read("scene.toml");
+    place.write(
+        "scene.toml",
+        &text.replace(
+            "alias = \"ramp\"\n",
+            "alias = \"ramp\"\n\n[[object]]\nkind = \"sensor\"\nsensor = \"ramp\"\nalias = \"other\"\n",
+        ),
+    );
+    assert_eq!(drawn(&place), alone);
+    // Its noise is drawn from other numbers, and takes none of these.
+    place.write("scene.toml", &text.replace("alias = \"ramp\"\n", "alias = \"ramp\"\nnoise.value.sigma = 1\n"));
+    assert_eq!(drawn(&place), alone);
+}
