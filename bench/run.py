@@ -2,9 +2,9 @@
 
     python bench/run.py [--quick] [--rows arena100,arena1000,...]
 
-Needs release builds (`cargo build --release`, and `-p bench-beams` for `lidar` and `sonars`); the peers' rows need Python packages: `pip install -r
-bench/peers/requirements.txt`. Without them only the project's own figures are printed. Compare ratios, not times of two
-machines, and let nothing else run meanwhile.
+Needs release builds (`cargo build --release`, and `-p bench-beams` for `lidar` and `sonars`); the peers need Python
+packages: `pip install -r bench/peers/requirements.txt`. Without them only the project's own figures are printed. Compare
+ratios, not times of two machines, and let nothing else run meanwhile.
 """
 import argparse
 import json

@@ -90,7 +90,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
             let d = numbers[image.at(u, v)];
             match d {
                 d if seen(d) => color(d),
-                d if d == 0.0 => LOST,
+                0.0 => LOST,
                 _ => NOTHING,
             }
         };

@@ -41,13 +41,14 @@ fn line(field: &Field) -> (String, String) {
     };
     let more = if all.len() > MOST { " ..." } else { "" };
     let text = all.into_iter().take(MOST).collect::<Vec<_>>().join("   ");
+    let unit = if unit == "rad" { "" } else { unit };
     (field.name.clone(), format!("{text}{more} {unit}").trim_end().to_owned())
 }
 
 /// Places on Earth need more digits than metres; angles are told in degrees, too.
 fn number(x: f64, unit: &str) -> String {
     match unit {
-        "rad" => format!("{x:.9} ({:.7}\u{b0})", x.to_degrees()),
+        "rad" => format!("{x:.9} rad ({:.7}\u{b0})", x.to_degrees()),
         _ if x != 0.0 && x.abs() < 1e-3 => format!("{x:.9}"),
         _ => format!("{x:.4}"),
     }

@@ -99,11 +99,14 @@ impl Pen<'_> {
     fn drawing(&mut self, d: &Drawing, frame: &Isometry3<f64>) {
         use figures::Form as F;
         self.color = d.color;
+        let half = d.size.abs() / 2.0;
+        if !(half.is_finite() && half > 0.0) {
+            return;
+        }
         let (all, stride) = (d.in_world(frame), d.stride());
         let mut before: Option<Point3<f64>> = None;
         for item in all.chunks_exact(stride) {
             let at = |i: usize| Point3::new(item[3 * i], item[3 * i + 1], item[3 * i + 2]);
-            let half = d.size.abs() / 2.0;
             let facing = |i: usize| Isometry3::from_parts(at(0).into(), turned(&at(i).coords));
             match d.form {
                 F::Points => self.point(at(0), d.size),

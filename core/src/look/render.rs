@@ -1,5 +1,7 @@
 //! All pixels of a picture.
 
+use std::ops::Range;
+
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
@@ -41,23 +43,46 @@ const SKY_REACH: f64 = 0.7;
 /// Samples along a side of a pixel in which something ends.
 const FINE: u32 = 4;
 
-/// Renders with rayon's current pool.
+/// Renders with rayon's current pool, band after band, so that large pictures need no more memory than small ones.
 pub(super) fn render(stage: &Stage, camera: &Camera) -> Picture {
-    let (columns, rows) = (camera.columns, camera.rows);
-    let view = View { stage, lens: camera.lens(), columns, rows };
-    let samples: Vec<Sample> = pixels(columns, rows, |x, y| view.sample(x, y));
-    let open: Vec<f64> = pixels(columns, rows, |x, y| view.open(&samples, x, y));
-    let colors: Vec<[u8; 3]> = pixels(columns, rows, |x, y| view.pixel(&samples, &open, x, y).bytes());
-    Picture { columns, rows, rgb: colors.into_iter().flatten().collect() }
+    in_bands(stage, camera, BAND)
 }
 
-/// One value a pixel, row by row.
-fn pixels<T: Send>(columns: u32, rows: u32, f: impl Fn(u32, u32) -> T + Sync) -> Vec<T> {
-    (0..rows as usize * columns as usize)
-        .into_par_iter()
-        .with_min_len(256)
-        .map(|i| f((i % columns as usize) as u32, (i / columns as usize) as u32))
-        .collect()
+/// Rows of a band.
+const BAND: u32 = 256;
+
+fn in_bands(stage: &Stage, camera: &Camera, height: u32) -> Picture {
+    let (columns, rows) = (camera.columns, camera.rows);
+    let view = View { stage, lens: camera.lens(), columns, rows };
+    let mut rgb = Vec::with_capacity(columns as usize * rows as usize * 3);
+    for first in (0..rows).step_by(height as usize) {
+        let band = |more: u32| first.saturating_sub(more)..(first + height + more).min(rows);
+        // A pixel looks at its neighbours, and what it knows of the sky comes from a block around each of these.
+        let samples = Rows::of(columns, band(BLOCK), |x, y| view.sample(x, y));
+        let open = Rows::of(columns, band(1), |x, y| view.open(&samples, x, y));
+        let colors = Rows::of(columns, band(0), |x, y| view.pixel(&samples, &open, x, y).bytes());
+        rgb.extend(colors.values.into_iter().flatten());
+    }
+    Picture { columns, rows, rgb }
+}
+
+/// One value a pixel in some rows.
+struct Rows<T> {
+    first: u32,
+    columns: u32,
+    values: Vec<T>,
+}
+
+impl<T: Send> Rows<T> {
+    fn of(columns: u32, rows: Range<u32>, f: impl Fn(u32, u32) -> T + Sync) -> Self {
+        let (first, wide) = (rows.start, columns as usize);
+        let pixel = |i: usize| f((i % wide) as u32, first + (i / wide) as u32);
+        let values = (0..rows.len() * wide).into_par_iter().with_min_len(256).map(pixel).collect();
+        Rows { first, columns, values }
+    }
+    fn at(&self, x: u32, y: u32) -> &T {
+        &self.values[(y - self.first) as usize * self.columns as usize + x as usize]
+    }
 }
 
 struct View<'a> {
@@ -68,10 +93,6 @@ struct View<'a> {
 }
 
 impl View<'_> {
-    fn at(&self, x: u32, y: u32) -> usize {
-        y as usize * self.columns as usize + x as usize
-    }
-
     fn sample(&self, x: u32, y: u32) -> Sample {
         let direction = self.lens.direction(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let seen = self.stage.look(&self.lens.eye, &direction);
@@ -101,15 +122,15 @@ impl View<'_> {
     }
 
     /// What the pixels around a pixel know together of the sky above it.
-    fn open(&self, samples: &[Sample], x: u32, y: u32) -> f64 {
-        let here = &samples[self.at(x, y)].seen;
+    fn open(&self, samples: &Rows<Sample>, x: u32, y: u32) -> f64 {
+        let here = &samples.at(x, y).seen;
         if !is_solid(here) {
             return 1.0;
         }
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for v in y.saturating_sub(1)..(y + 3).min(self.rows) {
             for u in x.saturating_sub(1)..(x + 3).min(self.columns) {
-                let other = &samples[self.at(u, v)];
+                let other = samples.at(u, v);
                 if alike(here, &other.seen) {
                     (sum, count) = (sum + other.open, count + 1.0);
                 }
@@ -124,15 +145,15 @@ impl View<'_> {
     }
 
     /// A pixel's colour: one sample, or many where something ends.
-    fn pixel(&self, samples: &[Sample], open: &[f64], x: u32, y: u32) -> Color {
-        let here = &samples[self.at(x, y)];
+    fn pixel(&self, samples: &Rows<Sample>, open: &Rows<f64>, x: u32, y: u32) -> Color {
+        let here = samples.at(x, y);
         let around = (y.saturating_sub(1)..(y + 2).min(self.rows))
             .flat_map(|v| (x.saturating_sub(1)..(x + 2).min(self.columns)).map(move |u| (u, v)));
-        let near: Vec<usize> = around.map(|(u, v)| self.at(u, v)).collect();
-        let same = |i: &usize| samples[*i].lamp == here.lamp && alike(&here.seen, &samples[*i].seen);
+        let near: Vec<(&Sample, f64)> = around.map(|(u, v)| (samples.at(u, v), *open.at(u, v))).collect();
+        let same = |(other, _): &(&Sample, f64)| other.lamp == here.lamp && alike(&here.seen, &other.seen);
         if near.iter().all(same) {
             let at = [f64::from(x) + 0.5, f64::from(y) + 0.5];
-            return self.shade(&here.seen, here.lamp, open[self.at(x, y)], at, 1.0);
+            return self.shade(&here.seen, here.lamp, *open.at(x, y), at, 1.0);
         }
         let mut sum = Vector3::zeros();
         for k in 0..FINE * FINE {
@@ -140,8 +161,8 @@ impl View<'_> {
             let at = [f64::from(x) + step(k % FINE), f64::from(y) + step(k / FINE)];
             let seen = self.stage.look(&self.lens.eye, &self.lens.direction(at[0], at[1]));
             let (mut known, mut count) = (0.0, 0.0);
-            for i in near.iter().filter(|i| alike(&seen, &samples[**i].seen)) {
-                (known, count) = (known + open[*i], count + 1.0);
+            for (_, open) in near.iter().filter(|(other, _)| alike(&seen, &other.seen)) {
+                (known, count) = (known + open, count + 1.0);
             }
             let open = if count > 0.0 {
                 known / count
@@ -215,4 +236,34 @@ fn alike(a: &Seen, b: &Seen) -> bool {
 /// A little above the surface, where rays away from it begin.
 fn lifted(seen: &Seen) -> Point3<f64> {
     seen.point + seen.normal * (1e-6 * (1.0 + seen.distance))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Isometry3;
+
+    use super::*;
+    use crate::{
+        figures::Figures,
+        scene::{Data, Scene, Shape},
+    };
+
+    #[test]
+    fn bands_leave_no_seams() {
+        let mut scene = Scene::default();
+        for x in [0.0, 0.13, 0.31] {
+            scene.add(0, "box", Isometry3::translation(x, x, 0.05 + x), Data::Shape(Box::<Shape>::default()));
+        }
+        let camera = Camera {
+            from: Point3::new(-0.6, -0.5, 0.4),
+            to: Point3::new(0.1, 0.1, 0.1),
+            fov: 0.9,
+            columns: 48,
+            rows: 37,
+        };
+        let stage = Stage::of(&scene, &Figures::default(), &camera, &[]);
+        let whole = in_bands(&stage, &camera, 100);
+        assert_eq!(whole.rgb.len(), 48 * 37 * 3);
+        assert!(whole == in_bands(&stage, &camera, 5) && whole == in_bands(&stage, &camera, 1));
+    }
 }

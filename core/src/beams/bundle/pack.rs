@@ -49,7 +49,7 @@ pub(super) struct Part {
 
 /// The directions of a sensor's rays, made ready for [`BeamScene::cast_bundle`](super::BeamScene::cast_bundle).
 ///
-/// Meant to be made once and shared by all sensors that are alike: 60 bytes a ray.
+/// Meant to be made once and shared by all sensors that are alike: about 45 bytes a ray.
 #[derive(Debug, Clone)]
 pub struct RayBundle {
     directions: Vec<Vector3<f64>>,

@@ -95,11 +95,11 @@ impl Camera {
     pub fn plane(&self, normal: &Vector3<f64>, height: f64) -> Line {
         let divisor = if self.perspective { height } else { normal.z };
         let (a, b) = (normal.x / (self.scale * divisor), normal.y / (self.scale * divisor));
-        self.from_middle(a, b, if self.perspective { normal.z / divisor } else { -height / divisor })
+        self.line_from_middle(a, b, if self.perspective { normal.z / divisor } else { -height / divisor })
     }
 
     /// A linear function, given in pixels from the middle of the image.
-    pub fn from_middle(&self, a: f64, b: f64, c: f64) -> Line {
+    pub fn line_from_middle(&self, a: f64, b: f64, c: f64) -> Line {
         let (column, row) = self.middle();
         Line { a, b, c: c - a * column - b * row }
     }

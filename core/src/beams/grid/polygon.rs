@@ -33,7 +33,7 @@ impl Polygon {
 /// treatment.
 pub(super) fn border(camera: &Camera, from: &Vector3<f64>, to: &Vector3<f64>) -> Line {
     let line = from.cross(to);
-    camera.from_middle(line.x, line.y, line.z)
+    camera.line_from_middle(line.x, line.y, line.z)
 }
 
 /// The surface of a half space.

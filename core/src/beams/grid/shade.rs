@@ -3,7 +3,9 @@
 //! Light is plain: some from everywhere, some from the camera, some from a sun; surfaces are matt. It needs no graphics
 //! hardware and gives the same bytes everywhere.
 
-use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
+
+use nalgebra::Vector3;
 
 use super::GridCast;
 use super::camera::Camera;
@@ -64,10 +66,16 @@ pub fn color_of(
     to_camera: &Vector3<f32>,
     sunlit: f32,
 ) -> [u8; 3] {
-    let facing = |way: &Vector3<f32>| (normal.x * way.x + normal.y * way.y + normal.z * way.z).max(0.0);
-    let sun = Vector3::from(light.sun_direction);
-    let sum = light.ambient + light.headlight * facing(to_camera) + light.sun * sunlit * facing(&sun);
+    let facing = |way: &Vector3<f32>| normal.x * way.x + normal.y * way.y + normal.z * way.z;
+    let sum = brightness(light, facing(to_camera), facing(&Vector3::from(light.sun_direction)), sunlit);
     surface.map(|x| byte(x * sum))
+}
+
+/// The sum of the lamps, from the cosines of the angles between the normal and the ways to camera and sun.
+#[inline(always)]
+fn brightness(light: &Light, to_camera: f32, to_sun: f32, sunlit: f32) -> f32 {
+    let lit = |cosine: f32| if cosine > 0.0 { cosine } else { 0.0 };
+    light.ambient + light.headlight * lit(to_camera) + light.sun * sunlit * lit(to_sun)
 }
 
 /// Numbers from `first` on are primitives of a target.
@@ -84,7 +92,15 @@ pub(super) struct Shader<'a> {
     camera: &'a Camera,
     targets: &'a [Target],
     surfaces: &'a [Surface],
-    world_from_view: Matrix3<f32>,
+    /// Toward the sun, in the view frame.
+    sun: Vector3<f32>,
+}
+
+/// What the pixels of a row see: outward normals in the view frame, own colours, and 1 where there is something.
+struct Strip {
+    normal: [Vec<f32>; 3],
+    color: [Vec<f32>; 3],
+    there: Vec<f32>,
 }
 
 /// What the last pixel saw; most see the same as their neighbour.
@@ -101,57 +117,96 @@ struct Seen<'a> {
 
 impl<'a> Shader<'a> {
     pub fn new(cast: &'a GridCast<'a>, camera: &'a Camera, targets: &'a [Target], surfaces: &'a [Surface]) -> Self {
-        Self { cast, camera, targets, surfaces, world_from_view: camera.rotation.transpose().map(|x| x as f32) }
+        let sun = camera.rotation.map(|x| x as f32) * Vector3::from(cast.light.sun_direction);
+        Self { cast, camera, targets, surfaces, sun }
     }
 
     /// Fills in a band.
     pub fn shade(&self, raster: &Raster<'_, true>, part: &mut Part<'_>) {
-        part.clear(self.cast.light.sky_bytes());
         let want = self.cast.want;
-        let bent = want.color || want.cosine || want.normal;
-        let mut seen: Option<Seen<'_>> = None;
+        let columns = raster.columns;
+        let some = || [0; 3].map(|_| vec![0.0; columns]);
+        let mut line = Strip { normal: some(), color: some(), there: vec![0.0; columns] };
+        let mut seen = None;
         for row in 0..raster.end - raster.first {
-            let first = row * raster.columns;
-            for (column, id) in raster.id[row * raster.stride..][..raster.columns].iter().enumerate() {
-                if *id == NOBODY {
-                    continue;
-                }
-                if seen.as_ref().is_none_or(|seen| seen.id != *id) {
-                    seen = self.seen(*id, seen.map_or(0, |seen| seen.at));
-                }
-                let Some(seen) = &seen else { continue };
-                let pixel = first + column;
-                if want.object {
-                    part.object[pixel] = seen.target.object;
-                }
-                if want.primitive {
-                    part.primitive[pixel] = seen.primitive;
-                }
-                if bent {
-                    self.shade_pixel(seen, (column, row + raster.first), pixel, part);
-                }
+            let pixels = row * columns..(row + 1) * columns;
+            let ids = &raster.id[row * raster.stride..][..columns];
+            self.look_up(ids, row + raster.first, pixels.start, part, &mut line, &mut seen);
+            if want.cosine || want.normal || want.color {
+                self.shine(row + raster.first, pixels, &line, part);
             }
         }
     }
 
-    /// Normal, cosine and colour of a pixel.
-    fn shade_pixel(&self, seen: &Seen<'_>, (column, row): (usize, usize), pixel: usize, part: &mut Part<'_>) {
+    /// Names, and what light needs to know.
+    fn look_up<'b>(
+        &'b self,
+        ids: &[u32],
+        row: usize,
+        first: usize,
+        part: &mut Part<'_>,
+        line: &mut Strip,
+        seen: &mut Option<Seen<'b>>,
+    ) {
         let want = self.cast.want;
-        let (from, along) = self.camera.ray(column as f64, row as f64);
-        let toward = -along.map(|x| x as f32);
-        let toward = toward / dot(&toward, &toward).sqrt();
-        let normal = self.normal(seen, &(from + along * f64::from(part.depth[pixel])));
-        let cosine = dot(&normal, &toward);
-        let normal = if cosine < 0.0 { -normal } else { normal };
+        let bent = want.cosine || want.normal || want.color;
+        for (column, id) in ids.iter().enumerate() {
+            let pixel = first + column;
+            if *id != NOBODY && seen.as_ref().is_none_or(|seen| seen.id != *id) {
+                *seen = self.seen(*id, seen.as_ref().map_or(0, |seen| seen.at));
+            }
+            let here = seen.as_ref().filter(|_| *id != NOBODY);
+            if want.object {
+                part.object[pixel] = here.map_or(0, |seen| seen.target.object);
+            }
+            if want.primitive {
+                part.primitive[pixel] = here.map_or(0, |seen| seen.primitive);
+            }
+            if bent {
+                let (normal, color) = here.map_or((Vector3::zeros(), self.cast.light.sky), |seen| {
+                    (self.normal(seen, column, row, part.depth[pixel]), seen.target.color)
+                });
+                for i in 0..3 {
+                    line.normal[i][column] = normal[i];
+                    line.color[i][column] = color[i];
+                }
+                line.there[column] = if here.is_some() { 1.0 } else { 0.0 };
+            }
+        }
+    }
+
+    /// Cosines, normals and colours of a row; loops without branches, which compilers put side by side.
+    fn shine(&self, row: usize, pixels: Range<usize>, line: &Strip, part: &mut Part<'_>) {
+        let (want, light) = (self.cast.want, self.cast.light);
+        let middle = self.camera.middle();
+        let (size, perspective) = ((1.0 / self.camera.scale) as f32, self.camera.perspective);
+        let y = if perspective { (row as f64 - middle.1) as f32 * size } else { 0.0 };
+        let (middle, size) = (middle.0 as f32, if perspective { size } else { 0.0 });
+        let [nx, ny, nz] = &line.normal;
+        // Of the outward normal; negative where the inside is seen.
+        let cosine = |i: usize| {
+            let x = (i as f32 - middle) * size;
+            -(nx[i] * x + ny[i] * y + nz[i]) / (x * x + y * y + 1.0).sqrt()
+        };
+        let toward = |cosine: f32| if cosine < 0.0 { -1.0 } else { 1.0 };
         if want.cosine {
-            part.cosine[pixel] = cosine.abs().min(1.0);
+            for (i, out) in part.cosine[pixels.clone()].iter_mut().enumerate() {
+                *out = cosine(i).abs().min(1.0);
+            }
         }
         if want.normal {
-            part.normal[pixel] = [-normal.x, normal.y, normal.z];
+            for (i, out) in part.normal[pixels.clone()].iter_mut().enumerate() {
+                let side = toward(cosine(i));
+                *out = [0.0 - nx[i] * side, ny[i] * side, nz[i] * side];
+            }
         }
         if want.color {
-            let (normal, toward) = (self.world_from_view * normal, self.world_from_view * toward);
-            part.color[pixel] = color_of(self.cast.light, seen.target.color, &normal, &toward, 1.0);
+            for (i, out) in part.color[pixels].iter_mut().enumerate() {
+                let cosine = cosine(i);
+                let sun = (nx[i] * self.sun.x + ny[i] * self.sun.y + nz[i] * self.sun.z) * toward(cosine);
+                let sum = if line.there[i] > 0.0 { brightness(light, cosine.abs(), sun, 1.0) } else { 1.0 };
+                *out = [byte(line.color[0][i] * sum), byte(line.color[1][i] * sum), byte(line.color[2][i] * sum)];
+            }
         }
     }
 
@@ -184,9 +239,13 @@ impl<'a> Shader<'a> {
         Some(Seen { id, at, target, primitive, view_from_form, normal })
     }
 
-    /// The outward normal at a point, in the view frame.
-    fn normal(&self, seen: &Seen<'_>, point: &Vector3<f64>) -> Vector3<f32> {
-        let local = || seen.view_from_form.rotation.transpose() * (point - seen.view_from_form.translation);
+    /// The outward normal at a pixel, in the view frame.
+    fn normal(&self, seen: &Seen<'_>, column: usize, row: usize, depth: f32) -> Vector3<f32> {
+        let local = || {
+            let (from, along) = self.camera.ray(column as f64, row as f64);
+            let point = from + along * f64::from(depth) - seen.view_from_form.translation;
+            seen.view_from_form.rotation.transpose() * point
+        };
         let out = match (&seen.target.form, seen.primitive) {
             (Form::Sphere { .. }, _) => local(),
             (Form::Cylinder { .. } | Form::Capsule { .. }, 0) => {
@@ -201,8 +260,4 @@ impl<'a> Shader<'a> {
         let length = (out.x * out.x + out.y * out.y + out.z * out.z).sqrt();
         if length > 0.0 { (seen.view_from_form.rotation * (out / length)).map(|x| x as f32) } else { seen.normal }
     }
-}
-
-fn dot(a: &Vector3<f32>, b: &Vector3<f32>) -> f32 {
-    a.x * b.x + a.y * b.y + a.z * b.z
 }

@@ -30,7 +30,7 @@ impl Small {
         simd: S,
         [a, b, c]: [Placed<S>; 3],
         area: F<S>,
-        (from, to): ((F<S>, F<S>), (F<S>, F<S>)),
+        [from, to]: [(F<S>, F<S>); 2],
         id: U<S>,
     ) -> Self {
         // Seen from behind, corners are taken the other way round.

@@ -172,7 +172,7 @@ impl<'a> Triangles<'a> {
         // Where the sign of the area may be rounding, it is looked at again.
         let mut rest = ((covers & !tiny) | !placed).to_bitmask();
         if small != 0 {
-            let pixels = ((column, row), (column_end, row_end));
+            let pixels = [(column, row), (column_end, row_end)];
             let ids = U::load_array_ref(simd, &sixteen.primitive) + self.id;
             let small_ones = Small::new(simd, [a, b, c], area, pixels, ids);
             small_ones.draw(simd, small, raster);
@@ -221,7 +221,8 @@ impl<'a> Triangles<'a> {
             place[0].cross(&place[1]).dot(&place[2])
         };
         let front = area > 0.0;
-        if !(area != 0.0 && area.is_finite()) || !(if front { self.faces.front } else { self.faces.back }) {
+        let wanted = if front { self.faces.front } else { self.faces.back };
+        if area == 0.0 || !area.is_finite() || !wanted {
             return;
         }
         let edges: [Edge; 3] = std::array::from_fn(|k| {

@@ -1,217 +1,17 @@
-//! Images against rays through the middles of their pixels, which are drawn by no code of these.
+//! Images against rays, closed forms and themselves.
 
-use std::sync::Arc;
+mod rays;
+mod scenes;
 
 use fearless_simd::Level;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::*;
 use crate::beams::tests::Dice;
-use crate::beams::{Beam, BeamScene, Hit, Target, simd};
-use crate::geometry::{Form, Mesh};
-
-fn target(object: u64, pose: Isometry3<f64>, form: Form) -> Target {
-    Target { object, group: object as u32 % 3, world_from_target: pose, form, color: [0.7; 3] }
-}
-
-fn scene(targets: impl IntoIterator<Item = Target>) -> BeamScene {
-    let mut scene = BeamScene::default();
-    scene.set(targets);
-    scene
-}
-
-fn mesh(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Form {
-    Form::Mesh { mesh: Arc::new(Mesh { vertices, triangles }), convex: false }
-}
-
-/// A closed ball of triangles with bumps.
-fn ball(dice: &mut Dice, radius: f64, around: u32, up: u32, bumps: f64) -> Form {
-    let mut vertices = vec![Point3::new(0.0, 0.0, -radius)];
-    for i in 1..up {
-        let tilt = std::f64::consts::PI * (f64::from(i) / f64::from(up) - 0.5);
-        for j in 0..around {
-            let turn = std::f64::consts::TAU * f64::from(j) / f64::from(around);
-            let r = radius * (1.0 + dice.between(-bumps, bumps));
-            vertices.push(Point3::new(r * tilt.cos() * turn.cos(), r * tilt.cos() * turn.sin(), r * tilt.sin()));
-        }
-    }
-    vertices.push(Point3::new(0.0, 0.0, radius));
-    let (top, at) = (vertices.len() as u32 - 1, |i: u32, j: u32| 1 + (i - 1) * around + j % around);
-    let mut triangles = Vec::new();
-    for j in 0..around {
-        triangles.push([0, at(1, j + 1), at(1, j)]);
-        triangles.push([top, at(up - 1, j), at(up - 1, j + 1)]);
-        for i in 1..up - 1 {
-            triangles.push([at(i, j), at(i, j + 1), at(i + 1, j + 1)]);
-            triangles.push([at(i, j), at(i + 1, j + 1), at(i + 1, j)]);
-        }
-    }
-    mesh(vertices, triangles)
-}
-
-fn any_form(dice: &mut Dice, size: f64) -> Form {
-    let s = |dice: &mut Dice| dice.between(0.05, 1.0) * size;
-    match dice.between(0.0, 7.0) as u32 {
-        0 => Form::Box { half: Vector3::new(s(dice), s(dice), s(dice)) },
-        1 => Form::Sphere { radius: s(dice) },
-        2 => Form::Cylinder { radius: s(dice), half_length: s(dice) },
-        3 => Form::Capsule { radius: 0.5 * s(dice), half_length: s(dice) },
-        4 => {
-            let (around, up) = (dice.between(3.0, 60.0) as u32, dice.between(2.0, 40.0) as u32);
-            let radius = s(dice);
-            ball(dice, radius, around, up, 0.1)
-        }
-        5 => {
-            // Loose triangles of all sizes.
-            let vertices: Vec<Point3<f64>> = (0..60).map(|_| Point3::from(dice.vector(size))).collect();
-            mesh(vertices, (0..20).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
-        }
-        _ => Form::Box { half: Vector3::new(s(dice), 0.0, s(dice)) },
-    }
-}
-
-fn any_grid(dice: &mut Dice, perspective: bool) -> Grid {
-    Grid {
-        columns: dice.between(1.0, 90.0) as u32,
-        rows: dice.between(1.0, 70.0) as u32,
-        view: if perspective {
-            View::Perspective { angle: dice.between(0.2, 2.4) }
-        } else {
-            View::Orthographic { width: dice.between(0.5, 8.0) }
-        },
-        near: dice.between(0.01, 0.4),
-        far: dice.between(2.0, 12.0),
-    }
-}
-
-fn cast_of<'a>(grid: &'a Grid, light: &'a Light, pose: Isometry3<f64>) -> GridCast<'a> {
-    GridCast {
-        grid,
-        world_from_sensor: pose,
-        faces: Faces::BOTH,
-        skip_group: None,
-        only_object: None,
-        want: Want::ALL,
-        light,
-    }
-}
-
-/// The ray of a place in the image, in columns and rows from the middle of the first pixel; and the depth per metre of it.
-fn ray(cast: &GridCast<'_>, column: f64, row: f64) -> (Beam, f64) {
-    let Grid { columns, rows, view, near, far } = *cast.grid;
-    let (across, up) = (column + 0.5 - 0.5 * f64::from(columns), row + 0.5 - 0.5 * f64::from(rows));
-    let (origin, along) = match view {
-        View::Perspective { angle } => {
-            let f = 0.5 * f64::from(columns) / (0.5 * angle).tan();
-            (Vector3::zeros(), Vector3::new(-across / f, up / f, 1.0))
-        }
-        View::Orthographic { width } => {
-            let size = width / f64::from(columns);
-            (Vector3::new(-across * size, up * size, 0.0), Vector3::z())
-        }
-    };
-    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along).unwrap();
-    let length = along.norm();
-    let beam = Beam {
-        near: near * length,
-        faces: cast.faces,
-        skip_group: cast.skip_group,
-        only_object: cast.only_object,
-        ..Beam::ray(cast.world_from_sensor * Isometry3::from_parts(Translation3::from(origin), turn), far * length)
-    };
-    (beam, 1.0 / length)
-}
-
-/// What the image must show at a place.
-fn expected(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row: f64) -> (f64, Hit, Beam) {
-    let (beam, per_metre) = ray(cast, column, row);
-    let hit = scene.cast_one(&beam);
-    (hit.distance * per_metre, hit, beam)
-}
-
-fn same_depth(a: f64, b: f64) -> bool {
-    a == b || (a - b).abs() <= 1e-4 * a.abs().min(b.abs()).max(1.0)
-}
-
-/// Whether some place at most a hundredth of a pixel away shows a depth: a ray sees it there, or two rays see more and
-/// less of one primitive. Limits may be a millionth off.
-fn explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row: f64, ours: f64) -> bool {
-    let mut seen = vec![expected(scene, cast, column, row)];
-    for k in 0..75 {
-        let (turn, away) = (f64::from(k) * 0.7, 0.01 * f64::from(1 + k % 3) / 3.0);
-        let (near, far) = (f64::from(k % 5 - 2), f64::from(k / 5 % 5 - 2));
-        let grid =
-            Grid { near: cast.grid.near * (1.0 + 1e-6 * near), far: cast.grid.far * (1.0 + 1e-6 * far), ..*cast.grid };
-        let cast = GridCast { grid: &grid, ..*cast };
-        seen.push(expected(scene, &cast, column + away * turn.cos(), row + away * turn.sin()));
-    }
-    let place = |hit: &Hit| (hit.object, hit.primitive);
-    // Meshes are rounded to a part of a pixel, which moves the depth of steep surfaces.
-    let size = match cast.grid.view {
-        View::Perspective { angle } => 2.0 * ours * (0.5 * angle).tan(),
-        View::Orthographic { width } => width,
-    } / f64::from(cast.grid.columns);
-    let close = |a: f64, hit: &Hit| (ours - a).abs() < 1e-4 + size / 256.0 / hit.normal.z.abs().max(1e-3);
-    seen.iter().any(|(a, one, _)| {
-        let between = |b: f64| *a <= ours && ours <= b && b < f64::INFINITY;
-        same_depth(ours, *a)
-            || (one.is_some() && close(*a, one))
-            || seen.iter().any(|(b, other, _)| between(*b) && place(one) == place(other))
-    })
-}
-
-/// Pixels that differ from what a ray sees.
-#[derive(Debug, Default)]
-struct Beside {
-    /// In depth.
-    depth: usize,
-    /// Only in what is there: at an edge between two faces.
-    name: usize,
-}
-
-/// Compares an image with rays; how many pixels differ, all at silhouettes or steep surfaces.
-fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage, what: &str) -> Beside {
-    let mut beside = Beside::default();
-    for row in 0..cast.grid.rows {
-        for column in 0..cast.grid.columns {
-            let pixel = (row * cast.grid.columns + column) as usize;
-            let (x, y) = (f64::from(column), f64::from(row));
-            let ours = f64::from(image.depth[pixel]);
-            let (depth, hit, beam) = expected(scene, cast, x, y);
-            if !same_depth(ours, depth) {
-                beside.depth += 1;
-                assert!(
-                    explained(scene, cast, x, y, ours),
-                    "{what}: pixel {column}, {row}: {ours}, a ray sees {depth} of {hit:?}"
-                );
-                continue;
-            }
-            if !hit.is_some() {
-                assert_eq!((image.object[pixel], image.primitive[pixel]), (0, 0), "{what}");
-                continue;
-            }
-            if (image.object[pixel], image.primitive[pixel]) != (hit.object, hit.primitive) {
-                // Two surfaces at one depth, or an edge between two faces.
-                beside.name += 1;
-                continue;
-            }
-            let normal = cast.world_from_sensor.inverse_transform_vector(&(beam.world_from_beam * hit.normal));
-            let cosine = -hit.normal.z;
-            let ours = Vector3::from(image.normal[pixel]).map(f64::from);
-            // Near the rim of round forms the normal turns fast.
-            let slack = 2e-3 + 2e-4 / cosine.abs().max(1e-3);
-            assert!((normal - ours).norm() < slack, "{what}: pixel {column}, {row}: normal {ours} for {normal}");
-            assert!((f64::from(image.cosine[pixel]) - cosine).abs() < slack, "{what}: cosine");
-        }
-    }
-    beside
-}
-
-fn render(scene: &BeamScene, cast: &GridCast<'_>) -> GridImage {
-    let mut image = GridImage::default();
-    scene.render(cast, &mut image);
-    image
-}
+use crate::beams::{BeamScene, Target, simd};
+use crate::geometry::Form;
+use rays::{compare, render};
+use scenes::{any_form, any_grid, ball, cast_of, mesh, scene, target};
 
 /// A camera that looks at the middle of the scene, more or less.
 fn looking_inward(dice: &mut Dice) -> Isometry3<f64> {
@@ -474,4 +274,27 @@ fn ten_thousand_objects() {
     let image = render(&scene, &cast);
     let beside = compare(&scene, &cast, &image, "ten thousand");
     assert!((beside.depth + beside.name) * 100 < image.depth.len(), "{beside:?}");
+}
+
+#[test]
+fn colours_are_the_sum_of_the_lamps() {
+    // A red wall across the view, 2 m away: at the axis the cosine to the camera is 1, to the sun -sun.z.
+    let grid = Grid { columns: 41, rows: 31, view: View::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
+    let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    let pose = Isometry3::from_parts(Translation3::new(0.0, 0.0, 2.0), turned);
+    let wall = Form::Box { half: Vector3::new(0.5, 0.5, 0.1) };
+    let scene = scene([Target { color: [0.8, 0.1, 0.0], ..target(1, pose, wall) }]);
+    let (ambient, headlight, sun) = (0.2, 0.3, 0.5);
+    for (direction, facing) in [([0.6, 0.0, -0.8], 0.8), ([0.0, 0.6, 0.8], 0.0)] {
+        let light = Light { ambient, headlight, sun, sun_direction: direction, sky: [0.0, 0.5, 1.0] };
+        let image = render(&scene, &cast_of(&grid, &light, Isometry3::identity()));
+        let sum = ambient + headlight + sun * facing;
+        let wanted = [0.8 * sum, 0.1 * sum, 0.0].map(|x: f32| (x * 255.0 + 0.5) as u8);
+        let middle = image.color[15 * 41 + 20];
+        assert!(middle.iter().zip(wanted).all(|(a, b)| a.abs_diff(b) <= 1), "{middle:?} for {wanted:?}");
+        let ours = color_of(&light, [0.8, 0.1, 0.0], &-Vector3::z(), &-Vector3::z(), 1.0);
+        assert!(ours.iter().zip(wanted).all(|(a, b)| a.abs_diff(b) <= 1), "{ours:?} for {wanted:?}");
+        assert_eq!(image.color[0], [0, 128, 255]);
+        assert!(image.cosine[15 * 41 + 20] > 0.999_99 && image.cosine[0] == 0.0);
+    }
 }
