@@ -503,6 +503,9 @@ typedef struct tatu_beams {
   uint32_t reserved;
   uint32_t waves;           /* TATU_WAVES_*, a sum; TATU_WAVES_ALL before the plugin is asked; of no matter to images */
   uint32_t reserved2;
+  uint32_t own[4];          /* numbers of the instance's own: what TATU_DIM_OWN stands for in the shape of a field */
+  uint32_t without;         /* TATU_IN_*: inputs of the kind that this instance does not need; of its pixels they are 0 */
+  uint32_t reserved3;
 } tatu_beams;
 
 /* Inputs of a measure. */
@@ -521,6 +524,8 @@ enum {
 /* In `dims` of a field: rows and columns of the instance's image. */
 #define TATU_DIM_ROWS 4294967295u
 #define TATU_DIM_COLUMNS 4294967294u
+/* Plus 0 to 3: that number of tatu_beams.own; 0: the instance has no such field, and its reading holds no element of it. */
+#define TATU_DIM_OWN 4294967280u
 
 /* One field that a sensor kind fills, named "<schema>.<field>". */
 typedef struct tatu_field {

@@ -50,6 +50,14 @@ rows = 3
 data = { "vision.filters" = "1;3;4" }
 
 [[object]]
+kind = "sensor"
+sensor = "depth_camera"
+alias = "working"
+position_m = [0, 0, 60]
+columns = 4
+rows = 3
+
+[[object]]
 kind = "shape"
 alias = "seen"
 size_m = [9, 9, 0.02]

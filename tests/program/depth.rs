@@ -172,6 +172,61 @@ fn what_structured_light_cannot_measure() {
     }
 }
 
+/// Points are where lines of sight end, with the noise that depths have; the wall is slanted by the angle to the axis.
+#[test]
+fn points_and_angles_of_incidence() {
+    let wall = cuboid("wall", [0.02, 9.0, 9.0], [2.01, 0.0, 1.0], "");
+    let (z, line) = depths(&format!(
+        "{wall}{}",
+        small(
+            "color = false\npoints = true\nincidence = true\nnoise = { depth = { sigma = [0.01], limits = [1.99, 9.0] } }"
+        )
+    ));
+    let reading = &line.0["readings"]["/eye"];
+    let (points, angles) = (numbers(&reading["depth_image.points"]), numbers(&reading["depth_image.incidence"]));
+    assert_eq!((points.len(), angles.len()), (3 * z.len(), z.len()));
+    assert!(numbers(&reading["color_image.rgb"]).is_empty());
+    let (mut lost, mut off) = (0, 0);
+    for (i, z) in z.iter().enumerate() {
+        let [x, y] = slopes(i, COLUMNS, ROWS, ANGLE);
+        let angle = (1.0 / (1.0 + x * x + y * y).sqrt()).acos();
+        assert!((angles[i] - angle).abs() < 2e-3, "pixel {i}: {} rad, not {angle}", angles[i]);
+        let wanted = [x * z, y * z, *z];
+        assert!((0..3).all(|k| (points[3 * i + k] - wanted[k]).abs() < 1e-5), "pixel {i}");
+        lost += usize::from(*z == 0.0);
+        off += usize::from((z - 2.0).abs() > 1e-4 && *z != 0.0);
+    }
+    // One standard deviation below: 16 % of 3072.
+    assert!((400..580).contains(&lost) && off > 2000, "{lost} {off}");
+}
+
+/// Presets are applied as they are declared: the first Kinect in a room.
+#[test]
+fn kinects() {
+    let wall = cuboid("wall", [0.02, 20.0, 20.0], [2.01, 0.0, 1.0], "");
+    for (preset, far, sigma) in
+        [("kinect_v1", 4.0, 1.425e-3 * 4.0_f64), ("kinect_v2", 4.5, 1.5e-3 - 1e-3 + 0.3e-3 * 4.0)]
+    {
+        let eye = camera(&format!("preset = \"{preset}\"\ncolumns = 64\nrows = 48"));
+        let (z, line) = depths(&format!("{wall}{eye}"));
+        assert_eq!(numbers(&line.0["readings"]["/eye"]["depth_image.limits"])[0], 0.01);
+        let seen: Vec<f64> = z.iter().copied().filter(|z| *z > 0.0).collect();
+        assert!(seen.len() > 2500, "{preset}: {}", seen.len());
+        let n = seen.len() as f64;
+        let mean = seen.iter().sum::<f64>() / n;
+        let spread = (seen.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / n).sqrt();
+        // Steps of 2.85e-3 z^2 add a twelfth of their square.
+        let steps = if preset == "kinect_v1" { 2.85e-3 * 4.0 / 12_f64.sqrt() } else { 0.0 };
+        let wanted = sigma.hypot(steps);
+        assert!((mean - 2.0).abs() < 3.0 * wanted / n.sqrt() + 1e-3, "{preset}: {mean}");
+        assert!((spread / wanted - 1.0).abs() < 0.08, "{preset}: {spread}, not {wanted}");
+        // What is too far is seen, and not measured.
+        let wall = cuboid("wall", [0.02, 40.0, 40.0], [far + 0.5, 0.0, 1.0], "");
+        let (z, _) = depths(&format!("{wall}{eye}"));
+        assert!(z.iter().all(|z| *z == 0.0), "{preset}");
+    }
+}
+
 /// Light is white, so a surface's channels keep their ratios; left of the middle is what lies at greater y.
 #[test]
 fn colours_of_plates() {

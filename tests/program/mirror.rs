@@ -69,7 +69,8 @@ mirror! {
     tatu_prelude { size, reserved, language, module, text }
     tatu_kind_mark { size, flags, language, kind, word }
     tatu_ext_command { size, reserved, commands, constants, preludes, per_world, kind_marks }
-    tatu_beams { size, form, count, near_m, far_m, dims, max_incidence, directions, flags, reserved, waves, reserved2 }
+    tatu_beams { size, form, count, near_m, far_m, dims, max_incidence, directions, flags, reserved, waves, reserved2,
+        own, without, reserved3 }
     tatu_field { size, elem, dims, reserved, name, unit, text }
     tatu_sensor_batch {
         size, n, n_fields, reserved, time, step, data, state, sensor, first_beam, distance, point, normal,

@@ -230,6 +230,91 @@ fn chains_of_filters_tell_coordinates() {
     Place::scene(&format!("{eye}{wall}")).run(&["--steps", "3"]).good();
 }
 
+/// A script of 2015 that writes what a Kinect sees when the key w is pressed: 119 is its code (script-api 2.13), 6 the
+/// message of a key. The wall fills the lower half at 0.25 of the way.
+#[test]
+fn a_key_captures_depths_and_colours() {
+    let wall = cuboid("wall", [0.02, 6.0, 3.0], [1.01, 0.0, -0.5], "");
+    let capture = "
+        if (sim_call_type==sim_childscriptcall_initialization) then
+            eye=simGetObjectHandle('eye')
+            simSetObjectFloatParameter(eye,sim_visionfloatparam_far_clipping,2.5)
+        end
+        if (sim_call_type==sim_childscriptcall_sensing) then
+            message,data=simGetSimulatorMessage()
+            while message~=-1 do
+                if message==sim_message_keypress and data[1]==119 then
+                    local res=simGetVisionSensorResolution(eye)
+                    local depth=simGetVisionSensorDepthBuffer(eye)
+                    local file=io.open('depth.txt','w')
+                    for row=res[2],1,-1 do
+                        local line={}
+                        for column=1,res[1] do
+                            table.insert(line,string.format('%.3f',depth[(row-1)*res[1]+column]))
+                        end
+                        file:write(table.concat(line,' ')..'\\n')
+                    end
+                    file:close()
+                    local image=simGetVisionSensorCharImage(eye)
+                    if simSaveImage(image,res,0,'color.png',-1)~=1 then error('not saved') end
+                    simAddStatusbarMessage('captured')
+                end
+                message,data=simGetSimulatorMessage()
+            end
+        end";
+    let place = Place::scene(&format!("{}{wall}", camera(capture)));
+    place.write("keys.txt", "0.1 w\n0.2 x\n");
+    let lines = place.trace(&[], &["--steps", "8", "--keys", "keys.txt"]);
+    let told: Vec<usize> = (0..lines.len()).filter(|i| lines[*i].status() == ["captured"]).collect();
+    assert_eq!(told, [2]);
+    let rows: Vec<String> = place.read("depth.txt").lines().map(str::to_owned).collect();
+    assert_eq!(rows.len(), 12);
+    assert!(rows[..6].iter().all(|r| *r == ["1.000"; 16].join(" ")), "{rows:?}");
+    assert!(rows[6..].iter().all(|r| *r == ["0.250"; 16].join(" ")), "{rows:?}");
+    let png = std::fs::read(place.path().join("color.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG"));
+}
+
+/// `tatu.read` and `tatu.save`: the same image as numbers and as files, upright and in whole millimetres.
+#[test]
+fn readings_as_tables_and_files() {
+    let place = Place::scene(&format!(
+        "{}{}",
+        camera(
+            "function sysCall_sensing()
+                local eye = sim.getObject('/eye')
+                local r = tatu.read(eye)
+                assert(r.rows == 12 and r.columns == 16 and #r.depth == 4 * 192 and #r.rgb == 3 * 192)
+                assert(r.time == sim.getSimulationTime() and r.sequence >= 1 and r.parallel == 0)
+                assert(r.limits[1] == 0.5 and r.limits[2] == 2.5 and #r.points == 0)
+                assert(math.abs(string.unpack('<f', r.depth) - 1) < 1e-3)
+                assert(string.unpack('<f', r.depth, 4 * 191 + 1) == math.huge)
+                tatu.save(eye, 'depth', 'depth.pgm')
+                tatu.save(eye, 'depth_image.depth', 'depth.png')
+                tatu.save(eye, 'rgb', 'color.ppm')
+                tatu.save(eye, 'depth', 'depth.raw')
+                assert(not pcall(tatu.save, eye, 'depth', 'depth.ppm'))
+                assert(not pcall(tatu.save, eye, 'deep', 'depth.png'))
+                assert(not pcall(tatu.save, eye, 'depth', '../depth.png'))
+             end"
+        ),
+        cuboid("wall", [0.02, 6.0, 3.0], [1.01, 0.0, -0.5], "")
+    ));
+    place.run(&["--steps", "2"]).good();
+    let file = |name: &str| std::fs::read(place.path().join(name)).unwrap();
+    let pgm = file("depth.pgm");
+    assert!(pgm.starts_with(b"P5\n16 12\n65535\n"));
+    // Nothing is above, the wall at 1000 mm below.
+    let data = &pgm[pgm.len() - 2 * 192..];
+    let mm = |i: usize| u16::from_be_bytes([data[2 * i], data[2 * i + 1]]);
+    assert_eq!((mm(0), mm(95), mm(96), mm(191)), (0, 0, 1000, 1000));
+    let ppm = file("color.ppm");
+    assert!(ppm.starts_with(b"P6\n16 12\n255\n") && ppm.len() == 13 + 3 * 192);
+    assert!(ppm[13..16] == [0, 0, 0] && ppm[ppm.len() - 1] > 0);
+    assert_eq!(file("depth.raw").len(), 4 * 192);
+    assert!(file("depth.png").starts_with(b"\x89PNG"));
+}
+
 #[test]
 fn what_is_no_vision_sensor_is_refused() {
     let errors = see("function sysCall_sensing() sim.readVisionSensor(sim.getObject('/wall')) end").errors();

@@ -34,7 +34,7 @@ impl Frames {
             return self.first.push(begin);
         };
         self.first.push(begin + u64::from(grid.columns) * u64::from(grid.rows));
-        let asked = |flag: u32| inputs & flag != 0;
+        let asked = |flag: u32| inputs & flag & !plan.without != 0;
         let cast = GridCast {
             grid,
             world_from_sensor: look.world_from_sensor,
@@ -54,6 +54,18 @@ impl Frames {
         take(&mut self.color, &mut self.image.color);
         take(&mut self.cosine, &mut self.image.cosine);
         take(&mut self.object, &mut self.image.object);
+        // Those that do not need an input have zeros between the others.
+        let end = self.first.last().copied().unwrap_or(0) as usize;
+        let lacks = |flag: u32| inputs & plan.without & flag != 0;
+        if lacks(TATU_IN_COLOR) {
+            self.color.resize(end, [0; 3]);
+        }
+        if lacks(TATU_IN_COSINE) {
+            self.cosine.resize(end, 0.0);
+        }
+        if lacks(TATU_IN_OBJECT) {
+            self.object.resize(end, 0);
+        }
     }
 }
 

@@ -32,6 +32,10 @@ pub(crate) struct BeamPlan {
     pub max_incidence: f64,
     pub faces: Faces,
     pub skip_model: bool,
+    /// Numbers of its own, for shapes.
+    pub own: [u32; 4],
+    /// Inputs of its kind that it does not need.
+    pub without: u32,
     /// Looks at visible objects instead of detectable ones.
     pub visible: bool,
     /// What a volume finds counts only if nothing lies between it and the sensor.
@@ -54,6 +58,8 @@ impl BeamPlan {
         max_incidence: FRAC_PI_2,
         faces: Faces::BOTH,
         skip_model: false,
+        own: [0; 4],
+        without: 0,
         visible: false,
         occlude: false,
         aimed: false,
@@ -72,6 +78,7 @@ impl BeamPlan {
             0 => self.count() as u32,
             TATU_DIM_ROWS => image.0,
             TATU_DIM_COLUMNS => image.1,
+            d if (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) => self.own[(d - TATU_DIM_OWN) as usize],
             n => n,
         })
     }
@@ -92,6 +99,9 @@ impl BeamPlan {
             reserved: 0,
             waves: TATU_WAVES_ALL,
             reserved2: 0,
+            own: [0; 4],
+            without: 0,
+            reserved3: 0,
         };
         let mut error = ErrorSlot::new();
         // SAFETY: by the contract; `[setup]`.
@@ -128,6 +138,8 @@ impl BeamPlan {
             max_incidence: raw.max_incidence,
             faces: Faces { front: raw.flags & TATU_BEAMS_NO_FRONT == 0, back: raw.flags & TATU_BEAMS_NO_BACK == 0 },
             skip_model: raw.flags & TATU_BEAMS_SKIP_MODEL != 0,
+            own: raw.own,
+            without: raw.without,
             visible: raw.flags & TATU_BEAMS_VISIBLE != 0,
             occlude: raw.flags & TATU_BEAMS_OCCLUDE != 0,
             aimed,

@@ -179,6 +179,9 @@ pub struct tatu_beams {
     pub reserved: u32,
     pub waves: u32,
     pub reserved2: u32,
+    pub own: [u32; 4],
+    pub without: u32,
+    pub reserved3: u32,
 }
 
 pub const TATU_IN_DISTANCE: u32 = 1;
@@ -193,6 +196,7 @@ pub const TATU_IN_PRIMITIVE: u32 = 256;
 
 pub const TATU_DIM_ROWS: u32 = 4294967295;
 pub const TATU_DIM_COLUMNS: u32 = 4294967294;
+pub const TATU_DIM_OWN: u32 = 4294967280;
 
 #[repr(C)]
 #[derive(Clone, Copy)]

@@ -131,6 +131,10 @@ pub struct Beams {
     pub faces: (bool, bool),
     /// Visible objects are seen, as by a camera, instead of detectable ones.
     pub visible: bool,
+    /// Numbers that [`TATU_DIM_OWN`] stands for in shapes of fields; 0: there is no such field.
+    pub own: [u32; 4],
+    /// `TATU_IN_*`: inputs that this one does not need; what it is given of them is 0, or not there.
+    pub without: u32,
     /// What a volume finds counts only if nothing lies between it and the sensor.
     pub occlude: bool,
     /// What they are made of: a sum of `TATU_WAVES_*`.
@@ -149,6 +153,8 @@ impl Default for Beams {
             skip_own_model: false,
             faces: (true, true),
             visible: false,
+            own: [0; 4],
+            without: 0,
             occlude: false,
             waves: TATU_WAVES_ALL,
             aimed: false,
@@ -301,6 +307,7 @@ pub struct Readout<'a> {
     fields: &'a [Field],
     /// Rows and columns of the sensor's image.
     image: (u32, u32),
+    own: [u32; 4],
 }
 
 impl Readout<'_> {
@@ -314,6 +321,7 @@ impl Readout<'_> {
             0 => all,
             TATU_DIM_ROWS => self.image.0 as usize,
             TATU_DIM_COLUMNS => self.image.1 as usize,
+            d if (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) => self.own[(d - TATU_DIM_OWN) as usize] as usize,
             n => n as usize,
         };
         let len: usize = field.dims.iter().map(dim).product();
@@ -433,6 +441,8 @@ struct Data<S: Sensor> {
     image: std::cell::Cell<(u32, u32)>,
     /// As declared: asked for once, since a script may measure hundreds of times in a call.
     fields: Vec<Field>,
+    /// Lengths of its own that fields may have.
+    own: std::cell::Cell<[u32; 4]>,
 }
 
 pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
@@ -494,7 +504,7 @@ unsafe extern "C" fn create<S: Sensor>(
             let instance = Instance { owner: info.owner, id: info.id, seed: info.seed, world: info.world };
             let sensor = S::create(&started.host, instance, &Params::new(values, &declared))?;
             let (directions, image, fields) = (Vec::new().into(), (0, 0).into(), S::fields());
-            let new = Data { sensor: sensor.into(), directions, image, fields };
+            let new = Data { sensor: sensor.into(), directions, image, fields, own: [0; 4].into() };
             *data = Box::into_raw(Box::new(new)).cast();
         }
         Ok(TATU_OK)
@@ -572,8 +582,12 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
         if beams.aimed {
             out.flags |= TATU_BEAMS_AIMED;
         }
-        // An older host has no place for it.
-        if out.size as usize >= size_of::<tatu_beams>() {
+        // An older host has no place for these.
+        if out.size as usize >= std::mem::offset_of!(tatu_beams, reserved3) {
+            (out.own, out.without) = (beams.own, beams.without);
+            data.own.set(beams.own);
+        }
+        if out.size as usize >= std::mem::offset_of!(tatu_beams, reserved2) {
             out.waves = beams.waves;
         }
         if !beams.faces.0 {
@@ -670,7 +684,8 @@ unsafe fn each<S: Sensor>(
                 continue;
             }
             let sample = Sample { batch, i };
-            let mut out = Readout { sample: &sample, fields: &data.fields, image: data.image.get() };
+            let mut out =
+                Readout { sample: &sample, fields: &data.fields, image: data.image.get(), own: data.own.get() };
             let sensor = data.sensor.try_borrow().map_err(|_| in_use());
             if let Err(fail) = sensor.and_then(|sensor| act(&sensor, &sample, &mut out)) {
                 // SAFETY: the host's error object.

@@ -60,7 +60,7 @@ mod views;
 mod vision;
 mod what;
 
-use tatu_plugin_api::safe::{Host, Offer, Plugin, Result, World};
+use tatu_plugin_api::safe::{Fail, Host, Offer, Plugin, Result, World};
 
 /// The plugin: its interned property keys.
 pub struct Vrep {
@@ -78,11 +78,17 @@ impl Plugin for Vrep {
         Ok(state::State::new(*world.host()))
     }
 
-    const STATE_VERSION: u32 = 1;
+    const STATE_VERSION: u32 = 2;
     fn save(world: &state::State) -> Result<Vec<u8>> {
         world.save()
     }
-    fn load(world: &state::State, bytes: &[u8], _: u32) -> Result<()> {
+    fn load(world: &state::State, bytes: &[u8], version: u32) -> Result<()> {
+        if version != Self::STATE_VERSION {
+            return Err(Fail::unsupported(format!(
+                "it kept its state in version {version}, and reads {}",
+                Self::STATE_VERSION
+            )));
+        }
         world.load(bytes)
     }
 
@@ -120,6 +126,8 @@ impl Plugin for Vrep {
         proximity::offer(offer);
         vision::offer(offer);
         offer.subject("sensors");
+        vision::module::offer(offer);
+        offer.subject("images");
         signals::offer(offer);
         tubes::offer(offer);
         mail::offer(offer);

@@ -244,7 +244,7 @@ return {
     api = { "sim" },
     -- Modules of the original that nobody offers here.
     lacking = {
-        "simIK", "simUI", "simROS", "simROS2", "simOMPL", "simVision", "simURDF", "simGLTF", "simSDF", "simIGL", "simICP",
+        "simIK", "simUI", "simROS", "simROS2", "simOMPL", "simURDF", "simGLTF", "simSDF", "simIGL", "simICP",
         "simMTB", "simBWF", "simCHAI3D", "simConvex", "simAssimp", "simEigen", "simGeom", "simQHull", "simLDraw",
         "simMujoco", "simBubble", "simK3", "simCam", "simJoy", "simZMQ", "simWS", "simSubprocess", "simSkel", "simRuckig",
         "simRemoteApi", "simTest", "simPython", "simSurfRec", "simOpenMesh", "simPovRay", "simRRS1", "simStubs",

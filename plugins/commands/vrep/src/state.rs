@@ -8,8 +8,16 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    collections::Collections, console::Consoles, dialogs::Dialogs, kit::*, mail::Mail, messages::Messages,
-    motion::Motion, profiles::Profiles, tubes::Tubes, vision::AllSeen,
+    collections::Collections,
+    console::Consoles,
+    dialogs::Dialogs,
+    kit::*,
+    mail::Mail,
+    messages::Messages,
+    motion::Motion,
+    profiles::Profiles,
+    tubes::Tubes,
+    vision::{AllSeen, AllWork},
 };
 
 /// The instance of a world. Commands may enter each other: borrow it briefly, never across a call to the host.
@@ -41,6 +49,8 @@ pub(crate) struct Inner {
     pub(crate) last_error: Vec<u8>,
     /// What was made of the images of vision sensors.
     pub(crate) seen: AllSeen,
+    /// Their working images.
+    pub(crate) work: AllWork,
     /// Motions that are under way, by number, and how many there were.
     pub(crate) motions: BTreeMap<i64, Motion>,
     pub(crate) moved: i64,
@@ -90,6 +100,7 @@ impl Inner {
             profiles: Profiles::default(),
             last_error: Vec::new(),
             seen: AllSeen::new(),
+            work: AllWork::new(),
             motions: BTreeMap::new(),
             moved: 0,
             follows: BTreeMap::new(),

@@ -1,7 +1,7 @@
 //! The sensor kind "depth_camera".
 
 use tatu_plugin_api::{
-    abi::{TATU_DIM_COLUMNS, TATU_DIM_ROWS, TATU_IN_COLOR, TATU_IN_COSINE, TATU_IN_DISTANCE},
+    abi::{TATU_DIM_COLUMNS, TATU_DIM_OWN, TATU_DIM_ROWS, TATU_IN_COLOR, TATU_IN_COSINE, TATU_IN_DISTANCE},
     safe::{Beams, Field, Host, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor},
 };
 
@@ -52,11 +52,21 @@ impl Sensor for DepthCamera {
                 .text("fx fy cx cy, in pixels; pixels per metre and pixels where lines of sight are parallel."),
             Field::i32("depth_image.parallel").text("1: the lines of sight are parallel; 0: they begin in one point."),
             Field::u8("color_image.rgb")
-                .dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, 3])
+                .dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, TATU_DIM_OWN])
                 .unit("1")
                 .text("Red, green, blue from 0 to 255, the lowest row first."),
+            Field::f32("depth_image.points")
+                .dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, TATU_DIM_OWN + 1])
+                .unit("m")
+                .text("x y z of each pixel in the sensor's frame; 0 0 0 where no depth is. Of cameras with `points`."),
+            Field::f32("depth_image.incidence")
+                .dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, TATU_DIM_OWN + 2])
+                .unit("rad")
+                .text("Angle between line of sight and normal; a quarter turn where nothing is. Of cameras with `incidence`."),
         ]
     }
+
+    const FINISHES: bool = true;
 
     fn create(_: &Host, _: Instance, params: &Params<'_>) -> Result<Self> {
         Ok(DepthCamera(Settings::read(params)?))
@@ -83,12 +93,26 @@ impl Sensor for DepthCamera {
         out.f64(1).copy_from_slice(&[s.near, s.far]);
         out.f64(2).copy_from_slice(&s.intrinsics());
         out.i32(3)[0] = i32::from(s.ortho_size > 0.0);
-        let rgb = out.u8(4);
-        rgb.copy_from_slice(sample.pixel_colors().as_flattened());
-        for (pixel, z) in rgb.as_chunks_mut::<3>().0.iter_mut().zip(seen) {
-            if z.is_infinite() {
-                *pixel = s.background;
-            }
+        let rgb = out.u8(4).as_chunks_mut::<3>().0;
+        for ((pixel, color), z) in rgb.iter_mut().zip(sample.pixel_colors()).zip(seen) {
+            *pixel = if z.is_infinite() { s.background } else { *color };
+        }
+        for (angle, cosine) in out.f32(6).iter_mut().zip(sample.pixel_cosines()) {
+            *angle = cosine.clamp(0.0, 1.0).acos();
+        }
+        Ok(())
+    }
+
+    /// Points follow from depths, with all the noise that these have.
+    fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        let DepthCamera(s) = self;
+        if !s.points {
+            return Ok(());
+        }
+        let (depth, intrinsics) = (out.f32(0).to_vec(), s.intrinsics());
+        for ((i, z), point) in depth.iter().enumerate().zip(out.f32(5).as_chunks_mut::<3>().0) {
+            let (column, row) = (i % s.columns as usize, i / s.columns as usize);
+            *point = if *z > 0.0 && z.is_finite() { s.point(intrinsics, column, row, *z) } else { [0.0; 3] };
         }
         Ok(())
     }

@@ -2,7 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use tatu_plugin_api::safe::{Beams, Fail, Form, Param, Params, Result};
+use tatu_plugin_api::{
+    abi::{TATU_IN_COLOR, TATU_IN_COSINE},
+    safe::{Beams, Fail, Form, Param, Params, Result},
+};
 
 use crate::optics::{Edges, Optics};
 
@@ -28,6 +31,11 @@ pub struct Settings {
     pub background: [u8; 3],
     /// Whether objects of its own model are looked through.
     pub skip_own_model: bool,
+    /// Whether colours are taken.
+    pub color: bool,
+    /// Whether points are told, and angles of incidence.
+    pub points: bool,
+    pub incidence: bool,
     /// What a pixel without a depth gets: infinity or 0.
     pub empty: f32,
     /// What it cannot measure.
@@ -54,6 +62,11 @@ pub fn params() -> Vec<Param> {
             .range(0.0, 1.0)
             .default([0.0; 3])
             .text("Red, green and blue of pixels that see nothing, each 0 to 1."),
+        Param::bool("color").default(true).text("Whether it takes colours; without, the image of colours has no pixels."),
+        Param::bool("points").default(false).text("Whether it tells each pixel's point in its own frame."),
+        Param::bool("incidence").default(false).text(
+            "Whether it tells each pixel's angle between line of sight and normal, which noise may depend on.",
+        ),
         Param::bool("skip_own_model")
             .default(false)
             .text("Whether objects of the sensor's own model are looked through."),
@@ -118,6 +131,9 @@ impl Settings {
             near: p.f64("near")?,
             far: p.f64("far")?,
             background: p.array::<3>("background")?.map(|x| (x.clamp(0.0, 1.0) * 255.0).round() as u8),
+            color: p.bool("color")?,
+            points: p.bool("points")?,
+            incidence: p.bool("incidence")?,
             skip_own_model: p.bool("skip_own_model")?,
             empty: match p.string("empty")?.as_str() {
                 "infinity" => f32::INFINITY,
@@ -185,8 +201,21 @@ impl Settings {
             far: self.far,
             skip_own_model: self.skip_own_model,
             visible: true,
+            own: [if self.color { 3 } else { 0 }, if self.points { 3 } else { 0 }, u32::from(self.incidence), 0],
+            without: if self.color { 0 } else { TATU_IN_COLOR } | if self.slant() { 0 } else { TATU_IN_COSINE },
             ..Beams::default()
         }
+    }
+
+    /// Whether it asks how slanted surfaces are.
+    pub fn slant(&self) -> bool {
+        self.incidence || self.optics.least_cosine > 0.0
+    }
+
+    /// The point of a pixel in the sensor's frame, m, with its [`intrinsics`](Self::intrinsics).
+    pub fn point(&self, [fx, fy, cx, cy]: [f64; 4], column: usize, row: usize, z: f32) -> [f32; 3] {
+        let along = if self.ortho_size > 0.0 { 1.0 } else { f64::from(z) };
+        [(-(column as f64 - cx) / fx * along) as f32, ((row as f64 - cy) / fy * along) as f32, z]
     }
 
     /// fx fy cx cy.
@@ -207,6 +236,9 @@ impl Default for Settings {
             near: 0.01,
             far: 3.5,
             background: [0; 3],
+            color: true,
+            points: false,
+            incidence: false,
             skip_own_model: false,
             empty: f32::INFINITY,
             optics: Optics::NONE,
@@ -234,6 +266,29 @@ mod tests {
         assert!((s.focal() - 20.0).abs() < 1e-12);
         let Form::Image { horizontal_angle, .. } = s.beams().form else { panic!() };
         assert!(((horizontal_angle / 2.0).tan() - 0.25).abs() < 1e-12);
+    }
+
+    /// f 589.37: a pixel 100 columns to the left of the middle and 50 above lies at 0.1697 and 0.0848 m per metre.
+    #[test]
+    fn points_follow_from_pixels() {
+        let s = Settings { columns: 641, rows: 481, ..Settings::default() };
+        let [x, y, z] = s.point(s.intrinsics(), 220, 290, 2.0);
+        let f = 320.5 / 28.5_f64.to_radians().tan();
+        assert!(
+            (f64::from(x) - 200.0 / f).abs() < 1e-6 && (f64::from(y) - 100.0 / f).abs() < 1e-6 && z == 2.0,
+            "{x} {y}"
+        );
+        let s = Settings { columns: 3, rows: 3, ortho_size: 0.3, ..Settings::default() };
+        let [x, y, _] = s.point(s.intrinsics(), 0, 2, 2.0);
+        assert!((x - 0.1).abs() < 1e-6 && (y - 0.1).abs() < 1e-6, "{x} {y}");
+    }
+
+    #[test]
+    fn what_is_not_wanted_is_not_asked_for() {
+        let plain = Settings::default().beams();
+        assert_eq!((plain.own, plain.without), ([3, 0, 0, 0], TATU_IN_COSINE));
+        let other = Settings { color: false, points: true, incidence: true, ..Settings::default() }.beams();
+        assert_eq!((other.own, other.without), ([0, 3, 1, 0], TATU_IN_COLOR));
     }
 
     #[test]

@@ -7,7 +7,7 @@
 use super::{
     handle::Seen,
     view::View,
-    work::{Lens, Work, blobs, coordinates, intensity},
+    work::{Lens, Work, blobs, coordinates},
 };
 use crate::{Vrep, kit::*, notes};
 
@@ -89,73 +89,116 @@ pub(super) fn run(c: &Ctx<'_>, view: &View, mut seen: Seen) -> Result<Seen> {
 }
 
 /// What a chain begins with.
-struct Given<'a> {
-    rgb: &'a [u8],
-    depth: &'a [f32],
-    lens: Lens,
+pub(super) struct Given<'a> {
+    pub rgb: &'a [u8],
+    pub depth: &'a [f32],
+    pub lens: Lens,
 }
 
 /// What a chain makes of it.
 #[derive(Debug, Default, PartialEq)]
-struct Found {
-    rgb: Option<Vec<u8>>,
-    depth: Option<Vec<f32>>,
-    trigger: bool,
-    packets: Vec<Vec<f64>>,
+pub(super) struct Found {
+    pub rgb: Option<Vec<u8>>,
+    pub depth: Option<Vec<f32>>,
+    pub trigger: bool,
+    pub packets: Vec<Vec<f64>>,
 }
 
 fn apply(chain: &[Filter], given: &Given<'_>, mut work: Work) -> Result<Found> {
     let mut found = Found::default();
     for f in chain.iter().filter(|f| f.options & ON != 0) {
-        let float = |k: usize, otherwise: f64| f.floats.get(k).copied().unwrap_or(otherwise) as f32;
-        match f.kind {
-            1 => work.set_rgb(given.rgb),
-            2 => work.set_depth(given.depth),
-            3 => work.uniform([0, 1, 2].map(|k| float(k, 0.0))),
-            4 => found.rgb = Some(work.rgb()),
-            5 | 6 => work.buffers[f.kind as usize - 5] = work.image.clone(),
-            7 | 8 => work.image = work.buffers[f.kind as usize - 7].clone(),
-            9 => work.buffers.swap(0, 1),
-            10 => work.with_buffer(0, |x, b| x + b),
-            11 => work.with_buffer(0, |x, b| x - b),
-            12 => work.with_buffer(0, |x, b| x * b),
-            13 => work.flip(true, false),
-            14 => work.flip(false, true),
-            18 | 19 => work.kernel(if f.kind == 18 { 3 } else { 5 }, &f.floats, 1.0),
-            21 => work.edges(float(0, 0.2)),
-            24 => work.normalize(),
-            25 => work.intensity_scale(float(0, 0.0), float(1, 1.0)),
-            27 => work.scale_and_offset([0, 1, 2].map(|k| float(k, 1.0)), [3, 4, 5].map(|k| float(k, 0.0))),
-            28 => {
-                work.binary(float(0, 0.5));
-                let white = work.image.iter().filter(|p| intensity(p) > 0.5).count();
-                found.packets.push(vec![white as f64 / work.image.len().max(1) as f64]);
-            }
-            29 => std::mem::swap(&mut work.image, &mut work.buffers[0]),
-            30 => work.into_buffer(0, |b, x| b + x),
-            31 => work.into_buffer(0, |b, x| b - x),
-            34 => {
-                let (packet, label) = blobs(&work, float(0, 0.5), f.floats.get(1).copied().unwrap_or(0.0));
-                found.trigger |= packet[0] > 0.0;
-                found.packets.push(packet);
-                for (p, l) in work.image.iter_mut().zip(label) {
-                    *p = blob_color(l);
-                }
-            }
-            35 => {
-                let count = [0, 1]
-                    .map(|k| f.ints.get(k).map_or([work.columns, work.rows][k], |n| (*n).clamp(1, 4096) as usize));
-                let even = f.bytes.first().is_some_and(|b| *b != 0);
-                found.packets.push(coordinates(&work.depth(), work.columns, work.rows, &given.lens, count, even));
-            }
-            38 => found.depth = Some(work.depth()),
-            kind => {
-                return Err(Fail::unsupported(format!("there are no filters of type {kind} here"))
-                    .help("take it out of the sensor's data `vision.filters`, or do its work in sysCall_vision"));
-            }
-        }
+        step(f, given, &mut work, &mut found)?;
     }
     Ok(found)
+}
+
+/// What one filter does.
+pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut Found) -> Result {
+    let float = |k: usize, otherwise: f64| f.floats.get(k).copied().unwrap_or(otherwise) as f32;
+    let three = |k: usize, otherwise: f64| [0, 1, 2].map(|i| float(k + i, otherwise));
+    let bit = |n: i64| f.bytes.first().is_some_and(|b| b & n != 0);
+    let (columns, rows) = (work.columns as f64, work.rows as f64);
+    match f.kind {
+        1 => work.set_rgb(given.rgb),
+        2 => work.set_depth(given.depth),
+        3 => work.uniform(three(0, 0.0)),
+        4 => found.rgb = Some(work.rgb()),
+        5 | 6 => work.buffers[f.kind as usize - 5] = work.image.clone(),
+        7 | 8 => work.image = work.buffers[f.kind as usize - 7].clone(),
+        9 => work.buffers.swap(0, 1),
+        10 => work.with_buffer(0, |x, b| x + b),
+        11 => work.with_buffer(0, |x, b| x - b),
+        12 => work.with_buffer(0, |x, b| x * b),
+        13 => work.flip(true, false),
+        14 => work.flip(false, true),
+        18 | 19 => {
+            let side = if f.kind == 18 { 3 } else { 5 };
+            let factor = f.floats.get(side * side).copied().unwrap_or(1.0);
+            for _ in 0..f.ints.first().map_or(1, |n| (*n).clamp(1, 100)) {
+                work.kernel(side, &f.floats, factor);
+            }
+        }
+        20 => work.kernel(3, &[0.0, -1.0, 0.0, -1.0, 5.0, -1.0, 0.0, -1.0, 0.0], 1.0),
+        21 => work.edges(float(0, 0.2)),
+        22 => {
+            let (w, h) = (f64::from(float(0, 1.0)) * columns / 2.0, f64::from(float(1, 1.0)) * rows / 2.0);
+            let inside = |c: usize, r: usize| {
+                (c as f64 + 0.5 - columns / 2.0).abs() <= w && (r as f64 + 0.5 - rows / 2.0).abs() <= h
+            };
+            work.keep(bit(1), |c, r, _| inside(c, r));
+        }
+        23 => {
+            let radius = f64::from(float(0, 1.0)) * columns.min(rows) / 2.0;
+            work.keep(bit(1), |c, r, _| (c as f64 + 0.5 - columns / 2.0).hypot(r as f64 + 0.5 - rows / 2.0) <= radius);
+        }
+        24 => work.normalize(),
+        25 => work.intensity_scale(float(0, 0.0), float(1, 1.0), f.ints.first().is_none_or(|n| n & 1 == 0)),
+        26 if bit(2) => {
+            let (color, tolerance, keep) = (three(0, 0.0), three(3, 0.0), bit(1));
+            work.keep(bit(4), |_, _, p| (0..3).all(|k| (p[k] - color[k]).abs() <= tolerance[k]) == keep);
+        }
+        27 if bit(2) => work.scale_and_offset(three(0, 0.0), three(3, 1.0), three(6, 0.0)),
+        26 | 27 => return Err(Fail::unsupported("filters of colours work in red, green and blue here, not by hue")),
+        28 => {
+            work.binary(float(0, 0.5));
+            let found_here = work.moments();
+            // Each wanted value is followed by how far it may be off; that of roundness is a least value.
+            let near = |k: usize| {
+                let (wanted, off) = (f64::from(float(4 + 2 * k, 0.0)), f64::from(float(5 + 2 * k, 1e9)));
+                (found_here[k] - wanted).abs() <= off
+            };
+            let round = found_here[4] >= f64::from(float(12, 0.0));
+            found.trigger |= bit(4) && (0..4).all(near) && round;
+            found.packets.push(found_here.to_vec());
+        }
+        29 => std::mem::swap(&mut work.image, &mut work.buffers[0]),
+        30 => work.into_buffer(0, |b, x| b + x),
+        31 => work.into_buffer(0, |b, x| b - x),
+        34 => {
+            let (packet, label) = blobs(work, float(0, 0.5), f.floats.get(1).copied().unwrap_or(0.0));
+            found.trigger |= packet[0] > 0.0;
+            found.packets.push(packet);
+            if bit(1) {
+                work.image.iter_mut().zip(label).for_each(|(p, l)| *p = blob_color(l));
+            }
+        }
+        35 => {
+            let side = |k: usize| f.ints.get(k).map_or([work.columns, work.rows][k], |n| (*n).clamp(1, 4096) as usize);
+            let count = [side(0), side(1)];
+            found.packets.push(coordinates(&work.depth(), work.columns, work.rows, &given.lens, count, bit(1)));
+        }
+        36 => {
+            let share = work.changed(float(0, 0.1));
+            found.trigger |= share > 0.0;
+            found.packets.push(vec![share]);
+        }
+        38 => found.depth = Some(work.depth()),
+        kind => {
+            return Err(Fail::unsupported(format!("there are no filters of type {kind} here"))
+                .help("take it out of the sensor's data `vision.filters`, or do its work in sysCall_vision"));
+        }
+    }
+    Ok(())
 }
 
 /// A color for each spot, black between them.
@@ -179,8 +222,8 @@ fn filter_at(c: &Ctx<'_>, chain: &[Filter]) -> Result<usize> {
 }
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let missing = "Filters 15 to 17, 20, 22, 23, 26, 32, 33, 36, 37 and 1000 are not there; what parameters of the others \
-        mean beyond the documented ones is our reading.";
+    let missing = "Filters 15 to 17 (rotate, shift, resize), 32, 33, 37 and 1000 are not there, and 26 and 27 not by hue; roundness is \
+        the ratio of a spot's sides, which may not be the original's.";
     offer.command(
         both("getVisionSensorFilter", MINUS, |c| {
             let view = View::of(c, 0)?;
@@ -268,11 +311,26 @@ mod tests {
         assert_eq!(flipped, [1.0, 0.5, 0.25, 0.0]);
     }
 
+    /// What is removed goes to the buffer; kept is what is near a color (26), or lies in the middle (22).
+    #[test]
+    fn colours_and_parts_are_kept() {
+        let rgb = [255, 0, 0, 0, 255, 0, 250, 5, 0, 0, 0, 255];
+        let near_red = found("1;26:1:3::1,0,0,0.1,0.1,0.1;4", &rgb, &[0.0; 4]).rgb.unwrap();
+        assert_eq!(near_red, [255, 0, 0, 0, 0, 0, 250, 5, 0, 0, 0, 0]);
+        let rest = found("1;26:1:7::1,0,0,0.1,0.1,0.1;7;4", &rgb, &[0.0; 4]).rgb.unwrap();
+        assert_eq!(rest, [0, 0, 0, 0, 255, 0, 0, 0, 0, 0, 0, 255]);
+        assert_eq!(found("1;22::::0.4,0.4;4", &rgb, &[0.0; 4]).rgb.unwrap(), [0; 12]);
+        assert_eq!(found("1;22::::1,1;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
+        let f = found("3;5;1;36::::0.2;4", &[255, 255, 255, 0, 0, 0, 0, 0, 0, 0, 0, 0], &[0.0; 4]);
+        assert_eq!((f.trigger, f.packets), (true, vec![vec![0.25]]));
+    }
+
     /// Half of four pixels are brighter than 0.5.
     #[test]
     fn thresholds() {
         let f = found("1;28::::0.5;4", &[255, 255, 255, 0, 0, 0, 127, 127, 127, 200, 150, 100], &[0.0; 4]);
-        assert_eq!(f.packets, [vec![0.5]]);
+        assert_eq!(f.packets.len(), 1);
+        assert_eq!(f.packets[0][0], 0.5);
         assert_eq!(f.rgb.unwrap(), [255, 255, 255, 0, 0, 0, 0, 0, 0, 255, 255, 255]);
     }
 }

@@ -5,6 +5,7 @@
 //! - `saving`: images in files, and made of others;
 //! - `handle`: taking an image, and what was found in it; `callbacks`: what scripts of the sensor make of it; `set`: images from elsewhere;
 //! - `filters`: the chains that sensors had before 4.0, on a working image (`work`);
+//! - `module`: the same filters one by one, as `simVision` has them;
 //! - `parameters`: resolution, planes and angles by number.
 //!
 //! Rows run from the bottom to the top, depths from 0 at the near plane to 1 at the far one. A dummy or camera that stands
@@ -14,6 +15,7 @@ mod callbacks;
 mod filters;
 mod handle;
 mod images;
+pub(crate) mod module;
 mod packets;
 pub(crate) mod parameters;
 mod saving;
@@ -24,6 +26,7 @@ mod work;
 use crate::{Vrep, kit::*};
 
 pub(crate) use handle::AllSeen;
+pub(crate) use module::AllWork;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     callbacks::offer(offer);

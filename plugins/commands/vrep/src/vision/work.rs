@@ -90,13 +90,49 @@ impl Work {
             self.each(|p| p.map(|x| (x - least) / (most - least)));
         }
     }
-    /// Each pixel becomes grey: its intensity, from `least` to `most`.
-    pub fn intensity_scale(&mut self, least: f32, most: f32) {
-        self.each(|p| [least + (most - least) * intensity(&p); 3]);
+    /// Values from 0 to 1 become those from `least` to `most`: each color by itself, or all that of the intensity.
+    pub fn intensity_scale(&mut self, least: f32, most: f32, grey: bool) {
+        let scaled = |x: f32| (least + (most - least) * x).clamp(0.0, 1.0);
+        self.each(|p| if grey { [scaled(intensity(&p)); 3] } else { p.map(scaled) });
     }
-    /// Values times and plus something, color by color.
-    pub fn scale_and_offset(&mut self, scale: Pixel, offset: Pixel) {
-        self.each(|p| [0, 1, 2].map(|k| (p[k] * scale[k] + offset[k]).clamp(0.0, 1.0)));
+    /// Values plus, times and plus something, color by color.
+    pub fn scale_and_offset(&mut self, before: Pixel, scale: Pixel, after: Pixel) {
+        self.each(|p| [0, 1, 2].map(|k| ((p[k] + before[k]) * scale[k] + after[k]).clamp(0.0, 1.0)));
+    }
+    /// Makes pixels black that a question is not answered with yes for; these go to the first buffer, if they are to.
+    pub fn keep(&mut self, removed_to_buffer: bool, kept: impl Fn(usize, usize, &Pixel) -> bool) {
+        if removed_to_buffer {
+            self.buffers[0].fill([0.0; 3]);
+        }
+        let columns = self.columns.max(1);
+        for (i, (p, b)) in self.image.iter_mut().zip(&mut self.buffers[0]).enumerate() {
+            if !kept(i % columns, i / columns, p) {
+                if removed_to_buffer {
+                    *b = *p;
+                }
+                *p = [0.0; 3];
+            }
+        }
+    }
+    /// White where a pixel's intensity is no longer that of the buffer, but for a threshold; their share of the image.
+    pub fn changed(&mut self, threshold: f32) -> f64 {
+        let mut n = 0;
+        for (p, b) in self.image.iter_mut().zip(&self.buffers[0]) {
+            let changed = (intensity(p) - intensity(b)).abs() > threshold;
+            n += usize::from(changed);
+            *p = [if changed { 1.0 } else { 0.0 }; 3];
+        }
+        n as f64 / self.image.len().max(1) as f64
+    }
+    /// Share of the white pixels of a black and white image, their middle and orientation, and how round they lie, 0 to 1.
+    pub fn moments(&self) -> [f64; 5] {
+        let spot: Vec<usize> = (0..self.image.len()).filter(|i| intensity(&self.image[*i]) > 0.5).collect();
+        if spot.is_empty() {
+            return [0.0, 0.5, 0.5, 0.0, 0.0];
+        }
+        let [angle, x, y, width, height] = box_of(&spot, self.columns, self.rows);
+        let (w, h) = (width * self.columns as f64, height * self.rows as f64);
+        [spot.len() as f64 / self.image.len() as f64, x, y, angle, w.min(h) / w.max(h).max(1e-9)]
     }
     /// White where the intensity is greater, else black.
     pub fn binary(&mut self, threshold: f32) {

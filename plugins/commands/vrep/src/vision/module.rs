@@ -1,0 +1,372 @@
+//! The module `simVision`: filters one by one, called from `sysCall_vision`.
+//!
+//! Each sensor has a working image and two buffers, which last until the run ends.
+
+use std::collections::BTreeMap;
+
+use super::{
+    filters::{Filter, Found, Given, step},
+    handle::{keep, settled},
+    images::packed,
+    view::View,
+    work::Work,
+};
+use crate::{Vrep, kit::*, state::state};
+
+/// The working images of sensors.
+pub(crate) type AllWork = BTreeMap<tatu_object, Work>;
+
+/// An argument: what it is, and where the filter keeps it.
+#[derive(Debug, Clone, Copy)]
+enum Arg {
+    /// A number.
+    Float(&'static str),
+    /// So many numbers in a table.
+    Floats(&'static str, u32),
+    /// Two whole numbers in a table.
+    Pair(&'static str),
+    /// A whole number.
+    Int(&'static str),
+    /// A bit of the filter's byte.
+    Bit(&'static str, i64),
+    /// A bit of the filter's whole number that is set when the argument is false.
+    NotBit(&'static str, i64),
+    /// Something that means nothing here.
+    Ignored(&'static str),
+}
+use Arg::*;
+
+/// A function of the module: its name, the filter, its arguments, whether it tells what it found, what it does, and
+/// an example: arguments, and what must be true of `rgb`, three bytes of the result of a red image.
+struct Function {
+    name: &'static str,
+    kind: i64,
+    args: &'static [Arg],
+    finds: bool,
+    text: &'static str,
+    example: (&'static str, &'static str),
+}
+
+const fn f(
+    name: &'static str,
+    kind: i64,
+    args: &'static [Arg],
+    text: &'static str,
+    example: (&'static str, &'static str),
+) -> Function {
+    Function { name, kind, args, finds: false, text, example }
+}
+
+/// A filter that tells what it found.
+const fn finds(
+    name: &'static str,
+    kind: i64,
+    args: &'static [Arg],
+    text: &'static str,
+    example: (&'static str, &'static str),
+) -> Function {
+    Function { name, kind, args, finds: true, text, example }
+}
+
+const RED: &str = "rgb == '255,0,0'";
+const BLACK: &str = "rgb == '0,0,0'";
+const MATRIX: [&str; 2] =
+    [", 1, 1, {0, 0, 0, 0, 1, 0, 0, 0, 0}", ", 1, 1, {0,0,0,0,0, 0,0,0,0,0, 0,0,1,0,0, 0,0,0,0,0, 0,0,0,0,0}"];
+const REMOVE: Arg = Ignored("removeBuffer");
+
+const FUNCTIONS: &[Function] = &[
+    f("sensorImgToWorkImg", 1, &[], "Takes the sensor's image.", ("", "rgb == '0,255,0'")),
+    f("sensorDepthMapToWorkImg", 2, &[], "Takes the sensor's depths, 0 to 1, as grey.", ("", "rgb == '72,72,72'")),
+    f(
+        "uniformImgToWorkImg",
+        3,
+        &[Floats("color", 3)],
+        "Makes all pixels the same.",
+        (", {0, 1, 0}", "rgb == '0,255,0'"),
+    ),
+    f("workImgToSensorImg", 4, &[REMOVE], "Gives the working image out as the sensor's.", ("", RED)),
+    f("workImgToSensorDepthMap", 38, &[REMOVE], "Gives the working image out as the sensor's depths.", ("", RED)),
+    f("workImgToBuffer1", 5, &[], "Copies the working image.", ("", RED)),
+    f("workImgToBuffer2", 6, &[], "Copies the working image.", ("", RED)),
+    f("buffer1ToWorkImg", 7, &[], "Takes what is in the buffer.", ("", BLACK)),
+    f("buffer2ToWorkImg", 8, &[], "Takes what is in the buffer.", ("", BLACK)),
+    f("swapBuffers", 9, &[], "Swaps the two buffers.", ("", RED)),
+    f("addBuffer1ToWorkImg", 10, &[], "Adds the buffer.", ("", RED)),
+    f("subtractBuffer1FromWorkImg", 11, &[], "Subtracts the buffer.", ("", RED)),
+    f("multiplyWorkImgWithBuffer1", 12, &[], "Multiplies with the buffer.", ("", BLACK)),
+    f("horizontalFlipWorkImg", 13, &[], "Mirrors left and right.", ("", RED)),
+    f("verticalFlipWorkImg", 14, &[], "Mirrors up and down.", ("", RED)),
+    f(
+        "matrix3x3OnWorkImg",
+        18,
+        &[Int("passes"), Floats("factor", 0), Floats("matrix", 9)],
+        "Each pixel becomes a sum of those around it.",
+        (MATRIX[0], RED),
+    ),
+    f(
+        "matrix5x5OnWorkImg",
+        19,
+        &[Int("passes"), Floats("factor", 0), Floats("matrix", 25)],
+        "Each pixel becomes a sum of those around it.",
+        (MATRIX[1], RED),
+    ),
+    f("sharpenWorkImg", 20, &[], "Sharpens edges.", ("", RED)),
+    f(
+        "edgeDetectionOnWorkImg",
+        21,
+        &[Float("threshold")],
+        "White where neighbours differ, else black.",
+        (", 0.2", BLACK),
+    ),
+    f(
+        "rectangularCutWorkImg",
+        22,
+        &[Floats("sizes", 2), Bit("copyToBuffer1", 1)],
+        "Makes all black but a rectangle in the middle, in parts of the image.",
+        (", {0.5, 0.5}", BLACK),
+    ),
+    f(
+        "circularCutWorkImg",
+        23,
+        &[Float("radius"), Bit("copyToBuffer1", 1)],
+        "Makes all black but a circle in the middle; 1: it touches the nearer sides.",
+        (", 0.5", BLACK),
+    ),
+    f("normalizeWorkImg", 24, &[], "Stretches values to 0 to 1.", ("", RED)),
+    f(
+        "intensityScaleOnWorkImg",
+        25,
+        &[Float("start"), Float("end"), NotBit("greyScale", 1)],
+        "Values from 0 to 1 become those from start to end.",
+        (", 1, 0, false", "rgb == '0,255,255'"),
+    ),
+    f(
+        "selectiveColorOnWorkImg",
+        26,
+        &[Floats("color", 3), Floats("tolerance", 3), Bit("rgbSpace", 2), Bit("keep", 1), Bit("removedToBuffer1", 4)],
+        "Keeps or removes what is near a color.",
+        (", {1, 0, 0}, {0.1, 0.1, 0.1}, true, false", BLACK),
+    ),
+    f(
+        "scaleAndOffsetWorkImg",
+        27,
+        &[Floats("preOffset", 3), Floats("scale", 3), Floats("postOffset", 3), Bit("rgbSpace", 2)],
+        "Adds, multiplies and adds, color by color.",
+        (", {0, 0, 0}, {0, 1, 1}, {0, 0, 1}, true", "rgb == '0,0,255'"),
+    ),
+    finds(
+        "binaryWorkImg",
+        28,
+        &[
+            Float("threshold"),
+            Float("share"),
+            Float("shareOff"),
+            Float("x"),
+            Float("xOff"),
+            Float("y"),
+            Float("yOff"),
+            Float("orientation"),
+            Float("orientationOff"),
+            Float("roundness"),
+            Bit("enableTrigger", 4),
+        ],
+        "White where the intensity is above a threshold, else black. It found the white share, its middle x and y, \
+         orientation and roundness; it triggers where these are near what is wanted.",
+        (", 0.3, 1, 0.1, 0.5, 1, 0.5, 1, 0, 7, 0, true", "rgb == '255,255,255' and trigger"),
+    ),
+    f("swapWorkImgWithBuffer1", 29, &[], "Swaps the working image with the buffer.", ("", BLACK)),
+    f("addWorkImgToBuffer1", 30, &[], "Adds to the buffer.", ("", RED)),
+    f("subtractWorkImgFromBuffer1", 31, &[], "Subtracts from the buffer.", ("", RED)),
+    finds(
+        "blobDetectionOnWorkImg",
+        34,
+        &[Float("threshold"), Float("minSize"), Bit("diffColor", 1), Ignored("overlayColor")],
+        "Finds spots above a threshold: their number, 6, then of each its share of the image, orientation, middle x and y, \
+         width and height, in parts of the image.",
+        (", 0.2, 0.1, false", "trigger and sim.unpackFloatTable(packet)[1] == 1"),
+    ),
+    finds(
+        "coordinatesFromWorkImg",
+        35,
+        &[Pair("pointCount"), Bit("evenAngles", 1), Ignored("returnColors")],
+        "Points of a depth image: how many along x and y, then x, y, z and distance of each, in the sensor's frame, or \
+         with the flag sim.handleflag_abscoords in the world's. With returnColors the third value holds three bytes \
+         a point, of buffer 1.",
+        (", {2, 1}", "not trigger and #sim.unpackFloatTable(packet) == 10"),
+    ),
+    finds(
+        "changedPixelsOnWorkImg",
+        36,
+        &[Float("threshold")],
+        "White where the image differs from buffer 1, else black. It found their share.",
+        (", 0.2", "trigger"),
+    ),
+];
+
+/// Added to a handle: points in the world's frame.
+const WORLD: i64 = 0x80_0000;
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    for function in FUNCTIONS {
+        let mut command = Cmd::new(format!("simVision.{}", function.name), move |c| run(c, function))
+            .param(flagged("sensor"))
+            .text(function.text)
+            .example(example(function));
+        for arg in function.args {
+            command = command.param(match *arg {
+                Float(key) => Param::float(key).optional(),
+                // A factor is one number.
+                Floats(key, 0) => Param::float(key).optional(),
+                Floats(key, n) => Param::any(key).optional().text(format!("{n} numbers")),
+                Pair(key) => Param::any(key).optional().text("{x, y}"),
+                Int(key) => Param::int(key).optional(),
+                Bit(key, _) | NotBit(key, _) => Param::any(key).optional().text("true or false"),
+                Ignored(key) => Param::any(key).optional(),
+            });
+        }
+        if function.finds {
+            command = command
+                .returns(Param::bool("trigger").text("whether something was found"))
+                .returns(Param::string("packet").text("packed 32-bit floats"));
+            if function.kind == 35 {
+                command = command.returns(Param::string("colors").optional().text("three bytes a point"));
+            }
+        }
+        offer.command(match function.kind {
+            26 | 27 => command.partial("Only in red, green and blue: rgbSpace must be true."),
+            20 => command.partial("How much it sharpens is an estimate."),
+            28 => command
+                .partial("Roundness is the ratio of the sides of the white spot, which may not be the original's."),
+            34 => command.partial("Nothing is drawn over the image; diffColor gives each spot a color."),
+            _ => command,
+        });
+    }
+}
+
+/// A script that raises where a red image (of the functions that take one, a green one and depths) does not become what it
+/// should.
+fn example(f: &Function) -> String {
+    let ready = match f.kind {
+        1 => "sim.setVisionSensorImg(eye, string.char(0, 255, 0):rep(12))",
+        2 => "-- Something fills the image at 1 m, between 0.01 and 3.5 m: 0.28 of 255.",
+        _ => "simVision.uniformImgToWorkImg(eye, {1, 0, 0})",
+    };
+    let call = format!("simVision.{}(eye{})", f.name, f.example.0);
+    let call = if f.finds { format!("local trigger, packet = {call}") } else { call };
+    format!(
+        "local simVision = require 'simVision'\n\
+         function sysCall_sensing()\n    \
+             local eye = sim.getObject('/working')\n    \
+             sim.handleVisionSensor(eye)\n    \
+             simVision.uniformImgToWorkImg(eye, {{0, 0, 0}})\n    \
+             simVision.workImgToBuffer1(eye)\n    \
+             simVision.workImgToBuffer2(eye)\n    \
+             {ready}\n    \
+             {call}\n    \
+             simVision.workImgToSensorImg(eye)\n    \
+             local rgb = table.concat({{sim.getVisionSensorImg(eye):byte(1, 3)}}, ',')\n    \
+             assert({}, rgb)\n\
+         end",
+        f.example.1
+    )
+}
+
+fn run(c: &mut Ctx<'_>, function: &Function) -> Result {
+    let view = View::of(c, 0)?;
+    let filter = filter(c, function)?;
+    let seen = settled(c, &view)?;
+    let mut work = state(c)?.work.remove(&view.id).filter(|w| (w.columns, w.rows) == (view.columns, view.rows));
+    let work = work.get_or_insert_with(|| Work::new(view.columns, view.rows));
+    let mut found = Found::default();
+    let done = {
+        // Only what is taken from the sensor is looked up.
+        let rgb = if function.kind == 1 { seen.rgb(c, &view) } else { Default::default() };
+        let depth = if function.kind == 2 { seen.depth(c, &view) } else { Default::default() };
+        step(&filter, &Given { rgb: &rgb, depth: &depth, lens: view.lens(c) }, work, &mut found)
+    };
+    let colors = (function.kind == 35 && c.arg(3).truthy()).then(|| colors(work, &filter));
+    let work = std::mem::take(work);
+    state(c)?.work.insert(view.id, work);
+    done?;
+    if found.rgb.is_some() || found.depth.is_some() {
+        let mut seen = seen;
+        seen.rgb = found.rgb.or(seen.rgb);
+        seen.depth = found.depth.or(seen.depth);
+        keep(c, &view, seen)?;
+    }
+    if function.finds {
+        let mut packet = found.packets.pop().unwrap_or_default();
+        if function.kind == 35 && c.i64(0)? & WORLD != 0 {
+            into_world(&mut packet, &c.world().pose(view.id, 0)?);
+        }
+        c.ret(found.trigger);
+        c.ret::<[u8]>(packed(&packet.iter().map(|x| *x as f32).collect::<Vec<_>>()));
+        if let Some(colors) = colors {
+            c.ret::<[u8]>(colors);
+        }
+    }
+    Ok(())
+}
+
+/// The filter with what the arguments tell.
+fn filter(c: &Ctx<'_>, function: &Function) -> Result<Filter> {
+    let mut out = Filter { kind: function.kind, options: 1, bytes: vec![0], ..Filter::default() };
+    let (mut factor, mut whole) = (None, 0);
+    for (i, arg) in function.args.iter().enumerate().map(|(i, a)| (i + 1, *a)) {
+        match arg {
+            Ignored(_) => {}
+            Bit(_, bit) => out.bytes[0] |= if c.arg(i).truthy() { bit } else { 0 },
+            NotBit(_, bit) => whole |= if c.arg(i).truthy() { 0 } else { bit },
+            Int(_) => out.ints.push(int_or(c, i, 1)?),
+            Pair(_) if c.has(i) => out.ints.extend(numbers::<2>(c, i)?.map(|x| x as i64)),
+            Float(_) if c.has(i) => out.floats.push(c.f64(i)?),
+            Floats(_, 0) if c.has(i) => factor = Some(c.f64(i)?),
+            Floats(_, n) if c.has(i) => {
+                let all = c.arg(i).numbers().filter(|v| v.len() >= n as usize);
+                let all = all.ok_or_else(|| Fail::argument(format!("argument {}: expected {n} numbers", i + 1)))?;
+                out.floats.extend(&all[..n as usize]);
+            }
+            Pair(_) | Float(_) | Floats(..) => {}
+        }
+    }
+    if function.args.iter().any(|a| matches!(a, NotBit(..))) {
+        out.ints.push(whole);
+    }
+    if function.kind == 28 && out.floats.len() > 1 {
+        // A chain has three numbers between the threshold and what is wanted.
+        out.floats.splice(1..1, [0.0; 3]);
+    }
+    out.floats.extend(factor);
+    Ok(out)
+}
+
+/// Three bytes for each point, of buffer 1.
+fn colors(work: &Work, filter: &Filter) -> Vec<u8> {
+    let side = |k: usize, n: usize| filter.ints.get(k).map_or(n, |x| (*x).clamp(1, 4096) as usize);
+    let (nx, ny) = (side(0, work.columns), side(1, work.rows));
+    let mut out = Vec::with_capacity(3 * nx * ny);
+    for j in 0..ny {
+        for i in 0..nx {
+            let (c, r) = ((2 * i + 1) * work.columns / (2 * nx), (2 * j + 1) * work.rows / (2 * ny));
+            let pixel = work.buffers[0].get(r * work.columns + c).copied().unwrap_or_default();
+            out.extend(pixel.map(|x| (x.clamp(0.0, 1.0) * 255.0).round() as u8));
+        }
+    }
+    out
+}
+
+/// Points of a packet as the world sees them.
+fn into_world(packet: &mut [f64], pose: &[f64; 7]) {
+    let [px, py, pz, x, y, z, w] = *pose;
+    for point in packet.get_mut(2..).unwrap_or_default().chunks_exact_mut(4) {
+        let v = [point[0], point[1], point[2]];
+        let cross = |a: [f64; 3], b: [f64; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let t = cross([x, y, z], v);
+        let u = cross([x, y, z], t);
+        for (k, p) in [px, py, pz].into_iter().enumerate() {
+            point[k] = p + v[k] + 2.0 * (w * t[k] + u[k]);
+        }
+    }
+}
