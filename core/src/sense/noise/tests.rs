@@ -1,6 +1,6 @@
 //! Noise stage by stage, without a world.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use tatu_plugin_api::abi::*;
 
@@ -81,7 +81,14 @@ pub struct Sensor {
     spans: Vec<(usize, usize)>,
     seed: u64,
     drawn: u64,
-    pool: rayon::ThreadPool,
+    pool: Arc<rayon::ThreadPool>,
+}
+
+/// One thread, shared by all sensors: making threads takes longer than most of what is tested.
+static POOL: LazyLock<Arc<rayon::ThreadPool>> = LazyLock::new(|| pool(1));
+
+fn pool(threads: usize) -> Arc<rayon::ThreadPool> {
+    Arc::new(rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap())
 }
 
 impl Sensor {
@@ -97,8 +104,7 @@ impl Sensor {
             spans.push((words, n));
             words += n;
         }
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
-        let pool = pool.or_else(|_| rayon::ThreadPoolBuilder::new().num_threads(1).build()).unwrap();
+        let pool = POOL.clone();
         Sensor { kind, noise: None, spec: spec.map(Arc::new), words: vec![0; words], spans, seed, drawn: 0, pool }
     }
 
@@ -284,7 +290,7 @@ fn threads_change_no_bit() {
         "small = { sigma = [0.001, 0, 0.0012], inverse_step = 0.003, dropout = 0.01, shift = 0.01, valid = \"seen\" }";
     let run = |threads: usize| {
         let mut s = Sensor::new(noise, 307_200, 9);
-        s.pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        s.pool = pool(threads);
         for i in 0..3 {
             s.measure(f64::from(i), |f| {
                 f.of32(SMALL).iter_mut().enumerate().for_each(|(i, x)| *x = 0.5 + (i % 1000) as f32 * 0.003);
