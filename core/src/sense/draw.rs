@@ -103,3 +103,80 @@ unsafe fn fill(table: *const tatu_random, i: u32, n: u64, out: *mut f64, numbers
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sense::noise::judge::*;
+
+    /// Numbers along one of the four ways in which keys and indices may differ, the others at rest.
+    fn along(way: usize) -> impl Fn(u64) -> (Key, u64) {
+        move |i| match way {
+            0 => (Key::new(7, 3, 1), i),
+            1 => (Key::new(7, i, 1), 5),
+            2 => (Key::new(7, 3, i), 5),
+            _ => (Key::new(i, 3, 1), 5),
+        }
+    }
+
+    #[test]
+    fn numbers_are_even_along_each_way() {
+        for way in 0..4 {
+            let at = along(way);
+            let all: Vec<f64> = (0..100_000).map(|i| at(i).0.uniform(at(i).1)).collect();
+            kolmogorov_smirnov(&all, |x| x).unwrap();
+            independent(&all).unwrap();
+            // Each bit is 1 in half of the numbers: sd of a count of n coins is sqrt(n) / 2; 5 of them for 64 bits at once.
+            for bit in 0..64 {
+                let ones = (0..100_000).filter(|i| at(*i).0.bits(at(*i).1) >> bit & 1 == 1).count() as f64;
+                assert!((ones - 50_000.0).abs() < 5.0 * 100_000f64.sqrt() / 2.0, "way {way}, bit {bit}: {ones}");
+            }
+        }
+    }
+
+    #[test]
+    fn normal_numbers_are_normal_along_each_way() {
+        for way in 0..4 {
+            let at = along(way);
+            let all: Vec<f64> = (0..100_000).map(|i| at(i).0.normal(at(i).1)).collect();
+            white(&all, 1.0).unwrap_or_else(|e| panic!("way {way}: {e}"));
+        }
+    }
+
+    /// Keys that differ in one bit or by one, in what stands next to each other in a run: no pair is correlated.
+    #[test]
+    fn neighbours_have_nothing_in_common() {
+        let n = 50_000;
+        let numbers = |k: Key| (0..n).map(|i| k.normal(i)).collect::<Vec<f64>>();
+        let first = numbers(Key::new(1 << 40, 1000, 99));
+        let others = (0..64).map(|b| Key::new(1 << 40 ^ 1 << b, 1000, 99));
+        let others =
+            others.chain([(1000, 100), (1001, 99), (999, 99), (1000, 98)].map(|(d, s)| Key::new(1 << 40, d, s)));
+        for (i, key) in others.enumerate() {
+            let other = numbers(key);
+            for lag in 0..3 {
+                let r = correlation(&first[lag..], &other[..other.len() - lag]);
+                // The sd of a correlation of independent numbers is 1 / sqrt(n); 5 for about 200 of them.
+                assert!(r.abs() < 5.0 / (n as f64).sqrt(), "{i}, lag {lag}: {r}");
+            }
+        }
+    }
+
+    #[test]
+    fn many_are_the_same_as_one_by_one() {
+        let key = Key::new(1, 2, 3);
+        let mut many = [0.0; 1000];
+        key.normals(17, &mut many);
+        many.iter().zip(17..).for_each(|(x, i)| assert_eq!(x.to_bits(), key.normal(i).to_bits()));
+        let (keys, mut out) = ([Key::new(9, 9, 9), key], [0.0; 10]);
+        let table = table(&keys);
+        // SAFETY: as a plugin calls it.
+        unsafe { table.normal.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };
+        assert_eq!(out, many[3..13]);
+        unsafe { table.uniform.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };
+        assert_eq!(out[0], key.uniform(20));
+        // An instance that is not there draws nothing.
+        unsafe { table.normal.unwrap()(&table, 2, 20, 10, out.as_mut_ptr()) };
+        assert_eq!(out[0], key.uniform(20));
+    }
+}

@@ -191,8 +191,10 @@ impl FieldPlan {
                 let index = first + i as u64;
                 if whether.uniform(index) < o.probability {
                     let c = i % self.components;
-                    *v += of_component(&o.sigma, c) * size.normal(index);
-                    *v += of_component(&o.uniform, c) * (2.0 * size.uniform(index | 1 << 62) - 1.0);
+                    let more = of_component(&o.sigma, c) * size.normal(index)
+                        + of_component(&o.uniform, c) * (2.0 * size.uniform(index | 1 << 62) - 1.0);
+                    // Not even a zero is added: it would turn -0 into 0.
+                    *v = if more != 0.0 { *v + more } else { *v };
                 }
             }
         }

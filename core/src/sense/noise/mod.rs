@@ -18,6 +18,8 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
+#[cfg(test)]
+use spec::FieldNoise;
 pub use spec::NoiseSpec;
 
 use crate::host::SensorKind;
@@ -177,3 +179,10 @@ impl Noise {
         self.memory.held.clear();
     }
 }
+
+#[cfg(test)]
+pub(crate) mod judge;
+#[cfg(test)]
+mod statistics;
+#[cfg(test)]
+mod tests;

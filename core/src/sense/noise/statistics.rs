@@ -1,0 +1,215 @@
+//! Noise judged by statistics: each judge passes the right model and fails wrong ones. Numbers are those of fixed seeds.
+
+use super::{judge::*, tests::*};
+
+const N: usize = 200_000;
+
+/// `N` numbers of a field that measures `value` everywhere, as errors.
+fn errors(noise: &str, value: f64, seed: u64) -> Vec<f64> {
+    let mut s = Sensor::new(noise, N, seed);
+    s.measure(0.0, |fields| fields.of(MANY).fill(value));
+    s.read(MANY).iter().map(|x| x - value).collect()
+}
+
+#[test]
+fn white_noise() {
+    white(&errors("many.sigma = 0.01", 3.0, 1), 0.01).unwrap();
+    // From measure to measure, and in single precision.
+    let mut s = Sensor::new("one.sigma = 0.5\nsmall.sigma = 0.01", 1, 2);
+    let (mut x, mut y) = (Vec::new(), Vec::new());
+    for i in 0..N {
+        s.measure(i as f64 * 0.05, |f| (f.of(ONE)[0], f.of32(SMALL)[0]) = (2.0, 2.0));
+        x.push(s.read(ONE)[0] - 2.0);
+        y.push(f64::from(s.read32(SMALL)[0]) - 2.0);
+    }
+    white(&x, 0.5).unwrap();
+    white(&y, 0.01).unwrap();
+    let together = correlation(&x, &y);
+    assert!(together.abs() < 4.0 / (N as f64).sqrt(), "{together}");
+}
+
+/// What is not white noise of that sigma does not pass for it.
+#[test]
+fn wrong_models_of_white_noise_fail() {
+    let fails = |x: &[f64], why: &str| assert!(white(x, 0.01).unwrap_err().starts_with(why), "{:?}", white(x, 0.01));
+    fails(&errors("many.sigma = 0.011", 3.0, 1), "standard deviation");
+    fails(&errors("many.sigma = 0.0101", 3.0, 1), "standard deviation");
+    // Even noise of the same standard deviation.
+    fails(&errors(&format!("many.uniform = {}", 0.01 * 3f64.sqrt()), 3.0, 1), "Kolmogorov");
+    fails(&errors("many = { sigma = 0.01, step = 0.005 }", 3.0, 1), "standard deviation");
+    let right = errors("many.sigma = 0.01", 3.0, 1);
+    fails(&right.iter().map(|x| x + 0.0002).collect::<Vec<_>>(), "mean");
+    // A tenth of each number from the one before, at the same standard deviation.
+    let mut before = 0.0;
+    let correlated = right.iter().map(|x| {
+        before = 0.1 * before + 0.99f64.sqrt() * x;
+        before
+    });
+    fails(&correlated.collect::<Vec<_>>(), "correlation");
+    // The same numbers for two halves.
+    let twice: Vec<f64> = right[..N / 2].iter().flat_map(|x| [*x, *x]).collect();
+    assert!(white(&twice, 0.01).is_err());
+}
+
+#[test]
+fn uniform_noise() {
+    even(&errors("many.uniform = 0.1", 3.0, 1), 0.1).unwrap();
+    assert!(even(&errors("many.uniform = 0.102", 3.0, 1), 0.1).is_err());
+    assert!(even(&errors("many.sigma = 0.0577", 3.0, 1), 0.1).is_err());
+}
+
+#[test]
+fn a_polynomial_in_the_value_or_in_another_field() {
+    // 1.5 mm - 0.5 z + 0.3 z^2: at 2 m, 1.7 mm.
+    white(&errors("many.sigma = [1.5e-3, -0.5e-3, 0.3e-3]", 2.0, 1), 1.7e-3).unwrap();
+    assert!(white(&errors("many.sigma = [1.5e-3, -0.5e-3, 0.3e-3]", 3.0, 1), 1.7e-3).is_err());
+    white(&errors("many.sigma = [0, 0, 0, 1e-3]", 2.0, 1), 8e-3).unwrap();
+    // In the other field, that of half of the elements twice as large; its own noise changes nothing.
+    for more in ["", "\nother.sigma = 5"] {
+        let mut s = Sensor::new(&format!("many = {{ sigma = [0, 0.01], of = \"other\" }}{more}"), N, 1);
+        s.measure(0.0, |f| {
+            f.of(MANY).fill(7.0);
+            f.of(OTHER).iter_mut().enumerate().for_each(|(i, x)| *x = 1.0 + (i % 2) as f64);
+        });
+        let (even, odd): (Vec<_>, Vec<_>) =
+            s.read(MANY).iter().map(|x| x - 7.0).enumerate().partition(|(i, _)| i % 2 == 0);
+        let plain = |v: Vec<(usize, f64)>| v.into_iter().map(|(_, x)| x).collect::<Vec<_>>();
+        white(&plain(even), 0.01).unwrap();
+        white(&plain(odd), 0.02).unwrap();
+    }
+}
+
+/// A walk of a million measures, 0.1 s apart.
+fn walk(sigma: f64, tau: f64) -> Vec<f64> {
+    let mut s = Sensor::new(&format!("one.walk = {{ sigma = {sigma}, tau_s = {tau} }}"), 1, 4);
+    let measured = (0..1_000_000).map(|i| {
+        s.measure(f64::from(i) * 0.1, |f| f.of(ONE)[0] = 0.5);
+        s.read(ONE)[0] - 0.5
+    });
+    measured.collect()
+}
+
+/// Whether Allan's deviation is that of Gauss and Markov's process, and rises and falls as it must: with the root of the
+/// time while it is short beside tau, and with one over the root when it is long.
+fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
+    let mut found = Vec::new();
+    for m in [10usize, 40, 200, 1000, 4000, 16_000] {
+        let t = m as f64 * 0.1;
+        let (is, wanted) = (allan(x, m), allan_of_walk(sigma, tau, t));
+        // Of k differences each tells about as much as an independent one: sd 1 / sqrt(2 k) of the deviation, a little
+        // more since neighbours share an average; 4 of them, and 0.5 % for averages of few samples.
+        let close = 4.0 * 1.2 / (2.0 * (x.len() / m - 1) as f64).sqrt() + 0.005;
+        if (is / wanted - 1.0).abs() > close {
+            return Err(format!("Allan deviation {is} at {t} s, expected {wanted} within {close}"));
+        }
+        found.push(is.ln());
+    }
+    let slope = |i: usize| (found[i + 1] - found[i]) / 4f64.ln();
+    // 1 s to 4 s beside tau = 10 s, 400 s to 1600 s; the closed form gives 0.44 and -0.49.
+    let (rising, falling) = (slope(0), slope(4));
+    match (rising - 0.5).abs() < 0.1 && (falling + 0.5).abs() < 0.15 {
+        true => Ok(()),
+        false => Err(format!("slopes {rising} and {falling}")),
+    }
+}
+
+#[test]
+fn a_bias_walks() {
+    let right = walk(2.0, 10.0);
+    is_walk(&right, 2.0, 10.0).unwrap();
+    // In the long run it has its sigma; numbers tau apart share 1/e. There are 10^5 s / (2 tau) independent ones.
+    let sd = (right.iter().map(|x| x * x).sum::<f64>() / right.len() as f64).sqrt();
+    assert!((sd / 2.0 - 1.0).abs() < 4.0 / (2.0 * 5000f64).sqrt(), "{sd}");
+    let r = correlation(&right[100..], &right[..right.len() - 100]);
+    assert!((r - (-1f64).exp()).abs() < 4.0 / 5000f64.sqrt(), "{r}");
+
+    assert!(is_walk(&walk(2.2, 10.0), 2.0, 10.0).is_err(), "sigma times 1.1");
+    assert!(is_walk(&walk(2.0, 12.0), 2.0, 10.0).is_err(), "tau times 1.2");
+    let white = errors("many.sigma = 2", 0.5, 1);
+    assert!(is_walk(&white, 2.0, 10.0).is_err(), "white noise");
+    // Steps that add up without end.
+    let mut sum = 0.0;
+    let endless: Vec<f64> = white
+        .iter()
+        .map(|x| {
+            sum += x * (2.0 * 0.1 / 10.0f64).sqrt();
+            sum
+        })
+        .collect();
+    assert!(is_walk(&endless, 2.0, 10.0).is_err(), "a walk without tau");
+}
+
+/// A walk of measures that come at other times is the same process: it knows how much time has passed.
+#[test]
+fn a_walk_knows_time() {
+    for dt in [0.02, 0.5] {
+        let mut s = Sensor::new("one.walk = { sigma = 1, tau_s = 5 }", 1, 4);
+        let n = 400_000;
+        let x: Vec<f64> = (0..n)
+            .map(|i| {
+                s.measure(f64::from(i) * dt, |f| f.of(ONE)[0] = 0.5);
+                s.read(ONE)[0] - 0.5
+            })
+            .collect();
+        let lag = (5.0 / dt) as usize;
+        let r = correlation(&x[lag..], &x[..x.len() - lag]);
+        let independent = f64::from(n) * dt / 10.0;
+        assert!((r - (-1f64).exp()).abs() < 4.0 / independent.sqrt(), "dt {dt}: {r}");
+    }
+}
+
+#[test]
+fn elements_drop_out_with_their_probability() {
+    let lost = |noise: &str| errors(noise, 3.0, 1).iter().filter(|x| x.is_infinite()).count() as f64;
+    // sd of a count: sqrt(n p (1 - p)) = 44.5; 4 of them.
+    let close = 4.0 * (N as f64 * 0.01 * 0.99).sqrt();
+    assert!((lost("many.dropout = 0.01") - 2000.0).abs() < close);
+    assert!((lost("many.dropout = 0.011") - 2000.0).abs() > close);
+    assert_eq!((lost("many.dropout = 0"), lost("many.dropout = 1")), (0.0, N as f64));
+}
+
+#[test]
+fn outliers_are_as_rare_and_as_large_as_told() {
+    let found: Vec<f64> =
+        errors("many.outliers = { probability = 0.05, sigma = 1 }", 3.0, 1).into_iter().filter(|x| *x != 0.0).collect();
+    assert!((found.len() as f64 - 10_000.0).abs() < 4.0 * (N as f64 * 0.05 * 0.95).sqrt(), "{}", found.len());
+    white(&found, 1.0).unwrap();
+    let found = errors("many.outliers = { probability = 0.05, uniform = 2 }", 3.0, 1);
+    even(&found.into_iter().filter(|x| *x != 0.0).collect::<Vec<_>>(), 2.0).unwrap();
+}
+
+#[test]
+fn a_shift_is_drawn_once_a_run() {
+    let shifts = |noise: &str, component: usize| -> Vec<f64> {
+        let of = |seed: u64| {
+            let mut s = Sensor::new(noise, 1, seed);
+            let mut first = None;
+            for i in 0..3 {
+                s.measure(f64::from(i), |f| f.of(PLACE).fill(10.0));
+                let x = s.read(PLACE)[component] - 10.0;
+                assert_eq!(*first.get_or_insert(x), x);
+            }
+            first.unwrap_or_default()
+        };
+        (0..20_000).map(of).collect()
+    };
+    let x = shifts("place.shift = [1, 1, 0.5]", 0);
+    let z = shifts("place.shift = [1, 1, 0.5]", 2);
+    even(&x, 1.0).unwrap();
+    even(&z, 0.5).unwrap();
+    assert!(even(&z, 0.55).is_err());
+    assert!(correlation(&x, &z).abs() < 4.0 / 20_000f64.sqrt());
+    white(&shifts("place.shift_sigma = 2", 1), 2.0).unwrap();
+}
+
+#[test]
+fn rounding_errors_are_even() {
+    let mut s = Sensor::new("many.step = 0.01", N, 1);
+    // Values that have nothing to do with the grid.
+    let value = |i: usize| 1.0 + (i as f64 * 0.618_033_988_749).fract();
+    s.measure(0.0, |f| f.of(MANY).iter_mut().enumerate().for_each(|(i, x)| *x = value(i)));
+    let read = s.read(MANY);
+    assert!(read.iter().all(|x| (x / 0.01 - (x / 0.01).round()).abs() < 1e-9));
+    let errors: Vec<f64> = read.iter().enumerate().map(|(i, x)| x - value(i)).collect();
+    kolmogorov_smirnov(&errors, |x| ((x / 0.005 + 1.0) / 2.0).clamp(0.0, 1.0)).unwrap();
+}
