@@ -1,17 +1,25 @@
 //! Which shapes have moved since somebody looked last, so that followers need not go through all.
 
-use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// The shapes that were moved, in order, each once between two looks.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Moves {
     list: Vec<u32>,
     /// How many were noted before the first of the list.
     gone: u64,
     /// For each slot, how many had been noted with its last note; 0: it never was.
     noted: Vec<u64>,
-    /// Up to where somebody has looked: what was noted after that need not be noted again.
-    seen: Cell<u64>,
+    /// Up to where somebody has looked: what was noted after that need not be noted again. Atomic so that documents, which
+    /// hold names in a scene of their own, can be shared by worlds of many threads.
+    seen: AtomicU64,
+}
+
+impl Clone for Moves {
+    fn clone(&self) -> Self {
+        let Moves { list, gone, noted, seen } = self;
+        Moves { list: list.clone(), gone: *gone, noted: noted.clone(), seen: seen.load(Relaxed).into() }
+    }
 }
 
 impl Moves {
@@ -21,7 +29,7 @@ impl Moves {
         if self.noted.len() <= at {
             self.noted.resize(at + 1, 0);
         }
-        if self.noted[at] > self.seen.get() {
+        if self.noted[at] > self.seen.load(Relaxed) {
             return;
         }
         // Whoever has not looked for so long goes through all instead.
@@ -37,7 +45,7 @@ impl Moves {
     /// this one; it belongs to one scene.
     pub fn since(&self, last: &mut u64) -> Option<&[u32]> {
         let end = self.gone + self.list.len() as u64;
-        self.seen.set(end);
+        self.seen.store(end, Relaxed);
         let from = std::mem::replace(last, end);
         self.list.get(usize::try_from(from.checked_sub(self.gone)?).ok()?..)
     }

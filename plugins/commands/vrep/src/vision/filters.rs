@@ -172,8 +172,8 @@ pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut F
             found.packets.push(found_here.to_vec());
         }
         29 => std::mem::swap(&mut work.image, &mut work.buffers[0]),
-        30 => work.into_buffer(0, |b, x| b + x),
-        31 => work.into_buffer(0, |b, x| b - x),
+        30 => work.write_buffer(0, |b, x| b + x),
+        31 => work.write_buffer(0, |b, x| b - x),
         34 => {
             let (packet, label) = blobs(work, float(0, 0.5), f.floats.get(1).copied().unwrap_or(0.0));
             found.trigger |= packet[0] > 0.0;

@@ -66,7 +66,7 @@ impl Work {
         }
     }
     /// The same the other way round: the buffer is changed.
-    pub fn into_buffer(&mut self, which: usize, f: impl Fn(f32, f32) -> f32) {
+    pub fn write_buffer(&mut self, which: usize, f: impl Fn(f32, f32) -> f32) {
         for (p, b) in self.image.iter().zip(&mut self.buffers[which]) {
             for (x, y) in p.iter().zip(b) {
                 *y = f(*y, *x).clamp(0.0, 1.0);
