@@ -61,7 +61,7 @@ fn ten_thousand_triangles_are_met_at_their_nearest_point_in_every_volume() {
         let corners: Vec<Point3<f64>> = (0..3).map(|_| dice.vector(1.5).into()).collect();
         mesh(corners, vec![[0, 1, 2]])
     });
-    assert!(hits > 2000 && close * 10 > hits * 6, "{hits} {close}");
+    assert!(hits > 1200 && close * 10 > hits * 6, "{hits} {close}");
 }
 
 #[test]
