@@ -2,7 +2,6 @@
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::sight::Cone;
 use crate::geometry::Form;
 
 /// A box along the axes.
@@ -76,16 +75,5 @@ impl Aabb {
     pub fn area(&self) -> f64 {
         let size = self.high - self.low;
         size.x * size.y + size.y * size.z + size.z * size.x
-    }
-
-    /// No point in this box that the cone sees is nearer than this; infinity when it sees none.
-    pub fn cone_bound(&self, cone: &Cone, limit: f64) -> f64 {
-        let (low, high) = (self.low - cone.sight.origin.coords, self.high - cone.sight.origin.coords);
-        let least = low.sup(&-high).map(|x| x.max(0.0)).norm() - SLACK;
-        if least > limit {
-            return f64::INFINITY;
-        }
-        let radius = 0.5 * (high - low).norm() + SLACK;
-        if cone.misses_ball(&((low + high) * 0.5), radius) { f64::INFINITY } else { least }
     }
 }

@@ -171,7 +171,7 @@ impl Cone {
         let across = (centre - self.sight.axis * along).norm();
         // Behind a convex cone the apex is its nearest point.
         if !self.wide() && along * self.cos + across * self.sin < 0.0 {
-            return along.hypot(across) > radius;
+            return along * along + across * across > radius * radius;
         }
         self.excess(along, across) < -radius
     }

@@ -47,6 +47,24 @@ impl Quad {
             |x| x.sqrt() - SLACK,
         )
     }
+    /// The same, and infinity for boxes beyond the limit and those that a volume misses: `misses` gets a box's middle,
+    /// relative to the origin, and half of its size.
+    #[inline(always)]
+    fn bounds(
+        &self,
+        origin: &Vector3<f64>,
+        limit: f64,
+        misses: impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
+    ) -> [f64; 4] {
+        let mut out = self.distances(origin);
+        for (lane, bound) in out.iter_mut().enumerate().take(self.lanes) {
+            let Aabb { low, high } = self.get(lane);
+            if *bound > limit || misses(&((low + high) * 0.5 - origin), &((high - low) * 0.5)) {
+                *bound = f64::INFINITY;
+            }
+        }
+        out
+    }
     fn set(&mut self, lane: usize, aabb: &Aabb) {
         for i in 0..3 {
             self.low[i][lane] = aabb.low[i];
@@ -237,23 +255,13 @@ impl Tree {
             Probe::Cone(cone) => self.walk_by(
                 limit,
                 |quad, limit| {
-                    let mut out = [f64::INFINITY; 4];
-                    for (lane, bound) in out.iter_mut().enumerate().take(quad.lanes) {
-                        *bound = quad.get(lane).cone_bound(cone, limit);
-                    }
-                    out
+                    quad.bounds(&cone.sight.origin.coords, limit, |c, half| cone.misses_ball(c, half.norm() + SLACK))
                 },
                 visit,
             ),
             Probe::Convex(space) => self.walk_by(
                 limit,
-                |quad, limit| {
-                    let mut out = [f64::INFINITY; 4];
-                    for (lane, bound) in out.iter_mut().enumerate().take(quad.lanes) {
-                        *bound = space.bound(&quad.get(lane), limit);
-                    }
-                    out
-                },
+                |quad, limit| quad.bounds(&space.sight.origin.coords, limit, |c, half| space.misses_box(c, half)),
                 visit,
             ),
         }

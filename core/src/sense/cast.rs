@@ -1,7 +1,6 @@
 //! What the beams of a batch meet: all sensors of a kind in one pass, answers in arrays that the plugin reads.
 
 use nalgebra::{Isometry3, Vector3};
-use rayon::prelude::*;
 use tatu_plugin_api::abi::*;
 
 use super::{
@@ -227,7 +226,8 @@ impl Casts {
         let (mut distance, mut point, mut normal) = (&mut distance[..], &mut point[..], &mut normal[..]);
         let (mut object, mut primitive) = (&mut object[..], &mut primitive[..]);
         let mut at = 0;
-        let mut jobs: Vec<(BundleCast<'_>, &BeamScene, BundleHits<'_>)> = Vec::with_capacity(bundles.len());
+        // By what they look at: mostly all at the same.
+        let mut jobs: Vec<(&BeamScene, Vec<(BundleCast<'_>, BundleHits<'_>)>)> = Vec::new();
         for Fan { sensor, look } in bundles.iter().copied() {
             let plan = plan(sensor);
             let Some(bundle) = plan.bundle.get() else { continue };
@@ -252,17 +252,15 @@ impl Casts {
                 point: cut(&mut point, skip, end - begin),
                 normal: cut(&mut normal, skip, end - begin),
             };
-            jobs.push((cast, targets.seen(plan.visible, plan.waves), hits));
-        }
-        if jobs.len() == 1 {
-            for (cast, seen, hits) in jobs {
-                seen.cast_bundle(&cast, hits);
+            let seen = targets.seen(plan.visible, plan.waves);
+            match jobs.iter_mut().find(|(s, _)| std::ptr::eq(*s, seen)) {
+                Some((_, casts)) => casts.push((cast, hits)),
+                None => jobs.push((seen, vec![(cast, hits)])),
             }
-            return;
         }
-        pool.install(|| {
-            jobs.into_par_iter().with_max_len(8).for_each(|(cast, seen, hits)| seen.cast_bundle(&cast, hits));
-        });
+        for (seen, casts) in jobs {
+            pool.install(|| seen.cast_bundles(casts));
+        }
     }
 }
 

@@ -173,9 +173,11 @@ mod tests {
         // SAFETY: as a plugin calls it.
         unsafe { table.normal.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out, many[3..13]);
+        // SAFETY: as above.
         unsafe { table.uniform.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out[0], key.uniform(20));
         // An instance that is not there draws nothing.
+        // SAFETY: as above.
         unsafe { table.normal.unwrap()(&table, 2, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out[0], key.uniform(20));
     }

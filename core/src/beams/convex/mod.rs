@@ -13,7 +13,7 @@ mod strip;
 use arrayvec::ArrayVec;
 use nalgebra::{Isometry3, Vector3};
 
-use super::{aabb::Aabb, beam::Volume, sight::Sight};
+use super::{aabb::SLACK, beam::Volume, sight::Sight};
 
 pub(super) use flat::flat;
 pub(super) use solid::cast;
@@ -205,17 +205,9 @@ impl Convex {
         self.cut(centre, radius).is_some() || centre.norm() - radius > self.size
     }
 
-    /// No point of a box that the volume holds is nearer than this; infinity when it holds none.
-    pub fn bound(&self, aabb: &Aabb, limit: f64) -> f64 {
-        let origin = self.sight.origin.coords;
-        let (low, high) = (aabb.low - origin, aabb.high - origin);
-        let least = low.sup(&-high).map(|x| x.max(0.0)).norm() - super::aabb::SLACK;
-        if least > limit {
-            return f64::INFINITY;
-        }
-        let (centre, half) = ((low + high) * 0.5, (high - low) * 0.5);
-        let beyond = |plane: &Half| plane.excess(&centre) > plane.normal.abs().dot(&half) + super::aabb::SLACK;
-        let outside = self.planes.iter().any(beyond) || self.side.is_some_and(|side| beyond(&side.touching(&centre)));
-        if outside { f64::INFINITY } else { least }
+    /// Whether a box misses the volume for certain; its middle relative to the origin, and half of its size.
+    pub fn misses_box(&self, centre: &Vector3<f64>, half: &Vector3<f64>) -> bool {
+        let beyond = |plane: &Half| plane.excess(centre) > plane.normal.abs().dot(half) + SLACK;
+        self.planes.iter().any(beyond) || self.side.is_some_and(|side| beyond(&side.touching(centre)))
     }
 }
