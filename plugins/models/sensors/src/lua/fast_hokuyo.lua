@@ -42,5 +42,5 @@ function sysCall_sensing()
             end
         end
     end
-    sim.setStringSignal('measuredDataAtThisTime', sim.packFloatTable(points))
+    sim.setStringSignal('measuredDataAtThisTime', sim.packFloatTable(points) or '')
 end

@@ -42,5 +42,5 @@ function sysCall_sensing()
         end
         at = at + 1
     end
-    sim.setStringSignal('measuredDataAtThisTime', sim.packFloatTable(points))
+    sim.setStringSignal('measuredDataAtThisTime', sim.packFloatTable(points) or '')
 end

@@ -35,7 +35,7 @@ function sysCall_sensing()
         end
     end
     if #points > 0 then
-        sim.tubeWrite(tube, sim.packFloatTable(points))
+        sim.tubeWrite(tube, sim.packFloatTable(points) or '')
         sim.setFloatSignal('LaserFrontal', least)
     else
         sim.clearFloatSignal('LaserFrontal')
