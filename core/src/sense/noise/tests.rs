@@ -15,9 +15,9 @@ pub const SMALL: usize = 3;
 pub const PLACE: usize = 4;
 const SEEN: usize = 5;
 const RAW: usize = 6;
-const DISTANCE: usize = 7;
-const POINT: usize = 8;
-const DETECTED: usize = 9;
+const ALTITUDE: usize = 7;
+const POSITION: usize = 8;
+const VALID: usize = 9;
 
 fn kind() -> SensorKind {
     let field = |name: &str, elem, dims| FieldInfo { name: name.into(), elem, dims, unit: None, text: String::new() };
@@ -30,9 +30,9 @@ fn kind() -> SensorKind {
         field("test.seen", TATU_ELEM_U8, [0, 1, 1]),
         field("test.raw", TATU_ELEM_U16, [0, 1, 1]),
         // Of a schema that is known, with its own value for nothing.
-        field("proximity.distance", TATU_ELEM_F64, [1, 1, 1]),
-        field("proximity.point", TATU_ELEM_F64, [3, 1, 1]),
-        field("proximity.detected", TATU_ELEM_I32, [1, 1, 1]),
+        field("gps.altitude", TATU_ELEM_F64, [1, 1, 1]),
+        field("gps.position", TATU_ELEM_F64, [3, 1, 1]),
+        field("gps.valid", TATU_ELEM_I32, [1, 1, 1]),
         field("test.object", TATU_ELEM_OBJECT, [1, 1, 1]),
         field("else.one", TATU_ELEM_F64, [1, 1, 1]),
     ];
@@ -169,14 +169,14 @@ fn zero_noise_is_exact() {
 
 #[test]
 fn what_means_nothing_stays() {
-    let mut s = Sensor::new("many.sigma = 1\ndistance.sigma = 1\npoint.sigma = 1", 100, 5);
+    let mut s = Sensor::new("many.sigma = 1\naltitude.sigma = 1\nposition.sigma = 1", 100, 5);
     s.measure(0.0, |f| f.of(MANY).fill(f64::INFINITY));
     assert!(s.read(MANY).iter().all(|x| *x == f64::INFINITY));
-    // Here the schema names the field that tells: a point of 0 0 0 is one where something is detected.
-    let mut s = Sensor::new("distance.sigma = 1\npoint.sigma = 1", 1, 5);
+    // Here the schema names the field that tells: a position of 0 0 0 is one where there is a fix.
+    let mut s = Sensor::new("altitude.sigma = 1\nposition.sigma = 1", 1, 5);
     for detected in [0, 1] {
-        s.measure(0.0, |f| f.typed::<i32>(DETECTED)[0] = detected);
-        let stays = (s.read(DISTANCE) == [0.0], s.read(POINT) == [0.0; 3]);
+        s.measure(0.0, |f| f.typed::<i32>(VALID)[0] = detected);
+        let stays = (s.read(ALTITUDE) == [0.0], s.read(POSITION) == [0.0; 3]);
         assert_eq!(stays, (detected == 0, detected == 0));
     }
     // Without such a field, 0 alone tells.
@@ -202,14 +202,14 @@ fn a_lost_element_is_told_by_value_and_by_field() {
     let kept = s.read(MANY).iter().zip(&seen).filter(|(x, s)| (**x, **s) == (2.0, 1)).count();
     assert!(lost + kept == 1000 && lost.abs_diff(500) < 70, "{lost} {kept}");
     // A point is lost as a whole, with the one field that tells of it, and then is 0 0 0 as its schema says.
-    let mut s = Sensor::new("point.dropout = 0.5", 1, 5);
+    let mut s = Sensor::new("position.dropout = 0.5", 1, 5);
     let mut lost = 0;
     for i in 0..1000 {
         s.measure(f64::from(i), |f| {
-            f.of(POINT).copy_from_slice(&[0.1, 0.2, 0.3]);
-            f.typed::<i32>(DETECTED)[0] = 1;
+            f.of(POSITION).copy_from_slice(&[0.1, 0.2, 0.3]);
+            f.typed::<i32>(VALID)[0] = 1;
         });
-        match (s.read(POINT).as_slice(), s.fields().typed::<i32>(DETECTED)[0]) {
+        match (s.read(POSITION).as_slice(), s.fields().typed::<i32>(VALID)[0]) {
             ([0.0, 0.0, 0.0], 0) => lost += 1,
             ([0.1, 0.2, 0.3], 1) => {}
             other => panic!("{other:?}"),
@@ -220,15 +220,15 @@ fn a_lost_element_is_told_by_value_and_by_field() {
 
 #[test]
 fn beyond_the_limits_is_nothing() {
-    let mut s = Sensor::new("many.limits = [0.5, 4]\npoint.limits = [-1, 1]", 5, 5);
+    let mut s = Sensor::new("many.limits = [0.5, 4]\nposition.limits = [-1, 1]", 5, 5);
     s.measure(0.0, |f| {
         f.of(MANY).copy_from_slice(&[0.4, 0.5, 2.0, 4.0, 4.1]);
-        f.of(POINT).copy_from_slice(&[0.0, 3.0, 0.5]);
-        f.typed::<i32>(DETECTED)[0] = 1;
+        f.of(POSITION).copy_from_slice(&[0.0, 3.0, 0.5]);
+        f.typed::<i32>(VALID)[0] = 1;
     });
     let inf = f64::INFINITY;
     assert_eq!(s.read(MANY), [inf, 0.5, 2.0, 4.0, inf]);
-    assert_eq!(s.read(POINT), [0.0; 3], "a point is nothing as a whole");
+    assert_eq!(s.read(POSITION), [0.0; 3], "a point is nothing as a whole");
 }
 
 #[test]
@@ -357,13 +357,13 @@ fn text_comes_back() {
     let text = "latency_s = 0.12\n[many]\nsigma = [0.1, 0.2]\nof = \"other\"\nuniform = 1\nshift = 2\nshift_sigma = 3\n\
                 walk = { sigma = 2.1, tau_s = 1100 }\nstep = 0.001\ninverse_step = 2.85e-3\ndropout = 0.01\n\
                 valid = \"seen\"\noutliers = { probability = 0.001, sigma = 1.0, uniform = 2 }\nlimits = [0, inf]\n\
-                [\"proximity.point\"]\nsigma = [[1, 2], [3, 4], [5, 6]]\nuniform = [1, 2, 3]";
+                [\"gps.position\"]\nsigma = [[1, 2], [3, 4], [5, 6]]\nuniform = [1, 2, 3]";
     let kind = kind();
     let spec = NoiseSpec::parse(text, Some(&kind)).unwrap_or_else(|w| panic!("{}", w.error));
     let written = spec.to_toml();
     assert_eq!(NoiseSpec::parse(&written, None).unwrap_or_else(|w| panic!("{}: {written}", w.error)), spec);
     assert_eq!(NoiseSpec::parse(&written, Some(&kind)).unwrap_or_else(|w| panic!("{}", w.error)), spec);
-    assert_eq!(spec.fields.keys().collect::<Vec<_>>(), ["proximity.point", "test.many"]);
+    assert_eq!(spec.fields.keys().collect::<Vec<_>>(), ["gps.position", "test.many"]);
     assert_eq!(spec.fields["test.many"].of.as_deref(), Some("test.other"));
     // Full names, with and without quotes.
     for same in
@@ -420,7 +420,7 @@ fn what_is_wrong_is_named() {
         ("many.walk = { sigma = 1, tau_s = 0 }", "`tau_s`: expected a number greater than 0"),
         ("many.dropout = 1.5", "`dropout`: expected a number from 0 to 1"),
         ("many = { dropout = 0.1, valid = 3 }", "`valid`: expected the name of a field"),
-        ("many = { dropout = 0.1, valid = \"point\" }", "`proximity.point` cannot tell of `test.many`"),
+        ("many = { dropout = 0.1, valid = \"position\" }", "`gps.position` cannot tell of `test.many`"),
         ("many = { dropout = 0.1, valid = \"many\" }", "names the field itself"),
         ("many = { sigma = 1, of = \"place\" }", "`test.place` has another shape than `test.many`"),
         ("many.of = \"other\"", "`of` without `sigma`"),

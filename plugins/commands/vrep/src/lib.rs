@@ -127,7 +127,6 @@ impl Plugin for Vrep {
         vision::offer(offer);
         offer.subject("sensors");
         vision::module::offer(offer);
-        offer.subject("images");
         signals::offer(offer);
         tubes::offer(offer);
         mail::offer(offer);

@@ -207,40 +207,52 @@ const FUNCTIONS: &[Function] = &[
 const WORLD: i64 = 0x80_0000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    for function in FUNCTIONS {
-        let mut command = Cmd::new(format!("simVision.{}", function.name), move |c| run(c, function))
-            .param(flagged("sensor"))
-            .text(function.text)
-            .example(example(function));
-        for arg in function.args {
-            command = command.param(match *arg {
-                Float(key) => Param::float(key).optional(),
-                // A factor is one number.
-                Floats(key, 0) => Param::float(key).optional(),
-                Floats(key, n) => Param::any(key).optional().text(format!("{n} numbers")),
-                Pair(key) => Param::any(key).optional().text("{x, y}"),
-                Int(key) => Param::int(key).optional(),
-                Bit(key, _) | NotBit(key, _) => Param::any(key).optional().text("true or false"),
-                Ignored(key) => Param::any(key).optional(),
-            });
-        }
-        if function.finds {
-            command = command
-                .returns(Param::bool("trigger").text("whether something was found"))
-                .returns(Param::string("packet").text("packed 32-bit floats"));
-            if function.kind == 35 {
-                command = command.returns(Param::string("colors").optional().text("three bytes a point"));
-            }
-        }
-        offer.command(match function.kind {
-            26 | 27 => command.partial("Only in red, green and blue: rgbSpace must be true."),
-            20 => command.partial("How much it sharpens is an estimate."),
-            28 => command
-                .partial("Roundness is the ratio of the sides of the white spot, which may not be the original's."),
-            34 => command.partial("Nothing is drawn over the image; diffColor gives each spot a color."),
-            _ => command,
+    // What moves images between places stands on one page, what changes them on the next.
+    let moves = |f: &&Function| f.name.contains("Buffer") || f.name.contains("ensor") || f.name.starts_with("uniform");
+    for function in FUNCTIONS.iter().filter(moves) {
+        offer_one(offer, function);
+    }
+    offer.subject("images");
+    for function in FUNCTIONS.iter().filter(|f| !moves(f)) {
+        offer_one(offer, function);
+    }
+    offer.subject("filters");
+}
+
+fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
+    let mut command = Cmd::new(format!("simVision.{}", function.name), move |c| run(c, function))
+        .param(flagged("sensor"))
+        .text(function.text)
+        .example(example(function));
+    for arg in function.args {
+        command = command.param(match *arg {
+            Float(key) => Param::float(key).optional(),
+            // A factor is one number.
+            Floats(key, 0) => Param::float(key).optional(),
+            Floats(key, n) => Param::any(key).optional().text(format!("{n} numbers")),
+            Pair(key) => Param::any(key).optional().text("{x, y}"),
+            Int(key) => Param::int(key).optional(),
+            Bit(key, _) | NotBit(key, _) => Param::any(key).optional().text("true or false"),
+            Ignored(key) => Param::any(key).optional(),
         });
     }
+    if function.finds {
+        command = command
+            .returns(Param::bool("trigger").text("whether something was found"))
+            .returns(Param::string("packet").text("packed 32-bit floats"));
+        if function.kind == 35 {
+            command = command.returns(Param::string("colors").optional().text("three bytes a point"));
+        }
+    }
+    offer.command(match function.kind {
+        26 | 27 => command.partial("Only in red, green and blue: rgbSpace must be true."),
+        20 => command.partial("How much it sharpens is an estimate."),
+        28 => {
+            command.partial("Roundness is the ratio of the sides of the white spot, which may not be the original's.")
+        }
+        34 => command.partial("Nothing is drawn over the image; diffColor gives each spot a color."),
+        _ => command,
+    });
 }
 
 /// A script that raises where a red image (of the functions that take one, a green one and depths) does not become what it
