@@ -1,7 +1,7 @@
 //! What plots of sensors are drawn on: twice as fine as the picture, so that edges are smooth.
 
 use plotters::{coord::Shift, prelude::*, style::text_anchor::Pos};
-use tatu_core::look::Picture;
+use tatu_core::look::{Picture, Reading};
 
 use crate::plot::{INK, know_letters};
 
@@ -165,4 +165,9 @@ mod tests {
         assert!(all.iter().zip(wanted).all(|(a, w)| (a - w).abs() < 1e-9 * w), "{all:?}");
         assert_eq!([rounded(1.0, 0.5), rounded(0.02, 0.02), rounded(40.0, 20.0)], ["1.0", "0.02", "40"]);
     }
+}
+
+/// What stands above a picture: the sensor, and when it measured.
+pub fn title(reading: &Reading) -> String {
+    format!("{}  ({})  at {:.3} s", reading.path, reading.kind, reading.time)
 }

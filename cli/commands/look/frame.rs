@@ -4,10 +4,7 @@ use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use tatu_core::look::{Field, Reading};
 use tatu_plugin_api::safe::Value;
 
-use super::{
-    canvas::{Canvas, HPos, RGBColor, VPos, round_step, rounded},
-    sensor::title,
-};
+use super::canvas::{Canvas, HPos, RGBColor, VPos, round_step, rounded, title};
 use crate::plot::INK;
 
 const ABOVE: u32 = 76;

@@ -6,10 +6,7 @@ use tatu_core::{
     look::{Camera, Line, Reading},
 };
 
-use super::{
-    canvas::{Canvas, HPos, VPos},
-    sensor::title,
-};
+use super::canvas::{Canvas, HPos, VPos, title};
 
 const ABOVE: u32 = 76;
 const SIDE: u32 = 520;

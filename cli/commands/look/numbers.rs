@@ -3,10 +3,7 @@
 use tatu_core::look::{Field, Reading};
 use tatu_plugin_api::safe::Value;
 
-use super::{
-    canvas::{Canvas, HPos, VPos},
-    sensor::title,
-};
+use super::canvas::{Canvas, HPos, VPos, title};
 
 const ROW: u32 = 24;
 const SIZE: f64 = 16.0;

@@ -3,10 +3,7 @@
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use tatu_core::look::Reading;
 
-use super::{
-    canvas::{At, Canvas, HPos, RGBColor, VPos, round_step, rounded},
-    sensor::title,
-};
+use super::canvas::{At, Canvas, HPos, RGBColor, VPos, round_step, rounded, title};
 use crate::plot::GRID;
 
 const SIDE: u32 = 800;

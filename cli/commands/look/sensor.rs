@@ -58,8 +58,3 @@ pub fn picture(world: &World, path: &str) -> Result<Picture, Error> {
     let canvas = draw().map_err(|e| Error::new("E105", format!("the picture cannot be drawn: {e}")))?;
     Ok(canvas.picture())
 }
-
-/// What stands above a picture: the sensor, and when it measured.
-pub fn title(reading: &Reading) -> String {
-    format!("{}  ({})  at {:.3} s", reading.path, reading.kind, reading.time)
-}
