@@ -172,6 +172,20 @@ fn what_structured_light_cannot_measure() {
     }
 }
 
+/// Points are where lines of sight end; a camera without noise has them, too.
+#[test]
+fn points_without_noise() {
+    let wall = cuboid("wall", [0.02, 9.0, 9.0], [2.01, 0.0, 1.0], "");
+    let (z, line) = depths(&format!("{wall}{}", small("points = true")));
+    let points = numbers(&line.0["readings"]["/eye"]["depth_image.points"]);
+    assert_eq!(points.len(), 3 * z.len());
+    for (i, z) in z.iter().enumerate() {
+        let [x, y] = slopes(i, COLUMNS, ROWS, ANGLE);
+        assert!((z - 2.0).abs() < 1e-5, "pixel {i}: {z} m");
+        assert!((0..3).all(|k| (points[3 * i + k] - [x * z, y * z, *z][k]).abs() < 1e-5), "pixel {i}");
+    }
+}
+
 /// Points are where lines of sight end, with the noise that depths have; the wall is slanted by the angle to the axis.
 #[test]
 fn points_and_angles_of_incidence() {

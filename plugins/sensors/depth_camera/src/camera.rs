@@ -100,20 +100,27 @@ impl Sensor for DepthCamera {
         for (angle, cosine) in out.f32(6).iter_mut().zip(sample.pixel_cosines()) {
             *angle = cosine.clamp(0.0, 1.0).acos();
         }
+        self.tell_points(out);
         Ok(())
     }
 
     /// Points follow from depths, with all the noise that these have.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
+        self.tell_points(out);
+        Ok(())
+    }
+}
+
+impl DepthCamera {
+    fn tell_points(&self, out: &mut Readout<'_>) {
         let DepthCamera(s) = self;
         if !s.points {
-            return Ok(());
+            return;
         }
         let (depth, intrinsics) = (out.f32(0).to_vec(), s.intrinsics());
         for ((i, z), point) in depth.iter().enumerate().zip(out.f32(5).as_chunks_mut::<3>().0) {
             let (column, row) = (i % s.columns as usize, i / s.columns as usize);
             *point = if *z > 0.0 && z.is_finite() { s.point(intrinsics, column, row, *z) } else { [0.0; 3] };
         }
-        Ok(())
     }
 }
