@@ -154,6 +154,11 @@ pub fn rounded(x: f64, step: f64) -> String {
     format!("{x:.digits$}")
 }
 
+/// What stands above a picture: the sensor, and when it measured.
+pub fn title(reading: &Reading) -> String {
+    format!("{}  ({})  at {:.3} s", reading.path, reading.kind, reading.time)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,9 +170,4 @@ mod tests {
         assert!(all.iter().zip(wanted).all(|(a, w)| (a - w).abs() < 1e-9 * w), "{all:?}");
         assert_eq!([rounded(1.0, 0.5), rounded(0.02, 0.02), rounded(40.0, 20.0)], ["1.0", "0.02", "40"]);
     }
-}
-
-/// What stands above a picture: the sensor, and when it measured.
-pub fn title(reading: &Reading) -> String {
-    format!("{}  ({})  at {:.3} s", reading.path, reading.kind, reading.time)
 }
