@@ -10,6 +10,7 @@ use tatu_plugin_api::abi::*;
 use super::{Done, busy, fill, on, slot};
 use crate::{
     beams::Faces,
+    host::tables,
     sense::{Ask, Limits},
     step::sense_some,
     world::WorldCell,
@@ -143,13 +144,13 @@ unsafe extern "C" fn describe(
             let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
             let d = &sensing.devices[i];
             let kind = &world.registry.sensors[d.kind];
-            let raw = kind.raw.fields;
-            let Some(field) = kind.fields.get(index as usize) else {
+            // By the size that the plugin knew: it may be older than this host.
+            let declared = tables::list(kind.raw.fields).into_iter().nth(index as usize);
+            let Some((_, mut told)) = declared else {
                 let text = format!("a sensor of kind `{}` has {} fields", kind.id, kind.fields.len());
                 return Err(world.calls.refuse(TATU_ERR_MISSING, &text));
             };
-            let mut told = **raw.add(index as usize);
-            told.dims = d.layout.plan.shape(field.dims);
+            told.dims = d.layout.plan.shape(told.dims);
             let size = (*out).size.min(size_of::<tatu_field>() as u32);
             std::ptr::copy_nonoverlapping((&raw const told).cast::<u8>(), out.cast::<u8>(), size as usize);
             (*out).size = size;
