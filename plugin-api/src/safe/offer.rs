@@ -145,7 +145,7 @@ impl<P: Plugin> Offer<P> {
     }
     /// A kind of sensor.
     pub fn sensor<S: Sensor<Plugin = P>>(&mut self) {
-        let raw = super::sensor::table::<S>(&mut self.keep);
+        let raw = super::sensor_table::table::<S>(&mut self.keep);
         self.sensors.push(raw);
     }
     /// A kind of actuator.

@@ -24,7 +24,6 @@ pub struct Gps;
 impl Model for Gps {
     type Plugin = Devices;
     const ID: &'static str = "gps";
-    const SLOTS: &'static [&'static str] = &[];
     const TEXT: &'static str = "GPS as in V-REP: the position of its reference with an error at each reading and one that stays \
                                 for the run; its script tells it by a tube and by signals.";
 

@@ -40,7 +40,6 @@ pub struct Sick;
 impl Model for LaserScanner2d {
     type Plugin = Devices;
     const ID: &'static str = "laser_scanner_2d";
-    const SLOTS: &'static [&'static str] = &[];
     const TEXT: &'static str = TEXT;
 
     fn params() -> Vec<Param> {
@@ -54,7 +53,6 @@ impl Model for LaserScanner2d {
 impl Model for Sick {
     type Plugin = Devices;
     const ID: &'static str = "sick";
-    const SLOTS: &'static [&'static str] = &[];
     const TEXT: &'static str = TEXT;
 
     fn params() -> Vec<Param> {
