@@ -1,4 +1,4 @@
-//! One batch per kind: the beams of all its due sensors are cast together, and the plugin is called once.
+//! Batches of a kind: the beams of many due sensors are cast together, and the plugin is called once for them.
 
 use std::ffi::c_void;
 
@@ -102,8 +102,31 @@ pub struct Around<'a> {
     pub pool: &'a rayon::ThreadPool,
 }
 
+/// Rays and pixels of sensors that are measured in one batch: what they met then still stands in the processor's caches
+/// when their plugin reads it.
+const BATCH: usize = 1 << 14;
+
 /// Handles sensors of one kind; those that failed.
 pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
+    let mut failed = Vec::new();
+    let mut rest = job.devices;
+    while !rest.is_empty() {
+        let mut room = BATCH;
+        let fits = |i: &&usize| {
+            let had = room;
+            room = room.saturating_sub(sensing.devices[**i].layout.plan.count());
+            had == BATCH || room > 0
+        };
+        let n = rest.iter().take_while(fits).count();
+        let (devices, after) = rest.split_at(n);
+        failed.extend(measure_batch(sensing, &Job { devices, ..*job }, around));
+        rest = after;
+    }
+    failed
+}
+
+/// Handles a batch.
+fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
     let Job { kind, devices, ask, moment } = *job;
     let Around { scene, registry, twist, pool, .. } = *around;
     let kind_info = &registry.sensors[kind];

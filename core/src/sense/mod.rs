@@ -71,6 +71,8 @@ pub struct Sensing {
     pub(crate) devices: Vec<Device>,
     /// Index plus one of each slot's device; 0: it has none.
     by_slot: Vec<u32>,
+    /// Of each kind, the indices of its devices.
+    by_kind: Vec<Vec<usize>>,
     pub(crate) targets: Targets,
     pub(crate) scratch: measure::Scratch,
 }
@@ -78,11 +80,15 @@ pub struct Sensing {
 impl Sensing {
     /// Adds a device.
     pub(crate) fn add(&mut self, device: Device) {
-        self.note(device.slot, self.devices.len());
+        self.note(&device, self.devices.len());
         self.devices.push(device);
     }
-    fn note(&mut self, slot: u32, index: usize) {
-        let slot = slot as usize;
+    fn note(&mut self, device: &Device, index: usize) {
+        let (slot, kind) = (device.slot as usize, device.kind);
+        if self.by_kind.len() <= kind {
+            self.by_kind.resize_with(kind + 1, Vec::new);
+        }
+        self.by_kind[kind].push(index);
         if self.by_slot.len() <= slot {
             self.by_slot.resize(slot + 1, 0);
         }
@@ -97,6 +103,10 @@ impl Sensing {
     pub(crate) fn index(&self, slot: u32) -> Option<usize> {
         self.by_slot.get(slot as usize).and_then(|i| (*i as usize).checked_sub(1))
     }
+    /// The indices of a kind's devices.
+    pub(crate) fn of_kind(&self, kind: usize) -> &[usize] {
+        self.by_kind.get(kind).map_or(&[], Vec::as_slice)
+    }
     /// The device of a sensor.
     pub(crate) fn device(&self, slot: u32) -> Option<&Device> {
         self.index(slot).map(|i| &self.devices[i])
@@ -107,11 +117,9 @@ impl Sensing {
             return Vec::new();
         }
         let (keep, gone): (Vec<_>, Vec<_>) = std::mem::take(&mut self.devices).into_iter().partition(alive);
-        self.devices = keep;
         self.by_slot.clear();
-        for i in 0..self.devices.len() {
-            self.note(self.devices[i].slot, i);
-        }
+        self.by_kind.clear();
+        keep.into_iter().for_each(|d| self.add(d));
         gone
     }
 }

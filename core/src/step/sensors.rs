@@ -4,43 +4,52 @@ use crate::{
     host::watchdog::Call,
     scene::Data,
     scripts::Scripts,
-    sense::{self, Around, Ask, BeamPlan, Device, Job, Moment},
+    sense::{self, Around, Ask, BeamPlan, Job, Moment},
     world::{WorldCell, instance_fault},
 };
 
+/// So many sensors measure together: what is noted of them stays in the processor's caches from the first look at whether
+/// they are due to the last one at what they measured.
+const TOGETHER: usize = 256;
+
 /// Sensors that are due measure.
 pub(super) fn sense(world: &WorldCell) {
-    let kinds = world.registry.sensors.len();
-    let mut measured = Vec::new();
-    for kind in 0..kinds {
-        let due: Vec<usize> = {
-            let (mut sensing, scene) = (world.sensing.borrow_mut(), world.scene.borrow());
-            let time = world.clock.time.get();
-            let is_due = |d: &mut Device| {
-                if d.kind != kind || d.off {
-                    return false;
-                }
-                let Some(Data::Sensor(s)) = scene.get(d.slot).map(|o| &o.data) else { return false };
-                // What was measured before may be seen now, whether it measures now or not.
-                d.follow_noise(s.noise.as_ref(), &world.registry.sensors[kind]);
-                d.release(time);
-                if s.explicit || !d.is_due(s.rate, time) {
-                    return false;
-                }
-                d.begin_period(s.rate, time);
-                true
-            };
-            let devices = sensing.devices.iter_mut().enumerate();
-            devices.filter_map(|(i, d)| is_due(d).then_some(i)).collect()
-        };
-        if !due.is_empty() {
-            sense_some(world, kind, &due, &Ask::default());
-            let sensing = world.sensing.borrow();
-            measured.extend(due.iter().map(|i| &sensing.devices[*i]).filter(|d| !d.off).map(|d| d.slot));
+    let (mut measured, mut some, mut due) = (Vec::new(), Vec::new(), Vec::new());
+    for kind in 0..world.registry.sensors.len() {
+        let mut from = 0;
+        loop {
+            some.clear();
+            some.extend(world.sensing.borrow().of_kind(kind).iter().skip(from).take(TOGETHER));
+            if some.is_empty() {
+                break;
+            }
+            from += some.len();
+            due.clear();
+            due.extend(some.iter().filter(|i| is_due(world, **i)));
+            if !due.is_empty() {
+                sense_some(world, kind, &due, &Ask::default());
+                let sensing = world.sensing.borrow();
+                measured.extend(due.iter().map(|i| &sensing.devices[*i]).filter(|d| !d.off).map(|d| d.slot));
+            }
         }
     }
     Scripts::measured(world, &measured);
     world.look_after("sensing");
+}
+
+/// Whether a sensor measures in this stage. What it measured before may be seen now, whether it measures now or not.
+fn is_due(world: &WorldCell, device: usize) -> bool {
+    let (mut sensing, scene) = (world.sensing.borrow_mut(), world.scene.borrow());
+    let Some(d) = sensing.devices.get_mut(device).filter(|d| !d.off) else { return false };
+    let Some(Data::Sensor(s)) = scene.get(d.slot).map(|o| &o.data) else { return false };
+    let time = world.clock.time.get();
+    d.follow_noise(s.noise.as_ref(), &world.registry.sensors[d.kind]);
+    d.release(time);
+    if s.explicit || !d.is_due(s.rate, time) {
+        return false;
+    }
+    d.begin_period(s.rate, time);
+    true
 }
 
 /// Handles some sensors of one kind now; whoever fails is switched off and named once.
