@@ -1,5 +1,7 @@
 //! Kinds of scripts, and the callbacks that the host knows by name.
 
+use std::cell::Cell;
+
 /// Whose a script is, and how long its state lives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Kind {
@@ -61,6 +63,37 @@ callbacks! {
     Contact "contact", "After the physics step in which two shapes began to touch.";
     Measured "measured", "After the sensor that it belongs to has measured in the sensing stage.";
 }
+
+/// Which callbacks any script of a world has had, and what else there has been: a first look, before one at all scripts.
+#[derive(Default)]
+pub(crate) struct Heard(Cell<u32>);
+
+impl Heard {
+    const DRIVER: u32 = 1 << 31;
+    const LATE: u32 = 1 << 30;
+
+    /// A script has these callbacks.
+    pub(super) fn note(&self, numbers: &Numbers) {
+        let bits = numbers.iter().enumerate().filter(|(_, n)| **n != 0).map(|(i, _)| 1 << i);
+        self.0.set(bits.fold(self.0.get(), |all, bit| all | bit));
+    }
+    /// A script of this kind was added; `late`: while the world ran.
+    pub(super) fn note_kind(&self, kind: Kind, late: bool) {
+        let bits = if kind == Kind::Main { Self::DRIVER } else { 0 } | if late { Self::LATE } else { 0 };
+        self.0.set(self.0.get() | bits);
+    }
+    pub(super) fn has(&self, callback: Callback) -> bool {
+        self.0.get() & 1 << callback as u32 != 0
+    }
+    pub(super) fn any_driver(&self) -> bool {
+        self.0.get() & Self::DRIVER != 0
+    }
+    pub(super) fn any_late(&self) -> bool {
+        self.0.get() & Self::LATE != 0
+    }
+}
+
+const _: () = assert!(CALLBACKS.len() <= 30);
 
 /// The language's numbers for a script's callbacks, by [`Callback`]; 0: it has none.
 pub(crate) type Numbers = [u32; CALLBACKS.len()];

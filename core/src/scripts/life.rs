@@ -52,7 +52,7 @@ impl Scripts {
 
     /// A pass of any kind has come to its end: add-ons that want no more than to be called have their turn.
     pub fn run_addons(world: &WorldCell) {
-        if world.scripts.try_borrow().is_ok_and(|s| s.any_has(Callback::Run)) {
+        if Self::any_has(world, Callback::Run) {
             Self::each_called(world, |script| {
                 if script.kind >= Kind::Addon {
                     script.run_if_begun(world, Callback::Run, &[]);
@@ -92,8 +92,8 @@ impl Scripts {
     /// Before the stages of a pass; whether some script wants it to be left out.
     pub fn before_step(world: &WorldCell) -> bool {
         let mut hold = false;
-        if world.scripts.try_borrow().is_ok_and(|s| s.any_has(Callback::BeforeStep)) {
-            for script in Self::in_order(world) {
+        if Self::any_has(world, Callback::BeforeStep) {
+            for script in &*Self::in_order(world) {
                 let number = script.number(Callback::BeforeStep);
                 if number == 0 || !script.initialised.get() || !script.is_there(world) || script.kind == Kind::Main {
                     continue;
@@ -120,9 +120,8 @@ impl Scripts {
 
     /// A stage begins: it has called no script yet.
     fn not_yet(world: &WorldCell, stage: u32) {
-        for script in &world.scripts.borrow().list {
-            script.called_in.set(script.called_in.get() & !(1 << stage));
-        }
+        let turn = &world.scripts.borrow().turns[turn_of(stage)];
+        turn.set(turn.get() + 1);
     }
 
     /// Calls the child scripts below an object that a running stage has not called yet, in its place; how many.
@@ -132,7 +131,7 @@ impl Scripts {
             return 0;
         }
         let mut n = 0;
-        for script in Self::in_order(world) {
+        for script in &*Self::in_order(world) {
             let is_below = world.scene.try_borrow().is_ok_and(|scene| {
                 let mut at = scene.get(script.slot).map_or(0, |o| o.parent);
                 while at != 0 && at != above {
@@ -143,7 +142,7 @@ impl Scripts {
                 }
                 false
             });
-            if !is_below || script.kind != Kind::Child || script.called_in.get() & 1 << stage != 0 {
+            if !is_below || script.kind != Kind::Child || script.had_turn(world, stage) {
                 continue;
             }
             script.begin_if_late(world);
@@ -165,7 +164,7 @@ impl Scripts {
 
     /// The end of the last pass: scripts of the run clean up, each once.
     pub fn clean_up(world: &WorldCell) {
-        for script in Self::in_order(world) {
+        for script in &*Self::in_order(world) {
             if script.kind.of_run() {
                 script.clean_up(world);
             }
@@ -192,8 +191,9 @@ impl Scripts {
     /// Clean-up of all that are left, then the end of their states. Customization scripts go in the opposite order.
     pub fn end(world: &WorldCell) {
         Self::end_run(world);
-        let (scene, outside): (Vec<_>, Vec<_>) = Self::in_order(world).into_iter().partition(|s| s.kind < Kind::Addon);
-        for script in scene.iter().rev().chain(&outside) {
+        let all = Self::in_order(world);
+        let (scene, outside): (Vec<_>, Vec<_>) = all.iter().partition(|s| s.kind < Kind::Addon);
+        for script in scene.into_iter().rev().chain(outside) {
             script.clean_up(world);
         }
         let mut i = 0;
@@ -221,7 +221,7 @@ impl Script {
 
     /// Its turn in actuation, once in each stage.
     fn actuate(self: &Rc<Self>, world: &WorldCell, args: &[tatu_value]) {
-        if self.has_turn(TATU_STAGE_ACTUATE) {
+        if self.takes_turn(world, TATU_STAGE_ACTUATE) {
             self.make_ready(world);
             self.resume_waits(world);
             self.run_if_begun(world, Callback::Actuation, args);
@@ -230,17 +230,20 @@ impl Script {
 
     /// Its turn in sensing, once in each stage.
     fn react(self: &Rc<Self>, world: &WorldCell, args: &[tatu_value]) {
-        if self.has_turn(TATU_STAGE_REACT) {
+        if self.takes_turn(world, TATU_STAGE_REACT) {
             self.make_ready(world);
             self.run_if_begun(world, Callback::Sensing, args);
         }
     }
 
     /// Takes its turn in a stage; `false`: it had it.
-    fn has_turn(&self, stage: u32) -> bool {
-        let before = self.called_in.get();
-        self.called_in.set(before | 1 << stage);
-        before & 1 << stage == 0
+    fn takes_turn(&self, world: &WorldCell, stage: u32) -> bool {
+        let now = world.scripts.borrow().turns[turn_of(stage)].get();
+        self.called_in[turn_of(stage)].replace(now) != now
+    }
+    /// Whether it has had its turn in a stage.
+    fn had_turn(&self, world: &WorldCell, stage: u32) -> bool {
+        self.called_in[turn_of(stage)].get() == world.scripts.borrow().turns[turn_of(stage)].get()
     }
 
     /// One pass of the driver: `init` first, then its callbacks, from which it asks for the stages; `cleanup` in the last.
@@ -259,4 +262,9 @@ impl Script {
             let _ = step::run(world, Stage::Clean, 0.0, "the last pass");
         }
     }
+}
+
+/// The place of a stage among those that call scripts.
+fn turn_of(stage: u32) -> usize {
+    usize::from(stage != TATU_STAGE_ACTUATE)
 }

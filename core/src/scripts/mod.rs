@@ -27,7 +27,7 @@ pub(crate) use answers::entry;
 pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func, owner_of_func};
 pub use kinds::OUTSIDE_KINDS;
 use kinds::{CALLBACKS, Numbers};
-pub(crate) use kinds::{Callback, Kind};
+pub(crate) use kinds::{Callback, Heard, Kind};
 use order::Order;
 pub(crate) use reload::{Handed, Written};
 pub use told::ScriptTold;
@@ -69,8 +69,8 @@ pub(crate) struct Script {
     ended: Cell<bool>,
     /// Its text could not be loaded, it used up its budget, or it failed and is silent from then on.
     dead: Cell<bool>,
-    /// The stages, as bits, that have called it since they began.
-    called_in: Cell<u32>,
+    /// Of actuation and of sensing: the turn in which it was called last.
+    called_in: [Cell<u64>; 2],
     /// Calls into it that are running.
     depth: Cell<u32>,
     /// What it asked for, to be done when no call of it runs any more.
@@ -87,8 +87,12 @@ pub(crate) struct Scripts {
     /// In the order in which they were added.
     list: Vec<Rc<Script>>,
     /// In the order in which they are called, as of this version of the tree; 0: to be made anew.
-    sorted: Vec<Rc<Script>>,
+    sorted: Rc<[Rc<Script>]>,
     sorted_at: u64,
+    /// The version of the tree in which all of them were last found there.
+    reaped_at: u64,
+    /// How often the stages of actuation and of sensing have begun.
+    turns: [Cell<u64>; 2],
     order: Order,
 }
 
@@ -111,6 +115,7 @@ impl Scripts {
         let default = world.settings.borrow().dialect.clone();
         let script = Rc::new(Script::new(slot, kind, spec, default));
         script.late.set(world.running());
+        world.heard.note_kind(kind, script.late.get());
         let mut scripts = world.scripts.try_borrow_mut().ok()?;
         scripts.list.push(script);
         scripts.sorted_at = 0;
@@ -141,31 +146,36 @@ impl Scripts {
         script.is_some_and(|s| s.kind.of_run())
     }
     /// Whether any script has a callback.
-    pub fn any_has(&self, callback: Callback) -> bool {
-        self.list.iter().any(|s| s.initialised.get() && !s.dead.get() && s.number(callback) != 0)
+    pub fn any_has(world: &WorldCell, callback: Callback) -> bool {
+        let has = |s: &Rc<Script>| s.initialised.get() && !s.dead.get() && s.number(callback) != 0;
+        world.heard.has(callback) && world.scripts.try_borrow().is_ok_and(|s| s.list.iter().any(has))
     }
 
     /// The script that runs the stages itself, if the world has one.
     pub fn driver(world: &WorldCell) -> Option<Rc<Script>> {
+        if !world.heard.any_driver() {
+            return None;
+        }
         world.scripts.try_borrow().ok()?.list.iter().find(|s| s.kind == Kind::Main).cloned()
     }
 
     /// All scripts in the order in which they are called, as it is now; who was added meanwhile comes last.
-    fn in_order(world: &WorldCell) -> Vec<Rc<Script>> {
+    fn in_order(world: &WorldCell) -> Rc<[Rc<Script>]> {
         let (Ok(mut scripts), Ok(scene)) = (world.scripts.try_borrow_mut(), world.scene.try_borrow()) else {
-            return Vec::new();
+            return Rc::default();
         };
         if scripts.sorted_at != scene.shape_version {
             let mut sorted = scripts.list.clone();
             order::sort(&mut sorted, &scene, scripts.order);
-            (scripts.sorted, scripts.sorted_at) = (sorted, scene.shape_version);
+            (scripts.sorted, scripts.sorted_at) = (sorted.into(), scene.shape_version);
         }
-        let mut all = scripts.sorted.clone();
         let is_new = |s: &Rc<Script>| s.late.get() && !s.initialised.get();
-        if all.iter().any(is_new) {
-            all.sort_by_key(is_new);
+        if !world.heard.any_late() || !scripts.sorted.iter().any(is_new) {
+            return scripts.sorted.clone();
         }
-        all
+        let mut all = scripts.sorted.to_vec();
+        all.sort_by_key(is_new);
+        all.into()
     }
 
     /// Which order the world has: told by the first of its languages that knows one.
@@ -187,24 +197,24 @@ impl Scripts {
 
     /// All scripts that stages call, in order. The driver calls, and is not called.
     fn each_called(world: &WorldCell, f: impl Fn(&Rc<Script>)) {
-        for script in Self::in_order(world) {
+        for script in &*Self::in_order(world) {
             script.begin_if_late(world);
             if script.kind != Kind::Main && script.is_there(world) {
-                f(&script);
+                f(script);
             }
         }
     }
 
     /// Calls a callback in all scripts that have begun and have it.
     fn each_has(world: &WorldCell, callback: Callback) {
-        if world.scripts.try_borrow().is_ok_and(|s| s.any_has(callback)) {
+        if Self::any_has(world, callback) {
             Self::each_called(world, |s| s.run_if_begun(world, callback, &[]));
         }
     }
 
     /// The same with one argument.
     pub fn tell(world: &WorldCell, callback: Callback, payload: &Value) {
-        if world.scripts.try_borrow().is_ok_and(|s| s.any_has(callback)) {
+        if Self::any_has(world, callback) {
             Self::with_payload(world, payload, |payload| {
                 Self::each_called(world, |s| s.run_if_begun(world, callback, &[payload]));
             });
@@ -213,7 +223,7 @@ impl Scripts {
 
     /// Tells the scripts of sensors that these have measured, in order.
     pub fn measured(world: &WorldCell, sensors: &[u32]) {
-        if !world.scripts.try_borrow().is_ok_and(|s| s.any_has(Callback::Measured)) {
+        if !Self::any_has(world, Callback::Measured) {
             return;
         }
         Self::each_called(world, |script| {
@@ -230,7 +240,7 @@ impl Scripts {
 
     /// Asks the scripts that have a callback, in order or the other way round, until one answers with a map.
     pub fn ask(world: &WorldCell, callback: Callback, payload: &Value, last_first: bool) -> Option<Value> {
-        let mut all = Self::in_order(world);
+        let mut all = Self::in_order(world).to_vec();
         if last_first {
             all.reverse();
         }
@@ -264,7 +274,7 @@ impl Scripts {
 
     /// Calls a callback by name in all scripts that have it, but one.
     pub fn broadcast(world: &WorldCell, name: &[u8], args: &[tatu_value], except: u32) {
-        for script in Self::in_order(world) {
+        for script in &*Self::in_order(world) {
             if script.is_there(world) && script.slot != except && script.initialised.get() {
                 let id = script.find(world, TATU_FIND_CALLBACK, name);
                 if id != 0 {
@@ -280,6 +290,10 @@ impl Scripts {
             let (Ok(mut scripts), Ok(scene)) = (world.scripts.try_borrow_mut(), world.scene.try_borrow()) else {
                 return;
             };
+            if scripts.reaped_at == scene.shape_version {
+                return;
+            }
+            scripts.reaped_at = scene.shape_version;
             let is_there = |s: &Rc<Script>| matches!(scene.get(s.slot).map(|o| &o.data), Some(Data::Script));
             if scripts.list.iter().all(is_there) {
                 return;
@@ -321,7 +335,7 @@ impl Script {
             cleaned: Cell::new(false),
             ended: Cell::new(false),
             dead: Cell::new(false),
-            called_in: Cell::new(0),
+            called_in: Default::default(),
             depth: Cell::new(0),
             asked: Cell::new(Ask::Nothing),
             callbacks: Cell::new([0; CALLBACKS.len()]),

@@ -177,7 +177,9 @@ impl Script {
 
     pub(super) fn find_callbacks(&self, world: &WorldCell) {
         let find = |i: usize| self.find(world, TATU_FIND_CALLBACK, CALLBACKS[i].as_bytes());
-        self.callbacks.set(std::array::from_fn(find));
+        let numbers = std::array::from_fn(find);
+        self.callbacks.set(numbers);
+        world.heard.note(&numbers);
     }
 
     pub fn find(&self, world: &WorldCell, how: u32, name: &[u8]) -> u32 {

@@ -23,41 +23,60 @@ pub struct ScriptTold {
 /// Calls by callback.
 #[derive(Debug, Default)]
 pub(super) struct Told {
-    /// The language's numbers, and the callbacks' names.
-    names: RefCell<BTreeMap<u32, String>>,
-    calls: RefCell<BTreeMap<String, u64>>,
+    /// One for each callback; there are few, and the busy ones come first.
+    counts: RefCell<Vec<Count>>,
     pub dialect: RefCell<String>,
+}
+
+#[derive(Debug)]
+struct Count {
+    /// The language's number; 0: it has none any more.
+    id: u32,
+    calls: u64,
+    name: String,
 }
 
 impl Told {
     /// Notes the language's number for a callback.
     pub fn name(&self, id: u32, name: &[u8]) {
-        let mut names = self.names.borrow_mut();
-        if id != 0 && !names.contains_key(&id) {
-            names.insert(id, String::from_utf8_lossy(name).into_owned());
+        let mut counts = self.counts.borrow_mut();
+        if id == 0 || counts.iter().any(|c| c.id == id) {
+            return;
+        }
+        let name = String::from_utf8_lossy(name);
+        match counts.iter_mut().find(|c| c.name == name && c.id == 0) {
+            Some(count) => count.id = id,
+            None => counts.push(Count { id, calls: 0, name: name.into_owned() }),
         }
     }
     /// Counts a call of it.
     pub fn count(&self, id: u32) {
-        let names = self.names.borrow();
-        let Some(name) = names.get(&id) else { return };
-        let mut calls = self.calls.borrow_mut();
-        match calls.get_mut(name) {
-            Some(n) => *n += 1,
-            None => drop(calls.insert(name.clone(), 1)),
+        if let Some(count) = self.counts.borrow_mut().iter_mut().find(|c| c.id == id) {
+            count.calls += 1;
         }
     }
     /// How often each callback was called.
     pub fn calls(&self) -> BTreeMap<String, u64> {
-        self.calls.borrow().clone()
+        let mut calls = BTreeMap::new();
+        for count in self.counts.borrow().iter().filter(|c| c.calls > 0) {
+            *calls.entry(count.name.clone()).or_insert(0) += count.calls;
+        }
+        calls
     }
     /// Takes that back.
     pub fn recall(&self, calls: BTreeMap<String, u64>) {
-        *self.calls.borrow_mut() = calls;
+        let mut counts = self.counts.borrow_mut();
+        counts.iter_mut().for_each(|c| c.calls = 0);
+        for (name, calls) in calls {
+            match counts.iter_mut().find(|c| c.name == name) {
+                Some(count) => count.calls = calls,
+                None => counts.push(Count { id: 0, calls, name }),
+            }
+        }
     }
     /// Forgets the numbers: another instance gives its own.
     pub fn renumber(&self) {
-        self.names.borrow_mut().clear();
+        self.counts.borrow_mut().iter_mut().for_each(|c| c.id = 0);
     }
 }
 

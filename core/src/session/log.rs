@@ -20,7 +20,7 @@ use crate::{
     document::Document,
     error::{Fault, FaultKind, Result},
     host::{CommandEntry, Registry},
-    scripts::{Callback, Room},
+    scripts::{Callback, Room, Scripts},
     step,
     world::{Phase, WorldCell},
 };
@@ -206,7 +206,7 @@ pub(crate) fn apply(world: &WorldCell, what: u32) {
 /// A pass of scripts while time stands: it is written down, for how many there are depends on the clock. Where no script
 /// would notice there is none.
 pub(crate) fn stand(world: &WorldCell) {
-    let notices = world.scripts.try_borrow().is_ok_and(|s| s.any_has(Callback::Suspended));
+    let notices = Scripts::any_has(world, Callback::Suspended);
     if notices {
         record_of(world, String::new(), Input::Pass);
         step::paused(world);

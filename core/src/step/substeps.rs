@@ -24,8 +24,7 @@ use crate::{
 
 /// Whether any script wants to be called.
 pub(super) fn wanted(world: &WorldCell) -> bool {
-    let Ok(scripts) = world.scripts.try_borrow() else { return false };
-    [Callback::Dyn, Callback::Joint, Callback::Contact].into_iter().any(|c| scripts.any_has(c))
+    [Callback::Dyn, Callback::Joint, Callback::Contact].into_iter().any(|c| Scripts::any_has(world, c))
 }
 
 /// One step of the engine, of those in which an advance takes place.

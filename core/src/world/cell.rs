@@ -29,7 +29,7 @@ use crate::{
     },
     physics::EngineSettings,
     scene::{Dynamics, Scene, rows::kind_name},
-    scripts::Scripts,
+    scripts::{Heard, Scripts},
     sense::Sensing,
     session::Outside,
 };
@@ -134,6 +134,8 @@ pub(crate) struct WorldCell {
     pub sensing: RefCell<Sensing>,
     pub acting: RefCell<Acting>,
     pub scripts: RefCell<Scripts>,
+    /// What there has been among its scripts, so that nobody looks for the rest in all of them.
+    pub heard: Heard,
     pub signals: RefCell<BTreeMap<(u32, Vec<u8>), Signal>>,
     pub calls: Calls,
     pub clock: Clock,

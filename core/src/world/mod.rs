@@ -39,7 +39,7 @@ use crate::{
     figures::Figures,
     host::{Registry, guard::Home, watchdog::Call},
     scene::{Dynamics, pose_to_array},
-    scripts::Scripts,
+    scripts::{Heard, Scripts},
     sense::Sensing,
     session::{
         self, Outside,
@@ -71,6 +71,7 @@ impl World {
             sensing: RefCell::new(Sensing::default()),
             acting: RefCell::new(Acting::default()),
             scripts: RefCell::new(Scripts::default()),
+            heard: Heard::default(),
             signals: RefCell::new(BTreeMap::new()),
             calls: Calls::new(),
             phase: Cell::default(),

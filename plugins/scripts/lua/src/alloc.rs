@@ -66,6 +66,14 @@ fn class(bytes: usize) -> (usize, usize) {
     (32 + (k - 9) * 4 + quarter, (1 << k) + ((quarter + 1) << (k - 2)))
 }
 
+/// The size of the blocks of a class.
+fn size_of_class(c: usize) -> usize {
+    match c.checked_sub(32) {
+        None => (c + 1) * 16,
+        Some(c) => (SMALL << (c / 4)) + ((c % 4 + 1) << (c / 4 + 7)),
+    }
+}
+
 impl Slot {
     /// A slot whose use begins at a place that follows from `seed`. If all began alike, the busiest blocks of all states
     /// would compete for the same few lines of the processor's caches.
@@ -126,6 +134,35 @@ impl Slot {
         self.used.set(backup.used);
         for (list, first) in self.free.iter().zip(&backup.free) {
             list.set(*first);
+        }
+    }
+
+    /// Brings the free blocks into order: those of low addresses are used first, those at the end of what is used are not
+    /// used at all. So what a script works with stays close together, and so does what it throws away.
+    pub(crate) fn tidy(&self) {
+        if !self.is_mapped() {
+            return;
+        }
+        let mut blocks = Vec::new();
+        for (c, list) in self.free.iter().enumerate() {
+            let mut block = list.replace(null_mut());
+            while !block.is_null() {
+                blocks.push((block, c));
+                // SAFETY: a free block holds the address of the next one.
+                block = unsafe { *block.cast::<*mut u8>() };
+            }
+        }
+        blocks.sort_unstable();
+        // SAFETY: within the slot.
+        let mut top = unsafe { self.base.add(self.top.get()) };
+        while let Some((block, _)) = blocks.pop_if(|(block, c)| block.wrapping_add(size_of_class(*c)) == top) {
+            top = block;
+        }
+        self.top.set(top as usize - self.base as usize);
+        for (block, c) in blocks.into_iter().rev() {
+            // SAFETY: free, and large enough for an address.
+            unsafe { *block.cast::<*mut u8>() = self.free[c].get() };
+            self.free[c].set(block);
         }
     }
 
@@ -261,6 +298,7 @@ mod tests {
         for bytes in 1..200_000 {
             let (c, size) = class(bytes);
             assert!(size >= bytes && size % 16 == 0 && size <= bytes * 5 / 4 + 16);
+            assert_eq!(size, size_of_class(c));
             assert!((c, size) == last || (c == last.0 + 1 && size > last.1));
             last = (c, size);
         }
@@ -291,6 +329,27 @@ mod tests {
             assert_eq!(first, run().1);
         } else {
             println!("skipped: this system reserves no address space");
+        }
+    }
+
+    #[test]
+    fn tidying_gives_the_end_back_and_low_addresses_first() {
+        let slot = Slot::new(0);
+        if !slot.is_mapped() {
+            println!("skipped: this system reserves no address space");
+            return;
+        }
+        // SAFETY: blocks are handed back with the sizes they have.
+        unsafe {
+            let all: Vec<_> = (0..6).map(|_| slot.take(100, false)).collect();
+            let end = slot.top.get();
+            for i in [1, 0, 5, 4] {
+                slot.give(all[i], 100);
+            }
+            slot.tidy();
+            assert_eq!(slot.top.get(), end - 2 * class(100).1);
+            assert_eq!([slot.take(100, false), slot.take(100, false), slot.take(100, false)], [all[0], all[1], all[4]]);
+            assert_eq!(slot.used.get(), 5 * class(100).1);
         }
     }
 }

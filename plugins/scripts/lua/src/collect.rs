@@ -22,6 +22,15 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_gc(l, LUA_GCSTOP);
 }
 
+/// Collects everything, and brings what is left of the slot into order.
+///
+/// # Safety
+/// A state of ours that runs nothing, or nothing but protected code of ours.
+pub(crate) unsafe fn tidy(l: *mut lua_State, s: &State) {
+    lua_gc(l, LUA_GCCOLLECT);
+    s.slot.tidy();
+}
+
 /// Winds the clock up, as if everything had just been collected.
 ///
 /// # Safety
@@ -41,7 +50,7 @@ pub(crate) unsafe fn tick(l: *mut lua_State, s: &State) {
     s.entries.set(n);
     // By the seed, which follows from the owner's name: how many others there are must not matter.
     if n.wrapping_add(s.instance.seed).is_multiple_of(EVERY) {
-        lua_gc(l, LUA_GCCOLLECT);
+        tidy(l, s);
         wind(l);
     }
 }

@@ -35,6 +35,14 @@ impl Rerun {
         self.values
             .retain(|(callback, _)| needs.iter().filter(|(name, _)| name == callback).all(|(_, w)| w.iter().any(has)));
     }
+    /// Drops the callbacks for which a text of nothing but branches does nothing.
+    fn prune(&mut self, s: &Script, text: &[u8]) {
+        let Some(branches) = scan::branches(text, &self.variable) else { return };
+        let values: Option<Vec<i64>> = branches.iter().map(|name| number(s, name)).collect();
+        if let Some(values) = values {
+            self.values.retain(|(callback, value)| callback == b"init" || values.contains(value));
+        }
+    }
     /// The value of a callback.
     pub(crate) fn value(&self, callback: &[u8]) -> Option<i64> {
         self.values.iter().find(|(name, _)| name == callback).map(|v| v.1)
@@ -137,6 +145,7 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     }
     if let Some(rerun) = &mut rules.rerun {
         rerun.fit(&words);
+        rerun.prune(s, text);
     }
     let may_rerun = rules.rerun.as_ref().is_some_and(|r| old || words.binary_search(&r.variable).is_ok());
     *s.text.borrow_mut() = Text {
@@ -147,11 +156,38 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
         over: false,
         names: Vec::new(),
     };
+    // What preludes left behind would scatter the script's own objects.
+    // SAFETY: the main thread is idle.
+    unsafe { crate::collect::tidy(s.main, s) };
     compile(s, text, chunk)?;
     crate::capture::fresh::record(s)?;
-    // SAFETY: the main thread is idle.
+    // SAFETY: as above.
     unsafe { crate::collect::wind(s.main) };
     Ok(dialect)
+}
+
+/// The whole number that a text means by a numeral, or by the name of a constant.
+fn number(s: &Script, word: &[u8]) -> Option<i64> {
+    if let Some(n) = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok()) {
+        return Some(n);
+    }
+    let mut found = None;
+    // SAFETY: protected; the world lives, the name is valid during the call.
+    s.protect(&mut |l| unsafe {
+        if state::registry(l, reg::CONSTANTS) == LUA_TTABLE {
+            push(l, word);
+            if lua_rawget(l, -2) == LUA_TNUMBER {
+                found = Some(lua_tointeger(l, -1));
+                return;
+            }
+        }
+        let mut value = crate::convert::word(TATU_NIL, 0);
+        if (s.commands.constant)(s.world, border(word), &mut value) == TATU_OK && value.tag == TATU_I64 {
+            found = Some(value.u.i);
+        }
+    })
+    .ok()?;
+    found
 }
 
 fn compile(s: &Script, text: &[u8], chunk: &str) -> Result {

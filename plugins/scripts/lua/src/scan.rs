@@ -141,6 +141,53 @@ pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
     out
 }
 
+/// What a text compares a global with, if it is nothing but a row of `if variable == X then ... end`, one after the other:
+/// the `X` of those that do something. For any other value the text does nothing. `None`: it may be more than that.
+pub(crate) fn branches<'a>(text: &'a [u8], variable: &[u8]) -> Option<Vec<&'a [u8]>> {
+    let tokens: Vec<&[u8]> =
+        Tokens::new(text).filter(|(kind, _)| *kind != Kind::Space).map(|(_, token)| token).collect();
+    let (mut rest, mut all, mut busy) = (tokens.as_slice(), Vec::new(), Vec::new());
+    while let Some((first, after)) = rest.split_first() {
+        rest = after;
+        if *first == b";" {
+            continue;
+        }
+        let open = rest.iter().take_while(|t| **t == b"(").count();
+        let [said, b"==", value, closed @ ..] = rest.get(open..)? else { return None };
+        let then = closed.get(open)?;
+        if *first != b"if" || *said != variable || closed[..open].iter().any(|t| *t != b")") || *then != b"then" {
+            return None;
+        }
+        let body = &closed[open + 1..];
+        let n = end_of_block(body)?;
+        all.push(*value);
+        if n > 0 {
+            busy.push(*value);
+        }
+        rest = &body[n + 1..];
+    }
+    // Who sets the global, or a value that it is compared with, may do so to get into another branch.
+    let said = |name: &[u8]| tokens.iter().filter(|t| **t == name).count();
+    let once = |name: &&[u8]| said(name) == all.iter().filter(|n| *n == name).count() || name[0].is_ascii_digit();
+    (!all.is_empty() && said(variable) == all.len() && all.iter().all(once)).then_some(busy)
+}
+
+/// The number of tokens before the `end` of a block; `None`: it has none, or there is an `else` before it.
+fn end_of_block(tokens: &[&[u8]]) -> Option<usize> {
+    let mut depth = 0;
+    for (i, token) in tokens.iter().enumerate() {
+        match *token {
+            b"end" | b"until" if depth > 0 => depth -= 1,
+            b"end" => return Some(i),
+            b"else" | b"elseif" if depth == 0 => return None,
+            // `for` and `while` have their `do`.
+            b"if" | b"function" | b"do" | b"repeat" => depth += 1,
+            _ => {}
+        }
+    }
+    None
+}
+
 /// A text of Lua 5.1 as Lua 5.4 understands it; lines stay where they are. `goto` was a name, an unknown escape was the
 /// letter itself, integers had no more digits than a float holds, and functions with `...` had a table `arg`.
 pub(crate) fn modern(text: &[u8]) -> Cow<'_, [u8]> {
@@ -308,5 +355,33 @@ mod tests {
             assert_eq!(String::from_utf8_lossy(&modern(old.as_bytes())), new);
         }
         assert!(matches!(modern(b"x = 1"), Cow::Borrowed(_)));
+    }
+
+    #[test]
+    fn a_row_of_branches_is_told_from_anything_else() {
+        let of = |text: &str| {
+            let found = branches(text.as_bytes(), b"what")?;
+            Some(found.iter().map(|b| String::from_utf8_lossy(b).into_owned()).collect::<Vec<_>>())
+        };
+        let row = "-- a comment\nif (what==A) then x = 1 end\nif what == B then if x then y() else z() end end; \
+                   if ((what == C)) then -- nothing\nend if what == 3 then repeat x() until y for i=1,2 do z() end end";
+        assert_eq!(of(row), Some(vec!["A".into(), "B".into(), "3".into()]));
+        for other in [
+            "",
+            "x()",
+            "if what == A then x() end y()",
+            "local n = 1 if what == A then x() end",
+            "if what == A then x() else y() end",
+            "if what == A then x() elseif what == B then y() end",
+            "if what ~= A then x() end",
+            "if what == A or z then x() end",
+            "if (what == A then x() end",
+            "if what == A then what = B end if what == B then x() end",
+            "if what == A then B = A end if what == B then x() end",
+            "if what == A then x(",
+            "if what == A then x() end return y()",
+        ] {
+            assert_eq!(of(other), None, "{other}");
+        }
     }
 }
