@@ -316,6 +316,7 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
     match row {
         Row::Visible | Row::Layer => scene.seen_version += 1,
         Row::Color => scene.color_version += 1,
+        Row::Explicit | Row::Rate | Row::Noise => scene.sensor_version += 1,
         _ => {}
     }
     match done {

@@ -49,6 +49,9 @@ pub struct Scene {
     /// Grows with every change of a color.
     #[serde(skip)]
     pub color_version: u64,
+    /// Grows with every change of a sensor's own settings.
+    #[serde(skip)]
+    pub sensor_version: u64,
     /// Free data of the world itself, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     #[serde(skip)]
@@ -72,6 +75,7 @@ impl Default for Scene {
             shape_version: 1,
             seen_version: 0,
             color_version: 0,
+            sensor_version: 0,
             notes: BTreeMap::new(),
             index: NameIndex::default(),
             moves: Moves::default(),
@@ -185,6 +189,7 @@ impl Scene {
     pub(crate) fn change_kind(&mut self, slot: u32, data: Data) -> bool {
         let Some(o) = self.get_mut(slot) else { return false };
         o.data = data;
+        self.sensor_version += 1;
         self.touch(slot);
         true
     }

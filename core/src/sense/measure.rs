@@ -19,7 +19,7 @@ use crate::{
         Registry, guard,
         watchdog::{Call, Watch},
     },
-    scene::{Data, Scene, pose_to_array},
+    scene::{Scene, pose_to_array},
 };
 
 /// Buffers used again in every step.
@@ -135,11 +135,6 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     s.clear();
     for i in devices {
         let d = &mut all[*i];
-        let declared = scene.get(d.slot).and_then(|o| match &o.data {
-            Data::Sensor(s) => s.noise.as_ref(),
-            _ => None,
-        });
-        d.follow_noise(declared, kind_info);
         s.shown.push(d.keep_shown());
         let Layout { plan, spans, .. } = &*d.layout;
         let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);

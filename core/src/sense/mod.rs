@@ -19,7 +19,7 @@ mod normal;
 mod plan;
 mod targets;
 
-use std::{ffi::c_void, rc::Rc, sync::Arc};
+use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
@@ -32,37 +32,46 @@ pub use targets::Targets;
 
 use crate::{
     host::{
-        FieldInfo, SensorKind,
+        FieldInfo, Registry, SensorKind,
         instance::{Made, make},
         watchdog::Call,
     },
+    scene::{Data, Scene},
     world::WorldCell,
 };
 
 /// One sensor's instance and its last reading.
+///
+/// There may be thousands, and each step goes through all: what a reading needs stands in the first line of the
+/// processor's cache, what a measure needs in the first two.
+#[repr(C, align(64))]
 pub(crate) struct Device {
-    pub slot: u32,
-    pub kind: usize,
-    pub id: u64,
-    pub data: *mut c_void,
-    pub state: Vec<u64>,
-    pub params: Vec<Value>,
-    /// Shared by sensors that are alike: there may be thousands, and each step goes through all.
-    pub layout: Rc<Layout>,
     /// The fields one after the other, each 8-byte aligned.
     pub fields: Vec<u64>,
+    /// Shared by sensors that are alike.
+    pub layout: Rc<Layout>,
     pub sequence: u64,
     pub time: f64,
+    pub slot: u32,
+    /// Switched off after a fault.
+    pub off: bool,
+    /// Measures only when it is told to, as the scene says.
+    explicit: bool,
+    pub kind: usize,
+    pub data: *mut c_void,
+    /// What is done to its fields after a measure; `None`: nothing.
+    pub noise: Option<Box<Noise>>,
     /// From the scene's seed and the sensor: the key of its random numbers.
     pub seed: u64,
     /// How often it has measured since the start, resets or not: what random numbers are drawn by.
     pub drawn: u64,
+    /// Hz, as the scene says; 0: it measures in each step.
+    rate: f64,
     /// Of a sensor with a rate: the period in which it measured last.
     pub period: Option<u64>,
-    /// What is done to its fields after a measure; `None`: nothing.
-    pub noise: Option<Box<Noise>>,
-    /// Switched off after a fault.
-    pub off: bool,
+    pub state: Vec<u64>,
+    pub id: u64,
+    pub params: Vec<Value>,
 }
 
 /// The sensors of a world.
@@ -74,6 +83,8 @@ pub struct Sensing {
     /// Of each kind, the indices of its devices.
     by_kind: Vec<Vec<usize>>,
     pub(crate) targets: Targets,
+    /// The version of the scene's settings that all devices have taken up.
+    settled: Option<u64>,
     pub(crate) scratch: measure::Scratch,
 }
 
@@ -82,6 +93,22 @@ impl Sensing {
     pub(crate) fn add(&mut self, device: Device) {
         self.note(&device, self.devices.len());
         self.devices.push(device);
+        self.settled = None;
+    }
+    /// The scene is another one: nothing is known of it.
+    pub(crate) fn forget_scene(&mut self) {
+        (self.targets, self.settled) = (Targets::default(), None);
+    }
+    /// Lets all devices take up what the scene says of them now: their rates, say, and their noise.
+    pub(crate) fn settle(&mut self, scene: &Scene, registry: &Registry) {
+        if self.settled.replace(scene.sensor_version) == Some(scene.sensor_version) {
+            return;
+        }
+        for d in &mut self.devices {
+            let Some(Data::Sensor(s)) = scene.get(d.slot).map(|o| &o.data) else { continue };
+            (d.explicit, d.rate) = (s.explicit, s.rate);
+            Noise::follow(&mut d.noise, s.noise.as_ref(), &registry.sensors[d.kind]);
+        }
     }
     fn note(&mut self, device: &Device, index: usize) {
         let (slot, kind) = (device.slot as usize, device.kind);
@@ -103,9 +130,22 @@ impl Sensing {
     pub(crate) fn index(&self, slot: u32) -> Option<usize> {
         self.by_slot.get(slot as usize).and_then(|i| (*i as usize).checked_sub(1))
     }
-    /// The indices of a kind's devices.
-    pub(crate) fn of_kind(&self, kind: usize) -> &[usize] {
-        self.by_kind.get(kind).map_or(&[], Vec::as_slice)
+    /// Of the next devices of a kind, from the `from`-th on, those that measure by themselves at this time; how many were
+    /// looked at. What they measured before may be seen now, whether they measure now or not.
+    pub(crate) fn due(&mut self, kind: usize, from: usize, time: f64, due: &mut Vec<usize>) -> usize {
+        due.clear();
+        let some = self.by_kind.get(kind).map_or(&[][..], |all| all.get(from..).unwrap_or_default());
+        let some = &some[..some.len().min(TOGETHER)];
+        for i in some {
+            let d = &mut self.devices[*i];
+            if !d.off {
+                d.release(time);
+            }
+            if d.is_due(time) {
+                due.push(*i);
+            }
+        }
+        some.len()
     }
     /// The device of a sensor.
     pub(crate) fn device(&self, slot: u32) -> Option<&Device> {
@@ -137,21 +177,23 @@ impl Device {
         let seed = instance.seed;
         let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
         let mut device = Device {
-            slot,
-            kind: kind_index,
-            id,
-            data,
-            state,
-            params,
-            layout: Rc::default(),
             fields: Vec::new(),
+            layout: Rc::default(),
             sequence: 0,
             time: 0.0,
+            slot,
+            off: false,
+            explicit: false,
+            kind: kind_index,
+            data,
+            noise: None,
             seed,
             drawn: 0,
+            rate: 0.0,
             period: None,
-            noise: None,
-            off: false,
+            state,
+            id,
+            params,
         };
         match Layout::ask(world, kind_index, slot, data) {
             Ok(layout) => device.lay_out(layout),
@@ -178,20 +220,14 @@ impl Device {
         self.noise.iter_mut().for_each(|n| n.drop_held());
     }
 
-    /// Whether a time lies in another period of its rate than its last measure. Periods are counted from time 0, so that
-    /// they do not drift.
-    pub fn is_due(&self, rate: f64, time: f64) -> bool {
-        rate <= 0.0 || self.period != Some(period(rate, time))
-    }
-
-    /// It measures because it is due.
-    pub fn begin_period(&mut self, rate: f64, time: f64) {
-        self.period = (rate > 0.0).then(|| period(rate, time));
-    }
-
-    /// Takes up the noise that the scene declares now.
-    pub fn follow_noise(&mut self, declared: Option<&Arc<NoiseSpec>>, kind: &SensorKind) {
-        Noise::follow(&mut self.noise, declared, kind);
+    /// Whether it measures by itself at this time: not more than once in a period of its rate. Periods are counted from
+    /// time 0, so that they do not drift.
+    pub fn is_due(&mut self, time: f64) -> bool {
+        if self.off || self.explicit {
+            return false;
+        }
+        let now = (self.rate > 0.0).then(|| period(self.rate, time));
+        std::mem::replace(&mut self.period, now) != now || now.is_none()
     }
 
     /// Before a measure, if readings are delayed: takes out the reading that is seen, and makes room for another.
@@ -294,6 +330,10 @@ impl Device {
         }
     }
 }
+
+/// So many sensors measure together: what is noted of them stays in the processor's caches from the first look at whether
+/// they are due to the last one at what they measured.
+const TOGETHER: usize = 256;
 
 /// The number of the period of a rate that a time lies in. Times are sums of steps: one that lacks but their rounding is in
 /// the period that it begins.

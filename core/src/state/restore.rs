@@ -16,7 +16,7 @@ use crate::{
     host::{instance::Living, watchdog::Call},
     scene::Data,
     scripts::Scripts,
-    sense::{Noise, Targets},
+    sense::Noise,
     session::{self, log::Record},
     world::{Signal, World, WorldCell},
 };
@@ -230,7 +230,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     // What starting told has been told by the run that wrote the snapshot.
     cell.lines.borrow_mut().clear();
     // What beams see is made anew of the scene.
-    cell.sensing.borrow_mut().targets = Targets::default();
+    cell.sensing.borrow_mut().forget_scene();
     Ok(())
 }
 

@@ -2,30 +2,24 @@
 
 use crate::{
     host::watchdog::Call,
-    scene::Data,
     scripts::Scripts,
     sense::{self, Around, Ask, BeamPlan, Job, Moment},
     world::{WorldCell, instance_fault},
 };
 
-/// So many sensors measure together: what is noted of them stays in the processor's caches from the first look at whether
-/// they are due to the last one at what they measured.
-const TOGETHER: usize = 256;
-
 /// Sensors that are due measure.
 pub(super) fn sense(world: &WorldCell) {
-    let (mut measured, mut some, mut due) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut measured, mut due) = (Vec::new(), Vec::new());
+    let time = world.clock.time.get();
+    world.sensing.borrow_mut().settle(&world.scene.borrow(), &world.registry);
     for kind in 0..world.registry.sensors.len() {
         let mut from = 0;
         loop {
-            some.clear();
-            some.extend(world.sensing.borrow().of_kind(kind).iter().skip(from).take(TOGETHER));
-            if some.is_empty() {
+            let n = world.sensing.borrow_mut().due(kind, from, time, &mut due);
+            if n == 0 {
                 break;
             }
-            from += some.len();
-            due.clear();
-            due.extend(some.iter().filter(|i| is_due(world, **i)));
+            from += n;
             if !due.is_empty() {
                 sense_some(world, kind, &due, &Ask::default());
                 let sensing = world.sensing.borrow();
@@ -37,27 +31,13 @@ pub(super) fn sense(world: &WorldCell) {
     world.look_after("sensing");
 }
 
-/// Whether a sensor measures in this stage. What it measured before may be seen now, whether it measures now or not.
-fn is_due(world: &WorldCell, device: usize) -> bool {
-    let (mut sensing, scene) = (world.sensing.borrow_mut(), world.scene.borrow());
-    let Some(d) = sensing.devices.get_mut(device).filter(|d| !d.off) else { return false };
-    let Some(Data::Sensor(s)) = scene.get(d.slot).map(|o| &o.data) else { return false };
-    let time = world.clock.time.get();
-    d.follow_noise(s.noise.as_ref(), &world.registry.sensors[d.kind]);
-    d.release(time);
-    if s.explicit || !d.is_due(s.rate, time) {
-        return false;
-    }
-    d.begin_period(s.rate, time);
-    true
-}
-
 /// Handles some sensors of one kind now; whoever fails is switched off and named once.
 pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], ask: &Ask) {
     let moment = Moment { time: world.clock.time.get(), step: world.clock.step.get() };
     let failed = {
         let (mut sensing, scene, dynamics) =
             (world.sensing.borrow_mut(), world.scene.borrow(), world.dynamics.borrow());
+        sensing.settle(&scene, &world.registry);
         let mut followed = None;
         for i in devices {
             let BeamPlan { visible, waves, .. } = sensing.devices[*i].layout.plan;

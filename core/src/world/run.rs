@@ -21,7 +21,6 @@ use crate::{
     events, figures,
     scene::{Data, Dynamics, Scene, rows},
     scripts::Scripts,
-    sense::Targets,
     session, step,
 };
 
@@ -203,7 +202,7 @@ fn go_back(cell: &WorldCell, mut initial: Scene) {
     initial.shape_version = scene.shape_version + 1;
     *scene = initial;
     *cell.dynamics.borrow_mut() = Dynamics::new(WorldCell::engine_settings(&cell.settings.borrow()));
-    cell.sensing.borrow_mut().targets = Targets::default();
+    cell.sensing.borrow_mut().forget_scene();
     for (slot, _) in scene.clone().slots() {
         match scene.get_mut(slot).map(|o| &mut o.data) {
             Some(Data::Shape(s)) => s.body.0 = None,
