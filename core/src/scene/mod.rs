@@ -28,7 +28,7 @@ pub(crate) use dynamics::mass_props;
 pub use follow::Follow;
 pub use forms::{collision_parts, default_inertia, default_mass, visible_parts};
 pub use object::{
-    ActuatorData, Body, Control, Data, Joint, JointType, Object, Primitive, SensorData, Shape, ShapePart,
+    ActuatorData, Body, Control, Data, Joint, JointType, Measuring, Object, Primitive, SensorData, Shape, ShapePart,
 };
 pub use props::{Changed, Refusal, get, numbers, set, set_numbers};
 pub(crate) use props::{notes, notes_value};

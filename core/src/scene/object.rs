@@ -304,6 +304,14 @@ impl SensorData {
     }
 }
 
+/// When a sensor measures, and what is done to its fields: see [`SensorData`].
+#[allow(missing_docs, reason = "as there")]
+pub struct Measuring<'a> {
+    pub explicit: bool,
+    pub rate: f64,
+    pub noise: Option<&'a Arc<NoiseSpec>>,
+}
+
 /// An actuator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ActuatorData {

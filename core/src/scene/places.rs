@@ -26,6 +26,10 @@ pub(super) struct Link {
     pub shape: bool,
     /// It is the base of a model.
     pub model_base: bool,
+    /// There is an object.
+    pub there: bool,
+    /// A sensor that measures in each step, without noise.
+    pub plain_sensor: bool,
 }
 
 /// The places of all objects.
@@ -72,7 +76,7 @@ impl Places {
     pub fn begin(&mut self, slot: u32, parent: u32, local: Isometry3<f64>, world: Isometry3<f64>) {
         let at = slot as usize;
         let generation = self.links[at].generation + 1;
-        self.links[at] = Link { generation, parent, noted: self.now, new: true, ..Link::default() };
+        self.links[at] = Link { generation, parent, noted: self.now, new: true, there: true, ..Link::default() };
         (self.local[at], self.world[at]) = (local, world);
     }
 

@@ -310,7 +310,11 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         }
         (_, Data::Shape(s), _) => set_shape(s, row, value, &text)?,
         (_, Data::Joint(j), _) => set_joint(j, row, value, &text),
-        (_, Data::Sensor(s), _) => set_sensor(s, row, value, text)?,
+        (_, Data::Sensor(s), _) => {
+            let done = set_sensor(s, row, value, text);
+            scene.note_kind(slot);
+            done?
+        }
         (_, Data::Graph(g), _) => set_graph(g, row, value)?,
         _ => None,
     };

@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
-use super::{Data, Object, moves::Moves, names::NameIndex, places::Places};
+use super::{Data, Measuring, Object, SensorData, moves::Moves, names::NameIndex, places::Places};
 
 /// An object's id at the border: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -199,11 +199,13 @@ impl Scene {
         true
     }
 
-    /// What the places need to know of an object's kind.
-    fn note_kind(&mut self, slot: u32) {
+    /// What those who go through places need to know of an object's data, after a change.
+    pub(super) fn note_kind(&mut self, slot: u32) {
         let Some(o) = self.slots[slot as usize].object.as_ref() else { return };
         let link = &mut self.places.links[slot as usize];
         (link.shape, link.joint) = (matches!(o.data, Data::Shape(_)), matches!(o.data, Data::Joint(_)));
+        let is_plain = |s: &SensorData| !s.explicit && s.rate <= 0.0 && s.noise.is_none();
+        link.plain_sensor = matches!(&o.data, Data::Sensor(s) if is_plain(s));
     }
 
     fn reorder(&mut self) {
@@ -277,23 +279,29 @@ impl Scene {
     }
     /// The full id of the object in a slot; 0 if there is none.
     pub fn id(&self, slot: u32) -> tatu_object {
-        match self.slots.get(slot as usize) {
-            Some(s) if s.object.is_some() => self.places.links[slot as usize].generation << 20 | u64::from(slot),
+        match self.places.links.get(slot as usize) {
+            Some(link) if link.there => link.generation << 20 | u64::from(slot),
             _ => 0,
         }
     }
     /// The slot of an id, if its object is still there; else the name it had, if it ever was.
     pub fn resolve(&self, id: tatu_object) -> Result<u32, Option<&str>> {
         let handle = Handle(id);
-        let Some(slot) = self.slots.get(handle.slot() as usize) else { return Err(None) };
-        let generation = self.places.links[handle.slot() as usize].generation;
-        let here = slot.object.is_some() && (handle.generation() == 0 || handle.generation() == generation);
-        if here {
-            Ok(handle.slot())
-        } else if slot.last.is_empty() {
-            Err(None)
-        } else {
-            Err(Some(&slot.last))
+        let slot = handle.slot();
+        let Some(link) = self.places.links.get(slot as usize) else { return Err(None) };
+        if link.there && (handle.generation() == 0 || handle.generation() == link.generation) {
+            return Ok(slot);
+        }
+        Err(Some(self.slots[slot as usize].last.as_str()).filter(|name| !name.is_empty()))
+    }
+    /// When a sensor measures, and what is done to it: of most that is told without a look at the object.
+    pub fn measuring(&self, slot: u32) -> Option<Measuring<'_>> {
+        if self.places.links.get(slot as usize)?.plain_sensor {
+            return Some(Measuring { explicit: false, rate: 0.0, noise: None });
+        }
+        match &self.get(slot)?.data {
+            Data::Sensor(s) => Some(Measuring { explicit: s.explicit, rate: s.rate, noise: s.noise.as_ref() }),
+            _ => None,
         }
     }
 

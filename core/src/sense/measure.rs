@@ -18,7 +18,7 @@ use crate::{
         Registry, guard,
         watchdog::{Call, Watch},
     },
-    scene::{Data, Scene, pose_to_array},
+    scene::{Scene, pose_to_array},
 };
 
 /// Buffers used again in every step.
@@ -134,10 +134,7 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     s.clear();
     for i in devices {
         let d = &mut all[*i];
-        let declared = scene.get(d.slot).and_then(|o| match &o.data {
-            Data::Sensor(s) => s.noise.as_ref(),
-            _ => None,
-        });
+        let declared = scene.measuring(d.slot).and_then(|s| s.noise);
         d.follow_noise(declared, kind_info);
         s.shown.push(d.keep_shown());
         let Layout { plan, spans, .. } = &*d.layout;

@@ -2,7 +2,6 @@
 
 use crate::{
     host::watchdog::Call,
-    scene::Data,
     scripts::Scripts,
     sense::{self, Around, Ask, BeamPlan, Job, Moment},
     world::{WorldCell, instance_fault},
@@ -41,9 +40,9 @@ pub(super) fn sense(world: &WorldCell) {
 fn is_due(world: &WorldCell, device: usize) -> bool {
     let (mut sensing, scene) = (world.sensing.borrow_mut(), world.scene.borrow());
     let Some(d) = sensing.devices.get_mut(device).filter(|d| !d.off) else { return false };
-    let Some(Data::Sensor(s)) = scene.get(d.slot).map(|o| &o.data) else { return false };
+    let Some(s) = scene.measuring(d.slot) else { return false };
     let time = world.clock.time.get();
-    d.follow_noise(s.noise.as_ref(), &world.registry.sensors[d.kind]);
+    d.follow_noise(s.noise, &world.registry.sensors[d.kind]);
     d.release(time);
     if s.explicit || !d.is_due(s.rate, time) {
         return false;
