@@ -350,4 +350,18 @@ mod tests {
         assert_eq!((size_of::<Option<Object>>(), size_of::<Slot>()), (size_of::<Object>(), 192));
         assert_eq!(offset_of!(Joint, target_position), 64);
     }
+
+    #[test]
+    fn a_sensor_that_is_set_is_looked_at() {
+        let mut s = Scene::default();
+        let slot = s.add(0, "sensor", Isometry3::identity(), Data::Sensor(SensorData::new(0))).unwrap();
+        let told = |s: &Scene| (s.places.links[slot as usize].plain_sensor, s.measuring(slot).map(|m| m.rate));
+        assert_eq!(told(&s), (true, Some(0.0)));
+        for rate in [5.0, 0.0] {
+            crate::scene::set(&mut s, slot, crate::scene::rows::Row::Rate, &rate.into()).unwrap();
+            assert_eq!(told(&s), (rate == 0.0, Some(rate)));
+        }
+        s.remove(slot);
+        assert_eq!(told(&s), (false, None));
+    }
 }
