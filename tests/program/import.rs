@@ -199,7 +199,7 @@ fn two_of_one_file_have_names_of_their_own() {
         assert!(scene.find_name(name).is_some(), "{name}");
     }
     // Placed as a model is: turned by a quarter, its left wheel stands to the west.
-    let wheel = scene.get(scene.find_name("left_wheel#0").unwrap()).unwrap().world.translation.vector;
+    let wheel = scene.world(scene.find_name("left_wheel#0").unwrap()).translation.vector;
     assert!((wheel.x + 0.2).abs() < 1e-9 && (wheel.y - 2.0).abs() < 1e-9, "{wheel}");
     // A base that is fixed stays.
     let lines = place.trace(&["/third", "/cart[0]"], &["--steps", "20"]);

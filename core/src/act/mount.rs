@@ -43,14 +43,14 @@ pub(super) struct Mount {
 impl Mount {
     /// Looks up what an object acts on. Engine and scene must be at one.
     pub fn of(scene: &Scene, dynamics: &Dynamics, slot: u32, twist: impl Fn(u32) -> [f64; 6]) -> Mount {
-        let world = scene.get(slot).map_or(Isometry3::identity(), |o| o.world);
+        let world = scene.world(slot);
         let (mut joint, mut carrier) = (None, None);
         let mut at = scene.get(slot).map_or(0, |o| o.parent);
         while let Some(o) = scene.get(at) {
             match &o.data {
                 Data::Joint(_) if joint.is_none() => joint = Some(at),
                 Data::Shape(s) if s.dynamic => {
-                    carrier = s.body.0.map(|body| (body, o.world));
+                    carrier = s.body.0.map(|body| (body, scene.world(at)));
                     break;
                 }
                 _ => {}
@@ -66,12 +66,12 @@ impl Mount {
             from_joint: Isometry3::identity(),
             twist: if carrier.is_some() { [0.0; 6] } else { twist(slot) },
         };
-        if let Some((o, j)) = joint.and_then(|s| scene.get(s)).and_then(|o| Some((o, o.joint()?))) {
+        if let Some((at, j)) = joint.and_then(|s| Some((s, scene.get(s)?.joint()?))) {
             mount.still = [j.position, j.velocity];
             if let Some((joint, (bodies, frame_in_a))) = j.id.and_then(|id| Some((id, dynamics.tie(id)?))) {
                 mount.hinge = Some(Hinge { joint, slides: j.kind == JointType::Prismatic, bodies, frame_in_a });
-                mount.to_joint = base.inverse() * o.world;
-                mount.from_joint = o.frame().inverse() * world;
+                mount.to_joint = base.inverse() * scene.world(at);
+                mount.from_joint = scene.frame(at).inverse() * world;
             }
         }
         mount

@@ -170,7 +170,7 @@ impl Document {
                 // Checked when the document was written.
                 let _ = crate::scene::set(&mut scene, slot, *row, value);
             }
-            let placed = scene.get(slot).map(|o| spec.placement * o.local);
+            let placed = scene.get(slot).map(|_| spec.placement * scene.local(slot));
             if let Some(local) = placed.filter(|_| spec.placement != Isometry3::identity()) {
                 scene.set_local(slot, local);
             }

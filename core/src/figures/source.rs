@@ -44,7 +44,7 @@ pub fn number(world: &WorldCell, scene: &Scene, graph: u32, of: &str, data: &str
     let slot = scene.find(graph, of)?;
     match data {
         "alpha" | "beta" | "gamma" => {
-            let turns = scene::to_euler(&scene.get(slot)?.world.rotation);
+            let turns = scene::to_euler(&scene.world(slot).rotation);
             return turns.get(["alpha", "beta", "gamma"].iter().position(|n| *n == data)?).copied();
         }
         "speed" | "turning" => {

@@ -36,7 +36,7 @@ const CURVE_WIDTH: f64 = 2.5;
 pub(super) fn all(scene: &Scene, figures: &Figures, camera: &Camera, lines: &[Line]) -> Vec<Mark> {
     let mut pen = Pen { camera, marks: Vec::new(), color: [0.0; 3] };
     for d in figures.drawings.values() {
-        let frame = scene.resolve(d.parent).ok().and_then(|slot| scene.get(slot)).map(|o| o.world);
+        let frame = scene.resolve(d.parent).ok().map(|slot| scene.world(slot));
         pen.drawing(d, &frame.unwrap_or_default());
     }
     for graph in figures.graphs.values() {

@@ -87,7 +87,7 @@ impl World {
             schemas: kind.schemas.clone(),
             time: device.time,
             sequence: device.sequence,
-            pose: crate::scene::pose_to_array(&scene.get(slot)?.world),
+            pose: crate::scene::pose_to_array(&scene.world(slot)),
             edges: outline::edges(&device.layout.plan),
             fields: kind.fields.iter().enumerate().map(field).collect(),
         })

@@ -51,10 +51,10 @@ const BELOW: f64 = 1e-4;
 impl Stage {
     pub fn of(scene: &Scene, figures: &Figures, camera: &Camera, lines: &[Line]) -> Self {
         let (mut targets, mut colors) = (Vec::new(), Vec::new());
-        for (_, o) in scene.slots() {
+        for (slot, o) in scene.slots() {
             let Some(shape) = o.shape().filter(|_| o.is_visible()) else { continue };
             for part in visible_parts(shape) {
-                targets.push(target(targets.len(), o.world * part.pose, part.form));
+                targets.push(target(targets.len(), scene.world(slot) * part.pose, part.form));
                 colors.push(Color::of(part.color.unwrap_or(shape.color)));
             }
         }

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Isometry3, Matrix3, Point3};
 use serde::{Deserialize, Serialize};
 
-use super::{Control, Data, Scene, Shape, collision_parts, default_inertia, default_mass};
+use super::{Control, Data, Scene, Shape, carried::Carried, collision_parts, default_inertia, default_mass};
 use crate::physics::{
     BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointId, JointKind, MassProps, Motion,
     PairRule, Rapier, Respond, Twist,
@@ -27,9 +27,9 @@ struct BodyRecord {
 
 /// A joint and the objects that it is made of.
 #[derive(Serialize, Deserialize)]
-struct JointRecord {
-    id: JointId,
-    tie: u32,
+pub(super) struct JointRecord {
+    pub id: JointId,
+    pub tie: u32,
     child: u32,
     version: u64,
     bodies: (BodyId, BodyId),
@@ -38,15 +38,19 @@ struct JointRecord {
 
 /// The engine and what stands for what in it.
 pub struct Dynamics {
-    engine: Box<dyn Engine>,
+    pub(super) engine: Box<dyn Engine>,
     /// In order of ids.
     bodies: Vec<BodyRecord>,
+    /// Those that are moved by hand or by what carries them, with their slots.
+    kinematic: Vec<(BodyId, u32)>,
     /// In order of ids.
-    joints: Vec<JointRecord>,
+    pub(super) joints: Vec<JointRecord>,
     /// Joints whose drive changed since the last step.
     drives: Vec<u32>,
     built: u64,
     moved: Vec<u32>,
+    /// What poses are copied back to.
+    pub(super) carried: Carried,
     /// Joints that follow others, and whom.
     followers: Vec<(u32, u32)>,
     settings: EngineSettings,
@@ -60,10 +64,12 @@ impl Dynamics {
         Dynamics {
             engine: Box::new(Rapier::new(settings)),
             bodies: Vec::new(),
+            kinematic: Vec::new(),
             joints: Vec::new(),
             drives: Vec::new(),
             built: 0,
             moved: Vec::new(),
+            carried: Carried::default(),
             followers: Vec::new(),
             settings,
             step: settings.step,
@@ -77,6 +83,7 @@ impl Dynamics {
             return;
         }
         self.built = scene.shape_version;
+        self.carried = Carried::default();
         self.followers = super::follow::followers(scene);
         let twists: BTreeMap<u32, Twist> = self.bodies.iter().map(|b| (b.slot, self.engine.twist(b.id))).collect();
         let kept = |b: &BodyRecord| {
@@ -113,6 +120,12 @@ impl Dynamics {
                 self.add_tie(scene, slot);
             }
         });
+        self.list_kinematic();
+    }
+
+    fn list_kinematic(&mut self) {
+        let kinematic = self.bodies.iter().filter(|b| b.motion == Motion::Kinematic);
+        self.kinematic = kinematic.map(|b| (b.id, b.slot)).collect();
     }
 
     fn add_body(&mut self, scene: &mut Scene, slot: u32, twists: &BTreeMap<u32, Twist>) {
@@ -121,7 +134,7 @@ impl Dynamics {
         let Some(shape) = o.shape().filter(|s| s.body.0.is_none()) else { return };
         let twist = twists.get(&slot).copied().unwrap_or_default();
         let desc = BodyDesc {
-            pose: o.world,
+            pose: scene.world(slot),
             motion,
             mass: mass_props(shape),
             linear_velocity: twist.linear,
@@ -141,11 +154,7 @@ impl Dynamics {
     fn add_tie(&mut self, scene: &mut Scene, slot: u32) {
         let Some((above, tie)) = tie_of(scene, slot) else { return };
         let body = |s: u32| scene.get(s).and_then(|o| o.shape()).and_then(|s| s.body.0);
-        let (Some(a), Some(b), Some(child), Some(parent), Some(joint)) =
-            (body(above), body(slot), scene.get(slot), scene.get(above), scene.get(tie))
-        else {
-            return;
-        };
+        let (Some(a), Some(b), Some(joint)) = (body(above), body(slot), scene.get(tie)) else { return };
         let (kind, limits) = match &joint.data {
             Data::Joint(j) => (
                 if j.kind == super::JointType::Revolute { JointKind::Revolute } else { JointKind::Prismatic },
@@ -156,9 +165,9 @@ impl Dynamics {
         let desc = JointDesc {
             a,
             b,
-            frame_in_a: parent.world.inverse() * joint.world,
+            frame_in_a: scene.world(above).inverse() * scene.world(tie),
             // The child hangs on the moved frame: at position 0 that frame is the joint's own.
-            frame_in_b: child.world.inverse() * joint.frame(),
+            frame_in_b: scene.world(slot).inverse() * scene.frame(tie),
             kind,
             limits,
         };
@@ -195,14 +204,14 @@ impl Dynamics {
             for s in scene.tree(slot) {
                 let Some(o) = scene.get(s) else { continue };
                 if let Some(id) = o.shape().and_then(|s| s.body.0) {
-                    self.engine.set_pose(id, &o.world);
+                    self.engine.set_pose(id, &scene.world(s));
                 }
             }
         }
         self.apply_drives(scene);
-        for b in self.bodies.iter().filter(|b| b.motion == Motion::Kinematic) {
-            if let Some(o) = scene.get(b.slot) {
-                self.engine.set_pose(b.id, &o.world);
+        for (id, slot) in &self.kinematic {
+            if scene.get(*slot).is_some() {
+                self.engine.set_pose(*id, &scene.world(*slot));
             }
         }
     }
@@ -304,49 +313,25 @@ impl Dynamics {
         }
     }
 
-    /// Parents come before children, so each child finds its frame already moved.
-    fn copy_back(&mut self, scene: &mut Scene) {
-        for record in &self.joints {
-            let state = self.engine.joint_state(record.id);
-            if let Some(Data::Joint(j)) = scene.get_mut(record.tie).map(|o| &mut o.data) {
-                (j.position, j.velocity, j.effort) = (state.position, state.velocity, state.effort);
-            }
-        }
-        scene.visit(|scene, slot| {
-            let frame = scene.parent_frame(slot);
-            let Some(o) = scene.get_mut(slot) else { return };
-            let body = match &o.data {
-                Data::Shape(s) if s.dynamic => s.body.0,
-                _ => None,
-            };
-            let world = match body {
-                Some(id) => {
-                    let world = self.engine.pose(id);
-                    o.local = frame.inverse() * world;
-                    world
-                }
-                None => frame * o.local,
-            };
-            scene.put(slot, world);
-        });
-    }
-
     /// Everything as bytes, for [`Dynamics::restore`].
     pub fn snapshot(&self) -> Vec<u8> {
-        let Dynamics { engine, bodies, joints, drives, built, moved, followers, settings, step } = self;
-        let all = (engine.snapshot(), bodies, joints, drives, built, moved, followers, settings, step);
+        let Dynamics { engine, bodies, kinematic: _, joints, drives, built, moved, carried, followers, settings, step } =
+            self;
+        let all = (engine.snapshot(), bodies, joints, drives, built, moved, carried.whole(), followers, settings, step);
         postcard::to_stdvec(&all).unwrap_or_default()
     }
 
     /// Takes it back. After a failure nothing has changed.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
-        type All =
-            (Vec<u8>, Vec<BodyRecord>, Vec<JointRecord>, Vec<u32>, u64, Vec<u32>, Vec<(u32, u32)>, EngineSettings, f64);
-        let (engine, bodies, joints, drives, built, moved, followers, settings, step): All =
+        type Tables = (Vec<BodyRecord>, Vec<JointRecord>, Vec<u32>);
+        type All = (Vec<u8>, Tables, u64, Vec<u32>, u64, Vec<(u32, u32)>, EngineSettings, f64);
+        let (engine, (bodies, joints, drives), built, moved, whole, followers, settings, step): All =
             postcard::from_bytes(bytes).map_err(|e| format!("the table of bodies: {e}"))?;
         self.engine.restore(&engine)?;
         (self.bodies, self.joints, self.drives, self.built) = (bodies, joints, drives, built);
-        (self.moved, self.followers, self.settings, self.step) = (moved, followers, settings, step);
+        (self.moved, self.carried) = (moved, Carried::after(whole));
+        (self.followers, self.settings, self.step) = (followers, settings, step);
+        self.list_kinematic();
         Ok(())
     }
 

@@ -4,17 +4,21 @@
 //! - `names`: paths and old-style names;
 //! - [`rows`]: the property rows of the core;
 //! - `props`: reading and setting them;
-//! - `dynamics`: which objects become bodies and joints of the engine, and back;
+//! - `dynamics`: which objects become bodies and joints of the engine; `carried`: how their states come back;
 //! - `follow`: joints that follow others;
 //! - `forms`: the solids of a shape;
-//! - `moves`: which shapes have moved.
+//! - `moves`: which shapes have moved;
+//! - `places`: where objects are, by slot, and where they were at the last barrier; `poses`: asking for it, setting it.
 
+mod carried;
 mod dynamics;
 mod follow;
 mod forms;
 mod moves;
 mod names;
 mod object;
+mod places;
+mod poses;
 mod props;
 pub mod rows;
 mod tree;

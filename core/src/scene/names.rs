@@ -191,7 +191,7 @@ mod tests {
             let add = |s: &mut Scene, p, a: &str| s.add(p, a, Isometry3::identity(), Data::Dummy).unwrap();
             let robot = add(&mut s, 0, "robot");
             parts.iter().fold(robot, |above, part| add(&mut s, above, part));
-            s.get_mut(robot).unwrap().model_base = true;
+            s.set_model_base(robot, true);
             let tree = s.tree(robot);
             s.make_unique(&tree);
         }

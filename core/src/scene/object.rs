@@ -14,9 +14,12 @@ use crate::{
     sense::NoiseSpec,
 };
 
-/// An object of the scene.
+/// An object of the scene. What a step asks of a device's object comes first, so that it lies in one cache line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[repr(C)]
 pub struct Object {
+    /// What its kind adds.
+    pub data: Data,
     /// Name among its siblings.
     pub alias: String,
     /// Number of its unique name: -1 for `alias`, n for `alias#n`.
@@ -25,24 +28,16 @@ pub struct Object {
     pub parent: u32,
     /// Slots of the objects below, in order.
     pub children: Vec<u32>,
-    /// In the frame of the parent (of its moved frame, if it is a joint).
-    pub local: Isometry3<f64>,
-    /// In the world; kept up to date by the tree, which notes what moves.
-    pub world: Isometry3<f64>,
     /// Unique for the life of the scene, in order of creation.
     pub uid: u64,
     /// Grows when what the engine made of it must be made anew.
     pub version: u64,
-    /// Whether it is the base of a model.
-    pub model_base: bool,
     /// Whether pictures show it.
     pub visible: bool,
     /// Layers, one bit each.
     pub layer: u32,
     /// Free data by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
-    /// What its kind adds.
-    pub data: Data,
 }
 
 /// What the kinds add.
@@ -78,13 +73,6 @@ impl Object {
             Data::ForceSensor => TATU_KIND_FORCE_SENSOR,
             Data::Graph(_) => TATU_KIND_GRAPH,
             Data::Script => TATU_KIND_SCRIPT,
-        }
-    }
-    /// The frame that children hang on: its own, moved by the joint if it is one.
-    pub fn frame(&self) -> Isometry3<f64> {
-        match &self.data {
-            Data::Joint(j) => self.world * j.motion(),
-            _ => self.world,
         }
     }
     /// Its unique name.
@@ -237,25 +225,26 @@ pub enum Control {
     Callback,
 }
 
-/// A joint; rad and N m, or m and N.
+/// A joint; rad and N m, or m and N. What changes in each step lies in one cache line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
+#[repr(C, align(64))]
 pub struct Joint {
+    pub position: f64,
+    pub velocity: f64,
+    pub effort: f64,
+    pub target_velocity: f64,
+    pub max_force: f64,
+    pub slip: f64,
+    /// In the engine, if it ties two bodies there.
+    pub id: Option<JointId>,
     pub kind: JointType,
     pub dynamic: bool,
     pub control: Control,
-    pub position: f64,
-    pub velocity: f64,
-    pub target_velocity: f64,
     pub target_position: f64,
-    pub max_force: f64,
     pub max_velocity: f64,
-    pub effort: f64,
     pub limits: Option<(f64, f64)>,
-    pub slip: f64,
     pub follow: Follow,
-    /// In the engine, if it ties two bodies there.
-    pub id: Option<JointId>,
 }
 
 impl Default for Joint {
@@ -292,25 +281,26 @@ impl Joint {
     }
 }
 
-/// A sensor.
+/// A sensor. So laid out that objects stay small.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[repr(C)]
 pub struct SensorData {
-    /// Index of its kind in the registry.
-    pub kind: usize,
-    /// Measures only when it is told to.
-    pub explicit: bool,
-    /// Hz; 0: it measures in each step.
-    pub rate: f64,
-    /// The preset that was set last.
-    pub preset: String,
     /// What is done to its fields after each measure.
     pub noise: Option<Arc<NoiseSpec>>,
+    /// Hz; 0: it measures in each step.
+    pub rate: f64,
+    /// Index of its kind in the registry.
+    pub kind: usize,
+    /// The preset that was set last.
+    pub preset: Box<str>,
+    /// Measures only when it is told to.
+    pub explicit: bool,
 }
 
 impl SensorData {
     /// One of a kind, as it is by default.
     pub fn new(kind: usize) -> Self {
-        SensorData { kind, explicit: false, rate: 0.0, preset: String::new(), noise: None }
+        SensorData { kind, explicit: false, rate: 0.0, preset: Box::default(), noise: None }
     }
 }
 

@@ -8,8 +8,8 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use crate::figures::{CurveSpec, GraphSpec, MOST_SAMPLES, StreamSpec};
 
 use super::{
-    Control, Data, Joint, JointType, Object, Primitive, Scene, SensorData, Shape, ShapePart, default_inertia,
-    default_mass, from_euler, pose_from_array, pose_to_array,
+    Control, Data, Joint, JointType, Primitive, Scene, SensorData, Shape, ShapePart, default_inertia, default_mass,
+    from_euler, pose_from_array, pose_to_array,
     rows::{Change, Of, Row, kind_name},
     to_euler,
 };
@@ -60,10 +60,10 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
         (Row::Parent, _) => Value::Object(scene.id(o.parent)),
         (Row::Position | Row::Quaternion | Row::Orientation | Row::Pose | Row::WorldPose, _) => {
             let mut out = [0.0; 7];
-            let n = numbers(o, row, &mut out).unwrap_or(0);
+            let n = numbers(scene, slot, row, &mut out).unwrap_or(0);
             floats(&out[..n])
         }
-        (Row::ModelBase, _) => Value::Bool(o.model_base),
+        (Row::ModelBase, _) => Value::Bool(scene.is_model_base(slot)),
         (Row::Visible, _) => Value::Bool(o.visible),
         (Row::Layer, _) => Value::Int(o.layer.into()),
         (Row::Notes, _) => notes_value(&o.notes),
@@ -85,14 +85,14 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
         (Row::FollowCurve, Data::Joint(j)) => floats(&j.follow.curve),
         (_, Data::Joint(_)) => {
             let mut out = [0.0];
-            match numbers(o, row, &mut out) {
+            match numbers(scene, slot, row, &mut out) {
                 Some(_) => Value::Float(out[0]),
                 None => return lacks(scene, slot, row),
             }
         }
         (Row::Explicit, Data::Sensor(s)) => Value::Bool(s.explicit),
         (Row::Rate, Data::Sensor(s)) => Value::Float(s.rate),
-        (Row::Preset, Data::Sensor(s)) => Value::text(&s.preset),
+        (Row::Preset, Data::Sensor(s)) => Value::text(&*s.preset),
         (Row::Noise, Data::Sensor(s)) => Value::text(s.noise.as_ref().map_or(String::new(), |n| n.to_toml())),
         (Row::GraphExplicit, Data::Graph(g)) => Value::Bool(g.explicit),
         (Row::GraphBuffer, Data::Graph(g)) => Value::Int(g.buffer as i64),
@@ -139,12 +139,12 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
 }
 
 /// Reads the numbers of a row into `out`; how many there are, `None` if the row has none or they do not fit.
-pub fn numbers(o: &Object, row: Row, out: &mut [f64]) -> Option<usize> {
+pub fn numbers(scene: &Scene, slot: u32, row: Row, out: &mut [f64]) -> Option<usize> {
     fn put(out: &mut [f64], from: &[f64]) -> Option<usize> {
         out.get_mut(..from.len())?.copy_from_slice(from);
         Some(from.len())
     }
-    match (row, &o.data) {
+    match (row, &scene.get(slot)?.data) {
         (Row::JointPosition, Data::Joint(j)) => put(out, &[j.position]),
         (Row::JointVelocity, Data::Joint(j)) => put(out, &[j.velocity]),
         (Row::TargetVelocity, Data::Joint(j)) => put(out, &[j.target_velocity]),
@@ -155,11 +155,11 @@ pub fn numbers(o: &Object, row: Row, out: &mut [f64]) -> Option<usize> {
         (Row::Slip, Data::Joint(j)) => put(out, &[j.slip]),
         (Row::FollowFactor, Data::Joint(j)) => put(out, &[j.follow.factor]),
         (Row::FollowOffset, Data::Joint(j)) => put(out, &[j.follow.offset]),
-        (Row::Position, _) => put(out, o.local.translation.vector.as_slice()),
-        (Row::Quaternion, _) => put(out, o.local.rotation.coords.as_slice()),
-        (Row::Orientation, _) => put(out, &to_euler(&o.local.rotation)),
-        (Row::Pose, _) => put(out, &pose_to_array(&o.local)),
-        (Row::WorldPose, _) => put(out, &pose_to_array(&o.world)),
+        (Row::Position, _) => put(out, scene.local(slot).translation.vector.as_slice()),
+        (Row::Quaternion, _) => put(out, scene.local(slot).rotation.coords.as_slice()),
+        (Row::Orientation, _) => put(out, &to_euler(&scene.local(slot).rotation)),
+        (Row::Pose, _) => put(out, &pose_to_array(&scene.local(slot))),
+        (Row::WorldPose, _) => put(out, &pose_to_array(&scene.world(slot))),
         (Row::Mass, Data::Shape(s)) => put(out, &[s.mass.unwrap_or_else(|| default_mass(s))]),
         (Row::Friction, Data::Shape(s)) => put(out, &[s.friction]),
         (Row::Restitution, Data::Shape(s)) => put(out, &[s.restitution]),
@@ -194,7 +194,7 @@ pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<
         };
         return Some(Ok(if changed { Changed::Drive } else { Changed::Value }));
     }
-    let mut local = o.local;
+    let mut local = scene.local(slot);
     match (row, v) {
         (Row::Position, [x, y, z]) => local.translation.vector = Vector3::new(*x, *y, *z),
         (Row::Orientation, [a, b, c]) => local.rotation = from_euler([*a, *b, *c]),
@@ -256,6 +256,11 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         _ => String::new(),
     };
     match row {
+        Row::ModelBase => {
+            let Value::Bool(on) = value else { return lacks(scene, slot, row) };
+            scene.set_model_base(slot, *on);
+            return Ok(Changed::Rebuild);
+        }
         Row::Parent => {
             let Value::Object(id) = value else { return refuse(TATU_ERR_ARGUMENT, "expected an object") };
             let parent = if *id == 0 {
@@ -290,10 +295,6 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         (Row::Alias, _, _) => {
             o.alias = text;
             Some(Changed::Value)
-        }
-        (Row::ModelBase, _, Value::Bool(b)) => {
-            o.model_base = *b;
-            Some(Changed::Rebuild)
         }
         (Row::Visible, _, Value::Bool(b)) => {
             o.visible = *b;
@@ -478,7 +479,7 @@ fn set_sensor(s: &mut SensorData, row: Row, value: &Value, text: String) -> Resu
         (Row::Rate, Value::Float(x)) if *x >= 0.0 && x.is_finite() => s.rate = *x,
         (Row::Rate, _) => return refuse(TATU_ERR_ARGUMENT, "a rate is at least 0 Hz; 0: in each step"),
         // What it tells is set by whoever knows its kind.
-        (Row::Preset, _) => s.preset = text,
+        (Row::Preset, _) => s.preset = text.into(),
         (Row::Noise, _) => {
             let more = NoiseSpec::parse(&text, None).map_err(|w| Refusal(TATU_ERR_ARGUMENT, w.in_text(&text).text))?;
             s.noise = more.over(s.noise.as_deref()).map(Arc::new);

@@ -1,4 +1,4 @@
-//! The tree: slots with generations, parents and children, world poses.
+//! The tree: slots with generations, parents and children.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
-use super::{Data, Object, moves::Moves, names::NameIndex};
+use super::{Data, Object, moves::Moves, names::NameIndex, places::Places};
 
 /// An object's id at the border: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -24,8 +24,8 @@ impl Handle {
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[repr(C, align(64))]
 struct Slot {
-    generation: u64,
     object: Option<Object>,
     /// Unique name of the last object here, for messages about stale ids.
     last: String,
@@ -36,6 +36,8 @@ struct Slot {
 pub struct Scene {
     /// Slot 0 is the world itself and always empty.
     slots: Vec<Slot>,
+    /// Where they are.
+    pub(super) places: Places,
     free: VecDeque<u32>,
     roots: Vec<u32>,
     /// All objects, parents before children; made anew when the tree changes.
@@ -61,13 +63,14 @@ pub struct Scene {
     pub(crate) moves: Moves,
     /// Room for [`Scene::refresh`].
     #[serde(skip)]
-    walk: Vec<(u32, Isometry3<f64>)>,
+    pub(super) walk: Vec<(u32, Isometry3<f64>)>,
 }
 
 impl Default for Scene {
     fn default() -> Self {
         Scene {
-            slots: vec![Slot { generation: 1, object: None, last: String::new() }],
+            slots: vec![Slot { object: None, last: String::new() }],
+            places: Places::default(),
             free: VecDeque::new(),
             roots: Vec::new(),
             order: Vec::new(),
@@ -94,33 +97,31 @@ impl Scene {
             let slot = u32::try_from(self.slots.len()).ok().filter(|s| *s < 0x10_0000);
             match slot {
                 Some(s) => {
-                    self.slots.push(Slot { generation: 0, object: None, last: String::new() });
+                    self.slots.push(Slot { object: None, last: String::new() });
+                    self.places.push();
                     s
                 }
                 None => self.free.pop_front()?,
             }
         };
         let attached = matches!(data, Data::Script);
-        let world = self.get(parent).map_or(local, |p| p.frame() * local);
+        let world = if self.get(parent).is_some() { self.frame(parent) * local } else { local };
         let object = Object {
             alias: alias.to_owned(),
             suffix: -1,
             parent,
             children: Vec::new(),
-            local,
-            world,
             uid: self.next_uid,
             version: 0,
-            model_base: false,
             visible: true,
             layer: 1,
             notes: BTreeMap::new(),
             data,
         };
         self.next_uid += 1;
-        let place = &mut self.slots[slot as usize];
-        place.generation += 1;
-        place.object = Some(object);
+        self.places.begin(slot, parent, local, world);
+        self.slots[slot as usize].object = Some(object);
+        self.note_kind(slot);
         if !attached {
             self.siblings_mut(parent).push(slot);
         }
@@ -142,6 +143,7 @@ impl Scene {
             self.attach(child, object.parent);
         }
         self.siblings_mut(object.parent).retain(|s| *s != slot);
+        self.places.end(slot);
         self.slots[slot as usize].last = object.alias;
         self.free.push_back(slot);
         self.reorder();
@@ -149,11 +151,14 @@ impl Scene {
     }
 
     fn attach(&mut self, slot: u32, parent: u32) {
-        let frame = self.get(parent).map_or(Isometry3::identity(), Object::frame);
+        self.keep(slot);
+        let frame = self.frame(parent);
         if let Some(o) = self.get_mut(slot) {
             o.parent = parent;
-            o.local = frame.inverse() * o.world;
             o.version += 1;
+            let places = &mut self.places;
+            places.links[slot as usize].parent = parent;
+            places.local[slot as usize] = frame.inverse() * places.world[slot as usize];
         }
         self.siblings_mut(parent).push(slot);
     }
@@ -190,8 +195,20 @@ impl Scene {
         let Some(o) = self.get_mut(slot) else { return false };
         o.data = data;
         self.sensor_version += 1;
+        self.keep(slot);
+        for child in self.children(slot).to_vec() {
+            self.keep(child);
+        }
+        self.note_kind(slot);
         self.touch(slot);
         true
+    }
+
+    /// What those who go through places need to know of an object's data, after a change.
+    pub(super) fn note_kind(&mut self, slot: u32) {
+        let Some(o) = self.slots[slot as usize].object.as_ref() else { return };
+        let link = &mut self.places.links[slot as usize];
+        (link.shape, link.joint) = (matches!(o.data, Data::Shape(_)), matches!(o.data, Data::Joint(_)));
     }
 
     fn reorder(&mut self) {
@@ -247,12 +264,6 @@ impl Scene {
         self.slots.iter().enumerate().filter_map(|(i, s)| s.object.as_ref().map(|o| (i as u32, o)))
     }
 
-    /// World poses by slots.
-    pub fn poses(&self, out: &mut Vec<Option<Isometry3<f64>>>) {
-        out.clear();
-        out.extend(self.slots.iter().map(|s| s.object.as_ref().map(|o| o.world)));
-    }
-
     /// Objects without a parent.
     pub fn roots(&self) -> &[u32] {
         &self.roots
@@ -271,75 +282,40 @@ impl Scene {
     }
     /// The full id of the object in a slot; 0 if there is none.
     pub fn id(&self, slot: u32) -> tatu_object {
-        match self.slots.get(slot as usize) {
-            Some(s) if s.object.is_some() => s.generation << 20 | u64::from(slot),
+        match self.places.links.get(slot as usize) {
+            Some(link) if link.there => link.generation << 20 | u64::from(slot),
             _ => 0,
         }
     }
     /// The slot of an id, if its object is still there; else the name it had, if it ever was.
     pub fn resolve(&self, id: tatu_object) -> Result<u32, Option<&str>> {
         let handle = Handle(id);
-        let Some(slot) = self.slots.get(handle.slot() as usize) else { return Err(None) };
-        let here = slot.object.is_some() && (handle.generation() == 0 || handle.generation() == slot.generation);
-        if here {
-            Ok(handle.slot())
-        } else if slot.last.is_empty() {
-            Err(None)
-        } else {
-            Err(Some(&slot.last))
+        let slot = handle.slot();
+        let Some(link) = self.places.links.get(slot as usize) else { return Err(None) };
+        if link.there && (handle.generation() == 0 || handle.generation() == link.generation) {
+            return Ok(slot);
         }
+        Err(Some(self.slots[slot as usize].last.as_str()).filter(|name| !name.is_empty()))
     }
-
-    /// Sets the place of an object in its parent's frame, and moves what is below.
-    pub fn set_local(&mut self, slot: u32, local: Isometry3<f64>) {
-        if let Some(o) = self.get_mut(slot) {
-            o.local = local;
-        }
-        self.refresh(slot);
+    /// Whether an object is the base of a model.
+    pub fn is_model_base(&self, slot: u32) -> bool {
+        self.places.links.get(slot as usize).is_some_and(|l| l.model_base)
     }
-    /// Sets the place of an object in the world, and moves what is below.
-    pub fn set_world(&mut self, slot: u32, world: Isometry3<f64>) {
-        let frame = self.parent_frame(slot);
-        self.set_local(slot, frame.inverse() * world);
-    }
-    /// The frame that an object hangs on.
-    pub fn parent_frame(&self, slot: u32) -> Isometry3<f64> {
-        self.get(slot).and_then(|o| self.get(o.parent)).map_or(Isometry3::identity(), Object::frame)
-    }
-    /// Computes the world poses of an object and of all below from the places in their parents; 0: of everything.
-    pub fn refresh(&mut self, slot: u32) {
-        let mut walk = std::mem::take(&mut self.walk);
-        match slot {
-            0 => walk.extend(self.roots.iter().map(|s| (*s, Isometry3::identity()))),
-            _ => walk.push((slot, self.parent_frame(slot))),
-        }
-        while let Some((slot, frame)) = walk.pop() {
-            let Some(o) = self.get(slot) else { continue };
-            let world = frame * o.local;
-            self.put(slot, world);
-            if let Some(o) = self.get(slot).filter(|o| !o.children.is_empty()) {
-                let frame = o.frame();
-                walk.extend(o.children.iter().map(|s| (*s, frame)));
-            }
-        }
-        self.walk = walk;
-    }
-    /// Sets the place of an object in the world, and nothing else.
-    pub(super) fn put(&mut self, slot: u32, world: Isometry3<f64>) {
-        let Some(o) = self.get_mut(slot) else { return };
-        if std::mem::replace(&mut o.world, world) != world && matches!(o.data, Data::Shape(_)) {
-            self.moves.note(slot);
+    /// Makes it one, or not.
+    pub fn set_model_base(&mut self, slot: u32, on: bool) {
+        if self.get(slot).is_some() {
+            self.places.links[slot as usize].model_base = on;
         }
     }
 
     /// The nearest model base at or above an object; 0: none.
     pub fn model_of(&self, slot: u32) -> u32 {
         let mut at = slot;
-        while let Some(o) = self.get(at) {
-            if o.model_base {
-                return at;
+        while at != 0 {
+            match self.places.links.get(at as usize) {
+                Some(link) if link.model_base => return at,
+                link => at = link.map_or(0, |l| l.parent),
             }
-            at = o.parent;
         }
         0
     }
@@ -349,5 +325,21 @@ impl Scene {
             .filter(|(_, o)| matches!(o.data, Data::Script) && (owner == 0 || o.parent == owner))
             .map(|(s, _)| s)
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::mem::{offset_of, size_of};
+
+    use super::*;
+    use crate::scene::Joint;
+
+    // What a step touches of each object: see `Object` and `Joint`.
+    #[test]
+    fn what_each_step_asks_for_lies_in_one_cache_line() {
+        assert!(offset_of!(Object, data) == 0 && size_of::<Data>() <= 48, "{}", size_of::<Data>());
+        assert_eq!((size_of::<Option<Object>>(), size_of::<Slot>()), (size_of::<Object>(), 192));
+        assert_eq!(offset_of!(Joint, target_position), 64);
     }
 }

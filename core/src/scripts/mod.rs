@@ -89,8 +89,6 @@ pub(crate) struct Scripts {
     /// In the order in which they are called, as of this version of the tree; 0: to be made anew.
     sorted: Rc<[Rc<Script>]>,
     sorted_at: u64,
-    /// The version of the tree in which all of them were last found there.
-    reaped_at: u64,
     /// How often the stages of actuation and of sensing have begun.
     turns: [Cell<u64>; 2],
     order: Order,
@@ -290,10 +288,6 @@ impl Scripts {
             let (Ok(mut scripts), Ok(scene)) = (world.scripts.try_borrow_mut(), world.scene.try_borrow()) else {
                 return;
             };
-            if scripts.reaped_at == scene.shape_version {
-                return;
-            }
-            scripts.reaped_at = scene.shape_version;
             let is_there = |s: &Rc<Script>| matches!(scene.get(s.slot).map(|o| &o.data), Some(Data::Script));
             if scripts.list.iter().all(is_there) {
                 return;

@@ -2,7 +2,6 @@
 
 use std::ffi::c_void;
 
-use nalgebra::Isometry3;
 use tatu_plugin_api::abi::*;
 
 use super::{
@@ -137,7 +136,7 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
         let d = &mut all[*i];
         s.shown.push(d.keep_shown());
         let Layout { plan, spans, .. } = &*d.layout;
-        let world = scene.get(d.slot).map_or(Isometry3::identity(), |o| o.world);
+        let world = scene.world(d.slot);
         let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
         let limits = Limits::of(plan, ask.limits);
         let look = Look { world_from_sensor: world, limits, skip_group, only_object: ask.only };

@@ -112,7 +112,7 @@ impl Seen {
                 targets.push(Target {
                     object: scene.id(slot),
                     group: scene.model_of(slot),
-                    world_from_target: o.world * part.pose,
+                    world_from_target: scene.world(slot) * part.pose,
                     form: part.form,
                     color: part.color.unwrap_or(shape.color).map(|x| x as f32),
                 });
@@ -141,14 +141,14 @@ impl Seen {
             Some(slots) => {
                 for slot in slots {
                     let Some(from) = first.get(*slot as usize).and_then(|i| i.checked_sub(1)) else { continue };
-                    let Some(o) = scene.get(*slot) else { continue };
+                    let world = scene.world(*slot);
                     let parts = places.iter().enumerate().skip(from as usize).take_while(|(_, p)| p.slot == *slot);
-                    moved.extend(parts.map(|(i, p)| (i, o.world * p.pose)));
+                    moved.extend(parts.map(|(i, p)| (i, world * p.pose)));
                 }
             }
             None => {
                 let all = places.iter().enumerate();
-                moved.extend(all.filter_map(|(i, p)| Some((i, scene.get(p.slot)?.world * p.pose))));
+                moved.extend(all.map(|(i, p)| (i, scene.world(p.slot) * p.pose)));
                 moved.retain(|(i, world)| *world != beams.targets()[*i].world_from_target);
             }
         }

@@ -48,7 +48,7 @@ pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
                 .for_each(&mut put),
             _ => {}
         }
-        crate::scene::pose_to_array(&o.world).into_iter().for_each(&mut put);
+        crate::scene::pose_to_array(&scene.world(slot)).into_iter().for_each(&mut put);
         if let Some(t) = twists.get(&slot) {
             t.linear.iter().chain(t.angular.iter()).copied().for_each(&mut put);
         }

@@ -79,7 +79,6 @@ pub struct CoreImage {
     pub clock: (f64, u64, f64, u64),
     pub requests: u32,
     pub next_instance: u64,
-    pub before: Vec<Option<nalgebra::Isometry3<f64>>>,
     /// Kind, name, value, whether it ends with the run.
     pub signals: Vec<(u32, Vec<u8>, ValueImage, bool)>,
     pub waits: Vec<Wait>,

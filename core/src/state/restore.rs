@@ -200,7 +200,7 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
 }
 
 fn core(cell: &WorldCell, image: CoreImage) -> Result {
-    let CoreImage { mut scene, meshes, settings, dynamics, clock, phase, requests, next_instance, before, .. } = image;
+    let CoreImage { mut scene, meshes, settings, dynamics, clock, phase, requests, next_instance, .. } = image;
     for (slot, number) in meshes {
         let mesh = cell.document.meshes.get(number as usize);
         match (scene.get_mut(slot).map(|o| &mut o.data), mesh) {
@@ -210,6 +210,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     }
     cell.dynamics.borrow_mut().restore(&dynamics).map_err(damaged)?;
     *cell.scene.borrow_mut() = scene;
+    cell.reaped.set(0);
     *cell.settings.borrow_mut() = settings;
     let (time, step, dt, pass) = clock;
     cell.clock.pass.set(pass);
@@ -219,7 +220,6 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     cell.clock.dt.set(dt);
     cell.requests.set(requests);
     cell.next_instance.set(next_instance);
-    *cell.before.borrow_mut() = before;
     *cell.signals.borrow_mut() = image
         .signals
         .into_iter()

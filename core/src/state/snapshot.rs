@@ -127,7 +127,6 @@ fn core(cell: &WorldCell) -> Result<CoreImage> {
         clock: (cell.clock.time.get(), cell.clock.step.get(), cell.clock.dt.get(), cell.clock.pass.get()),
         requests: cell.requests.get(),
         next_instance: cell.next_instance.get(),
-        before: cell.before.borrow().clone(),
         signals: {
             let signals = cell.signals.borrow();
             signals.iter().map(|((kind, name), s)| (*kind, name.clone(), (&s.value).into(), s.of_run)).collect()

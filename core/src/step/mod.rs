@@ -79,12 +79,16 @@ fn turn(world: &WorldCell) {
 /// What was removed is ended; what was added joins.
 pub(crate) fn barrier(world: &WorldCell) {
     world.calls.caller.set(Caller::HOST);
-    Scripts::reap(world);
-    sensors::reap(world);
-    reap_actuators(world);
+    let version = world.scene.try_borrow().map_or(0, |s| s.shape_version);
+    // Whatever is gone has changed the tree.
+    if world.reaped.replace(version) != version || version == 0 {
+        Scripts::reap(world);
+        sensors::reap(world);
+        reap_actuators(world);
+    }
     let Ok(mut scene) = world.scene.try_borrow_mut() else { return };
     world.dynamics.borrow_mut().settle(&mut scene);
-    scene.poses(&mut world.before.borrow_mut());
+    scene.note_places();
     drop(scene);
     events::deliver(world);
 }

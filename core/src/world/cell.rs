@@ -157,8 +157,8 @@ pub(crate) struct WorldCell {
     pub(crate) instances: RefCell<Vec<Option<Instance>>>,
     pub(crate) faults: RefCell<Vec<Fault>>,
     pub(crate) lines: RefCell<Vec<LogLine>>,
-    /// World poses of the step before by slots, for velocities of objects that the engine does not move.
-    pub before: RefCell<Vec<Option<nalgebra::Isometry3<f64>>>>,
+    /// The version of the tree at which scripts and devices of objects that are gone were ended last.
+    pub reaped: Cell<u64>,
     /// Graphs and drawings.
     pub figures: RefCell<Figures>,
     /// What a stop goes back to.
@@ -425,12 +425,10 @@ impl WorldCell {
     }
     /// Velocity of an object by its motion in the last step.
     pub fn twist_by_motion(&self, scene: &Scene, slot: u32) -> [f64; 6] {
-        let (Some(o), Ok(before)) = (scene.get(slot), self.before.try_borrow()) else { return [0.0; 6] };
-        let (Some(old), dt) = (before.get(slot as usize).copied().flatten(), self.clock.dt.get()) else {
-            return [0.0; 6];
-        };
-        let v = (o.world.translation.vector - old.translation.vector) / dt;
-        let w = (o.world.rotation * old.rotation.inverse()).scaled_axis() / dt;
+        let (Some(_), Some(old)) = (scene.get(slot), scene.before(slot)) else { return [0.0; 6] };
+        let (now, dt) = (scene.world(slot), self.clock.dt.get());
+        let v = (now.translation.vector - old.translation.vector) / dt;
+        let w = (now.rotation * old.rotation.inverse()).scaled_axis() / dt;
         [v.x, v.y, v.z, w.x, w.y, w.z]
     }
 

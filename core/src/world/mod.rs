@@ -86,7 +86,7 @@ impl World {
             instances: RefCell::new(Vec::new()),
             faults: RefCell::new(Vec::new()),
             lines: RefCell::new(Vec::new()),
-            before: RefCell::new(Vec::new()),
+            reaped: Cell::new(0),
             figures: RefCell::new(Figures::default()),
             initial: RefCell::new(None),
             initial_devices: RefCell::new(Vec::new()),
@@ -235,7 +235,7 @@ impl World {
     /// The path of every model base, in order of slots.
     pub fn model_bases(&self) -> Vec<String> {
         let scene = self.cell.scene.borrow();
-        scene.slots().filter(|(_, o)| o.model_base).map(|(s, _)| scene.path(s)).collect()
+        scene.slots().filter(|(s, _)| scene.is_model_base(*s)).map(|(s, _)| scene.path(s)).collect()
     }
     /// What can be seen of an object by path or unique name; `None`: there is none.
     pub fn observe(&self, path: &str) -> Option<Observed> {
@@ -243,7 +243,7 @@ impl World {
         let scene = cell.scene.borrow();
         let slot = scene.find(0, path)?;
         let o = scene.get(slot)?;
-        let pose = pose_to_array(&o.world);
+        let pose = pose_to_array(&scene.world(slot));
         let twist = cell.twist(&scene, &cell.dynamics.borrow(), slot);
         let sensing = cell.sensing.borrow();
         let reading = sensing.device(slot).map(|d| {

@@ -166,7 +166,6 @@ impl World {
         cell.look_after("the end of the run");
         cell.signals.borrow_mut().retain(|_, s| !s.of_run);
         cell.figures.borrow_mut().end();
-        cell.before.borrow_mut().clear();
         if let Some(initial) = cell.initial.borrow_mut().take() {
             go_back(cell, initial);
         }
@@ -200,6 +199,7 @@ fn go_back(cell: &WorldCell, mut initial: Scene) {
     leave(&mut initial.notes, &scene.notes);
     // What the engine and the beams made of the running scene is not what they make of this one.
     initial.shape_version = scene.shape_version + 1;
+    initial.forget_before();
     *scene = initial;
     *cell.dynamics.borrow_mut() = Dynamics::new(WorldCell::engine_settings(&cell.settings.borrow()));
     cell.sensing.borrow_mut().forget_scene();

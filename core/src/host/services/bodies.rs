@@ -133,13 +133,11 @@ unsafe extern "C" fn impulse(
             let (Ok(scene), Ok(mut dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow_mut()) else {
                 return Err(busy(world));
             };
-            let Some((o, shape)) =
-                scene.resolve(object).ok().and_then(|s| scene.get(s)).and_then(|o| Some((o, o.shape()?)))
-            else {
+            let Some((s, shape)) = scene.resolve(object).ok().and_then(|s| Some((s, scene.get(s)?.shape()?))) else {
                 return Err(busy(world));
             };
             let props = crate::scene::mass_props(shape);
-            let r = o.world.rotation.to_rotation_matrix();
+            let r = scene.world(s).rotation.to_rotation_matrix();
             let inertia = r.matrix() * props.inertia * r.matrix().transpose();
             let mut t = dynamics.twist(shape).unwrap_or_default();
             t.linear += linear / props.mass;

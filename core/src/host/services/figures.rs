@@ -172,8 +172,7 @@ unsafe extern "C" fn put(
 
 /// Where the parent of a drawing is.
 fn frame(scene: &Scene, drawing: &Drawing) -> Isometry3<f64> {
-    let parent = scene.resolve(drawing.parent).ok().and_then(|slot| scene.get(slot));
-    parent.map_or(Isometry3::identity(), |o| o.world)
+    scene.resolve(drawing.parent).map_or(Isometry3::identity(), |slot| scene.world(slot))
 }
 
 unsafe extern "C" fn record(w: *mut tatu_world, object: tatu_object, time: f64) -> tatu_status {

@@ -213,7 +213,7 @@ pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_pr
     let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
     if object != 0 {
         let slot = slot(world, &scene, object)?;
-        if scene.get(slot).and_then(|o| scene::numbers(o, row, out)) == Some(out.len()) {
+        if scene::numbers(&scene, slot, row, out) == Some(out.len()) {
             return Ok(());
         }
     }

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     calls::text,
     scene::{
-        self, Changed, Data, Joint, Scene, Shape, pose_from_array, pose_to_array,
+        Changed, Data, Joint, Scene, Shape, pose_from_array, pose_to_array,
         rows::{KINDS, kind_name},
     },
     world::{Wish, WorldCell, wants},
@@ -150,7 +150,7 @@ fn frame_of(world: &WorldCell, scene: &Scene, frame: tatu_object) -> Result<Isom
         return Ok(Isometry3::identity());
     }
     let slot = slot(world, scene, frame)?;
-    Ok(scene.get(slot).map_or(Isometry3::identity(), scene::Object::frame))
+    Ok(scene.frame(slot))
 }
 
 unsafe extern "C" fn pose(w: *mut tatu_world, object: tatu_object, frame: tatu_object, out: *mut f64) -> tatu_status {
@@ -162,7 +162,7 @@ unsafe extern "C" fn pose(w: *mut tatu_world, object: tatu_object, frame: tatu_o
                 (Ok(s), Ok(f)) => (s, f),
                 (Err(status), _) | (_, Err(status)) => return Err(status),
             };
-            let world_pose = scene.get(s).map_or(Isometry3::identity(), |o| o.world);
+            let world_pose = scene.world(s);
             let relative = if frame == 0 { world_pose } else { f.inverse() * world_pose };
             std::ptr::copy_nonoverlapping(pose_to_array(&relative).as_ptr(), out, 7);
             Ok(())

@@ -59,18 +59,18 @@ fn copies(scene: &mut Scene, from: &[u32]) -> Option<Vec<u32>> {
     let mut to = vec![0; from.len()];
     for i in order {
         let o = scene.get(from[i])?;
-        let (alias, world, mut data) = (o.alias.clone(), o.world, o.data.clone());
-        let (model_base, visible, layer, notes) = (o.model_base, o.visible, o.layer, o.notes.clone());
+        let (alias, world, mut data) = (o.alias.clone(), scene.world(from[i]), o.data.clone());
+        let (model_base, visible, layer, notes) = (scene.is_model_base(from[i]), o.visible, o.layer, o.notes.clone());
         let parent = from.iter().position(|s| *s == o.parent).map_or(0, |p| to[p]);
         match &mut data {
             Data::Shape(s) => s.body = crate::scene::Body(None),
             Data::Joint(j) => j.id = None,
             _ => {}
         }
-        let frame = scene.get(parent).map_or(nalgebra::Isometry3::identity(), crate::scene::Object::frame);
-        to[i] = scene.add(parent, &alias, frame.inverse() * world, data)?;
+        to[i] = scene.add(parent, &alias, scene.frame(parent).inverse() * world, data)?;
+        scene.set_model_base(to[i], model_base);
         let o = scene.get_mut(to[i])?;
-        (o.model_base, o.visible, o.layer, o.notes) = (model_base, visible, layer, notes);
+        (o.visible, o.layer, o.notes) = (visible, layer, notes);
     }
     scene.make_unique(&to);
     Some(to)
@@ -100,7 +100,7 @@ pub(super) unsafe extern "C" fn closest(
             if n_b == 0 {
                 b = scene.slots().map(|(s, _)| s).filter(|s| !a.contains(s)).collect();
             }
-            let solid = |s: &u32| scene.get(*s).and_then(|o| Some((*s, o.world, collision_parts(o.shape()?))));
+            let solid = |s: &u32| scene.get(*s).and_then(|o| Some((*s, scene.world(*s), collision_parts(o.shape()?))));
             let (a, b): (Vec<_>, Vec<_>) = (a.iter().filter_map(solid).collect(), b.iter().filter_map(solid).collect());
             let limit = if limit > 0.0 { limit } else { f64::MAX };
             let mut best = None;

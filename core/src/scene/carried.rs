@@ -1,0 +1,124 @@
+//! Copying states of the engine back: to bodies and joints, and to what they carry.
+
+use std::collections::BTreeMap;
+
+use super::{Data, Dynamics, Scene};
+use crate::physics::{BodyId, JointId};
+
+/// An object that moves with the engine.
+struct Place {
+    slot: u32,
+    parent: u32,
+    from: From,
+}
+
+/// What decides where it is.
+enum From {
+    /// Its body.
+    Body(BodyId),
+    /// Its frame; its joint has a state too.
+    Joint(JointId),
+    /// Its frame.
+    Frame,
+}
+
+/// The objects that move with the engine. All others are where they were put.
+#[derive(Default)]
+pub(super) struct Carried {
+    /// Robot by robot, parents before children, without those that hang.
+    list: Vec<Place>,
+    /// The version of the tree that it was made of; 0: of none.
+    listed: u64,
+    /// The version at which all objects were gone through last: a change of the tree leaves places that do not follow
+    /// from those above to the last bit.
+    whole: u64,
+}
+
+impl Carried {
+    /// What a snapshot keeps.
+    pub fn whole(&self) -> u64 {
+        self.whole
+    }
+    /// After a snapshot.
+    pub fn after(whole: u64) -> Self {
+        Carried { whole, ..Carried::default() }
+    }
+}
+
+impl Dynamics {
+    /// Copies poses and joint states back. Parents come before children, so each child finds its frame already moved.
+    pub(super) fn copy_back(&mut self, scene: &mut Scene) {
+        if self.carried.whole != scene.shape_version {
+            return self.copy_all(scene);
+        }
+        if self.carried.listed != scene.shape_version {
+            self.list_carried(scene);
+        }
+        for Place { slot, parent, from } in &self.carried.list {
+            let frame = scene.frame(*parent);
+            let world = match from {
+                From::Body(id) => {
+                    let world = self.engine.pose(*id);
+                    scene.places.local[*slot as usize] = frame.inverse() * world;
+                    world
+                }
+                From::Joint(id) => {
+                    let state = self.engine.joint_state(*id);
+                    if let Some(Data::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) {
+                        (j.position, j.velocity, j.effort) = (state.position, state.velocity, state.effort);
+                    }
+                    frame * scene.places.local[*slot as usize]
+                }
+                From::Frame => frame * scene.places.local[*slot as usize],
+            };
+            scene.put(*slot, world);
+        }
+    }
+
+    /// The same for every object, whatever carries it; who may hang, hangs from now on.
+    fn copy_all(&mut self, scene: &mut Scene) {
+        for record in &self.joints {
+            let state = self.engine.joint_state(record.id);
+            if let Some(Data::Joint(j)) = scene.get_mut(record.tie).map(|o| &mut o.data) {
+                (j.position, j.velocity, j.effort) = (state.position, state.velocity, state.effort);
+            }
+        }
+        scene.visit(|scene, slot| {
+            let frame = scene.parent_frame(slot);
+            let body = scene.get(slot).and_then(|o| o.shape()).filter(|s| s.dynamic).and_then(|s| s.body.0);
+            let world = match body {
+                Some(id) => {
+                    let world = self.engine.pose(id);
+                    scene.places.local[slot as usize] = frame.inverse() * world;
+                    world
+                }
+                None => frame * scene.places.local[slot as usize],
+            };
+            scene.put(slot, world);
+            scene.hang(slot);
+        });
+        self.carried = Carried::after(scene.shape_version);
+    }
+
+    fn list_carried(&mut self, scene: &Scene) {
+        let list = &mut self.carried.list;
+        list.clear();
+        // Where several joints of the engine stand for one, the last counts.
+        let joints: BTreeMap<u32, JointId> = self.joints.iter().map(|j| (j.tie, j.id)).collect();
+        let mut walk: Vec<(u32, u32, bool)> = scene.roots().iter().rev().map(|s| (*s, 0, false)).collect();
+        while let Some((slot, parent, moves)) = walk.pop() {
+            let Some(o) = scene.get(slot) else { continue };
+            let from = match (&o.data, joints.get(&slot)) {
+                (Data::Shape(s), _) if s.dynamic => s.body.0.map_or(From::Frame, From::Body),
+                (Data::Joint(_), Some(id)) => From::Joint(*id),
+                _ => From::Frame,
+            };
+            let moves = moves || !matches!(from, From::Frame);
+            walk.extend(o.children.iter().rev().map(|s| (*s, slot, moves)));
+            if moves && !scene.places.links[slot as usize].hangs {
+                list.push(Place { slot, parent, from });
+            }
+        }
+        self.carried.listed = scene.shape_version;
+    }
+}
