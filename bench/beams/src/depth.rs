@@ -52,7 +52,7 @@ pub fn run(asked: &Asked) -> Value {
     let mut first = 0.0;
     let (frames, clock) = loop_for(asked.number("seconds", 3.0), camera, |world_from_sensor| {
         let cast = GridCast { grid: &grid, world_from_sensor, faces, skip_group, only_object, want, light: &light };
-        pool.install(|| scene.render(&cast, &mut image));
+        scene.render_on(&cast, &mut image, &pool);
         if first == 0.0 {
             let sum: f64 = image.depth.iter().map(|z| f64::from(*z).min(FAR)).sum();
             first = sum / image.depth.len() as f64;

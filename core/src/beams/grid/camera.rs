@@ -121,6 +121,20 @@ impl Camera {
         }
     }
 
+    /// Whether nothing of a ball in the view frame can be in the image; where it is not sure, it can.
+    pub fn misses(&self, centre: &Vector3<f64>, radius: f64) -> bool {
+        let r = radius * (1.0 + 1e-9);
+        let h = self.homogeneous(centre);
+        let (right, up) = (0.5 * self.columns as f64, 0.5 * self.rows as f64);
+        // How far the borders of the image are behind the ball's surface, where they are.
+        let (across, along) =
+            if self.perspective { (self.scale.hypot(right), self.scale.hypot(up)) } else { (self.scale, self.scale) };
+        h.x.abs() - right * h.z > r * across
+            || h.y.abs() - up * h.z > r * along
+            || centre.z + r < self.near
+            || centre.z - r > self.far
+    }
+
     /// What part of the image the hull of some points of the view frame may cover.
     pub fn bounds(&self, points: &[Vector3<f64>]) -> Option<Bounds> {
         let (mut z_low, mut z_high) = (f64::INFINITY, f64::NEG_INFINITY);

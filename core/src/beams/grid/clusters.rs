@@ -22,7 +22,7 @@ pub(in crate::beams) struct Clusters {
     pub(super) centre: Vector3<f64>,
     pub(super) half: Vector3<f64>,
     pub(super) sixteens: Vec<Sixteen>,
-    pub(super) groups: Vec<Group>,
+    pub(super) groups: Vec<Groups>,
     /// Whether whoever looks from outside sees only fronts.
     pub(super) closed: bool,
 }
@@ -43,18 +43,21 @@ impl Sixteen {
     }
 }
 
-/// Neighbouring triangles.
+/// Groups looked at together.
+pub(super) const ROW: usize = 8;
+
+/// 8 groups of neighbouring triangles, numbers of one kind side by side; the last of a mesh may be filled up.
 #[derive(Debug, Clone)]
-pub(super) struct Group {
-    /// The ball around them, relative to the middle of the mesh.
-    pub centre: Vector3<f64>,
-    pub radius: f64,
+pub(super) struct Groups {
+    /// Of the balls around them: x, y and z relative to the middle of the mesh.
+    pub centre: [[f64; ROW]; 3],
+    pub radius: [f64; ROW],
     /// All normals are within an angle of this axis.
-    pub axis: Vector3<f64>,
+    pub axis: [[f64; ROW]; 3],
     /// Sine of that angle; 2 where it is a right angle or more.
-    pub sine: f64,
-    /// First vector, and the one after the last.
-    pub sixteens: (usize, usize),
+    pub sine: [f64; ROW],
+    /// First vector, and the one after the last; none where it is filled up.
+    pub sixteens: [(u32, u32); ROW],
 }
 
 impl Clusters {
@@ -67,11 +70,16 @@ impl Clusters {
         let whole = Aabb::around(members.iter().flat_map(|t| &t.corners));
         let (centre, half) = (whole.centre(), (whole.high - whole.low) * 0.5);
         let sixteens = members.chunks(WIDE).map(|some| sixteen(some, &centre)).collect();
-        let group = |(i, some): (usize, &[Triangle])| {
-            let first = i * GROUP;
-            Group::new(some, &centre, (first, first + some.len().div_ceil(WIDE)))
-        };
-        let groups = members.chunks(GROUP * WIDE).enumerate().map(group).collect();
+        let mut groups = Vec::new();
+        for (number, some) in members.chunks(GROUP * WIDE).enumerate() {
+            let (first, lane) = ((number * GROUP) as u32, number % ROW);
+            if lane == 0 {
+                groups.push(Groups::none());
+            }
+            if let Some(groups) = groups.last_mut() {
+                groups.put(lane, some, &centre, (first, first + some.len().div_ceil(WIDE) as u32));
+            }
+        }
         Self { centre, half, sixteens, groups, closed: closed(mesh, members) }
     }
 }
@@ -91,8 +99,13 @@ fn sixteen(some: &[Triangle], centre: &Vector3<f64>) -> Sixteen {
     out
 }
 
-impl Group {
-    fn new(some: &[Triangle], origin: &Vector3<f64>, sixteens: (usize, usize)) -> Self {
+impl Groups {
+    fn none() -> Self {
+        let (zeros, threes) = ([0.0; ROW], [[0.0; ROW]; 3]);
+        Self { centre: threes, radius: zeros, axis: threes, sine: zeros, sixteens: [(0, 0); ROW] }
+    }
+
+    fn put(&mut self, lane: usize, some: &[Triangle], origin: &Vector3<f64>, sixteens: (u32, u32)) {
         let around = Aabb::around(some.iter().flat_map(|t| &t.corners));
         let middle = around.centre();
         let radius = some.iter().flat_map(|t| &t.corners).map(|p| (p - middle).norm()).fold(0.0, f64::max);
@@ -100,8 +113,13 @@ impl Group {
         let axis = sum.try_normalize(1e-9).unwrap_or_else(Vector3::z);
         let least = some.iter().map(|t| t.normal.dot(&axis)).fold(1.0, f64::min);
         let sine = if least > 0.0 { (1.0 - least * least).max(0.0).sqrt() } else { 2.0 };
+        let centre = middle - origin;
+        for i in 0..3 {
+            (self.centre[i][lane], self.axis[i][lane]) = (centre[i], axis[i]);
+        }
         // Single precision moves corners, and so normals, a little.
-        Self { centre: middle - origin, radius: radius * (1.0 + 1e-6), axis, sine: sine + 1e-3, sixteens }
+        (self.radius[lane], self.sine[lane]) = (radius * (1.0 + 1e-6), sine + 1e-3);
+        self.sixteens[lane] = sixteens;
     }
 }
 

@@ -2,9 +2,10 @@
 
 use fearless_simd::{Level, prelude::*};
 
+use super::bands::{Band, Piece, Segment};
 use super::camera::Camera;
 use super::polygon::Polygon;
-use super::raster::{Buffer, F, Raster, WIDE};
+use super::raster::{F, Raster, WIDE};
 use super::round::Round;
 use super::triangles::Triangles;
 use crate::beams::simd::dispatch;
@@ -18,41 +19,75 @@ pub(super) struct Ready<'a> {
 }
 
 impl Ready<'_> {
-    /// Draws the rows that `depth` holds, from row `first` on, and leaves what is seen in `buffer`.
-    pub fn draw<'b, const ID: bool>(
-        &self,
-        level: Level,
-        camera: &Camera,
-        buffer: &'b mut Buffer,
-        first: usize,
-        depth: &mut [f32],
-    ) -> Raster<'b, ID> {
-        let mut raster = Raster::new(buffer, camera, first, first + depth.len() / camera.columns);
-        dispatch!(level, simd => draw(simd, self, camera, &mut raster, depth));
-        raster
+    /// What meshes have in sight, without an order.
+    pub fn pieces(&self) -> impl Iterator<Item = Piece> {
+        self.meshes.iter().zip(0..).flat_map(|(mesh, number)| {
+            mesh.seen.iter().map(move |seen| Piece { mesh: number, sixteens: seen.sixteens, rows: seen.rows })
+        })
     }
 }
 
+/// Draws a band; triangles that begin in it, up to row `reach`.
+pub(super) fn draw<const ID: bool>(
+    level: Level,
+    ready: &Ready<'_>,
+    segment: &Segment,
+    band: &Band,
+    reach: usize,
+    raster: &mut Raster<'_, ID>,
+) {
+    dispatch!(level, simd => draw_with(simd, ready, segment, band, reach, raster));
+}
+
 #[inline(always)]
-fn draw<S: Simd, const ID: bool>(
+fn draw_with<S: Simd, const ID: bool>(
     simd: S,
     ready: &Ready<'_>,
-    camera: &Camera,
+    segment: &Segment,
+    band: &Band,
+    reach: usize,
     raster: &mut Raster<'_, ID>,
-    depth: &mut [f32],
 ) {
+    let mut rows = raster.view(band.rows.0, band.rows.1);
     for polygon in &ready.polygons {
-        polygon.draw(simd, raster);
+        polygon.draw(simd, &mut rows);
     }
     for round in &ready.rounds {
-        round.draw(simd, raster);
+        round.draw(simd, &mut rows);
     }
-    for mesh in &ready.meshes {
-        mesh.draw(simd, raster);
+    for piece in &segment.tall {
+        if (piece.rows.0 as usize) < band.rows.1 && piece.rows.1 as usize > band.rows.0 {
+            ready.meshes[piece.mesh as usize].draw(simd, piece.sixteens, &mut rows);
+        }
     }
+    let mut rows = raster.view(band.rows.0, reach);
+    for piece in &segment.own[band.own.0..band.own.1] {
+        ready.meshes[piece.mesh as usize].draw(simd, piece.sixteens, &mut rows);
+    }
+}
+
+/// The depth of pixels from a row on.
+pub(super) fn finish<const ID: bool>(
+    level: Level,
+    camera: &Camera,
+    raster: &Raster<'_, ID>,
+    first: usize,
+    depth: &mut [f32],
+) {
+    dispatch!(level, simd => finish_with(simd, camera, raster, first, depth));
+}
+
+#[inline(always)]
+fn finish_with<S: Simd, const ID: bool>(
+    simd: S,
+    camera: &Camera,
+    raster: &Raster<'_, ID>,
+    first: usize,
+    depth: &mut [f32],
+) {
     let nothing = F::splat(simd, f32::INFINITY);
     for (row, out) in depth.chunks_exact_mut(camera.columns).enumerate() {
-        let w = &raster.w[row * raster.stride..];
+        let w = &raster.w[(first - raster.first + row) * raster.stride..];
         for (out, w) in out.chunks_mut(WIDE).zip(w.chunks_exact(WIDE)) {
             let w = F::from_slice(simd, w);
             let depth = if camera.perspective { F::splat(simd, 1.0) / w } else { -w };

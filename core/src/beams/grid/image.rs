@@ -21,10 +21,11 @@ pub struct GridImage {
     pub cosine: Vec<f32>,
     /// The surface normal on the side of the camera, in the sensor's frame, of length 1; zero where nothing is seen.
     pub normal: Vec<[f32; 3]>,
-    pub(super) bands: Vec<Buffer>,
+    buffers: Vec<Buffer>,
 }
 
 /// Some rows of an image.
+#[derive(Default)]
 pub(super) struct Part<'a> {
     pub depth: &'a mut [f32],
     pub object: &'a mut [u64],
@@ -48,33 +49,42 @@ impl GridImage {
         self.normal.resize(room(want.normal), [0.0; 3]);
     }
 
-    /// Parts of so many pixels, the last one with what is left.
-    pub(super) fn split(&mut self, pixels: usize) -> impl Iterator<Item = Part<'_>> {
-        fn take<'a, T>(rest: &mut &'a mut [T], pixels: usize) -> &'a mut [T] {
-            let (part, after) = {
-                let n = pixels.min(rest.len());
-                std::mem::take(rest).split_at_mut(n)
-            };
-            *rest = after;
-            part
-        }
-        let Self { depth, object, primitive, color, cosine, normal, .. } = self;
-        let (mut depth, mut object, mut primitive) = (&mut depth[..], &mut object[..], &mut primitive[..]);
-        let (mut color, mut cosine, mut normal) = (&mut color[..], &mut cosine[..], &mut normal[..]);
-        std::iter::from_fn(move || {
-            (!depth.is_empty()).then(|| Part {
-                depth: take(&mut depth, pixels),
-                object: take(&mut object, pixels),
-                primitive: take(&mut primitive, pixels),
-                color: take(&mut color, pixels),
-                cosine: take(&mut cosine, pixels),
-                normal: take(&mut normal, pixels),
-            })
-        })
+    /// All pixels, and buffers for so many threads.
+    pub(super) fn parts(&mut self, threads: usize) -> (Part<'_>, &mut [Buffer]) {
+        let Self { depth, object, primitive, color, cosine, normal, buffers } = self;
+        buffers.resize_with(threads, Buffer::default);
+        (Part { depth, object, primitive, color, cosine, normal }, buffers)
     }
 }
 
 impl Part<'_> {
+    /// The first pixels, and the rest.
+    pub fn split(self, pixels: usize) -> (Self, Self) {
+        fn halves<T>(all: &mut [T], pixels: usize) -> (&mut [T], &mut [T]) {
+            all.split_at_mut(pixels.min(all.len()))
+        }
+        let (depth, object) = (halves(self.depth, pixels), halves(self.object, pixels));
+        let (primitive, color) = (halves(self.primitive, pixels), halves(self.color, pixels));
+        let (cosine, normal) = (halves(self.cosine, pixels), halves(self.normal, pixels));
+        let first = Self {
+            depth: depth.0,
+            object: object.0,
+            primitive: primitive.0,
+            color: color.0,
+            cosine: cosine.0,
+            normal: normal.0,
+        };
+        let rest = Self {
+            depth: depth.1,
+            object: object.1,
+            primitive: primitive.1,
+            color: color.1,
+            cosine: cosine.1,
+            normal: normal.1,
+        };
+        (first, rest)
+    }
+
     /// Makes it a part of an image of nothing, but for the depth.
     pub fn clear(&mut self, sky: [u8; 3]) {
         self.object.fill(0);

@@ -6,10 +6,13 @@
 //! blocks of 4 x 4 pixels, round forms exactly by their equation. What was seen where is noted as one number per
 //! pixel; colours, normals and names are computed from it afterwards, once per pixel.
 //!
-//! Begin with [`GridCast`]; then `draw`, which draws a band of rows.
+//! Begin with [`GridCast`]; then `render`, a frame: what is in sight is made ready, `bands` cuts the rows for the threads,
+//! `crew` lets them draw, `draw` draws a band.
 
+mod bands;
 mod camera;
 mod clusters;
+mod crew;
 mod draw;
 mod image;
 mod polygon;

@@ -11,13 +11,13 @@ pub(super) type F<S> = f32x16<S>;
 pub(super) type M<S> = mask32x16<S>;
 pub(super) type U<S> = u32x16<S>;
 
-/// Rows below a band that blocks may reach into; what is there is not used.
+/// Rows after the last that blocks may reach into; what is there is not used.
 const SPARE_ROWS: usize = 8;
 
 /// The number of no surface.
 pub(super) const NOBODY: u32 = u32::MAX;
 
-/// Buffers of a band, used again from frame to frame.
+/// Buffers of a thread, used again from frame to frame.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Buffer {
     w: Vec<f32>,
@@ -46,18 +46,68 @@ pub(super) struct Offer<S: Simd> {
 }
 
 impl<'a, const ID: bool> Raster<'a, ID> {
-    /// An empty band.
-    pub fn new(buffer: &'a mut Buffer, camera: &Camera, first: usize, end: usize) -> Self {
+    /// Rows from one to before another, with what is left in the buffer.
+    pub fn new(buffer: &'a mut Buffer, camera: &Camera, (first, end): (usize, usize)) -> Self {
         let stride = camera.columns.next_multiple_of(WIDE) + WIDE;
         let size = (end - first + SPARE_ROWS) * stride;
-        buffer.w.clear();
         buffer.w.resize(size, camera.w_nothing);
         if ID {
-            buffer.id.clear();
             buffer.id.resize(size, NOBODY);
         }
         let (w, id) = (&mut buffer.w[..], &mut buffer.id[..]);
         Self { first, end, columns: camera.columns, stride, w_near: camera.w_near, w, id }
+    }
+
+    /// Empties rows from one to before another.
+    pub fn clear(&mut self, camera: &Camera, (first, end): (usize, usize)) {
+        let places = (first - self.first) * self.stride..(end - self.first) * self.stride;
+        self.w[places.clone()].fill(camera.w_nothing);
+        if ID {
+            self.id[places].fill(NOBODY);
+        }
+    }
+
+    /// Rows from one to before another.
+    pub fn view(&mut self, first: usize, end: usize) -> Raster<'_, ID> {
+        let place = (first - self.first) * self.stride;
+        let (w, id) = (&mut self.w[place..], if ID { &mut self.id[place..] } else { &mut self.id[..] });
+        Raster { first, end, w, id, ..*self }
+    }
+
+    /// Rows from one to before another, and nothing else any more.
+    pub fn part(self, first: usize, end: usize) -> Self {
+        let places = (first - self.first) * self.stride..(end - self.first) * self.stride;
+        let Self { columns, stride, w_near, w, id, .. } = self;
+        let id = if ID { &mut id[places.clone()] } else { id };
+        Self { first, end, columns, stride, w_near, w: &mut w[places], id }
+    }
+
+    /// The rows before one, and those from it on.
+    pub fn split(self, row: usize) -> (Self, Self) {
+        let Self { first, end, columns, stride, w_near, w, id } = self;
+        let place = (row - first) * stride;
+        let (w, w_rest) = w.split_at_mut(place);
+        let (id, id_rest) = id.split_at_mut(if ID { place } else { 0 });
+        let before = Self { first, end: row, columns, stride, w_near, w, id };
+        (before, Self { first: row, end, columns, stride, w_near, w: w_rest, id: id_rest })
+    }
+
+    /// Takes over what another sees in the same rows, as far as it goes; the other begins before it or with it.
+    pub fn merge(&mut self, other: &Self) {
+        let place = ((self.first - other.first) * self.stride).min(other.w.len());
+        let other_w = &other.w[place..];
+        if ID {
+            let (here, there) = (self.w.iter_mut().zip(&mut *self.id), other_w.iter().zip(&other.id[place..]));
+            for ((w, id), (other_w, other_id)) in here.zip(there) {
+                if *other_w > *w || (*other_w == *w && *other_id < *id) {
+                    (*w, *id) = (*other_w, *other_id);
+                }
+            }
+        } else {
+            for (w, other) in self.w.iter_mut().zip(other_w) {
+                *w = if *other > *w { *other } else { *w };
+            }
+        }
     }
 
     /// Offers 16 neighbouring pixels of a row a surface.

@@ -1,13 +1,12 @@
 //! A frame: what is in sight is made ready, then bands of rows are drawn side by side.
 
 use fearless_simd::Level;
-use rayon::prelude::*;
 
+use super::bands::{Cut, segments};
 use super::camera::Camera;
+use super::crew::{self, Crew, Sight, Work};
 use super::draw::Ready;
-use super::image::Part;
 use super::polygon::{ViewFrom, cuboid, plane};
-use super::raster::{Buffer, Raster};
 use super::round::{Ends, Round};
 use super::shade::{Shader, Surface};
 use super::triangles::Triangles;
@@ -15,59 +14,64 @@ use super::{Clusters, GridCast, GridImage};
 use crate::beams::{BeamScene, simd};
 use crate::geometry::Form;
 
-/// Bands per thread when they are drawn side by side, so that those with much in them even out.
-const BANDS: usize = 8;
-/// Least rows of a band: what crosses a border is made ready twice.
-const LEAST_ROWS: usize = 16;
-
 impl BeamScene {
-    /// Takes an image, on rayon's current pool.
+    /// Takes an image, on rayon's current pool and with the calling thread.
     ///
     /// The image depends only on the cast and the targets: not on the number of threads, the processor or earlier
     /// images. A camera that can see nothing (no pixels, no range, an angle or a pose that is none) gives an image
     /// of nothing. Costs time for each target, pixel and triangle in sight.
     pub fn render(&self, cast: &GridCast<'_>, image: &mut GridImage) {
-        let threads = rayon::current_num_threads();
-        let band =
-            if threads == 1 { usize::MAX } else { (cast.grid.rows as usize / (threads * BANDS)).max(LEAST_ROWS) };
-        self.render_by(cast, image, simd::level(), band);
+        self.draw(cast, image, simd::level(), None, Crew::Current);
+    }
+
+    /// The same on another pool, without waiting for one of its threads to begin: the calling thread draws, too, and stands
+    /// for one of them.
+    pub fn render_on(&self, cast: &GridCast<'_>, image: &mut GridImage, pool: &rayon::ThreadPool) {
+        self.draw(cast, image, simd::level(), None, Crew::Pool(pool));
     }
 
     /// The same with given instructions and rows of a band.
-    pub(super) fn render_by(&self, cast: &GridCast<'_>, image: &mut GridImage, level: Level, band: usize) {
+    #[cfg(test)]
+    pub(super) fn render_by(&self, cast: &GridCast<'_>, image: &mut GridImage, level: Level, rows: usize) {
+        self.draw(cast, image, level, Some(rows), Crew::Current);
+    }
+
+    fn draw(&self, cast: &GridCast<'_>, image: &mut GridImage, level: Level, rows: Option<usize>, crew: Crew<'_>) {
         image.prepare(cast);
         let Some(camera) = Camera::new(cast.grid, &cast.world_from_sensor) else {
             image.depth.fill(f32::INFINITY);
-            image.split(usize::MAX).for_each(|mut part| part.clear(cast.light.sky_bytes()));
+            image.parts(0).0.clear(cast.light.sky_bytes());
             return;
         };
-        let (ready, surfaces) = self.ready(cast, &camera);
-        let band = band.min(camera.rows);
-        let mut bands = std::mem::take(&mut image.bands);
-        bands.resize_with(camera.rows.div_ceil(band), Buffer::default);
+        let (ready, surfaces) = self.ready(cast, &camera, level);
         let shader = Shader::new(cast, &camera, self.targets(), &surfaces);
-        let parts = image.split(band * camera.columns).zip(&mut bands).enumerate();
-        let draw = |(index, (mut part, buffer)): (usize, (Part<'_>, &mut Buffer))| {
-            let first = index * band;
-            if cast.want.visibility() {
-                let raster: Raster<'_, true> = ready.draw(level, &camera, buffer, first, part.depth);
-                shader.shade(&raster, &mut part);
-            } else {
-                let _: Raster<'_, false> = ready.draw(level, &camera, buffer, first, part.depth);
-            }
+        let threads = crew.threads();
+        let cut = match rows {
+            Some(rows) => Cut::Even(rows),
+            None if threads == 1 => Cut::Even(camera.rows),
+            None => Cut::Balanced { shaded: cast.want.visibility() },
         };
-        if band == camera.rows {
-            parts.for_each(draw);
+        let segments = segments(&ready, &camera, threads.div_ceil(2), cut);
+        let (mut rest, mut buffers) = image.parts(2 * segments.len());
+        let sight = Sight { ready: &ready, camera: &camera, shader: &shader, level };
+        let parts = segments.iter().map(|segment| {
+            let (part, after) = std::mem::take(&mut rest).split((segment.rows.1 - segment.rows.0) * camera.columns);
+            let (two, others) = std::mem::take(&mut buffers).split_at_mut(2);
+            (rest, buffers) = (after, others);
+            (segment, part, two)
+        });
+        if cast.want.visibility() {
+            let work: Vec<Work<'_, true>> = parts.map(|(s, part, two)| Work::new(sight, s, part, two)).collect();
+            crew::run(crew, &work);
         } else {
-            let parts: Vec<_> = parts.collect();
-            parts.into_par_iter().with_max_len(1).for_each(draw);
+            let work: Vec<Work<'_, false>> = parts.map(|(s, part, two)| Work::new(sight, s, part, two)).collect();
+            crew::run(crew, &work);
         }
-        image.bands = bands;
     }
 
     /// What may be seen, and what its numbers stand for. Numbers grow with the tag, then the place of the target,
     /// then the primitive: the order in which equal depths are decided.
-    fn ready<'a>(&'a self, cast: &GridCast<'_>, camera: &'a Camera) -> (Ready<'a>, Vec<Surface>) {
+    fn ready<'a>(&'a self, cast: &GridCast<'_>, camera: &'a Camera, level: Level) -> (Ready<'a>, Vec<Surface>) {
         let targets = self.targets();
         let mut wanted: Vec<u32> = (0..targets.len() as u32)
             .filter(|i| {
@@ -84,6 +88,7 @@ impl BeamScene {
             let target = &targets[index as usize];
             let view_from_form = ViewFrom::new(camera, &target.world_from_target);
             let faces = cast.faces;
+            let misses = |radius: f64| camera.misses(&view_from_form.translation, radius);
             let mut round = |shape| ready.rounds.extend(Round::new(camera, &view_from_form, shape, faces, id));
             let primitives = match &target.form {
                 Form::Plane => {
@@ -91,7 +96,9 @@ impl BeamScene {
                     1
                 }
                 Form::Box { half } => {
-                    cuboid(camera, &view_from_form, half, faces, id, &mut ready.polygons);
+                    if !misses(half.norm()) {
+                        cuboid(camera, &view_from_form, half, faces, id, &mut ready.polygons);
+                    }
                     6
                 }
                 Form::Sphere { radius } => {
@@ -111,7 +118,7 @@ impl BeamScene {
                         let clusters = tree.clusters.get_or_init(|| Clusters::new(mesh, &tree.triangles));
                         let view_from_mesh =
                             ViewFrom { translation: view_from_form.point(&clusters.centre), ..view_from_form };
-                        ready.meshes.extend(Triangles::new(camera, clusters, view_from_mesh, faces, id));
+                        ready.meshes.extend(Triangles::new(level, camera, clusters, view_from_mesh, faces, id));
                     }
                     mesh.triangles.len() as u32
                 }

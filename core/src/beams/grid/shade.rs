@@ -121,19 +121,19 @@ impl<'a> Shader<'a> {
         Self { cast, camera, targets, surfaces, sun }
     }
 
-    /// Fills in a band.
-    pub fn shade(&self, raster: &Raster<'_, true>, part: &mut Part<'_>) {
+    /// Fills in rows from one to before another.
+    pub fn shade<const ID: bool>(&self, raster: &Raster<'_, ID>, rows: (usize, usize), part: &mut Part<'_>) {
         let want = self.cast.want;
         let columns = raster.columns;
         let some = || [0; 3].map(|_| vec![0.0; columns]);
         let mut line = Strip { normal: some(), color: some(), there: vec![0.0; columns] };
         let mut seen = None;
-        for row in 0..raster.end - raster.first {
-            let pixels = row * columns..(row + 1) * columns;
-            let ids = &raster.id[row * raster.stride..][..columns];
-            self.look_up(ids, row + raster.first, pixels.start, part, &mut line, &mut seen);
+        for row in rows.0..rows.1 {
+            let first = (row - rows.0) * columns;
+            let ids = &raster.id[(row - raster.first) * raster.stride..][..columns];
+            self.look_up(ids, row, first, part, &mut line, &mut seen);
             if want.cosine || want.normal || want.color {
-                self.shine(row + raster.first, pixels, &line, part);
+                self.shine(row, first..first + columns, &line, part);
             }
         }
     }

@@ -4,17 +4,20 @@
 //! only, small enough to be exact in single precision, and large ones are exact in double precision: each pixel belongs to
 //! exactly one of two neighbours, whatever their size. What reaches behind the camera is drawn by homogeneous edges.
 
-use fearless_simd::prelude::*;
+use fearless_simd::{Level, f64x8, mask64x8, prelude::*};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::camera::{Camera, Line};
-use super::clusters::{Clusters, Group, Sixteen};
+use super::clusters::{Clusters, ROW, Sixteen};
 use super::polygon::ViewFrom;
 use super::raster::{F, M, Raster, U, WIDE, least, most};
 use super::small::{PARTS, Small, stored};
 use super::span::{Edge, Face};
 use crate::beams::Faces;
+use crate::beams::simd::dispatch;
+
+/// Numbers of groups.
+type D<S> = f64x8<S>;
 
 /// Adding and subtracting this rounds to whole numbers.
 const ROUND: f32 = 12_582_912.0;
@@ -24,9 +27,6 @@ const FURTHEST: f32 = 4_194_304.0;
 const NEAREST: f32 = 1e-6;
 /// Small triangles extend less, in parts of a pixel.
 const SMALL: f32 = 8.0 * PARTS;
-
-/// More groups than these are looked at by all threads.
-const SIDE_BY_SIDE: usize = 512;
 
 /// A mesh made ready.
 pub(super) struct Triangles<'a> {
@@ -39,12 +39,15 @@ pub(super) struct Triangles<'a> {
     faces: Faces,
     id: u32,
     /// Groups that may be seen, with the rows that they may be in.
-    seen: Vec<Seen>,
+    pub seen: Vec<Seen>,
 }
 
-struct Seen {
-    sixteens: (usize, usize),
-    rows: (usize, usize),
+/// A group that may be seen.
+pub(super) struct Seen {
+    /// First vector, and the one after the last.
+    pub sixteens: (u32, u32),
+    /// First row, and the one after the last.
+    pub rows: (u32, u32),
 }
 
 /// 16 corners in the image: column and row in parts of a pixel, `w`. Not a number where they cannot be rounded.
@@ -57,6 +60,7 @@ pub(super) struct Placed<S: Simd> {
 
 impl<'a> Triangles<'a> {
     pub fn new(
+        level: Level,
         camera: &'a Camera,
         mesh: &'a Clusters,
         view_from_mesh: ViewFrom,
@@ -77,55 +81,76 @@ impl<'a> Triangles<'a> {
         // The camera in the mesh: its place, or the way its rays go.
         let back = r.transpose();
         let eye = if camera.perspective { -(back * t) } else { back * Vector3::z() };
-        out.seen = if mesh.groups.len() > SIDE_BY_SIDE {
-            let groups = mesh.groups.par_iter().with_min_len(SIDE_BY_SIDE / 2);
-            groups.filter_map(|group| out.sight(group, &eye)).collect()
-        } else {
-            mesh.groups.iter().filter_map(|group| out.sight(group, &eye)).collect()
-        };
+        dispatch!(level, simd => out.look(simd, &eye));
         Some(out)
     }
 
-    /// The rows that a group may be seen in.
-    fn sight(&self, group: &Group, eye: &Vector3<f64>) -> Option<Seen> {
-        let camera = self.camera;
-        let (c, r) = (self.view_from_mesh.point(&group.centre), group.radius);
-        if c.z + r < camera.near || c.z - r > camera.far {
-            return None;
-        }
-        let toward = if camera.perspective { group.centre - eye } else { *eye };
-        let (slack, length) = if camera.perspective { (r, toward.norm()) } else { (0.0, 1.0) };
-        let turn = group.axis.dot(&toward);
-        let limit = group.sine * length + slack;
-        if (!self.faces.back && turn > limit) || (!self.faces.front && -turn > limit) {
-            return None;
-        }
-        let rows = (0, camera.rows);
-        if camera.perspective && c.z - r < 1e-6 {
-            return Some(Seen { sixteens: group.sixteens, rows });
-        }
-        // Of a box around the ball.
-        let (front, behind) = if camera.perspective { (c.z - r, c.z + r) } else { (1.0, 1.0) };
-        let range = |x: f64, middle: f64, count: usize| {
-            let (low, high) = ((x - r) * camera.scale, (x + r) * camera.scale);
-            let low = (low / front).min(low / behind) + middle - 1.0;
-            let high = (high / front).max(high / behind) + middle + 2.0;
-            (low.clamp(0.0, count as f64) as usize, high.clamp(0.0, count as f64) as usize)
-        };
-        let middle = camera.middle();
-        let columns = range(c.x, middle.0, camera.columns);
-        let rows = range(c.y, middle.1, camera.rows);
-        (columns.0 < columns.1 && rows.0 < rows.1).then_some(Seen { sixteens: group.sixteens, rows })
-    }
-
+    /// Notes which groups may be seen, and in which rows.
     #[inline(always)]
-    pub fn draw<S: Simd, const ID: bool>(&self, simd: S, raster: &mut Raster<'_, ID>) {
-        for seen in &self.seen {
-            if seen.rows.0 < raster.end && seen.rows.1 > raster.first {
-                for sixteen in &self.mesh.sixteens[seen.sixteens.0..seen.sixteens.1] {
-                    self.draw_sixteen(simd, sixteen, raster);
+    fn look<S: Simd>(&mut self, simd: S, eye: &Vector3<f64>) {
+        let (camera, ViewFrom { rotation: m, translation: t }) = (self.camera, &self.view_from_mesh);
+        let number = |x: f64| D::splat(simd, x);
+        let (one, nothing) = (number(1.0), number(0.0));
+        let middle = camera.middle();
+        for groups in &self.mesh.groups {
+            let [x, y, z] = groups.centre.each_ref().map(|v| D::load_array_ref(simd, v));
+            let r = D::load_array_ref(simd, &groups.radius);
+            let placed = |i: usize| x * m[(i, 0)] + y * m[(i, 1)] + z * m[(i, 2)] + t[i];
+            let (cx, cy, cz) = (placed(0), placed(1), placed(2));
+            let mut out = (cz + r).simd_lt(camera.near) | (cz - r).simd_gt(camera.far);
+            // Which side they show.
+            let toward =
+                if camera.perspective { [x - eye.x, y - eye.y, z - eye.z] } else { [eye.x, eye.y, eye.z].map(number) };
+            let [tx, ty, tz] = toward;
+            let (slack, length) =
+                if camera.perspective { (r, (tx * tx + ty * ty + tz * tz).sqrt()) } else { (nothing, one) };
+            let [ax, ay, az] = groups.axis.each_ref().map(|v| D::load_array_ref(simd, v));
+            let turn = ax * tx + ay * ty + az * tz;
+            let limit = D::load_array_ref(simd, &groups.sine) * length + slack;
+            if !self.faces.back {
+                out |= turn.simd_gt(limit);
+            }
+            if !self.faces.front {
+                out |= (-turn).simd_gt(limit);
+            }
+            // A box around the ball, in pixels.
+            let whole = (cz - r).simd_lt(1e-6) & mask64x8::splat(simd, camera.perspective);
+            let (front, behind) = if camera.perspective { (one / (cz - r), one / (cz + r)) } else { (one, one) };
+            let range = |c: D<S>, middle: f64, count: usize| {
+                let (low, high) = ((c - r) * camera.scale, (c + r) * camera.scale);
+                let (near, far) = (low * front, low * behind);
+                let low = near.simd_lt(far).select(near, far) + (middle - 1.0);
+                let (near, far) = (high * front, high * behind);
+                let high = near.simd_gt(far).select(near, far) + (middle + 2.0);
+                let count = number(count as f64);
+                let clamped = |v: D<S>| {
+                    let v = v.simd_gt(nothing).select(v, nothing);
+                    v.simd_lt(count).select(v, count)
+                };
+                (whole.select(nothing, clamped(low)), whole.select(count, clamped(high)))
+            };
+            let (columns, rows) = (range(cx, middle.0, camera.columns), range(cy, middle.1, camera.rows));
+            // Compared as whole pixels.
+            let empty = |(low, high): (D<S>, D<S>)| low.trunc().simd_ge(high.trunc());
+            out |= empty(columns) | empty(rows);
+            let mut seen = !out.to_bitmask() & 0xff;
+            let (low, high) = (rows.0.as_array(), rows.1.as_array());
+            while seen != 0 {
+                let lane = seen.trailing_zeros() as usize % ROW;
+                seen &= seen - 1;
+                let sixteens = groups.sixteens[lane];
+                if sixteens.0 < sixteens.1 {
+                    self.seen.push(Seen { sixteens, rows: (low[lane] as u32, high[lane] as u32) });
                 }
             }
+        }
+    }
+
+    /// Draws the vectors from one to before another.
+    #[inline(always)]
+    pub fn draw<S: Simd, const ID: bool>(&self, simd: S, sixteens: (u32, u32), raster: &mut Raster<'_, ID>) {
+        for sixteen in &self.mesh.sixteens[sixteens.0 as usize..sixteens.1 as usize] {
+            self.draw_sixteen(simd, sixteen, raster);
         }
     }
 

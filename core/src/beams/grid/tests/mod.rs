@@ -117,6 +117,42 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| scene.render(&cast, &mut image));
             assert!(image.depth == first.depth, "round {round}: {threads} threads");
+            scene.render_on(&cast, &mut image, &pool);
+            assert!(image.depth == first.depth, "round {round}: {threads} threads of a pool");
+        }
+    }
+}
+
+#[test]
+fn threads_that_meet_within_a_mesh_give_the_same_bytes() {
+    // Groups of all heights, from a part of a row to the whole image; frame after frame in the same buffers.
+    let light = Light::default();
+    let pools: Vec<_> =
+        [1, 2, 3, 5].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()).into();
+    let mut images = vec![GridImage::default(); pools.len()];
+    for round in 0..24 {
+        let mut dice = Dice(3000 + round);
+        let (around, up) = (dice.between(5.0, 200.0) as u32, dice.between(5.0, 150.0) as u32);
+        let form = ball(&mut dice, 1.0, around, up, 0.05);
+        let others = (2..8).map(|i| target(i, dice.pose(2.0), any_form(&mut dice, 0.8))).collect::<Vec<_>>();
+        let scene = scene([target(1, dice.pose(0.3), form)].into_iter().chain(others));
+        let grid = Grid {
+            columns: dice.between(20.0, 200.0) as u32,
+            rows: dice.between(1.0, 300.0) as u32,
+            near: 0.05,
+            far: 12.0,
+            ..any_grid(&mut dice, round % 3 != 0)
+        };
+        let mut cast = cast_of(&grid, &light, looking_inward(&mut dice));
+        cast.want = if round % 2 == 0 { Want::DEPTH } else { Want::ALL };
+        let mut first = GridImage::default();
+        scene.render_by(&cast, &mut first, simd::level(), usize::MAX);
+        for (pool, image) in pools.iter().zip(&mut images) {
+            let threads = pool.current_num_threads();
+            scene.render_on(&cast, image, pool);
+            assert!(image.depth == first.depth, "round {round}: {threads} threads: depth");
+            assert!(image.object == first.object && image.primitive == first.primitive, "{round}, {threads}");
+            assert!(image.color == first.color && image.normal == first.normal, "round {round}, {threads}");
         }
     }
 }
