@@ -37,6 +37,7 @@ mod mesh;
 mod planar;
 mod ray;
 mod scene;
+mod share;
 mod sight;
 mod simd;
 mod solid;

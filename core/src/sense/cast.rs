@@ -187,12 +187,7 @@ impl Casts {
         }
         let seen = targets.seen(sees.0, sees.1);
         hits.resize(beams.len(), Hit::NONE);
-        // Few of them here and now, since a question to other threads takes longer than their answer.
-        if beams.len() > FEW {
-            pool.install(|| seen.cast(beams, hits));
-        } else {
-            beams.iter().zip(&mut *hits).for_each(|(beam, hit)| *hit = seen.cast_one(beam));
-        }
+        seen.cast_on(beams, hits, pool);
         for (i, reach) in short {
             let hit = &mut hits[*i as usize];
             if hit.distance > *reach {
@@ -300,9 +295,6 @@ fn surface_color(scene: &Scene, object: tatu_object) -> [u8; 3] {
     let color = met.and_then(|o| o.shape()).map_or([0.0; 3], |s| s.color);
     color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
-
-/// So many beams are cast at once; about what one task of the pool takes.
-const FEW: usize = 64;
 
 /// The rays of a plan made ready to be cast as a bundle, where there are enough of them.
 #[derive(Debug, Default)]

@@ -132,10 +132,13 @@ impl Sensing {
     }
     /// Of the next devices of a kind, from the `from`-th on, those that measure by themselves at this time; how many were
     /// looked at. What they measured before may be seen now, whether they measure now or not.
-    pub(crate) fn due(&mut self, kind: usize, from: usize, time: f64, due: &mut Vec<usize>) -> usize {
+    ///
+    /// `threads`: how many will work on them.
+    pub(crate) fn due(&mut self, kind: usize, from: usize, time: f64, threads: usize, due: &mut Vec<usize>) -> usize {
         due.clear();
+        let together = if threads > 1 { TOGETHER * FOR_MANY } else { TOGETHER };
         let some = self.by_kind.get(kind).map_or(&[][..], |all| all.get(from..).unwrap_or_default());
-        let some = &some[..some.len().min(TOGETHER)];
+        let some = &some[..some.len().min(together)];
         for i in some {
             let d = &mut self.devices[*i];
             if !d.off {
@@ -334,6 +337,9 @@ impl Device {
 /// So many sensors measure together: what is noted of them stays in the processor's caches from the first look at whether
 /// they are due to the last one at what they measured.
 const TOGETHER: usize = 256;
+
+/// With several threads so many times as many, or waking them up would take longer than what they do.
+const FOR_MANY: usize = 8;
 
 /// The number of the period of a rate that a time lies in. Times are sums of steps: one that lacks but their rounding is in
 /// the period that it begins.

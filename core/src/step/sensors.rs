@@ -15,7 +15,8 @@ pub(super) fn sense(world: &WorldCell) {
     for kind in 0..world.registry.sensors.len() {
         let mut from = 0;
         loop {
-            let n = world.sensing.borrow_mut().due(kind, from, time, &mut due);
+            let threads = world.pool().current_num_threads();
+            let n = world.sensing.borrow_mut().due(kind, from, time, threads, &mut due);
             if n == 0 {
                 break;
             }
