@@ -23,8 +23,10 @@ fn scenes_run() {
     let mut all = Vec::new();
     scenes(&root().join("scenes"), &mut all);
     assert!(!all.is_empty());
+    // Some write files where they run.
+    let place = Place::new();
     for scene in all {
-        run(program(), root(), &["run", scene.to_str().unwrap(), "--seconds", "3", "--json"], &[]).good();
+        place.tatu(&["run", scene.to_str().unwrap(), "--seconds", "3", "--json"]).good();
     }
 }
 
@@ -37,7 +39,7 @@ fn demos_run_and_say_something_each_second() {
             let place = Place::new();
             let trace = place.path().join("trace.jsonl");
             let args = ["run", demo.to_str().unwrap(), "--seconds", "3", "--json", "--trace", trace.to_str().unwrap()];
-            run(program(), root(), &args, &[]).good();
+            place.tatu(&args).good();
             let lines: usize = place.lines("trace.jsonl").iter().map(|l| l.status().len()).sum();
             assert!(lines >= 3, "{}: {lines} lines in 3 s", demo.display());
             found += 1;

@@ -152,6 +152,27 @@ fn calls_are_counted_by_callback() {
 }
 
 #[test]
+fn a_text_of_branches_runs_for_those_it_has() {
+    let branches = "if (sim_call_type==sim_childscriptcall_initialization) then n = 0 end
+        if (sim_call_type==sim_childscriptcall_actuation) then n = n + 1 print('acts', n) end
+        if (sim_call_type==sim_childscriptcall_sensing) then
+            -- put some code here
+        end
+        if (sim_call_type==sim_childscriptcall_cleanup) then print('ends', n) end";
+    let outside = format!("{branches} m = (m or 0) + 1");
+    for (script, sensing) in [(branches, None), (outside.as_str(), Some(3))] {
+        let place = Place::scene(&format!("dialect = \"3.2\"\n{}", watcher("a", script)));
+        let ran = place.run(&["--steps", "3"]).good();
+        assert!(ran.err.contains("acts\t3") || ran.out.contains("acts\t3"), "{} {}", ran.out, ran.err);
+        assert!(ran.err.contains("ends\t") || ran.out.contains("ends\t"), "{} {}", ran.out, ran.err);
+        let calls = ran.json()["scripts"][0]["calls"].clone();
+        assert_eq!((calls["init"].as_u64(), calls["cleanup"].as_u64()), (Some(1), Some(1)), "{calls}");
+        assert!(calls["actuation"].as_u64() >= Some(3), "{calls}");
+        assert!(calls["sensing"].as_u64() >= sensing && calls["sensing"].is_u64() == sensing.is_some(), "{calls}");
+    }
+}
+
+#[test]
 fn the_call_type_has_the_numbers_of_its_era() {
     // script-api.md section 1.2.1: child scripts.
     for (dialect, names, numbers) in [

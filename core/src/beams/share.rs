@@ -36,7 +36,10 @@ mod tests {
         for threads in [1, 2, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let done: Vec<AtomicUsize> = (0..100).map(|_| AtomicUsize::new(0)).collect();
-            share(&pool, 0..100, |i: usize| drop(done[i].fetch_add(1, Ordering::Relaxed)));
+            let count = |i: usize| {
+                done[i].fetch_add(1, Ordering::Relaxed);
+            };
+            share(&pool, 0..100, count);
             assert!(done.iter().all(|n| n.load(Ordering::Relaxed) == 1));
         }
     }

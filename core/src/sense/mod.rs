@@ -7,7 +7,7 @@
 //! - `draw`: random numbers that depend on nothing but seed, sensor and count;
 //! - `normal`: those of the normal distribution;
 //! - `noise`: what a scene declares for the fields of a sensor, done after each measure;
-//! - `measure`: one batch per kind: beams cast together, one call of the plugin.
+//! - `measure`: batches by kind: beams cast together, one call of the plugin.
 
 mod aim;
 mod cast;

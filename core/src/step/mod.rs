@@ -4,7 +4,7 @@
 //! barrier   what was removed is ended, what was added joins; time stands
 //! actuate   scripts act: callbacks, waits that are over
 //! physics   actuators push, the engine advances dt; poses are copied back
-//! sense     due sensors: beams, one batch per kind, readings
+//! sense     due sensors: beams, batches by kind, readings
 //! react     scripts look at what was sensed
 //! turn      time moves on, then the phase: requests to pause and stop take effect here
 //! ```
