@@ -11,7 +11,8 @@ use tatu_plugin_api::{abi::*, safe::*};
 use crate::{
     bind, budget,
     convert::{put_args, take_results},
-    load::{Rerun, Rules},
+    load::Rules,
+    rerun::Rerun,
     state::{Script, State, bytes, push, reg, registry},
     threads,
 };

@@ -29,6 +29,7 @@ mod load;
 mod modules;
 mod number;
 mod pattern;
+mod rerun;
 mod scan;
 mod seed;
 mod slices;

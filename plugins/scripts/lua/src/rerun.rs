@@ -1,0 +1,118 @@
+//! Texts that run as a whole for each callback: what preludes tell of them, and for which callbacks one of them runs.
+
+use mlua::ffi::*;
+use tatu_plugin_api::abi::*;
+
+use crate::{
+    load::texts,
+    scan,
+    state::{self, Script, border, bytes, push, reg},
+};
+
+/// How a text is called that runs as a whole for each callback.
+#[derive(Default)]
+pub(crate) struct Rerun {
+    /// The global that tells which callback it is.
+    pub variable: Vec<u8>,
+    /// Its value for each callback that there is.
+    pub values: Vec<(Vec<u8>, i64)>,
+    /// Words of which a text must have one for a callback to be run, where there are such.
+    needs: Vec<(Vec<u8>, Vec<Vec<u8>>)>,
+    /// Globals that hold the script's own handle.
+    pub script: Vec<Vec<u8>>,
+}
+
+impl Rerun {
+    /// Reads the table of a prelude, which is on top.
+    ///
+    /// # Safety
+    /// Protected; a few free places on the stack.
+    pub(crate) unsafe fn gather(l: *mut lua_State) -> Self {
+        let mut rerun = Rerun::default();
+        lua_getfield(l, -1, c"variable".as_ptr());
+        rerun.variable.extend_from_slice(bytes(l, -1));
+        lua_pop(l, 1);
+        if lua_getfield(l, -1, c"values".as_ptr()) == LUA_TTABLE {
+            lua_pushnil(l);
+            while lua_next(l, -2) != 0 {
+                if lua_type(l, -2) == LUA_TSTRING {
+                    let value = lua_tointeger(l, -1);
+                    rerun.values.push((bytes(l, -2).to_vec(), value));
+                }
+                lua_pop(l, 1);
+            }
+        }
+        lua_pop(l, 1);
+        if lua_getfield(l, -1, c"needs".as_ptr()) == LUA_TTABLE {
+            lua_pushnil(l);
+            while lua_next(l, -2) != 0 {
+                if lua_type(l, -2) == LUA_TSTRING && lua_type(l, -1) == LUA_TTABLE {
+                    rerun.needs.push((bytes(l, -2).to_vec(), Vec::new()));
+                    if let Some((_, words)) = rerun.needs.last_mut() {
+                        texts(l, words);
+                    }
+                }
+                lua_pop(l, 1);
+            }
+        }
+        lua_pop(l, 1);
+        if lua_getfield(l, -1, c"extra".as_ptr()) == LUA_TTABLE {
+            lua_pushnil(l);
+            while lua_next(l, -2) != 0 {
+                if lua_type(l, -2) == LUA_TSTRING && bytes(l, -1) == b"script" {
+                    rerun.script.push(bytes(l, -2).to_vec());
+                }
+                lua_pop(l, 1);
+            }
+        }
+        lua_pop(l, 1);
+        rerun
+    }
+    /// Whether the text runs for a callback.
+    pub(crate) fn has(&self, callback: &[u8]) -> bool {
+        self.value(callback).is_some()
+    }
+    /// Drops the callbacks that a text lacks the words for.
+    pub(crate) fn fit(&mut self, words: &[Vec<u8>]) {
+        let needs = std::mem::take(&mut self.needs);
+        let has = |w: &Vec<u8>| words.binary_search(w).is_ok();
+        self.values
+            .retain(|(callback, _)| needs.iter().filter(|(name, _)| name == callback).all(|(_, w)| w.iter().any(has)));
+    }
+    /// Drops the callbacks for which a text of nothing but branches does nothing.
+    pub(crate) fn prune(&mut self, s: &Script, text: &[u8]) {
+        let Some(branches) = scan::branches(text, &self.variable) else { return };
+        let values: Option<Vec<i64>> = branches.iter().map(|name| number(s, name)).collect();
+        if let Some(values) = values {
+            self.values.retain(|(callback, value)| callback == b"init" || values.contains(value));
+        }
+    }
+    /// The value of a callback.
+    pub(crate) fn value(&self, callback: &[u8]) -> Option<i64> {
+        self.values.iter().find(|(name, _)| name == callback).map(|v| v.1)
+    }
+}
+
+/// The whole number that a text means by a numeral, or by the name of a constant.
+fn number(s: &Script, word: &[u8]) -> Option<i64> {
+    if let Some(n) = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok()) {
+        return Some(n);
+    }
+    let mut found = None;
+    // SAFETY: protected; the world lives, the name is valid during the call.
+    s.protect(&mut |l| unsafe {
+        if state::registry(l, reg::CONSTANTS) == LUA_TTABLE {
+            push(l, word);
+            if lua_rawget(l, -2) == LUA_TNUMBER {
+                found = Some(lua_tointeger(l, -1));
+                return;
+            }
+        }
+        let mut value = crate::convert::word(TATU_NIL, 0);
+        if (s.commands.constant)(s.world, border(word), &mut value) == TATU_OK && value.tag == TATU_I64 {
+            found = Some(value.u.i);
+        }
+    })
+    .ok()?;
+    found
+}
