@@ -323,7 +323,7 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
     }
     lua_pop(l, 1);
     if field(l, c"rerun") && lua_type(l, -1) == LUA_TTABLE && rules.rerun.is_none() {
-        rules.rerun = Some(Rerun::gather(l));
+        rules.rerun.insert(Rerun::default()).gather(l);
     }
     lua_pop(l, 1);
 }

@@ -27,17 +27,16 @@ impl Rerun {
     ///
     /// # Safety
     /// Protected; a few free places on the stack.
-    pub(crate) unsafe fn gather(l: *mut lua_State) -> Self {
-        let mut rerun = Rerun::default();
+    pub(crate) unsafe fn gather(&mut self, l: *mut lua_State) {
         lua_getfield(l, -1, c"variable".as_ptr());
-        rerun.variable.extend_from_slice(bytes(l, -1));
+        self.variable.extend_from_slice(bytes(l, -1));
         lua_pop(l, 1);
         if lua_getfield(l, -1, c"values".as_ptr()) == LUA_TTABLE {
             lua_pushnil(l);
             while lua_next(l, -2) != 0 {
                 if lua_type(l, -2) == LUA_TSTRING {
                     let value = lua_tointeger(l, -1);
-                    rerun.values.push((bytes(l, -2).to_vec(), value));
+                    self.values.push((bytes(l, -2).to_vec(), value));
                 }
                 lua_pop(l, 1);
             }
@@ -47,8 +46,8 @@ impl Rerun {
             lua_pushnil(l);
             while lua_next(l, -2) != 0 {
                 if lua_type(l, -2) == LUA_TSTRING && lua_type(l, -1) == LUA_TTABLE {
-                    rerun.needs.push((bytes(l, -2).to_vec(), Vec::new()));
-                    if let Some((_, words)) = rerun.needs.last_mut() {
+                    self.needs.push((bytes(l, -2).to_vec(), Vec::new()));
+                    if let Some((_, words)) = self.needs.last_mut() {
                         texts(l, words);
                     }
                 }
@@ -60,13 +59,12 @@ impl Rerun {
             lua_pushnil(l);
             while lua_next(l, -2) != 0 {
                 if lua_type(l, -2) == LUA_TSTRING && bytes(l, -1) == b"script" {
-                    rerun.script.push(bytes(l, -2).to_vec());
+                    self.script.push(bytes(l, -2).to_vec());
                 }
                 lua_pop(l, 1);
             }
         }
         lua_pop(l, 1);
-        rerun
     }
     /// Whether the text runs for a callback.
     pub(crate) fn has(&self, callback: &[u8]) -> bool {
