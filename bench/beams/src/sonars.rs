@@ -81,7 +81,9 @@ pub fn run(asked: &Asked) -> Value {
     };
     let mut beams: Vec<Beam> = Vec::new();
     let mut hits = vec![Hit::NONE; robots * mounts.len()];
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool of threads");
+    // As a world has it: this thread is one of them.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
+    let pool = pool.build().expect("a pool of threads");
     let mut seen = 0usize;
     let prepare = |frame: u64| (0..robots).map(|k| place(k, frame)).collect::<Vec<_>>();
     let (frames, clock) = loop_for(asked.number("seconds", 3.0), prepare, |chassis| {

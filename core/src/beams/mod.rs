@@ -37,7 +37,6 @@ mod mesh;
 mod planar;
 mod ray;
 mod scene;
-mod share;
 mod sight;
 mod simd;
 mod solid;

@@ -9,7 +9,6 @@ use rayon::prelude::*;
 use super::aabb::Aabb;
 use super::beam::{Beam, Hit};
 use super::mesh::MeshTree;
-use super::share::share;
 use super::sight::{Found, Probe};
 use super::tree::Tree;
 use super::{convex, ray, solid};
@@ -165,21 +164,6 @@ impl BeamScene {
                 *hit = self.cast_one(beam);
             }
         });
-    }
-
-    /// The same with the threads of a pool, of which the calling one need not be one.
-    ///
-    /// # Panics
-    /// If the lengths differ.
-    pub fn cast_on(&self, beams: &[Beam], hits: &mut [Hit], pool: &rayon::ThreadPool) {
-        assert_eq!(beams.len(), hits.len(), "each beam needs a place for its hit");
-        let cast = |(beams, hits): (&[Beam], &mut [Hit])| {
-            beams.iter().zip(hits).for_each(|(beam, hit)| *hit = self.cast_one(beam));
-        };
-        if beams.len() <= CHUNK || pool.current_num_threads() == 1 {
-            return cast((beams, hits));
-        }
-        share(pool, beams.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)), cast);
     }
 
     /// Casts one beam.

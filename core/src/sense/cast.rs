@@ -187,7 +187,7 @@ impl Casts {
         }
         let seen = targets.seen(sees.0, sees.1);
         hits.resize(beams.len(), Hit::NONE);
-        seen.cast_on(beams, hits, pool);
+        pool.install(|| seen.cast(beams, hits));
         for (i, reach) in short {
             let hit = &mut hits[*i as usize];
             if hit.distance > *reach {
