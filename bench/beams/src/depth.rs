@@ -47,12 +47,14 @@ pub fn run(asked: &Asked) -> Value {
     };
     let (light, want) = (Light::default(), if asked.flag("all") { Want::ALL } else { Want::DEPTH });
     let (faces, skip_group, only_object) = (Faces::BOTH, None, None);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool of threads");
+    // As a world has it: this thread is one of them.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
+    let pool = pool.build().expect("a pool of threads");
     let mut image = GridImage::default();
     let mut first = 0.0;
     let (frames, clock) = loop_for(asked.number("seconds", 3.0), camera, |world_from_sensor| {
         let cast = GridCast { grid: &grid, world_from_sensor, faces, skip_group, only_object, want, light: &light };
-        scene.render_on(&cast, &mut image, &pool);
+        pool.install(|| scene.render(&cast, &mut image));
         if first == 0.0 {
             let sum: f64 = image.depth.iter().map(|z| f64::from(*z).min(FAR)).sum();
             first = sum / image.depth.len() as f64;

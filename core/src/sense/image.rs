@@ -49,7 +49,7 @@ impl Frames {
             },
             light: &Light::default(),
         };
-        seen.render_on(&cast, &mut self.image, pool);
+        pool.install(|| seen.render(&cast, &mut self.image));
         take(&mut self.depth, &mut self.image.depth);
         take(&mut self.color, &mut self.image.color);
         take(&mut self.cosine, &mut self.image.cosine);

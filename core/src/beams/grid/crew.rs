@@ -16,24 +16,6 @@ use super::shade::Shader;
 /// How often a thread looks whether another is done, some tenths of a millisecond in all.
 const LOOKS: usize = 4000;
 
-/// Who draws.
-#[derive(Clone, Copy)]
-pub(super) enum Crew<'a> {
-    /// The calling thread, and others of rayon's current pool.
-    Current,
-    /// The calling thread, and others of a pool.
-    Pool(&'a rayon::ThreadPool),
-}
-
-impl Crew<'_> {
-    pub fn threads(self) -> usize {
-        match self {
-            Self::Current => rayon::current_num_threads(),
-            Self::Pool(pool) => pool.current_num_threads(),
-        }
-    }
-}
-
 /// What all bands need.
 #[derive(Clone, Copy)]
 pub(super) struct Sight<'a> {
@@ -73,18 +55,16 @@ enum Half<'a, const ID: bool> {
 /// Rows that two threads have drawn: what the one that came from below saw there, and bands of the other.
 type Met<'a, const ID: bool> = (Raster<'a, ID>, Mutex<VecDeque<(Task<'a>, Raster<'a, ID>)>>);
 
-/// Draws all; which thread draws which band does not change the image.
-pub(super) fn run<const ID: bool>(crew: Crew<'_>, work: &[Work<'_, ID>]) {
+/// Draws all, with the calling thread and others of rayon's current pool; which of them draws which band does not change
+/// the image.
+pub(super) fn run<const ID: bool>(work: &[Work<'_, ID>]) {
     let bands: usize = work.iter().map(|work| work.segment.bands.len()).sum();
-    let helpers = crew.threads().min(bands).saturating_sub(1);
+    let helpers = rayon::current_num_threads().min(bands).saturating_sub(1);
     if helpers == 0 {
         return help(work, 0);
     }
     let busy = &AtomicUsize::new(helpers);
-    match crew {
-        Crew::Current => rayon::in_place_scope(|scope| share(scope, work, busy)),
-        Crew::Pool(pool) => pool.in_place_scope(|scope| share(scope, work, busy)),
-    }
+    rayon::in_place_scope(|scope| share(scope, work, busy));
 }
 
 fn share<'s, const ID: bool>(scope: &rayon::Scope<'s>, work: &'s [Work<'_, ID>], busy: &'s AtomicUsize) {

@@ -4,7 +4,7 @@ use fearless_simd::Level;
 
 use super::bands::{Cut, segments};
 use super::camera::Camera;
-use super::crew::{self, Crew, Sight, Work};
+use super::crew::{self, Sight, Work};
 use super::draw::Ready;
 use super::polygon::{ViewFrom, cuboid, plane};
 use super::round::{Ends, Round};
@@ -21,22 +21,16 @@ impl BeamScene {
     /// images. A camera that can see nothing (no pixels, no range, an angle or a pose that is none) gives an image
     /// of nothing. Costs time for each target, pixel and triangle in sight.
     pub fn render(&self, cast: &GridCast<'_>, image: &mut GridImage) {
-        self.draw(cast, image, simd::level(), None, Crew::Current);
-    }
-
-    /// The same on another pool, without waiting for one of its threads to begin: the calling thread draws, too, and stands
-    /// for one of them.
-    pub fn render_on(&self, cast: &GridCast<'_>, image: &mut GridImage, pool: &rayon::ThreadPool) {
-        self.draw(cast, image, simd::level(), None, Crew::Pool(pool));
+        self.draw(cast, image, simd::level(), None);
     }
 
     /// The same with given instructions and rows of a band.
     #[cfg(test)]
     pub(super) fn render_by(&self, cast: &GridCast<'_>, image: &mut GridImage, level: Level, rows: usize) {
-        self.draw(cast, image, level, Some(rows), Crew::Current);
+        self.draw(cast, image, level, Some(rows));
     }
 
-    fn draw(&self, cast: &GridCast<'_>, image: &mut GridImage, level: Level, rows: Option<usize>, crew: Crew<'_>) {
+    fn draw(&self, cast: &GridCast<'_>, image: &mut GridImage, level: Level, rows: Option<usize>) {
         image.prepare(cast);
         let Some(camera) = Camera::new(cast.grid, &cast.world_from_sensor) else {
             image.depth.fill(f32::INFINITY);
@@ -45,7 +39,7 @@ impl BeamScene {
         };
         let (ready, surfaces) = self.ready(cast, &camera, level);
         let shader = Shader::new(cast, &camera, self.targets(), &surfaces);
-        let threads = crew.threads();
+        let threads = rayon::current_num_threads();
         let cut = match rows {
             Some(rows) => Cut::Even(rows),
             None if threads == 1 => Cut::Even(camera.rows),
@@ -62,10 +56,10 @@ impl BeamScene {
         });
         if cast.want.visibility() {
             let work: Vec<Work<'_, true>> = parts.map(|(s, part, two)| Work::new(sight, s, part, two)).collect();
-            crew::run(crew, &work);
+            crew::run(&work);
         } else {
             let work: Vec<Work<'_, false>> = parts.map(|(s, part, two)| Work::new(sight, s, part, two)).collect();
-            crew::run(crew, &work);
+            crew::run(&work);
         }
     }
 

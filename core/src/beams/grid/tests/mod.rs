@@ -117,8 +117,6 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| scene.render(&cast, &mut image));
             assert!(image.depth == first.depth, "round {round}: {threads} threads");
-            scene.render_on(&cast, &mut image, &pool);
-            assert!(image.depth == first.depth, "round {round}: {threads} threads of a pool");
         }
     }
 }
@@ -149,7 +147,7 @@ fn threads_that_meet_within_a_mesh_give_the_same_bytes() {
         scene.render_by(&cast, &mut first, simd::level(), usize::MAX);
         for (pool, image) in pools.iter().zip(&mut images) {
             let threads = pool.current_num_threads();
-            scene.render_on(&cast, image, pool);
+            pool.install(|| scene.render(&cast, image));
             assert!(image.depth == first.depth, "round {round}: {threads} threads: depth");
             assert!(image.object == first.object && image.primitive == first.primitive, "{round}, {threads}");
             assert!(image.color == first.color && image.normal == first.normal, "round {round}, {threads}");
