@@ -829,6 +829,9 @@ typedef struct tatu_language {
   /* [step] Where the script is while a command that it called runs, for errors that are told and not raised: the error
    * object gets file, line and traceback as of a failure, or nothing. Null: it cannot tell. */
   void(TATU_CALL *place)(void *data, tatu_error *);
+  /* [step] A hint: the script will be called after the one that is called next. A language may ask the processor for the
+   * memory that it will touch; nothing may be changed by it. Null: nothing is told. */
+  void(TATU_CALL *expect)(void *data);
 } tatu_language;
 
 typedef struct tatu_ext_script {

@@ -94,7 +94,7 @@ mirror! {
     tatu_budget { size, reserved, instructions, memory }
     tatu_language {
         size, reserved, id, text, suffixes, life, load, find, call, resume, keep_func, drop_func, call_func,
-        knows_dialect, traits, order, place
+        knows_dialect, traits, order, place, expect
     }
     tatu_ext_script { size, reserved, languages }
     tatu_service { size, reserved, id, text, params, start, stop, barrier, event, resume, events }

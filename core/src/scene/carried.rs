@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Data, Dynamics, Scene};
-use crate::physics::{BodyId, JointId};
+use crate::physics::{BodyId, JointId, JointState};
 
 /// An object that moves with the engine.
 struct Place {
@@ -54,7 +54,13 @@ impl Dynamics {
         if self.carried.listed != scene.shape_version {
             self.list_carried(scene);
         }
-        for Place { slot, parent, from } in &self.carried.list {
+        let list = &self.carried.list;
+        for (i, Place { slot, parent, from }) in list.iter().enumerate() {
+            for (ahead, all) in [(FAR_AHEAD, false), (AHEAD, true)] {
+                if let Some(Place { slot, from: From::Joint(_), .. }) = list.get(i + ahead) {
+                    scene.fetch(*slot, all);
+                }
+            }
             let frame = scene.frame(*parent);
             let world = match from {
                 From::Body(id) => {
@@ -63,10 +69,7 @@ impl Dynamics {
                     world
                 }
                 From::Joint(id) => {
-                    let state = self.engine.joint_state(*id);
-                    if let Some(Data::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) {
-                        (j.position, j.velocity, j.effort) = (state.position, state.velocity, state.effort);
-                    }
+                    put_state(scene, *slot, &self.engine.joint_state(*id));
                     frame * scene.places.local[*slot as usize]
                 }
                 From::Frame => frame * scene.places.local[*slot as usize],
@@ -78,10 +81,7 @@ impl Dynamics {
     /// The same for every object, whatever carries it; who may hang, hangs from now on.
     fn copy_all(&mut self, scene: &mut Scene) {
         for record in &self.joints {
-            let state = self.engine.joint_state(record.id);
-            if let Some(Data::Joint(j)) = scene.get_mut(record.tie).map(|o| &mut o.data) {
-                (j.position, j.velocity, j.effort) = (state.position, state.velocity, state.effort);
-            }
+            put_state(scene, record.tie, &self.engine.joint_state(record.id));
         }
         scene.visit(|scene, slot| {
             let frame = scene.parent_frame(slot);
@@ -122,3 +122,15 @@ impl Dynamics {
         self.carried.listed = scene.shape_version;
     }
 }
+
+/// Takes over what the engine tells of a joint.
+fn put_state(scene: &mut Scene, slot: u32, state: &JointState) {
+    if let Some(Data::Joint(j)) = scene.get_mut(slot).map(|o| &mut o.data) {
+        (j.position, j.velocity, j.effort) = (state.position, state.velocity, state.effort);
+    }
+}
+
+/// How many places ahead the memory of a joint is asked for,
+const AHEAD: usize = 6;
+/// and before that the memory that tells where it is.
+const FAR_AHEAD: usize = 12;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
 use super::{Data, Object, moves::Moves, names::NameIndex, places::Places};
+use crate::fetch::fetch;
 
 /// An object's id at the border: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -275,6 +276,16 @@ impl Scene {
     /// The object in a slot.
     pub fn get(&self, slot: u32) -> Option<&Object> {
         self.slots.get(slot as usize).and_then(|s| s.object.as_ref())
+    }
+    /// Asks for an object's memory; once that is there, also for `all` of what its kind adds.
+    #[inline]
+    pub(super) fn fetch(&self, slot: u32, all: bool) {
+        let Some(there) = self.slots.get(slot as usize) else { return };
+        match &there.object {
+            _ if !all => fetch(there),
+            Some(Object { data: Data::Joint(j), .. }) => fetch(&raw const **j),
+            _ => {}
+        }
     }
     /// The object in a slot.
     pub fn get_mut(&mut self, slot: u32) -> Option<&mut Object> {

@@ -109,13 +109,13 @@ impl Scripts {
     /// Actuation: a script that is new begins first; waits that are over go on before its own callback.
     pub fn actuate(world: &WorldCell) {
         Self::not_yet(world, TATU_STAGE_ACTUATE);
-        Self::each_called(world, |script| script.actuate(world, &[]));
+        Self::each_in_turn(world, Callback::Actuation, |script| script.actuate(world, &[]));
     }
 
     /// Sensing.
     pub fn react(world: &WorldCell) {
         Self::not_yet(world, TATU_STAGE_REACT);
-        Self::each_called(world, |script| script.react(world, &[]));
+        Self::each_in_turn(world, Callback::Sensing, |script| script.react(world, &[]));
     }
 
     /// A stage begins: it has called no script yet.

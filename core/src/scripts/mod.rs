@@ -33,7 +33,13 @@ pub(crate) use reload::{Handed, Written};
 pub use told::ScriptTold;
 use told::Told;
 
-use crate::{calls::raw, document::ScriptSpec, scene::Data, world::WorldCell};
+use crate::{
+    calls::raw,
+    document::ScriptSpec,
+    fetch::{fetch, fetch_all},
+    scene::Data,
+    world::WorldCell,
+};
 
 /// The priority of scripts that are given none.
 pub(crate) const NORMAL: u8 = 1;
@@ -196,6 +202,26 @@ impl Scripts {
     /// All scripts that stages call, in order. The driver calls, and is not called.
     fn each_called(world: &WorldCell, f: impl Fn(&Rc<Script>)) {
         for script in &*Self::in_order(world) {
+            script.begin_if_late(world);
+            if script.kind != Kind::Main && script.is_there(world) {
+                f(script);
+            }
+        }
+    }
+
+    /// The same for a stage that calls a callback. Languages learn one script ahead whom it comes to next.
+    fn each_in_turn(world: &WorldCell, callback: Callback, f: impl Fn(&Rc<Script>)) {
+        let order = Self::in_order(world);
+        for (i, script) in order.iter().enumerate() {
+            if let Some(later) = order.get(i + 3) {
+                fetch_all(&**later);
+            }
+            if let Some(later) = order.get(i + 2) {
+                fetch(later.data.get());
+            }
+            if let Some(next) = order.get(i + 1).filter(|s| s.number(callback) != 0) {
+                next.expect(world);
+            }
             script.begin_if_late(world);
             if script.kind != Kind::Main && script.is_there(world) {
                 f(script);

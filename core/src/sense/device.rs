@@ -7,6 +7,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use super::{
     noise::{self, Noise},
     plan::BeamPlan,
+    words::{Shelves, Words},
 };
 use crate::{
     host::{
@@ -24,7 +25,7 @@ use crate::{
 #[repr(C, align(64))]
 pub(crate) struct Device {
     /// The fields one after the other, each 8-byte aligned.
-    pub fields: Vec<u64>,
+    pub fields: Words,
     /// Shared by sensors that are alike.
     pub layout: Rc<Layout>,
     pub sequence: u64,
@@ -42,11 +43,11 @@ pub(crate) struct Device {
     pub seed: u64,
     /// How often it has measured since the start, resets or not: what random numbers are drawn by.
     pub drawn: u64,
+    pub state: Vec<u64>,
     /// Hz, as the scene says; 0: it measures in each step.
     pub(super) rate: f64,
     /// Of a sensor with a rate: the period in which it measured last.
     pub period: Option<u64>,
-    pub state: Vec<u64>,
     pub id: u64,
     pub params: Vec<Value>,
 }
@@ -64,7 +65,7 @@ impl Device {
         let seed = instance.seed;
         let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
         let mut device = Device {
-            fields: Vec::new(),
+            fields: Words::default(),
             layout: Rc::default(),
             sequence: 0,
             time: 0.0,
@@ -95,10 +96,17 @@ impl Device {
     /// Takes beams and fields. Where the fields have other sizes now, the last reading is forgotten.
     pub fn lay_out(&mut self, layout: Rc<Layout>) {
         if self.layout.spans != layout.spans {
-            self.fields = vec![0; layout.words];
+            self.fields = Words::new(layout.words);
             self.forget();
         }
         self.layout = layout;
+    }
+
+    /// Puts the reading where those of the sensors made before lie.
+    pub(super) fn shelve(&mut self, shelves: &mut Shelves) {
+        let mut words = shelves.take(self.fields.len());
+        words.copy_from_slice(&self.fields);
+        self.fields = words;
     }
 
     /// There is no reading any more, nor one under way.
@@ -113,15 +121,18 @@ impl Device {
         if self.off || self.explicit {
             return false;
         }
-        let now = (self.rate > 0.0).then(|| period(self.rate, time));
-        std::mem::replace(&mut self.period, now) != now || now.is_none()
+        if self.rate <= 0.0 {
+            return true;
+        }
+        let now = Some(period(self.rate, time));
+        std::mem::replace(&mut self.period, now) != now
     }
 
     /// Before a measure, if readings are delayed: takes out the reading that is seen, and makes room for another.
     pub(super) fn keep_shown(&mut self) -> Option<noise::Reading> {
         let noise = self.noise.as_ref().filter(|n| n.delays())?;
         let newest = noise.newest();
-        let fields = std::mem::replace(&mut self.fields, vec![0; self.layout.words]);
+        let fields = std::mem::replace(&mut self.fields, Words::new(self.layout.words));
         let shown = noise::Reading { time: self.time, sequence: self.sequence, fields };
         self.sequence = newest.unwrap_or(self.sequence);
         Some(shown)

@@ -14,6 +14,7 @@ use super::{
 };
 use crate::{
     calls::{ErrorSlot, answer},
+    fetch::fetch,
     host::{
         Registry, guard,
         watchdog::{Call, Watch},
@@ -143,6 +144,8 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
         s.casts.add(plan, look);
         s.looks.push(look);
         s.frames.add(plan, look, targets.beams(plan.visible), inputs, pool);
+        // The plugin reads it when all have been gathered.
+        fetch(d.data);
         s.data.push(d.data);
         s.state.push(d.state.as_mut_ptr().cast());
         s.sensor.push(scene.id(d.slot));

@@ -3,6 +3,7 @@
 //! - [`Sensing`]: the world's devices and their host-owned readings;
 //! - `device`: one sensor's instance and its last reading;
 //! - `plan`: what a device sends out, as its plugin told;
+//! - `words`: the memory of readings;
 //! - `targets`: the scene as beams and images see it;
 //! - `aim`: rays that plugins move and turn before they are cast;
 //! - `draw`: random numbers that depend on nothing but seed, sensor and count;
@@ -20,6 +21,7 @@ mod noise;
 mod normal;
 mod plan;
 mod targets;
+mod words;
 
 pub(crate) use cast::Limits;
 pub(crate) use device::{Device, Layout};
@@ -28,10 +30,12 @@ pub use noise::NoiseSpec;
 pub(crate) use noise::{Memory, Noise};
 pub(crate) use plan::BeamPlan;
 pub use targets::Targets;
+pub(crate) use words::Words;
 
 use std::rc::Rc;
 
 use crate::{
+    fetch::fetch,
     host::Registry,
     scene::{Data, Scene},
 };
@@ -47,12 +51,17 @@ pub struct Sensing {
     pub(crate) targets: Targets,
     /// The version of the scene's settings that all devices have taken up.
     settled: Option<u64>,
+    shelves: words::Shelves,
     pub(crate) scratch: measure::Scratch,
 }
 
 impl Sensing {
     /// Adds a device.
-    pub(crate) fn add(&mut self, device: Device) {
+    pub(crate) fn add(&mut self, mut device: Device) {
+        device.shelve(&mut self.shelves);
+        self.put(device);
+    }
+    fn put(&mut self, device: Device) {
         self.note(&device, self.devices.len());
         self.devices.push(device);
         self.settled = None;
@@ -69,6 +78,9 @@ impl Sensing {
         for d in &mut self.devices {
             let Some(Data::Sensor(s)) = scene.get(d.slot).map(|o| &o.data) else { continue };
             (d.explicit, d.rate) = (s.explicit, s.rate);
+            if d.rate <= 0.0 {
+                d.period = None;
+            }
             Noise::follow(&mut d.noise, s.noise.as_ref(), &registry.sensors[d.kind]);
         }
     }
@@ -112,6 +124,13 @@ impl Sensing {
         }
         some.len()
     }
+    /// Readings are mostly looked at one after the other: asks for the one after next.
+    #[inline]
+    pub(crate) fn fetch_after(&self, index: usize) {
+        if let Some(d) = self.devices.get(index + AHEAD) {
+            fetch(d);
+        }
+    }
     /// The device of a sensor.
     pub(crate) fn device(&self, slot: u32) -> Option<&Device> {
         self.index(slot).map(|i| &self.devices[i])
@@ -124,7 +143,7 @@ impl Sensing {
         let (keep, gone): (Vec<_>, Vec<_>) = std::mem::take(&mut self.devices).into_iter().partition(alive);
         self.by_slot.clear();
         self.by_kind.clear();
-        keep.into_iter().for_each(|d| self.add(d));
+        keep.into_iter().for_each(|d| self.put(d));
         gone
     }
 }
@@ -135,6 +154,9 @@ const TOGETHER: usize = 256;
 
 /// With several threads so many times as many, or waking them up would take longer than what they do.
 const FOR_MANY: usize = 8;
+
+/// How many readings ahead memory is asked for.
+const AHEAD: usize = 2;
 
 /// Among how many sensors before it one looks for its like: about a robot's.
 const LOOK_BACK: usize = 64;

@@ -160,7 +160,7 @@ fn sensors(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<DeviceImage> {
             id: d.id,
             params: d.params.iter().map(Into::into).collect(),
             instance,
-            fields: d.fields.clone(),
+            fields: d.fields.to_vec(),
             sequence: d.sequence,
             time: d.time,
             drawn: d.drawn,

@@ -1,6 +1,12 @@
 //! A sensor kind as the host sees it: a table of functions over [`Sensor`].
 
-use std::{cell::RefCell, ffi::c_void};
+use std::{
+    any::TypeId,
+    cell::RefCell,
+    collections::BTreeMap,
+    ffi::c_void,
+    sync::{Arc, Mutex, PoisonError},
+};
 
 use super::{
     Fail, Instance, Params, Result, ValueRef,
@@ -14,17 +20,28 @@ use super::{
 use crate::abi::*;
 
 /// What the host keeps as `data`: the sensor, and the directions that its beams point to.
+///
+/// There may be thousands, and each step goes through all: what a measure needs comes first, in few lines of the
+/// processor's cache.
+#[repr(C, align(64))]
 struct Data<S: Sensor> {
+    /// As declared; one list for all of a kind.
+    fields: Arc<[Field]>,
+    /// Rows and columns of its image.
+    image: std::cell::Cell<(u32, u32)>,
+    /// Lengths of its own that fields may have.
+    own: std::cell::Cell<[u32; 4]>,
     /// In a cell: while it is configured nothing else may use it, not even what it calls itself. Each instance is used
     /// by one thread at a time.
     sensor: RefCell<S>,
     directions: std::cell::UnsafeCell<Vec<[f64; 3]>>,
-    /// Rows and columns of its image.
-    image: std::cell::Cell<(u32, u32)>,
-    /// As declared: asked for once, since a script may measure hundreds of times in a call.
-    fields: Vec<Field>,
-    /// Lengths of its own that fields may have.
-    own: std::cell::Cell<[u32; 4]>,
+}
+
+/// The declared fields of a kind, asked for once.
+fn fields_of<S: Sensor>() -> Arc<[Field]> {
+    static LISTS: Mutex<BTreeMap<TypeId, Arc<[Field]>>> = Mutex::new(BTreeMap::new());
+    let mut lists = LISTS.lock().unwrap_or_else(PoisonError::into_inner);
+    lists.entry(TypeId::of::<S>()).or_insert_with(|| S::fields().into()).clone()
 }
 
 pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
@@ -85,7 +102,7 @@ unsafe extern "C" fn create<S: Sensor>(
             let values = ValueRef::slice(info.params, info.n_params as usize);
             let instance = Instance { owner: info.owner, id: info.id, seed: info.seed, world: info.world };
             let sensor = S::create(&started.host, instance, &Params::new(values, &declared))?;
-            let (directions, image, fields) = (Vec::new().into(), (0, 0).into(), S::fields());
+            let (directions, image, fields) = (Vec::new().into(), (0, 0).into(), fields_of::<S>());
             let new = Data { sensor: sensor.into(), directions, image, fields, own: [0; 4].into() };
             *data = Box::into_raw(Box::new(new)).cast();
         }

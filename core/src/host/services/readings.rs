@@ -50,6 +50,7 @@ unsafe extern "C" fn field(
         on(w, |world| {
             let i = device(world, sensor)?;
             let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+            sensing.fetch_after(i);
             let d = &sensing.devices[i];
             let kind = &world.registry.sensors[d.kind];
             match kind.field_props.iter().position(|p| *p == field) {

@@ -22,6 +22,7 @@ use serde::{Deserialize, Serialize};
 use spec::FieldNoise;
 pub use spec::NoiseSpec;
 
+use super::Words;
 use crate::host::SensorKind;
 use apply::{FieldPlan, Measure, Walking};
 use numbers::{Numbers, NumbersMut};
@@ -50,7 +51,7 @@ pub(crate) struct Memory {
 pub(crate) struct Reading {
     pub time: f64,
     pub sequence: u64,
-    pub fields: Vec<u64>,
+    pub fields: Words,
 }
 
 /// One measure: whose, when, and where its fields lie.

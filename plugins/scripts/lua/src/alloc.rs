@@ -96,6 +96,11 @@ impl Slot {
     pub(crate) fn is_mapped(&self) -> bool {
         !self.mapped.is_null()
     }
+    /// Whether some bytes are of what was taken from the slot.
+    pub(crate) fn holds(&self, at: *const u8, bytes: usize) -> bool {
+        let end = (at as usize).saturating_add(bytes);
+        self.is_mapped() && at >= self.base.cast_const() && end <= self.base as usize + self.top.get()
+    }
     /// Sets the memory limit; 0: the whole slot.
     pub(crate) fn set_limit(&self, bytes: u64) {
         let bytes = usize::try_from(bytes).unwrap_or(SLOT_BYTES);

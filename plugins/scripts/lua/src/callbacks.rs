@@ -9,7 +9,7 @@ use mlua::ffi::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
-    bind, budget,
+    ahead, bind, budget,
     convert::{put_args, take_results},
     load::Rules,
     rerun::Rerun,
@@ -174,7 +174,10 @@ pub(crate) fn find(s: &Script, how: u32, name: &[u8]) -> u32 {
 }
 
 /// Pushes the function of a callback; false, with nil pushed, if there is none.
-unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> bool {
+///
+/// # Safety
+/// Protected.
+pub(crate) unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> bool {
     luaL_checkstack(l, 8, std::ptr::null());
     let top = lua_gettop(l);
     lua_pushglobaltable(l);
@@ -264,6 +267,9 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
     }
     if how == TATU_FIND_CALLBACK && name == CLEANUP {
         s.text.borrow_mut().over = true;
+    }
+    if s.depth.get() == 0 {
+        ahead::learn(s);
     }
     if missing {
         let name = String::from_utf8_lossy(name);
@@ -382,17 +388,32 @@ unsafe fn any_callback(l: *mut lua_State, rules: &Rules) -> bool {
 
 /// Sets the globals that tell a text which callback it runs for.
 unsafe fn set(l: *mut lua_State, s: &State, rerun: &Rerun, value: Option<i64>) {
+    if registry(l, reg::TOLD) != LUA_TTABLE {
+        lua_pop(l, 1);
+        remember(l, rerun);
+    }
     lua_pushglobaltable(l);
-    push(l, &rerun.variable);
+    lua_rawgeti(l, -2, 1);
     match value {
         Some(value) => lua_pushinteger(l, value),
         None => lua_pushnil(l),
     }
     lua_rawset(l, -3);
-    for name in &rerun.script {
-        push(l, name);
+    for i in 0..rerun.script.len() as i64 {
+        lua_rawgeti(l, -2, i + 2);
         lua_pushinteger(l, (s.instance.owner & 0xF_FFFF) as i64);
         lua_rawset(l, -3);
     }
-    lua_pop(l, 1);
+    lua_pop(l, 2);
+}
+
+/// Pushes the list of the names of these globals, and keeps it: to make a text anew takes longer than to look it up.
+unsafe fn remember(l: *mut lua_State, rerun: &Rerun) {
+    lua_createtable(l, 1 + rerun.script.len() as i32, 0);
+    for (name, i) in std::iter::once(&rerun.variable).chain(&rerun.script).zip(1..) {
+        push(l, name);
+        lua_rawseti(l, -2, i);
+    }
+    lua_pushvalue(l, -1);
+    lua_rawseti(l, LUA_REGISTRYINDEX, reg::TOLD);
 }

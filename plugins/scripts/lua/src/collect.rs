@@ -46,11 +46,15 @@ pub(crate) unsafe fn wind(l: *mut lua_State) {
 /// # Safety
 /// Protected; the outermost call.
 pub(crate) unsafe fn tick(l: *mut lua_State, s: &State) {
-    let n = s.entries.get() + 1;
-    s.entries.set(n);
-    // By the seed, which follows from the owner's name: how many others there are must not matter.
-    if n.wrapping_add(s.instance.seed).is_multiple_of(EVERY) {
+    s.entries.set(s.entries.get() + 1);
+    if is_time(s) {
         tidy(l, s);
         wind(l);
     }
+}
+
+/// Whether the running call is one that garbage is collected before.
+pub(crate) fn is_time(s: &State) -> bool {
+    // By the seed, which follows from the owner's name: how many others there are must not matter.
+    s.entries.get().wrapping_add(s.instance.seed).is_multiple_of(EVERY)
 }

@@ -11,6 +11,7 @@
     reason = "every function over the raw Lua interface has one contract, told at the function"
 )]
 
+mod ahead;
 mod alloc;
 mod allow;
 mod bind;
@@ -87,6 +88,10 @@ impl Language for state::Script {
     }
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
         load::load(self, text, chunk, dialect)
+    }
+    const EXPECTS: bool = ahead::HELPS;
+    fn expect(&self) {
+        self.ahead.fetch();
     }
     fn traits(&self) -> u32 {
         traits::traits(self)

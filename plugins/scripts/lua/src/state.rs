@@ -10,6 +10,7 @@ use mlua::ffi::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
+    ahead::Ahead,
     alloc::{Slot, lua_alloc},
     budget, collect,
     errors::{self, Errors},
@@ -48,6 +49,8 @@ pub(crate) mod reg {
     pub const BUILT: i64 = 21;
     /// Constants that preludes tell: name -> value.
     pub const CONSTANTS: i64 = 22;
+    /// Names of the globals that tell a text which callback it runs for, and its script.
+    pub const TOLD: i64 = 23;
 }
 
 /// The functions of the commands service that the bindings call.
@@ -179,12 +182,16 @@ pub(crate) unsafe fn of<'a>(l: *mut lua_State) -> &'a State {
 }
 
 /// One script: the instance of the language.
-pub(crate) struct Script(Box<State>);
+pub(crate) struct Script {
+    state: Box<State>,
+    /// Beside the state, since it is looked at when that is not at hand.
+    pub ahead: Ahead,
+}
 
 impl Deref for Script {
     type Target = State;
     fn deref(&self) -> &State {
-        &self.0
+        &self.state
     }
 }
 
@@ -238,7 +245,7 @@ impl Script {
         // SAFETY: the box's content stays where it is; threads made later copy the main thread's extra space.
         unsafe { *lua_getextraspace(main).cast::<*const State>() = &raw const *state };
         state.slot.full.set(Some((errors::note_memory, (&raw const *state).cast())));
-        let script = Script(state);
+        let script = Script { state, ahead: Ahead::default() };
         // SAFETY: as below.
         unsafe { collect::open(main) };
         // SAFETY: runs in protected mode, on the new state's own stack.

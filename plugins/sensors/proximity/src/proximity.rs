@@ -14,11 +14,13 @@ use crate::{
 
 /// The parameters of one sensor, checked.
 #[derive(Debug, Clone, PartialEq)]
+#[repr(C)]
 pub struct Proximity {
-    beams: Beams,
+    // A measure needs these two, which stand where it looks anyway.
     min_range: f64,
     /// How many of its beams must meet something.
     needed: usize,
+    beams: Beams,
     /// Full opening of the cone in which its rays wander, if they do, rad.
     wander: Option<f64>,
 }

@@ -1,0 +1,126 @@
+//! The memory of readings: those of sensors made one after the other lie side by side, since that is how they are filled
+//! and read.
+
+use std::{
+    cell::UnsafeCell,
+    ops::{Deref, DerefMut},
+    rc::Rc,
+};
+
+use serde::{Deserialize, Serialize};
+
+/// Words of a shelf: as many as some hundred sonars fill.
+const SHELF: usize = 1 << 12;
+/// Readings of more words than this lie by themselves.
+const LARGE: usize = 1 << 6;
+
+/// A reading's words, zero at first. They stay where they are; a copy lies by itself.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(from = "Vec<u64>", into = "Vec<u64>")]
+pub(crate) struct Words {
+    shelf: Rc<[UnsafeCell<u64>]>,
+    first: u32,
+    len: u32,
+}
+
+impl Words {
+    /// So many of their own.
+    pub fn new(len: usize) -> Self {
+        Words { shelf: shelf(len), first: 0, len: len as u32 }
+    }
+}
+
+impl Deref for Words {
+    type Target = [u64];
+    #[inline]
+    fn deref(&self) -> &[u64] {
+        let at = UnsafeCell::raw_get(self.shelf.as_ptr()).wrapping_add(self.first as usize);
+        // SAFETY: within the shelf, and nobody else's.
+        unsafe { std::slice::from_raw_parts(at, self.len as usize) }
+    }
+}
+
+impl DerefMut for Words {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut [u64] {
+        let at = UnsafeCell::raw_get(self.shelf.as_ptr()).wrapping_add(self.first as usize);
+        // SAFETY: as above.
+        unsafe { std::slice::from_raw_parts_mut(at, self.len as usize) }
+    }
+}
+
+impl PartialEq for Words {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
+impl From<Vec<u64>> for Words {
+    fn from(from: Vec<u64>) -> Self {
+        let mut words = Words::new(from.len());
+        words.copy_from_slice(&from);
+        words
+    }
+}
+
+impl From<Words> for Vec<u64> {
+    fn from(words: Words) -> Self {
+        words.to_vec()
+    }
+}
+
+impl Clone for Words {
+    fn clone(&self) -> Self {
+        self.to_vec().into()
+    }
+}
+
+/// Gives out words. What it has given stays valid when it is gone.
+#[derive(Debug, Default)]
+pub(crate) struct Shelves {
+    last: Rc<[UnsafeCell<u64>]>,
+    used: usize,
+}
+
+impl Shelves {
+    /// Words next to those given out before.
+    pub fn take(&mut self, len: usize) -> Words {
+        if len > LARGE {
+            return Words::new(len);
+        }
+        if self.used + len > self.last.len() {
+            (self.last, self.used) = (shelf(SHELF), 0);
+        }
+        let first = self.used;
+        self.used += len;
+        Words { shelf: self.last.clone(), first: first as u32, len: len as u32 }
+    }
+}
+
+fn shelf(len: usize) -> Rc<[UnsafeCell<u64>]> {
+    (0..len).map(|_| UnsafeCell::new(0)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_readings_lie_side_by_side_and_stay() {
+        let mut shelves = Shelves::default();
+        let mut all: Vec<Words> = (0..3000).map(|_| shelves.take(9)).collect();
+        for (i, words) in all.iter_mut().enumerate() {
+            assert_eq!(**words, [0; 9]);
+            words.fill(i as u64);
+        }
+        assert_eq!(all[1].as_ptr(), all[0].as_ptr().wrapping_add(9));
+        let large = shelves.take(LARGE + 1);
+        assert_eq!(large.len(), LARGE + 1);
+        let before = all[7].as_ptr();
+        drop(shelves);
+        all.truncate(2000);
+        assert!(all.iter().enumerate().all(|(i, words)| **words == [i as u64; 9]));
+        assert_eq!(all[7].as_ptr(), before);
+        assert!(Words::default().is_empty());
+    }
+}
