@@ -16,7 +16,7 @@ pub(super) fn vector_back(v: Vector) -> Vector3<f64> {
     Vector3::new(v.x, v.y, v.z)
 }
 
-pub(super) fn pose(p: &Isometry3<f64>) -> Pose {
+pub(crate) fn pose(p: &Isometry3<f64>) -> Pose {
     let q = &p.rotation.coords;
     Pose { translation: vector(&p.translation.vector), rotation: Rotation::from_xyzw(q.x, q.y, q.z, q.w) }
 }
@@ -46,7 +46,7 @@ pub(super) fn mass(m: &MassProps) -> MassProperties {
 
 /// Rapier's form and its place in the part's frame. `None` where nothing solid can be made of it: a mesh without
 /// triangles, or sizes that are not numbers above 0.
-pub(super) fn shape(form: &Form) -> Option<(SharedShape, Pose)> {
+pub(crate) fn shape(form: &Form) -> Option<(SharedShape, Pose)> {
     let sized = |sizes: &[f64]| sizes.iter().all(|s| s.is_finite() && *s > 0.0);
     match form {
         Form::Plane => Some((SharedShape::halfspace(Vector::Z), Pose::IDENTITY)),

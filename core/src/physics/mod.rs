@@ -6,7 +6,7 @@
 //! of creation; a removed id is never used again by the same engine.
 
 mod closest;
-mod convert;
+pub(crate) mod convert;
 mod rapier;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};

@@ -4,6 +4,7 @@ mod brute;
 mod bundles;
 mod convex;
 mod flat;
+mod library;
 mod moving;
 mod rays;
 mod round;
