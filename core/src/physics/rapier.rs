@@ -110,11 +110,14 @@ impl Rapier {
                 continue;
             };
             record.changed = false;
-            let Some(joint) = self.world.impulse_joints.get_mut(record.handle, true) else {
+            // Bodies on joints are always awake.
+            let Some(joint) = self.world.impulse_joints.get_mut(record.handle, false) else {
                 continue;
             };
+            let was_free = joint.data.motor_axes.is_empty();
             joints::apply(&mut joint.data, record);
-            if record.drive == Drive::Free {
+            // What follows depends on masses and frames alone.
+            if record.drive == Drive::Free || !was_free {
                 continue;
             }
             let (a, b) = (joint.body1(), joint.body2());

@@ -217,7 +217,8 @@ impl Dynamics {
     }
 
     fn apply_drives(&mut self, scene: &Scene) {
-        for slot in std::mem::take(&mut self.drives) {
+        let mut drives = std::mem::take(&mut self.drives);
+        for slot in drives.drain(..) {
             let Some(j) = scene.get(slot).and_then(|o| o.joint()) else { continue };
             let Some(id) = j.id else { continue };
             let drive = match j.control {
@@ -236,6 +237,7 @@ impl Dynamics {
             };
             self.engine.drive(id, drive);
         }
+        self.drives = drives;
     }
 
     /// Tells the engine what was set by hand since the last step, so that both are at one.
