@@ -4,7 +4,8 @@
 //! - `names`: paths and old-style names;
 //! - [`rows`]: the property rows of the core;
 //! - `props`: reading and setting them;
-//! - `dynamics`: which objects become bodies and joints of the engine; `carried`: how their states come back;
+//! - `dynamics`: bodies and joints of the engine; `ties`: which objects they are made of; `carried`: how their states come
+//!   back;
 //! - `follow`: joints that follow others;
 //! - `forms`: the solids of a shape;
 //! - `moves`: which shapes have moved;
@@ -21,6 +22,7 @@ mod places;
 mod poses;
 mod props;
 pub mod rows;
+mod ties;
 mod tree;
 
 pub use dynamics::Dynamics;

@@ -212,6 +212,14 @@ impl Script {
         }
     }
 
+    /// Does something with it if stages call it. It begins first, if it was added while the world ran.
+    pub(super) fn called(self: &Rc<Self>, world: &WorldCell, f: impl Fn(&Rc<Self>)) {
+        self.begin_if_late(world);
+        if self.kind != Kind::Main && self.is_there(world) {
+            f(self);
+        }
+    }
+
     /// Its `init` and thread, if it has not begun.
     fn make_ready(self: &Rc<Self>, world: &WorldCell) {
         if !self.initialised.get() && self.is_there(world) {

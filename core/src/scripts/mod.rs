@@ -202,14 +202,12 @@ impl Scripts {
     /// All scripts that stages call, in order. The driver calls, and is not called.
     fn each_called(world: &WorldCell, f: impl Fn(&Rc<Script>)) {
         for script in &*Self::in_order(world) {
-            script.begin_if_late(world);
-            if script.kind != Kind::Main && script.is_there(world) {
-                f(script);
-            }
+            script.called(world, &f);
         }
     }
 
-    /// The same for a stage that calls a callback. Languages learn one script ahead whom it comes to next.
+    /// The same for a stage that calls a callback: while one script runs, the memory of the next ones is on its way. First
+    /// that of the script, then its instance, then what its language knows of.
     fn each_in_turn(world: &WorldCell, callback: Callback, f: impl Fn(&Rc<Script>)) {
         let order = Self::in_order(world);
         for (i, script) in order.iter().enumerate() {
@@ -222,10 +220,7 @@ impl Scripts {
             if let Some(next) = order.get(i + 1).filter(|s| s.number(callback) != 0) {
                 next.expect(world);
             }
-            script.begin_if_late(world);
-            if script.kind != Kind::Main && script.is_there(world) {
-                f(script);
-            }
+            script.called(world, &f);
         }
     }
 

@@ -14,7 +14,7 @@ use std::{
 use serde::Serialize;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{phase::Phase, swap::Swap, wants::Wants};
+use super::{clock::Clock, phase::Phase, swap::Swap, wants::Wants};
 use crate::{
     act::Acting,
     calls::{Calls, Due},
@@ -47,66 +47,6 @@ pub struct LogLine {
 
 /// Lines that are kept between two looks at them: a script that prints in an endless loop must not fill the memory.
 const MAX_LINES: usize = 10_000;
-
-/// Time and steps.
-pub(crate) struct Clock {
-    /// Simulation time, s: step * dt as long as dt does not change.
-    pub time: Cell<f64>,
-    pub step: Cell<u64>,
-    /// Passes since the world was made, those of the stopped world too: what waits for steps counts these.
-    pub pass: Cell<u64>,
-    pub dt: Cell<f64>,
-    /// Physics stages of a whole `dt` in this step,
-    whole: Cell<u32>,
-    /// and what others of its physics stages took, s.
-    rest: Cell<f64>,
-}
-
-impl Clock {
-    /// At 0.
-    pub fn new(dt: f64) -> Self {
-        Clock {
-            time: Cell::new(0.0),
-            step: Cell::new(0),
-            pass: Cell::new(0),
-            dt: Cell::new(dt),
-            whole: Cell::new(0),
-            rest: Cell::new(0.0),
-        }
-    }
-    /// A physics stage took `dt`: time moves on by it at the end of the step.
-    pub fn passed(&self, dt: f64) {
-        if dt == self.dt.get() {
-            self.whole.set(self.whole.get() + 1);
-        } else {
-            self.rest.set(self.rest.get() + dt);
-        }
-    }
-    /// What the physics stages of this step have taken so far, s.
-    pub fn so_far(&self) -> f64 {
-        f64::from(self.whole.get()) * self.dt.get() + self.rest.get()
-    }
-    /// The end of a step: time is counted in whole steps where it was, so that nothing adds up.
-    pub fn advance(&self) {
-        let (dt, time) = (self.dt.get(), self.time.get());
-        let (whole, rest) = (self.whole.replace(0), self.rest.replace(0.0));
-        let counted = (time / dt).round();
-        let from_count = counted * dt == time && rest == 0.0;
-        let passed = f64::from(whole) * dt + rest;
-        self.time.set(if from_count { (counted + f64::from(whole)) * dt } else { time + passed });
-        self.step.set(self.step.get() + 1);
-        self.count_pass();
-    }
-    /// A pass that was left out: it counts, and time stands.
-    pub fn skip(&self) {
-        self.step.set(self.step.get() + 1);
-        self.count_pass();
-    }
-    /// A pass is over.
-    pub fn count_pass(&self) {
-        self.pass.set(self.pass.get() + 1);
-    }
-}
 
 /// The value of a signal.
 pub(crate) struct Signal {
@@ -454,33 +394,4 @@ pub(crate) fn instance_fault(cell: &WorldCell, plugin: usize, slot: u32, status:
     fault.plugin = Some(id.clone());
     fault.object = Some(path);
     fault
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Clock;
-
-    #[test]
-    fn whole_steps_are_counted_and_others_added() {
-        let clock = Clock::new(0.05);
-        for n in 1..=10_000_u32 {
-            clock.passed(0.05);
-            clock.advance();
-            // The bits of a product, not of a sum.
-            assert_eq!(clock.time.get(), f64::from(n) * 0.05);
-        }
-        clock.advance();
-        assert_eq!((clock.time.get(), clock.step.get()), (500.0, 10_001), "without physics time stands");
-        clock.passed(0.05);
-        clock.passed(0.05);
-        assert_eq!(clock.so_far(), 0.1);
-        clock.advance();
-        assert_eq!(clock.time.get(), 10_002.0 * 0.05);
-        clock.passed(0.013);
-        clock.advance();
-        assert!((clock.time.get() - 500.113).abs() < 1e-9);
-        clock.passed(0.05);
-        clock.advance();
-        assert!((clock.time.get() - 500.163).abs() < 1e-9);
-    }
 }

@@ -1,11 +1,13 @@
 //! A world: a scene, its engine, sensors and scripts, made, started, stepped, stopped and looked at.
 //!
-//! `addons` is what runs beside its document; `cell` holds its parts, which plugins reach through `tatu_world *`; `devices` makes the instances of sensors and
-//! actuators; `run` starts, steps and stops it, through the phases of `phase`; `pool` is its threads; `swap` what a reload
-//! exchanges; `wants` what stands in for what is asked for.
+//! `addons` is what runs beside its document; `cell` holds its parts, which plugins reach through `tatu_world *`; `clock`
+//! counts its time and steps; `devices` makes the instances of sensors and actuators; `run` starts, steps and stops it,
+//! through the phases of `phase`; `pool` is its threads; `swap` what a reload exchanges; `wants` what stands in for what
+//! is asked for.
 
 mod addons;
 mod cell;
+mod clock;
 mod devices;
 mod phase;
 mod pool;
@@ -26,7 +28,8 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 pub(crate) use cell::Instance;
 pub use cell::LogLine;
-pub(crate) use cell::{Clock, Signal, WorldCell, instance_fault};
+pub(crate) use cell::{Signal, WorldCell, instance_fault};
+pub(crate) use clock::Clock;
 pub use phase::Phase;
 use swap::Swap;
 pub use wants::{StandIn, Wish};

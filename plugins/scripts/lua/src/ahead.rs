@@ -25,9 +25,6 @@ const GLOBALS: usize = 24;
 /// The call after which memory is looked at first: the text has run, and so have its callbacks.
 const SETTLED: u64 = 4;
 
-/// Whether the processor can be asked.
-pub(crate) const HELPS: bool = cfg!(target_arch = "x86_64");
-
 /// Neighbouring lines.
 #[derive(Clone, Copy)]
 struct Run {
@@ -64,7 +61,7 @@ fn fetch(line: *const u8) {
 
 /// Looks at a script's memory, after its first calls and whenever it has been put in order.
 pub(crate) fn learn(s: &Script) {
-    if !HELPS || !collect::is_time(s) && s.entries.get() != SETTLED {
+    if !collect::is_time(s) && s.entries.get() != SETTLED {
         return;
     }
     let callbacks: Vec<_> = {

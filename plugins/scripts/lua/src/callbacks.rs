@@ -12,7 +12,6 @@ use crate::{
     ahead, bind, budget,
     convert::{put_args, take_results},
     load::Rules,
-    rerun::Rerun,
     state::{Script, State, bytes, push, reg, registry},
     threads,
 };
@@ -249,7 +248,7 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
             (Style::Step, _) => whole(l, s, rules, frame),
             (Style::NotRun, _) => first(l, s, rules, may_rerun, name, frame),
             (Style::Rerun, Some(rerun)) => {
-                set(l, s, rerun, rerun.value(name));
+                rerun.tell(l, s, rerun.value(name));
                 registry(l, reg::CHUNK);
                 go(l, s, name, frame)
             }
@@ -288,7 +287,7 @@ unsafe fn whole(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu_ca
     s.text.borrow_mut().style = style;
     if let Some(rerun) = &rules.rerun {
         let value = if style == Style::Thread { rerun.value(THREAD) } else { None };
-        set(l, s, rerun, value);
+        rerun.tell(l, s, value);
     }
     if registry(l, reg::CHUNK) != LUA_TFUNCTION {
         return Flow::Done;
@@ -307,7 +306,7 @@ unsafe fn first(
 ) -> Flow {
     let base = lua_gettop(l);
     if let Some(rerun) = &rules.rerun {
-        set(l, s, rerun, rerun.value(name));
+        rerun.tell(l, s, rerun.value(name));
     }
     if registry(l, reg::CHUNK) != LUA_TFUNCTION {
         return Flow::Done;
@@ -321,7 +320,7 @@ unsafe fn first(
     }
     lua_settop(l, base);
     if let Some(rerun) = &rules.rerun {
-        set(l, s, rerun, None);
+        rerun.tell(l, s, None);
     }
     // What it tells of itself is asked between its text and its start.
     if name != INFO && callback(l, rules, INFO) {
@@ -384,36 +383,4 @@ unsafe fn any_callback(l: *mut lua_State, rules: &Rules) -> bool {
     }
     lua_settop(l, top);
     found
-}
-
-/// Sets the globals that tell a text which callback it runs for.
-unsafe fn set(l: *mut lua_State, s: &State, rerun: &Rerun, value: Option<i64>) {
-    if registry(l, reg::TOLD) != LUA_TTABLE {
-        lua_pop(l, 1);
-        remember(l, rerun);
-    }
-    lua_pushglobaltable(l);
-    lua_rawgeti(l, -2, 1);
-    match value {
-        Some(value) => lua_pushinteger(l, value),
-        None => lua_pushnil(l),
-    }
-    lua_rawset(l, -3);
-    for i in 0..rerun.script.len() as i64 {
-        lua_rawgeti(l, -2, i + 2);
-        lua_pushinteger(l, (s.instance.owner & 0xF_FFFF) as i64);
-        lua_rawset(l, -3);
-    }
-    lua_pop(l, 2);
-}
-
-/// Pushes the list of the names of these globals, and keeps it: to make a text anew takes longer than to look it up.
-unsafe fn remember(l: *mut lua_State, rerun: &Rerun) {
-    lua_createtable(l, 1 + rerun.script.len() as i32, 0);
-    for (name, i) in std::iter::once(&rerun.variable).chain(&rerun.script).zip(1..) {
-        push(l, name);
-        lua_rawseti(l, -2, i);
-    }
-    lua_pushvalue(l, -1);
-    lua_rawseti(l, LUA_REGISTRYINDEX, reg::TOLD);
 }

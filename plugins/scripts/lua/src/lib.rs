@@ -89,7 +89,7 @@ impl Language for state::Script {
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
         load::load(self, text, chunk, dialect)
     }
-    const EXPECTS: bool = ahead::HELPS;
+    const EXPECTS: bool = true;
     fn expect(&self) {
         self.ahead.fetch();
     }

@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::*;
 use crate::{
     load::texts,
     scan,
-    state::{self, Script, border, bytes, push, reg},
+    state::{Script, State, border, bytes, push, reg, registry},
 };
 
 /// How a text is called that runs as a whole for each callback.
@@ -85,6 +85,41 @@ impl Rerun {
             self.values.retain(|(callback, value)| callback == b"init" || values.contains(value));
         }
     }
+    /// Sets the globals that tell a text which callback it runs for.
+    ///
+    /// # Safety
+    /// Protected; a few free places on the stack.
+    pub(crate) unsafe fn tell(&self, l: *mut lua_State, s: &State, value: Option<i64>) {
+        if registry(l, reg::TOLD) != LUA_TTABLE {
+            lua_pop(l, 1);
+            self.remember(l);
+        }
+        lua_pushglobaltable(l);
+        lua_rawgeti(l, -2, 1);
+        match value {
+            Some(value) => lua_pushinteger(l, value),
+            None => lua_pushnil(l),
+        }
+        lua_rawset(l, -3);
+        for i in 2..self.script.len() as i64 + 2 {
+            lua_rawgeti(l, -2, i);
+            lua_pushinteger(l, (s.instance.owner & 0xF_FFFF) as i64);
+            lua_rawset(l, -3);
+        }
+        lua_pop(l, 2);
+    }
+    /// Pushes the list of the names of these globals, and keeps it: to make a text anew takes longer than to look it up.
+    unsafe fn remember(&self, l: *mut lua_State) {
+        lua_createtable(l, 1 + self.script.len() as i32, 0);
+        push(l, &self.variable);
+        lua_rawseti(l, -2, 1);
+        for (name, i) in self.script.iter().zip(2..) {
+            push(l, name);
+            lua_rawseti(l, -2, i);
+        }
+        lua_pushvalue(l, -1);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::TOLD);
+    }
     /// The value of a callback.
     pub(crate) fn value(&self, callback: &[u8]) -> Option<i64> {
         self.values.iter().find(|(name, _)| name == callback).map(|v| v.1)
@@ -99,7 +134,7 @@ fn number(s: &Script, word: &[u8]) -> Option<i64> {
     let mut found = None;
     // SAFETY: protected; the world lives, the name is valid during the call.
     s.protect(&mut |l| unsafe {
-        if state::registry(l, reg::CONSTANTS) == LUA_TTABLE {
+        if registry(l, reg::CONSTANTS) == LUA_TTABLE {
             push(l, word);
             if lua_rawget(l, -2) == LUA_TNUMBER {
                 found = Some(lua_tointeger(l, -1));
