@@ -70,7 +70,7 @@ struct Tables {
     /// Bodies with forces to be cleared after the next advance.
     pushed: Vec<BodyId>,
     /// Kinematic bodies on their way: from where to where.
-    moving: Vec<(BodyId, Pose, Pose)>,
+    moving: BTreeMap<BodyId, (Pose, Pose)>,
     /// Joints whose drive the engine has yet to be told.
     changed: Vec<JointId>,
     /// Joints with a position drive.
@@ -157,7 +157,7 @@ impl Rapier {
 
     /// Kinematic bodies cover their way evenly, so that they push with the velocity they are seen to move at.
     fn move_kinematic(&mut self, done: f64) {
-        for (id, from, to) in &self.tables.moving {
+        for (id, (from, to)) in &self.tables.moving {
             let Some(record) = &self.tables.bodies[id.0 as usize] else {
                 continue;
             };
@@ -322,8 +322,8 @@ impl Engine for Rapier {
             return Isometry3::identity();
         };
         // A kinematic body is where it was put, even if the engine has yet to take it there.
-        let ahead = self.tables.moving.iter().find(|(id, _, _)| *id == body);
-        convert::pose_back(ahead.map_or(self.world.bodies[record.handle].position(), |(_, _, to)| to))
+        let ahead = self.tables.moving.get(&body);
+        convert::pose_back(ahead.map_or(self.world.bodies[record.handle].position(), |(_, to)| to))
     }
 
     fn twist(&self, body: BodyId) -> Twist {

@@ -191,7 +191,7 @@ impl Rapier {
                 *joint = None;
             }
         }
-        self.tables.moving.retain(|(id, _, _)| *id != body);
+        self.tables.moving.remove(&body);
         self.tables.pairs.retain(|(a, b), _| *a != body && *b != body);
         if let Some(tree) = self.tables.trees.get_mut(&record.respond.tree) {
             tree.members.retain(|id| *id != body);
@@ -213,13 +213,8 @@ impl Rapier {
             self.world.bodies[handle].set_position(pose, true);
             return;
         }
-        match self.tables.moving.iter_mut().find(|(id, _, _)| *id == body) {
-            Some((_, _, to)) => *to = pose,
-            None => {
-                let from = *self.world.bodies[handle].position();
-                self.tables.moving.push((body, from, pose));
-            }
-        }
+        let from = *self.world.bodies[handle].position();
+        self.tables.moving.entry(body).or_insert((from, pose)).1 = pose;
     }
 
     /// What a body needs that a joint holds. It stays awake: a wheel that creeps along under its motor is slower
