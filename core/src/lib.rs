@@ -24,7 +24,6 @@ mod calls;
 pub mod document;
 pub mod error;
 pub mod events;
-mod fetch;
 pub mod figures;
 pub mod geometry;
 pub mod host;

@@ -56,10 +56,11 @@ impl Dynamics {
         }
         let list = &self.carried.list;
         for (i, Place { slot, parent, from }) in list.iter().enumerate() {
-            for (ahead, all) in [(FAR_AHEAD, false), (AHEAD, true)] {
-                if let Some(Place { slot, from: From::Joint(_), .. }) = list.get(i + ahead) {
-                    scene.fetch(*slot, all);
-                }
+            if let Some(Place { slot, from: From::Joint(_), .. }) = list.get(i + FAR_AHEAD) {
+                scene.fetch(*slot);
+            }
+            if let Some(Place { slot, from: From::Joint(_), .. }) = list.get(i + AHEAD) {
+                scene.fetch_joint(*slot);
             }
             let frame = scene.frame(*parent);
             let world = match from {

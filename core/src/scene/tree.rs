@@ -4,10 +4,9 @@ use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
-use tatu_plugin_api::abi::tatu_object;
+use tatu_plugin_api::{abi::tatu_object, safe::fetch};
 
 use super::{Data, Object, moves::Moves, names::NameIndex, places::Places};
-use crate::fetch::fetch;
 
 /// An object's id at the border: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -277,14 +276,18 @@ impl Scene {
     pub fn get(&self, slot: u32) -> Option<&Object> {
         self.slots.get(slot as usize).and_then(|s| s.object.as_ref())
     }
-    /// Asks for an object's memory; once that is there, also for `all` of what its kind adds.
+    /// Asks for an object's memory.
     #[inline]
-    pub(super) fn fetch(&self, slot: u32, all: bool) {
-        let Some(there) = self.slots.get(slot as usize) else { return };
-        match &there.object {
-            _ if !all => fetch(there),
-            Some(Object { data: Data::Joint(j), .. }) => fetch(&raw const **j),
-            _ => {}
+    pub(super) fn fetch(&self, slot: u32) {
+        if let Some(there) = self.slots.get(slot as usize) {
+            fetch(there);
+        }
+    }
+    /// Asks for a joint's memory, once that of its object is there.
+    #[inline]
+    pub(super) fn fetch_joint(&self, slot: u32) {
+        if let Some(Object { data: Data::Joint(j), .. }) = self.get(slot) {
+            fetch(&raw const **j);
         }
     }
     /// The object in a slot.

@@ -20,7 +20,10 @@ mod told;
 
 use std::{cell::Cell, ffi::c_void, rc::Rc};
 
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Value, fetch, fetch_all},
+};
 
 use answers::Ask;
 pub(crate) use answers::entry;
@@ -33,13 +36,7 @@ pub(crate) use reload::{Handed, Written};
 pub use told::ScriptTold;
 use told::Told;
 
-use crate::{
-    calls::raw,
-    document::ScriptSpec,
-    fetch::{fetch, fetch_all},
-    scene::Data,
-    world::WorldCell,
-};
+use crate::{calls::raw, document::ScriptSpec, scene::Data, world::WorldCell};
 
 /// The priority of scripts that are given none.
 pub(crate) const NORMAL: u8 = 1;

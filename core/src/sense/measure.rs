@@ -2,7 +2,7 @@
 
 use std::ffi::c_void;
 
-use tatu_plugin_api::abi::*;
+use tatu_plugin_api::{abi::*, safe::fetch};
 
 use super::{
     Device, Layout, Sensing,
@@ -14,7 +14,6 @@ use super::{
 };
 use crate::{
     calls::{ErrorSlot, answer},
-    fetch::fetch,
     host::{
         Registry, guard,
         watchdog::{Call, Watch},

@@ -34,8 +34,9 @@ pub(crate) use words::Words;
 
 use std::rc::Rc;
 
+use tatu_plugin_api::safe::fetch;
+
 use crate::{
-    fetch::fetch,
     host::Registry,
     scene::{Data, Scene},
 };

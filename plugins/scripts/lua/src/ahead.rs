@@ -8,7 +8,7 @@
 use std::{cell::RefCell, ffi::c_void, ops::RangeInclusive};
 
 use mlua::ffi::*;
-use tatu_plugin_api::abi::TATU_FIND_CALLBACK;
+use tatu_plugin_api::{abi::TATU_FIND_CALLBACK, safe::fetch};
 
 use crate::{
     alloc::Slot,
@@ -45,18 +45,6 @@ impl Ahead {
             }
         }
     }
-}
-
-#[inline(always)]
-fn fetch(line: *const u8) {
-    #[cfg(target_arch = "x86_64")]
-    // SAFETY: a hint that is valid for any address.
-    unsafe {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        _mm_prefetch::<_MM_HINT_T0>(line.cast());
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = line;
 }
 
 /// Looks at a script's memory, after its first calls and whenever it has been put in order.

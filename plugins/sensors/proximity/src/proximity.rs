@@ -16,7 +16,7 @@ use crate::{
 #[derive(Debug, Clone, PartialEq)]
 #[repr(C)]
 pub struct Proximity {
-    // A measure needs these two, which stand where it looks anyway.
+    // Each measure needs these two: they come first, beside what the host's batch is filled through.
     min_range: f64,
     /// How many of its beams must meet something.
     needed: usize,

@@ -5,7 +5,7 @@
 
 /// Asks for the line of the processor's cache at an address, whatever is there. Nothing waits for it, and nothing is read.
 #[inline(always)]
-pub(crate) fn fetch<T>(at: *const T) {
+pub fn fetch<T>(at: *const T) {
     #[cfg(target_arch = "x86_64")]
     // SAFETY: a hint that is valid for any address.
     unsafe {
@@ -18,7 +18,7 @@ pub(crate) fn fetch<T>(at: *const T) {
 
 /// The same for all lines of something.
 #[inline(always)]
-pub(crate) fn fetch_all<T>(what: &T) {
+pub fn fetch_all<T>(what: &T) {
     for line in (0..size_of::<T>()).step_by(64) {
         fetch((&raw const *what).cast::<u8>().wrapping_add(line));
     }
