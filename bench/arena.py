@@ -128,7 +128,7 @@ def arena(n, physics_dt):
         out += box("wall%d" % i, b)
     for i, (x, y, yaw) in enumerate(a["robots"]):
         out += ["[[model]]", 'model = "robot.toml"', 'alias = "r%d"' % i, "position_m = " + numbers([x, y, 0.0]),
-                "orientation_deg = [0.0, 0.0, %r]" % math.degrees(yaw), 'script = "robot.lua"', ""]
+                "orientation_deg = [0.0, 0.0, %r]" % math.degrees(yaw), 'script = { file = "robot.lua", side_by_side = true }', ""]
     return "\n".join(out)
 
 

@@ -108,6 +108,7 @@ fn ask(addon: &AddOn, registry: &Arc<Registry>) -> Option<bool> {
 
 fn spec(addon: &AddOn, text: Vec<u8>) -> ScriptSpec {
     ScriptSpec {
+        side_by_side: false,
         dialect: addon.dialect.clone(),
         ..ScriptSpec::outside(addon.language, "addon", addon.file.display().to_string(), text)
     }

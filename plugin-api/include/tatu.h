@@ -367,6 +367,10 @@ enum {
 
 enum {
   TATU_COMMAND_RAW = 1,     /* arguments come as they are; parameters, if declared, are for people only */
+  TATU_COMMAND_SIDE_BY_SIDE = 2, /* scripts that run side by side may call it: it may run on several threads at once, and
+                                  * uses its arguments, what never changes in its plugin, and these services: scene.get,
+                                  * get_f64, get_f64_many, pose, look, set and set_f64 of a joint's drive, bodies.twist,
+                                  * readings.field, readings.describe, log, commands.find, call (of such commands), constant, alloc */
   TATU_NAME_OLD_ERRORS = 1  /* an error goes to the log once per place, and `on_error` is returned instead */
 };
 
@@ -783,6 +787,10 @@ enum {
 };
 
 enum {
+  TATU_LANGUAGE_SIDE_BY_SIDE = 1 /* scripts may be called on any thread, and several at once, each on one thread at a time */
+};
+
+enum {
   TATU_ORDER_PARENTS_FIRST = 1, /* down each tree; then customization scripts */
   TATU_ORDER_BY_KIND = 2,       /* threaded child scripts, child scripts, customization scripts; each up the trees */
   TATU_ORDER_DEEPEST_FIRST = 3  /* child scripts, customization scripts; each by depth over the whole scene */
@@ -791,7 +799,7 @@ enum {
 /* A script language. Each script is one instance with a state of its own. Nothing may leave but a status. */
 typedef struct tatu_language {
   uint32_t size;
-  uint32_t reserved;
+  uint32_t reserved;           /* TATU_LANGUAGE_* bits */
   const char *id;              /* "lua" */
   const char *text;
   const char *const *suffixes; /* ".lua" */

@@ -6,6 +6,7 @@
 
 mod addons;
 mod away;
+mod beside;
 mod cascades;
 mod catalogue;
 mod claims;

@@ -52,6 +52,7 @@ fn object(alias: &str, parent: &str, scripts: &[(&str, &str, String)]) -> String
 fn attach(world: &World, registry: &Registry, kind: &str, name: &str) {
     let language = registry.languages.iter().position(|l| l.id == "lua").unwrap();
     let spec = ScriptSpec {
+        side_by_side: false,
         language,
         dialect: String::new(),
         kind: kind.into(),

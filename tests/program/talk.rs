@@ -93,6 +93,7 @@ fn signals_of_the_sandbox_stay() {
             sim.addStatusbarMessage('> ' .. tostring(sim.getInt32Signal('child') or '-') .. ' ' .. (sim.getInt32Signal('sandbox') or '-'))
         end";
     let spec = ScriptSpec {
+        side_by_side: false,
         language,
         dialect: "4.9".into(),
         kind: "sandbox".into(),

@@ -118,6 +118,7 @@ fn command(r: &Registry, c: &CommandEntry) -> Json {
         "what": "command", "id": names.first(), "names": names, "plugin": r.plugins[c.plugin].id, "text": c.text,
         "parameters": parameters(&c.params, false), "returns": parameters(&c.returns, false),
         "status": c.status.name(), "notes": c.notes, "example": c.example, "no_wait": c.no_wait,
+        "side_by_side": c.side_by_side,
     })
 }
 

@@ -20,15 +20,18 @@ pub(crate) static CALL_API: tatu_call_api =
 
 unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
     // SAFETY: a running call of a living world.
-    let Some(world) = (unsafe { WorldCell::of((*call).world) }) else { return std::ptr::null_mut() };
+    let Some(world) = (unsafe { WorldCell::here((*call).world) }) else { return std::ptr::null_mut() };
     world.calls.arena.borrow_mut().alloc(n as usize).cast()
 }
 
 unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: tatu_str, resume: u64) -> tatu_status {
     // SAFETY: a running call of a living world; the name is valid during the call.
-    let (Some(world), call, name) = (unsafe { (WorldCell::of((*call).world), &mut *call, bytes(name)) }) else {
+    let (Some(world), call, name) = (unsafe { (WorldCell::here((*call).world), &mut *call, bytes(name)) }) else {
         return TATU_ERR;
     };
+    if world.lane.is_some() {
+        return say(call.error, TATU_ERR_BUSY, "cannot wait in a script that runs side by side with others");
+    }
     if call.wait_token == 0 {
         let entry = world.registry.commands.get((call.command as usize).wrapping_sub(1));
         let text = entry.and_then(|e| e.no_wait.clone()).unwrap_or_else(|| {
@@ -73,6 +76,12 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         return say(f.error, TATU_ERR_BUSY, &text);
     };
     let Some(call) = entry.raw.call else { return TATU_ERR_UNSUPPORTED };
+    if world.lane.is_some() && !entry.side_by_side {
+        f.error = calls.error_at(level.depth);
+        let status = say(f.error, TATU_ERR_BUSY, "scripts that run side by side with others cannot call it");
+        drop(level);
+        return failed(world, entry, f, status);
+    }
     let caller = calls.caller.get();
     f.error = calls.error_at(level.depth);
     f.world = world.raw();
@@ -327,11 +336,7 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
             fault.plugin = Some(plugin.id.clone());
             fault.help = (!help.is_empty()).then_some(help);
             world.blame_caller(&mut fault);
-            let instance = world.calls.caller.get().instance;
-            let script = world.scripts.try_borrow().ok().and_then(|s| s.by_id(instance));
-            if let Some(script) = script {
-                script.place(world, &mut fault);
-            }
+            world.with_caller(|script| script.place(world, &mut fault));
             world.report(fault);
             give_back(world, f, values);
             TATU_OK

@@ -55,6 +55,14 @@ impl Waits {
     pub fn begin(&mut self, wait: Wait) {
         self.list.push(wait);
     }
+    /// Whether anybody waits.
+    pub fn any(&self) -> bool {
+        !self.list.is_empty()
+    }
+    /// Whether an owner waits.
+    pub fn any_of(&self, owner: Owner) -> bool {
+        self.list.iter().any(|w| w.owner == owner)
+    }
     /// Takes out those of an owner that are over.
     pub fn take_due(&mut self, owner: Owner, over: impl Fn(&Due) -> bool) -> Vec<Wait> {
         self.take(|w| w.owner == owner && over(&w.due))

@@ -251,7 +251,15 @@ unsafe extern "C" fn script(
             b.registry.check_dialect(Some(language), &dialect)?;
             b.script(
                 owner,
-                ScriptSpec { language, dialect, kind, priority: crate::scripts::NORMAL, name, text: source },
+                ScriptSpec {
+                    language,
+                    dialect,
+                    kind,
+                    priority: crate::scripts::NORMAL,
+                    side_by_side: false,
+                    name,
+                    text: source,
+                },
             )
         })
         .map_or(0, |()| 1)

@@ -169,7 +169,7 @@ pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all:
         // It is called as the one whose place it takes: a main script stays one.
         let kind = document.objects[object].scripts.first().map_or("child".into(), |s| s.kind.clone());
         let priority = crate::scripts::NORMAL;
-        let spec = ScriptSpec { language, dialect: String::new(), kind, priority, name, text };
+        let spec = ScriptSpec { language, dialect: String::new(), kind, priority, side_by_side: false, name, text };
         document.objects[object].scripts = vec![spec];
     }
     Ok(())

@@ -28,12 +28,17 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
     let (text_of, mut dialect_at) = (source, place.clone());
     let mut file = item.as_str().map(str::to_owned);
     let (mut text, mut language, mut dialect, mut kind) = (None, None, String::new(), "child".to_owned());
-    let mut priority = crate::scripts::NORMAL;
+    let (mut priority, mut side_by_side) = (crate::scripts::NORMAL, false);
     if file.is_none() {
-        let wanted = "a file name, or { file or text, language, dialect, kind, priority }";
+        let wanted = "a file name, or { file or text, language, dialect, kind, priority, side_by_side }";
         let wrong = |what: String| Error::new("E102", what).expected(wanted).at(Some(place.clone()));
         let table = item.as_table_like().ok_or_else(|| wrong("a script is a text or a table".into()))?;
         for (key, item) in table.iter() {
+            if key == "side_by_side" {
+                side_by_side =
+                    item.as_bool().ok_or_else(|| wrong("`side_by_side` of a script is true or false".into()))?;
+                continue;
+            }
             let value = item.as_str().ok_or_else(|| wrong(format!("`{key}` of a script is a text")))?.to_owned();
             match key {
                 "file" => file = Some(value),
@@ -53,7 +58,7 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
                     }
                 },
                 other => {
-                    let known = ["file", "text", "language", "dialect", "kind", "priority"];
+                    let known = ["file", "text", "language", "dialect", "kind", "priority", "side_by_side"];
                     return Err(wrong(format!("unknown key `{other}` of a script")).nearest(other, known));
                 }
             }
@@ -87,5 +92,6 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         _ => b.registry.language(&wanted, providers).map_err(|e| e.at(Some(place.clone())))?,
     };
     b.registry.check_dialect(Some(index), &dialect).map_err(|e| e.at(Some(dialect_at)))?;
-    b.script(owner, ScriptSpec { language: index, dialect, kind, priority, name, text }).map_err(|e| e.at(Some(place)))
+    b.script(owner, ScriptSpec { language: index, dialect, kind, priority, side_by_side, name, text })
+        .map_err(|e| e.at(Some(place)))
 }

@@ -83,12 +83,16 @@ const COUNT: u32 = 40;
 pub struct Watch {
     now: AtomicU64,
     /// Names of objects, by slot.
-    names: Mutex<BTreeMap<u32, String>>,
+    names: Arc<Mutex<BTreeMap<u32, String>>>,
     /// While nothing has an index yet: what is loaded or built. Within a service's turn: the service.
     subject: Mutex<String>,
 }
 
 impl Watch {
+    /// Another place for notes, of a thread that works beside this one: objects have the same names.
+    pub fn beside(&self, watches: &Watches) -> Arc<Watch> {
+        watches.add(Watch { names: self.names.clone(), ..Watch::default() })
+    }
     /// Whether no call is running.
     #[inline]
     pub fn is_idle(&self) -> bool {
@@ -159,7 +163,10 @@ struct Inner {
 impl Watches {
     /// One more place for notes.
     pub fn watch(&self) -> Arc<Watch> {
-        let new = Arc::new(Watch::default());
+        self.add(Watch::default())
+    }
+    fn add(&self, watch: Watch) -> Arc<Watch> {
+        let new = Arc::new(watch);
         if let Ok(mut all) = self.0.all.lock() {
             all.retain(|w| w.strong_count() > 0);
             all.push(Arc::downgrade(&new));

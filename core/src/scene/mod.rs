@@ -33,7 +33,7 @@ pub use object::{
     ActuatorData, Body, Control, Data, Joint, JointType, Object, Primitive, SensorData, Shape, ShapePart,
 };
 pub use props::{Changed, Refusal, get, numbers, set, set_numbers};
-pub(crate) use props::{notes, notes_value};
+pub(crate) use props::{is_drive, notes, notes_value};
 pub use tree::{Handle, Scene};
 
 use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};

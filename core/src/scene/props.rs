@@ -12,6 +12,7 @@ use super::{
     to_euler,
 };
 use crate::geometry::Mesh;
+pub(crate) use set::is_drive;
 pub use set::{set, set_numbers};
 pub(crate) use values::{notes, notes_value};
 

@@ -276,16 +276,20 @@ impl Scene {
     pub fn get(&self, slot: u32) -> Option<&Object> {
         self.slots.get(slot as usize).and_then(|s| s.object.as_ref())
     }
+    /// Whether an object is a joint.
+    pub(crate) fn is_joint(&self, slot: u32) -> bool {
+        self.places.links.get(slot as usize).is_some_and(|link| link.there && link.joint)
+    }
     /// Asks for an object's memory.
     #[inline]
-    pub(super) fn fetch(&self, slot: u32) {
+    pub(crate) fn fetch(&self, slot: u32) {
         if let Some(there) = self.slots.get(slot as usize) {
             fetch(there);
         }
     }
     /// Asks for a joint's memory, once that of its object is there.
     #[inline]
-    pub(super) fn fetch_joint(&self, slot: u32) {
+    pub(crate) fn fetch_joint(&self, slot: u32) {
         if let Some(Object { data: Data::Joint(j), .. }) = self.get(slot) {
             fetch(&raw const **j);
         }

@@ -90,8 +90,8 @@ pub(super) fn enter_with_error(
     let budget = tatu_budget {
         size: size_of::<tatu_budget>() as u32,
         reserved: 0,
-        instructions: world.settings.try_borrow().map_or(0, |s| s.budget),
-        memory: world.settings.try_borrow().map_or(0, |s| s.memory),
+        instructions: world.see(|w| &w.settings).map_or(0, |s| s.budget),
+        memory: world.see(|w| &w.settings).map_or(0, |s| s.memory),
     };
     calls.caller.set(script.as_caller(world));
     let mut used = 0;

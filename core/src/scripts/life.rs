@@ -273,6 +273,6 @@ impl Script {
 }
 
 /// The place of a stage among those that call scripts.
-fn turn_of(stage: u32) -> usize {
+pub(super) fn turn_of(stage: u32) -> usize {
     usize::from(stage != TATU_STAGE_ACTUATE)
 }

@@ -4,11 +4,13 @@
 //! - `kinds`: kinds of scripts, the callbacks that there are; `order`: which script comes first;
 //! - `life`: what is called when, from the first pass of a stopped world to its end;
 //! - `script`: one script's callbacks and waits; `answers`: what its callbacks may ask for;
+//! - `beside`: scripts that run side by side;
 //! - `enter`: one way into a script's language, with budget, caller and errors;
 //! - `reload`: another text in place of one that runs;
 //! - `state`: scripts in snapshots.
 
 mod answers;
+mod beside;
 mod enter;
 mod kinds;
 mod life;
@@ -50,6 +52,8 @@ pub(crate) struct Script {
     pub kind_name: String,
     /// Among scripts of one object, or of siblings: 0 first, 1, 2 last.
     priority: u8,
+    /// The scene lets it run beside others.
+    pub side_by_side: bool,
     /// For messages: its file, if it has one.
     pub name: String,
     text: Rc<[u8]>,
@@ -203,21 +207,19 @@ impl Scripts {
         }
     }
 
-    /// The same for a stage that calls a callback: while one script runs, the memory of the next ones is on its way. First
-    /// that of the script, then its instance, then what its language knows of.
+    /// The same for a stage that calls a callback. Scripts one after the other that run side by side do so.
     fn each_in_turn(world: &WorldCell, callback: Callback, f: impl Fn(&Rc<Script>)) {
         let order = Self::in_order(world);
-        for (i, script) in order.iter().enumerate() {
-            if let Some(later) = order.get(i + 3) {
-                fetch_all(&**later);
+        let mut rest = 0..order.len();
+        while let Some(i) = rest.next() {
+            let beside = beside::how_many(world, &order[i..]);
+            if beside > 0 {
+                beside::run(world, &order[i..i + beside], callback, &f);
+                rest.start = i + beside;
+                continue;
             }
-            if let Some(later) = order.get(i + 2) {
-                fetch(later.data.get());
-            }
-            if let Some(next) = order.get(i + 1).filter(|s| s.number(callback) != 0) {
-                next.expect(world);
-            }
-            script.called(world, &f);
+            expect_later(world, &order, i, callback);
+            order[i].called(world, &f);
         }
     }
 
@@ -324,6 +326,20 @@ impl Scripts {
     }
 }
 
+/// While a script runs, the memory of those after it is on its way: first that of the script, then its instance, then what
+/// its language knows of.
+fn expect_later(world: &WorldCell, order: &[Rc<Script>], i: usize, callback: Callback) {
+    if let Some(later) = order.get(i + 3) {
+        fetch_all(&**later);
+    }
+    if let Some(later) = order.get(i + 2) {
+        fetch(later.data.get());
+    }
+    if let Some(next) = order.get(i + 1).filter(|s| s.number(callback) != 0) {
+        next.expect(world);
+    }
+}
+
 impl Script {
     /// A script that has not begun; `dialect` is the one of scripts that name none.
     fn new(slot: u32, kind: Kind, spec: &ScriptSpec, dialect: String) -> Self {
@@ -333,6 +349,7 @@ impl Script {
             kind,
             kind_name: spec.kind.clone(),
             priority: spec.priority,
+            side_by_side: spec.side_by_side,
             name: spec.name.clone(),
             text: spec.text.clone().into(),
             // What comes from outside was not written for this scene.

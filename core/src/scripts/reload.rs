@@ -71,6 +71,7 @@ impl Script {
     /// What it was made of, with this text.
     pub fn spec(&self, text: Vec<u8>) -> ScriptSpec {
         ScriptSpec {
+            side_by_side: self.side_by_side,
             language: self.language,
             dialect: self.wanted_dialect.clone(),
             kind: self.kind_name.clone(),

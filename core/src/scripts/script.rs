@@ -16,7 +16,7 @@ impl Script {
     pub(super) fn is_there(&self, world: &WorldCell) -> bool {
         !self.data.get().is_null()
             && !self.dead.get()
-            && world.scene.try_borrow().is_ok_and(|s| s.get(self.slot).is_some())
+            && world.see(|w| &w.scene).is_some_and(|s| s.get(self.slot).is_some())
     }
 
     /// The index of its language's plugin.
@@ -223,6 +223,20 @@ impl Script {
 
     /// The same; what it answers, if that is a map.
     pub(super) fn ask_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) -> Option<Value> {
+        self.ask_and(world, id, args, |status, error| {
+            self.fail(world, status, error);
+            self.find_callbacks(world);
+        })
+    }
+
+    /// The same; `failed` hears of an error that leaves it.
+    pub(super) fn ask_and(
+        self: &Rc<Self>,
+        world: &WorldCell,
+        id: u32,
+        args: &[tatu_value],
+        failed: impl FnOnce(tatu_status, *mut tatu_error),
+    ) -> Option<Value> {
         let call = self.raw(&world.registry).call.filter(|_| id != 0)?;
         self.calls.set(self.calls.get() + 1);
         self.told.count(id);
@@ -235,8 +249,7 @@ impl Script {
                 call(data, id, frame, budget, used, error)
             });
         let answer = if status < 0 {
-            self.fail(world, status, frame.error);
-            self.find_callbacks(world);
+            failed(status, frame.error);
             None
         } else {
             self.hear(&frame)
@@ -324,9 +337,9 @@ impl Script {
     }
 
     pub fn as_caller(&self, world: &WorldCell) -> Caller {
-        let (script, object) = match world.scene.try_borrow() {
-            Ok(scene) => (scene.id(self.slot), scene.id(scene.get(self.slot).map_or(0, |o| o.parent))),
-            Err(_) => (0, 0),
+        let (script, object) = match world.see(|w| &w.scene) {
+            Some(scene) => (scene.id(self.slot), scene.id(scene.get(self.slot).map_or(0, |o| o.parent))),
+            None => (0, 0),
         };
         Caller {
             kind: TATU_CALLER_SCRIPT,

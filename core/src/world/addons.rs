@@ -34,6 +34,14 @@ impl ScriptSpec {
     /// A script from outside a document, of kind "addon" or "sandbox"; its dialect is found from its text.
     pub fn outside(language: usize, kind: &str, name: String, text: Vec<u8>) -> Self {
         let kind = kind.to_owned();
-        ScriptSpec { language, dialect: String::new(), kind, priority: crate::scripts::NORMAL, name, text }
+        ScriptSpec {
+            language,
+            dialect: String::new(),
+            kind,
+            priority: crate::scripts::NORMAL,
+            side_by_side: false,
+            name,
+            text,
+        }
     }
 }

@@ -11,16 +11,21 @@ use std::{
     sync::Arc,
 };
 
-use serde::Serialize;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{clock::Clock, phase::Phase, swap::Swap, wants::Wants};
+use super::{
+    clock::Clock,
+    lane::{self, Beside, Lane},
+    phase::Phase,
+    swap::Swap,
+    tell::LogLine,
+    wants::Wants,
+};
 use crate::{
     act::Acting,
     calls::{Calls, Due},
     document::{DeviceSpec, Document, Settings},
     error::{Fault, FaultKind},
-    events,
     figures::Figures,
     host::{
         Registry,
@@ -28,25 +33,11 @@ use crate::{
         watchdog::{Call, Watch},
     },
     physics::EngineSettings,
-    scene::{Dynamics, Scene, rows::kind_name},
+    scene::{Dynamics, Scene},
     scripts::{Heard, Scripts},
     sense::Sensing,
     session::Outside,
 };
-
-/// A line that something told.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct LogLine {
-    /// `TATU_LOG_*`
-    pub level: u32,
-    /// Of a fault: its stable code.
-    pub code: Option<&'static str>,
-    /// The text.
-    pub text: String,
-}
-
-/// Lines that are kept between two looks at them: a script that prints in an endless loop must not fill the memory.
-const MAX_LINES: usize = 10_000;
 
 /// The value of a signal.
 pub(crate) struct Signal {
@@ -114,16 +105,29 @@ pub(crate) struct WorldCell {
     pub(super) called: Cell<u64>,
     /// Somebody has changed the floating-point mode: from then on every call is looked at.
     pub(super) suspicious: Cell<bool>,
+    /// Cells of threads that run scripts side by side, made when they are needed first.
+    pub lanes: RefCell<Vec<Lane>>,
+    /// This is such a cell: what its thread sees of the world.
+    pub lane: Option<Box<Beside>>,
 }
 
 impl WorldCell {
-    /// The world behind a pointer of the border.
+    /// The world behind a pointer of the border; none on a thread that runs scripts beside others.
     ///
     /// # Safety
     /// `ptr` is null or a living world that this host gave out.
     pub unsafe fn of<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
         // SAFETY: as promised.
-        unsafe { ptr.cast::<WorldCell>().cast_const().as_ref() }
+        unsafe { Self::here(ptr).filter(|cell| cell.lane.is_none()) }
+    }
+    /// The same; on a thread that runs scripts beside others, its cell.
+    ///
+    /// # Safety
+    /// As for [`of`](Self::of).
+    #[inline]
+    pub unsafe fn here<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
+        // SAFETY: as promised.
+        unsafe { lane::of_this_thread().or_else(|| ptr.cast::<WorldCell>().cast_const().as_ref()) }
     }
     /// Whether the world is started.
     pub fn running(&self) -> bool {
@@ -135,7 +139,7 @@ impl WorldCell {
     }
     /// The pointer that plugins get.
     pub fn raw(&self) -> *mut tatu_world {
-        (&raw const *self).cast_mut().cast()
+        self.lane.as_ref().map_or(&raw const *self, |lane| lane.world()).cast_mut().cast()
     }
     /// Calls a function of a plugin on behalf of an object (0: of none). Every call into a plugin goes through here: it is
     /// noted for the watchdog, and after the outermost one the floating-point mode is put back.
@@ -244,6 +248,9 @@ impl WorldCell {
     }
     /// The instance data of a plugin in this world.
     pub fn instance(&self, plugin: usize) -> *mut c_void {
+        if let Some(lane) = &self.lane {
+            return lane.instance(plugin).0;
+        }
         match self.instances.try_borrow() {
             Ok(all) => all.get(plugin).and_then(Option::as_ref).map_or(std::ptr::null_mut(), |i| i.data),
             Err(_) => std::ptr::null_mut(),
@@ -251,6 +258,9 @@ impl WorldCell {
     }
     /// The state block of a plugin's instance in this world.
     pub fn instance_state(&self, plugin: usize) -> *mut c_void {
+        if let Some(lane) = &self.lane {
+            return lane.instance(plugin).1;
+        }
         match self.instances.try_borrow() {
             Ok(all) => all
                 .get(plugin)
@@ -258,85 +268,6 @@ impl WorldCell {
                 .map_or(std::ptr::null_mut(), |i| i.state.as_ptr().cast_mut().cast()),
             Err(_) => std::ptr::null_mut(),
         }
-    }
-    /// Who calls now, for messages.
-    pub fn caller_name(&self) -> String {
-        let caller = self.calls.caller.get();
-        match self.scene.try_borrow() {
-            Ok(scene) if caller.object != 0 => scene.path((caller.object & 0xF_FFFF) as u32),
-            _ => "the host".into(),
-        }
-    }
-    /// Adds to a fault whose script it was.
-    pub fn blame_caller(&self, fault: &mut Fault) {
-        let caller = self.calls.caller.get();
-        if let (Ok(scene), true) = (self.scene.try_borrow(), caller.object != 0) {
-            fault.object = Some(scene.path((caller.object & 0xF_FFFF) as u32));
-        }
-        if let Ok(scripts) = self.scripts.try_borrow() {
-            fault.script = scripts.by_id(caller.instance).map(|s| s.name.clone());
-        }
-    }
-    /// Records a fault: told once, then counted.
-    pub fn report(&self, fault: Fault) {
-        let Ok(mut faults) = self.faults.try_borrow_mut() else { return };
-        if let Some(known) = faults.iter_mut().find(|f| f.same_as(&fault)) {
-            known.count += 1;
-            return;
-        }
-        let mut text = fault.message.clone();
-        if let (Some(file), Some(line)) = (&fault.file, fault.line) {
-            text = format!("{file}:{line}: {text}");
-        }
-        if let Some(object) = &fault.object {
-            text += &format!(" [{object}]");
-        }
-        if let Some(help) = &fault.help {
-            text += &format!(" ({help})");
-        }
-        let code = Some(fault.code);
-        self.outside.fault(&fault);
-        self.tell_line(TATU_LOG_ERROR, &text);
-        faults.push(fault);
-        drop(faults);
-        if let Ok(mut lines) = self.lines.try_borrow_mut() {
-            lines.push(LogLine { level: TATU_LOG_ERROR, code, text });
-        }
-    }
-    /// Keeps a line for whoever runs the world.
-    pub fn log(&self, level: u32, text: &str) {
-        self.tell_line(level, text);
-        let Ok(mut lines) = self.lines.try_borrow_mut() else { return };
-        match lines.len() {
-            0..MAX_LINES => lines.push(LogLine { level, code: None, text: text.to_owned() }),
-            MAX_LINES => lines.push(LogLine {
-                level: TATU_LOG_WARNING,
-                code: None,
-                text: format!("more than {MAX_LINES} lines in one step: the rest is left out"),
-            }),
-            _ => {}
-        }
-    }
-    /// Publishes a line, if somebody listens.
-    fn tell_line(&self, level: u32, text: &str) {
-        let level = match level {
-            TATU_LOG_ERROR => "error",
-            TATU_LOG_WARNING => "warning",
-            TATU_LOG_INFO => "info",
-            TATU_LOG_DEBUG => "debug",
-            TATU_LOG_STATUS => "status",
-            _ => return,
-        };
-        self.outside
-            .publish("message", || events::payload([("level", Value::text(level)), ("text", Value::text(text))]));
-    }
-    /// Publishes that an object is there, or is gone.
-    pub fn tell_object(&self, event: &str, scene: &Scene, slot: u32) {
-        self.outside.publish(event, || {
-            let kind = scene.get(slot).map_or("", |o| kind_name(o.kind()));
-            let path = Value::text(scene.path(slot));
-            events::payload([("object", Value::Int(slot.into())), ("path", path), ("kind", Value::text(kind))])
-        });
     }
     /// Whether a wait is over.
     pub fn is_over(&self, due: &Due) -> bool {
@@ -380,18 +311,4 @@ impl WorldCell {
             substeps: settings.physics_substeps,
         }
     }
-}
-
-/// A fault of a plugin's instance, which is switched off.
-pub(crate) fn instance_fault(cell: &WorldCell, plugin: usize, slot: u32, status: tatu_status, text: &str) -> Fault {
-    let id = &cell.registry.plugins[plugin].id;
-    let path = cell.scene.try_borrow().map(|s| s.path(slot)).unwrap_or_default();
-    let what = cell.scene.try_borrow().ok().and_then(|s| s.get(slot).map(|o| kind_name(o.kind()))).unwrap_or("sensor");
-    // What it says begins with a verb where it is the host that says it.
-    let how = if status == TATU_ERR_PANIC || text.starts_with("broke the contract") { "" } else { "failed: " };
-    let mut fault =
-        Fault::new(FaultKind::Plugin, format!("plugin `{id}` {how}{text}; the {what} {path} is switched off"));
-    fault.plugin = Some(id.clone());
-    fault.object = Some(path);
-    fault
 }

@@ -28,6 +28,13 @@ impl Clock {
             rest: Cell::new(0.0),
         }
     }
+    /// Shows what another one shows.
+    pub fn like(&self, other: &Clock) {
+        self.time.set(other.time.get());
+        self.step.set(other.step.get());
+        self.pass.set(other.pass.get());
+        self.dt.set(other.dt.get());
+    }
     /// A physics stage took `dt`: time moves on by it at the end of the step.
     pub fn passed(&self, dt: f64) {
         if dt == self.dt.get() {

@@ -1,51 +1,48 @@
 //! A world: a scene, its engine, sensors and scripts, made, started, stepped, stopped and looked at.
 //!
-//! `addons` is what runs beside its document; `cell` holds its parts, which plugins reach through `tatu_world *`; `clock`
-//! counts its time and steps; `devices` makes the instances of sensors and actuators; `run` starts, steps and stops it,
-//! through the phases of `phase`; `pool` is its threads; `swap` what a reload exchanges; `wants` what stands in for what
-//! is asked for.
+//! - `cell` holds its parts, which plugins reach through `tatu_world *`; `make`: a cell with nothing in it but a scene;
+//! - `clock` counts its time and steps; `phase` and `run` start, step and stop it;
+//! - `devices` makes the instances of sensors and actuators; `addons` is what runs beside its document;
+//! - `pool` is its threads; `lane` what those see of it that run scripts side by side;
+//! - `tell` is lines and faults; `swap` what a reload exchanges; `wants` what stands in for what is asked for.
 
 mod addons;
 mod cell;
 mod clock;
 mod devices;
+mod lane;
+mod make;
 mod phase;
 mod pool;
 mod run;
 mod swap;
+mod tell;
 pub(crate) mod wants;
 
-use std::{
-    cell::{Cell, RefCell},
-    collections::BTreeMap,
-    path::Path,
-    rc::Rc,
-    sync::Arc,
-};
+use std::{path::Path, rc::Rc, sync::Arc};
 
 use nalgebra::Vector3;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 pub(crate) use cell::Instance;
-pub use cell::LogLine;
-pub(crate) use cell::{Signal, WorldCell, instance_fault};
+pub(crate) use cell::{Signal, WorldCell};
 pub(crate) use clock::Clock;
+pub(crate) use lane::{Beside, Deed, Lane};
 pub use phase::Phase;
-use swap::Swap;
+pub use tell::LogLine;
+pub(crate) use tell::instance_fault;
 pub use wants::{StandIn, Wish};
 
 use crate::{
-    act::Acting,
-    calls::{Calls, ErrorSlot, answer},
+    calls::{ErrorSlot, answer},
     document::Document,
     error::{Error, Fault, Result},
     figures::Figures,
-    host::{Registry, guard::Home, watchdog::Call},
-    scene::{Dynamics, pose_to_array},
-    scripts::{Heard, Scripts},
-    sense::Sensing,
+    host::{Registry, watchdog::Call},
+    scene::pose_to_array,
+    scripts::Scripts,
     session::{
-        self, Outside,
+        self,
         log::{InputLog, Record},
     },
     state::{self, Hash},
@@ -67,42 +64,8 @@ impl World {
         let pool = pool::of(threads)?;
         let settings = document.settings.clone();
         let (scene, slots) = document.instantiate();
-        let cell = Rc::new(WorldCell {
-            dynamics: RefCell::new(Dynamics::new(WorldCell::engine_settings(&settings))),
-            clock: Clock::new(settings.dt),
-            settings: RefCell::new(settings),
-            sensing: RefCell::new(Sensing::default()),
-            acting: RefCell::new(Acting::default()),
-            scripts: RefCell::new(Scripts::default()),
-            heard: Heard::default(),
-            signals: RefCell::new(BTreeMap::new()),
-            calls: Calls::new(),
-            phase: Cell::default(),
-            over: Cell::new(false),
-            rested: Cell::new(false),
-            requests: Cell::new(0),
-            stages: RefCell::new(Vec::new()),
-            outside: Outside::default(),
-            wants: wants::Wants::default(),
-            next_instance: Cell::new(1),
-            next_replacement: Cell::new(1 << 31),
-            instances: RefCell::new(Vec::new()),
-            faults: RefCell::new(Vec::new()),
-            lines: RefCell::new(Vec::new()),
-            reaped: Cell::new(0),
-            figures: RefCell::new(Figures::default()),
-            initial: RefCell::new(None),
-            initial_devices: RefCell::new(Vec::new()),
-            pool,
-            watch: registry.watches.watch(),
-            home: Home::now(),
-            called: Cell::new(0),
-            suspicious: Cell::new(false),
-            origins: RefCell::new(slots.iter().map(|s| scene.id(*s)).collect()),
-            scene: RefCell::new(scene),
-            registry: Swap::new(registry),
-            document: Swap::new(document),
-        });
+        let origins = slots.iter().map(|s| scene.id(*s)).collect();
+        let cell = Rc::new(WorldCell::new(document, registry, settings, scene, origins, pool));
         let world = World { cell };
         world.make_devices(&slots)?;
         world.make_instances()?;

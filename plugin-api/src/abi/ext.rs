@@ -61,6 +61,7 @@ pub struct tatu_call {
 
 pub const TATU_CALL_RAISE: u32 = 1;
 pub const TATU_COMMAND_RAW: u32 = 1;
+pub const TATU_COMMAND_SIDE_BY_SIDE: u32 = 2;
 pub const TATU_NAME_OLD_ERRORS: u32 = 1;
 
 #[repr(C)]
@@ -424,6 +425,7 @@ pub struct tatu_budget {
 pub const TATU_SCRIPT_SILENT: u32 = 1;
 pub const TATU_SCRIPT_MODERN: u32 = 2;
 pub const TATU_SCRIPT_THREADED: u32 = 4;
+pub const TATU_LANGUAGE_SIDE_BY_SIDE: u32 = 1;
 pub const TATU_ORDER_PARENTS_FIRST: u32 = 1;
 pub const TATU_ORDER_BY_KIND: u32 = 2;
 pub const TATU_ORDER_DEEPEST_FIRST: u32 = 3;
@@ -434,6 +436,7 @@ pub const TATU_FIND_FUNCTION: u32 = 1;
 #[derive(Clone, Copy)]
 pub struct tatu_language {
     pub size: u32,
+    /// `TATU_LANGUAGE_*` bits.
     pub reserved: u32,
     pub id: *const c_char,
     pub text: *const c_char,

@@ -16,6 +16,7 @@ pub struct Command<P: Plugin> {
     example: String,
     no_wait: Option<String>,
     raw: bool,
+    side_by_side: bool,
     status: Status,
     notes: String,
     subject: String,
@@ -55,6 +56,7 @@ impl<P: Plugin> Command<P> {
             example: String::new(),
             no_wait: None,
             raw: false,
+            side_by_side: false,
             status: Status::Full,
             notes: String::new(),
             subject: String::new(),
@@ -119,6 +121,13 @@ impl<P: Plugin> Command<P> {
         self.raw = true;
         self
     }
+    /// Scripts that run side by side may call it, on several threads at once: its function uses its arguments, what never
+    /// changes in its plugin (not [`Call::instance`]), and only looks at the world, but for the drives of joints, which it
+    /// may set.
+    pub fn side_by_side(mut self) -> Self {
+        self.side_by_side = true;
+        self
+    }
     /// The next result.
     pub fn returns(mut self, param: Param) -> Self {
         self.returns.push(param);
@@ -161,7 +170,8 @@ impl<P: Plugin> Command<P> {
         let returns = self.returns.iter().map(|p| p.keep(keep)).collect();
         let raw = tatu_command {
             size: size_of::<tatu_command>() as u32,
-            flags: if self.raw { TATU_COMMAND_RAW } else { 0 },
+            flags: if self.raw { TATU_COMMAND_RAW } else { 0 }
+                | if self.side_by_side { TATU_COMMAND_SIDE_BY_SIDE } else { 0 },
             names: keep.list(names),
             params: keep.list(params),
             returns: keep.list(returns),

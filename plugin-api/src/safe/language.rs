@@ -92,6 +92,9 @@ pub trait Language: Sized + 'static {
     fn place(&self) -> Option<Fail> {
         None
     }
+    /// Whether its scripts may be called on any thread, and several at once, each on one thread at a time: they share nothing
+    /// that changes.
+    const SIDE_BY_SIDE: bool = false;
     /// Whether it wants to be told which script is called next.
     const EXPECTS: bool = false;
     /// A hint: the script will be called after the one that is called next. The processor may be asked for the memory that
@@ -143,7 +146,7 @@ struct Data<L> {
 pub(crate) fn table<L: Language>(keep: &mut Keep) -> *const tatu_language {
     let raw = tatu_language {
         size: size_of::<tatu_language>() as u32,
-        reserved: 0,
+        reserved: if L::SIDE_BY_SIDE { TATU_LANGUAGE_SIDE_BY_SIDE } else { 0 },
         id: keep.text(L::ID),
         text: keep.text(L::TEXT),
         suffixes: keep.texts(L::SUFFIXES),

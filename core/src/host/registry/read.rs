@@ -252,6 +252,7 @@ impl Registry {
                     subject: tables::text(raw.subject).unwrap_or_default(),
                     no_wait: tables::text(raw.no_wait),
                     raw_args: raw.flags & TATU_COMMAND_RAW != 0,
+                    side_by_side: raw.flags & TATU_COMMAND_SIDE_BY_SIDE != 0,
                     raw: tatu_command { size: size_of::<tatu_command>() as u32, ..raw },
                 });
             }

@@ -133,6 +133,7 @@ fn tombstone(old: &CommandEntry) -> CommandEntry {
         subject: old.subject.clone(),
         no_wait: None,
         raw_args: true,
+        side_by_side: false,
         raw: tatu_command { call: Some(vanished), ..old.raw },
     }
 }

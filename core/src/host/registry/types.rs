@@ -151,6 +151,8 @@ pub struct CommandEntry {
     pub no_wait: Option<String>,
     /// Takes arguments as they come.
     pub raw_args: bool,
+    /// Scripts that run side by side may call it.
+    pub side_by_side: bool,
     pub(crate) raw: tatu_command,
 }
 

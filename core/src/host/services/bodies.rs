@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use tatu_plugin_api::abi::*;
 
-use super::{busy, fill, on, slot};
+use super::{busy, fill, here, on, slot};
 use crate::{
     physics::{BodyId, Twist},
     scene::rows::kind_name,
@@ -25,8 +25,8 @@ pub static TABLE: tatu_host_bodies = tatu_host_bodies {
 unsafe extern "C" fn twist(w: *mut tatu_world, object: tatu_object, out: *mut f64) -> tatu_status {
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
-        on(w, |world| {
-            let (Ok(scene), Ok(dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow()) else {
+        here(w, |world| {
+            let (Some(scene), Some(dynamics)) = (world.see(|w| &w.scene), world.see(|w| &w.dynamics)) else {
                 return Err(busy(world));
             };
             match slot(world, &scene, object) {

@@ -4,7 +4,7 @@ use std::ffi::{CStr, c_char, c_void};
 
 use tatu_plugin_api::abi::*;
 
-use super::{on, passed};
+use super::{here, on, passed};
 use crate::{
     calls::{call_command, raw, text},
     scripts,
@@ -32,7 +32,7 @@ pub static TABLE: tatu_host_commands = tatu_host_commands {
 unsafe extern "C" fn find(w: *mut tatu_world, name: tatu_str) -> u32 {
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
-        let Some(world) = WorldCell::of(w) else { return 0 };
+        let Some(world) = WorldCell::here(w) else { return 0 };
         let name = text(name);
         if name.ends_with('.') {
             return u32::from(world.registry.has_namespace(&name));
@@ -43,12 +43,12 @@ unsafe extern "C" fn find(w: *mut tatu_world, name: tatu_str) -> u32 {
 
 unsafe extern "C" fn count(w: *mut tatu_world) -> u32 {
     // SAFETY: as above.
-    unsafe { WorldCell::of(w) }.map_or(0, |world| world.registry.commands.len() as u32)
+    unsafe { WorldCell::here(w) }.map_or(0, |world| world.registry.commands.len() as u32)
 }
 
 unsafe extern "C" fn describe(w: *mut tatu_world, id: u32) -> *const tatu_command {
     // SAFETY: as above.
-    let world = unsafe { WorldCell::of(w) };
+    let world = unsafe { WorldCell::here(w) };
     world
         .and_then(|world| world.registry.commands.get((id as usize).wrapping_sub(1)))
         .map_or(std::ptr::null(), |c| &c.raw)
@@ -60,19 +60,19 @@ unsafe extern "C" fn call(w: *mut tatu_world, frame: *mut tatu_call) -> tatu_sta
         if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
             return TATU_ERR_ARGUMENT;
         }
-        on(w, |world| passed(call_command(world, frame, 0)))
+        here(w, |world| passed(call_command(world, frame, 0)))
     }
 }
 
 unsafe extern "C" fn generation(w: *mut tatu_world) -> u64 {
     // SAFETY: as above.
-    unsafe { WorldCell::of(w) }.map_or(1, |world| world.registry.generation)
+    unsafe { WorldCell::here(w) }.map_or(1, |world| world.registry.generation)
 }
 
 unsafe extern "C" fn constant(w: *mut tatu_world, name: tatu_str, out: *mut tatu_value) -> tatu_status {
     // SAFETY: as above; a constant's value lives as long as its plugin.
     unsafe {
-        on(w, |world| {
+        here(w, |world| {
             let name = text(name);
             match world.registry.constants.get(name.as_ref()) {
                 Some(c) => {
@@ -95,7 +95,7 @@ unsafe extern "C" fn prelude(
 ) -> tatu_status {
     // SAFETY: as above; preludes live as long as the registry.
     unsafe {
-        on(w, |world| {
+        here(w, |world| {
             let language = if language.is_null() { "".into() } else { CStr::from_ptr(language).to_string_lossy() };
             match world.registry.preludes.iter().filter(|p| p.language == language).nth(index as usize) {
                 Some(p) => {
@@ -111,12 +111,12 @@ unsafe extern "C" fn prelude(
 
 unsafe extern "C" fn mark(w: *mut tatu_world) -> u64 {
     // SAFETY: as above.
-    unsafe { WorldCell::of(w) }.and_then(|world| Some(world.calls.arena.try_borrow().ok()?.mark())).unwrap_or(0)
+    unsafe { WorldCell::here(w) }.and_then(|world| Some(world.calls.arena.try_borrow().ok()?.mark())).unwrap_or(0)
 }
 
 unsafe extern "C" fn alloc(w: *mut tatu_world, bytes: u64) -> *mut c_void {
     // SAFETY: as above.
-    let world = unsafe { WorldCell::of(w) };
+    let world = unsafe { WorldCell::here(w) };
     world
         .and_then(|world| Some(world.calls.arena.try_borrow_mut().ok()?.alloc(bytes as usize)))
         .map_or(std::ptr::null_mut(), <*mut u8>::cast)
@@ -124,7 +124,7 @@ unsafe extern "C" fn alloc(w: *mut tatu_world, bytes: u64) -> *mut c_void {
 
 unsafe extern "C" fn release(w: *mut tatu_world, mark: u64) {
     // SAFETY: as above.
-    if let Some(mut arena) = unsafe { WorldCell::of(w) }.and_then(|world| world.calls.arena.try_borrow_mut().ok()) {
+    if let Some(mut arena) = unsafe { WorldCell::here(w) }.and_then(|world| world.calls.arena.try_borrow_mut().ok()) {
         arena.release(mark);
     }
 }

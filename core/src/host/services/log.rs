@@ -15,7 +15,7 @@ unsafe extern "C" fn write(_: *const tatu_host, w: *mut tatu_world, level: u32, 
     // SAFETY: by the contract: the text is valid during the call.
     unsafe {
         let line = text(line);
-        match WorldCell::of(w) {
+        match WorldCell::here(w) {
             Some(world) => world.log(level, &line),
             None => match level {
                 // The host tells it once, with the function that it was in.
@@ -31,7 +31,7 @@ unsafe extern "C" fn write(_: *const tatu_host, w: *mut tatu_world, level: u32, 
 
 unsafe extern "C" fn last_error(w: *mut tatu_world) -> *const tatu_error {
     // SAFETY: by the contract.
-    let world = unsafe { WorldCell::of(w) };
+    let world = unsafe { WorldCell::here(w) };
     world
         .and_then(|world| world.calls.last.try_borrow_mut().ok().map(|mut l| l.raw().cast_const()))
         .unwrap_or(std::ptr::null())

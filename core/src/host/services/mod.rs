@@ -18,6 +18,8 @@ mod session;
 mod signals;
 mod solids;
 
+pub(crate) use properties::set_drives;
+
 use std::{
     collections::BTreeMap,
     ffi::{CStr, c_char, c_void},
@@ -160,8 +162,22 @@ type Done = Result<(), tatu_status>;
 /// # Safety
 /// `world` is null or a living world of this host.
 unsafe fn on(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
+    let alone = |world: &WorldCell| match world.lane {
+        None => f(world),
+        Some(_) => Err(busy(world)),
+    };
     // SAFETY: as promised.
-    let done = unsafe { WorldCell::of(world) }.map_or(Err(TATU_ERR_ARGUMENT), f);
+    unsafe { here(world, alone) }
+}
+
+/// The same for a service that only looks: scripts that run side by side may use it.
+///
+/// # Safety
+/// As for [`on`].
+#[inline]
+unsafe fn here(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
+    // SAFETY: as promised.
+    let done = unsafe { WorldCell::here(world) }.map_or(Err(TATU_ERR_ARGUMENT), f);
     done.err().unwrap_or(TATU_OK)
 }
 
@@ -172,7 +188,11 @@ fn passed(status: tatu_status) -> Done {
 
 /// Another part of the same world is in use by a caller further up.
 fn busy(world: &WorldCell) -> tatu_status {
-    world.calls.refuse(TATU_ERR_BUSY, "not possible from within this call")
+    let text = match world.lane {
+        None => "not possible from within this call",
+        Some(_) => "not possible in a script that runs side by side with others",
+    };
+    world.calls.refuse(TATU_ERR_BUSY, text)
 }
 
 /// The slot of an object that a caller names, or the refusal.

@@ -11,7 +11,7 @@ use crate::{
         rows::{Of, Row},
     },
     sense::NoiseSpec,
-    world::{WorldCell, wants},
+    world::{Deed, WorldCell, wants},
 };
 
 pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
@@ -27,7 +27,7 @@ pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> R
 }
 
 fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
-    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
     let row = Row::of(prop);
     if row == Row::WorldNotes {
         return Ok(scene::notes_value(&scene.notes));
@@ -36,6 +36,9 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
         return read_world(world, row);
     }
     let slot = slot(world, &scene, object)?;
+    if let Some(set) = world.lane.as_ref().and_then(|lane| lane.number(slot, row)) {
+        return Ok(Value::Float(set));
+    }
     match (row, scene.get(slot).map(|o| &o.data)) {
         (Row::None, _) => {
             drop(scene);
@@ -45,7 +48,7 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             Ok(Value::text(world.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
         }
         (Row::SensorMeasured | Row::SensorBeams, Some(Data::Sensor(_))) => {
-            let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+            let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
             let device = sensing.index(slot).map(|i| &sensing.devices[i]);
             Ok(Value::Int(device.map_or(0, |d| match row {
                 Row::SensorBeams => d.layout.plan.count() as i64,
@@ -81,7 +84,7 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
 }
 
 pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_status> {
-    let settings = world.settings.try_borrow().map_err(|_| busy(world))?;
+    let settings = world.see(|w| &w.settings).ok_or_else(|| busy(world))?;
     let phase = world.phase.get();
     Ok(match row {
         Row::Time => Value::Float(world.clock.time.get()),
@@ -105,6 +108,10 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
 
 pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Done {
     let row = Row::of(prop);
+    if world.lane.is_some() {
+        let Some(x) = number(&value) else { return Err(busy(world)) };
+        return set_later(world, object, row, x);
+    }
     if row == Row::None {
         return devices::write(world, object, prop, value);
     }
@@ -210,9 +217,15 @@ pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_pr
         *x = world.clock.time.get();
         return Ok(());
     }
-    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
     if object != 0 {
         let slot = slot(world, &scene, object)?;
+        if let (Some(lane), [x]) = (&world.lane, &mut *out)
+            && let Some(set) = lane.number(slot, row)
+        {
+            *x = set;
+            return Ok(());
+        }
         if scene::numbers(&scene, slot, row, out) == Some(out.len()) {
             return Ok(());
         }
@@ -233,6 +246,9 @@ pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_pr
 
 pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, v: &[f64]) -> Done {
     let row = Row::of(prop);
+    if let (Some(_), [x]) = (&world.lane, v) {
+        return set_later(world, object, row, *x);
+    }
     {
         let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
         if object != 0 {
@@ -250,3 +266,43 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
     };
     write(world, object, prop, value)
 }
+
+/// Of a script that runs beside others: sets a number of a joint's drive when all of them have run.
+fn set_later(world: &WorldCell, object: tatu_object, row: Row, x: f64) -> Done {
+    let slot = {
+        let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+        slot(world, &scene, object)?
+    };
+    world.set_later(slot, row, x).map_err(|text| world.calls.refuse(TATU_ERR_BUSY, &text))
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Float(x) => Some(*x),
+        Value::Int(i) => Some(*i as f64),
+        _ => None,
+    }
+}
+
+/// Sets the drives of joints that scripts which ran beside others have set, up to the first deed of another kind; how many.
+pub(crate) fn set_drives(world: &WorldCell, deeds: &[Deed]) -> usize {
+    let (Ok(mut scene), Ok(mut dynamics)) = (world.scene.try_borrow_mut(), world.dynamics.try_borrow_mut()) else {
+        return 0;
+    };
+    for (i, deed) in deeds.iter().enumerate() {
+        let Deed::Set(slot, row, x) = deed else { return i };
+        if let Some(Deed::Set(later, ..)) = deeds.get(i + 2 * AHEAD) {
+            scene.fetch(*later);
+        }
+        if let Some(Deed::Set(soon, ..)) = deeds.get(i + AHEAD) {
+            scene.fetch_joint(*soon);
+        }
+        if let Some(Ok(Changed::Drive)) = scene::set_numbers(&mut scene, *slot, *row, &[*x]) {
+            dynamics.drive_changed(*slot);
+        }
+    }
+    deeds.len()
+}
+
+/// How many joints ahead memory is asked for.
+const AHEAD: usize = 4;

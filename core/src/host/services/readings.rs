@@ -7,7 +7,7 @@ use std::{
 
 use tatu_plugin_api::abi::*;
 
-use super::{Done, busy, fill, on, slot};
+use super::{Done, busy, fill, here, on, slot};
 use crate::{
     beams::Faces,
     host::tables,
@@ -29,9 +29,9 @@ pub static TABLE: tatu_host_readings = tatu_host_readings {
 
 /// The device of a sensor that a caller names, by index.
 fn device(world: &WorldCell, sensor: tatu_object) -> Result<usize, tatu_status> {
-    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
     let slot = slot(world, &scene, sensor)?;
-    let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+    let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
     sensing.index(slot).ok_or_else(|| {
         let kind = scene.get(slot).map_or("nothing", |o| crate::scene::rows::kind_name(o.kind()));
         let text = format!("object {slot} `{}` is a {kind}, and measures nothing", scene.path(slot));
@@ -47,9 +47,9 @@ unsafe extern "C" fn field(
 ) -> tatu_status {
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
-        on(w, |world| {
+        here(w, |world| {
             let i = device(world, sensor)?;
-            let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+            let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
             sensing.fetch_after(i);
             let d = &sensing.devices[i];
             let kind = &world.registry.sensors[d.kind];
@@ -140,9 +140,9 @@ unsafe extern "C" fn describe(
 ) -> tatu_status {
     // SAFETY: as above; a caller's table may be shorter than ours, so no more than its size is written.
     unsafe {
-        on(w, |world| {
+        here(w, |world| {
             let i = device(world, sensor)?;
-            let sensing = world.sensing.try_borrow().map_err(|_| busy(world))?;
+            let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
             let d = &sensing.devices[i];
             let kind = &world.registry.sensors[d.kind];
             // By the size that the plugin knew: it may be older than this host.

@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::{
-    busy, fill, give, interner, on,
+    busy, fill, give, here, interner, on,
     properties::{after_change, read, read_numbers, write, write_numbers},
     slot,
 };
@@ -57,7 +57,7 @@ unsafe extern "C" fn get(
 ) -> tatu_status {
     // SAFETY: as above.
     unsafe {
-        on(w, |world| {
+        here(w, |world| {
             let value = read(world, object, prop)?;
             give(world, &value, out)
         })
@@ -72,7 +72,7 @@ unsafe extern "C" fn set(
 ) -> tatu_status {
     // SAFETY: as above.
     unsafe {
-        on(w, |world| {
+        here(w, |world| {
             let Some(raw) = value.as_ref() else { return Err(TATU_ERR_ARGUMENT) };
             match ValueRef::new(*raw).to_value() {
                 Ok(v) => write(world, object, prop, v),
@@ -90,7 +90,7 @@ unsafe extern "C" fn get_f64(
     n: u32,
 ) -> tatu_status {
     // SAFETY: as above; `out` has room for `n`.
-    unsafe { on(w, |world| read_numbers(world, object, prop, std::slice::from_raw_parts_mut(out, n as usize))) }
+    unsafe { here(w, |world| read_numbers(world, object, prop, std::slice::from_raw_parts_mut(out, n as usize))) }
 }
 
 unsafe extern "C" fn set_f64(
@@ -101,7 +101,7 @@ unsafe extern "C" fn set_f64(
     n: u32,
 ) -> tatu_status {
     // SAFETY: as above; `values` has `n`.
-    unsafe { on(w, |world| write_numbers(world, object, prop, std::slice::from_raw_parts(values, n as usize))) }
+    unsafe { here(w, |world| write_numbers(world, object, prop, std::slice::from_raw_parts(values, n as usize))) }
 }
 
 unsafe extern "C" fn get_f64_many(
@@ -114,7 +114,7 @@ unsafe extern "C" fn get_f64_many(
 ) -> tatu_status {
     // SAFETY: as above; `out` has room for `n` each.
     unsafe {
-        on(w, |world| {
+        here(w, |world| {
             for i in 0..count as usize {
                 let to = std::slice::from_raw_parts_mut(out.add(i * n as usize), n as usize);
                 read_numbers(world, *objects.add(i), prop, to)?;
@@ -134,7 +134,7 @@ unsafe extern "C" fn set_f64_many(
 ) -> tatu_status {
     // SAFETY: as above; `values` has `n` each.
     unsafe {
-        on(w, |world| {
+        here(w, |world| {
             for i in 0..count as usize {
                 let from = std::slice::from_raw_parts(values.add(i * n as usize), n as usize);
                 write_numbers(world, *objects.add(i), prop, from)?;
@@ -156,8 +156,8 @@ fn frame_of(world: &WorldCell, scene: &Scene, frame: tatu_object) -> Result<Isom
 unsafe extern "C" fn pose(w: *mut tatu_world, object: tatu_object, frame: tatu_object, out: *mut f64) -> tatu_status {
     // SAFETY: as above; `out` has room for 7.
     unsafe {
-        on(w, |world| {
-            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        here(w, |world| {
+            let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
             let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
                 (Ok(s), Ok(f)) => (s, f),
                 (Err(status), _) | (_, Err(status)) => return Err(status),
@@ -202,8 +202,8 @@ unsafe extern "C" fn look(
 ) -> tatu_status {
     // SAFETY: as above.
     unsafe {
-        on(w, |world| {
-            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        here(w, |world| {
+            let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
             match slot(world, &scene, object) {
                 Ok(s) => {
                     if let Some(full) = full.as_mut() {

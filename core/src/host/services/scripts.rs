@@ -119,7 +119,7 @@ unsafe extern "C" fn add(
                 return Err(refuse(format!("a script of kind `{kind}`; expected child, threaded or customization")));
             }
             let (name, text) = (text(name).into_owned(), bytes(source).to_vec());
-            let spec = ScriptSpec { language, dialect, kind, priority: inner::NORMAL, name, text };
+            let spec = ScriptSpec { language, dialect, kind, priority: inner::NORMAL, side_by_side: false, name, text };
             let Some(slot) = inner::Scripts::add(world, owner, &spec) else { return Err(busy(world)) };
             let id = world.scene.try_borrow().map_err(|_| busy(world))?.id(slot);
             if let Some(out) = out.as_mut() {

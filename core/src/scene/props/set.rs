@@ -18,6 +18,11 @@ use crate::{
     sense::NoiseSpec,
 };
 
+/// Whether a row is a number of a joint's drive, which any finite number may be.
+pub fn is_drive(row: Row) -> bool {
+    matches!(row, Row::TargetVelocity | Row::TargetPosition | Row::MaxForce | Row::MaxVelocity | Row::Slip)
+}
+
 /// Sets a row that is numbers and live; `None`: it is not one of these, use [`set`].
 pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<Result<Changed, Refusal>> {
     if !v.iter().all(|x| x.is_finite()) {

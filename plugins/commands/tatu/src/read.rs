@@ -14,6 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             c.ret::<Value>(Value::Map(out));
             Ok(())
         })
+        .side_by_side()
         .param(Param::int("sensor").text("a handle"))
         .returns(Param::map("reading").text(
             "time in s, sequence (0: never measured), and each field by its name without the schema; where two have the \

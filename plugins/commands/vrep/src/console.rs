@@ -17,6 +17,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simAddStatusbarMessage", MINUS)
+        .side_by_side()
         .param(Param::string("text").optional().text("nil: empties the status bar"))
         .returns(Param::int("done"))
         .text("Writes a line to the status bar.")
@@ -31,6 +32,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             Ok(())
         })
+        .side_by_side()
         .param(Param::int("verbosity").text("sim.verbosity_...; sim.verbosity_scripterrors also raises an error"))
         .param(Param::string("text").optional().text("nil: empties the status bar"))
         .text("Writes a line to the log.")

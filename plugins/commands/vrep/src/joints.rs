@@ -14,6 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name(format!("simGet{name}"), NIL)
         .param(flagged("joint"))
         .returns(Param::float(what).text("of a turning joint in rad, of a sliding one in m"))
+        .side_by_side()
         .text(text)
         .example(format!("x = sim.get{name}(joint)"))
     };
@@ -57,6 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name(format!("simSet{name}"), MINUS)
+        .side_by_side()
         .param(object("joint"))
         .param(Param::float(what))
         .returns(Param::int("done"))

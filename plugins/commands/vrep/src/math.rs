@@ -23,6 +23,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 c.ret(bits);
                 Ok(())
             })
+            .side_by_side()
             .old_name(flat.replace("32", "16"), MINUS)
             .old_name(flat, MINUS)
             .param(Param::int("a"))
@@ -37,10 +38,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// A command of this file: an old name only where there was one.
 fn command(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + 'static) -> Cmd {
     let flat = format!("sim{}{}", name[..1].to_uppercase(), &name[1..]);
-    Cmd::new(format!("sim.{name}"), run).old_name(flat, NIL)
+    modern(name, run).old_name(flat, NIL)
 }
 fn modern(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + 'static) -> Cmd {
-    Cmd::new(format!("sim.{name}"), run)
+    Cmd::new(format!("sim.{name}"), run).side_by_side()
 }
 fn matrix(key: &str) -> Param {
     table(key, "12 numbers: rows of {x axis, y axis, z axis, position}")

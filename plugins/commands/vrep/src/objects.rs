@@ -46,6 +46,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(kind);
             Ok(())
         })
+        .side_by_side()
         .old_name("simGetObjectType", MINUS)
         .param(object("object"))
         .returns(Param::int("type").text("sim.object_..._type; -1 for objects that V-REP does not know"))
@@ -69,6 +70,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(i64::from(there));
             Ok(())
         })
+        .side_by_side()
         .old_name("simIsHandleValid", MINUS)
         .param(Param::any("handle"))
         .param(Param::int("type").default(-1).optional().text("ignored: all handles are of objects"))

@@ -126,6 +126,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simGetObjectVelocity", NIL)
+        .side_by_side()
         .param(flagged("object"))
         .returns(Param::floats("linear", 3).unit("m/s"))
         .returns(Param::floats("angular", 3).unit("rad/s"))
@@ -154,6 +155,7 @@ fn getter(what: &str, give: impl Fn(&mut Ctx<'_>, &Pose) + 'static) -> Cmd {
         Ok(())
     })
     .old_name(format!("simGetObject{what}"), NIL)
+    .side_by_side()
     .param(flagged("object"))
     .param(frame_param())
 }

@@ -29,6 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         }))
         .param(object("sensor"))
+        .side_by_side()
         .text("Gives what a proximity sensor saw when it was last handled.")
         .example("result, distance = sim.readProximitySensor(sonar)"),
     );

@@ -9,6 +9,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(t);
             Ok(())
         })
+        .side_by_side()
         .old_name("simGetSimulationTime", NIL)
         .returns(Param::float("time").unit("s"))
         .text("Gives the simulation time: 0 in the first step.")
@@ -20,6 +21,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(dt);
             Ok(())
         })
+        .side_by_side()
         .old_name("simGetSimulationTimeStep", NIL)
         .returns(Param::float("dt").unit("s"))
         .text("Gives by how much the time grows with each step.")
@@ -31,6 +33,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(state);
             Ok(())
         })
+        .side_by_side()
         .old_name("simGetSimulationState", MINUS)
         .returns(Param::int("state").text("sim.simulation_..."))
         .text(
@@ -46,6 +49,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(stopping);
             Ok(())
         })
+        .side_by_side()
         .returns(Param::bool("stopping"))
         .text("Whether the simulation is about to stop, or has.")
         .example("while not sim.getSimulationStopping() do sim.step() end"),

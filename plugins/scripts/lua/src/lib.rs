@@ -89,6 +89,8 @@ impl Language for state::Script {
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
         load::load(self, text, chunk, dialect)
     }
+    // A state is its script's alone, and knows of no thread.
+    const SIDE_BY_SIDE: bool = true;
     const EXPECTS: bool = true;
     fn expect(&self) {
         self.ahead.fetch();

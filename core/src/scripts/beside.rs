@@ -1,0 +1,197 @@
+//! Scripts that run side by side, on all threads of the world.
+//!
+//! A scene may let scripts do so (`side_by_side = true`). Their actuation and sensing then see the world as it stood when the first of
+//! them was called, and what they set takes effect in the order of scripts when all have run; so they may run in any order,
+//! and on several threads. That order of things is the same with one thread: the number of threads changes no bit.
+//!
+//! A script that cannot run so just now (it has not begun, it waits, its language does not allow it) runs by itself when the
+//! others have run.
+
+use std::{
+    rc::Rc,
+    sync::atomic::{AtomicUsize, Ordering::Relaxed},
+};
+
+use tatu_plugin_api::abi::*;
+
+use super::{Callback, Script, answers::Ask, expect_later, life::turn_of};
+use crate::{
+    calls::{ErrorSlot, Owner, copy_error},
+    host::set_drives,
+    world::{Beside, Deed, Lane, WorldCell},
+};
+
+/// Scripts that a thread takes at a time: neighbours are in each other's caches.
+const CHUNK: usize = 16;
+
+/// How many of the next scripts may run side by side.
+pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
+    // Stand-ins are made of what scripts do.
+    if world.wants.is_on() {
+        return 0;
+    }
+    order.iter().take_while(|s| s.side_by_side).count()
+}
+
+/// What the threads of a stage share.
+struct Stage<'a> {
+    world: *const WorldCell,
+    order: &'a [Rc<Script>],
+    callback: Callback,
+    /// The stage's turn, by which a script knows whether it had its own.
+    turn: u64,
+    /// Whether any command waits for a script.
+    waits: bool,
+    /// Of each lane, its first chunk that nobody has taken, and where the next lane's begin.
+    chunks: Vec<(AtomicUsize, usize)>,
+}
+
+// SAFETY: scripts are looked at by the one thread that has taken their chunk; the world is only looked at, through lanes.
+unsafe impl Sync for Stage<'_> {}
+
+/// Runs scripts side by side; `alone` runs one that cannot.
+pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, alone: &impl Fn(&Rc<Script>)) {
+    let chunks = order.len().div_ceil(CHUNK);
+    let lanes = world.pool().current_num_threads().min(chunks);
+    let taken = {
+        let Ok(mut all) = world.lanes.try_borrow_mut() else { return };
+        while all.len() < lanes {
+            all.push(Lane::of(world));
+        }
+        std::mem::take(&mut *all)
+    };
+    taken[..lanes].iter().for_each(|lane| lane.begin(world));
+    {
+        // Nobody changes the world while it is looked at from all sides.
+        let (_scene, _sensing, _scripts) = (world.scene.borrow(), world.sensing.borrow(), world.scripts.borrow());
+        let (_settings, _instances) = (world.settings.borrow(), world.instances.borrow());
+        let stage = Stage {
+            world,
+            order,
+            callback,
+            turn: world.scripts.borrow().turns[turn_of(stage_of(callback))].get(),
+            waits: world.calls.waits.borrow().any(),
+            chunks: (0..lanes).map(|i| (AtomicUsize::new(chunks * i / lanes), chunks * (i + 1) / lanes)).collect(),
+        };
+        let stage = &stage;
+        if lanes == 1 {
+            stage.work(0, &taken[0]);
+        } else {
+            world.pool().scope(|scope| {
+                for (i, lane) in taken[..lanes].iter().enumerate().skip(1) {
+                    scope.spawn(move |_| stage.work(i, lane));
+                }
+                stage.work(0, &taken[0]);
+            });
+        }
+    }
+    settle(world, order, &taken[..lanes], alone);
+    world.lanes.replace(taken);
+}
+
+/// Does what the scripts of a stage wanted done, in their order.
+fn settle(world: &WorldCell, order: &[Rc<Script>], lanes: &[Lane], alone: &impl Fn(&Rc<Script>)) {
+    let (mut chunks, mut deeds) = (Vec::new(), Vec::with_capacity(lanes.len()));
+    for (i, lane) in lanes.iter().enumerate() {
+        let (done, begun) = lane.end(world);
+        let ends = begun.iter().skip(1).map(|c| c.1).chain([done.len()]);
+        chunks.extend(begun.iter().zip(ends).map(|((chunk, from), to)| (*chunk, i, *from, to)));
+        deeds.push(done);
+    }
+    chunks.sort_unstable();
+    for (_, lane, from, to) in chunks {
+        let mut rest = &mut deeds[lane][from..to];
+        while !rest.is_empty() {
+            let drives = set_drives(world, rest);
+            if let Some(deed) = rest.get_mut(drives) {
+                settle_one(world, order, std::mem::replace(deed, Deed::Done), alone);
+            }
+            let done = rest.len().min(drives + 1);
+            rest = &mut rest[done..];
+        }
+    }
+    lanes.iter().zip(deeds).for_each(|(lane, deeds)| lane.reuse(deeds));
+}
+
+fn settle_one(world: &WorldCell, order: &[Rc<Script>], deed: Deed, alone: &impl Fn(&Rc<Script>)) {
+    match deed {
+        Deed::Done | Deed::Set(..) => {}
+        Deed::Line(level, text) => world.log(level, &text),
+        Deed::Fault(fault) => world.report(*fault),
+        Deed::Failed(i, status, said) => {
+            let (mut error, blame) = *said;
+            *world.calls.blame.borrow_mut() = blame;
+            order[i].fail(world, status, error.raw());
+            order[i].find_callbacks(world);
+            order[i].settle(world);
+        }
+        Deed::Settle(i) => order[i].settle(world),
+        Deed::Alone(i) => order[i].called(world, alone),
+    }
+}
+
+impl Stage<'_> {
+    /// Runs chunks of scripts in a lane: its own, then those that other lanes have left.
+    fn work(&self, own: usize, lane: &Lane) {
+        // SAFETY: as for `Sync`.
+        let run = || unsafe {
+            lane.enter(|cell, lane| {
+                for i in (own..self.chunks.len()).chain(0..own) {
+                    let (next, end) = &self.chunks[i];
+                    while let Some(chunk) = Some(next.fetch_add(1, Relaxed)).filter(|c| c < end) {
+                        lane.begin_chunk(chunk);
+                        for at in chunk * CHUNK..self.order.len().min((chunk + 1) * CHUNK) {
+                            expect_later(cell, self.order, at, self.callback);
+                            self.one(cell, lane, at);
+                        }
+                    }
+                }
+            })
+        };
+        run();
+    }
+
+    /// Runs a script.
+    fn one(&self, cell: &WorldCell, lane: &Beside, at: usize) {
+        let script = &self.order[at];
+        if script.called_in[turn_of(stage_of(self.callback))].get() == self.turn {
+            return;
+        }
+        lane.begin_script();
+        if !self.is_ready(cell, script) {
+            return lane.note(Deed::Alone(at));
+        }
+        script.called_in[turn_of(stage_of(self.callback))].set(self.turn);
+        let number = script.number(self.callback);
+        if number == 0 || !script.is_there(cell) {
+            return;
+        }
+        script.ask_and(cell, number, &[], |status, error| {
+            let mut kept = ErrorSlot::new();
+            // SAFETY: both are error objects of the host.
+            unsafe { copy_error(error, kept.fresh()) };
+            let blame = cell.calls.blame.borrow_mut().take();
+            lane.note(Deed::Failed(at, status, Box::new((kept, blame))));
+        });
+        if script.asked.get() != Ask::Nothing {
+            lane.note(Deed::Settle(at));
+        }
+    }
+
+    /// Whether a script can run beside others now. One that has ended needs nobody.
+    fn is_ready(&self, cell: &WorldCell, script: &Script) -> bool {
+        // SAFETY: as for `Sync`.
+        let waits = || unsafe { (*(*self.world).calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
+        script.initialised.get()
+            && !script.cleaned.get()
+            && script.raw(&cell.registry).reserved & TATU_LANGUAGE_SIDE_BY_SIDE != 0
+            && script.depth.get() == 0
+            && script.asked.get() == Ask::Nothing
+            && !(self.waits && waits())
+    }
+}
+
+/// The stage that calls a callback.
+fn stage_of(callback: Callback) -> u32 {
+    if callback == Callback::Actuation { TATU_STAGE_ACTUATE } else { TATU_STAGE_REACT }
+}
