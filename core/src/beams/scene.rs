@@ -156,14 +156,16 @@ impl BeamScene {
     pub fn cast(&self, beams: &[Beam], hits: &mut [Hit]) {
         assert_eq!(beams.len(), hits.len(), "each beam needs a place for its hit");
         if beams.len() <= CHUNK {
-            beams.iter().zip(hits).for_each(|(beam, hit)| *hit = self.cast_one(beam));
-            return;
+            return self.cast_here(beams, hits);
         }
-        beams.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(beams, hits)| {
-            for (beam, hit) in beams.iter().zip(hits) {
-                *hit = self.cast_one(beam);
-            }
-        });
+        beams.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(beams, hits)| self.cast_here(beams, hits));
+    }
+
+    /// The same on this thread.
+    pub fn cast_here(&self, beams: &[Beam], hits: &mut [Hit]) {
+        for (beam, hit) in beams.iter().zip(hits) {
+            *hit = self.cast_one(beam);
+        }
     }
 
     /// Casts one beam.

@@ -5,7 +5,7 @@
 //! the band where it begins, however far it reaches into the following ones: moving corners costs more than pixels.
 
 use super::camera::Camera;
-use super::draw::Ready;
+use super::ready::Ready;
 
 /// Least rows of a band.
 const LEAST_ROWS: usize = 4;

@@ -8,13 +8,16 @@ use fearless_simd::Level;
 
 use super::bands::{Band, Segment};
 use super::camera::Camera;
-use super::draw::{Ready, draw, finish};
+use super::draw::{draw, finish};
 use super::image::Part;
 use super::raster::{Buffer, Raster};
+use super::ready::Ready;
 use super::shade::Shader;
 
 /// How often a thread looks whether another is done, some tenths of a millisecond in all.
 const LOOKS: usize = 4000;
+/// So many times as often it looks for work.
+const PATIENCE: usize = 8;
 
 /// What all bands need.
 #[derive(Clone, Copy)]
@@ -55,27 +58,54 @@ enum Half<'a, const ID: bool> {
 /// Rows that two threads have drawn: what the one that came from below saw there, and bands of the other.
 type Met<'a, const ID: bool> = (Raster<'a, ID>, Mutex<VecDeque<(Task<'a>, Raster<'a, ID>)>>);
 
-/// Draws all, with the calling thread and others of rayon's current pool; which of them draws which band does not change
-/// the image.
-pub(super) fn run<const ID: bool>(work: &[Work<'_, ID>]) {
-    let bands: usize = work.iter().map(|work| work.segment.bands.len()).sum();
-    let helpers = rayon::current_num_threads().min(bands).saturating_sub(1);
+/// Makes an image with the calling thread, which leads, and `helpers` others of rayon's current pool; which of them draws which
+/// band does not change the image.
+///
+/// The others come at once: they `look` as long as there is something to look at, and wait for the `work` that `lead` gives.
+pub(super) fn run<'a, const ID: bool>(
+    helpers: usize,
+    work: &OnceLock<Vec<Work<'a, ID>>>,
+    look: &(impl Fn() -> bool + Sync),
+    lead: impl FnOnce() -> &'a [Work<'a, ID>] + Send,
+) {
     if helpers == 0 {
-        return help(work, 0);
+        return help(lead(), 0);
     }
     let busy = &AtomicUsize::new(helpers);
-    rayon::in_place_scope(|scope| share(scope, work, busy));
+    rayon::in_place_scope(|scope| {
+        for helper in 1..=helpers {
+            scope.spawn(move |_| {
+                come(work, look, helper);
+                busy.fetch_sub(1, Ordering::Release);
+            });
+        }
+        let work = lead();
+        // Who has waited for too long has gone.
+        let gone = helpers - busy.load(Ordering::Acquire).min(helpers);
+        busy.fetch_add(gone, Ordering::Relaxed);
+        for helper in 1..=gone {
+            scope.spawn(move |_| {
+                help(work, helper);
+                busy.fetch_sub(1, Ordering::Release);
+            });
+        }
+        help(work, 0);
+        look_for(|| busy.load(Ordering::Acquire) == 0);
+    });
 }
 
-fn share<'s, const ID: bool>(scope: &rayon::Scope<'s>, work: &'s [Work<'_, ID>], busy: &'s AtomicUsize) {
-    for helper in 1..=busy.load(Ordering::Relaxed) {
-        scope.spawn(move |_| {
-            help(work, helper);
-            busy.fetch_sub(1, Ordering::Release);
+/// A thread that helps.
+fn come<const ID: bool>(work: &OnceLock<Vec<Work<'_, ID>>>, look: &impl Fn() -> bool, helper: usize) {
+    for _ in 0..PATIENCE {
+        look_for(|| {
+            while look() {}
+            work.get().is_some()
         });
+        if let Some(work) = work.get() {
+            return help(work, helper);
+        }
+        std::thread::yield_now();
     }
-    help(work, 0);
-    look_for(|| busy.load(Ordering::Acquire) == 0);
 }
 
 /// Draws wherever a thread is missing, beginning with the thread's own segment.
@@ -205,7 +235,7 @@ impl<'a, const ID: bool> Work<'a, ID> {
 }
 
 /// Waits for what another thread is about to do, for a while: to sleep and be woken would take longer.
-fn look_for(done: impl Fn() -> bool) {
+pub(super) fn look_for(mut done: impl FnMut() -> bool) {
     for _ in 0..LOOKS {
         if done() {
             break;

@@ -2,30 +2,11 @@
 
 use fearless_simd::{Level, prelude::*};
 
-use super::bands::{Band, Piece, Segment};
+use super::bands::{Band, Segment};
 use super::camera::Camera;
-use super::polygon::Polygon;
 use super::raster::{F, Raster, WIDE};
-use super::round::Round;
-use super::triangles::Triangles;
+use super::ready::Ready;
 use crate::beams::simd::dispatch;
-
-/// All that may be seen.
-#[derive(Default)]
-pub(super) struct Ready<'a> {
-    pub polygons: Vec<Polygon>,
-    pub rounds: Vec<Round>,
-    pub meshes: Vec<Triangles<'a>>,
-}
-
-impl Ready<'_> {
-    /// What meshes have in sight, without an order.
-    pub fn pieces(&self) -> impl Iterator<Item = Piece> {
-        self.meshes.iter().zip(0..).flat_map(|(mesh, number)| {
-            mesh.seen.iter().map(move |seen| Piece { mesh: number, sixteens: seen.sixteens, rows: seen.rows })
-        })
-    }
-}
 
 /// Draws a band; triangles that begin in it, up to row `reach`.
 pub(super) fn draw<const ID: bool>(
@@ -61,7 +42,12 @@ fn draw_with<S: Simd, const ID: bool>(
         }
     }
     let mut rows = raster.view(band.rows.0, reach);
-    for piece in &segment.own[band.own.0..band.own.1] {
+    let own = &segment.own[band.own.0..band.own.1];
+    for (piece, i) in own.iter().zip(1..) {
+        // They are in order within a band only: the processor does not guess where the next begins.
+        if let Some(next) = own.get(i) {
+            ready.meshes[next.mesh as usize].fetch(next.sixteens.0);
+        }
         ready.meshes[piece.mesh as usize].draw(simd, piece.sixteens, &mut rows);
     }
 }

@@ -6,7 +6,7 @@
 //! blocks of 4 x 4 pixels, round forms exactly by their equation. What was seen where is noted as one number per
 //! pixel; colours, normals and names are computed from it afterwards, once per pixel.
 //!
-//! Begin with [`GridCast`]; then `render`, a frame: what is in sight is made ready, `bands` cuts the rows for the threads,
+//! Begin with [`GridCast`]; then `render`, a frame: `ready` makes ready what is in sight, `bands` cuts the rows for the threads,
 //! `crew` lets them draw, `draw` draws a band.
 
 mod bands;
@@ -17,6 +17,7 @@ mod draw;
 mod image;
 mod polygon;
 mod raster;
+mod ready;
 mod render;
 mod round;
 mod shade;

@@ -1,18 +1,16 @@
 //! A frame: what is in sight is made ready, then bands of rows are drawn side by side.
 
+use std::sync::OnceLock;
+
 use fearless_simd::Level;
 
-use super::bands::{Cut, segments};
+use super::bands::{Cut, segments as segments_of};
 use super::camera::Camera;
 use super::crew::{self, Sight, Work};
-use super::draw::Ready;
-use super::polygon::{ViewFrom, cuboid, plane};
-use super::round::{Ends, Round};
-use super::shade::{Shader, Surface};
-use super::triangles::Triangles;
-use super::{Clusters, GridCast, GridImage};
+use super::ready::Sketch;
+use super::shade::Shader;
+use super::{GridCast, GridImage};
 use crate::beams::{BeamScene, simd};
-use crate::geometry::Form;
 
 impl BeamScene {
     /// Takes an image, on rayon's current pool and with the calling thread.
@@ -37,90 +35,49 @@ impl BeamScene {
             image.parts(0).0.clear(cast.light.sky_bytes());
             return;
         };
-        let (ready, surfaces) = self.ready(cast, &camera, level);
-        let shader = Shader::new(cast, &camera, self.targets(), &surfaces);
+        if cast.want.visibility() {
+            self.draw_all::<true>(cast, &camera, image, level, rows);
+        } else {
+            self.draw_all::<false>(cast, &camera, image, level, rows);
+        }
+    }
+
+    fn draw_all<const ID: bool>(
+        &self,
+        cast: &GridCast<'_>,
+        camera: &Camera,
+        image: &mut GridImage,
+        level: Level,
+        rows: Option<usize>,
+    ) {
         let threads = rayon::current_num_threads();
         let cut = match rows {
             Some(rows) => Cut::Even(rows),
             None if threads == 1 => Cut::Even(camera.rows),
             None => Cut::Balanced { shaded: cast.want.visibility() },
         };
-        let segments = segments(&ready, &camera, threads.div_ceil(2), cut);
-        let (mut rest, mut buffers) = image.parts(2 * segments.len());
-        let sight = Sight { ready: &ready, camera: &camera, shader: &shader, level };
-        let parts = segments.iter().map(|segment| {
-            let (part, after) = std::mem::take(&mut rest).split((segment.rows.1 - segment.rows.0) * camera.columns);
-            let (two, others) = std::mem::take(&mut buffers).split_at_mut(2);
-            (rest, buffers) = (after, others);
-            (segment, part, two)
-        });
-        if cast.want.visibility() {
-            let work: Vec<Work<'_, true>> = parts.map(|(s, part, two)| Work::new(sight, s, part, two)).collect();
-            crew::run(&work);
-        } else {
-            let work: Vec<Work<'_, false>> = parts.map(|(s, part, two)| Work::new(sight, s, part, two)).collect();
-            crew::run(&work);
-        }
-    }
-
-    /// What may be seen, and what its numbers stand for. Numbers grow with the tag, then the place of the target,
-    /// then the primitive: the order in which equal depths are decided.
-    fn ready<'a>(&'a self, cast: &GridCast<'_>, camera: &'a Camera, level: Level) -> (Ready<'a>, Vec<Surface>) {
-        let targets = self.targets();
-        let mut wanted: Vec<u32> = (0..targets.len() as u32)
-            .filter(|i| {
-                let target = &targets[*i as usize];
-                cast.skip_group != Some(target.group) && cast.only_object.is_none_or(|object| object == target.object)
+        let count = threads.div_ceil(2).clamp(1, camera.rows);
+        let (mut rest, mut buffers) = image.parts(2 * count);
+        // Made by the thread that leads, for all.
+        let (sketch, ready, segments) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        let (shader, work) = (OnceLock::new(), OnceLock::new());
+        let look = || sketch.get().is_some_and(|sketch: &Sketch<'_>| sketch.look(level));
+        crew::run::<ID>(threads - 1, &work, &look, || {
+            let sketch = sketch.get_or_init(|| Sketch::new(self, cast, camera));
+            let ready = ready.get_or_init(|| sketch.finish(self, cast, camera, level));
+            let segments = segments.get_or_init(|| segments_of(ready, camera, count, cut));
+            let shader = shader.get_or_init(|| Shader::new(cast, camera, self.targets(), &sketch.surfaces));
+            let sight = Sight { ready, camera, shader, level };
+            work.get_or_init(|| {
+                let parts = segments.iter().map(|segment| {
+                    let pixels = (segment.rows.1 - segment.rows.0) * camera.columns;
+                    let (part, after) = std::mem::take(&mut rest).split(pixels);
+                    let (two, others) = std::mem::take(&mut buffers).split_at_mut(2);
+                    (rest, buffers) = (after, others);
+                    Work::new(sight, segment, part, two)
+                });
+                parts.collect()
             })
-            .collect();
-        if cast.want.visibility() {
-            wanted.sort_by_key(|i| (targets[*i as usize].object, *i));
-        }
-        let (mut ready, mut surfaces) = (Ready::default(), Vec::with_capacity(wanted.len()));
-        let mut id = 0u32;
-        for index in wanted {
-            let target = &targets[index as usize];
-            let view_from_form = ViewFrom::new(camera, &target.world_from_target);
-            let faces = cast.faces;
-            let misses = |radius: f64| camera.misses(&view_from_form.translation, radius);
-            let mut round = |shape| ready.rounds.extend(Round::new(camera, &view_from_form, shape, faces, id));
-            let primitives = match &target.form {
-                Form::Plane => {
-                    plane(camera, &view_from_form, faces, id, &mut ready.polygons);
-                    1
-                }
-                Form::Box { half } => {
-                    if !misses(half.norm()) {
-                        cuboid(camera, &view_from_form, half, faces, id, &mut ready.polygons);
-                    }
-                    6
-                }
-                Form::Sphere { radius } => {
-                    round((*radius, 0.0, Ends::Sphere));
-                    1
-                }
-                Form::Cylinder { radius, half_length } => {
-                    round((*radius, *half_length, Ends::Flat));
-                    3
-                }
-                Form::Capsule { radius, half_length } => {
-                    round((*radius, *half_length, Ends::Round));
-                    3
-                }
-                Form::Mesh { mesh, .. } => {
-                    if let Some(tree) = &self.trees[index as usize] {
-                        let clusters = tree.clusters.get_or_init(|| Clusters::new(mesh, &tree.triangles));
-                        let view_from_mesh =
-                            ViewFrom { translation: view_from_form.point(&clusters.centre), ..view_from_form };
-                        ready.meshes.extend(Triangles::new(level, camera, clusters, view_from_mesh, faces, id));
-                    }
-                    mesh.triangles.len() as u32
-                }
-            };
-            surfaces.push(Surface { first: id, target: index, view_from_form });
-            // Beyond four thousand million triangles names would no longer be right; depths are.
-            id = id.saturating_add(primitives);
-        }
-        (ready, surfaces)
+        });
     }
 }

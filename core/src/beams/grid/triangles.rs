@@ -4,11 +4,14 @@
 //! only, small enough to be exact in single precision, and large ones are exact in double precision: each pixel belongs to
 //! exactly one of two neighbours, whatever their size. What reaches behind the camera is drawn by homogeneous edges.
 
+use std::ops::Range;
+
 use fearless_simd::{Level, f64x8, mask64x8, prelude::*};
 use nalgebra::Vector3;
+use tatu_plugin_api::safe::fetch_all;
 
 use super::camera::{Camera, Line};
-use super::clusters::{Clusters, ROW, Sixteen};
+use super::clusters::{Clusters, Groups, ROW, Sixteen};
 use super::polygon::ViewFrom;
 use super::raster::{F, M, Raster, U, WIDE, least, most};
 use super::small::{PARTS, Small, stored};
@@ -38,11 +41,12 @@ pub(super) struct Triangles<'a> {
     moves: [[f32; 4]; 3],
     faces: Faces,
     id: u32,
-    /// Groups that may be seen, with the rows that they may be in.
-    pub seen: Vec<Seen>,
+    /// The camera in the mesh: its place, or the way its rays go.
+    eye: Vector3<f64>,
 }
 
-/// A group that may be seen.
+/// A group that may be seen, and the rows that it may be in.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Seen {
     /// First vector, and the one after the last.
     pub sixteens: (u32, u32),
@@ -60,7 +64,6 @@ pub(super) struct Placed<S: Simd> {
 
 impl<'a> Triangles<'a> {
     pub fn new(
-        level: Level,
         camera: &'a Camera,
         mesh: &'a Clusters,
         view_from_mesh: ViewFrom,
@@ -77,22 +80,31 @@ impl<'a> Triangles<'a> {
         let ViewFrom { rotation: r, translation: t } = &view_from_mesh;
         let row = |i: usize, scale: f64| [r[(i, 0)], r[(i, 1)], r[(i, 2)], t[i]].map(|x| (x * scale) as f32);
         let moves = [row(0, parts), row(1, parts), row(2, 1.0)];
-        let mut out = Self { camera, mesh, view_from_mesh, moves, faces, id, seen: Vec::new() };
-        // The camera in the mesh: its place, or the way its rays go.
         let back = r.transpose();
         let eye = if camera.perspective { -(back * t) } else { back * Vector3::z() };
-        dispatch!(level, simd => out.look(simd, &eye));
-        Some(out)
+        Some(Self { camera, mesh, view_from_mesh, moves, faces, id, eye })
     }
 
-    /// Notes which groups may be seen, and in which rows.
+    /// How many rows of groups there are to be looked at.
+    pub fn groups(&self) -> usize {
+        self.mesh.groups.len()
+    }
+
+    /// Which of some rows of groups may be seen.
+    pub fn look(&self, level: Level, groups: Range<usize>) -> Vec<Seen> {
+        let mut seen = Vec::with_capacity(groups.len() * ROW);
+        dispatch!(level, simd => self.look_with(simd, &self.mesh.groups[groups], &mut seen));
+        seen
+    }
+
     #[inline(always)]
-    fn look<S: Simd>(&mut self, simd: S, eye: &Vector3<f64>) {
-        let (camera, ViewFrom { rotation: m, translation: t }) = (self.camera, &self.view_from_mesh);
+    fn look_with<S: Simd>(&self, simd: S, groups: &[Groups], all: &mut Vec<Seen>) {
+        let (camera, eye) = (self.camera, &self.eye);
+        let ViewFrom { rotation: m, translation: t } = &self.view_from_mesh;
         let number = |x: f64| D::splat(simd, x);
         let (one, nothing) = (number(1.0), number(0.0));
         let middle = camera.middle();
-        for groups in &self.mesh.groups {
+        for groups in groups {
             let [x, y, z] = groups.centre.each_ref().map(|v| D::load_array_ref(simd, v));
             let r = D::load_array_ref(simd, &groups.radius);
             let placed = |i: usize| x * m[(i, 0)] + y * m[(i, 1)] + z * m[(i, 2)] + t[i];
@@ -140,9 +152,17 @@ impl<'a> Triangles<'a> {
                 seen &= seen - 1;
                 let sixteens = groups.sixteens[lane];
                 if sixteens.0 < sixteens.1 {
-                    self.seen.push(Seen { sixteens, rows: (low[lane] as u32, high[lane] as u32) });
+                    all.push(Seen { sixteens, rows: (low[lane] as u32, high[lane] as u32) });
                 }
             }
+        }
+    }
+
+    /// Asks for the memory of a vector.
+    #[inline]
+    pub fn fetch(&self, sixteen: u32) {
+        if let Some(sixteen) = self.mesh.sixteens.get(sixteen as usize) {
+            fetch_all(sixteen);
         }
     }
 
