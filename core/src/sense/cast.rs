@@ -155,14 +155,15 @@ impl Casts {
         }
     }
 
-    /// Casts all, as far as `inputs` ask for it. `plan` gives a sensor of the batch its plan.
+    /// Casts all, as far as `inputs` ask for it. `plan` gives a sensor of the batch its plan; without a pool this thread is
+    /// alone.
     pub fn run<'a>(
         &mut self,
         inputs: u32,
         targets: &Targets,
         scene: &Scene,
         plan: impl Fn(usize) -> &'a BeamPlan,
-        pool: &rayon::ThreadPool,
+        pool: Option<&rayon::ThreadPool>,
     ) {
         let n = self.first.last().copied().unwrap_or(0) as usize;
         let sized = |flags: u32| if inputs & flags != 0 { n } else { 0 };
@@ -180,14 +181,17 @@ impl Casts {
         }
     }
 
-    fn cast_singles(&mut self, set: usize, targets: &Targets, pool: &rayon::ThreadPool) {
+    fn cast_singles(&mut self, set: usize, targets: &Targets, pool: Option<&rayon::ThreadPool>) {
         let (Singles { sees, beams, frames, places, occluded, short }, hits) = (&self.singles[set], &mut self.hits);
         if beams.is_empty() {
             return;
         }
         let seen = targets.seen(sees.0, sees.1);
         hits.resize(beams.len(), Hit::NONE);
-        pool.install(|| seen.cast(beams, hits));
+        match pool {
+            Some(pool) => pool.install(|| seen.cast(beams, hits)),
+            None => seen.cast_here(beams, hits),
+        }
         for (i, reach) in short {
             let hit = &mut hits[*i as usize];
             if hit.distance > *reach {
@@ -213,7 +217,7 @@ impl Casts {
         }
     }
 
-    fn fans<'a>(&mut self, targets: &Targets, plan: impl Fn(usize) -> &'a BeamPlan, pool: &rayon::ThreadPool) {
+    fn fans<'a>(&mut self, targets: &Targets, plan: impl Fn(usize) -> &'a BeamPlan, pool: Option<&rayon::ThreadPool>) {
         if self.bundles.is_empty() {
             return;
         }
@@ -254,7 +258,10 @@ impl Casts {
             }
         }
         for (seen, casts) in jobs {
-            pool.install(|| seen.cast_bundles(casts));
+            match pool {
+                Some(pool) => pool.install(|| seen.cast_bundles(casts)),
+                None => seen.cast_bundles(casts),
+            }
         }
     }
 }
@@ -322,4 +329,4 @@ impl Bundle {
 }
 
 /// Fewer rays are cast one by one.
-const FEWEST: usize = 8;
+pub(super) const FEWEST: usize = 8;

@@ -9,7 +9,8 @@
 //! - `draw`: random numbers that depend on nothing but seed, sensor and count;
 //! - `normal`: those of the normal distribution;
 //! - `noise`: what a scene declares for the fields of a sensor, done after each measure;
-//! - `measure`: batches by kind: beams cast together, one call of the plugin.
+//! - `measure`: batches by kind: beams cast together, one call of the plugin;
+//! - `share`: the same by several threads.
 
 mod aim;
 mod cast;
@@ -20,6 +21,7 @@ mod measure;
 mod noise;
 mod normal;
 mod plan;
+mod share;
 mod targets;
 mod words;
 
@@ -53,7 +55,9 @@ pub struct Sensing {
     /// The version of the scene's settings that all devices have taken up.
     settled: Option<u64>,
     shelves: words::Shelves,
-    pub(crate) scratch: measure::Scratch,
+    scratch: measure::Scratch,
+    /// Of other threads.
+    helpers: Vec<share::Helper>,
 }
 
 impl Sensing {

@@ -51,8 +51,8 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], ask:
             }
         }
         let twist = |slot| world.twist(&scene, &dynamics, slot);
-        let around =
-            Around { scene: &scene, registry: &world.registry, twist: &twist, watch: &world.watch, pool: world.pool() };
+        let (watch, pool) = (&*world.watch, world.pool());
+        let around = Around { scene: &scene, registry: &world.registry, twist: &twist, watch, pool, alone: false };
         let job = Job { kind, devices, ask, moment };
         let plugin = world.registry.sensors[kind].plugin;
         let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
