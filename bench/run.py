@@ -79,7 +79,7 @@ def arena_row(scenes, robots, steps, passes, wanted, peer):
 def growth(scenes, passes):
     pairs = []
     for _ in range(passes):
-        pairs.append(rate(scenes(10), 10, 4000) / rate(scenes(1000), 1000, 60))
+        pairs.append(rate(scenes(10), 10, 10000) / rate(scenes(1000), 1000, 200))
     row("cost per robot, 1000 against 10", statistics.median(pairs), None, "at most 1.5", "x")
 
 
@@ -88,7 +88,7 @@ def threads(scenes, passes):
     for _ in range(passes):
         walls = []
         for n in ("1", "2"):
-            run, begin = (tatu(scenes(1000), steps, *PHYSICS, "--threads", n) for steps in (BEGIN + 60, BEGIN))
+            run, begin = (tatu(scenes(1000), steps, *PHYSICS, "--threads", n) for steps in (BEGIN + 200, BEGIN))
             hashes.add(run["hash"])
             walls.append(run["wall"] - begin["wall"])
         pairs.append(walls[0] / walls[1])
