@@ -1,6 +1,8 @@
 //! Many bodies at once: a wall that stands, and robots that do not notice how many others there are.
 
-use tatu_core::World;
+use std::{collections::BTreeSet, sync::Arc};
+
+use tatu_core::{World, document};
 
 use crate::{
     kit::{FLOOR, Place},
@@ -101,4 +103,43 @@ fn parts_of_a_compound_have_their_own_friction() {
     // Without friction: a t^2 / 2, within what a first-order step adds.
     let slid = slope(", friction = 0.0");
     assert!((slid - 2.0).abs() < 0.05, "4 m/s^2 for 1 s: {slid} m");
+}
+
+/// 700 sonars with noise among boxes: so many that threads share the sensors out.
+#[test]
+fn many_sensors_measure_the_same_on_any_number_of_threads() {
+    let mut scene = String::from("seed = 5\n");
+    for i in 0..700 {
+        let (x, y) = (0.4 * f64::from(i % 30), 0.4 * f64::from(i / 30));
+        scene += &format!(
+            "[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"s{i}\"\nvolume = \"{}\"\nrange_m = 1.5\n\
+             position_m = [{x}, {y}, 0.3]\norientation_deg = [90.0, {}.0, 0.0]\n\
+             [object.noise.distance]\nsigma = 0.01\n\
+             [[object]]\nkind = \"shape\"\nalias = \"b{i}\"\nsize_m = [0.05, 0.05, 0.6]\n\
+             position_m = [{}, {}, 0.3]\n",
+            if i % 3 == 0 { "cone" } else { "ray" },
+            i % 360,
+            x + 0.2,
+            y + 0.15,
+        );
+    }
+    let place = Place::scene(&scene);
+    let registry = registry();
+    let measured = |threads: usize| {
+        let file = place.path().join("scene.toml");
+        let document = document::load(&file, &registry, &document::Options::default()).unwrap();
+        let world = World::with_threads(Arc::new(document), registry.clone(), threads).unwrap();
+        world.start();
+        for _ in 0..3 {
+            world.step();
+        }
+        assert_eq!(world.faults(), []);
+        (0..700).map(|i| world.observe(&format!("/s{i}")).unwrap().reading).collect::<Vec<_>>()
+    };
+    let alone = measured(1);
+    let different: BTreeSet<String> = alone.iter().map(|reading| format!("{reading:?}")).collect();
+    assert!(different.len() > 300, "{} of 700 readings differ", different.len());
+    for threads in 2..4 {
+        assert!(measured(threads) == alone, "{threads} threads");
+    }
 }
