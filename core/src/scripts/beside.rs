@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// Scripts that a thread takes at a time: neighbours are in each other's caches.
-const CHUNK: usize = 16;
+const CHUNK: usize = 32;
 
 /// How many of the next scripts may run side by side.
 pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
@@ -140,8 +140,10 @@ impl Stage<'_> {
                     let (next, end) = &self.chunks[i];
                     while let Some(chunk) = Some(next.fetch_add(1, Relaxed)).filter(|c| c < end) {
                         lane.begin_chunk(chunk);
-                        for at in chunk * CHUNK..self.order.len().min((chunk + 1) * CHUNK) {
-                            expect_later(cell, self.order, at, self.callback);
+                        let end = self.order.len().min((chunk + 1) * CHUNK);
+                        for at in chunk * CHUNK..end {
+                            // Those of another chunk may be running.
+                            expect_later(cell, &self.order[..end], at, self.callback);
                             self.one(cell, lane, at);
                         }
                     }

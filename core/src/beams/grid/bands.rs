@@ -8,7 +8,7 @@ use super::camera::Camera;
 use super::ready::Ready;
 
 /// Least rows of a band.
-const LEAST_ROWS: usize = 4;
+pub(super) const LEAST_ROWS: usize = 4;
 /// The least bands are one part in so many of a segment.
 const LEAST_PART: usize = 64;
 /// What 16 triangles cost, in pixels with nothing but depth; measured.

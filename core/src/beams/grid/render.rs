@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use fearless_simd::Level;
 
-use super::bands::{Cut, segments as segments_of};
+use super::bands::{Cut, LEAST_ROWS, segments as segments_of};
 use super::camera::Camera;
 use super::crew::{self, Sight, Work};
 use super::ready::Sketch;
@@ -62,7 +62,8 @@ impl BeamScene {
         let (sketch, ready, segments) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         let (shader, work) = (OnceLock::new(), OnceLock::new());
         let look = || sketch.get().is_some_and(|sketch: &Sketch<'_>| sketch.look(level));
-        crew::run::<ID>(threads - 1, &work, &look, || {
+        let helpers = (threads - 1).min(camera.rows / LEAST_ROWS);
+        crew::run::<ID>(helpers, &work, &look, || {
             let sketch = sketch.get_or_init(|| Sketch::new(self, cast, camera));
             let ready = ready.get_or_init(|| sketch.finish(self, cast, camera, level));
             let segments = segments.get_or_init(|| segments_of(ready, camera, count, cut));
