@@ -362,7 +362,8 @@ struct tatu_call {
 };
 
 enum {
-  TATU_CALL_RAISE = 1 /* an error is an error also where a name of old manners would return values instead */
+  TATU_CALL_RAISE = 1, /* an error is an error also where a name of old manners would return values instead */
+  TATU_CALL_SIDE_BY_SIDE = 2 /* of a script: set by the host while others run on other threads */
 };
 
 enum {

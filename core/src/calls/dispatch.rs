@@ -76,12 +76,6 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         return say(f.error, TATU_ERR_BUSY, &text);
     };
     let Some(call) = entry.raw.call else { return TATU_ERR_UNSUPPORTED };
-    if world.lane.is_some() && !entry.side_by_side {
-        f.error = calls.error_at(level.depth);
-        let status = say(f.error, TATU_ERR_BUSY, "scripts that run side by side with others cannot call it");
-        drop(level);
-        return failed(world, entry, f, status);
-    }
     let caller = calls.caller.get();
     f.error = calls.error_at(level.depth);
     f.world = world.raw();
@@ -96,6 +90,12 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     f.caller_script = caller.script;
     f.caller_dialect = caller.dialect;
     f.caller_kind = caller.kind;
+    if world.lane.is_some() && (!entry.side_by_side || entry.status == Status::Stub) {
+        f.error = calls.error_at(level.depth);
+        let status = say(f.error, TATU_ERR_BUSY, "scripts that run side by side with others cannot call it");
+        drop(level);
+        return failed(world, entry, f, status);
+    }
     if caller.kind == TATU_CALLER_REMOTE && resume == 0 {
         crate::session::remote_call(world, entry, f);
     }

@@ -64,7 +64,7 @@ pub struct ScriptSpec {
     pub kind: String,
     /// Among scripts of one object, or of siblings: 0 first, 1 (the default), 2 last.
     pub priority: u8,
-    /// Its actuation and sensing may run beside those of other scripts: see [`scripts`](crate::scripts).
+    /// Its actuation and sensing may run beside those of other scripts.
     pub side_by_side: bool,
     /// For messages: the file it came from, if any.
     pub name: String,

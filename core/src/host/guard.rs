@@ -124,6 +124,32 @@ pub fn say(text: &str) -> bool {
     })
 }
 
+/// A line that was logged, and its level.
+pub type Line = (u32, String);
+
+thread_local! {
+    /// Lines that are logged during [`collect`].
+    static LINES: RefCell<Option<Vec<Line>>> = const { RefCell::new(None) };
+}
+
+/// Calls something beside other threads; lines that are logged on this one meanwhile are given back, to be told in order.
+pub fn collect<T>(f: impl FnOnce() -> T) -> (T, Vec<Line>) {
+    let outer = LINES.replace(Some(Vec::new()));
+    let done = f();
+    (done, LINES.replace(outer).unwrap_or_default())
+}
+/// Keeps a line for [`collect`]; whether somebody collects.
+pub fn keep(level: u32, text: &str) -> bool {
+    LINES.with_borrow_mut(|lines| {
+        let Some(lines) = lines else { return false };
+        // A plugin that logs for ever must not fill the memory.
+        if lines.len() < 10_000 {
+            lines.push((level, text.to_owned()));
+        }
+        true
+    })
+}
+
 /// Calls a plugin; whether it left another floating-point mode behind, which has been restored then.
 #[inline]
 pub fn watched<T>(f: impl FnOnce() -> T) -> (T, bool) {

@@ -14,7 +14,7 @@ use std::{
 
 use tatu_plugin_api::abi::*;
 
-use super::{Callback, Script, answers::Ask, expect_later, life::turn_of};
+use super::{Callback, Kind, Script, answers::Ask, expect_later, life::turn_of};
 use crate::{
     calls::{ErrorSlot, Owner, copy_error},
     host::set_drives,
@@ -160,6 +160,9 @@ impl Stage<'_> {
             return;
         }
         lane.begin_script();
+        // What others before it in this lane have left must not show.
+        cell.calls.blame.take();
+        cell.calls.last.borrow_mut().fresh();
         if !self.is_ready(cell, script) {
             return lane.note(Deed::Alone(at));
         }
@@ -175,6 +178,7 @@ impl Stage<'_> {
             let blame = cell.calls.blame.borrow_mut().take();
             lane.note(Deed::Failed(at, status, Box::new((kept, blame))));
         });
+        lane.end_script();
         if script.asked.get() != Ask::Nothing {
             lane.note(Deed::Settle(at));
         }
@@ -184,7 +188,8 @@ impl Stage<'_> {
     fn is_ready(&self, cell: &WorldCell, script: &Script) -> bool {
         // SAFETY: as for `Sync`.
         let waits = || unsafe { (*(*self.world).calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
-        script.initialised.get()
+        script.kind != Kind::Main
+            && script.initialised.get()
             && !script.cleaned.get()
             && script.raw(&cell.registry).reserved & TATU_LANGUAGE_SIDE_BY_SIDE != 0
             && script.depth.get() == 0

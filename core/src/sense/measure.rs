@@ -73,6 +73,9 @@ pub struct Job<'a> {
     pub kind: usize,
     /// Indices of [`Sensing::devices`].
     pub devices: &'a [usize],
+    /// Places in `devices` at which another batch begins, however many threads there are: what fails as a batch does so on
+    /// any number of them.
+    pub cuts: &'a [usize],
     /// How.
     pub ask: &'a Ask,
     /// When.
@@ -130,7 +133,17 @@ pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec
         return share::measure(sensing, job, around);
     }
     let Sensing { devices, targets, scratch, .. } = sensing;
-    in_batches(&mut Part { devices, first: 0, targets, scratch }, job, around)
+    let mut part = Part { devices, first: 0, targets, scratch };
+    job.shares().flat_map(|devices| in_batches(&mut part, &Job { devices, cuts: &[], ..*job }, around)).collect()
+}
+
+impl<'a> Job<'a> {
+    /// The devices from cut to cut.
+    pub(super) fn shares(&self) -> impl Iterator<Item = &'a [usize]> {
+        let ends = self.cuts.iter().copied().chain([self.devices.len()]);
+        let (devices, mut begin) = (self.devices, 0);
+        ends.map(move |end| &devices[std::mem::replace(&mut begin, end)..end]).filter(|share| !share.is_empty())
+    }
 }
 
 /// The same on one thread.
@@ -154,7 +167,7 @@ pub(super) fn in_batches(part: &mut Part<'_>, job: &Job<'_>, around: &Around<'_>
 
 /// Handles a batch.
 fn measure_batch(part: &mut Part<'_>, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
-    let Job { kind, devices, ask, moment } = *job;
+    let Job { kind, devices, ask, moment, .. } = *job;
     let Around { scene, registry, twist, pool, .. } = *around;
     let kind_info = &registry.sensors[kind];
     let inputs = kind_info.raw.inputs;

@@ -58,6 +58,8 @@ pub struct Sensing {
     scratch: measure::Scratch,
     /// Of other threads.
     helpers: Vec<share::Helper>,
+    /// What plugins told while several threads were at work.
+    pub(crate) lines: Vec<crate::host::guard::Line>,
 }
 
 impl Sensing {
@@ -113,18 +115,22 @@ impl Sensing {
     /// looked at. What they measured before may be seen now, whether they measure now or not.
     ///
     /// `threads`: how many will work on them.
-    pub(crate) fn due(&mut self, kind: usize, from: usize, time: f64, threads: usize, due: &mut Vec<usize>) -> usize {
-        due.clear();
+    pub(crate) fn due(&mut self, kind: usize, from: usize, time: f64, threads: usize, due: &mut Due) -> usize {
+        due.devices.clear();
+        due.cuts.clear();
         let together = if threads > 1 { TOGETHER * FOR_MANY } else { TOGETHER };
         let some = self.by_kind.get(kind).map_or(&[][..], |all| all.get(from..).unwrap_or_default());
         let some = &some[..some.len().min(together)];
-        for i in some {
+        for (place, i) in some.iter().enumerate() {
+            if place > 0 && place % TOGETHER == 0 {
+                due.cuts.push(due.devices.len());
+            }
             let d = &mut self.devices[*i];
             if !d.off {
                 d.release(time);
             }
             if d.is_due(time) {
-                due.push(*i);
+                due.devices.push(*i);
             }
         }
         some.len()
@@ -151,6 +157,15 @@ impl Sensing {
         keep.into_iter().for_each(|d| self.put(d));
         gone
     }
+}
+
+/// Sensors that measure now.
+#[derive(Default)]
+pub(crate) struct Due {
+    /// Their indices.
+    pub devices: Vec<usize>,
+    /// Places in it at which another batch begins.
+    pub cuts: Vec<usize>,
 }
 
 /// So many sensors measure together: what is noted of them stays in the processor's caches from the first look at whether

@@ -12,10 +12,10 @@ use super::{
     cast::FEWEST,
     measure::{Around, Failed, Job, Part, Scratch, in_batches},
 };
-use crate::host::watchdog::Watch;
+use crate::host::{guard, watchdog::Watch};
 
-/// Sensors that a thread takes at a time.
-const SOME: usize = 256;
+/// Fewer sensors are handled sooner than others have come.
+const FEWEST_DEVICES: usize = 512;
 
 /// What another thread needs: room, and a place where its calls are noted.
 pub(super) struct Helper {
@@ -34,13 +34,20 @@ struct Share<'a> {
     devices: &'a mut [Device],
 }
 
+/// What there was to tell of a share.
+struct Told {
+    number: usize,
+    failed: Vec<Failed>,
+    lines: Vec<guard::Line>,
+}
+
 /// What all threads share.
 struct Table<'a> {
     job: &'a Job<'a>,
     around: &'a Around<'a>,
     targets: &'a Targets,
     left: Mutex<VecDeque<Share<'a>>>,
-    failed: Mutex<Vec<(usize, Vec<Failed>)>>,
+    told: Mutex<Vec<Told>>,
 }
 
 // SAFETY: scene, registry and targets are looked at only; a share and its instances belong to the thread that took it,
@@ -50,11 +57,17 @@ unsafe impl Sync for Table<'_> {}
 /// Whether to share a job: there are enough sensors, each with but a few rays, in the order in which they lie.
 pub(super) fn pays(sensing: &Sensing, job: &Job<'_>, around: &Around<'_>) -> bool {
     let few = |i: &usize| {
-        let plan = &sensing.devices[*i].layout.plan;
-        plan.image.is_none() && !plan.aimed && plan.directions.len() < FEWEST
+        let Device { layout, noise, .. } = &sensing.devices[*i];
+        let plan = &layout.plan;
+        // Delayed readings are of memory that sensors share.
+        noise.as_ref().is_none_or(|noise| !noise.delays())
+            && plan.image.is_none()
+            && !plan.aimed
+            && plan.directions.len() < FEWEST
     };
     around.pool.current_num_threads() > 1
-        && job.devices.len() >= 2 * SOME
+        && job.devices.len() >= FEWEST_DEVICES
+        && !job.cuts.is_empty()
         && job.devices.is_sorted()
         && job.devices.iter().all(few)
 }
@@ -63,19 +76,19 @@ pub(super) fn pays(sensing: &Sensing, job: &Job<'_>, around: &Around<'_>) -> boo
 pub(super) fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
     let Sensing { devices, targets, scratch, helpers, .. } = sensing;
     let (mut left, mut rest, mut begin) = (VecDeque::new(), &mut devices[..], 0);
-    for (number, indices) in job.devices.chunks(SOME).enumerate() {
+    for (number, indices) in job.shares().enumerate() {
         let (Some(first), Some(last)) = (indices.first(), indices.last()) else { continue };
         let (_, after) = rest.split_at_mut(first - begin);
         let (devices, after) = after.split_at_mut(last + 1 - first);
         (rest, begin) = (after, last + 1);
         left.push_back(Share { number, indices, devices });
     }
-    let others = (around.pool.current_num_threads() - 1).min(left.len() - 1);
+    let others = (around.pool.current_num_threads() - 1).min(left.len().saturating_sub(1));
     while helpers.len() < others {
         let watch = around.watch.beside(&around.registry.watches);
         helpers.push(Helper { scratch: Scratch::default(), watch });
     }
-    let table = Table { job, around, targets, left: Mutex::new(left), failed: Mutex::default() };
+    let table = Table { job, around, targets, left: Mutex::new(left), told: Mutex::default() };
     let shared = &table;
     around.pool.in_place_scope(|scope| {
         for helper in &mut helpers[..others] {
@@ -86,9 +99,14 @@ pub(super) fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>)
         }
         shared.work(scratch, around.watch);
     });
-    let mut failed = table.failed.into_inner().unwrap_or_else(PoisonError::into_inner);
-    failed.sort_by_key(|(number, _)| *number);
-    failed.into_iter().flat_map(|(_, failed)| failed).collect()
+    let mut told = table.told.into_inner().unwrap_or_else(PoisonError::into_inner);
+    told.sort_by_key(|told| told.number);
+    let mut failed = Vec::new();
+    for told in told {
+        failed.extend(told.failed);
+        sensing.lines.extend(told.lines);
+    }
+    failed
 }
 
 impl Table<'_> {
@@ -100,9 +118,10 @@ impl Table<'_> {
             let Some(Share { number, indices, devices }) = next else { return };
             let first = indices.first().copied().unwrap_or(0);
             let mut part = Part { devices, first, targets: self.targets, scratch };
-            let failed = in_batches(&mut part, &Job { devices: indices, ..*self.job }, &around);
-            if !failed.is_empty() {
-                self.failed.lock().unwrap_or_else(PoisonError::into_inner).push((number, failed));
+            let job = Job { devices: indices, cuts: &[], ..*self.job };
+            let (failed, lines) = guard::collect(|| in_batches(&mut part, &job, &around));
+            if !failed.is_empty() || !lines.is_empty() {
+                self.told.lock().unwrap_or_else(PoisonError::into_inner).push(Told { number, failed, lines });
             }
         }
     }

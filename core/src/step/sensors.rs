@@ -3,13 +3,13 @@
 use crate::{
     host::watchdog::Call,
     scripts::Scripts,
-    sense::{self, Around, Ask, BeamPlan, Job, Moment},
+    sense::{self, Around, Ask, BeamPlan, Due, Job, Moment},
     world::{WorldCell, instance_fault},
 };
 
 /// Sensors that are due measure.
 pub(super) fn sense(world: &WorldCell) {
-    let (mut measured, mut due) = (Vec::new(), Vec::new());
+    let (mut measured, mut due) = (Vec::new(), Due::default());
     let time = world.clock.time.get();
     world.sensing.borrow_mut().settle(&world.scene.borrow(), &world.registry);
     for kind in 0..world.registry.sensors.len() {
@@ -21,10 +21,10 @@ pub(super) fn sense(world: &WorldCell) {
                 break;
             }
             from += n;
-            if !due.is_empty() {
-                sense_some(world, kind, &due, &Ask::default());
+            if !due.devices.is_empty() {
+                sense_some(world, kind, (&due.devices, &due.cuts), &Ask::default());
                 let sensing = world.sensing.borrow();
-                measured.extend(due.iter().map(|i| &sensing.devices[*i]).filter(|d| !d.off).map(|d| d.slot));
+                measured.extend(due.devices.iter().map(|i| &sensing.devices[*i]).filter(|d| !d.off).map(|d| d.slot));
             }
         }
     }
@@ -33,7 +33,9 @@ pub(super) fn sense(world: &WorldCell) {
 }
 
 /// Handles some sensors of one kind now; whoever fails is switched off and named once.
-pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], ask: &Ask) {
+///
+/// `cuts`: places in `devices` at which another batch begins.
+pub(crate) fn sense_some(world: &WorldCell, kind: usize, (devices, cuts): (&[usize], &[usize]), ask: &Ask) {
     let moment = Moment { time: world.clock.time.get(), step: world.clock.step.get() };
     let failed = {
         let (mut sensing, scene, dynamics) =
@@ -53,12 +55,16 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, devices: &[usize], ask:
         let twist = |slot| world.twist(&scene, &dynamics, slot);
         let (watch, pool) = (&*world.watch, world.pool());
         let around = Around { scene: &scene, registry: &world.registry, twist: &twist, watch, pool, alone: false };
-        let job = Job { kind, devices, ask, moment };
+        let job = Job { kind, devices, cuts, ask, moment };
         let plugin = world.registry.sensors[kind].plugin;
         let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
         let run = || sense::measure(&mut sensing, &job, &around);
         world.cross(plugin, Call::Measure, first, run)
     };
+    let lines = std::mem::take(&mut world.sensing.borrow_mut().lines);
+    for (level, text) in lines {
+        world.log(level, &text);
+    }
     for f in failed {
         if let Some(d) = world.sensing.borrow_mut().devices.iter_mut().find(|d| d.slot == f.slot) {
             d.off = true;

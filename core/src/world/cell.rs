@@ -126,8 +126,12 @@ impl WorldCell {
     /// As for [`of`](Self::of).
     #[inline]
     pub unsafe fn here<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
-        // SAFETY: as promised.
-        unsafe { lane::of_this_thread().or_else(|| ptr.cast::<WorldCell>().cast_const().as_ref()) }
+        match lane::of_this_thread() {
+            // SAFETY: as promised.
+            None => unsafe { ptr.cast::<WorldCell>().cast_const().as_ref() },
+            // Nothing else is to be touched from here.
+            Some(cell) => (cell.raw() == ptr).then_some(cell),
+        }
     }
     /// Whether the world is started.
     pub fn running(&self) -> bool {

@@ -43,7 +43,7 @@ pub(crate) enum Deed {
     /// A command that it called failed, and gave a value all the same.
     Fault(Box<Fault>),
     /// It set a number of a joint's drive.
-    Set(u32, Row, f64),
+    Set(tatu_object, Row, f64),
     /// An error left it: its place in the order, the status, and what was said.
     Failed(usize, tatu_status, Box<(ErrorSlot, Option<(String, String)>)>),
     /// It asked for its end.
@@ -68,9 +68,12 @@ pub(crate) struct Beside {
     /// Instances of plugins, and their state blocks.
     instances: RefCell<Vec<(*mut c_void, *mut c_void)>>,
     deeds: RefCell<Vec<Deed>>,
-    /// Where those of the running script begin.
-    own: Cell<usize>,
+    /// What the running script has set: each number once.
+    own: RefCell<Vec<(tatu_object, Row, f64)>>,
+    /// Lines that the scripts of the chunk have told.
     lines: Cell<usize>,
+    /// Where the deeds of the running script begin.
+    begun: Cell<usize>,
     /// Chunks of scripts that have run here, and where their deeds begin.
     pub chunks: RefCell<Vec<(usize, usize)>>,
 }
@@ -86,8 +89,9 @@ impl Lane {
             world: Cell::new(null()),
             instances: RefCell::default(),
             deeds: RefCell::default(),
-            own: Cell::new(0),
+            own: RefCell::default(),
             lines: Cell::new(0),
+            begun: Cell::new(0),
             chunks: RefCell::default(),
         }));
         let cell = Box::new(cell);
@@ -176,25 +180,48 @@ impl Beside {
     /// The next scripts are those of a chunk.
     pub fn begin_chunk(&self, chunk: usize) {
         self.chunks.borrow_mut().push((chunk, self.deeds.borrow().len()));
-    }
-    /// The next deeds are those of another script.
-    pub fn begin_script(&self) {
-        self.own.set(self.deeds.borrow().len());
         self.lines.set(0);
     }
-    /// Notes a deed of the running script. Of lines no more than the world would keep.
-    pub fn note(&self, deed: Deed) {
-        if matches!(deed, Deed::Line(..) | Deed::Fault(_)) && self.lines.replace(self.lines.get() + 1) > MAX_LINES {
-            return;
-        }
-        self.deeds.borrow_mut().push(deed);
+    /// Another script begins.
+    pub fn begin_script(&self) {
+        self.begun.set(self.deeds.borrow().len());
     }
-    /// What the running script has set a number to.
+    /// The script has run: what it has set becomes deeds.
+    pub fn end_script(&self) {
+        let mut own = self.own.borrow_mut();
+        self.deeds.borrow_mut().extend(own.drain(..).map(|(object, row, x)| Deed::Set(object, row, x)));
+    }
+    /// Notes a deed of the running script. Of lines no more than the world would keep of the chunk's; of equal faults one.
+    pub fn note(&self, deed: Deed) {
+        let mut deeds = self.deeds.borrow_mut();
+        match &deed {
+            Deed::Line(..) if self.lines.replace(self.lines.get() + 1) > MAX_LINES => return,
+            Deed::Fault(new) => {
+                let begun = self.begun.get().min(deeds.len());
+                let known = deeds[begun..].iter_mut().find_map(|deed| match deed {
+                    Deed::Fault(known) if known.same_as(new) => Some(known),
+                    _ => None,
+                });
+                if let Some(known) = known {
+                    known.count += 1;
+                    return;
+                }
+            }
+            _ => {}
+        }
+        deeds.push(deed);
+    }
+    fn set(&self, object: tatu_object, row: Row, x: f64) {
+        let mut own = self.own.borrow_mut();
+        match own.iter_mut().find(|(o, r, _)| (*o, *r) == (object, row)) {
+            Some(known) => known.2 = x,
+            None => own.push((object, row, x)),
+        }
+    }
+    /// What the running script has set a number of an object to.
     pub fn number(&self, slot: u32, row: Row) -> Option<f64> {
-        self.deeds.borrow()[self.own.get()..].iter().rev().find_map(|deed| match deed {
-            Deed::Set(s, r, x) if (*s, *r) == (slot, row) => Some(*x),
-            _ => None,
-        })
+        let own = self.own.borrow();
+        own.iter().find(|(o, r, _)| (o & 0xF_FFFF == u64::from(slot)) && *r == row).map(|(_, _, x)| *x)
     }
 }
 
@@ -230,11 +257,12 @@ impl WorldCell {
 
     /// In a lane: sets a number of a joint's drive, when all scripts of the stage have run. `Err`: why not.
     pub fn set_later(&self, slot: u32, row: Row, x: f64) -> Result<(), String> {
-        let joint = self.see(|w| &w.scene).is_some_and(|s| s.is_joint(slot));
+        let joint = self.see(|w| &w.scene).filter(|s| s.is_joint(slot)).map(|s| s.id(slot));
         match &self.lane {
             _ if !x.is_finite() => Err(format!("`{}`: expected finite numbers", row.info().key)),
-            Some(lane) if joint && is_drive(row) => {
-                lane.note(Deed::Set(slot, row, x));
+            Some(lane) if is_drive(row) && joint.is_some() => {
+                // As it would be kept.
+                lane.set(joint.unwrap_or(0), row, if row == Row::Slip { x.max(0.0) } else { x });
                 Ok(())
             }
             _ => Err(format!("scripts that run side by side with others do not set `{}`", row.info().key)),

@@ -57,7 +57,7 @@ impl WorldCell {
         }
         let Ok(mut faults) = self.faults.try_borrow_mut() else { return };
         if let Some(known) = faults.iter_mut().find(|f| f.same_as(&fault)) {
-            known.count += 1;
+            known.count += fault.count;
             return;
         }
         let mut text = fault.message.clone();

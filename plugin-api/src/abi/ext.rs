@@ -60,6 +60,7 @@ pub struct tatu_call {
 }
 
 pub const TATU_CALL_RAISE: u32 = 1;
+pub const TATU_CALL_SIDE_BY_SIDE: u32 = 2;
 pub const TATU_COMMAND_RAW: u32 = 1;
 pub const TATU_COMMAND_SIDE_BY_SIDE: u32 = 2;
 pub const TATU_NAME_OLD_ERRORS: u32 = 1;

@@ -106,6 +106,9 @@ fn come<const ID: bool>(work: &OnceLock<Vec<Work<'_, ID>>>, look: &impl Fn() -> 
         }
         std::thread::yield_now();
     }
+    if let Some(work) = work.get() {
+        help(work, helper);
+    }
 }
 
 /// Draws wherever a thread is missing, beginning with the thread's own segment.

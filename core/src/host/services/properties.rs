@@ -290,15 +290,17 @@ pub(crate) fn set_drives(world: &WorldCell, deeds: &[Deed]) -> usize {
         return 0;
     };
     for (i, deed) in deeds.iter().enumerate() {
-        let Deed::Set(slot, row, x) = deed else { return i };
+        let Deed::Set(object, row, x) = deed else { return i };
         if let Some(Deed::Set(later, ..)) = deeds.get(i + 2 * AHEAD) {
-            scene.fetch(*later);
+            scene.fetch((later & 0xF_FFFF) as u32);
         }
         if let Some(Deed::Set(soon, ..)) = deeds.get(i + AHEAD) {
-            scene.fetch_joint(*soon);
+            scene.fetch_joint((soon & 0xF_FFFF) as u32);
         }
-        if let Some(Ok(Changed::Drive)) = scene::set_numbers(&mut scene, *slot, *row, &[*x]) {
-            dynamics.drive_changed(*slot);
+        // A script that ran by itself in between may have removed it.
+        let Ok(slot) = scene.resolve(*object) else { continue };
+        if let Some(Ok(Changed::Drive)) = scene::set_numbers(&mut scene, slot, *row, &[*x]) {
+            dynamics.drive_changed(slot);
         }
     }
     deeds.len()

@@ -105,7 +105,10 @@ pub(crate) fn enter(
     }
     let frame: *mut tatu_call = frame.raw();
     // SAFETY: the host's frame, valid during the call.
-    unsafe { (*frame).n_results = 0 };
+    unsafe {
+        (*frame).n_results = 0;
+        s.beside.set((*frame).reserved & TATU_CALL_SIDE_BY_SIDE != 0);
+    }
     let entry = Entry::begin(s, budget);
     let mut flow = Flow::Done;
     // SAFETY: protected.

@@ -84,6 +84,10 @@ unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
     if *place == CLOSED {
         errors::raise_text(l, "attempt to use a closed file");
     }
+    // Which of several comes first would depend on threads.
+    if *place >= FIRST && state::of(l).beside.get() {
+        errors::raise_text(l, "files cannot be used in a script that runs side by side with others");
+    }
     *place
 }
 

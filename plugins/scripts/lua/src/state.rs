@@ -103,6 +103,8 @@ pub(crate) struct State {
     pub old: Cell<bool>,
     /// Whether numbers lose what a 32-bit float does not hold when they pass to commands and back.
     pub single: Cell<bool>,
+    /// The running call is one of several that run side by side.
+    pub beside: Cell<bool>,
     /// What the text speaks of, while it is loaded.
     pub words: RefCell<Vec<Vec<u8>>>,
     pub slices: Slices,
@@ -228,6 +230,7 @@ impl Script {
             numbers: Cell::new(0),
             old: Cell::new(false),
             single: Cell::new(false),
+            beside: Cell::new(false),
             words: RefCell::default(),
             slices: Slices::default(),
             errors: RefCell::default(),
