@@ -146,6 +146,20 @@ fn what_goes_wrong_in_them_is_told_in_their_order() {
 }
 
 #[test]
+fn the_clean_up_of_one_that_fails_has_the_last_word() {
+    let stops = "
+function sysCall_init() own = sim.getObject('./joint') end
+function sysCall_actuation()
+    if sim.getSimulationTime() > 0.04 then sim.setJointTargetVelocity(own, 5) error('lost') end
+end
+function sysCall_cleanup() sim.setJointTargetVelocity(own, -1) end";
+    let scene = [jointed("a", true, stops), jointed("b", true, &teller("a", ""))];
+    let (lines, faults) = run_all(&scene.concat(), 3);
+    assert_eq!(lines[3], ["b 3: -1 3 at 0.10"]);
+    assert_eq!(faults.len(), 1, "{faults:#?}");
+}
+
+#[test]
 fn old_names_tell_and_give_their_values() {
     let script = "
         if sim_call_type == sim_childscriptcall_initialization then own = simGetObjectHandle('joint') n = 0 end

@@ -30,4 +30,3 @@ pub use registry::{
     Prelude, PresetInfo, Registry, SensorKind, ServiceKind, Status,
 };
 pub use search::{Copies, Search, Source};
-pub(crate) use services::set_drives;

@@ -1,8 +1,8 @@
 //! Scripts that run side by side, on all threads of the world.
 //!
-//! A scene may let scripts do so (`side_by_side = true`). Their actuation and sensing then see the world as it stood when the first of
-//! them was called, and what they set takes effect in the order of scripts when all have run; so they may run in any order,
-//! and on several threads. That order of things is the same with one thread: the number of threads changes no bit.
+//! A scene may let scripts do so (`side_by_side = true`). Their actuation and sensing then see the world as it stood when
+//! the first of them was called, and what they set takes effect in the order of scripts when all have run; so they may run
+//! in any order, and on several threads. That is so with one thread too: the number of threads changes no bit.
 //!
 //! A script that cannot run so just now (it has not begun, it waits, its language does not allow it) runs by itself when the
 //! others have run.
@@ -17,7 +17,7 @@ use tatu_plugin_api::abi::*;
 use super::{Callback, Kind, Script, answers::Ask, expect_later, life::turn_of};
 use crate::{
     calls::{ErrorSlot, Owner, copy_error},
-    host::set_drives,
+    scene::{Changed, set_numbers},
     world::{Beside, Deed, Lane, WorldCell},
 };
 
@@ -38,8 +38,8 @@ struct Stage<'a> {
     world: *const WorldCell,
     order: &'a [Rc<Script>],
     callback: Callback,
-    /// The stage's turn, by which a script knows whether it had its own.
-    turn: u64,
+    /// The stage and its turn, by which a script knows whether it had its own.
+    turn: (usize, u64),
     /// Whether any command waits for a script.
     waits: bool,
     /// Of each lane, its first chunk that nobody has taken, and where the next lane's begin.
@@ -64,12 +64,14 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
     {
         // Nobody changes the world while it is looked at from all sides.
         let (_scene, _sensing, _scripts) = (world.scene.borrow(), world.sensing.borrow(), world.scripts.borrow());
-        let (_settings, _instances) = (world.settings.borrow(), world.instances.borrow());
+        let (_dynamics, _settings, _instances) =
+            (world.dynamics.borrow(), world.settings.borrow(), world.instances.borrow());
+        let place = turn_of(stage_of(callback));
         let stage = Stage {
             world,
             order,
             callback,
-            turn: world.scripts.borrow().turns[turn_of(stage_of(callback))].get(),
+            turn: (place, world.scripts.borrow().turns[place].get()),
             waits: world.calls.waits.borrow().any(),
             chunks: (0..lanes).map(|i| (AtomicUsize::new(chunks * i / lanes), chunks * (i + 1) / lanes)).collect(),
         };
@@ -130,6 +132,31 @@ fn settle_one(world: &WorldCell, order: &[Rc<Script>], deed: Deed, alone: &impl 
     }
 }
 
+/// Sets the drives of joints that scripts which ran beside others have set, up to the first deed of another kind; how many.
+fn set_drives(world: &WorldCell, deeds: &[Deed]) -> usize {
+    let (Ok(mut scene), Ok(mut dynamics)) = (world.scene.try_borrow_mut(), world.dynamics.try_borrow_mut()) else {
+        return 0;
+    };
+    for (i, deed) in deeds.iter().enumerate() {
+        let Deed::Set(object, row, x) = deed else { return i };
+        if let Some(Deed::Set(later, ..)) = deeds.get(i + 2 * AHEAD) {
+            scene.fetch((later & 0xF_FFFF) as u32);
+        }
+        if let Some(Deed::Set(soon, ..)) = deeds.get(i + AHEAD) {
+            scene.fetch_joint((soon & 0xF_FFFF) as u32);
+        }
+        // A script that ran by itself in between may have removed it.
+        let Ok(slot) = scene.resolve(*object) else { continue };
+        if let Some(Ok(Changed::Drive)) = set_numbers(&mut scene, slot, *row, &[*x]) {
+            dynamics.drive_changed(slot);
+        }
+    }
+    deeds.len()
+}
+
+/// How many joints ahead memory is asked for.
+const AHEAD: usize = 4;
+
 impl Stage<'_> {
     /// Runs chunks of scripts in a lane: its own, then those that other lanes have left.
     fn work(&self, own: usize, lane: &Lane) {
@@ -156,7 +183,8 @@ impl Stage<'_> {
     /// Runs a script.
     fn one(&self, cell: &WorldCell, lane: &Beside, at: usize) {
         let script = &self.order[at];
-        if script.called_in[turn_of(stage_of(self.callback))].get() == self.turn {
+        let (place, turn) = self.turn;
+        if script.called_in[place].get() == turn {
             return;
         }
         lane.begin_script();
@@ -166,7 +194,7 @@ impl Stage<'_> {
         if !self.is_ready(cell, script) {
             return lane.note(Deed::Alone(at));
         }
-        script.called_in[turn_of(stage_of(self.callback))].set(self.turn);
+        script.called_in[place].set(turn);
         let number = script.number(self.callback);
         if number == 0 || !script.is_there(cell) {
             return;
@@ -176,6 +204,8 @@ impl Stage<'_> {
             // SAFETY: both are error objects of the host.
             unsafe { copy_error(error, kept.fresh()) };
             let blame = cell.calls.blame.borrow_mut().take();
+            // Its clean-up, which may come next, has the last word.
+            lane.end_script();
             lane.note(Deed::Failed(at, status, Box::new((kept, blame))));
         });
         lane.end_script();

@@ -1,10 +1,10 @@
 //! What a thread sees of a world while it runs scripts beside those of other threads (see `scripts::beside`).
 //!
-//! Such scripts do not touch the world. Their thread is in a *lane*: a cell of its own, with its own stack of calls, errors and
-//! lines, which takes the world's place in every service. It looks at the world as it stood when the stage began, through
-//! shared references. What scripts set, say and do wrong is noted as a [`Deed`], and done to the world in the order of the
-//! scripts when all of them have run: what comes out does not depend on the number of lanes. Whatever else would change
-//! the world is refused.
+//! Such scripts do not touch the world. Their thread is in a *lane*: a cell of its own, with its own stack of calls,
+//! errors and lines, which takes the world's place in every service. It looks at the world as it stood when the stage
+//! began, through shared references. What scripts set, say and do wrong is noted as a [`Deed`], and done to the world in
+//! the order of the scripts when all of them have run: what comes out does not depend on the number of lanes. Whatever
+//! else would change the world is refused.
 
 use std::{
     cell::{Cell, Ref, RefCell},
@@ -258,11 +258,11 @@ impl WorldCell {
     /// In a lane: sets a number of a joint's drive, when all scripts of the stage have run. `Err`: why not.
     pub fn set_later(&self, slot: u32, row: Row, x: f64) -> Result<(), String> {
         let joint = self.see(|w| &w.scene).filter(|s| s.is_joint(slot)).map(|s| s.id(slot));
-        match &self.lane {
+        match (&self.lane, joint.filter(|_| is_drive(row))) {
             _ if !x.is_finite() => Err(format!("`{}`: expected finite numbers", row.info().key)),
-            Some(lane) if is_drive(row) && joint.is_some() => {
+            (Some(lane), Some(joint)) => {
                 // As it would be kept.
-                lane.set(joint.unwrap_or(0), row, if row == Row::Slip { x.max(0.0) } else { x });
+                lane.set(joint, row, if row == Row::Slip { x.max(0.0) } else { x });
                 Ok(())
             }
             _ => Err(format!("scripts that run side by side with others do not set `{}`", row.info().key)),

@@ -18,8 +18,6 @@ mod session;
 mod signals;
 mod solids;
 
-pub(crate) use properties::set_drives;
-
 use std::{
     collections::BTreeMap,
     ffi::{CStr, c_char, c_void},

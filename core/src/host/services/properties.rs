@@ -11,7 +11,7 @@ use crate::{
         rows::{Of, Row},
     },
     sense::NoiseSpec,
-    world::{Deed, WorldCell, wants},
+    world::{WorldCell, wants},
 };
 
 pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
@@ -283,28 +283,3 @@ fn number(value: &Value) -> Option<f64> {
         _ => None,
     }
 }
-
-/// Sets the drives of joints that scripts which ran beside others have set, up to the first deed of another kind; how many.
-pub(crate) fn set_drives(world: &WorldCell, deeds: &[Deed]) -> usize {
-    let (Ok(mut scene), Ok(mut dynamics)) = (world.scene.try_borrow_mut(), world.dynamics.try_borrow_mut()) else {
-        return 0;
-    };
-    for (i, deed) in deeds.iter().enumerate() {
-        let Deed::Set(object, row, x) = deed else { return i };
-        if let Some(Deed::Set(later, ..)) = deeds.get(i + 2 * AHEAD) {
-            scene.fetch((later & 0xF_FFFF) as u32);
-        }
-        if let Some(Deed::Set(soon, ..)) = deeds.get(i + AHEAD) {
-            scene.fetch_joint((soon & 0xF_FFFF) as u32);
-        }
-        // A script that ran by itself in between may have removed it.
-        let Ok(slot) = scene.resolve(*object) else { continue };
-        if let Some(Ok(Changed::Drive)) = scene::set_numbers(&mut scene, slot, *row, &[*x]) {
-            dynamics.drive_changed(slot);
-        }
-    }
-    deeds.len()
-}
-
-/// How many joints ahead memory is asked for.
-const AHEAD: usize = 4;
