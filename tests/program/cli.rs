@@ -34,10 +34,12 @@ fn is_hash(v: &Value) -> bool {
 fn a_run_ends_with_a_summary() {
     let done = scene().run(&["--steps", "7"]).good();
     let sum = done.json();
-    assert_eq!(keys(&sum), ["errors", "hash", "objects", "scripts", "sim_time_s", "steps", "wall_s"]);
+    assert_eq!(keys(&sum), ["errors", "hash", "objects", "scripts", "sim_time_s", "step_wall_s", "steps", "wall_s"]);
     assert_eq!((sum["steps"].as_u64(), sum["errors"].as_array().map(Vec::len)), (Some(7), Some(0)));
     assert!((sum["sim_time_s"].as_f64().unwrap() - 0.35).abs() < 1e-12);
     assert!(sum["wall_s"].as_f64().unwrap() >= 0.0 && is_hash(&sum["hash"]));
+    let [median, p99, max] = ["median", "p99", "max"].map(|name| sum["step_wall_s"][name].as_f64().unwrap());
+    assert!(0.0 < median && median <= p99 && p99 <= max);
     assert_eq!(keys(&sum["objects"]), [ROBOT], "model bases");
     let robot = &sum["objects"][ROBOT];
     assert_eq!(keys(robot), ["hash", "position", "quaternion"]);

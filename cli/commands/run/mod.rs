@@ -1,8 +1,9 @@
 //! `tatu run`: a scene, step by step, as fast as it goes.
 //!
-//! `pace`: when a step may be done, and what is put in before it; `keys`: keys from a file; `terminal`: those of the
-//! terminal; `standins`: a script without its scene.
+//! `clock`: how long steps take; `pace`: when one may be done, and what is put in before it; `keys`: keys from a file;
+//! `terminal`: those of the terminal; `standins`: a script without its scene.
 
+mod clock;
 mod keys;
 mod pace;
 mod standins;
@@ -18,7 +19,7 @@ use std::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -33,6 +34,7 @@ use tatu_core::{
 };
 use tatu_plugin_api::abi::*;
 
+use clock::{Clock, Times};
 use pace::Pace;
 
 use crate::{
@@ -198,7 +200,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     }
     let mut pace = Pace::new(args, &world)?;
     let bar = progress(args, steps);
-    let began = Instant::now();
+    let mut clock = Clock::start();
     watchdog.begin(trace.shared());
     world.start();
     bar.set_position(world.steps());
@@ -211,19 +213,22 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
             break;
         }
         let before = world.steps();
-        match &mut reload {
-            None => drop(world.step()),
-            // At the barrier, where time stands: after services let go, before anything moves.
-            Some(reload) if world.barrier() => {
-                let told = reload.look(&world);
-                reloads += told.taken;
-                bar.suspend(|| tell_reload(&told));
-                world.step_on();
+        let moved = clock.step(|| {
+            match &mut reload {
+                None => drop(world.step()),
+                // At the barrier, where time stands: after services let go, before anything moves.
+                Some(reload) if world.barrier() => {
+                    let told = reload.look(&world);
+                    reloads += told.taken;
+                    bar.suspend(|| tell_reload(&told));
+                    world.step_on();
+                }
+                Some(_) => {}
             }
-            Some(_) => {}
-        }
+            world.steps() != before
+        });
         // Between two steps a stop may have been asked for, and while time stands there are none.
-        begun = world.steps() == before;
+        begun = !moved;
         pass(args, &world, &bar, &mut trace, watchdog, begun, false);
         if !begun {
             bar.inc(1);
@@ -236,7 +241,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         world.take_lines().iter().for_each(|l| bar.suspend(|| tell(args, l)));
     }
     drop(pace);
-    let wall = began.elapsed();
+    let times = clock.stop();
     let undrawn = args.graphs.as_deref().map(|dir| graphs::write(&world, dir)).unwrap_or_default();
     bar.finish_and_clear();
     unwritten.extend(snapshots.unwritten(&world));
@@ -264,7 +269,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         report::warning(&e);
     }
     let faults = world.faults();
-    let ran = Ran { steps: done, time, wall, reloads: reload.is_some().then_some(reloads), stand_ins };
+    let ran = Ran { steps: done, time, times, reloads: reload.is_some().then_some(reloads), stand_ins };
     summary(args, &ran, &hash, objects, &faults, scripts);
     watchdog.told();
     // The registry of the end: a reload makes another.
@@ -365,7 +370,7 @@ struct Ran {
     steps: u64,
     /// Simulated, s.
     time: f64,
-    wall: Duration,
+    times: Times,
     /// What was reloaded, if that was asked for.
     reloads: Option<u64>,
     /// What stood in for the script's scene, if it has none.
@@ -373,12 +378,12 @@ struct Ran {
 }
 
 fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faults: &[Fault], scripts: Value) {
-    let Ran { steps, time, wall, reloads, .. } = *ran;
-    let (hash, wall) = (format!("{:016x}", hash.total), wall.as_secs_f64());
+    let Ran { steps, time, reloads, ref times, .. } = *ran;
+    let (hash, wall) = (format!("{:016x}", hash.total), times.wall.as_secs_f64());
     if args.json {
         let mut out = json!({
-            "steps": steps, "sim_time_s": time, "wall_s": wall, "hash": hash, "objects": objects, "errors": faults,
-            "scripts": scripts,
+            "steps": steps, "sim_time_s": time, "wall_s": wall, "step_wall_s": times.step(), "hash": hash,
+            "objects": objects, "errors": faults, "scripts": scripts,
         });
         if let Some(n) = reloads {
             out["reloads"] = n.into();

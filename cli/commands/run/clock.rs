@@ -1,0 +1,76 @@
+//! How long a run takes, and each of its steps.
+
+use std::time::{Duration, Instant};
+
+use hdrhistogram::Histogram;
+use serde_json::{Value, json};
+
+/// Nanoseconds of the longest step that is told exactly: an hour.
+const LONGEST: u64 = 3_600_000_000_000;
+/// Decimal digits of the median and its like.
+const DIGITS: u8 = 3;
+
+/// The clock of a run.
+pub struct Clock {
+    began: Instant,
+    /// Nanoseconds of each step; `None` where there is no memory for them.
+    steps: Option<Histogram<u64>>,
+}
+
+impl Clock {
+    pub fn start() -> Self {
+        Clock { began: Instant::now(), steps: Histogram::new_with_max(LONGEST, DIGITS).ok() }
+    }
+
+    /// Does a step, or waits at its barrier; true if it was a step, whose time is noted then.
+    pub fn step(&mut self, step: impl FnOnce() -> bool) -> bool {
+        let begin = Instant::now();
+        let done = step();
+        if done && let Some(steps) = &mut self.steps {
+            steps.saturating_record(u64::try_from(begin.elapsed().as_nanos()).unwrap_or(LONGEST));
+        }
+        done
+    }
+
+    pub fn stop(self) -> Times {
+        Times { wall: self.began.elapsed(), steps: self.steps }
+    }
+}
+
+/// How long a run took.
+pub struct Times {
+    pub wall: Duration,
+    steps: Option<Histogram<u64>>,
+}
+
+impl Times {
+    /// What a step takes: the median, what 99 of 100 stay below, and the longest, s. Null if there was none.
+    pub fn step(&self) -> Value {
+        let Some(steps) = self.steps.as_ref().filter(|steps| !steps.is_empty()) else { return Value::Null };
+        let seconds = |nanoseconds: u64| nanoseconds as f64 * 1e-9;
+        json!({
+            "median": seconds(steps.value_at_quantile(0.5)),
+            "p99": seconds(steps.value_at_quantile(0.99)),
+            "max": seconds(steps.max()),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_told_and_barriers_are_not() {
+        let mut clock = Clock::start();
+        assert!(!clock.step(|| false));
+        assert_eq!(clock.stop().step(), Value::Null);
+        let mut clock = Clock::start();
+        for nanoseconds in [1_000_000_u64, 2_000_000, 9_000_000] {
+            clock.steps.as_mut().unwrap().record(nanoseconds).unwrap();
+        }
+        let told = clock.stop().step();
+        let of = |name: &str| told[name].as_f64().unwrap();
+        assert!((of("median") - 0.002).abs() < 2e-6 && (of("max") - 0.009).abs() < 9e-6 && of("p99") <= of("max"));
+    }
+}
