@@ -205,7 +205,7 @@ pub struct EngineSettings {
 }
 
 /// A rigid-body engine.
-pub trait Engine: Send {
+pub trait Engine: Send + Sync {
     /// Changes gravity or the length of a step.
     fn configure(&mut self, settings: EngineSettings);
     /// Adds a body.

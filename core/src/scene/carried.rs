@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Isometry3;
+use rayon::prelude::*;
+
 use super::{Data, Dynamics, Scene};
-use crate::physics::{BodyId, JointId, JointState};
+use crate::physics::{BodyId, Engine, JointId, JointState};
 
 /// An object that moves with the engine.
 struct Place {
@@ -22,6 +25,25 @@ enum From {
     Frame,
 }
 
+/// What the engine says of a place.
+#[derive(Clone, Copy)]
+enum Told {
+    Body(Isometry3<f64>),
+    Joint(JointState),
+    Nothing,
+}
+
+impl Told {
+    #[inline]
+    fn of(from: &From, engine: &dyn Engine) -> Self {
+        match from {
+            From::Body(id) => Told::Body(engine.pose(*id)),
+            From::Joint(id) => Told::Joint(engine.joint_state(*id)),
+            From::Frame => Told::Nothing,
+        }
+    }
+}
+
 /// The objects that move with the engine. All others are where they were put.
 #[derive(Default)]
 pub(super) struct Carried {
@@ -32,6 +54,8 @@ pub(super) struct Carried {
     /// The version at which all objects were gone through last: a change of the tree leaves places that do not follow
     /// from those above to the last bit.
     whole: u64,
+    /// What the engine says of some places, asked by several threads.
+    told: Vec<Told>,
 }
 
 impl Carried {
@@ -54,7 +78,13 @@ impl Dynamics {
         if self.carried.listed != scene.shape_version {
             self.list_carried(scene);
         }
-        let list = &self.carried.list;
+        let Dynamics { engine, carried: Carried { list, told, .. }, .. } = self;
+        let engine = &**engine;
+        told.clear();
+        if list.len() >= FEWEST && rayon::current_num_threads() > 1 {
+            // The engine's memory is spread; the scene's, which only one thread can write to, is not.
+            list.par_iter().with_min_len(CHUNK).map(|place| Told::of(&place.from, engine)).collect_into_vec(told);
+        }
         for (i, Place { slot, parent, from }) in list.iter().enumerate() {
             if let Some(Place { slot, from: From::Joint(_), .. }) = list.get(i + FAR_AHEAD) {
                 scene.fetch(*slot);
@@ -63,17 +93,16 @@ impl Dynamics {
                 scene.fetch_joint(*slot);
             }
             let frame = scene.frame(*parent);
-            let world = match from {
-                From::Body(id) => {
-                    let world = self.engine.pose(*id);
+            let world = match told.get(i).copied().unwrap_or_else(|| Told::of(from, engine)) {
+                Told::Body(world) => {
                     scene.places.local[*slot as usize] = frame.inverse() * world;
                     world
                 }
-                From::Joint(id) => {
-                    put_state(scene, *slot, &self.engine.joint_state(*id));
+                Told::Joint(state) => {
+                    put_state(scene, *slot, &state);
                     frame * scene.places.local[*slot as usize]
                 }
-                From::Frame => frame * scene.places.local[*slot as usize],
+                Told::Nothing => frame * scene.places.local[*slot as usize],
             };
             scene.put(*slot, world);
         }
@@ -135,3 +164,8 @@ fn put_state(scene: &mut Scene, slot: u32, state: &JointState) {
 const AHEAD: usize = 6;
 /// and before that the memory that tells where it is.
 const FAR_AHEAD: usize = 12;
+
+/// Fewer places are asked for sooner than another thread has come,
+const FEWEST: usize = 1024;
+/// and so many are one thread's.
+const CHUNK: usize = 256;

@@ -128,6 +128,16 @@ impl Device {
         std::mem::replace(&mut self.period, now) != now
     }
 
+    /// Whether it measures by itself in each step, and is seen to at once.
+    pub(super) fn is_steady(&self) -> bool {
+        !self.off && !self.explicit && self.rate <= 0.0 && !self.is_delayed()
+    }
+
+    /// Whether its readings are seen later than they are measured.
+    pub(super) fn is_delayed(&self) -> bool {
+        self.noise.as_ref().is_some_and(|noise| noise.delays())
+    }
+
     /// Before a measure, if readings are delayed: takes out the reading that is seen, and makes room for another.
     pub(super) fn keep_shown(&mut self) -> Option<noise::Reading> {
         let noise = self.noise.as_ref().filter(|n| n.delays())?;

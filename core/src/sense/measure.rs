@@ -71,11 +71,13 @@ pub struct Moment {
 pub struct Job<'a> {
     /// Their kind.
     pub kind: usize,
-    /// Indices of [`Sensing::devices`].
+    /// Indices of [`Sensing::devices`], ascending.
     pub devices: &'a [usize],
     /// Places in `devices` at which another batch begins, however many threads there are: what fails as a batch does so on
     /// any number of them.
     pub cuts: &'a [usize],
+    /// All have but a few rays, and none is delayed.
+    pub few: bool,
     /// How.
     pub ask: &'a Ask,
     /// When.
@@ -129,7 +131,7 @@ const BATCH: usize = 1 << 14;
 
 /// Handles sensors of one kind; those that failed.
 pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
-    if share::pays(sensing, job, around) {
+    if share::pays(job, around) {
         return share::measure(sensing, job, around);
     }
     let Sensing { devices, targets, scratch, .. } = sensing;

@@ -2,6 +2,7 @@
 //!
 //! - [`Sensing`]: the world's devices and their host-owned readings;
 //! - `device`: one sensor's instance and its last reading;
+//! - `due`: who measures by itself in a step;
 //! - `plan`: what a device sends out, as its plugin told;
 //! - `words`: the memory of readings;
 //! - `targets`: the scene as beams and images see it;
@@ -16,6 +17,7 @@ mod aim;
 mod cast;
 mod device;
 mod draw;
+mod due;
 mod image;
 mod measure;
 mod noise;
@@ -27,6 +29,7 @@ mod words;
 
 pub(crate) use cast::Limits;
 pub(crate) use device::{Device, Layout};
+pub(crate) use due::{Roll, Turn};
 pub use measure::{Around, Ask, Job, Moment, measure};
 pub use noise::NoiseSpec;
 pub(crate) use noise::{Memory, Noise};
@@ -49,8 +52,10 @@ pub struct Sensing {
     pub(crate) devices: Vec<Device>,
     /// Index plus one of each slot's device; 0: it has none.
     by_slot: Vec<u32>,
-    /// Of each kind, the indices of its devices.
-    by_kind: Vec<Vec<usize>>,
+    /// Of each kind.
+    rolls: Vec<Rc<Roll>>,
+    /// Room for the turn of a sensor that is told to measure.
+    alone: Turn,
     pub(crate) targets: Targets,
     /// The version of the scene's settings that all devices have taken up.
     settled: Option<u64>,
@@ -71,6 +76,10 @@ impl Sensing {
     fn put(&mut self, device: Device) {
         self.note(&device, self.devices.len());
         self.devices.push(device);
+        self.unsettle();
+    }
+    /// Something has changed by which it depends who measures, or how.
+    pub(crate) fn unsettle(&mut self) {
         self.settled = None;
     }
     /// The scene is another one: nothing is known of it.
@@ -90,13 +99,10 @@ impl Sensing {
             }
             Noise::follow(&mut d.noise, s.noise.as_ref(), &registry.sensors[d.kind]);
         }
+        self.call_the_roll();
     }
     fn note(&mut self, device: &Device, index: usize) {
-        let (slot, kind) = (device.slot as usize, device.kind);
-        if self.by_kind.len() <= kind {
-            self.by_kind.resize_with(kind + 1, Vec::new);
-        }
-        self.by_kind[kind].push(index);
+        let slot = device.slot as usize;
         if self.by_slot.len() <= slot {
             self.by_slot.resize(slot + 1, 0);
         }
@@ -110,30 +116,6 @@ impl Sensing {
     /// The index of a sensor's device.
     pub(crate) fn index(&self, slot: u32) -> Option<usize> {
         self.by_slot.get(slot as usize).and_then(|i| (*i as usize).checked_sub(1))
-    }
-    /// Of the next devices of a kind, from the `from`-th on, those that measure by themselves at this time; how many were
-    /// looked at. What they measured before may be seen now, whether they measure now or not.
-    ///
-    /// `threads`: how many will work on them.
-    pub(crate) fn due(&mut self, kind: usize, from: usize, time: f64, threads: usize, due: &mut Due) -> usize {
-        due.devices.clear();
-        due.cuts.clear();
-        let together = if threads > 1 { TOGETHER * FOR_MANY } else { TOGETHER };
-        let some = self.by_kind.get(kind).map_or(&[][..], |all| all.get(from..).unwrap_or_default());
-        let some = &some[..some.len().min(together)];
-        for (place, i) in some.iter().enumerate() {
-            if place > 0 && place % TOGETHER == 0 {
-                due.cuts.push(due.devices.len());
-            }
-            let d = &mut self.devices[*i];
-            if !d.off {
-                d.release(time);
-            }
-            if d.is_due(time) {
-                due.devices.push(*i);
-            }
-        }
-        some.len()
     }
     /// Readings are mostly looked at one after the other: asks for the one after next.
     #[inline]
@@ -153,27 +135,11 @@ impl Sensing {
         }
         let (keep, gone): (Vec<_>, Vec<_>) = std::mem::take(&mut self.devices).into_iter().partition(alive);
         self.by_slot.clear();
-        self.by_kind.clear();
+        self.unsettle();
         keep.into_iter().for_each(|d| self.put(d));
         gone
     }
 }
-
-/// Sensors that measure now.
-#[derive(Default)]
-pub(crate) struct Due {
-    /// Their indices.
-    pub devices: Vec<usize>,
-    /// Places in it at which another batch begins.
-    pub cuts: Vec<usize>,
-}
-
-/// So many sensors measure together: what is noted of them stays in the processor's caches from the first look at whether
-/// they are due to the last one at what they measured.
-const TOGETHER: usize = 256;
-
-/// With several threads so many times as many, or waking them up would take longer than what they do.
-const FOR_MANY: usize = 8;
 
 /// How many readings ahead memory is asked for.
 const AHEAD: usize = 2;

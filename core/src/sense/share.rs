@@ -9,7 +9,6 @@ use std::{
 
 use super::{
     Device, Sensing, Targets,
-    cast::FEWEST,
     measure::{Around, Failed, Job, Part, Scratch, in_batches},
 };
 use crate::host::{guard, watchdog::Watch};
@@ -54,22 +53,9 @@ struct Table<'a> {
 // which plugins allow for (`[parallel]`). What devices share, their layouts, is not cloned meanwhile.
 unsafe impl Sync for Table<'_> {}
 
-/// Whether to share a job: there are enough sensors, each with but a few rays, in the order in which they lie.
-pub(super) fn pays(sensing: &Sensing, job: &Job<'_>, around: &Around<'_>) -> bool {
-    let few = |i: &usize| {
-        let Device { layout, noise, .. } = &sensing.devices[*i];
-        let plan = &layout.plan;
-        // Delayed readings are of memory that sensors share.
-        noise.as_ref().is_none_or(|noise| !noise.delays())
-            && plan.image.is_none()
-            && !plan.aimed
-            && plan.directions.len() < FEWEST
-    };
-    around.pool.current_num_threads() > 1
-        && job.devices.len() >= FEWEST_DEVICES
-        && !job.cuts.is_empty()
-        && job.devices.is_sorted()
-        && job.devices.iter().all(few)
+/// Whether to share a job: there are enough sensors, each with but a few rays.
+pub(super) fn pays(job: &Job<'_>, around: &Around<'_>) -> bool {
+    around.pool.current_num_threads() > 1 && job.few && job.devices.len() >= FEWEST_DEVICES && !job.cuts.is_empty()
 }
 
 /// Handles sensors of one kind with all threads; those that failed, in order.

@@ -160,6 +160,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
             (d.sequence, d.time, d.drawn, d.off) = (image.sequence, image.time, image.drawn, image.off);
             // What the scene declares is taken up at the next measure.
             (d.period, d.noise) = (image.period, image.noise.map(|m| Box::new(Noise::of_memory(m))));
+            sensing.unsettle();
         }
         if !image.instance.missed {
             let of = Living { plugin: cell.registry.sensors[kind].plugin, slot: image.slot, data };

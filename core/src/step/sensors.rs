@@ -2,60 +2,65 @@
 
 use crate::{
     host::watchdog::Call,
-    scripts::Scripts,
-    sense::{self, Around, Ask, BeamPlan, Due, Job, Moment},
+    scripts::{Callback, Scripts},
+    sense::{self, Around, Ask, Job, Moment, Turn},
     world::{WorldCell, instance_fault},
 };
 
 /// Sensors that are due measure.
 pub(super) fn sense(world: &WorldCell) {
-    let (mut measured, mut due) = (Vec::new(), Due::default());
+    let mut measured = Scripts::any_has(world, Callback::Measured).then(Vec::new);
+    let mut asked = Turn::default();
     let time = world.clock.time.get();
+    let threads = world.pool().current_num_threads();
     world.sensing.borrow_mut().settle(&world.scene.borrow(), &world.registry);
     for kind in 0..world.registry.sensors.len() {
+        let roll = world.sensing.borrow().roll(kind);
+        let mut measure = |turn: &Turn| {
+            if turn.devices.is_empty() {
+                return;
+            }
+            sense_some(world, kind, turn, &Ask::default());
+            if let Some(measured) = &mut measured {
+                let sensing = world.sensing.borrow();
+                measured.extend(turn.devices.iter().map(|i| &sensing.devices[*i]).filter(|d| !d.off).map(|d| d.slot));
+            }
+        };
+        measure(&roll.steady);
         let mut from = 0;
         loop {
-            let threads = world.pool().current_num_threads();
-            let n = world.sensing.borrow_mut().due(kind, from, time, threads, &mut due);
+            let n = world.sensing.borrow_mut().due(&roll, from, time, threads, &mut asked);
             if n == 0 {
                 break;
             }
             from += n;
-            if !due.devices.is_empty() {
-                sense_some(world, kind, (&due.devices, &due.cuts), &Ask::default());
-                let sensing = world.sensing.borrow();
-                measured.extend(due.devices.iter().map(|i| &sensing.devices[*i]).filter(|d| !d.off).map(|d| d.slot));
-            }
+            measure(&asked);
         }
     }
-    Scripts::measured(world, &measured);
+    if let Some(measured) = measured {
+        Scripts::measured(world, &measured);
+    }
     world.look_after("sensing");
 }
 
 /// Handles some sensors of one kind now; whoever fails is switched off and named once.
-///
-/// `cuts`: places in `devices` at which another batch begins.
-pub(crate) fn sense_some(world: &WorldCell, kind: usize, (devices, cuts): (&[usize], &[usize]), ask: &Ask) {
+pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, ask: &Ask) {
     let moment = Moment { time: world.clock.time.get(), step: world.clock.step.get() };
+    let Turn { devices, cuts, sees, few } = turn;
     let failed = {
         let (mut sensing, scene, dynamics) =
             (world.sensing.borrow_mut(), world.scene.borrow(), world.dynamics.borrow());
         sensing.settle(&scene, &world.registry);
-        let mut followed = None;
-        for i in devices {
-            let BeamPlan { visible, waves, .. } = sensing.devices[*i].layout.plan;
-            if followed.replace((visible, waves)) == Some((visible, waves)) {
-                continue;
-            }
+        for (visible, waves) in sees {
             match visible {
                 true => sensing.targets.follow(&scene, true),
-                false => sensing.targets.follow_waves(&scene, waves),
+                false => sensing.targets.follow_waves(&scene, *waves),
             }
         }
         let twist = |slot| world.twist(&scene, &dynamics, slot);
         let (watch, pool) = (&*world.watch, world.pool());
         let around = Around { scene: &scene, registry: &world.registry, twist: &twist, watch, pool, alone: false };
-        let job = Job { kind, devices, cuts, ask, moment };
+        let job = Job { kind, devices, cuts, few: *few, ask, moment };
         let plugin = world.registry.sensors[kind].plugin;
         let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
         let run = || sense::measure(&mut sensing, &job, &around);
@@ -66,11 +71,14 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, (devices, cuts): (&[usi
         world.log(level, &text);
     }
     for f in failed {
-        if let Some(d) = world.sensing.borrow_mut().devices.iter_mut().find(|d| d.slot == f.slot) {
+        let mut sensing = world.sensing.borrow_mut();
+        if let Some(d) = sensing.devices.iter_mut().find(|d| d.slot == f.slot) {
             d.off = true;
             // What it measured before is no reading of now.
             d.forget();
+            sensing.unsettle();
         }
+        drop(sensing);
         let plugin = world.registry.sensors[f.kind].plugin;
         let text = format!("{} [{}]", f.text, f.call.text());
         world.report(instance_fault(world, plugin, f.slot, f.status, &text));

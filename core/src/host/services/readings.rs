@@ -116,7 +116,9 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
     if off {
         return Err(world.calls.refuse(TATU_ERR_GONE, "the sensor has been switched off after a fault"));
     }
-    sense_some(world, kind, (&[i], &[]), &Ask { only, limits });
+    let turn = world.sensing.borrow_mut().alone(i);
+    sense_some(world, kind, &turn, &Ask { only, limits });
+    world.sensing.borrow_mut().was_alone(turn);
     Ok(())
 }
 
