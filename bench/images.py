@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 from measure import PEERS, row
-from sensors import agree, ours
+from sensors import agree, ours, two_threads
 
 
 def mujoco(mesh, seconds):
@@ -52,8 +52,5 @@ def depth(embree, passes, with_mujoco, seconds, mesh):
 
 def threads(passes, seconds):
     """The image with the mesh, one thread against two: wall time, so let nothing else run."""
-    found = []
-    for _ in range(passes):
-        one, two = (ours("depth", "--seconds", str(seconds), "--mesh", "--threads", n) for n in "12")
-        found.append(two["frames_per_s"] / one["frames_per_s"])
-    row("depth image with a mesh, two threads", statistics.median(found), None, "1.8", "x")
+    gain = statistics.median(two_threads("depth", seconds, "--mesh") for _ in range(passes))
+    row("depth image with a mesh, two threads", gain, None, "1.8", "x")

@@ -1,8 +1,11 @@
 """What all rows share: processor time of a command, and the line that is printed."""
 import importlib.util
+import json
 import os
+import signal
 import subprocess
 import sys
+import tempfile
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -20,6 +23,32 @@ def cpu_of(command, **more):
     if status != 0:
         sys.exit("failed: %s" % " ".join(command))
     return used.ru_utime + used.ru_stime, out, used.ru_maxrss / 1024, time.perf_counter() - before
+
+
+def in_turns(commands, turn=0.5):
+    """What runs print that are all under way, one at a time for `turn` seconds while the others are stopped: what
+    else the machine does meets all of them alike. A median step or frame knows
+    nothing of the stops."""
+    with tempfile.TemporaryDirectory() as folder:
+        runs = []
+        for i, command in enumerate(commands):
+            with open(os.path.join(folder, str(i)), "w") as out:
+                runs.append(subprocess.Popen(command, stdout=out, stderr=subprocess.DEVNULL))
+            runs[-1].send_signal(signal.SIGSTOP)
+        left = list(runs)
+        while left:
+            for run in list(left):
+                run.send_signal(signal.SIGCONT)
+                try:
+                    run.wait(turn)
+                    left.remove(run)
+                except subprocess.TimeoutExpired:
+                    run.send_signal(signal.SIGSTOP)
+        found = []
+        for i, (run, command) in enumerate(zip(runs, commands)):
+            with open(os.path.join(folder, str(i))) as out:
+                found.append(json.load(out) if run.returncode == 0 else sys.exit("failed: %s" % " ".join(command)))
+        return found
 
 
 def has_mujoco():

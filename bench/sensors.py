@@ -6,7 +6,7 @@ import statistics
 import subprocess
 import sys
 
-from measure import PEERS, RELEASE, cpu_of, row
+from measure import PEERS, RELEASE, cpu_of, in_turns, row
 
 PROGRAM = os.path.join(RELEASE, "bench-beams")
 
@@ -15,6 +15,13 @@ def ours(*words):
     if not os.path.exists(PROGRAM):
         sys.exit("no %s: run `cargo build --release -p bench-beams`" % PROGRAM)
     return json.loads(cpu_of([PROGRAM, *words])[1])
+
+
+def two_threads(bench, seconds, *more):
+    """How many times as long the median frame takes on one thread as on two, in turns."""
+    words = [PROGRAM, bench, "--seconds", str(3 * seconds), *more, "--threads"]
+    one, two = in_turns([[*words, n] for n in "12"], 0.1)
+    return one["median_s"] / two["median_s"]
 
 
 def peer(*words):
@@ -91,8 +98,5 @@ def sonars(passes, with_mujoco, seconds):
             theirs.append(run["robot_steps_per_cpu_s"] / run["cpu_parts"]["rays"])
     row("1000 x 16 cones, MuJoCo's rays", statistics.median(mine), theirs and statistics.median(theirs), "6",
         "robot-steps/s")
-    pairs = []
-    for _ in range(passes):
-        one, two = (ours("sonars", "--seconds", str(seconds), "--threads", n)["robot_steps_per_s"] for n in "12")
-        pairs.append(two / one)
-    row("1000 x 16 cones, two threads", statistics.median(pairs), None, "1.8", "x")
+    gain = statistics.median(two_threads("sonars", seconds) for _ in range(passes))
+    row("1000 x 16 cones, two threads", gain, None, "1.8", "x")

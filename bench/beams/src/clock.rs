@@ -22,18 +22,28 @@ impl Clock {
     }
 }
 
+/// What a loop took.
+pub struct Took {
+    pub frames: u64,
+    /// In all.
+    pub clock: Clock,
+    /// Wall time of the median frame, s: what else the machine does in between does not show.
+    pub median: f64,
+}
+
 /// Calls `frame(k)` until it took `seconds` of wall time in all, after one call that does not count.
 ///
 /// `prepare(k)` comes before each frame and is not timed.
-pub fn loop_for<T>(seconds: f64, mut prepare: impl FnMut(u64) -> T, mut frame: impl FnMut(T)) -> (u64, Clock) {
+pub fn loop_for<T>(seconds: f64, mut prepare: impl FnMut(u64) -> T, mut frame: impl FnMut(T)) -> Took {
     frame(prepare(0));
-    let (mut clock, mut frames) = (Clock::default(), 0);
-    while clock.wall < seconds || frames < 3 {
-        let ready = prepare(frames);
+    let (mut clock, mut walls) = (Clock::default(), Vec::new());
+    while clock.wall < seconds || walls.len() < 3 {
+        let (ready, before) = (prepare(walls.len() as u64), clock.wall);
         clock.time(|| frame(ready));
-        frames += 1;
+        walls.push(clock.wall - before);
     }
-    (frames, clock)
+    walls.sort_by(f64::total_cmp);
+    Took { frames: walls.len() as u64, clock, median: walls[walls.len() / 2] }
 }
 
 fn cpu_now() -> f64 {

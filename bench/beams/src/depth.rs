@@ -6,7 +6,7 @@ use tatu_core::beams::{BeamScene, Faces, Grid, GridCast, GridImage, Light, View,
 
 use crate::{
     Asked,
-    clock::loop_for,
+    clock::{Took, loop_for},
     scenes::{room, sensor_pose, torus},
 };
 
@@ -52,7 +52,7 @@ pub fn run(asked: &Asked) -> Value {
     let pool = pool.build().expect("a pool of threads");
     let mut image = GridImage::default();
     let mut first = 0.0;
-    let (frames, clock) = loop_for(asked.number("seconds", 3.0), camera, |world_from_sensor| {
+    let took = loop_for(asked.number("seconds", 3.0), camera, |world_from_sensor| {
         let cast = GridCast { grid: &grid, world_from_sensor, faces, skip_group, only_object, want, light: &light };
         pool.install(|| scene.render(&cast, &mut image));
         if first == 0.0 {
@@ -60,8 +60,9 @@ pub fn run(asked: &Asked) -> Value {
             first = sum / image.depth.len() as f64;
         }
     });
+    let Took { frames, clock, median } = took;
     json!({
         "bench": "B3_depth", "mesh": asked.flag("mesh"), "threads": threads, "frames_per_s": frames as f64 / clock.wall,
-        "frames_per_cpu_s": frames as f64 / clock.cpu, "mean_depth_frame0": first,
+        "frames_per_cpu_s": frames as f64 / clock.cpu, "median_s": median, "mean_depth_frame0": first,
     })
 }

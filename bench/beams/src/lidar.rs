@@ -6,7 +6,7 @@ use tatu_core::beams::{BeamScene, BundleCast, BundleHits, RayBundle};
 
 use crate::{
     Asked,
-    clock::loop_for,
+    clock::{Took, loop_for},
     scenes::{pose, room, sensor_pose, torus},
 };
 
@@ -46,7 +46,7 @@ pub fn run(asked: &Asked) -> Value {
         let (x, y, yaw) = sensor_pose(k);
         pose(x, y, HEIGHT, yaw)
     };
-    let (frames, clock) = loop_for(asked.number("seconds", 3.0), prepare, |sensor: Isometry3<f64>| {
+    let Took { frames, clock, .. } = loop_for(asked.number("seconds", 3.0), prepare, |sensor: Isometry3<f64>| {
         let cast = BundleCast::new(&bundle, sensor, RANGE);
         scene.cast_bundle(&cast, BundleHits { distance: &mut distance, ..BundleHits::default() });
         if first == 0.0 {

@@ -11,7 +11,7 @@ use tatu_core::{
 
 use crate::{
     Asked,
-    clock::loop_for,
+    clock::{Took, loop_for},
     scenes::{arena, pose},
 };
 
@@ -86,7 +86,7 @@ pub fn run(asked: &Asked) -> Value {
     let pool = pool.build().expect("a pool of threads");
     let mut seen = 0usize;
     let prepare = |frame: u64| (0..robots).map(|k| place(k, frame)).collect::<Vec<_>>();
-    let (frames, clock) = loop_for(asked.number("seconds", 3.0), prepare, |chassis| {
+    let Took { frames, clock, median } = loop_for(asked.number("seconds", 3.0), prepare, |chassis| {
         pool.install(|| {
             let moved = chassis.iter().enumerate();
             scene.update_poses(
@@ -109,6 +109,6 @@ pub fn run(asked: &Asked) -> Value {
     json!({
         "bench": "B1_sonars", "robots": robots, "cones": mounts.len(), "threads": threads,
         "robot_steps_per_s": steps / clock.wall, "robot_steps_per_cpu_s": steps / clock.cpu,
-        "seen": seen as f64 / (frames + 1) as f64,
+        "median_s": median, "seen": seen as f64 / (frames + 1) as f64,
     })
 }
