@@ -1,11 +1,13 @@
 //! The memory that a script will touch when it is called, asked for while another one runs.
 //!
 //! One of a thousand scripts finds nothing of its state in the processor's caches, and would wait for some hundred lines
-//! of memory, most of them one after the other. What a call needs is found by following addresses from object to object, as
-//! Lua 5.4 lays them out; only words that are addresses in the slot are followed. Where that is mistaken, the processor
-//! reads in vain, and nothing else happens.
+//! of memory, most of them one after the other. What a call needs is found by going the way that Lua will go: from the
+//! functions to their constants, and from the names among these to what they stand for. Where that is mistaken, the
+//! processor reads in vain, and nothing else happens.
 
-use std::{cell::RefCell, ffi::c_void, ops::RangeInclusive};
+mod objects;
+
+use std::cell::RefCell;
 
 use mlua::ffi::*;
 use tatu_plugin_api::{abi::TATU_FIND_CALLBACK, safe::fetch};
@@ -15,15 +17,20 @@ use crate::{
     callbacks, collect,
     state::{Script, State, reg, registry},
 };
+use objects::{At, CALL, List, NODE, Objects, PROTOTYPE, TABLE_BYTES, TEXT_BYTES, VALUE, Value};
 
 /// Bytes of a line.
 const LINE: usize = 64;
 /// Most lines asked for: twice what a call of a small script touches.
 const MOST: usize = 256;
-/// Lines that the globals of a script take: a common library, and two dozens of its own.
-const GLOBALS: usize = 24;
+/// Bytes of a list, of code and of constants, from their beginnings on.
+const PART: usize = 16 * LINE;
 /// The call after which memory is looked at first: the text has run, and so have its callbacks.
 const SETTLED: u64 = 4;
+/// Whenever it has been put in order so many times, it is looked at again.
+const AGAIN: u64 = 16;
+/// Places of the registry that each call looks at.
+const PLACES: [i64; 3] = [reg::CHUNK, reg::BORROWED, reg::TOLD];
 
 /// Neighbouring lines.
 #[derive(Clone, Copy)]
@@ -47,9 +54,11 @@ impl Ahead {
     }
 }
 
-/// Looks at a script's memory, after its first calls and whenever it has been put in order.
+/// Looks at a script's memory, after its first calls and from time to time.
 pub(crate) fn learn(s: &Script) {
-    if !collect::is_time(s) && s.entries.get() != SETTLED {
+    let calls = s.entries.get();
+    let orders = calls / collect::EVERY;
+    if calls != SETTLED && !(collect::is_time(s) && (orders <= 1 || orders.is_multiple_of(AGAIN))) {
         return;
     }
     let callbacks: Vec<_> = {
@@ -57,96 +66,190 @@ pub(crate) fn learn(s: &Script) {
         text.names.iter().filter(|(how, _)| *how == TATU_FIND_CALLBACK).map(|(_, name)| name.clone()).collect()
     };
     let rules = s.text.borrow().rules.clone();
-    let mut finder = Finder { slot: &s.slot, lines: Vec::with_capacity(MOST) };
+    let mut finder = Finder::new(&s.slot);
     // SAFETY: protected.
     let _ = s.protect(&mut |l| unsafe {
+        finder.look(l, s);
         for name in &callbacks {
             callbacks::callback(l, &rules, name);
             finder.function(lua_topointer(l, -1));
             lua_settop(l, 0);
         }
-        finder.look(l, s);
+        lua_pushglobaltable(l);
+        finder.names(lua_topointer(l, -1));
     });
     *s.ahead.0.borrow_mut() = finder.runs();
 }
 
 /// Finds lines.
 struct Finder<'a> {
-    slot: &'a Slot,
+    objects: Objects<'a>,
     lines: Vec<usize>,
+    /// Functions and tables that have been looked at.
+    seen: Vec<At>,
+    /// Texts that functions have as constants: names, most of them.
+    names: Vec<At>,
 }
 
-impl Finder<'_> {
+impl<'a> Finder<'a> {
+    fn new(slot: &'a Slot) -> Self {
+        Finder { objects: Objects(slot), lines: Vec::with_capacity(MOST), seen: Vec::new(), names: Vec::new() }
+    }
+
+    /// What every call touches.
+    ///
     /// # Safety
     /// Protected; a few free places on the stack.
     unsafe fn look(&mut self, l: *mut lua_State, s: &State) {
         self.note((&raw const *s).cast(), size_of::<State>());
         // The thread, what all threads share, the stack, and the calls on it.
         self.note(s.main.cast(), 6 * LINE);
-        self.follow(s.main.cast(), 2..=6, 3, &mut |_, _| ());
+        for to in self.objects.words(s.main.cast(), 2..=6) {
+            self.note(to, 3 * LINE);
+        }
+        for call in self.objects.calls(s.main.cast()) {
+            self.note(call, CALL);
+        }
+        let places = lua_topointer(l, LUA_REGISTRYINDEX);
+        self.table(places);
+        for place in PLACES {
+            let (way, _) = self.objects.way_to_number(places, place as usize);
+            self.go(&way);
+        }
+        registry(l, reg::TOLD);
+        self.table(lua_topointer(l, -1));
+        registry(l, reg::BORROWED);
+        self.table(lua_topointer(l, -1));
         registry(l, reg::CHUNK);
-        let text = lua_topointer(l, -1);
-        self.function(text);
-        // Globals, and behind them the names of commands. What was made after the text is the script's own: its lists too.
-        lua_pushglobaltable(l);
-        self.table(lua_topointer(l, -1), GLOBALS, &mut |f, entries| {
-            f.follow(entries, 0..=GLOBALS * LINE / 8 - 1, 0, &mut |f, value| {
-                if value > text {
-                    f.note(value.cast(), LINE);
-                    f.follow(value, 2..=2, 4, &mut |_, _| ());
-                }
-            });
-        });
-        if lua_getmetatable(l, -1) != 0 {
-            self.table(lua_topointer(l, -1), 1, &mut |f, entries| {
-                f.follow(entries, 0..=8, 1, &mut |f, table| f.table(table, 8, &mut |_, _| ()));
-            });
+        self.function(lua_topointer(l, -1));
+        lua_settop(l, 0);
+    }
+
+    /// What the names stand for: globals, and behind them commands.
+    fn names(&mut self, globals: At) {
+        self.note(globals, TABLE_BYTES);
+        let mut tables = vec![globals];
+        // What a name stands for may bring others.
+        let mut next = 0;
+        while let Some(name) = self.names.get(next).copied() {
+            next += 1;
+            if let Some(Value::Table(table)) = self.named(globals, name, true) {
+                tables.push(table);
+            }
+        }
+        for table in tables.into_iter().skip(1) {
+            let mut next = 0;
+            while let Some(name) = self.names.get(next).copied() {
+                next += 1;
+                self.named(table, name, false);
+            }
         }
     }
 
-    /// Code, constants and what they refer to, values of variables from outside.
-    fn function(&mut self, at: *const c_void) {
-        self.note(at.cast(), LINE);
-        self.follow(at, 3..=3, 2, &mut |f, prototype| {
-            f.follow(prototype, 7..=8, 5, &mut |f, list| f.follow(list, 0..=79, 1, &mut |_, _| ()));
-        });
-        self.follow(at, 4..=11, 1, &mut |f, variable| f.follow(variable, 1..=3, 1, &mut |_, _| ()));
+    /// What a name stands for in a table, or behind it. `surely`: it is looked for there, whether it is there or not.
+    fn named(&mut self, table: At, name: At, surely: bool) -> Option<Value> {
+        let (way, found) = self.objects.way_to_text(table, name);
+        if found || surely {
+            self.go(&way);
+        }
+        if found {
+            let value = self.objects.value(*way.last()?);
+            self.value(value);
+            return Some(value);
+        }
+        let metatable = self.objects.metatable(table);
+        if metatable.is_null() {
+            return None;
+        }
+        // Its only entry is the table behind.
+        let (nodes, _) = self.objects.nodes(metatable);
+        let Value::Table(behind) = self.objects.value(nodes) else { return None };
+        let (way, found) = self.objects.way_to_text(behind, name);
+        if !found {
+            return None;
+        }
+        self.note(metatable, TABLE_BYTES);
+        self.note(nodes, NODE);
+        self.note(behind, TABLE_BYTES);
+        self.go(&way);
+        let value = self.objects.value(*way.last()?);
+        self.value(value);
+        Some(value)
     }
 
-    /// A table and its entries.
-    fn table(&mut self, at: *const c_void, lines: usize, then: &mut dyn FnMut(&mut Self, *const c_void)) {
-        self.note(at.cast(), LINE);
-        self.follow(at, 3..=3, lines, then);
+    /// What is at hand when a value is.
+    fn value(&mut self, value: Value) {
+        match value {
+            Value::Table(at) => self.table(at),
+            Value::Function(at) => self.function(at),
+            Value::Command(at) => self.note(at, 32 + VALUE),
+            Value::Text(_) | Value::Other => {}
+        }
+    }
+
+    /// Code, constants and variables from outside.
+    fn function(&mut self, at: At) {
+        if at.is_null() || !self.is_new(at) {
+            return;
+        }
+        let objects = self.objects;
+        let prototype = objects.prototype(at);
+        self.note(at, 32);
+        self.note(prototype, PROTOTYPE);
+        self.part(objects.code(prototype));
+        let (constants, bytes) = objects.constants(prototype);
+        self.part((constants, bytes));
+        for offset in (0..bytes.min(PART)).step_by(VALUE) {
+            if let Value::Text(text) = objects.value(constants.wrapping_byte_add(offset)) {
+                self.note(text, TEXT_BYTES);
+                if !self.names.contains(&text) {
+                    self.names.push(text);
+                }
+            }
+        }
+        for variable in objects.variables(at) {
+            self.note(variable, 40);
+            if let value @ (Value::Function(_) | Value::Command(_)) = objects.of_variable(variable) {
+                self.value(value);
+            }
+        }
+    }
+
+    /// A table and its list.
+    fn table(&mut self, at: At) {
+        if !at.is_null() && self.is_new(at) {
+            self.note(at, TABLE_BYTES);
+            self.part(self.objects.list(at));
+        }
+    }
+
+    fn is_new(&mut self, at: At) -> bool {
+        let new = !self.seen.contains(&at);
+        if new {
+            self.seen.push(at);
+        }
+        new
+    }
+
+    fn go(&mut self, way: &[At]) {
+        for node in way {
+            self.note(*node, NODE);
+        }
+    }
+
+    fn part(&mut self, (at, bytes): List) {
+        self.note(at, bytes.min(PART));
     }
 
     /// Notes some bytes.
-    fn note(&mut self, at: *const u8, bytes: usize) {
+    fn note(&mut self, at: At, bytes: usize) {
+        if at.is_null() {
+            return;
+        }
         let (first, end) = (at as usize & !(LINE - 1), at as usize + bytes);
         for line in (first..end).step_by(LINE) {
             if self.lines.len() < MOST && !self.lines.contains(&line) {
                 self.lines.push(line);
-            }
-        }
-    }
-
-    /// Notes some lines of what words of an object refer to, and does something with each of these.
-    fn follow(
-        &mut self,
-        at: *const c_void,
-        words: RangeInclusive<usize>,
-        lines: usize,
-        then: &mut dyn FnMut(&mut Self, *const c_void),
-    ) {
-        for i in words {
-            let word = at.cast::<*const c_void>().wrapping_add(i);
-            if !self.slot.holds(word.cast(), size_of::<usize>()) {
-                return;
-            }
-            // SAFETY: within the slot; what is there is a number for us, whatever it means.
-            let to = unsafe { word.read_volatile() };
-            if self.slot.holds(to.cast(), 1) && to.cast::<usize>().is_aligned() {
-                self.note(to.cast(), lines * LINE);
-                then(self, to);
             }
         }
     }
@@ -162,47 +265,5 @@ impl Finder<'_> {
             }
         }
         runs
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::ptr::null_mut;
-
-    use super::*;
-    use crate::alloc::lua_alloc;
-
-    /// Three blocks of which each holds the address of the next, and something that is none.
-    #[test]
-    fn addresses_are_followed_as_far_as_asked_and_only_in_the_slot() {
-        let slot = Slot::new(3);
-        if !slot.is_mapped() {
-            println!("skipped: this system reserves no address space");
-            return;
-        }
-        let elsewhere = [0_usize; 8];
-        // SAFETY: blocks of 512 bytes of a slot that lives on.
-        let [a, b, c] = unsafe {
-            let blocks = [(); 3].map(|()| lua_alloc((&raw const *slot).cast_mut().cast(), null_mut(), 0, 512));
-            let [a, b, c] = blocks.map(|block| block.cast::<usize>());
-            *a.add(3) = b as usize;
-            *a.add(4) = 0xF00D;
-            *a.add(5) = elsewhere.as_ptr() as usize;
-            *a.add(6) = b as usize + 1;
-            *b.add(2) = c as usize;
-            [a, b, c]
-        };
-        let mut finder = Finder { slot: &slot, lines: Vec::new() };
-        finder.follow(a.cast(), 0..=7, 2, &mut |f, to| {
-            assert_eq!(to, b.cast_const().cast());
-            f.follow(to, 2..=2, 1, &mut |_, _| ());
-        });
-        let line = |p: *mut usize| p as usize & !(LINE - 1);
-        assert!([line(b), line(b) + LINE, line(c)].iter().all(|l| finder.lines.contains(l)));
-        assert!(finder.lines.len() <= 4);
-        // Past the end of what was taken nothing is read.
-        finder.follow(c.cast(), 60..=90, 1, &mut |_, _| panic!("there is nothing"));
-        let runs = finder.runs();
-        assert!(runs.windows(2).all(|w| w[0].first + w[0].lines * LINE < w[1].first));
     }
 }

@@ -10,7 +10,7 @@ use mlua::ffi::*;
 use crate::state::State;
 
 /// Calls of the host between two collections.
-const EVERY: u64 = 64;
+pub(crate) const EVERY: u64 = 64;
 /// Garbage, KiB, at which Lua collects by itself.
 const MUCH: i32 = 4 << 10;
 
