@@ -8,7 +8,7 @@
 //!   back;
 //! - `follow`: joints that follow others;
 //! - `forms`: the solids of a shape;
-//! - `moves`: which shapes have moved;
+//! - `moves`: which shapes have moved; `part`: some slots, for a thread of its own;
 //! - `places`: where objects are, by slot, and where they were at the last barrier; `poses`: asking for it, setting it.
 
 mod carried;
@@ -18,6 +18,7 @@ mod forms;
 mod moves;
 mod names;
 mod object;
+mod part;
 mod places;
 mod poses;
 mod props;

@@ -25,8 +25,8 @@ impl Handle {
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[repr(C, align(64))]
-struct Slot {
-    object: Option<Object>,
+pub(super) struct Slot {
+    pub object: Option<Object>,
     /// Unique name of the last object here, for messages about stale ids.
     last: String,
 }
@@ -35,7 +35,7 @@ struct Slot {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Scene {
     /// Slot 0 is the world itself and always empty.
-    slots: Vec<Slot>,
+    pub(super) slots: Vec<Slot>,
     /// Where they are.
     pub(super) places: Places,
     free: VecDeque<u32>,
