@@ -51,6 +51,6 @@ def depth(embree, passes, with_mujoco, seconds, mesh):
 
 
 def threads(passes, seconds):
-    """The image with the mesh, one thread against two: wall time, so let nothing else run."""
+    """The image with the mesh, one thread against two."""
     gain = statistics.median(two_threads("depth", seconds, "--mesh") for _ in range(passes))
     row("depth image with a mesh, two threads", gain, None, "1.8", "x")

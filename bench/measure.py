@@ -26,28 +26,38 @@ def cpu_of(command, **more):
 
 
 def in_turns(commands, turn=0.5):
-    """What runs print that are all under way, one at a time for `turn` seconds while the others are stopped: what
-    else the machine does meets all of them alike. A median step or frame knows
-    nothing of the stops."""
+    """What runs print that are all under way, one at a time for `turn` seconds while the others are stopped.
+
+    What else the machine does meets all of them alike, and a median step or frame knows nothing of the stops.
+    """
+    runs = []
     with tempfile.TemporaryDirectory() as folder:
-        runs = []
-        for i, command in enumerate(commands):
-            with open(os.path.join(folder, str(i)), "w") as out:
-                runs.append(subprocess.Popen(command, stdout=out, stderr=subprocess.DEVNULL))
-            runs[-1].send_signal(signal.SIGSTOP)
-        left = list(runs)
-        while left:
-            for run in list(left):
-                run.send_signal(signal.SIGCONT)
-                try:
-                    run.wait(turn)
-                    left.remove(run)
-                except subprocess.TimeoutExpired:
-                    run.send_signal(signal.SIGSTOP)
+        try:
+            for i, command in enumerate(commands):
+                with open(os.path.join(folder, str(i)), "w") as out:
+                    runs.append(subprocess.Popen(command, stdout=out, stderr=subprocess.DEVNULL))
+                runs[-1].send_signal(signal.SIGSTOP)
+            left = list(runs)
+            while left:
+                for run in list(left):
+                    run.send_signal(signal.SIGCONT)
+                    try:
+                        run.wait(turn)
+                        left.remove(run)
+                    except subprocess.TimeoutExpired:
+                        run.send_signal(signal.SIGSTOP)
+        finally:
+            for run in runs:
+                if run.poll() is None:
+                    run.kill()
         found = []
         for i, (run, command) in enumerate(zip(runs, commands)):
+            if run.returncode != 0:
+                sys.exit("failed: %s" % " ".join(command))
             with open(os.path.join(folder, str(i))) as out:
-                found.append(json.load(out) if run.returncode == 0 else sys.exit("failed: %s" % " ".join(command)))
+                found.append(json.load(out))
+            if found[-1].get("errors"):
+                sys.exit("the run has errors: %s" % found[-1]["errors"][:1])
         return found
 
 

@@ -11,15 +11,19 @@ from measure import PEERS, RELEASE, cpu_of, in_turns, row
 PROGRAM = os.path.join(RELEASE, "bench-beams")
 
 
-def ours(*words):
+def program():
     if not os.path.exists(PROGRAM):
         sys.exit("no %s: run `cargo build --release -p bench-beams`" % PROGRAM)
-    return json.loads(cpu_of([PROGRAM, *words])[1])
+    return PROGRAM
+
+
+def ours(*words):
+    return json.loads(cpu_of([program(), *words])[1])
 
 
 def two_threads(bench, seconds, *more):
     """How many times as long the median frame takes on one thread as on two, in turns."""
-    words = [PROGRAM, bench, "--seconds", str(3 * seconds), *more, "--threads"]
+    words = [program(), bench, "--seconds", str(3 * seconds), *more, "--threads"]
     one, two = in_turns([[*words, n] for n in "12"], 0.1)
     return one["median_s"] / two["median_s"]
 

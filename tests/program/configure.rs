@@ -153,6 +153,21 @@ fn a_sensor_is_handed_new_values_and_asked_for_its_beams() {
 }
 
 #[test]
+fn a_sensor_that_is_made_anew_measures_when_the_old_one_did() {
+    // One that waits to be asked goes on waiting, until it need not wait any more.
+    let script = "local n = 0
+        function sysCall_actuation()
+            gauge, n = sim.getObject('/gauge'), n + 1
+            if n == 2 then sim.setFloatProperty(gauge, 'stiff.range', 3) end
+            assert(tatu.read(gauge).sequence == math.max(n - 5, 0), 'it has measured unasked')
+            if n == 5 then sim.setExplicitHandling(gauge, 0) end
+        end";
+    let sensor = "[[object]]\nkind = \"sensor\"\nsensor = \"stiff\"\nalias = \"gauge\"\nexplicit = true\n";
+    let wall = cuboid("wall", [1.0, 1.0, 0.2], [0.0, 0.0, 2.1], "");
+    with(&format!("{wall}{sensor}{}", watcher("caller", script))).run(&["--steps", "8"]).good();
+}
+
+#[test]
 fn a_value_that_is_not_taken_stays_as_it_was() {
     let kept = "assert(sim.getFloatProperty(gauge, 'gauge.range') == 3)
         assert(sim.getFloatProperty(gauge, 'gauge.rays') == 1)";

@@ -29,8 +29,8 @@ pub(crate) struct Roll {
     others: Vec<usize>,
 }
 
-/// So many sensors measure together: what is noted of them stays in the processor's caches from the first look at whether
-/// they are due to the last one at what they measured.
+/// So many sensors measure together: what is noted of them stays in the processor's caches from the first look at them to
+/// the last one at what they measured.
 const TOGETHER: usize = 256;
 
 /// With several threads so many times as many, or waking them up would take longer than what they do.
@@ -76,8 +76,11 @@ impl Roll {
 }
 
 impl Sensing {
-    /// Lists the devices of each kind.
-    pub(super) fn call_the_roll(&mut self) {
+    /// Lists the devices of each kind, if the lists are not right any more.
+    pub(crate) fn list(&mut self) {
+        if std::mem::replace(&mut self.listed, true) {
+            return;
+        }
         let mut rolls: Vec<Roll> = Vec::new();
         for (index, device) in self.devices.iter().enumerate() {
             if rolls.len() <= device.kind {
@@ -100,7 +103,7 @@ impl Sensing {
         self.alone = turn;
     }
 
-    /// The devices of a kind, as of the last time that all took up what the scene says.
+    /// The devices of a kind, as they were listed last.
     pub(crate) fn roll(&self, kind: usize) -> Rc<Roll> {
         self.rolls.get(kind).cloned().unwrap_or_default()
     }
@@ -121,6 +124,8 @@ impl Sensing {
             let d = &mut self.devices[*i];
             if !d.off {
                 d.release(time);
+                // It had a last delayed reading.
+                self.listed &= !d.is_steady();
             }
             if d.is_due(time) {
                 turn.add(*i, d);

@@ -59,6 +59,8 @@ pub struct Sensing {
     pub(crate) targets: Targets,
     /// The version of the scene's settings that all devices have taken up.
     settled: Option<u64>,
+    /// Whether `rolls` are of the devices as they are.
+    listed: bool,
     shelves: words::Shelves,
     scratch: measure::Scratch,
     /// Of other threads.
@@ -78,9 +80,13 @@ impl Sensing {
         self.devices.push(device);
         self.unsettle();
     }
-    /// Something has changed by which it depends who measures, or how.
+    /// Something has changed that is taken up from the scene.
     pub(crate) fn unsettle(&mut self) {
         self.settled = None;
+    }
+    /// Something has changed by which it depends who measures, or how.
+    pub(crate) fn unlist(&mut self) {
+        self.listed = false;
     }
     /// The scene is another one: nothing is known of it.
     pub(crate) fn forget_scene(&mut self) {
@@ -99,7 +105,7 @@ impl Sensing {
             }
             Noise::follow(&mut d.noise, s.noise.as_ref(), &registry.sensors[d.kind]);
         }
-        self.call_the_roll();
+        self.unlist();
     }
     fn note(&mut self, device: &Device, index: usize) {
         let slot = device.slot as usize;

@@ -13,7 +13,11 @@ pub(super) fn sense(world: &WorldCell) {
     let mut asked = Turn::default();
     let time = world.clock.time.get();
     let threads = world.pool().current_num_threads();
-    world.sensing.borrow_mut().settle(&world.scene.borrow(), &world.registry);
+    {
+        let mut sensing = world.sensing.borrow_mut();
+        sensing.settle(&world.scene.borrow(), &world.registry);
+        sensing.list();
+    }
     for kind in 0..world.registry.sensors.len() {
         let roll = world.sensing.borrow().roll(kind);
         let mut measure = |turn: &Turn| {
@@ -76,7 +80,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, ask: &Ask)
             d.off = true;
             // What it measured before is no reading of now.
             d.forget();
-            sensing.unsettle();
+            sensing.unlist();
         }
         drop(sensing);
         let plugin = world.registry.sensors[f.kind].plugin;

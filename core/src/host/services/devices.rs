@@ -171,7 +171,7 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
     let device = sensing.devices.iter_mut().find(|d| d.slot == slot && d.id == id).ok_or(Stop::Gone)?;
     device.params[at] = params.swap_remove(at);
     device.lay_out(layout);
-    sensing.unsettle();
+    sensing.unlist();
     Ok(())
 }
 
@@ -201,6 +201,8 @@ fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, pa
     let mut made = Device::create(world, kind, slot, instance, params).map_err(Stop::Refused)?;
     let old = {
         let mut sensing = world.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
+        // What the scene says of it is taken up before it measures.
+        sensing.unsettle();
         let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
         place.map(|d| {
             (made.drawn, made.period, made.noise) = (d.drawn, d.period, d.noise.take());

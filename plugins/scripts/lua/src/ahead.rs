@@ -58,7 +58,8 @@ impl Ahead {
 pub(crate) fn learn(s: &Script) {
     let calls = s.entries.get();
     let orders = calls / collect::EVERY;
-    if calls != SETTLED && !(collect::is_time(s) && (orders <= 1 || orders.is_multiple_of(AGAIN))) {
+    let again = orders <= 1 || orders.is_multiple_of(AGAIN) || s.ahead.0.borrow().is_empty();
+    if calls != SETTLED && !(collect::is_time(s) && again) {
         return;
     }
     let callbacks: Vec<_> = {
@@ -72,7 +73,9 @@ pub(crate) fn learn(s: &Script) {
         finder.look(l, s);
         for name in &callbacks {
             callbacks::callback(l, &rules, name);
-            finder.function(lua_topointer(l, -1));
+            if lua_iscfunction(l, -1) == 0 {
+                finder.function(lua_topointer(l, -1));
+            }
             lua_settop(l, 0);
         }
         lua_pushglobaltable(l);
@@ -131,7 +134,7 @@ impl<'a> Finder<'a> {
         let mut tables = vec![globals];
         // What a name stands for may bring others.
         let mut next = 0;
-        while let Some(name) = self.names.get(next).copied() {
+        while let Some(name) = self.names.get(next).copied().filter(|_| !self.is_full()) {
             next += 1;
             if let Some(Value::Table(table)) = self.named(globals, name, true) {
                 tables.push(table);
@@ -139,7 +142,7 @@ impl<'a> Finder<'a> {
         }
         for table in tables.into_iter().skip(1) {
             let mut next = 0;
-            while let Some(name) = self.names.get(next).copied() {
+            while let Some(name) = self.names.get(next).copied().filter(|_| !self.is_full()) {
                 next += 1;
                 self.named(table, name, false);
             }
@@ -189,7 +192,7 @@ impl<'a> Finder<'a> {
 
     /// Code, constants and variables from outside.
     fn function(&mut self, at: At) {
-        if at.is_null() || !self.is_new(at) {
+        if at.is_null() || self.is_full() || !self.is_new(at) {
             return;
         }
         let objects = self.objects;
@@ -217,10 +220,15 @@ impl<'a> Finder<'a> {
 
     /// A table and its list.
     fn table(&mut self, at: At) {
-        if !at.is_null() && self.is_new(at) {
+        if !at.is_null() && !self.is_full() && self.is_new(at) {
             self.note(at, TABLE_BYTES);
             self.part(self.objects.list(at));
         }
+    }
+
+    /// Functions that hold functions that hold functions are followed no further than this.
+    fn is_full(&self) -> bool {
+        self.lines.len() >= MOST
     }
 
     fn is_new(&mut self, at: At) -> bool {
@@ -246,9 +254,9 @@ impl<'a> Finder<'a> {
         if at.is_null() {
             return;
         }
-        let (first, end) = (at as usize & !(LINE - 1), at as usize + bytes);
+        let (first, end) = (at as usize & !(LINE - 1), (at as usize).saturating_add(bytes));
         for line in (first..end).step_by(LINE) {
-            if self.lines.len() < MOST && !self.lines.contains(&line) {
+            if !self.is_full() && !self.lines.contains(&line) {
                 self.lines.push(line);
             }
         }

@@ -100,6 +100,26 @@ fn budgets_are_per_call() {
     assert_eq!(s.function("f", &[]).unwrap(), [Value::Int(1)]);
 }
 
+/// Functions that hold functions: what looks at a script's memory between its calls must not follow all of them.
+#[test]
+fn long_chains_of_functions_do_no_harm() {
+    let s = host().script(1);
+    s.load(
+        "local f = function() return 7 end
+         for i = 1, 100000 do local g = f f = function() return g() end end
+         chain = f
+         function init() kept = chain end
+         function last() return 7 end",
+        "t.lua",
+        "",
+    )
+    .unwrap();
+    s.init().unwrap();
+    for _ in 0..200 {
+        assert_eq!(s.function("last", &[]).unwrap(), [Value::Int(7)]);
+    }
+}
+
 #[test]
 fn memory_has_a_limit() {
     let h = host();
