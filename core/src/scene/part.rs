@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use nalgebra::Isometry3;
+use tatu_plugin_api::safe::fetch;
 
 use super::{
     Data, Joint, Scene,
@@ -62,12 +63,10 @@ impl Part<'_> {
     }
     /// Asks for the memory that tells where a joint is,
     pub fn fetch(&self, slot: u32) {
-        tatu_plugin_api::safe::fetch(&raw const self.slots[(slot - self.first) as usize]);
+        fetch(&raw const self.slots[(slot - self.first) as usize]);
     }
     /// and for that of the joint, once the other is there.
     pub fn fetch_joint(&self, slot: u32) {
-        if let Some(Data::Joint(j)) = self.slots[(slot - self.first) as usize].object.as_ref().map(|o| &o.data) {
-            tatu_plugin_api::safe::fetch(&raw const **j);
-        }
+        self.slots[(slot - self.first) as usize].fetch_joint();
     }
 }

@@ -31,6 +31,16 @@ pub(super) struct Slot {
     last: String,
 }
 
+impl Slot {
+    /// Asks for the memory of a joint.
+    #[inline]
+    pub fn fetch_joint(&self) {
+        if let Some(Object { data: Data::Joint(j), .. }) = &self.object {
+            fetch(&raw const **j);
+        }
+    }
+}
+
 /// The live tree.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Scene {
@@ -290,8 +300,8 @@ impl Scene {
     /// Asks for a joint's memory, once that of its object is there.
     #[inline]
     pub(crate) fn fetch_joint(&self, slot: u32) {
-        if let Some(Object { data: Data::Joint(j), .. }) = self.get(slot) {
-            fetch(&raw const **j);
+        if let Some(there) = self.slots.get(slot as usize) {
+            there.fetch_joint();
         }
     }
     /// The object in a slot.

@@ -156,25 +156,28 @@ impl<'a> Finder<'a> {
             self.go(&way);
         }
         if found {
-            let value = self.objects.value(*way.last()?);
-            self.value(value);
-            return Some(value);
+            return self.end_of(&way);
         }
         let metatable = self.objects.metatable(table);
         if metatable.is_null() {
             return None;
         }
         // Its only entry is the table behind.
-        let (nodes, _) = self.objects.nodes(metatable);
-        let Value::Table(behind) = self.objects.value(nodes) else { return None };
+        let entry = self.objects.nodes(metatable);
+        let Value::Table(behind) = self.objects.value(entry) else { return None };
         let (way, found) = self.objects.way_to_text(behind, name);
         if !found {
             return None;
         }
         self.note(metatable, TABLE_BYTES);
-        self.note(nodes, NODE);
+        self.note(entry, NODE);
         self.note(behind, TABLE_BYTES);
         self.go(&way);
+        self.end_of(&way)
+    }
+
+    /// The value that a way leads to, looked at.
+    fn end_of(&mut self, way: &[At]) -> Option<Value> {
         let value = self.objects.value(*way.last()?);
         self.value(value);
         Some(value)
@@ -264,7 +267,6 @@ impl<'a> Finder<'a> {
 
     fn runs(mut self) -> Vec<Run> {
         self.lines.sort_unstable();
-        self.lines.dedup();
         let mut runs: Vec<Run> = Vec::new();
         for line in self.lines {
             match runs.last_mut() {

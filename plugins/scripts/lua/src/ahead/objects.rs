@@ -15,6 +15,7 @@ const TABLE: u8 = 0x45;
 const LUA_FUNCTION: u8 = 0x46;
 const C_FUNCTION: u8 = 0x66;
 const SHORT_TEXT: u8 = 0x44;
+const WHOLE_NUMBER: u8 = 3;
 
 /// Bytes of a table, of a node of one, of a value, of a text but for its bytes, of a prototype, of a call.
 pub(super) const TABLE_BYTES: usize = 56;
@@ -73,26 +74,29 @@ impl Objects<'_> {
     pub fn metatable(self, table: At) -> At {
         self.address(table, 40)
     }
-    /// The nodes of a table.
-    pub fn nodes(self, table: At) -> List {
-        (self.address(table, 24), NODE << self.read::<u8>(table, 11).min(24))
+    /// The first node of a table,
+    pub fn nodes(self, table: At) -> At {
+        self.address(table, 24)
+    }
+    /// and how many there are.
+    fn count(self, table: At) -> usize {
+        1 << self.read::<u8>(table, 11).min(24)
     }
     /// The nodes that are looked at for a short text, and whether the last of them has it.
     pub fn way_to_text(self, table: At, text: At) -> (Vec<At>, bool) {
         let hash = self.read::<u32>(text, 12) as usize;
-        self.way(table, hash & ((1 << self.read::<u8>(table, 11).min(24)) - 1), |node| {
+        self.way(table, hash & (self.count(table) - 1), |node| {
             self.read::<u8>(node, 9) == SHORT_TEXT && self.address(node, 16) == text
         })
     }
     /// The same for a number of a few digits.
     pub fn way_to_number(self, table: At, number: usize) -> (Vec<At>, bool) {
-        let nodes = 1_usize << self.read::<u8>(table, 11).min(24);
-        self.way(table, number % ((nodes - 1) | 1), |node| {
-            self.read::<u8>(node, 9) == 3 && self.read::<usize>(node, 16) == number
+        self.way(table, number % ((self.count(table) - 1) | 1), |node| {
+            self.read::<u8>(node, 9) == WHOLE_NUMBER && self.read::<usize>(node, 16) == number
         })
     }
     fn way(self, table: At, first: usize, is_it: impl Fn(At) -> bool) -> (Vec<At>, bool) {
-        let mut node = self.address(table, 24).wrapping_byte_add(first * NODE);
+        let mut node = self.nodes(table).wrapping_byte_add(first * NODE);
         let mut way = Vec::new();
         while way.len() < LONGEST {
             way.push(node);
