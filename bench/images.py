@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 from measure import PEERS, row
-from sensors import agree, ours, two_threads
+from sensors import agree, frames_on_two_threads, ours
 
 
 def mujoco(mesh, seconds):
@@ -52,5 +52,5 @@ def depth(embree, passes, with_mujoco, seconds, mesh):
 
 def threads(passes, seconds):
     """The image with the mesh, one thread against two."""
-    gain = statistics.median(two_threads("depth", seconds, "--mesh") for _ in range(passes))
+    gain = statistics.median(frames_on_two_threads("depth", seconds, "--mesh") for _ in range(passes))
     row("depth image with a mesh, two threads", gain, None, "1.8", "x")

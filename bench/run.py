@@ -21,7 +21,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import arena  # noqa: E402
 import images  # noqa: E402
 import sensors  # noqa: E402
-from measure import PEERS, RELEASE, ROOT, cpu_of, has_mujoco, in_turns, row  # noqa: E402
+from measure import PEERS, RELEASE, ROOT, cores, cpu_of, has_mujoco, in_turns, row, two_threads  # noqa: E402
 
 TATU = os.path.join(RELEASE, "tatu")
 
@@ -80,12 +80,17 @@ def arena_row(scenes, robots, steps, passes, wanted, peer):
         "robot-steps/s")
 
 
+def median_step(run):
+    return run["step_wall_s"]["median"]
+
+
 def growth(scenes, passes):
-    """The median step of 1000 robots against that of 10, in turns; the steps of both take about as long in all."""
+    """The median step of 1000 robots against that of 10, in turns on one processor, then on another; the steps of both
+    take about as long in all."""
     pairs = []
-    for _ in range(passes):
-        few, many = in_turns([command(scenes(n), steps, *PHYSICS) for n, steps in ((10, 30000), (1000, 200))])
-        pairs.append(many["step_wall_s"]["median"] / few["step_wall_s"]["median"] / 100)
+    for core in cores() * passes:
+        few, many = in_turns([(command(scenes(n), steps, *PHYSICS), {core}) for n, steps in ((10, 30000), (1000, 200))])
+        pairs.append(median_step(many) / median_step(few) / 100)
     row("cost per robot, 1000 against 10", statistics.median(pairs), None, "at most 1.5", "x")
 
 
@@ -93,10 +98,9 @@ def threads(scenes, passes):
     """The median step on one thread against that on two, in turns."""
     pairs, hashes = [], set()
     for _ in range(passes):
-        runs = in_turns([command(scenes(1000), 200, *PHYSICS, "--threads", n) for n in "12"])
+        gain, runs = two_threads(lambda n: command(scenes(1000), 200, *PHYSICS, "--threads", str(n)), median_step)
         hashes.update(run["hash"] for run in runs)
-        one, two = (run["step_wall_s"]["median"] for run in runs)
-        pairs.append(one / two)
+        pairs.append(gain)
     row("1000 robots, two threads", statistics.median(pairs), None, "1.6, same hashes", "x")
     print("    hashes: %s" % ("the same" if len(hashes) == 1 else "DIFFERENT"))
 

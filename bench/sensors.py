@@ -6,7 +6,7 @@ import statistics
 import subprocess
 import sys
 
-from measure import PEERS, RELEASE, cpu_of, in_turns, row
+from measure import PEERS, RELEASE, cpu_of, row, two_threads
 
 PROGRAM = os.path.join(RELEASE, "bench-beams")
 
@@ -21,11 +21,10 @@ def ours(*words):
     return json.loads(cpu_of([program(), *words])[1])
 
 
-def two_threads(bench, seconds, *more):
-    """How many times as long the median frame takes on one thread as on two, in turns."""
+def frames_on_two_threads(bench, seconds, *more):
+    """How many times as fast two threads are as one."""
     words = [program(), bench, "--seconds", str(3 * seconds), *more, "--threads"]
-    one, two = in_turns([[*words, n] for n in "12"], 0.1)
-    return one["median_s"] / two["median_s"]
+    return two_threads(lambda n: [*words, str(n)], lambda run: run["median_s"], 0.1)[0]
 
 
 def peer(*words):
@@ -102,5 +101,5 @@ def sonars(passes, with_mujoco, seconds):
             theirs.append(run["robot_steps_per_cpu_s"] / run["cpu_parts"]["rays"])
     row("1000 x 16 cones, MuJoCo's rays", statistics.median(mine), theirs and statistics.median(theirs), "6",
         "robot-steps/s")
-    gain = statistics.median(two_threads("sonars", seconds) for _ in range(passes))
+    gain = statistics.median(frames_on_two_threads("sonars", seconds) for _ in range(passes))
     row("1000 x 16 cones, two threads", gain, None, "1.8", "x")

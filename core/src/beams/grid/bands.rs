@@ -5,18 +5,18 @@
 //! the band where it begins, however far it reaches into the following ones: moving corners costs more than pixels.
 
 use super::camera::Camera;
-use super::ready::Ready;
 
 /// Least rows of a band.
 pub(super) const LEAST_ROWS: usize = 4;
 /// The least bands are one part in so many of a segment.
-const LEAST_PART: usize = 64;
+const LEAST_PART: usize = 128;
 /// What 16 triangles cost, in pixels with nothing but depth; measured.
-const SIXTEEN: usize = 350;
+const SIXTEEN: usize = 220;
 /// What a pixel costs of which more than the depth is asked for.
 const SHADED: usize = 40;
-/// What reaches over more than one in so many rows of the image is drawn anew by each band.
-const TALL: usize = 4;
+/// What reaches over more than one in so many rows of the image is drawn anew by each band. Whether it does is looked at closely:
+/// the ball around a group is often much higher than what it holds.
+pub(super) const TALL: usize = 4;
 
 /// Some triangles of a mesh that is ready.
 #[derive(Debug, Clone, Copy, Default)]
@@ -61,31 +61,37 @@ pub(super) enum Cut {
     Balanced { shaded: bool },
 }
 
-/// Cuts an image into segments.
-pub(super) fn segments(ready: &Ready<'_>, camera: &Camera, count: usize, cut: Cut) -> Vec<Segment> {
+impl Cut {
+    /// Whether so many rows stay in one band.
+    pub fn is_none(self, rows: usize) -> bool {
+        matches!(self, Self::Even(band) if band >= rows)
+    }
+}
+
+/// Cuts an image into so many segments.
+pub(super) fn segments(pieces: Vec<Piece>, camera: &Camera, (count, cut): (usize, Cut)) -> Vec<Segment> {
     let rows = camera.rows;
     let count = count.clamp(1, rows);
-    let mut all = Vec::with_capacity(count);
-    for i in 0..count {
-        all.push(Segment::new(ready, camera, (i * rows / count, (i + 1) * rows / count), cut));
+    if count == 1 && cut.is_none(rows) {
+        return vec![Segment::whole(pieces, rows)];
     }
-    all
+    (0..count).map(|i| Segment::new(&pieces, camera, (i * rows / count, (i + 1) * rows / count), cut)).collect()
 }
 
 impl Segment {
-    fn new(ready: &Ready<'_>, camera: &Camera, rows: (usize, usize), cut: Cut) -> Self {
+    /// One band: nothing has to be put in order.
+    fn whole(own: Vec<Piece>, rows: usize) -> Self {
+        let band = Band { rows: (0, rows), reach: rows, own: (0, own.len()) };
+        Self { rows: (0, rows), bands: vec![band], own, tall: Vec::new() }
+    }
+
+    fn new(all: &[Piece], camera: &Camera, rows: (usize, usize), cut: Cut) -> Self {
         let mut out = Self { rows, ..Self::default() };
         let high = rows.1 - rows.0;
-        if high == camera.rows && matches!(cut, Cut::Even(band) if band >= high) {
-            // One band: nothing has to be put in order.
-            out.own.extend(ready.pieces());
-            out.bands.push(Band { rows, reach: rows.1, own: (0, out.own.len()) });
-            return out;
-        }
         let shaded = matches!(cut, Cut::Balanced { shaded: true });
         let mut costs = vec![camera.columns * if shaded { SHADED } else { 1 }; high];
-        let mut pieces = Vec::new();
-        for mut piece in ready.pieces() {
+        let mut pieces = Vec::with_capacity(all.len());
+        for mut piece in all.iter().copied() {
             piece.rows = (piece.rows.0.max(rows.0 as u32), piece.rows.1.min(rows.1 as u32));
             if piece.rows.0 >= piece.rows.1 {
                 continue;

@@ -22,6 +22,8 @@ pub(in crate::beams) struct Clusters {
     pub(super) centre: Vector3<f64>,
     pub(super) half: Vector3<f64>,
     pub(super) sixteens: Vec<Sixteen>,
+    /// Their numbers in the mesh; apart, since most images do not need them.
+    pub(super) primitives: Vec<[u32; WIDE]>,
     pub(super) groups: Vec<Groups>,
     /// Whether whoever looks from outside sees only fronts.
     pub(super) closed: bool,
@@ -32,8 +34,6 @@ pub(in crate::beams) struct Clusters {
 pub(super) struct Sixteen {
     /// Of each corner: x, y, z.
     pub corners: [[[f32; WIDE]; 3]; 3],
-    /// Number in the mesh.
-    pub primitive: [u32; WIDE],
 }
 
 impl Sixteen {
@@ -65,11 +65,14 @@ impl Clusters {
     pub fn new(mesh: &Mesh, members: &[Triangle]) -> Self {
         if members.is_empty() {
             let (centre, half) = (Vector3::zeros(), Vector3::repeat(-1.0));
-            return Self { centre, half, sixteens: Vec::new(), groups: Vec::new(), closed: false };
+            let (sixteens, primitives, groups) = (Vec::new(), Vec::new(), Vec::new());
+            return Self { centre, half, sixteens, primitives, groups, closed: false };
         }
         let whole = Aabb::around(members.iter().flat_map(|t| &t.corners));
         let (centre, half) = (whole.centre(), (whole.high - whole.low) * 0.5);
         let sixteens = members.chunks(WIDE).map(|some| sixteen(some, &centre)).collect();
+        let number = |some: &[Triangle]| std::array::from_fn(|lane| some[lane.min(some.len() - 1)].primitive);
+        let primitives = members.chunks(WIDE).map(number).collect();
         let mut groups = Vec::new();
         for (number, some) in members.chunks(GROUP * WIDE).enumerate() {
             let (first, lane) = ((number * GROUP) as u32, number % ROW);
@@ -80,15 +83,14 @@ impl Clusters {
                 groups.put(lane, some, &centre, (first, first + some.len().div_ceil(WIDE) as u32));
             }
         }
-        Self { centre, half, sixteens, groups, closed: closed(mesh, members) }
+        Self { centre, half, sixteens, primitives, groups, closed: closed(mesh, members) }
     }
 }
 
 fn sixteen(some: &[Triangle], centre: &Vector3<f64>) -> Sixteen {
-    let mut out = Sixteen { corners: [[[0.0; WIDE]; 3]; 3], primitive: [0; WIDE] };
+    let mut out = Sixteen { corners: [[[0.0; WIDE]; 3]; 3] };
     for lane in 0..WIDE {
         let triangle = &some[lane.min(some.len() - 1)];
-        out.primitive[lane] = triangle.primitive;
         for corner in 0..3 {
             let p = triangle.corners[if lane < some.len() { corner } else { 0 }] - centre;
             for axis in 0..3 {

@@ -10,13 +10,12 @@ use super::bands::{Band, Segment};
 use super::camera::Camera;
 use super::draw::{draw, finish};
 use super::image::Part;
+use super::jobs::look_for;
 use super::raster::{Buffer, Raster};
 use super::ready::Ready;
 use super::shade::Shader;
 
-/// How often a thread looks whether another is done, some tenths of a millisecond in all.
-const LOOKS: usize = 4000;
-/// So many times as often it looks for work.
+/// Work is waited for so many times as long as what another thread is about to do.
 const PATIENCE: usize = 8;
 
 /// What all bands need.
@@ -234,16 +233,6 @@ impl<'a, const ID: bool> Work<'a, ID> {
         if ID {
             self.sight.shader.shade(raster, rows, &mut task.part);
         }
-    }
-}
-
-/// Waits for what another thread is about to do, for a while: to sleep and be woken would take longer.
-pub(super) fn look_for(mut done: impl FnMut() -> bool) {
-    for _ in 0..LOOKS {
-        if done() {
-            break;
-        }
-        std::hint::spin_loop();
     }
 }
 

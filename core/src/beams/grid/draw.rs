@@ -30,10 +30,10 @@ fn draw_with<S: Simd, const ID: bool>(
     raster: &mut Raster<'_, ID>,
 ) {
     let mut rows = raster.view(band.rows.0, band.rows.1);
-    for polygon in &ready.polygons {
+    for polygon in ready.solids.iter().flat_map(|solids| &solids.polygons) {
         polygon.draw(simd, &mut rows);
     }
-    for round in &ready.rounds {
+    for round in ready.solids.iter().flat_map(|solids| &solids.rounds) {
         round.draw(simd, &mut rows);
     }
     for piece in &segment.tall {

@@ -15,6 +15,7 @@ mod clusters;
 mod crew;
 mod draw;
 mod image;
+mod jobs;
 mod polygon;
 mod raster;
 mod ready;

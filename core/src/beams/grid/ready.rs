@@ -1,16 +1,12 @@
-//! What is in sight, made ready to be drawn.
-//!
-//! Which triangles of a mesh may be seen is asked of all its groups, by all threads of the frame: they come while the first of
-//! them makes all else ready.
+//! What is in sight, made ready to be drawn by all threads of the frame.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use fearless_simd::Level;
 
-use super::bands::Piece;
+use super::bands::{Cut, Piece, Segment, segments};
 use super::camera::Camera;
+use super::jobs::Jobs;
 use super::polygon::{Polygon, ViewFrom, cuboid, plane};
 use super::round::{Ends, Round};
 use super::shade::Surface;
@@ -21,46 +17,52 @@ use crate::geometry::Form;
 
 /// Rows of groups that a thread looks at in one go.
 const ROWS: usize = 32;
+/// Surfaces that it makes ready in one go.
+const SURFACES: usize = 16;
 
-/// What may be seen, and the meshes among it that nobody has looked at yet.
+/// What may be seen, and what is still to be done before it can be drawn.
 pub(super) struct Sketch<'a> {
+    scene: &'a BeamScene,
+    cast: &'a GridCast<'a>,
+    camera: &'a Camera,
+    level: Level,
     /// What numbers stand for.
     pub surfaces: Vec<Surface>,
+    /// Meshes, and which of their groups may be seen.
     meshes: Vec<Triangles<'a>>,
-    parts: Vec<Part>,
-    /// The first part that nobody has taken.
-    next: AtomicUsize,
+    groups: Jobs<(u32, Range<usize>), Vec<Seen>>,
+    /// How rows are cut for threads, and what comes of it, once all groups are taken.
+    cut: Jobs<(usize, Cut), Vec<Segment>>,
+    /// All that is no mesh.
+    solids: Jobs<Range<usize>, Solids>,
+    /// Whether more than one band will be drawn.
+    bands: bool,
 }
 
-/// Some groups of a mesh.
-struct Part {
-    mesh: u32,
-    groups: Range<usize>,
-    /// Which of them may be seen; `None`: nobody has looked yet.
-    seen: Mutex<Option<Vec<Seen>>>,
+/// Surfaces that are ready.
+#[derive(Default)]
+pub(super) struct Solids {
+    pub polygons: Vec<Polygon>,
+    pub rounds: Vec<Round>,
 }
 
 /// All that may be seen.
 pub(super) struct Ready<'a> {
-    pub polygons: Vec<Polygon>,
-    pub rounds: Vec<Round>,
+    pub solids: Vec<&'a Solids>,
     pub meshes: &'a [Triangles<'a>],
-    /// What meshes have in sight: places in `meshes`, and groups.
-    seen: Vec<(u32, Vec<Seen>)>,
-}
-
-impl Ready<'_> {
-    /// What meshes have in sight.
-    pub fn pieces(&self) -> impl Iterator<Item = Piece> {
-        let piece = |mesh, seen: &Seen| Piece { mesh, sixteens: seen.sixteens, rows: seen.rows };
-        self.seen.iter().flat_map(move |(mesh, all)| all.iter().map(move |seen| piece(*mesh, seen)))
-    }
+    pub segments: Vec<&'a Segment>,
 }
 
 impl<'a> Sketch<'a> {
     /// What may be seen. Numbers grow with the tag, then the place of the target, then the primitive: the order in which equal
-    /// depths are decided.
-    pub fn new(scene: &'a BeamScene, cast: &GridCast<'_>, camera: &'a Camera) -> Self {
+    /// depths are decided. Rows will be cut into so many segments.
+    pub fn new(
+        scene: &'a BeamScene,
+        cast: &'a GridCast<'a>,
+        camera: &'a Camera,
+        level: Level,
+        cut: (usize, Cut),
+    ) -> Self {
         let targets = scene.targets();
         let mut wanted: Vec<u32> = (0..targets.len() as u32)
             .filter(|i| {
@@ -94,37 +96,54 @@ impl<'a> Sketch<'a> {
             // Beyond four thousand million triangles names would no longer be right; depths are.
             id = id.saturating_add(primitives);
         }
-        let part = |mesh, from, to| Part { mesh, groups: from..to, seen: Mutex::new(None) };
-        let parts = meshes.iter().zip(0..).flat_map(|(triangles, mesh)| {
-            let count = triangles.groups();
-            (0..count).step_by(ROWS).map(move |from| part(mesh, from, count.min(from + ROWS)))
-        });
-        Sketch { parts: parts.collect(), surfaces, meshes, next: AtomicUsize::new(0) }
+        let groups = meshes
+            .iter()
+            .zip(0..)
+            .flat_map(|(triangles, mesh)| parts(triangles.groups(), ROWS).map(move |groups| (mesh, groups)));
+        let (groups, solids) = (Jobs::new(groups), Jobs::new(parts(surfaces.len(), SURFACES)));
+        let (bands, cut) = (!cut.1.is_none(camera.rows), Jobs::new([cut]));
+        Self { scene, cast, camera, level, surfaces, meshes, groups, cut, solids, bands }
     }
 
-    /// Looks at a part of a mesh that nobody has taken; `false`: there is none.
-    pub fn look(&self, level: Level) -> bool {
-        if self.next.load(Ordering::Relaxed) >= self.parts.len() {
-            return false;
+    /// Does something that nobody has begun; `false`: there is nothing.
+    pub fn assist(&self) -> bool {
+        self.groups.take(|groups| self.look(groups))
+            || self.cut.take(|cut| self.segments(*cut))
+            || self.solids.take(|surfaces| self.make(surfaces))
+    }
+
+    /// All of it, when there is nothing that nobody has begun.
+    pub fn ready(&'a self) -> Ready<'a> {
+        let solids = self.solids.made(|surfaces| self.make(surfaces)).map(|(_, solids)| solids).collect();
+        let segments = self.cut.made(|cut| self.segments(*cut)).flat_map(|(_, segments)| segments).collect();
+        Ready { solids, meshes: &self.meshes, segments }
+    }
+
+    /// Which triangles of a mesh may be seen.
+    fn look(&self, (mesh, groups): &(u32, Range<usize>)) -> Vec<Seen> {
+        self.meshes[*mesh as usize].look(self.level, groups.clone(), self.bands)
+    }
+
+    fn segments(&self, cut: (usize, Cut)) -> Vec<Segment> {
+        let mut pieces = Vec::new();
+        for ((mesh, _), seen) in self.groups.made(|groups| self.look(groups)) {
+            let piece = |seen: &Seen| Piece { mesh: *mesh, sixteens: seen.sixteens, rows: seen.rows };
+            pieces.extend(seen.iter().map(piece));
         }
-        let Some(part) = self.parts.get(self.next.fetch_add(1, Ordering::Relaxed)) else { return false };
-        let seen = self.meshes[part.mesh as usize].look(level, part.groups.clone());
-        *part.seen.lock().unwrap_or_else(PoisonError::into_inner) = Some(seen);
-        true
+        segments(pieces, self.camera, cut)
     }
 
-    /// Makes the rest ready, on the thread that leads.
-    pub fn finish(&'a self, scene: &BeamScene, cast: &GridCast<'_>, camera: &Camera, level: Level) -> Ready<'a> {
-        let (mut polygons, mut rounds) = (Vec::new(), Vec::new());
-        for Surface { first, target, view_from_form } in &self.surfaces {
-            let (id, faces) = (*first, cast.faces);
+    fn make(&self, surfaces: &Range<usize>) -> Solids {
+        let Solids { mut polygons, mut rounds } = Solids::default();
+        let (camera, faces) = (self.camera, self.cast.faces);
+        for Surface { first: id, target, view_from_form } in &self.surfaces[surfaces.clone()] {
             let misses = |radius: f64| camera.misses(&view_from_form.translation, radius);
-            let mut round = |shape| rounds.extend(Round::new(camera, view_from_form, shape, faces, id));
-            match &scene.targets()[*target as usize].form {
-                Form::Plane => plane(camera, view_from_form, faces, id, &mut polygons),
+            let mut round = |shape| rounds.extend(Round::new(camera, view_from_form, shape, faces, *id));
+            match &self.scene.targets()[*target as usize].form {
+                Form::Plane => plane(camera, view_from_form, faces, *id, &mut polygons),
                 Form::Box { half } => {
                     if !misses(half.norm()) {
-                        cuboid(camera, view_from_form, half, faces, id, &mut polygons);
+                        cuboid(camera, view_from_form, half, faces, *id, &mut polygons);
                     }
                 }
                 Form::Sphere { radius } => round((*radius, 0.0, Ends::Sphere)),
@@ -133,18 +152,11 @@ impl<'a> Sketch<'a> {
                 Form::Mesh { .. } => {}
             }
         }
-        while self.look(level) {}
-        let seen = |part: &Part| {
-            let take = || part.seen.lock().unwrap_or_else(PoisonError::into_inner).take();
-            // Another thread is about to be done with it; if it takes long, it is done here once more.
-            let mut seen = None;
-            super::crew::look_for(|| {
-                seen = take();
-                seen.is_some()
-            });
-            seen.unwrap_or_else(|| self.meshes[part.mesh as usize].look(level, part.groups.clone()))
-        };
-        let seen = self.parts.iter().map(|part| (part.mesh, seen(part))).collect();
-        Ready { polygons, rounds, meshes: &self.meshes, seen }
+        Solids { polygons, rounds }
     }
+}
+
+/// Parts of so many.
+fn parts(count: usize, of: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..count).step_by(of).map(move |from| from..count.min(from + of))
 }

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use fearless_simd::Level;
 
-use super::bands::{Cut, LEAST_ROWS, segments as segments_of};
+use super::bands::{Cut, LEAST_ROWS};
 use super::camera::Camera;
 use super::crew::{self, Sight, Work};
 use super::ready::Sketch;
@@ -59,18 +59,17 @@ impl BeamScene {
         let count = threads.div_ceil(2).clamp(1, camera.rows);
         let (mut rest, mut buffers) = image.parts(2 * count);
         // Made by the thread that leads, for all.
-        let (sketch, ready, segments) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        let (shader, work) = (OnceLock::new(), OnceLock::new());
-        let look = || sketch.get().is_some_and(|sketch: &Sketch<'_>| sketch.look(level));
+        let (sketch, ready, shader, work) = (OnceLock::new(), OnceLock::new(), OnceLock::new(), OnceLock::new());
+        let assist = || sketch.get().is_some_and(Sketch::assist);
         let helpers = (threads - 1).min(camera.rows / LEAST_ROWS);
-        crew::run::<ID>(helpers, &work, &look, || {
-            let sketch = sketch.get_or_init(|| Sketch::new(self, cast, camera));
-            let ready = ready.get_or_init(|| sketch.finish(self, cast, camera, level));
-            let segments = segments.get_or_init(|| segments_of(ready, camera, count, cut));
+        crew::run::<ID>(helpers, &work, &assist, || {
+            let sketch = sketch.get_or_init(|| Sketch::new(self, cast, camera, level, (count, cut)));
+            while sketch.assist() {}
+            let ready = ready.get_or_init(|| sketch.ready());
             let shader = shader.get_or_init(|| Shader::new(cast, camera, self.targets(), &sketch.surfaces));
             let sight = Sight { ready, camera, shader, level };
             work.get_or_init(|| {
-                let parts = segments.iter().map(|segment| {
+                let parts = ready.segments.iter().map(|segment| {
                     let pixels = (segment.rows.1 - segment.rows.0) * camera.columns;
                     let (part, after) = std::mem::take(&mut rest).split(pixels);
                     let (two, others) = std::mem::take(&mut buffers).split_at_mut(2);

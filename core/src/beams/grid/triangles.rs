@@ -10,6 +10,7 @@ use fearless_simd::{Level, f64x8, mask64x8, prelude::*};
 use nalgebra::Vector3;
 use tatu_plugin_api::safe::fetch_all;
 
+use super::bands::TALL;
 use super::camera::{Camera, Line};
 use super::clusters::{Clusters, Groups, ROW, Sixteen};
 use super::polygon::ViewFrom;
@@ -90,15 +91,15 @@ impl<'a> Triangles<'a> {
         self.mesh.groups.len()
     }
 
-    /// Which of some rows of groups may be seen.
-    pub fn look(&self, level: Level, groups: Range<usize>) -> Vec<Seen> {
+    /// Which of some rows of groups may be seen; `closely`: the rows of high ones are found exactly.
+    pub fn look(&self, level: Level, groups: Range<usize>, closely: bool) -> Vec<Seen> {
         let mut seen = Vec::with_capacity(groups.len() * ROW);
-        dispatch!(level, simd => self.look_with(simd, &self.mesh.groups[groups], &mut seen));
+        dispatch!(level, simd => self.look_with(simd, &self.mesh.groups[groups], closely, &mut seen));
         seen
     }
 
     #[inline(always)]
-    fn look_with<S: Simd>(&self, simd: S, groups: &[Groups], all: &mut Vec<Seen>) {
+    fn look_with<S: Simd>(&self, simd: S, groups: &[Groups], closely: bool, all: &mut Vec<Seen>) {
         let (camera, eye) = (self.camera, &self.eye);
         let ViewFrom { rotation: m, translation: t } = &self.view_from_mesh;
         let number = |x: f64| D::splat(simd, x);
@@ -151,11 +152,36 @@ impl<'a> Triangles<'a> {
                 let lane = seen.trailing_zeros() as usize % ROW;
                 seen &= seen - 1;
                 let sixteens = groups.sixteens[lane];
-                if sixteens.0 < sixteens.1 {
-                    all.push(Seen { sixteens, rows: (low[lane] as u32, high[lane] as u32) });
+                let mut rows = (low[lane] as u32, high[lane] as u32);
+                if closely && (rows.1 - rows.0) as usize * TALL > camera.rows {
+                    rows = self.narrowed(simd, sixteens, rows);
+                }
+                if sixteens.0 < sixteens.1 && rows.0 < rows.1 {
+                    all.push(Seen { sixteens, rows });
                 }
             }
         }
+    }
+
+    /// The rows among some that vectors may be in, by their corners.
+    #[inline(always)]
+    fn narrowed<S: Simd>(&self, simd: S, sixteens: (u32, u32), rows: (u32, u32)) -> (u32, u32) {
+        let mut low = F::splat(simd, f32::INFINITY);
+        let (mut high, mut placed) = (-low, M::splat(simd, true));
+        for sixteen in &self.mesh.sixteens[sixteens.0 as usize..sixteens.1 as usize] {
+            for corner in &sixteen.corners {
+                let y = self.place(simd, corner).y;
+                (low, high) = (least(y, low), most(y, high));
+                placed &= y.simd_eq(y);
+            }
+        }
+        if !placed.all_true() {
+            return rows;
+        }
+        let (low, high) = (stored(up(low)), stored(down(high) + 1.0));
+        let low = low.into_iter().fold(f32::INFINITY, f32::min).max(rows.0 as f32);
+        let high = high.into_iter().fold(f32::NEG_INFINITY, f32::max).min(rows.1 as f32);
+        (low as u32, high.max(0.0) as u32)
     }
 
     /// Asks for the memory of a vector.
@@ -169,8 +195,9 @@ impl<'a> Triangles<'a> {
     /// Draws the vectors from one to before another.
     #[inline(always)]
     pub fn draw<S: Simd, const ID: bool>(&self, simd: S, sixteens: (u32, u32), raster: &mut Raster<'_, ID>) {
-        for sixteen in &self.mesh.sixteens[sixteens.0 as usize..sixteens.1 as usize] {
-            self.draw_sixteen(simd, sixteen, raster);
+        let sixteens = sixteens.0 as usize..sixteens.1 as usize;
+        for (sixteen, primitive) in self.mesh.sixteens[sixteens.clone()].iter().zip(&self.mesh.primitives[sixteens]) {
+            self.draw_sixteen(simd, sixteen, primitive, raster);
         }
     }
 
@@ -196,7 +223,13 @@ impl<'a> Triangles<'a> {
     }
 
     #[inline(always)]
-    fn draw_sixteen<S: Simd, const ID: bool>(&self, simd: S, sixteen: &Sixteen, raster: &mut Raster<'_, ID>) {
+    fn draw_sixteen<S: Simd, const ID: bool>(
+        &self,
+        simd: S,
+        sixteen: &Sixteen,
+        primitive: &[u32; WIDE],
+        raster: &mut Raster<'_, ID>,
+    ) {
         let [a, b, c] = &sixteen.corners;
         let (a, b, c) = (self.place(simd, a), self.place(simd, b), self.place(simd, c));
         let area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
@@ -218,7 +251,7 @@ impl<'a> Triangles<'a> {
         let mut rest = ((covers & !tiny) | !placed).to_bitmask();
         if small != 0 {
             let pixels = [(column, row), (column_end, row_end)];
-            let ids = U::load_array_ref(simd, &sixteen.primitive) + self.id;
+            let ids = U::load_array_ref(simd, primitive) + self.id;
             let small_ones = Small::new(simd, [a, b, c], area, pixels, ids);
             small_ones.draw(simd, small, raster);
         }
@@ -230,7 +263,8 @@ impl<'a> Triangles<'a> {
                 rest &= rest - 1;
                 let [ax, ay, aw, bx, by, bw] = placed.each_ref().map(|v| v[lane]);
                 let [cx, cy, cw] = last.each_ref().map(|v| v[lane]);
-                self.draw_large(simd, sixteen, lane, [[ax, ay, aw], [bx, by, bw], [cx, cy, cw]], raster);
+                let id = self.id.wrapping_add(primitive[lane]);
+                self.draw_large(simd, (sixteen, lane, id), [[ax, ay, aw], [bx, by, bw], [cx, cy, cw]], raster);
             }
         }
     }
@@ -240,8 +274,7 @@ impl<'a> Triangles<'a> {
     fn draw_large<S: Simd, const ID: bool>(
         &self,
         simd: S,
-        sixteen: &Sixteen,
-        lane: usize,
+        (sixteen, lane, id): (&Sixteen, usize, u32),
         placed: [[f32; 3]; 3],
         raster: &mut Raster<'_, ID>,
     ) {
@@ -289,7 +322,6 @@ impl<'a> Triangles<'a> {
             // Seen exactly from the side.
             w = Line { a: 0.0, b: 0.0, c: f64::from(limits.1) };
         }
-        let id = self.id.wrapping_add(sixteen.primitive[lane]);
         Face { edges: &edges, w, limits, id }.draw(simd, raster, rows);
     }
 }
