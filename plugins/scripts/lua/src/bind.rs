@@ -13,6 +13,7 @@ use crate::{
     errors, functions,
     state::{self, State, border, bytes, push, reg, registry},
     threads,
+    wanted::wanted,
 };
 
 /// Arguments and results of a call that need no memory but the stack's.
@@ -138,11 +139,12 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     if n > 8 {
         luaL_checkstack(l, n as i32 + 4, std::ptr::null());
     }
-    let mut took = reader.took;
+    let (wanted, mut took) = (wanted(l, n), reader.took);
     for i in 0..n as usize {
         let value = &*frame.results.add(i);
         took |= value.tag >= TATU_TEXT && value.tag < TATU_FUNC;
-        if single {
+        if i >= wanted as usize {
+        } else if single {
             convert::put_single(l, value);
         } else {
             convert::put(l, value);
@@ -154,7 +156,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     if s.borrowed.get() != lent {
         functions::unlend(l, s, lent);
     }
-    n as i32
+    wanted as i32
 }
 
 /// Room for more arguments than fit on the stack.

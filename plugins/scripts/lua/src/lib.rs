@@ -43,6 +43,7 @@ mod text;
 mod threads;
 mod time;
 mod traits;
+mod wanted;
 
 use tatu_plugin_api::{abi::TATU_LOG_ERROR, safe::*};
 
@@ -52,6 +53,7 @@ struct Lua;
 impl Plugin for Lua {
     type World = ();
     fn start(host: &Host) -> Result<Self> {
+        wanted::try_out();
         if !seed::pinned() {
             host.log(
                 TATU_LOG_ERROR,
