@@ -14,8 +14,8 @@ const LEAST_PART: usize = 128;
 const SIXTEEN: usize = 220;
 /// What a pixel costs of which more than the depth is asked for.
 const SHADED: usize = 40;
-/// What reaches over more than one in so many rows of the image is drawn anew by each band. Whether it does is looked at closely:
-/// the ball around a group is often much higher than what it holds.
+/// What reaches over more than one in so many rows of the image is drawn anew by each band. Whether it does is looked
+/// at closely: the ball around a group is often much higher than what it holds.
 pub(super) const TALL: usize = 4;
 
 /// Some triangles of a mesh that is ready.
@@ -63,7 +63,7 @@ pub(super) enum Cut {
 
 impl Cut {
     /// Whether so many rows stay in one band.
-    pub fn is_none(self, rows: usize) -> bool {
+    pub fn is_one_band(self, rows: usize) -> bool {
         matches!(self, Self::Even(band) if band >= rows)
     }
 }
@@ -72,7 +72,7 @@ impl Cut {
 pub(super) fn segments(pieces: Vec<Piece>, camera: &Camera, (count, cut): (usize, Cut)) -> Vec<Segment> {
     let rows = camera.rows;
     let count = count.clamp(1, rows);
-    if count == 1 && cut.is_none(rows) {
+    if count == 1 && cut.is_one_band(rows) {
         return vec![Segment::whole(pieces, rows)];
     }
     (0..count).map(|i| Segment::new(&pieces, camera, (i * rows / count, (i + 1) * rows / count), cut)).collect()

@@ -60,11 +60,12 @@ type Met<'a, const ID: bool> = (Raster<'a, ID>, Mutex<VecDeque<(Task<'a>, Raster
 /// Makes an image with the calling thread, which leads, and `helpers` others of rayon's current pool; which of them draws which
 /// band does not change the image.
 ///
-/// The others come at once: they `look` as long as there is something to look at, and wait for the `work` that `lead` gives.
+/// The others come at once: they `assist` as long as there is something to be made ready, and wait for the `work` that
+/// `lead` gives.
 pub(super) fn run<'a, const ID: bool>(
     helpers: usize,
     work: &OnceLock<Vec<Work<'a, ID>>>,
-    look: &(impl Fn() -> bool + Sync),
+    assist: &(impl Fn() -> bool + Sync),
     lead: impl FnOnce() -> &'a [Work<'a, ID>] + Send,
 ) {
     if helpers == 0 {
@@ -74,7 +75,7 @@ pub(super) fn run<'a, const ID: bool>(
     rayon::in_place_scope(|scope| {
         for helper in 1..=helpers {
             scope.spawn(move |_| {
-                come(work, look, helper);
+                come(work, assist, helper);
                 busy.fetch_sub(1, Ordering::Release);
             });
         }
@@ -94,10 +95,10 @@ pub(super) fn run<'a, const ID: bool>(
 }
 
 /// A thread that helps.
-fn come<const ID: bool>(work: &OnceLock<Vec<Work<'_, ID>>>, look: &impl Fn() -> bool, helper: usize) {
+fn come<const ID: bool>(work: &OnceLock<Vec<Work<'_, ID>>>, assist: &impl Fn() -> bool, helper: usize) {
     for _ in 0..PATIENCE {
         look_for(|| {
-            while look() {}
+            while assist() {}
             work.get().is_some()
         });
         if let Some(work) = work.get() {

@@ -32,15 +32,13 @@ pub(super) struct Sketch<'a> {
     meshes: Vec<Triangles<'a>>,
     groups: Jobs<(u32, Range<usize>), Vec<Seen>>,
     /// How rows are cut for threads, and what comes of it, once all groups are taken.
-    cut: Jobs<(usize, Cut), Vec<Segment>>,
+    cut: (usize, Cut),
+    segments: Jobs<(), Vec<Segment>>,
     /// All that is no mesh.
     solids: Jobs<Range<usize>, Solids>,
-    /// Whether more than one band will be drawn.
-    bands: bool,
 }
 
 /// Surfaces that are ready.
-#[derive(Default)]
 pub(super) struct Solids {
     pub polygons: Vec<Polygon>,
     pub rounds: Vec<Round>,
@@ -101,40 +99,43 @@ impl<'a> Sketch<'a> {
             .zip(0..)
             .flat_map(|(triangles, mesh)| parts(triangles.groups(), ROWS).map(move |groups| (mesh, groups)));
         let (groups, solids) = (Jobs::new(groups), Jobs::new(parts(surfaces.len(), SURFACES)));
-        let (bands, cut) = (!cut.1.is_none(camera.rows), Jobs::new([cut]));
-        Self { scene, cast, camera, level, surfaces, meshes, groups, cut, solids, bands }
+        let segments = Jobs::new([()]);
+        Self { scene, cast, camera, level, surfaces, meshes, groups, cut, segments, solids }
     }
 
     /// Does something that nobody has begun; `false`: there is nothing.
     pub fn assist(&self) -> bool {
         self.groups.take(|groups| self.look(groups))
-            || self.cut.take(|cut| self.segments(*cut))
+            || self.segments.take(|()| self.cut_rows())
             || self.solids.take(|surfaces| self.make(surfaces))
     }
 
     /// All of it, when there is nothing that nobody has begun.
     pub fn ready(&'a self) -> Ready<'a> {
         let solids = self.solids.made(|surfaces| self.make(surfaces)).map(|(_, solids)| solids).collect();
-        let segments = self.cut.made(|cut| self.segments(*cut)).flat_map(|(_, segments)| segments).collect();
+        let segments = self.segments.made(|()| self.cut_rows()).flat_map(|(_, segments)| segments).collect();
         Ready { solids, meshes: &self.meshes, segments }
     }
 
     /// Which triangles of a mesh may be seen.
     fn look(&self, (mesh, groups): &(u32, Range<usize>)) -> Vec<Seen> {
-        self.meshes[*mesh as usize].look(self.level, groups.clone(), self.bands)
+        let closely = !self.cut.1.is_one_band(self.camera.rows);
+        self.meshes[*mesh as usize].look(self.level, groups.clone(), closely)
     }
 
-    fn segments(&self, cut: (usize, Cut)) -> Vec<Segment> {
+    /// Cuts the image for the threads.
+    fn cut_rows(&self) -> Vec<Segment> {
         let mut pieces = Vec::new();
         for ((mesh, _), seen) in self.groups.made(|groups| self.look(groups)) {
             let piece = |seen: &Seen| Piece { mesh: *mesh, sixteens: seen.sixteens, rows: seen.rows };
             pieces.extend(seen.iter().map(piece));
         }
-        segments(pieces, self.camera, cut)
+        segments(pieces, self.camera, self.cut)
     }
 
+    /// Makes surfaces ready that are no meshes.
     fn make(&self, surfaces: &Range<usize>) -> Solids {
-        let Solids { mut polygons, mut rounds } = Solids::default();
+        let (mut polygons, mut rounds) = (Vec::new(), Vec::new());
         let (camera, faces) = (self.camera, self.cast.faces);
         for Surface { first: id, target, view_from_form } in &self.surfaces[surfaces.clone()] {
             let misses = |radius: f64| camera.misses(&view_from_form.translation, radius);

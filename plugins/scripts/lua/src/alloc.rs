@@ -304,6 +304,18 @@ pub(crate) unsafe extern "C" fn lua_alloc(
 }
 
 #[cfg(test)]
+impl Slot {
+    /// A slot with addresses of its own; `None`, and it is said, where there are none.
+    pub(crate) fn in_test(seed: u64) -> Option<Box<Slot>> {
+        let slot = Slot::new(seed);
+        if !slot.is_mapped() {
+            println!("skipped: this system reserves no address space");
+        }
+        slot.is_mapped().then_some(slot)
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -349,11 +361,7 @@ mod tests {
 
     #[test]
     fn what_needs_no_tidying_is_left_alone() {
-        let slot = Slot::new(5);
-        if !slot.is_mapped() {
-            println!("skipped: this system reserves no address space");
-            return;
-        }
+        let Some(slot) = Slot::in_test(5) else { return };
         let free = || slot.free.each_ref().map(Cell::get);
         // SAFETY: blocks are handed back with the sizes they have.
         unsafe {
@@ -379,11 +387,7 @@ mod tests {
 
     #[test]
     fn tidying_gives_the_end_back_and_low_addresses_first() {
-        let slot = Slot::new(0);
-        if !slot.is_mapped() {
-            println!("skipped: this system reserves no address space");
-            return;
-        }
+        let Some(slot) = Slot::in_test(0) else { return };
         // SAFETY: blocks are handed back with the sizes they have.
         unsafe {
             let all: Vec<_> = (0..6).map(|_| slot.take(100, false)).collect();

@@ -136,15 +136,14 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
         return other(l, s, status, &frame, lent);
     }
     let n = frame.n_results.min(RESULTS as u32);
-    if n > 8 {
-        luaL_checkstack(l, n as i32 + 4, std::ptr::null());
+    let results = |count: u32| (0..count as usize).map(|i| &*frame.results.add(i));
+    let took = reader.took || results(n).any(|value| value.tag >= TATU_TEXT && value.tag < TATU_FUNC);
+    let wanted = wanted(l, n);
+    if wanted > 8 {
+        luaL_checkstack(l, wanted as i32 + 4, std::ptr::null());
     }
-    let (wanted, mut took) = (wanted(l, n), reader.took);
-    for i in 0..n as usize {
-        let value = &*frame.results.add(i);
-        took |= value.tag >= TATU_TEXT && value.tag < TATU_FUNC;
-        if i >= wanted as usize {
-        } else if single {
+    for value in results(wanted) {
+        if single {
             convert::put_single(l, value);
         } else {
             convert::put(l, value);
