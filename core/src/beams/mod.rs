@@ -29,6 +29,7 @@ mod aabb;
 mod beam;
 mod binary;
 mod bundle;
+mod company;
 mod convex;
 mod cylinder;
 mod disc;

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::aabb::Aabb;
 use super::beam::{Beam, Hit};
+use super::company::{self, Company};
 use super::mesh::MeshTree;
 use super::sight::{Found, Probe};
 use super::tree::Tree;
@@ -163,24 +164,42 @@ impl BeamScene {
 
     /// The same on this thread.
     pub fn cast_here(&self, beams: &[Beam], hits: &mut [Hit]) {
-        for (beam, hit) in beams.iter().zip(hits) {
-            *hit = self.cast_one(beam);
+        let mut done = 0;
+        while done < beams.len() {
+            let (n, near) = match company::group(&beams[done..]) {
+                Some((n, space)) => (n, self.near(&space, beams[done].skip_group)),
+                None => (1, None),
+            };
+            for (beam, hit) in beams[done..done + n].iter().zip(&mut hits[done..]) {
+                *hit = self.cast_among(beam, near.as_ref());
+            }
+            done += n;
         }
+    }
+
+    /// What is in a space but of one group; `None` if that is much.
+    fn near(&self, space: &Aabb, skip_group: Option<u32>) -> Option<Company> {
+        Company::of(&self.top, &self.boxes, space, |index| skip_group != Some(self.targets[index as usize].group))
     }
 
     /// Casts one beam.
     pub fn cast_one(&self, beam: &Beam) -> Hit {
+        self.cast_among(beam, None)
+    }
+
+    /// Casts a beam, among the targets that are near it where they are known.
+    fn cast_among(&self, beam: &Beam, near: Option<&Company>) -> Hit {
         let mut best: Option<(Found, u32)> = None;
         for piece in 0..convex::pieces(&beam.volume) {
             if let Some(probe) = Probe::new(beam, piece) {
-                self.cast_probe(beam, &probe, &mut best);
+                self.cast_probe(beam, &probe, near, &mut best);
             }
         }
         best.map_or(Hit::NONE, |(found, index)| self.hit(beam, &found, index as usize))
     }
 
     /// Takes what a piece of a beam sees nearest.
-    fn cast_probe(&self, beam: &Beam, probe: &Probe, best: &mut Option<(Found, u32)>) {
+    fn cast_probe(&self, beam: &Beam, probe: &Probe, near: Option<&Company>, best: &mut Option<(Found, u32)>) {
         let mut limit = best.as_ref().map_or(probe.far(), |(found, _)| found.distance.min(probe.far()));
         let mut visit = |index: u32, limit: f64| {
             let target = &self.targets[index as usize];
@@ -199,7 +218,10 @@ impl BeamScene {
         for &index in &self.unbounded {
             limit = visit(index, limit);
         }
-        self.top.walk(probe, limit, |place, limit| visit(self.top.order[place], limit));
+        match near {
+            Some(near) => near.walk(probe, limit, visit),
+            None => self.top.walk(probe, limit, |place, limit| visit(self.top.order[place], limit)),
+        }
     }
 
     /// The nearest point of one target, no further than `limit`, in the target's frame.

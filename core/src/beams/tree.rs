@@ -26,6 +26,26 @@ pub(super) struct Quad {
 }
 
 impl Quad {
+    /// Up to four boxes, of the items from `first` on.
+    pub fn of_items<'a>(first: u32, boxes: impl Iterator<Item = &'a Aabb>) -> Self {
+        let mut quad = Quad { low: [[0.0; 4]; 3], high: [[0.0; 4]; 3], first: [0; 4], count: [0; 4], lanes: 0 };
+        for (lane, aabb) in boxes.enumerate() {
+            quad.set(lane, aabb);
+            (quad.first[lane], quad.count[lane]) = (first + lane as u32, 1);
+            quad.lanes += 1;
+        }
+        quad
+    }
+    /// For each box, whether it meets another one.
+    fn meets(&self, other: &Aabb) -> [bool; 4] {
+        let mut out = [true; 4];
+        for i in 0..3 {
+            for (k, meets) in out.iter_mut().enumerate() {
+                *meets &= self.low[i][k] <= other.high[i] && self.high[i][k] >= other.low[i];
+            }
+        }
+        out
+    }
     pub fn get(&self, lane: usize) -> Aabb {
         let corner = |c: &[[f64; 4]; 3]| Vector3::new(c[0][lane], c[1][lane], c[2][lane]);
         Aabb { low: corner(&self.low), high: corner(&self.high) }
@@ -243,66 +263,103 @@ impl Tree {
         self.area > 1.5 * self.built_area
     }
 
+    /// Calls `visit` with each item whose leaf's box meets a space, until one is refused; whether none was.
+    pub fn within(&self, space: &Aabb, mut visit: impl FnMut(u32) -> bool) -> bool {
+        let mut stack = ArrayVec::<u32, STACK>::new();
+        stack.extend((!self.quads.is_empty()).then_some(0));
+        while let Some(at) = stack.pop() {
+            let quad = &self.quads[at as usize];
+            let meets = quad.meets(space);
+            for lane in (0..quad.lanes).filter(|lane| meets[*lane]) {
+                let (first, count) = (quad.first[lane] as usize, quad.count[lane] as usize);
+                if count == 0 {
+                    stack.push(first as u32);
+                } else if !self.order[first..first + count].iter().all(|item| visit(*item)) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
     /// Calls `visit` with each place in `order` whose box may hold a point within the limit, nearer boxes first.
     ///
     /// `visit` gets the limit and returns it, lowered to the best distance so far.
     pub fn walk(&self, probe: &Probe, limit: f64, visit: impl FnMut(usize, f64) -> f64) {
-        match probe {
-            Probe::Ray(sight) => {
-                let slabs = Slabs::new(sight);
-                self.walk_by(limit, |quad, _| slabs.bounds(quad), visit);
-            }
-            Probe::Cone(cone) => self.walk_by(
-                limit,
-                |quad, limit| {
-                    quad.bounds(&cone.sight.origin.coords, limit, |c, half| cone.misses_ball(c, half.norm() + SLACK))
-                },
-                visit,
-            ),
-            Probe::Convex(space) => self.walk_by(
-                limit,
-                |quad, limit| quad.bounds(&space.sight.origin.coords, limit, |c, half| space.misses_box(c, half)),
-                visit,
-            ),
-        }
+        walk(&self.quads, 1, probe, limit, visit);
     }
 
+    /// The same, for what has bounds of its own.
     #[inline(always)]
     pub fn walk_by(
         &self,
-        mut limit: f64,
+        limit: f64,
         bounds_of: impl Fn(&Quad, f64) -> [f64; 4],
-        mut visit: impl FnMut(usize, f64) -> f64,
+        visit: impl FnMut(usize, f64) -> f64,
     ) {
-        if self.quads.is_empty() {
-            return;
+        walk_by(&self.quads, 1, limit, bounds_of, visit);
+    }
+}
+
+/// Goes through quads and what hangs from them, beginning with so many first ones, as [`Tree::walk`] does.
+pub(super) fn walk(quads: &[Quad], roots: usize, probe: &Probe, limit: f64, visit: impl FnMut(usize, f64) -> f64) {
+    match probe {
+        Probe::Ray(sight) => {
+            let slabs = Slabs::new(sight);
+            walk_by(quads, roots, limit, |quad, _| slabs.bounds(quad), visit);
         }
-        // Nearest on top: bound, first, count.
-        let mut stack = ArrayVec::<(f64, u32, u32), STACK>::new();
-        stack.push((f64::NEG_INFINITY, 0, 0));
-        while let Some((bound, first, count)) = stack.pop() {
-            if bound > limit {
+        Probe::Cone(cone) => walk_by(
+            quads,
+            roots,
+            limit,
+            |quad, limit| {
+                quad.bounds(&cone.sight.origin.coords, limit, |c, half| cone.misses_ball(c, half.norm() + SLACK))
+            },
+            visit,
+        ),
+        Probe::Convex(space) => walk_by(
+            quads,
+            roots,
+            limit,
+            |quad, limit| quad.bounds(&space.sight.origin.coords, limit, |c, half| space.misses_box(c, half)),
+            visit,
+        ),
+    }
+}
+
+#[inline(always)]
+fn walk_by(
+    quads: &[Quad],
+    roots: usize,
+    mut limit: f64,
+    bounds_of: impl Fn(&Quad, f64) -> [f64; 4],
+    mut visit: impl FnMut(usize, f64) -> f64,
+) {
+    // Nearest on top: bound, first, count.
+    let mut stack = ArrayVec::<(f64, u32, u32), STACK>::new();
+    stack.extend((0..roots.min(quads.len()) as u32).map(|at| (f64::NEG_INFINITY, at, 0)));
+    while let Some((bound, first, count)) = stack.pop() {
+        if bound > limit {
+            continue;
+        }
+        if count > 0 {
+            for place in first..first + count {
+                limit = visit(place as usize, limit);
+            }
+            continue;
+        }
+        let quad = &quads[first as usize];
+        let bounds = bounds_of(quad, limit);
+        let bottom = stack.len();
+        for (lane, bound) in bounds.into_iter().enumerate().take(quad.lanes) {
+            if bound > limit || bound == f64::INFINITY {
                 continue;
             }
-            if count > 0 {
-                for place in first..first + count {
-                    limit = visit(place as usize, limit);
-                }
-                continue;
+            let mut at = stack.len();
+            while at > bottom && stack[at - 1].0 < bound {
+                at -= 1;
             }
-            let quad = &self.quads[first as usize];
-            let bounds = bounds_of(quad, limit);
-            let bottom = stack.len();
-            for (lane, bound) in bounds.into_iter().enumerate().take(quad.lanes) {
-                if bound > limit || bound == f64::INFINITY {
-                    continue;
-                }
-                let mut at = stack.len();
-                while at > bottom && stack[at - 1].0 < bound {
-                    at -= 1;
-                }
-                stack.insert(at, (bound, quad.first[lane], quad.count[lane]));
-            }
+            stack.insert(at, (bound, quad.first[lane], quad.count[lane]));
         }
     }
 }

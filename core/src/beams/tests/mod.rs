@@ -2,6 +2,7 @@
 
 mod brute;
 mod bundles;
+mod company;
 mod convex;
 mod flat;
 mod library;
