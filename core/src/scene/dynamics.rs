@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     Control, Data, Scene, Shape,
     carried::Carried,
-    collision_parts, default_inertia, default_mass,
+    collision_parts, default_inertia, default_mass, is_endless,
     ties::{motion_of, tie_of, top_shape},
 };
 use crate::physics::{
@@ -118,7 +118,15 @@ impl Dynamics {
                 forget(scene, slot);
             }
         }
-        scene.visit(|scene, slot| self.add_body(scene, slot, &twists));
+        // Forms without end come last: in the engine's tree of boxes what comes after them finds no good place.
+        let mut endless = Vec::new();
+        scene.visit(|scene, slot| match scene.get(slot).and_then(|o| o.shape()).is_some_and(is_endless) {
+            true => endless.push(slot),
+            false => self.add_body(scene, slot, &twists),
+        });
+        for slot in endless {
+            self.add_body(scene, slot, &twists);
+        }
         let tied: BTreeSet<u32> = self.joints.iter().map(|j| j.child).collect();
         scene.visit(|scene, slot| {
             if !tied.contains(&slot) {

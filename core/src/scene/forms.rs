@@ -45,6 +45,11 @@ pub fn collision_parts(shape: &Shape) -> Vec<Part> {
     }
 }
 
+/// Whether a shape collides as something without end.
+pub fn is_endless(shape: &Shape) -> bool {
+    shape.respondable && collision_parts(shape).iter().any(|part| matches!(part.form, Form::Plane))
+}
+
 /// Density of shapes whose mass nobody tells, kg/m^3: water's.
 const DENSITY: f64 = 1000.0;
 

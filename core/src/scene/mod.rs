@@ -29,7 +29,7 @@ mod tree;
 pub use dynamics::Dynamics;
 pub(crate) use dynamics::mass_props;
 pub use follow::Follow;
-pub use forms::{collision_parts, default_inertia, default_mass, visible_parts};
+pub use forms::{collision_parts, default_inertia, default_mass, is_endless, visible_parts};
 pub use object::{
     ActuatorData, Body, Control, Data, Joint, JointType, Object, Primitive, SensorData, Shape, ShapePart,
 };

@@ -231,22 +231,21 @@ impl Scene {
         if !self.order.is_empty() {
             return;
         }
-        self.order.extend(&self.roots);
-        let mut at = 0;
-        while at < self.order.len() {
-            if let Some(o) = self.slots[self.order[at] as usize].object.as_ref() {
-                self.order.extend(&o.children);
+        let mut ahead: Vec<u32> = self.roots.iter().rev().copied().collect();
+        while let Some(slot) = ahead.pop() {
+            self.order.push(slot);
+            if let Some(o) = self.slots[slot as usize].object.as_ref() {
+                ahead.extend(o.children.iter().rev());
             }
-            at += 1;
         }
     }
 
-    /// All objects of the tree (not scripts), breadth first, once it is settled.
+    /// All objects of the tree (not scripts), once it is settled: parents before children, one tree after the other.
     pub fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// Goes through all objects of the tree (not scripts), breadth first. `f` leaves the tree as it is.
+    /// Goes through all objects of the tree (not scripts), in [order](Self::order). `f` leaves the tree as it is.
     pub fn visit(&mut self, mut f: impl FnMut(&mut Self, u32)) {
         self.settle();
         let order = std::mem::take(&mut self.order);
@@ -369,5 +368,16 @@ mod tests {
         assert!(offset_of!(Object, data) == 0 && size_of::<Data>() <= 48, "{}", size_of::<Data>());
         assert_eq!((size_of::<Option<Object>>(), size_of::<Slot>()), (size_of::<Object>(), 192));
         assert_eq!(offset_of!(Joint, target_position), 64);
+    }
+
+    #[test]
+    fn each_tree_comes_as_a_whole_and_parents_come_before_children() {
+        let mut scene = Scene::default();
+        let mut new = |parent| scene.add(parent, "o", Isometry3::identity(), Data::Dummy).unwrap();
+        let (a, b) = (new(0), new(0));
+        let (a1, b1, a2) = (new(a), new(b), new(a));
+        let a11 = new(a1);
+        scene.settle();
+        assert_eq!(scene.order(), [a, a1, a11, a2, b, b1]);
     }
 }

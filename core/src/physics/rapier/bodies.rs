@@ -1,5 +1,6 @@
 //! Bodies, their colliders, and what becomes of those whose state is no longer a number.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
@@ -38,26 +39,54 @@ pub(super) struct Tree {
     pub wide: bool,
 }
 
-/// Rapier's forms of meshes, so that a hundred equal robots share one hull.
+/// Rapier's forms, so that a hundred equal robots share theirs: one hull to be made, and few lines of memory to be read.
 #[derive(Default)]
 pub(super) struct ShapeCache {
     meshes: Vec<(Arc<Mesh>, bool, SharedShape)>,
+    /// By what they are and their sizes, bit by bit.
+    others: BTreeMap<[u64; 4], (SharedShape, Pose)>,
 }
 
 impl ShapeCache {
     fn shape(&mut self, form: &Form) -> Option<(SharedShape, Pose)> {
-        let Form::Mesh { mesh, convex } = form else {
-            return convert::shape(form);
-        };
-        let known = self.meshes.iter().find(|(m, c, _)| Arc::ptr_eq(m, mesh) && c == convex);
+        match form {
+            Form::Mesh { mesh, convex } => self.mesh(mesh, *convex, form),
+            Form::Plane => self.other([0; 4], form),
+            Form::Box { half } => self.other([1, half.x.to_bits(), half.y.to_bits(), half.z.to_bits()], form),
+            Form::Sphere { radius } => self.other([2, radius.to_bits(), 0, 0], form),
+            Form::Cylinder { radius, half_length } => self.other([3, radius.to_bits(), half_length.to_bits(), 0], form),
+            Form::Capsule { radius, half_length } => self.other([4, radius.to_bits(), half_length.to_bits(), 0], form),
+        }
+    }
+
+    fn mesh(&mut self, mesh: &Arc<Mesh>, convex: bool, form: &Form) -> Option<(SharedShape, Pose)> {
+        let known = self.meshes.iter().find(|(m, c, _)| Arc::ptr_eq(m, mesh) && *c == convex);
         if let Some((_, _, shape)) = known {
             return Some((shape.clone(), Pose::IDENTITY));
         }
         // Meshes that nobody else holds any more cannot be asked for again.
         self.meshes.retain(|(m, _, _)| Arc::strong_count(m) > 1);
         let (shape, pose) = convert::shape(form)?;
-        self.meshes.push((mesh.clone(), *convex, shape.clone()));
+        self.meshes.push((mesh.clone(), convex, shape.clone()));
         Some((shape, pose))
+    }
+
+    fn other(&mut self, key: [u64; 4], form: &Form) -> Option<(SharedShape, Pose)> {
+        if let Some(known) = self.others.get(&key) {
+            return Some(known.clone());
+        }
+        // Those that nobody uses any more go whenever their number would double.
+        if self.others.len().is_power_of_two() {
+            self.others.retain(|_, (shape, _)| Arc::strong_count(&shape.0) > 1);
+        }
+        let new = convert::shape(form)?;
+        self.others.insert(key, new.clone());
+        Some(new)
+    }
+
+    #[cfg(test)]
+    pub(super) fn primitives(&self) -> usize {
+        self.others.len()
     }
 }
 

@@ -264,3 +264,26 @@ fn ids_are_not_used_again() {
     engine.advance(1);
     assert_eq!(engine.pose(first), Isometry3::identity());
 }
+
+/// A hundred equal robots read the sizes of one.
+#[test]
+fn equal_forms_are_made_once_and_unused_ones_forgotten() {
+    let mut engine = engine(0.01);
+    let mut add = |form: Form| {
+        let id = engine.add_body(&body(at(0.0, 0.0, 10.0), mass(1.0, BALL), part(form)));
+        let body = &engine.world.bodies[engine.record(id).unwrap().handle];
+        let shape = engine.world.colliders[body.colliders()[0]].shared_shape().0.clone();
+        // The bodies are taken away again: what stays is in use by this test alone.
+        engine.remove_body(id);
+        (shape, engine.shapes.primitives())
+    };
+    let block = |x| Form::Box { half: Vector3::new(x, 0.1, 0.1) };
+    let (first, _) = add(block(0.2));
+    assert!(Arc::ptr_eq(&first, &add(block(0.2)).0));
+    for other in [block(0.3), Form::Sphere { radius: 0.2 }, Form::Cylinder { radius: 0.2, half_length: 0.1 }] {
+        assert!(!Arc::ptr_eq(&first, &add(other).0));
+    }
+    let kept = (0..1000).map(|i| add(block(1.0 + f64::from(i))).1).max();
+    assert!(kept < Some(16), "{kept:?}");
+    assert!(Arc::ptr_eq(&first, &add(block(0.2)).0), "one in use was forgotten");
+}
