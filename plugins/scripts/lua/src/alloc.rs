@@ -1,10 +1,14 @@
 //! Memory of a Lua state: a slot of its own, whose addresses have the same low 32 bits in every run.
 //!
 //! Lua hashes tables, functions and threads by the low 32 bits of their addresses; the order in which `pairs` visits
-//! such keys is therefore the same in each run only if these bits are. A slot begins at a multiple of 4 GiB, and what
-//! lies where in it depends only on what the script does. The allocator keeps one free list per size class and takes
-//! new blocks from the end; blocks are never split or joined. Where the system reserves no address space the system's
-//! allocator takes over, and only that order is lost.
+//! such keys is therefore the same in each run only if these bits are. A slot has two parts: a place beside those of other
+//! states (`near`) and, for what does not fit in there, address space that begins at a multiple of 4 GiB. What lies where
+//! depends only on the script and on what it does. The allocator keeps one free list per size class and takes new blocks
+//! from the end; blocks are never split or joined. Where the system reserves no address space the system's allocator takes
+//! over, and only that order is lost.
+
+#[cfg(test)]
+mod tests;
 
 use std::{
     alloc::{Layout, alloc, dealloc},
@@ -13,7 +17,10 @@ use std::{
     ptr::{copy_nonoverlapping, null_mut},
 };
 
-use crate::system;
+use crate::{
+    near::{PLACE, Place},
+    system,
+};
 
 /// Bytes of a slot, and the memory limit of a script that is given none.
 pub(crate) const SLOT_BYTES: usize = 256 << 20;
@@ -23,10 +30,9 @@ const COMMIT: usize = 256 << 10;
 const SMALL: usize = 512;
 /// From this size on filling a block takes longer than the instruction that asked for it.
 const HEAVY: usize = 4096;
-/// Bytes of a cache line, and how many places there are to begin at: together as much as half of a second-level cache
-/// keeps apart.
+/// Bytes of a cache line, and at how many lines a slot may begin.
 const LINE: usize = 64;
-const COLOURS: usize = 1024;
+const COLOURS: u64 = 64;
 const CLASSES: usize = 32 + 4 * 20;
 
 /// A function, and what it is called with.
@@ -34,10 +40,15 @@ pub(crate) type Listener = (unsafe fn(*const c_void), *const c_void);
 
 /// The memory of one state. Boxed: Lua keeps its address.
 pub(crate) struct Slot {
-    /// What was reserved; null: the system's allocator is used.
-    mapped: *mut u8,
-    base: *mut u8,
+    /// Where its first bytes are; none: the system's allocator is used.
+    near: Option<Place>,
+    /// What was reserved for the rest; null: nothing yet.
+    mapped: Cell<*mut u8>,
+    base: Cell<*mut u8>,
+    /// Bytes that are in use, of both parts.
     top: Cell<usize>,
+    /// Those of the first part, once it was too small.
+    near_top: Cell<usize>,
     committed: Cell<usize>,
     used: Cell<usize>,
     limit: Cell<usize>,
@@ -52,7 +63,10 @@ pub(crate) struct Slot {
 
 /// A slot as it was.
 pub(crate) struct Backup {
-    bytes: Vec<u8>,
+    near: Vec<u8>,
+    far: Vec<u8>,
+    near_top: usize,
+    top: usize,
     used: usize,
     free: Vec<*mut u8>,
 }
@@ -80,13 +94,15 @@ impl Slot {
     /// A slot whose use begins at a place that follows from `seed`. If all began alike, the busiest blocks of all states
     /// would compete for the same few lines of the processor's caches.
     pub(crate) fn new(seed: u64) -> Box<Slot> {
-        let mapped = system::reserve(ALIGN + SLOT_BYTES);
-        let pad = mapped.align_offset(ALIGN);
+        // By other bits of the seed than its place.
+        let colour = (seed >> 32) % COLOURS;
         Box::new(Slot {
-            mapped,
-            base: mapped.wrapping_add(if mapped.is_null() { 0 } else { pad }),
-            top: Cell::new((seed as usize % COLOURS) * LINE),
-            committed: Cell::new(0),
+            near: Place::take(seed),
+            mapped: Cell::new(null_mut()),
+            base: Cell::new(null_mut()),
+            top: Cell::new(colour as usize * LINE),
+            near_top: Cell::new(0),
+            committed: Cell::new(PLACE),
             used: Cell::new(0),
             limit: Cell::new(SLOT_BYTES),
             heavy: Cell::new(0),
@@ -97,12 +113,36 @@ impl Slot {
     }
     /// Whether the state can be thrown away without freeing its blocks one by one.
     pub(crate) fn is_mapped(&self) -> bool {
-        !self.mapped.is_null()
+        self.near.is_some()
     }
     /// Whether some bytes are of what was taken from the slot.
     pub(crate) fn holds(&self, at: *const u8, bytes: usize) -> bool {
-        let end = (at as usize).saturating_add(bytes);
-        self.is_mapped() && at >= self.base.cast_const() && end <= self.base as usize + self.top.get()
+        let from = self.offset(at);
+        let end = if from < PLACE { self.top.get().min(PLACE) } else { self.top.get() };
+        self.is_mapped() && from.checked_add(bytes).is_some_and(|e| e <= end)
+    }
+    /// How far into the slot an address is; beyond its end if it is elsewhere.
+    fn offset(&self, at: *const u8) -> usize {
+        let from = |base: *mut u8| at.addr().wrapping_sub(base.addr());
+        let near = self.near.as_ref().map_or(usize::MAX, |near| from(near.base));
+        let far = from(self.base.get());
+        match near < PLACE {
+            true => near,
+            false if far >= PLACE => far,
+            false => usize::MAX,
+        }
+    }
+    /// The address of a byte of the slot; null for one that cannot be had.
+    fn address(&self, offset: usize) -> *mut u8 {
+        match &self.near {
+            Some(near) if offset < PLACE => near.base.wrapping_add(offset),
+            _ => self.base.get().wrapping_add(offset),
+        }
+    }
+    /// What is in use of the first part and of the other.
+    fn parts(&self) -> [(*mut u8, usize); 2] {
+        let top = self.top.get();
+        [(self.address(0), top.min(PLACE)), (self.address(PLACE), top.saturating_sub(PLACE))]
     }
     /// Sets the memory limit; 0: the whole slot.
     pub(crate) fn set_limit(&self, bytes: u64) {
@@ -126,10 +166,14 @@ impl Slot {
         if !self.is_mapped() {
             return None;
         }
-        // SAFETY: all that was taken from the slot so far is committed.
-        let bytes = unsafe { std::slice::from_raw_parts(self.base, self.top.get()) }.to_vec();
+        let copy = |(from, bytes): (*mut u8, usize)| match bytes {
+            0 => Vec::new(),
+            // SAFETY: all that was taken from the slot so far is committed.
+            _ => unsafe { std::slice::from_raw_parts(from, bytes) }.to_vec(),
+        };
+        let [near, far] = self.parts().map(copy);
         let free = self.free.iter().map(Cell::get).collect();
-        Some(Backup { bytes, used: self.used.get(), free })
+        Some(Backup { near, far, near_top: self.near_top.get(), top: self.top.get(), used: self.used.get(), free })
     }
 
     /// Makes the slot what it was at the time of a backup, bit by bit.
@@ -137,9 +181,12 @@ impl Slot {
     /// # Safety
     /// Nothing outside the slot points to what was taken from it since, and the state in it is idle.
     pub(crate) unsafe fn roll_back(&self, backup: &Backup) {
-        copy_nonoverlapping(backup.bytes.as_ptr(), self.base, backup.bytes.len());
-        self.top.set(backup.bytes.len());
+        self.top.set(backup.top);
+        self.near_top.set(backup.near_top);
         self.used.set(backup.used);
+        for ((to, _), bytes) in self.parts().into_iter().zip([&backup.near, &backup.far]) {
+            copy_nonoverlapping(bytes.as_ptr(), to, bytes.len());
+        }
         for (list, first) in self.free.iter().zip(&backup.free) {
             list.set(*first);
         }
@@ -157,19 +204,20 @@ impl Slot {
         for (c, list) in self.free.iter().enumerate() {
             let mut block = list.replace(null_mut());
             while !block.is_null() {
-                blocks.push((block, c));
+                blocks.push((self.offset(block), c));
                 // SAFETY: a free block holds the address of the next one.
                 block = unsafe { *block.cast::<*mut u8>() };
             }
         }
         blocks.sort_unstable();
-        // SAFETY: within the slot.
-        let mut top = unsafe { self.base.add(self.top.get()) };
-        while let Some((block, _)) = blocks.pop_if(|(block, c)| block.wrapping_add(size_of_class(*c)) == top) {
-            top = block;
+        let mut top = self.top.get();
+        while let Some((block, _)) = blocks.pop_if(|(block, c)| *block + size_of_class(*c) == top) {
+            // What the first part could not take is free again.
+            top = if block == PLACE { self.near_top.get() } else { block };
         }
-        self.top.set(top as usize - self.base as usize);
+        self.top.set(top);
         for (block, c) in blocks.into_iter().rev() {
+            let block = self.address(block);
             // SAFETY: free, and large enough for an address.
             unsafe { *block.cast::<*mut u8>() = self.free[c].get() };
             self.free[c].set(block);
@@ -214,23 +262,40 @@ impl Slot {
     }
 
     fn grow(&self, size: usize) -> *mut u8 {
-        let at = self.top.get();
+        let mut at = self.top.get();
+        if at <= PLACE && at + size > PLACE {
+            if self.base.get().is_null() && !self.reserve() {
+                return null_mut();
+            }
+            self.near_top.set(at);
+            at = PLACE;
+        }
         let end = at + size;
         if end > SLOT_BYTES {
             return null_mut();
         }
         let committed = self.committed.get();
         if end > committed {
-            let more = (end - committed).next_multiple_of(COMMIT);
-            // SAFETY: whole pages of the slot, which is a multiple of COMMIT long.
-            if !unsafe { system::commit(self.base.add(committed), more) } {
+            let more = (end - committed).next_multiple_of(COMMIT).min(SLOT_BYTES - committed);
+            // SAFETY: whole pages of the slot.
+            if !unsafe { system::commit(self.base.get().add(committed), more) } {
                 return null_mut();
             }
             self.committed.set(committed + more);
         }
         self.top.set(end);
-        // SAFETY: within the slot.
-        unsafe { self.base.add(at) }
+        self.address(at)
+    }
+
+    /// Gets address space for what the first part cannot take; whether there is some.
+    #[cold]
+    fn reserve(&self) -> bool {
+        let mapped = system::reserve(ALIGN + SLOT_BYTES);
+        self.mapped.set(mapped);
+        if !mapped.is_null() {
+            self.base.set(mapped.wrapping_add(mapped.align_offset(ALIGN)));
+        }
+        !mapped.is_null()
     }
 
     /// # Safety
@@ -240,8 +305,9 @@ impl Slot {
         self.used.set(self.used.get() - size);
         if self.is_mapped() {
             let next = self.free[c].get();
-            let last = block.addr() + size == self.base.addr() + self.top.get();
-            if last || (!next.is_null() && next < block) {
+            let at = self.offset(block);
+            let last = at + size == self.top.get();
+            if last || (!next.is_null() && self.offset(next) < at) {
                 self.untidy.set(true);
             }
             *block.cast::<*mut u8>() = next;
@@ -254,9 +320,9 @@ impl Slot {
 
 impl Drop for Slot {
     fn drop(&mut self) {
-        if self.is_mapped() {
+        if !self.mapped.get().is_null() {
             // SAFETY: the state that lived here has ended.
-            unsafe { system::free(self.mapped, ALIGN + SLOT_BYTES) };
+            unsafe { system::free(self.mapped.get(), ALIGN + SLOT_BYTES) };
         }
     }
 }
@@ -312,93 +378,5 @@ impl Slot {
             println!("skipped: this system reserves no address space");
         }
         slot.is_mapped().then_some(slot)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn classes_hold_their_sizes() {
-        let mut last = (0, 16);
-        for bytes in 1..200_000 {
-            let (c, size) = class(bytes);
-            assert!(size >= bytes && size % 16 == 0 && size <= bytes * 5 / 4 + 16);
-            assert_eq!(size, size_of_class(c));
-            assert!((c, size) == last || (c == last.0 + 1 && size > last.1));
-            last = (c, size);
-        }
-        assert!(class(SLOT_BYTES).0 < CLASSES);
-    }
-
-    #[test]
-    fn addresses_repeat_and_the_limit_holds() {
-        let run = || {
-            let slot = Slot::new(7);
-            let ud = (&raw const *slot).cast_mut().cast();
-            slot.set_limit(1 << 20);
-            let mut seen = Vec::new();
-            // SAFETY: blocks are handed back with the sizes they have.
-            unsafe {
-                let a = lua_alloc(ud, null_mut(), 0, 100);
-                let b = lua_alloc(ud, null_mut(), 0, 3000);
-                let a = lua_alloc(ud, a, 100, 900);
-                let c = lua_alloc(ud, null_mut(), 0, 100);
-                seen.extend([a, b, c].map(|p| p as usize as u32));
-                assert!(lua_alloc(ud, null_mut(), 0, 2 << 20).is_null());
-                assert!(!lua_alloc(ud, b, 3000, 30).is_null());
-            }
-            (slot.is_mapped(), seen)
-        };
-        let (mapped, first) = run();
-        if mapped {
-            assert_eq!(first, run().1);
-        } else {
-            println!("skipped: this system reserves no address space");
-        }
-    }
-
-    #[test]
-    fn what_needs_no_tidying_is_left_alone() {
-        let Some(slot) = Slot::in_test(5) else { return };
-        let free = || slot.free.each_ref().map(Cell::get);
-        // SAFETY: blocks are handed back with the sizes they have.
-        unsafe {
-            let all: Vec<_> = (0..6).map(|_| slot.take(100, false)).collect();
-            assert!(!slot.untidy.get());
-            // In order, and not at the end.
-            slot.give(all[2], 100);
-            slot.give(all[1], 100);
-            assert!(!slot.untidy.get());
-            let before = (free(), slot.top.get());
-            slot.untidy.set(true);
-            slot.tidy();
-            assert_eq!((free(), slot.top.get()), before);
-            slot.give(all[3], 100);
-            assert!(slot.untidy.get(), "a higher one before a lower one");
-            slot.tidy();
-            assert_eq!([slot.take(100, false), slot.take(100, false), slot.take(100, false)], [all[1], all[2], all[3]]);
-            assert!(!slot.untidy.get());
-            slot.give(all[5], 100);
-            assert!(slot.untidy.get(), "the last one");
-        }
-    }
-
-    #[test]
-    fn tidying_gives_the_end_back_and_low_addresses_first() {
-        let Some(slot) = Slot::in_test(0) else { return };
-        // SAFETY: blocks are handed back with the sizes they have.
-        unsafe {
-            let all: Vec<_> = (0..6).map(|_| slot.take(100, false)).collect();
-            let end = slot.top.get();
-            for i in [1, 0, 5, 4] {
-                slot.give(all[i], 100);
-            }
-            slot.tidy();
-            assert_eq!(slot.top.get(), end - 2 * class(100).1);
-            assert_eq!([slot.take(100, false), slot.take(100, false), slot.take(100, false)], [all[0], all[1], all[4]]);
-            assert_eq!(slot.used.get(), 5 * class(100).1);
-        }
     }
 }

@@ -28,6 +28,7 @@ mod functions;
 mod io;
 mod load;
 mod modules;
+mod near;
 mod number;
 mod pattern;
 mod rerun;

@@ -89,7 +89,12 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     let dialect = if dialect.is_empty() {
         // The rules are needed before the dialect is known: a first pass, whose errors show up in the second.
         let mut first = Rules::default();
+        let before = s.slot.backup();
         let _ = preludes(s, None, &mut first);
+        if let Some(before) = before {
+            // SAFETY: the main thread is idle, and what was gathered holds nothing of Lua's.
+            unsafe { s.slot.roll_back(&before) };
+        }
         first.dialect.unwrap_or_default()
     } else {
         dialect.to_owned()
@@ -97,6 +102,9 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     let old = version(&dialect).is_some_and(|v| v < (4, 2));
     s.old.set(old);
     compat::open(s, old)?;
+    // What is left behind here, and by preludes, would scatter the script's own objects.
+    // SAFETY: the main thread is idle.
+    unsafe { crate::collect::tidy(s.main, s) };
     preludes(s, Some(&dialect), &mut rules)?;
     let words = s.words.take();
     s.single.set(rules.single);
@@ -120,8 +128,7 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
         over: false,
         names: Vec::new(),
     };
-    // What preludes left behind would scatter the script's own objects.
-    // SAFETY: the main thread is idle.
+    // SAFETY: as above.
     unsafe { crate::collect::tidy(s.main, s) };
     compile(s, text, chunk)?;
     crate::capture::fresh::record(s)?;

@@ -1,0 +1,129 @@
+//! Slots: addresses, classes, order.
+
+use super::*;
+
+#[test]
+fn classes_hold_their_sizes() {
+    let mut last = (0, 16);
+    for bytes in 1..200_000 {
+        let (c, size) = class(bytes);
+        assert!(size >= bytes && size % 16 == 0 && size <= bytes * 5 / 4 + 16);
+        assert_eq!(size, size_of_class(c));
+        assert!((c, size) == last || (c == last.0 + 1 && size > last.1));
+        last = (c, size);
+    }
+    assert!(class(SLOT_BYTES).0 < CLASSES);
+}
+
+#[test]
+fn addresses_repeat_and_the_limit_holds() {
+    let run = || {
+        let slot = Slot::new(7);
+        let ud = (&raw const *slot).cast_mut().cast();
+        slot.set_limit(1 << 20);
+        let mut seen = Vec::new();
+        // SAFETY: blocks are handed back with the sizes they have.
+        unsafe {
+            let a = lua_alloc(ud, null_mut(), 0, 100);
+            let b = lua_alloc(ud, null_mut(), 0, 3000);
+            let a = lua_alloc(ud, a, 100, 900);
+            let c = lua_alloc(ud, null_mut(), 0, 100);
+            seen.extend([a, b, c].map(|p| p as usize as u32));
+            assert!(lua_alloc(ud, null_mut(), 0, 2 << 20).is_null());
+            assert!(!lua_alloc(ud, b, 3000, 30).is_null());
+        }
+        (slot.is_mapped(), seen)
+    };
+    let (mapped, first) = run();
+    if mapped {
+        assert_eq!(first, run().1);
+    } else {
+        println!("skipped: this system reserves no address space");
+    }
+}
+
+#[test]
+fn what_needs_no_tidying_is_left_alone() {
+    let Some(slot) = Slot::in_test(5) else { return };
+    let free = || slot.free.each_ref().map(Cell::get);
+    // SAFETY: blocks are handed back with the sizes they have.
+    unsafe {
+        let all: Vec<_> = (0..6).map(|_| slot.take(100, false)).collect();
+        assert!(!slot.untidy.get());
+        // In order, and not at the end.
+        slot.give(all[2], 100);
+        slot.give(all[1], 100);
+        assert!(!slot.untidy.get());
+        let before = (free(), slot.top.get());
+        slot.untidy.set(true);
+        slot.tidy();
+        assert_eq!((free(), slot.top.get()), before);
+        slot.give(all[3], 100);
+        assert!(slot.untidy.get(), "a higher one before a lower one");
+        slot.tidy();
+        assert_eq!([slot.take(100, false), slot.take(100, false), slot.take(100, false)], [all[1], all[2], all[3]]);
+        assert!(!slot.untidy.get());
+        slot.give(all[5], 100);
+        assert!(slot.untidy.get(), "the last one");
+    }
+}
+
+#[test]
+fn tidying_gives_the_end_back_and_low_addresses_first() {
+    let Some(slot) = Slot::in_test(0) else { return };
+    // SAFETY: blocks are handed back with the sizes they have.
+    unsafe {
+        let all: Vec<_> = (0..6).map(|_| slot.take(100, false)).collect();
+        let end = slot.top.get();
+        for i in [1, 0, 5, 4] {
+            slot.give(all[i], 100);
+        }
+        slot.tidy();
+        assert_eq!(slot.top.get(), end - 2 * class(100).1);
+        assert_eq!([slot.take(100, false), slot.take(100, false), slot.take(100, false)], [all[0], all[1], all[4]]);
+        assert_eq!(slot.used.get(), 5 * class(100).1);
+    }
+}
+
+#[test]
+fn what_the_first_part_cannot_take_goes_elsewhere_and_comes_back() {
+    let Some(slot) = Slot::in_test(9) else { return };
+    let size = class(3000).1;
+    // SAFETY: blocks are handed back with the sizes they have.
+    unsafe {
+        let near = (PLACE - slot.top.get()) / size;
+        let all: Vec<_> = (0..near + 5).map(|_| slot.take(3000, false)).collect();
+        for (i, block) in all.iter().enumerate() {
+            block.write_bytes(i as u8, 3000);
+            assert!(slot.holds(*block, 3000));
+            assert_eq!(slot.offset(*block) < PLACE, i < near);
+        }
+        assert!(!slot.holds(all[near].wrapping_sub(1), 1), "before the second part");
+        assert!(!slot.holds(all[near + 4].wrapping_add(size), 1), "behind all");
+        let [first, second] = [near - 1, near].map(|i| slot.offset(all[i]));
+        assert!(second == PLACE && first + size <= PLACE);
+
+        let backup = slot.backup();
+        let top = slot.top.get();
+        for (block, i) in all.iter().zip(0..) {
+            block.write_bytes(0xAA, 3000);
+            // The first ones stay.
+            if i >= 3 {
+                slot.give(*block, 3000);
+            }
+        }
+        slot.tidy();
+        assert_eq!(slot.top.get(), slot.offset(all[3]));
+        // Twice, so that the way is gone again.
+        for _ in 0..2 {
+            slot.roll_back(backup.as_ref().unwrap());
+            assert_eq!(slot.top.get(), top);
+            for (i, block) in all.iter().enumerate() {
+                assert!(std::slice::from_raw_parts(*block, 3000).iter().all(|b| *b == i as u8));
+            }
+            let more = slot.take(3000, false);
+            assert_eq!(slot.offset(more), top);
+            slot.give(more, 3000);
+        }
+    }
+}
