@@ -64,9 +64,9 @@ impl Company {
         if !tree.within(space, |target| !wanted(target) || targets.try_push(target).is_ok()) {
             return None;
         }
-        let quad =
-            |four: (usize, &[u32])| Quad::of_items(4 * four.0 as u32, four.1.iter().map(|t| &boxes[*t as usize]));
-        let quads = targets.chunks(4).enumerate().map(quad).collect();
+        let fours = targets.chunks(4).zip((0..).step_by(4));
+        let quads =
+            fours.map(|(four, first)| Quad::of_items(first, four.iter().map(|t| &boxes[*t as usize]))).collect();
         Some(Company { quads, targets })
     }
 

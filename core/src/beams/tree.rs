@@ -26,9 +26,11 @@ pub(super) struct Quad {
 }
 
 impl Quad {
+    const EMPTY: Self = Quad { low: [[0.0; 4]; 3], high: [[0.0; 4]; 3], first: [0; 4], count: [0; 4], lanes: 0 };
+
     /// Up to four boxes, of the items from `first` on.
     pub fn of_items<'a>(first: u32, boxes: impl Iterator<Item = &'a Aabb>) -> Self {
-        let mut quad = Quad { low: [[0.0; 4]; 3], high: [[0.0; 4]; 3], first: [0; 4], count: [0; 4], lanes: 0 };
+        let mut quad = Quad::EMPTY;
         for (lane, aabb) in boxes.enumerate() {
             quad.set(lane, aabb);
             (quad.first[lane], quad.count[lane]) = (first + lane as u32, 1);
@@ -196,8 +198,7 @@ impl Tree {
                 children[place] = nodes[child].first as usize;
                 children.push(nodes[child].first as usize + 1);
             }
-            let mut quad =
-                Quad { low: [[0.0; 4]; 3], high: [[0.0; 4]; 3], first: [0; 4], count: [0; 4], lanes: children.len() };
+            let mut quad = Quad { lanes: children.len(), ..Quad::EMPTY };
             for (lane, child) in children.into_iter().enumerate() {
                 quad.count[lane] = nodes[child].count;
                 quad.first[lane] = nodes[child].first;

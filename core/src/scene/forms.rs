@@ -45,9 +45,13 @@ pub fn collision_parts(shape: &Shape) -> Vec<Part> {
     }
 }
 
-/// Whether a shape collides as something without end.
+/// Whether what a shape collides with has no end.
 pub fn is_endless(shape: &Shape) -> bool {
-    shape.respondable && collision_parts(shape).iter().any(|part| matches!(part.form, Form::Plane))
+    let plane = |primitive| primitive == Primitive::Plane;
+    match (shape.collide_as, shape.primitive) {
+        (None, Primitive::Compound) => shape.parts.iter().any(|part| plane(part.primitive)),
+        (own, seen) => plane(own.unwrap_or(seen)),
+    }
 }
 
 /// Density of shapes whose mass nobody tells, kg/m^3: water's.

@@ -50,7 +50,7 @@ pub struct Scene {
     pub(super) places: Places,
     free: VecDeque<u32>,
     roots: Vec<u32>,
-    /// All objects, parents before children; made anew when the tree changes.
+    /// All objects, parents before children, one tree after the other; made anew when the tree changes.
     order: Vec<u32>,
     next_uid: u64,
     /// Grows with every change of the tree or of what the engine and beams are made of.
@@ -240,12 +240,8 @@ impl Scene {
         }
     }
 
-    /// All objects of the tree (not scripts), once it is settled: parents before children, one tree after the other.
-    pub fn order(&self) -> &[u32] {
-        &self.order
-    }
-
-    /// Goes through all objects of the tree (not scripts), in [order](Self::order). `f` leaves the tree as it is.
+    /// Goes through all objects of the tree (not scripts), parents before children, one tree after
+    /// the other. `f` leaves the tree as it is.
     pub fn visit(&mut self, mut f: impl FnMut(&mut Self, u32)) {
         self.settle();
         let order = std::mem::take(&mut self.order);
@@ -378,6 +374,6 @@ mod tests {
         let (a1, b1, a2) = (new(a), new(b), new(a));
         let a11 = new(a1);
         scene.settle();
-        assert_eq!(scene.order(), [a, a1, a11, a2, b, b1]);
+        assert_eq!(scene.order, [a, a1, a11, a2, b, b1]);
     }
 }

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::super::{Beam, BeamScene, Hit, Target, Volume, company};
-use super::{Dice, target};
+use super::super::{Beam, BeamScene, Target, Volume, company};
+use super::{Dice, scenes::cast, target};
 use crate::geometry::Form;
 
 /// A crowd of robots of one box and two wheels each, on a floor.
@@ -44,12 +44,6 @@ fn rings(dice: &mut Dice, targets: &[Target], each: usize) -> Vec<Beam> {
     beams
 }
 
-fn together(scene: &BeamScene, beams: &[Beam]) -> Vec<Hit> {
-    let mut hits = vec![Hit::NONE; beams.len()];
-    scene.cast_here(beams, &mut hits);
-    hits
-}
-
 #[test]
 fn a_group_sees_what_each_of_it_sees_alone() {
     let mut dice = Dice(21);
@@ -63,7 +57,7 @@ fn a_group_sees_what_each_of_it_sees_alone() {
             let mut beams = rings(&mut dice, &targets[..targets.len().min(300)], each);
             beams.iter_mut().step_by(7).for_each(|b| b.only_object = Some(5));
             let alone: Vec<_> = beams.iter().map(|beam| scene.cast_one(beam)).collect();
-            assert_eq!(together(&scene, &beams), alone);
+            assert_eq!(cast(&scene, &beams), alone);
             seen.extend(alone.iter().map(|hit| hit.object));
         }
     }

@@ -45,7 +45,7 @@ fn random_beams(dice: &mut Dice, count: usize) -> Vec<Beam> {
         .collect()
 }
 
-fn cast(scene: &BeamScene, beams: &[Beam]) -> Vec<Hit> {
+pub(super) fn cast(scene: &BeamScene, beams: &[Beam]) -> Vec<Hit> {
     let mut hits = vec![Hit::NONE; beams.len()];
     scene.cast(beams, &mut hits);
     hits

@@ -44,18 +44,22 @@ pub(super) struct Tree {
 pub(super) struct ShapeCache {
     meshes: Vec<(Arc<Mesh>, bool, SharedShape)>,
     /// By what they are and their sizes, bit by bit.
-    others: BTreeMap<[u64; 4], (SharedShape, Pose)>,
+    pub(super) primitives: BTreeMap<[u64; 4], (SharedShape, Pose)>,
 }
 
 impl ShapeCache {
     fn shape(&mut self, form: &Form) -> Option<(SharedShape, Pose)> {
         match form {
             Form::Mesh { mesh, convex } => self.mesh(mesh, *convex, form),
-            Form::Plane => self.other([0; 4], form),
-            Form::Box { half } => self.other([1, half.x.to_bits(), half.y.to_bits(), half.z.to_bits()], form),
-            Form::Sphere { radius } => self.other([2, radius.to_bits(), 0, 0], form),
-            Form::Cylinder { radius, half_length } => self.other([3, radius.to_bits(), half_length.to_bits(), 0], form),
-            Form::Capsule { radius, half_length } => self.other([4, radius.to_bits(), half_length.to_bits(), 0], form),
+            Form::Plane => self.primitive([0; 4], form),
+            Form::Box { half } => self.primitive([1, half.x.to_bits(), half.y.to_bits(), half.z.to_bits()], form),
+            Form::Sphere { radius } => self.primitive([2, radius.to_bits(), 0, 0], form),
+            Form::Cylinder { radius, half_length } => {
+                self.primitive([3, radius.to_bits(), half_length.to_bits(), 0], form)
+            }
+            Form::Capsule { radius, half_length } => {
+                self.primitive([4, radius.to_bits(), half_length.to_bits(), 0], form)
+            }
         }
     }
 
@@ -71,22 +75,17 @@ impl ShapeCache {
         Some((shape, pose))
     }
 
-    fn other(&mut self, key: [u64; 4], form: &Form) -> Option<(SharedShape, Pose)> {
-        if let Some(known) = self.others.get(&key) {
+    fn primitive(&mut self, key: [u64; 4], form: &Form) -> Option<(SharedShape, Pose)> {
+        if let Some(known) = self.primitives.get(&key) {
             return Some(known.clone());
         }
         // Those that nobody uses any more go whenever their number would double.
-        if self.others.len().is_power_of_two() {
-            self.others.retain(|_, (shape, _)| Arc::strong_count(&shape.0) > 1);
+        if self.primitives.len().is_power_of_two() {
+            self.primitives.retain(|_, (shape, _)| Arc::strong_count(&shape.0) > 1);
         }
         let new = convert::shape(form)?;
-        self.others.insert(key, new.clone());
+        self.primitives.insert(key, new.clone());
         Some(new)
-    }
-
-    #[cfg(test)]
-    pub(super) fn primitives(&self) -> usize {
-        self.others.len()
     }
 }
 

@@ -7,24 +7,25 @@
 //! from the end; blocks are never split or joined. Where the system reserves no address space the system's allocator takes
 //! over, and only that order is lost.
 
+mod near;
+mod region;
 #[cfg(test)]
 mod tests;
 
 use std::{
     alloc::{Layout, alloc, dealloc},
-    cell::Cell,
+    cell::{Cell, OnceCell},
     ffi::c_void,
+    ops::Range,
     ptr::{copy_nonoverlapping, null_mut},
 };
 
-use crate::{
-    near::{PLACE, Place},
-    system,
-};
+use crate::system;
+use near::{PLACE, Place};
+use region::Region;
 
 /// Bytes of a slot, and the memory limit of a script that is given none.
 pub(crate) const SLOT_BYTES: usize = 256 << 20;
-const ALIGN: usize = 4 << 30;
 /// Below the size of a huge page, so that a small state does not get one.
 const COMMIT: usize = 256 << 10;
 const SMALL: usize = 512;
@@ -42,9 +43,8 @@ pub(crate) type Listener = (unsafe fn(*const c_void), *const c_void);
 pub(crate) struct Slot {
     /// Where its first bytes are; none: the system's allocator is used.
     near: Option<Place>,
-    /// What was reserved for the rest; null: nothing yet.
-    mapped: Cell<*mut u8>,
-    base: Cell<*mut u8>,
+    /// The rest, once it is needed; what would lie in its first bytes lies in the place.
+    far: OnceCell<Region>,
     /// Bytes that are in use, of both parts.
     top: Cell<usize>,
     /// Those of the first part, once it was too small.
@@ -66,7 +66,6 @@ pub(crate) struct Backup {
     near: Vec<u8>,
     far: Vec<u8>,
     near_top: usize,
-    top: usize,
     used: usize,
     free: Vec<*mut u8>,
 }
@@ -98,8 +97,7 @@ impl Slot {
         let colour = (seed >> 32) % COLOURS;
         Box::new(Slot {
             near: Place::take(seed),
-            mapped: Cell::new(null_mut()),
-            base: Cell::new(null_mut()),
+            far: OnceCell::new(),
             top: Cell::new(colour as usize * LINE),
             near_top: Cell::new(0),
             committed: Cell::new(PLACE),
@@ -125,24 +123,29 @@ impl Slot {
     fn offset(&self, at: *const u8) -> usize {
         let from = |base: *mut u8| at.addr().wrapping_sub(base.addr());
         let near = self.near.as_ref().map_or(usize::MAX, |near| from(near.base));
-        let far = from(self.base.get());
+        let far = from(self.far_base());
         match near < PLACE {
             true => near,
             false if far >= PLACE => far,
             false => usize::MAX,
         }
     }
-    /// The address of a byte of the slot; null for one that cannot be had.
+    /// The address of a byte of the slot.
     fn address(&self, offset: usize) -> *mut u8 {
-        match &self.near {
-            Some(near) if offset < PLACE => near.base.wrapping_add(offset),
-            _ => self.base.get().wrapping_add(offset),
-        }
+        let base = match &self.near {
+            Some(near) if offset < PLACE => near.base,
+            _ => self.far_base(),
+        };
+        base.wrapping_add(offset)
+    }
+    /// Null while there is no second part.
+    fn far_base(&self) -> *mut u8 {
+        self.far.get().map_or(null_mut(), |far| far.base)
     }
     /// What is in use of the first part and of the other.
-    fn parts(&self) -> [(*mut u8, usize); 2] {
+    fn parts(&self) -> [Range<usize>; 2] {
         let top = self.top.get();
-        [(self.address(0), top.min(PLACE)), (self.address(PLACE), top.saturating_sub(PLACE))]
+        [0..top.min(PLACE), PLACE..top.max(PLACE)]
     }
     /// Sets the memory limit; 0: the whole slot.
     pub(crate) fn set_limit(&self, bytes: u64) {
@@ -166,14 +169,14 @@ impl Slot {
         if !self.is_mapped() {
             return None;
         }
-        let copy = |(from, bytes): (*mut u8, usize)| match bytes {
+        let copy = |part: Range<usize>| match part.len() {
             0 => Vec::new(),
             // SAFETY: all that was taken from the slot so far is committed.
-            _ => unsafe { std::slice::from_raw_parts(from, bytes) }.to_vec(),
+            n => unsafe { std::slice::from_raw_parts(self.address(part.start), n) }.to_vec(),
         };
         let [near, far] = self.parts().map(copy);
         let free = self.free.iter().map(Cell::get).collect();
-        Some(Backup { near, far, near_top: self.near_top.get(), top: self.top.get(), used: self.used.get(), free })
+        Some(Backup { near, far, near_top: self.near_top.get(), used: self.used.get(), free })
     }
 
     /// Makes the slot what it was at the time of a backup, bit by bit.
@@ -181,11 +184,13 @@ impl Slot {
     /// # Safety
     /// Nothing outside the slot points to what was taken from it since, and the state in it is idle.
     pub(crate) unsafe fn roll_back(&self, backup: &Backup) {
-        self.top.set(backup.top);
+        self.top.set(backup.near.len() + backup.far.len());
         self.near_top.set(backup.near_top);
         self.used.set(backup.used);
-        for ((to, _), bytes) in self.parts().into_iter().zip([&backup.near, &backup.far]) {
-            copy_nonoverlapping(bytes.as_ptr(), to, bytes.len());
+        for (part, bytes) in self.parts().into_iter().zip([&backup.near, &backup.far]) {
+            if !bytes.is_empty() {
+                copy_nonoverlapping(bytes.as_ptr(), self.address(part.start), bytes.len());
+            }
         }
         for (list, first) in self.free.iter().zip(&backup.free) {
             list.set(*first);
@@ -264,7 +269,7 @@ impl Slot {
     fn grow(&self, size: usize) -> *mut u8 {
         let mut at = self.top.get();
         if at <= PLACE && at + size > PLACE {
-            if self.base.get().is_null() && !self.reserve() {
+            if !self.has_far() {
                 return null_mut();
             }
             self.near_top.set(at);
@@ -278,7 +283,7 @@ impl Slot {
         if end > committed {
             let more = (end - committed).next_multiple_of(COMMIT).min(SLOT_BYTES - committed);
             // SAFETY: whole pages of the slot.
-            if !unsafe { system::commit(self.base.get().add(committed), more) } {
+            if !unsafe { system::commit(self.far_base().add(committed), more) } {
                 return null_mut();
             }
             self.committed.set(committed + more);
@@ -289,13 +294,8 @@ impl Slot {
 
     /// Gets address space for what the first part cannot take; whether there is some.
     #[cold]
-    fn reserve(&self) -> bool {
-        let mapped = system::reserve(ALIGN + SLOT_BYTES);
-        self.mapped.set(mapped);
-        if !mapped.is_null() {
-            self.base.set(mapped.wrapping_add(mapped.align_offset(ALIGN)));
-        }
-        !mapped.is_null()
+    fn has_far(&self) -> bool {
+        self.far.get().is_some() || Region::new(SLOT_BYTES).is_some_and(|new| self.far.set(new).is_ok())
     }
 
     /// # Safety
@@ -314,15 +314,6 @@ impl Slot {
             self.free[c].set(block);
         } else {
             dealloc(block, Layout::from_size_align_unchecked(size, 16));
-        }
-    }
-}
-
-impl Drop for Slot {
-    fn drop(&mut self) {
-        if !self.mapped.get().is_null() {
-            // SAFETY: the state that lived here has ended.
-            unsafe { system::free(self.mapped.get(), ALIGN + SLOT_BYTES) };
         }
     }
 }

@@ -28,7 +28,6 @@ mod functions;
 mod io;
 mod load;
 mod modules;
-mod near;
 mod number;
 mod pattern;
 mod rerun;

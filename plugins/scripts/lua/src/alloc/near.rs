@@ -1,41 +1,40 @@
 //! Places for small states, side by side in large pages of memory.
 //!
 //! A call touches some twenty pages of a state. Where a thousand states have pages of their own, the processor looks up
-//! nearly each of them anew in each step, which takes as long as the call itself. Fourteen states fill one large page.
+//! nearly each of them anew in each step, and each call begins with a wait. Fourteen states fill one large page.
 //! Which of its places a state gets follows from the state alone, so that the low bits of addresses are the same in every
 //! run; which page it is does not matter, since all begin at a multiple of 4 GiB.
 
 use std::sync::{Mutex, PoisonError};
 
+use super::region::Region;
 use crate::system;
 
-/// Bytes of a place: what a script of some hundred lines needs.
-pub(crate) const PLACE: usize = 144 << 10;
+/// Bytes of a place: what a state with a small script needs (128 KiB), and some more.
+pub(super) const PLACE: usize = 144 << 10;
 const PAGE: usize = 2 << 20;
 const PLACES: usize = PAGE / PLACE;
 /// A page that so many states share is worth its memory.
 const SHARED: u32 = 10;
-const ALIGN: usize = 4 << 30;
 
 /// A page, and which of its places are taken.
 struct Page {
-    mapped: usize,
-    base: usize,
+    region: Region,
     taken: u32,
 }
 
 static PAGES: Mutex<Vec<Page>> = Mutex::new(Vec::new());
 
 /// A place, until it is dropped.
-pub(crate) struct Place {
-    page: usize,
+pub(super) struct Place {
+    page: *mut u8,
     bit: u32,
     pub base: *mut u8,
 }
 
 impl Place {
     /// The place for a seed; `None` where the system reserves no address space.
-    pub(crate) fn take(seed: u64) -> Option<Place> {
+    pub fn take(seed: u64) -> Option<Place> {
         let place = (seed % PLACES as u64) as usize;
         let bit = 1 << place;
         let mut pages = PAGES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -50,39 +49,28 @@ impl Place {
         page.taken |= bit;
         if page.taken.count_ones() == SHARED {
             // SAFETY: a page of ours. Where it is refused the states have small pages.
-            unsafe { system::make_large(page.base as *mut u8, PAGE) };
+            unsafe { system::make_large(page.region.base, PAGE) };
         }
-        Some(Place { page: page.base, bit, base: (page.base + place * PLACE) as *mut u8 })
+        let page = page.region.base;
+        Some(Place { page, bit, base: page.wrapping_add(place * PLACE) })
     }
 }
 
 impl Page {
     fn new() -> Option<Page> {
-        let mapped = system::reserve(ALIGN + PAGE);
-        if mapped.is_null() {
-            return None;
-        }
-        let base = mapped.wrapping_add(mapped.align_offset(ALIGN));
-        // SAFETY: whole pages of the reservation.
-        unsafe {
-            if !system::commit(base, PAGE) {
-                system::free(mapped, ALIGN + PAGE);
-                return None;
-            }
-        }
-        Some(Page { mapped: mapped as usize, base: base as usize, taken: 0 })
+        let region = Region::new(PAGE)?;
+        // SAFETY: whole pages of the region.
+        unsafe { system::commit(region.base, PAGE) }.then_some(Page { region, taken: 0 })
     }
 }
 
 impl Drop for Place {
     fn drop(&mut self) {
         let mut pages = PAGES.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(at) = pages.iter().position(|page| page.base == self.page) else { return };
+        let Some(at) = pages.iter().position(|page| page.region.base == self.page) else { return };
         pages[at].taken &= !self.bit;
         if pages[at].taken == 0 {
-            let page = pages.remove(at);
-            // SAFETY: nobody has a place in it any more.
-            unsafe { system::free(page.mapped as *mut u8, ALIGN + PAGE) };
+            pages.remove(at);
         }
     }
 }
@@ -93,9 +81,7 @@ mod tests {
 
     #[test]
     fn places_of_one_seed_differ_in_their_pages_alone() {
-        // Beside those of other tests.
-        let take = |seed| Place::take(seed);
-        let (Some(a), Some(b), Some(c)) = (take(3), take(3), take(4)) else {
+        let (Some(a), Some(b), Some(c)) = (Place::take(3), Place::take(3), Place::take(4)) else {
             println!("skipped: this system reserves no address space");
             return;
         };
