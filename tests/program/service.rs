@@ -336,7 +336,11 @@ fn a_stop_ends_the_run_in_order() {
     let run = Running::start(&place, "", &[]);
     let (mut client, mut other) = (run.client(), run.client());
     other.ask(json!({ "events": true }));
+    other.stepping();
+    let before = other.step(1);
     other.send(json!({ "step": 1_000_000_000 }));
+    // The request is not to overtake the steps, without which time stands.
+    while client.ask(json!({ "state": true }))["step"].as_u64().unwrap() <= before {}
     client.ask(json!({ "request": "stop" }));
     let ended = run.end().good();
     assert_eq!(ended.out, "begun\ncleaned up\n");

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use tatu_core::{
     beams::{Beam, BeamScene, Hit, Target},
@@ -79,7 +80,7 @@ pub fn run(asked: &Asked) -> Value {
         let t = 0.1 * frame as f64 + k as f64;
         pose(x + 0.2 * t.cos(), y + 0.2 * t.sin(), CHASSIS_Z, yaw + t)
     };
-    let mut beams: Vec<Beam> = Vec::new();
+    let mut beams = vec![Beam::cone(Isometry3::identity(), HALF_ANGLE, RANGE); robots * mounts.len()];
     let mut hits = vec![Hit::NONE; robots * mounts.len()];
     // As a world has it: this thread is one of them.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
@@ -92,15 +93,14 @@ pub fn run(asked: &Asked) -> Value {
             scene.update_poses(
                 moved.flat_map(|(k, at)| parts.iter().enumerate().map(move |(i, (part, _))| (k * 4 + i, at * part))),
             );
-            beams.clear();
-            for (k, at) in chassis.iter().enumerate() {
-                beams.extend(
-                    mounts.iter().map(|mount| Beam {
-                        skip_group: Some(k as u32 + 1),
-                        ..Beam::cone(at * mount, HALF_ANGLE, RANGE)
-                    }),
-                );
-            }
+            // Sensors say on all threads where they look.
+            beams.par_chunks_mut(mounts.len()).zip(chassis.par_iter()).enumerate().with_min_len(64).for_each(
+                |(k, (beams, at))| {
+                    for (beam, mount) in beams.iter_mut().zip(&mounts) {
+                        *beam = Beam { skip_group: Some(k as u32 + 1), ..Beam::cone(at * mount, HALF_ANGLE, RANGE) };
+                    }
+                },
+            );
             scene.cast(&beams, &mut hits);
         });
         seen += hits.iter().filter(|hit| hit.is_some()).count();

@@ -1,5 +1,7 @@
 //! A look at a library before the loader maps it: a cut ELF file kills the process with SIGBUS instead of failing.
 
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// Why a file must not be given to the loader, and what to do.
@@ -14,43 +16,31 @@ pub struct Unfit {
 const AGAIN: &str = "build or copy it again";
 const REBUILD: &str = "build it for this processor and system";
 
-/// Looks at a file. Formats other than ELF are left to their loaders: these fail in order.
+/// Bytes of a file's header; a shorter file has fewer.
+const HEADER: usize = 64;
+
+/// Looks at a file's headers. Formats other than ELF are left to their loaders: these fail in order.
 pub fn check(path: &Path) -> Result<(), Unfit> {
     let no = |text: String, mend| Err(Unfit { text, mend });
-    let bytes = std::fs::read(path).map_err(|e| Unfit { text: format!("it cannot be read: {e}"), mend: AGAIN })?;
-    if bytes.is_empty() {
+    let unread = |e: std::io::Error| Unfit { text: format!("it cannot be read: {e}"), mend: AGAIN };
+    let mut file = File::open(path).map_err(unread)?;
+    let have = file.metadata().map_err(unread)?.len();
+    let mut header = Vec::with_capacity(HEADER);
+    file.by_ref().take(HEADER as u64).read_to_end(&mut header).map_err(unread)?;
+    if header.is_empty() {
         return no("the file is empty".into(), AGAIN);
     }
     let elf_system = cfg!(all(unix, not(target_vendor = "apple")));
-    if elf_system && !bytes.starts_with(b"\x7fELF") {
+    if elf_system && !header.starts_with(b"\x7fELF") {
         return no("it is no library: it does not begin as an ELF file does".into(), AGAIN);
     }
-    if !elf_system || bytes.len() > 5 && bytes[4..6] != [2, 1] {
+    if !elf_system || header.len() > 5 && header[4..6] != [2, 1] {
         return match elf_system && cfg!(all(target_pointer_width = "64", target_endian = "little")) {
             true => no("it is an ELF file of another word size or byte order".into(), REBUILD),
             false => Ok(()),
         };
     }
-    // 64-bit little-endian ELF; offsets of the ELF-64 object file format.
-    let have = bytes.len() as u64;
-    let number = |at: u64, n: u64| -> Option<u64> {
-        let part = bytes.get(at as usize..at.checked_add(n)? as usize)?;
-        Some(part.iter().rev().fold(0, |x, b| x << 8 | u64::from(*b)))
-    };
-    let whole = || -> Option<bool> {
-        let segments = (number(32, 8)?, number(54, 2)?, number(56, 2)?);
-        for i in 0..segments.2 {
-            let at = segments.0.checked_add(i * segments.1)?;
-            let (offset, length) = (number(at.checked_add(8)?, 8)?, number(at.checked_add(32)?, 8)?);
-            if offset.checked_add(length)? > have {
-                return Some(false);
-            }
-        }
-        // The loader does not need the table of sections, which stands at the end: without it the end is lost.
-        let (sections, size, count) = (number(40, 8)?, number(58, 2)?, number(60, 2)?);
-        Some(sections == 0 || sections.checked_add(size * count)? <= have)
-    };
-    let machine = number(18, 2);
+    let machine = number(&header, 18, 2);
     let ours = match std::env::consts::ARCH {
         "x86_64" => Some(62),
         "aarch64" => Some(183),
@@ -61,9 +51,37 @@ pub fn check(path: &Path) -> Result<(), Unfit> {
         (Some(m), Some(ours)) if m != ours => {
             no(format!("it is built for another processor (ELF machine {m}, this one is {ours})"), REBUILD)
         }
-        _ if whole() == Some(true) => Ok(()),
+        _ if whole(&mut file, &header, have) == Some(true) => Ok(()),
         _ => no(format!("the file is cut off: it has only {have} bytes of what its headers tell"), AGAIN),
     }
+}
+
+/// Whether a file of so many bytes has all that its headers tell; `None` where these are cut off themselves. Offsets are
+/// those of 64-bit little-endian ELF.
+fn whole(file: &mut File, header: &[u8], have: u64) -> Option<bool> {
+    let (first, size, count) = (number(header, 32, 8)?, number(header, 54, 2)?, number(header, 56, 2)?);
+    if first.checked_add(size * count)? > have {
+        return Some(false);
+    }
+    file.seek(SeekFrom::Start(first)).ok()?;
+    let mut segments = vec![0; (size * count) as usize];
+    file.read_exact(&mut segments).ok()?;
+    for i in 0..count {
+        let at = i * size;
+        let (offset, length) = (number(&segments, at + 8, 8)?, number(&segments, at + 32, 8)?);
+        if offset.checked_add(length)? > have {
+            return Some(false);
+        }
+    }
+    // The loader does not need the table of sections, which stands at the end: without it the end is lost.
+    let (sections, size, count) = (number(header, 40, 8)?, number(header, 58, 2)?, number(header, 60, 2)?);
+    Some(sections == 0 || sections.checked_add(size * count)? <= have)
+}
+
+/// The number of `n` bytes from a place on.
+fn number(bytes: &[u8], at: u64, n: usize) -> Option<u64> {
+    let part = bytes.get(at as usize..)?.get(..n)?;
+    Some(part.iter().rev().fold(0, |x, b| x << 8 | u64::from(*b)))
 }
 
 #[cfg(all(test, target_os = "linux", target_pointer_width = "64"))]

@@ -108,8 +108,8 @@ impl<P: Plugin> Command<P> {
     pub fn has_example(&self) -> bool {
         !self.example.is_empty()
     }
-    pub(crate) fn has_name(&self, name: &str) -> bool {
-        self.names.iter().any(|n| n.name == name)
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().map(|n| n.name.as_str())
     }
     /// The next parameter.
     pub fn param(mut self, param: Param) -> Self {

@@ -2,6 +2,7 @@
 
 use std::{
     any::Any,
+    collections::HashSet,
     ffi::{CString, c_char},
     ptr::null,
 };
@@ -58,6 +59,10 @@ impl Keep {
 pub struct Offer<P: Plugin> {
     pub(crate) keep: Keep,
     commands: Vec<Command<P>>,
+    /// Of the commands: a plugin may ask for each of hundreds.
+    names: HashSet<String>,
+    /// Commands that have been told what they are about.
+    told: usize,
     constants: Vec<*const tatu_constant>,
     preludes: Vec<*const tatu_prelude>,
     kind_marks: Vec<*const tatu_kind_mark>,
@@ -75,6 +80,8 @@ impl<P: Plugin> Offer<P> {
         Offer {
             keep: Keep::default(),
             commands: Vec::new(),
+            names: HashSet::new(),
+            told: 0,
             constants: Vec::new(),
             preludes: Vec::new(),
             kind_marks: Vec::new(),
@@ -89,19 +96,23 @@ impl<P: Plugin> Offer<P> {
     }
     /// A command for scripts, remote clients and other plugins.
     pub fn command(&mut self, command: Command<P>) {
+        self.names.extend(command.names().map(str::to_owned));
         self.commands.push(command);
     }
     /// Whether a command of a name has been offered.
     pub fn has_command(&self, name: &str) -> bool {
-        self.commands.iter().any(|c| c.has_name(name))
+        self.names.contains(name)
     }
     /// What the commands are about that were offered since the last such word.
     pub fn subject(&mut self, subject: &str) {
-        self.each_command(|c| c.subject(subject));
+        let new = self.commands.split_off(self.told);
+        self.commands.extend(new.into_iter().map(|c| c.subject(subject)));
+        self.told = self.commands.len();
     }
     /// Changes every command offered so far: what all have in common, or what is kept apart, as examples.
     pub fn each_command(&mut self, mut change: impl FnMut(Command<P>) -> Command<P>) {
         self.commands = std::mem::take(&mut self.commands).into_iter().map(&mut change).collect();
+        self.names = self.commands.iter().flat_map(|c| c.names().map(str::to_owned)).collect();
     }
     /// A named value for scripts.
     pub fn constant(&mut self, constant: Constant) {

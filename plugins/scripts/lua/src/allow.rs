@@ -36,7 +36,7 @@ pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
         lua_call(l, 0, 1);
         lua_insert(l, -2);
         lua_setglobal(l, c"require".as_ptr());
-        if luaL_loadbufferx(l, NATIVE.as_ptr().cast(), NATIVE.len(), c"=native".as_ptr(), c"t".as_ptr()) != LUA_OK {
+        if crate::chunks::load(l, NATIVE, c"=native") != LUA_OK {
             lua_error(l);
         }
         for name in [c"loadlib", c"searchpath"] {

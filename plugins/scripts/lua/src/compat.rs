@@ -3,7 +3,7 @@
 use mlua::ffi::*;
 use tatu_plugin_api::safe::*;
 
-use crate::{errors, state::Script, text};
+use crate::{chunks, errors, state::Script, text};
 
 const TEXT: &[u8] = include_bytes!("compat.lua");
 
@@ -12,7 +12,7 @@ pub(crate) fn open(s: &Script, old: bool) -> Result {
     // SAFETY: protected.
     s.protect(&mut |l| unsafe {
         luaL_checkstack(l, 12, std::ptr::null());
-        if luaL_loadbufferx(l, TEXT.as_ptr().cast(), TEXT.len(), c"=compat".as_ptr(), c"t".as_ptr()) != LUA_OK {
+        if chunks::load(l, TEXT, c"=compat") != LUA_OK {
             lua_error(l);
         }
         lua_pushboolean(l, i32::from(old));

@@ -18,6 +18,7 @@ mod bind;
 mod budget;
 mod callbacks;
 mod capture;
+mod chunks;
 mod collect;
 mod compat;
 mod convert;

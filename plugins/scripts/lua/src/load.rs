@@ -206,7 +206,7 @@ fn preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
         // SAFETY: protected; what is gathered belongs to the caller.
         s.protect(&mut |l| unsafe {
             luaL_checkstack(l, 20, std::ptr::null());
-            if luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), c"=prelude".as_ptr(), c"t".as_ptr()) != LUA_OK {
+            if crate::chunks::load(l, text, c"=prelude") != LUA_OK {
                 lua_error(l);
             }
             lua_newtable(l);
