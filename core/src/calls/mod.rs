@@ -121,7 +121,8 @@ pub(crate) struct Depth<'a> {
     calls: &'a Calls,
     /// Of the call inside, from 0.
     pub depth: u32,
-    caller: Caller,
+    /// Who called before.
+    pub caller: Caller,
 }
 
 impl Drop for Depth<'_> {

@@ -271,7 +271,7 @@ fn written(
     let life = old.world_lives.iter().find(|(p, _)| *p == plugin).map(|(_, life)| life);
     let instance = life.filter(|_| cell.instances.borrow()[plugin].is_some()).map(|life| {
         let state = cell.instances.borrow()[plugin].as_ref().map(|i| i.state.clone()).unwrap_or_default();
-        save_instance(cell, &Living { plugin, slot: 0, data: cell.instance(plugin) }, life, &state)
+        save_instance(cell, &Living { plugin, slot: 0, data: cell.instance(plugin).0 }, life, &state)
     });
     (sensors, actuators, instance)
 }

@@ -242,7 +242,7 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
         if let Some(Some(instance)) = cell.instances.borrow_mut().get_mut(*plugin) {
             instance.state.copy_from_slice(&state_of(life, &image));
         }
-        let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin) };
+        let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
         load_instance(cell, &of, life, &image).map_err(|e| refused(format!("plugin `{id}`"), e))?;
     }
     Ok(())

@@ -222,7 +222,7 @@ fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceI
     for (plugin, life) in &cell.registry.world_lives {
         let id = cell.registry.plugins[*plugin].id.clone();
         let state = cell.instances.borrow()[*plugin].as_ref().map(|i| i.state.clone()).unwrap_or_default();
-        let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin) };
+        let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
         match save_instance(cell, &of, life, &state) {
             Ok(image) => out.push((id, image)),
             Err(reason) => missed.push(Missed { object: String::new(), plugin: id, reason }),

@@ -250,28 +250,16 @@ impl WorldCell {
     pub fn seed_of(&self, key: &str) -> u64 {
         xxhash_rust::xxh3::xxh3_64_with_seed(key.as_bytes(), self.settings.borrow().seed)
     }
-    /// The instance data of a plugin in this world.
-    pub fn instance(&self, plugin: usize) -> *mut c_void {
+    /// The data and the state block of a plugin's instance in this world.
+    #[inline]
+    pub fn instance(&self, plugin: usize) -> (*mut c_void, *mut c_void) {
         if let Some(lane) = &self.lane {
-            return lane.instance(plugin).0;
+            return lane.instance(plugin);
         }
-        match self.instances.try_borrow() {
-            Ok(all) => all.get(plugin).and_then(Option::as_ref).map_or(std::ptr::null_mut(), |i| i.data),
-            Err(_) => std::ptr::null_mut(),
-        }
-    }
-    /// The state block of a plugin's instance in this world.
-    pub fn instance_state(&self, plugin: usize) -> *mut c_void {
-        if let Some(lane) = &self.lane {
-            return lane.instance(plugin).1;
-        }
-        match self.instances.try_borrow() {
-            Ok(all) => all
-                .get(plugin)
-                .and_then(Option::as_ref)
-                .map_or(std::ptr::null_mut(), |i| i.state.as_ptr().cast_mut().cast()),
-            Err(_) => std::ptr::null_mut(),
-        }
+        let all = self.instances.try_borrow();
+        let one = all.as_ref().ok().and_then(|all| all.get(plugin)?.as_ref());
+        let none = (std::ptr::null_mut(), std::ptr::null_mut());
+        one.map_or(none, |i| (i.data, i.state.as_ptr().cast_mut().cast()))
     }
     /// Whether a wait is over.
     pub fn is_over(&self, due: &Due) -> bool {

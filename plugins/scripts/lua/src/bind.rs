@@ -20,31 +20,16 @@ use crate::{
 const ARGS: usize = 16;
 const RESULTS: usize = 64;
 
-const FRAME: tatu_call = tatu_call {
-    size: size_of::<tatu_call>() as u32,
-    command: 0,
-    alias: 0,
-    n_args: 0,
-    args: std::ptr::null(),
-    results: null_mut(),
-    results_cap: RESULTS as u32,
-    n_results: 0,
-    world: null_mut(),
-    self_: null_mut(),
-    instance: null_mut(),
-    state: null_mut(),
-    user: std::ptr::null(),
-    api: std::ptr::null(),
-    error: null_mut(),
-    wait_token: 0,
-    resume: 0,
-    caller: 0,
-    caller_object: 0,
-    caller_script: 0,
-    caller_dialect: tatu_str { ptr: std::ptr::null(), len: 0 },
-    caller_kind: 0,
-    reserved: 0,
-};
+/// A frame with room for results; what it does not say is the host's to fill.
+#[inline(always)]
+fn frame(results: &mut MaybeUninit<[tatu_value; RESULTS]>) -> tatu_call {
+    // SAFETY: numbers and pointers, for which zero is a value. To copy a constant of this size would be a call.
+    let mut frame: tatu_call = unsafe { std::mem::zeroed() };
+    frame.size = size_of::<tatu_call>() as u32;
+    frame.results = results.as_mut_ptr().cast();
+    frame.results_cap = RESULTS as u32;
+    frame
+}
 
 /// Of a command's number in Lua: it takes and gives floats as they are.
 const EXACT: i64 = 1 << 40;
@@ -78,8 +63,7 @@ pub(crate) unsafe fn wait(l: *mut lua_State, s: &State, packed: u32) -> u64 {
         return 0;
     }
     let mut results = MaybeUninit::<[tatu_value; RESULTS]>::uninit();
-    let mut frame = FRAME;
-    frame.results = results.as_mut_ptr().cast();
+    let mut frame = frame(&mut results);
     frame.wait_token = s.token.get() + 1;
     s.token.set(frame.wait_token);
     (frame.command, frame.alias) = (packed >> 8, packed & 0xFF);
@@ -108,10 +92,9 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     for i in 0..n {
         reader.read(i + 1, i as u32 + 1, first.add(i as usize));
     }
-    let mut frame = FRAME;
+    let mut frame = frame(&mut results);
     frame.n_args = n as u32;
     frame.args = first;
-    frame.results = results.as_mut_ptr().cast();
     // In modern scripts names of old manners raise errors like all others.
     frame.reserved = if s.old.get() { 0 } else { TATU_CALL_RAISE };
     if l != s.main && lua_isyieldable(l) != 0 {
