@@ -1,169 +1,153 @@
-//! How the rows of an image are cut for threads to draw side by side, and which triangles belong where.
+//! How the rows of an image are cut for threads to draw side by side, and which groups of triangles belong where.
 //!
 //! Two threads share a segment: one begins with its first rows, the other with its last, band after band until they meet. So
-//! neither waits for the other, though what a band costs is but estimated. What a mesh has in sight is drawn once, in
-//! the band where it begins, however far it reaches into the following ones: moving corners costs more than pixels.
+//! it need not be known what a band costs. What a mesh has in sight is drawn once, in the band where it begins, however
+//! far it reaches into the following ones: moving corners costs more than pixels.
 
-use super::camera::Camera;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// Bands of a segment.
+const BANDS: usize = 12;
 /// Least rows of a band.
 pub(super) const LEAST_ROWS: usize = 4;
-/// The least bands are one part in so many of a segment.
-const LEAST_PART: usize = 128;
-/// What 16 triangles cost, in pixels with nothing but depth; measured.
-const SIXTEEN: usize = 220;
-/// What a pixel costs of which more than the depth is asked for.
-const SHADED: usize = 40;
-/// What reaches over more than one in so many rows of the image is drawn anew by each band. Whether it does is looked
-/// at closely: the ball around a group is often much higher than what it holds.
-pub(super) const TALL: usize = 4;
+/// What reaches over more than one in so many rows of the image is drawn anew by each band: one thread alone would take too
+/// long.
+const TALL: usize = 4;
 
-/// Some triangles of a mesh that is ready.
+/// How an image is cut.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cut {
+    /// Of the image.
+    rows: usize,
+    /// Of a band; the last of the image may have less.
+    height: usize,
+    /// Bands of a segment; the last of the image may have less.
+    bands: usize,
+}
+
+/// A group of triangles that may be seen, and the rows that it may be in.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Piece {
-    /// Place of the mesh.
-    pub mesh: u32,
+pub(super) struct Seen {
     /// First vector, and the one after the last.
     pub sixteens: (u32, u32),
     /// First row, and the one after the last.
     pub rows: (u32, u32),
 }
 
+/// Groups of a mesh that may be seen.
+pub(super) struct Found {
+    /// Those drawn once, by the band in which they begin; of each band in the order in memory.
+    own: Vec<Seen>,
+    /// Where those of each band begin in `own`, and the end.
+    starts: Vec<usize>,
+    /// Those that each band draws as far as its rows go.
+    pub tall: Vec<Seen>,
+}
+
+/// For each band of an image how far it reaches: the row after the last of what begins in it.
+pub(super) struct Reaches(Vec<AtomicUsize>);
+
 /// Some rows of a segment.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Band {
     /// First row, and the one after the last.
     pub rows: (usize, usize),
-    /// The row after the last that triangles reach which begin in it or in bands before it; at least its end.
+    /// Groups that begin in these bands of the image are drawn with it: its own, and for the first of a segment those before.
+    begin: (usize, usize),
+    /// The row after the last that groups reach which are drawn with it or with bands before it; at least its end.
     pub reach: usize,
-    /// Triangles that begin in it: from one to before another of the segment's.
-    pub own: (usize, usize),
 }
 
 /// Rows that one or two threads draw.
-#[derive(Debug, Default)]
 pub(super) struct Segment {
     /// First row, and the one after the last.
     pub rows: (usize, usize),
     pub bands: Vec<Band>,
-    /// Triangles, by the band in which they begin.
-    pub own: Vec<Piece>,
-    /// Those that each band draws as far as its rows go.
-    pub tall: Vec<Piece>,
-}
-
-/// Which bands a segment gets.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Cut {
-    /// Of so many rows each.
-    Even(usize),
-    /// Large ones first and last, ever smaller ones where two threads meet.
-    Balanced { shaded: bool },
 }
 
 impl Cut {
-    /// Whether so many rows stay in one band.
-    pub fn is_one_band(self, rows: usize) -> bool {
-        matches!(self, Self::Even(band) if band >= rows)
-    }
-}
-
-/// Cuts an image into so many segments.
-pub(super) fn segments(pieces: Vec<Piece>, camera: &Camera, (count, cut): (usize, Cut)) -> Vec<Segment> {
-    let rows = camera.rows;
-    let count = count.clamp(1, rows);
-    if count == 1 && cut.is_one_band(rows) {
-        return vec![Segment::whole(pieces, rows)];
-    }
-    (0..count).map(|i| Segment::new(&pieces, camera, (i * rows / count, (i + 1) * rows / count), cut)).collect()
-}
-
-impl Segment {
-    /// One band: nothing has to be put in order.
-    fn whole(own: Vec<Piece>, rows: usize) -> Self {
-        let band = Band { rows: (0, rows), reach: rows, own: (0, own.len()) };
-        Self { rows: (0, rows), bands: vec![band], own, tall: Vec::new() }
+    /// An image of so many rows, for so many threads.
+    pub fn new(rows: usize, threads: usize) -> Self {
+        let bands = if threads == 1 { 1 } else { BANDS * threads.div_ceil(2) };
+        Self::into_bands(rows, threads, rows.div_ceil(bands).max(LEAST_ROWS))
     }
 
-    fn new(all: &[Piece], camera: &Camera, rows: (usize, usize), cut: Cut) -> Self {
-        let mut out = Self { rows, ..Self::default() };
-        let high = rows.1 - rows.0;
-        let shaded = matches!(cut, Cut::Balanced { shaded: true });
-        let mut costs = vec![camera.columns * if shaded { SHADED } else { 1 }; high];
-        let mut pieces = Vec::with_capacity(all.len());
-        for mut piece in all.iter().copied() {
-            piece.rows = (piece.rows.0.max(rows.0 as u32), piece.rows.1.min(rows.1 as u32));
-            if piece.rows.0 >= piece.rows.1 {
-                continue;
-            }
-            if (piece.rows.1 - piece.rows.0) as usize * TALL > camera.rows {
-                out.tall.push(piece);
-                continue;
-            }
-            costs[piece.rows.0 as usize - rows.0] += (piece.sixteens.1 - piece.sixteens.0) as usize * SIXTEEN;
-            pieces.push(piece);
+    /// The same with bands of so many rows.
+    pub fn into_bands(rows: usize, threads: usize, height: usize) -> Self {
+        let height = height.clamp(1, rows);
+        Self { rows, height, bands: rows.div_ceil(height).div_ceil(threads.div_ceil(2)) }
+    }
+
+    /// Whether the image stays whole.
+    pub fn is_whole(&self) -> bool {
+        self.height == self.rows
+    }
+
+    /// How many segments there are.
+    pub fn segments(&self) -> usize {
+        self.rows.div_ceil(self.height * self.bands)
+    }
+
+    /// Whether what is in such rows is drawn anew by each band.
+    pub fn is_tall(&self, rows: (u32, u32)) -> bool {
+        !self.is_whole() && (rows.1 - rows.0) as usize * TALL > self.rows
+    }
+
+    /// Room for how far bands reach.
+    pub fn reaches(&self) -> Reaches {
+        Reaches((0..self.rows.div_ceil(self.height)).map(|_| AtomicUsize::new(0)).collect())
+    }
+
+    /// Puts groups in order, and notes how far they reach.
+    pub fn sort(&self, seen: Vec<Seen>, tall: Vec<Seen>, reaches: &Reaches) -> Found {
+        if self.is_whole() {
+            return Found { starts: vec![0, seen.len()], own: seen, tall };
         }
-        let cuts: Vec<usize> = match cut {
-            Cut::Even(band) => (0..high).step_by(band.max(1)).skip(1).collect(),
-            Cut::Balanced { .. } => balanced(&costs),
+        let band_of = |seen: &Seen| seen.rows.0 as usize / self.height;
+        let (mut ends, mut starts) = (vec![0; reaches.0.len()], vec![0; reaches.0.len() + 1]);
+        for seen in &seen {
+            let band = band_of(seen);
+            ends[band] = (seen.rows.1 as usize).max(ends[band]);
+            starts[band + 1] += 1;
+        }
+        for (band, (reach, end)) in reaches.0.iter().zip(ends).enumerate() {
+            reach.fetch_max(end, Ordering::Relaxed);
+            starts[band + 1] += starts[band];
+        }
+        let (mut own, mut next) = (vec![Seen::default(); seen.len()], starts.clone());
+        for seen in seen {
+            let place = &mut next[band_of(&seen)];
+            own[*place] = seen;
+            *place += 1;
+        }
+        Found { own, starts, tall }
+    }
+
+    /// Segments with their bands, from how far these reach.
+    pub fn cut(&self, reaches: &Reaches) -> Vec<Segment> {
+        let mut reach = 0;
+        let bands: Vec<Band> = (0..self.rows.div_ceil(self.height))
+            .map(|number| {
+                let rows = (number * self.height, self.rows.min((number + 1) * self.height));
+                let begin = if number % self.bands == 0 { 0 } else { number };
+                reach = reaches.0[number].load(Ordering::Relaxed).max(rows.1).max(reach);
+                Band { rows, begin: (begin, number + 1), reach }
+            })
+            .collect();
+        let segment = |bands: &[Band]| {
+            let (first, end) = (bands[0].rows.0, bands[bands.len() - 1].rows.1);
+            let bands = bands.iter().map(|band| Band { reach: band.reach.min(end), ..*band }).collect();
+            Segment { rows: (first, end), bands }
         };
-        // The band of each row.
-        let mut band_of = vec![0u32; high];
-        let mut first = 0;
-        for (number, end) in cuts.into_iter().chain([high]).enumerate() {
-            band_of[first..end].fill(number as u32);
-            out.bands.push(Band { rows: (rows.0 + first, rows.0 + end), reach: rows.0 + end, own: (0, 0) });
-            first = end;
-        }
-        // Within a band they stay in the order of the mesh, which is the order in memory.
-        let band_of = |piece: &Piece| band_of[piece.rows.0 as usize - rows.0] as usize;
-        for piece in &pieces {
-            let band = &mut out.bands[band_of(piece)];
-            band.own.1 += 1;
-            band.reach = band.reach.max(piece.rows.1 as usize);
-        }
-        let (mut begun, mut reach) = (0, 0);
-        for band in &mut out.bands {
-            begun += band.own.1;
-            band.own = (begun - band.own.1, begun - band.own.1);
-            reach = band.reach.max(reach);
-            band.reach = reach;
-        }
-        out.own.resize(pieces.len(), Piece::default());
-        for piece in &pieces {
-            let end = &mut out.bands[band_of(piece)].own.1;
-            out.own[*end] = *piece;
-            *end += 1;
-        }
-        out
+        bands.chunks(self.bands).map(segment).collect()
     }
 }
 
-/// Where bands begin, but for the first, from what rows cost.
-fn balanced(costs: &[usize]) -> Vec<usize> {
-    let whole: usize = costs.iter().sum();
-    let (mut low, mut high, mut rest) = (0, costs.len(), whole);
-    let (mut lower, mut upper) = (Vec::new(), Vec::new());
-    while low < high {
-        let share = (rest / 4).max(whole / LEAST_PART);
-        let (first, mut cost) = (low, 0);
-        while low < high && (cost < share || low - first < LEAST_ROWS) {
-            cost += costs[low];
-            low += 1;
-        }
-        lower.push(low);
-        rest -= cost;
-        let (end, mut cost) = (high, 0);
-        while low < high && (cost < share || end - high < LEAST_ROWS) {
-            high -= 1;
-            cost += costs[high];
-        }
-        upper.push(high);
-        rest -= cost;
+impl Found {
+    /// Those that are drawn once, with a band.
+    pub fn of_band(&self, band: &Band) -> impl Iterator<Item = &Seen> {
+        let (from, to) = band.begin;
+        let first = band.rows.0 as u32;
+        self.own[self.starts[from]..self.starts[to]].iter().filter(move |seen| seen.rows.1 > first)
     }
-    upper.reverse();
-    lower.extend(upper);
-    lower.retain(|row| *row < costs.len());
-    lower.dedup();
-    lower
 }

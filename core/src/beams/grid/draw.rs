@@ -1,54 +1,61 @@
-//! A band of rows from all that is ready to be drawn.
+//! What is ready, drawn into rows; and depths, when all of it is.
 
 use fearless_simd::{Level, prelude::*};
 
-use super::bands::{Band, Segment};
 use super::camera::Camera;
 use super::raster::{F, Raster, WIDE};
-use super::ready::Ready;
+use super::ready::{Group, Ready};
 use crate::beams::simd::dispatch;
 
-/// Draws a band; triangles that begin in it, up to row `reach`.
-pub(super) fn draw<const ID: bool>(
+/// Draws all but the groups that are drawn once, from one row to before another.
+pub(super) fn surfaces<const ID: bool>(
     level: Level,
     ready: &Ready<'_>,
-    segment: &Segment,
-    band: &Band,
-    reach: usize,
+    rows: (usize, usize),
     raster: &mut Raster<'_, ID>,
 ) {
-    dispatch!(level, simd => draw_with(simd, ready, segment, band, reach, raster));
+    dispatch!(level, simd => surfaces_with(simd, ready, raster.view(rows.0, rows.1)));
 }
 
 #[inline(always)]
-fn draw_with<S: Simd, const ID: bool>(
-    simd: S,
-    ready: &Ready<'_>,
-    segment: &Segment,
-    band: &Band,
-    reach: usize,
-    raster: &mut Raster<'_, ID>,
-) {
-    let mut rows = raster.view(band.rows.0, band.rows.1);
+fn surfaces_with<S: Simd, const ID: bool>(simd: S, ready: &Ready<'_>, mut rows: Raster<'_, ID>) {
     for polygon in ready.solids.iter().flat_map(|solids| &solids.polygons) {
         polygon.draw(simd, &mut rows);
     }
     for round in ready.solids.iter().flat_map(|solids| &solids.rounds) {
         round.draw(simd, &mut rows);
     }
-    for piece in &segment.tall {
-        if (piece.rows.0 as usize) < band.rows.1 && piece.rows.1 as usize > band.rows.0 {
-            ready.meshes[piece.mesh as usize].draw(simd, piece.sixteens, &mut rows);
+    for Group { mesh, seen } in ready.tall() {
+        if (seen.rows.0 as usize) < rows.end && seen.rows.1 as usize > rows.first {
+            mesh.draw(simd, seen.sixteens, &mut rows);
         }
     }
-    let mut rows = raster.view(band.rows.0, reach);
-    let own = &segment.own[band.own.0..band.own.1];
-    for (piece, i) in own.iter().zip(1..) {
-        // They are in order within a band only: the processor does not guess where the next begins.
-        if let Some(next) = own.get(i) {
-            ready.meshes[next.mesh as usize].fetch(next.sixteens.0);
+}
+
+/// Draws groups of triangles, from one row to before another.
+pub(super) fn groups<'a, const ID: bool>(
+    level: Level,
+    groups: impl Iterator<Item = Group<'a>>,
+    rows: (usize, usize),
+    raster: &mut Raster<'_, ID>,
+) {
+    dispatch!(level, simd => groups_with(simd, groups, raster.view(rows.0, rows.1)));
+}
+
+#[inline(always)]
+fn groups_with<'a, S: Simd, const ID: bool>(
+    simd: S,
+    mut groups: impl Iterator<Item = Group<'a>>,
+    mut rows: Raster<'_, ID>,
+) {
+    let mut next = groups.next();
+    while let Some(Group { mesh, seen }) = next {
+        next = groups.next();
+        // Not all are neighbours: the processor does not guess where the next begins.
+        if let Some(next) = &next {
+            next.mesh.fetch(next.seen.sixteens.0);
         }
-        ready.meshes[piece.mesh as usize].draw(simd, piece.sixteens, &mut rows);
+        mesh.draw(simd, seen.sixteens, &mut rows);
     }
 }
 

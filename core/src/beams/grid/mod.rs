@@ -7,7 +7,7 @@
 //! pixel; colours, normals and names are computed from it afterwards, once per pixel.
 //!
 //! Begin with [`GridCast`]; then `render`, a frame: `ready` makes ready what is in sight, `bands` cuts the rows for the threads,
-//! `crew` lets them draw, `draw` draws a band.
+//! `crew` calls them, `work` is what they share, `draw` draws.
 
 mod bands;
 mod camera;
@@ -25,6 +25,7 @@ mod shade;
 mod small;
 mod span;
 mod triangles;
+mod work;
 
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,9 @@
 //! The pixels of a band of rows while they are drawn.
 
-use fearless_simd::{f32x4, f32x16, mask32x16, prelude::*, u32x4, u32x16};
+use fearless_simd::{Level, f32x4, f32x16, mask32x16, prelude::*, u32x4, u32x16};
 
 use super::camera::Camera;
+use crate::beams::simd::dispatch;
 
 /// Pixels drawn at once.
 pub(super) const WIDE: usize = 16;
@@ -92,21 +93,29 @@ impl<'a, const ID: bool> Raster<'a, ID> {
         (before, Self { first: row, end, columns, stride, w_near, w: w_rest, id: id_rest })
     }
 
+    /// Leaves out the last rows as far as nothing is seen in them.
+    pub fn trimmed(self, camera: &Camera) -> Self {
+        let is_empty = |row: &[f32]| row.iter().fold(true, |empty, w| empty & (*w == camera.w_nothing));
+        let empty = self.w.rchunks(self.stride).take_while(|row| is_empty(row)).count();
+        let (first, end) = (self.first, self.end - empty);
+        self.part(first, end)
+    }
+
     /// Takes over what another sees in the same rows, as far as it goes; the other begins before it or with it.
-    pub fn merge(&mut self, other: &Self) {
-        let place = ((self.first - other.first) * self.stride).min(other.w.len());
-        let other_w = &other.w[place..];
-        if ID {
-            let (here, there) = (self.w.iter_mut().zip(&mut *self.id), other_w.iter().zip(&other.id[place..]));
-            for ((w, id), (other_w, other_id)) in here.zip(there) {
-                if *other_w > *w || (*other_w == *w && *other_id < *id) {
-                    (*w, *id) = (*other_w, *other_id);
-                }
-            }
-        } else {
-            for (w, other) in self.w.iter_mut().zip(other_w) {
-                *w = if *other > *w { *other } else { *w };
-            }
+    pub fn merge(&mut self, level: Level, other: &Self) {
+        dispatch!(level, simd => self.merge_with(simd, other));
+    }
+
+    #[inline(always)]
+    fn merge_with<S: Simd>(&mut self, simd: S, other: &Self) {
+        let from = ((self.first - other.first) * self.stride).min(other.w.len());
+        let to = (from + self.w.len()).min(other.w.len());
+        // Rows are whole vectors.
+        for place in (0..to - from).step_by(WIDE) {
+            let there = from + place..from + place + WIDE;
+            let (inside, id) = (M::splat(simd, true), U::splat(simd, 0));
+            let id = if ID { U::from_slice(simd, &other.id[there.clone()]) } else { id };
+            self.offer(simd, place, Offer { w: F::from_slice(simd, &other.w[there]), inside, id });
         }
     }
 

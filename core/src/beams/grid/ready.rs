@@ -4,13 +4,13 @@ use std::ops::Range;
 
 use fearless_simd::Level;
 
-use super::bands::{Cut, Piece, Segment, segments};
+use super::bands::{Band, Cut, Found, Reaches, Seen, Segment};
 use super::camera::Camera;
 use super::jobs::Jobs;
 use super::polygon::{Polygon, ViewFrom, cuboid, plane};
 use super::round::{Ends, Round};
 use super::shade::Surface;
-use super::triangles::{Seen, Triangles};
+use super::triangles::Triangles;
 use super::{Clusters, GridCast};
 use crate::beams::BeamScene;
 use crate::geometry::Form;
@@ -30,10 +30,10 @@ pub(super) struct Sketch<'a> {
     pub surfaces: Vec<Surface>,
     /// Meshes, and which of their groups may be seen.
     meshes: Vec<Triangles<'a>>,
-    groups: Jobs<(u32, Range<usize>), Vec<Seen>>,
-    /// How rows are cut for threads, and what comes of it, once all groups are taken.
-    cut: (usize, Cut),
-    segments: Jobs<(), Vec<Segment>>,
+    groups: Jobs<(u32, Range<usize>), Found>,
+    /// How rows are cut for threads.
+    cut: Cut,
+    reaches: Reaches,
     /// All that is no mesh.
     solids: Jobs<Range<usize>, Solids>,
 }
@@ -47,20 +47,37 @@ pub(super) struct Solids {
 /// All that may be seen.
 pub(super) struct Ready<'a> {
     pub solids: Vec<&'a Solids>,
-    pub meshes: &'a [Triangles<'a>],
-    pub segments: Vec<&'a Segment>,
+    found: Vec<(&'a Triangles<'a>, &'a Found)>,
+    pub segments: Vec<Segment>,
+}
+
+/// A group that may be seen.
+#[derive(Clone, Copy)]
+pub(super) struct Group<'a> {
+    pub mesh: &'a Triangles<'a>,
+    pub seen: &'a Seen,
+}
+
+impl<'a> Ready<'a> {
+    /// The groups that each band draws as far as its rows go.
+    pub fn tall(&self) -> impl Iterator<Item = Group<'a>> {
+        self.of_meshes(|found| found.tall.iter())
+    }
+
+    /// Those that are drawn once, with a band.
+    pub fn of_band(&self, band: &'a Band) -> impl Iterator<Item = Group<'a>> {
+        self.of_meshes(|found| found.of_band(band))
+    }
+
+    fn of_meshes<I: Iterator<Item = &'a Seen>>(&self, of: impl Fn(&'a Found) -> I) -> impl Iterator<Item = Group<'a>> {
+        self.found.iter().flat_map(move |(mesh, found)| of(found).map(|seen| Group { mesh, seen }))
+    }
 }
 
 impl<'a> Sketch<'a> {
     /// What may be seen. Numbers grow with the tag, then the place of the target, then the primitive: the order in which equal
-    /// depths are decided. Rows will be cut into so many segments.
-    pub fn new(
-        scene: &'a BeamScene,
-        cast: &'a GridCast<'a>,
-        camera: &'a Camera,
-        level: Level,
-        cut: (usize, Cut),
-    ) -> Self {
+    /// depths are decided.
+    pub fn new(scene: &'a BeamScene, cast: &'a GridCast<'a>, camera: &'a Camera, level: Level, cut: Cut) -> Self {
         let targets = scene.targets();
         let mut wanted: Vec<u32> = (0..targets.len() as u32)
             .filter(|i| {
@@ -75,7 +92,6 @@ impl<'a> Sketch<'a> {
         let mut id = 0u32;
         for index in wanted {
             let target = &targets[index as usize];
-            let view_from_form = ViewFrom::new(camera, &target.world_from_target);
             let primitives = match &target.form {
                 Form::Plane | Form::Sphere { .. } => 1,
                 Form::Box { .. } => 6,
@@ -83,6 +99,7 @@ impl<'a> Sketch<'a> {
                 Form::Mesh { mesh, .. } => {
                     if let Some(tree) = &scene.trees[index as usize] {
                         let clusters = tree.clusters.get_or_init(|| Clusters::new(mesh, &tree.triangles));
+                        let view_from_form = ViewFrom::new(camera, &target.world_from_target);
                         let view_from_mesh =
                             ViewFrom { translation: view_from_form.point(&clusters.centre), ..view_from_form };
                         meshes.extend(Triangles::new(camera, clusters, view_from_mesh, cast.faces, id));
@@ -90,7 +107,7 @@ impl<'a> Sketch<'a> {
                     mesh.triangles.len() as u32
                 }
             };
-            surfaces.push(Surface { first: id, target: index, view_from_form });
+            surfaces.push(Surface { first: id, target: index });
             // Beyond four thousand million triangles names would no longer be right; depths are.
             id = id.saturating_add(primitives);
         }
@@ -99,48 +116,42 @@ impl<'a> Sketch<'a> {
             .zip(0..)
             .flat_map(|(triangles, mesh)| parts(triangles.groups(), ROWS).map(move |groups| (mesh, groups)));
         let (groups, solids) = (Jobs::new(groups), Jobs::new(parts(surfaces.len(), SURFACES)));
-        let segments = Jobs::new([()]);
-        Self { scene, cast, camera, level, surfaces, meshes, groups, cut, segments, solids }
+        let reaches = cut.reaches();
+        Self { scene, cast, camera, level, surfaces, meshes, groups, cut, reaches, solids }
     }
 
     /// Does something that nobody has begun; `false`: there is nothing.
     pub fn assist(&self) -> bool {
-        self.groups.take(|groups| self.look(groups))
-            || self.segments.take(|()| self.cut_rows())
-            || self.solids.take(|surfaces| self.make(surfaces))
+        self.groups.take(|groups| self.look(groups)) || self.solids.take(|surfaces| self.make(surfaces))
     }
 
     /// All of it, when there is nothing that nobody has begun.
     pub fn ready(&'a self) -> Ready<'a> {
         let solids = self.solids.made(|surfaces| self.make(surfaces)).map(|(_, solids)| solids).collect();
-        let segments = self.segments.made(|()| self.cut_rows()).flat_map(|(_, segments)| segments).collect();
-        Ready { solids, meshes: &self.meshes, segments }
+        let found = self.groups.made(|groups| self.look(groups));
+        let found = found.map(|((mesh, _), found)| (&self.meshes[*mesh as usize], found)).collect();
+        Ready { solids, found, segments: self.cut.cut(&self.reaches) }
     }
 
     /// Which triangles of a mesh may be seen.
-    fn look(&self, (mesh, groups): &(u32, Range<usize>)) -> Vec<Seen> {
-        let closely = !self.cut.1.is_one_band(self.camera.rows);
-        self.meshes[*mesh as usize].look(self.level, groups.clone(), closely)
-    }
-
-    /// Cuts the image for the threads.
-    fn cut_rows(&self) -> Vec<Segment> {
-        let mut pieces = Vec::new();
-        for ((mesh, _), seen) in self.groups.made(|groups| self.look(groups)) {
-            let piece = |seen: &Seen| Piece { mesh: *mesh, sixteens: seen.sixteens, rows: seen.rows };
-            pieces.extend(seen.iter().map(piece));
-        }
-        segments(pieces, self.camera, self.cut)
+    fn look(&self, (mesh, groups): &(u32, Range<usize>)) -> Found {
+        let (seen, tall) = self.meshes[*mesh as usize].look(self.level, groups.clone(), &self.cut);
+        self.cut.sort(seen, tall, &self.reaches)
     }
 
     /// Makes surfaces ready that are no meshes.
     fn make(&self, surfaces: &Range<usize>) -> Solids {
         let (mut polygons, mut rounds) = (Vec::new(), Vec::new());
         let (camera, faces) = (self.camera, self.cast.faces);
-        for Surface { first: id, target, view_from_form } in &self.surfaces[surfaces.clone()] {
+        for Surface { first: id, target } in &self.surfaces[surfaces.clone()] {
+            let target = &self.scene.targets()[*target as usize];
+            if matches!(target.form, Form::Mesh { .. }) {
+                continue;
+            }
+            let view_from_form = &ViewFrom::new(camera, &target.world_from_target);
             let misses = |radius: f64| camera.misses(&view_from_form.translation, radius);
             let mut round = |shape| rounds.extend(Round::new(camera, view_from_form, shape, faces, *id));
-            match &self.scene.targets()[*target as usize].form {
+            match &target.form {
                 Form::Plane => plane(camera, view_from_form, faces, *id, &mut polygons),
                 Form::Box { half } => {
                     if !misses(half.norm()) {

@@ -6,9 +6,10 @@ use fearless_simd::Level;
 
 use super::bands::{Cut, LEAST_ROWS};
 use super::camera::Camera;
-use super::crew::{self, Sight, Work};
+use super::crew;
 use super::ready::Sketch;
 use super::shade::Shader;
+use super::work::{Sight, Work};
 use super::{GridCast, GridImage};
 use crate::beams::{BeamScene, simd};
 
@@ -52,29 +53,26 @@ impl BeamScene {
     ) {
         let threads = rayon::current_num_threads();
         let cut = match rows {
-            Some(rows) => Cut::Even(rows),
-            None if threads == 1 => Cut::Even(camera.rows),
-            None => Cut::Balanced { shaded: cast.want.visibility() },
+            Some(height) => Cut::into_bands(camera.rows, threads, height),
+            None => Cut::new(camera.rows, threads),
         };
-        let count = threads.div_ceil(2).clamp(1, camera.rows);
-        let (mut rest, mut buffers) = image.parts(2 * count);
+        let (mut rest, buffers) = image.parts(cut.segments());
         // Made by the thread that leads, for all.
         let (sketch, ready, shader, work) = (OnceLock::new(), OnceLock::new(), OnceLock::new(), OnceLock::new());
         let assist = || sketch.get().is_some_and(Sketch::assist);
         let helpers = (threads - 1).min(camera.rows / LEAST_ROWS);
         crew::run::<ID>(helpers, &work, &assist, || {
-            let sketch = sketch.get_or_init(|| Sketch::new(self, cast, camera, level, (count, cut)));
+            let sketch = sketch.get_or_init(|| Sketch::new(self, cast, camera, level, cut));
             while sketch.assist() {}
             let ready = ready.get_or_init(|| sketch.ready());
             let shader = shader.get_or_init(|| Shader::new(cast, camera, self.targets(), &sketch.surfaces));
             let sight = Sight { ready, camera, shader, level };
             work.get_or_init(|| {
-                let parts = ready.segments.iter().map(|segment| {
+                let parts = ready.segments.iter().zip(buffers).map(|(segment, buffers)| {
                     let pixels = (segment.rows.1 - segment.rows.0) * camera.columns;
                     let (part, after) = std::mem::take(&mut rest).split(pixels);
-                    let (two, others) = std::mem::take(&mut buffers).split_at_mut(2);
-                    (rest, buffers) = (after, others);
-                    Work::new(sight, segment, part, two)
+                    rest = after;
+                    Work::new(sight, segment, part, buffers.each_mut())
                 });
                 parts.collect()
             })

@@ -83,7 +83,6 @@ fn brightness(light: &Light, to_camera: f32, to_sun: f32, sunlit: f32) -> f32 {
 pub(super) struct Surface {
     pub first: u32,
     pub target: u32,
-    pub view_from_form: ViewFrom,
 }
 
 /// Turns numbers into what was asked for.
@@ -92,6 +91,8 @@ pub(super) struct Shader<'a> {
     camera: &'a Camera,
     targets: &'a [Target],
     surfaces: &'a [Surface],
+    /// Of each surface.
+    views: Vec<ViewFrom>,
     /// Toward the sun, in the view frame.
     sun: Vector3<f32>,
 }
@@ -118,7 +119,9 @@ struct Seen<'a> {
 impl<'a> Shader<'a> {
     pub fn new(cast: &'a GridCast<'a>, camera: &'a Camera, targets: &'a [Target], surfaces: &'a [Surface]) -> Self {
         let sun = camera.rotation.map(|x| x as f32) * Vector3::from(cast.light.sun_direction);
-        Self { cast, camera, targets, surfaces, sun }
+        let shaded = if cast.want.visibility() { surfaces } else { &[] };
+        let view = |surface: &Surface| ViewFrom::new(camera, &targets[surface.target as usize].world_from_target);
+        Self { cast, camera, targets, surfaces, views: shaded.iter().map(view).collect(), sun }
     }
 
     /// Fills in rows from one to before another.
@@ -211,14 +214,14 @@ impl<'a> Shader<'a> {
     }
 
     /// What a number stands for; `at` is the place of a surface that it probably belongs to.
-    fn seen(&self, id: u32, at: usize) -> Option<Seen<'a>> {
+    fn seen(&self, id: u32, at: usize) -> Option<Seen<'_>> {
         let starts = |at: usize| self.surfaces.get(at).is_some_and(|surface| surface.first <= id);
         let at = if starts(at) && !starts(at + 1) {
             at
         } else {
             self.surfaces.partition_point(|surface| surface.first <= id).checked_sub(1)?
         };
-        let Surface { first, target, view_from_form } = self.surfaces.get(at)?;
+        let (Surface { first, target }, view_from_form) = (self.surfaces.get(at)?, self.views.get(at)?);
         let target = &self.targets[*target as usize];
         let primitive = id - first;
         let normal = match &target.form {

@@ -10,7 +10,7 @@ use fearless_simd::{Level, f64x8, mask64x8, prelude::*};
 use nalgebra::Vector3;
 use tatu_plugin_api::safe::fetch_all;
 
-use super::bands::TALL;
+use super::bands::{Cut, Seen};
 use super::camera::{Camera, Line};
 use super::clusters::{Clusters, Groups, ROW, Sixteen};
 use super::polygon::ViewFrom;
@@ -44,15 +44,6 @@ pub(super) struct Triangles<'a> {
     id: u32,
     /// The camera in the mesh: its place, or the way its rays go.
     eye: Vector3<f64>,
-}
-
-/// A group that may be seen, and the rows that it may be in.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Seen {
-    /// First vector, and the one after the last.
-    pub sixteens: (u32, u32),
-    /// First row, and the one after the last.
-    pub rows: (u32, u32),
 }
 
 /// 16 corners in the image: column and row in parts of a pixel, `w`. Not a number where they cannot be rounded.
@@ -91,15 +82,15 @@ impl<'a> Triangles<'a> {
         self.mesh.groups.len()
     }
 
-    /// Which of some rows of groups may be seen; `closely`: the rows of high ones are found exactly.
-    pub fn look(&self, level: Level, groups: Range<usize>, closely: bool) -> Vec<Seen> {
-        let mut seen = Vec::with_capacity(groups.len() * ROW);
-        dispatch!(level, simd => self.look_with(simd, &self.mesh.groups[groups], closely, &mut seen));
-        seen
+    /// Which of some rows of groups may be seen: those drawn once, and high ones.
+    pub fn look(&self, level: Level, groups: Range<usize>, cut: &Cut) -> (Vec<Seen>, Vec<Seen>) {
+        let (mut seen, mut tall) = (Vec::with_capacity(groups.len() * ROW), Vec::new());
+        dispatch!(level, simd => self.look_with(simd, &self.mesh.groups[groups], cut, &mut seen, &mut tall));
+        (seen, tall)
     }
 
     #[inline(always)]
-    fn look_with<S: Simd>(&self, simd: S, groups: &[Groups], closely: bool, all: &mut Vec<Seen>) {
+    fn look_with<S: Simd>(&self, simd: S, groups: &[Groups], cut: &Cut, seen: &mut Vec<Seen>, tall: &mut Vec<Seen>) {
         let (camera, eye) = (self.camera, &self.eye);
         let ViewFrom { rotation: m, translation: t } = &self.view_from_mesh;
         let number = |x: f64| D::splat(simd, x);
@@ -146,17 +137,19 @@ impl<'a> Triangles<'a> {
             // Compared as whole pixels.
             let empty = |(low, high): (D<S>, D<S>)| low.trunc().simd_ge(high.trunc());
             out |= empty(columns) | empty(rows);
-            let mut seen = !out.to_bitmask() & 0xff;
+            let mut left = !out.to_bitmask() & 0xff;
             let (low, high) = (rows.0.as_array(), rows.1.as_array());
-            while seen != 0 {
-                let lane = seen.trailing_zeros() as usize % ROW;
-                seen &= seen - 1;
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize % ROW;
+                left &= left - 1;
                 let sixteens = groups.sixteens[lane];
                 let mut rows = (low[lane] as u32, high[lane] as u32);
-                if closely && (rows.1 - rows.0) as usize * TALL > camera.rows {
+                // The ball is often much higher than what it holds.
+                if cut.is_tall(rows) {
                     rows = self.narrowed(simd, sixteens, rows);
                 }
                 if sixteens.0 < sixteens.1 && rows.0 < rows.1 {
+                    let all = if cut.is_tall(rows) { &mut *tall } else { &mut *seen };
                     all.push(Seen { sixteens, rows });
                 }
             }
