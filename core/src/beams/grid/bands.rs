@@ -100,9 +100,6 @@ impl Cut {
 
     /// Puts groups in order, and notes how far they reach.
     pub fn sort(&self, seen: Vec<Seen>, tall: Vec<Seen>, reaches: &Reaches) -> Found {
-        if self.is_whole() {
-            return Found { starts: vec![0, seen.len()], own: seen, tall };
-        }
         let band_of = |seen: &Seen| seen.rows.0 as usize / self.height;
         let (mut ends, mut starts) = (vec![0; reaches.0.len()], vec![0; reaches.0.len() + 1]);
         for seen in &seen {

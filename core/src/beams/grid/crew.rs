@@ -65,7 +65,8 @@ fn come<const ID: bool>(work: &OnceLock<Vec<Work<'_, ID>>>, assist: &impl Fn() -
 
 /// Draws wherever a thread is missing, beginning with the thread's own segment.
 fn help<const ID: bool>(work: &[Work<'_, ID>], thread: usize) {
-    for i in 0..work.len() {
-        work[(thread + i) % work.len()].help((thread + i) / work.len() % 2 == 1);
+    for turn in thread..thread + work.len() {
+        // As many threads as there are segments come from below, the next from above.
+        work[turn % work.len()].help(turn / work.len() % 2 == 1);
     }
 }
