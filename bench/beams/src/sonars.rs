@@ -82,6 +82,7 @@ pub fn run(asked: &Asked) -> Value {
     };
     let mut beams = vec![Beam::cone(Isometry3::identity(), HALF_ANGLE, RANGE); robots * mounts.len()];
     let mut hits = vec![Hit::NONE; robots * mounts.len()];
+    let mut moved = vec![(0, Isometry3::identity()); robots * parts.len()];
     // As a world has it: this thread is one of them.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
     let pool = pool.build().expect("a pool of threads");
@@ -89,10 +90,14 @@ pub fn run(asked: &Asked) -> Value {
     let prepare = |frame: u64| (0..robots).map(|k| place(k, frame)).collect::<Vec<_>>();
     let Took { frames, clock, median } = loop_for(asked.number("seconds", 3.0), prepare, |chassis| {
         pool.install(|| {
-            let moved = chassis.iter().enumerate();
-            scene.update_poses(
-                moved.flat_map(|(k, at)| parts.iter().enumerate().map(move |(i, (part, _))| (k * 4 + i, at * part))),
+            moved.par_chunks_mut(parts.len()).zip(chassis.par_iter()).enumerate().with_min_len(64).for_each(
+                |(k, (moved, at))| {
+                    for (i, (place, (part, _))) in moved.iter_mut().zip(&parts).enumerate() {
+                        *place = (k * parts.len() + i, at * part);
+                    }
+                },
             );
+            scene.update_poses(&moved);
             // Sensors say on all threads where they look.
             beams.par_chunks_mut(mounts.len()).zip(chassis.par_iter()).enumerate().with_min_len(64).for_each(
                 |(k, (beams, at))| {

@@ -21,7 +21,7 @@
 //! assert!((hit.distance - 0.75).abs() < 1e-12);
 //! assert_eq!(hit.object, 7);
 //!
-//! scene.update_poses([(0, Isometry3::translation(0.0, 0.0, 3.0))]);
+//! scene.update_poses(&[(0, Isometry3::translation(0.0, 0.0, 3.0))]);
 //! assert!(!scene.cast_one(&Beam::ray(Isometry3::identity(), 2.0)).is_some());
 //! ```
 

@@ -34,6 +34,8 @@ pub struct Target {
 const CHUNK: usize = 64;
 /// When fewer than one target in so many moves, each is followed up the tree; else the whole tree is fitted.
 const FEW: usize = 8;
+/// Moves of one task of the thread pool.
+const MOVES: usize = 256;
 
 /// What beams are cast against.
 ///
@@ -49,12 +51,15 @@ pub struct BeamScene {
     boxes: Vec<Aabb>,
     /// Targets without end, tried for every beam.
     pub(super) unbounded: Vec<u32>,
-    /// For each target, the middle and radius of a ball around it; of a form without end, nothing of use.
-    pub(super) balls: Vec<(Vector3<f64>, f64)>,
+    /// For each target, a ball around it; of a form without end, nothing of use.
+    pub(super) balls: Vec<Ball>,
     pub(super) top: Tree,
-    /// Used again by each update.
-    moved: Vec<u32>,
+    /// Used again by each update: what is around targets where they now are.
+    around: Vec<(Aabb, Ball)>,
 }
+
+/// Middle and radius.
+type Ball = (Vector3<f64>, f64);
 
 impl BeamScene {
     /// Replaces all targets. Meshes seen before keep their trees.
@@ -80,8 +85,8 @@ impl BeamScene {
             .extend((0..self.targets.len() as u32).filter(|&i| matches!(self.targets[i as usize].form, Form::Plane)));
         self.boxes.clear();
         self.balls.clear();
-        for index in 0..self.targets.len() {
-            let (aabb, ball) = (self.box_of(index), self.ball_of(index));
+        for (index, target) in self.targets.iter().enumerate() {
+            let (aabb, ball) = self.around(index, &target.world_from_target);
             self.boxes.push(aabb);
             self.balls.push(ball);
         }
@@ -94,26 +99,30 @@ impl BeamScene {
     }
 
     /// Moves targets, named by their place in [`targets`](Self::targets). Costs as many steps as the tree is deep for
-    /// each, or once the size of the tree where many move.
+    /// each, or once the size of the tree where many move. Many are worked on by rayon's current pool.
     ///
     /// # Panics
     /// If a place is out of range.
-    pub fn update_poses(&mut self, poses: impl IntoIterator<Item = (usize, Isometry3<f64>)>) {
-        let mut moved = std::mem::take(&mut self.moved);
-        moved.clear();
-        let mut changed = false;
-        for (index, pose) in poses {
-            changed |= self.place(index, pose);
-            moved.push(index as u32);
+    pub fn update_poses(&mut self, poses: &[(usize, Isometry3<f64>)]) {
+        let mut around = std::mem::take(&mut self.around);
+        if poses.len() <= MOVES {
+            around.extend(poses.iter().map(|(index, pose)| self.around(*index, pose)));
+        } else {
+            let all = poses.par_iter().with_min_len(MOVES).map(|(index, pose)| self.around(*index, pose));
+            all.collect_into_vec(&mut around);
         }
+        let mut changed = false;
+        for ((index, pose), around) in poses.iter().zip(around.drain(..)) {
+            changed |= self.place(*index, pose, around);
+        }
+        self.around = around;
         if changed {
             self.rebuild();
-        } else if moved.len() * FEW < self.targets.len() {
-            moved.iter().for_each(|index| self.top.update(*index, &self.boxes));
+        } else if poses.len() * FEW < self.targets.len() {
+            poses.iter().for_each(|(index, _)| self.top.update(*index as u32, &self.boxes));
         } else {
             self.top.refit(&self.boxes);
         }
-        self.moved = moved;
         if self.top.worn() {
             self.rebuild();
         }
@@ -124,22 +133,16 @@ impl BeamScene {
     /// # Panics
     /// If the place is out of range.
     pub fn update_pose(&mut self, index: usize, pose: Isometry3<f64>) {
-        if self.place(index, pose) {
-            self.rebuild();
-            return;
-        }
-        self.top.update(index as u32, &self.boxes);
-        if self.top.worn() {
-            self.rebuild();
-        }
+        self.update_poses(&[(index, pose)]);
     }
 
-    /// Notes a pose; whether the tree must be built anew, since the target was nowhere before or is so now.
-    fn place(&mut self, index: usize, pose: Isometry3<f64>) -> bool {
-        self.targets[index].world_from_target = pose;
-        self.boxes[index] = self.box_of(index);
-        self.balls[index] = self.ball_of(index);
-        self.boxes[index].is_real() != self.top.holds(index as u32)
+    /// Notes a pose and what is around it; whether the tree must be built anew, since the target was nowhere before or is
+    /// so now.
+    fn place(&mut self, index: usize, pose: &Isometry3<f64>, (aabb, ball): (Aabb, Ball)) -> bool {
+        self.targets[index].world_from_target = *pose;
+        self.boxes[index] = aabb;
+        self.balls[index] = ball;
+        aabb.is_real() != self.top.holds(index as u32)
     }
 
     /// Gives a target, named by its place in [`targets`](Self::targets), another colour.
@@ -249,19 +252,22 @@ impl BeamScene {
         }
     }
 
+    /// The box and the ball around a target at a pose.
+    fn around(&self, index: usize, pose: &Isometry3<f64>) -> (Aabb, Ball) {
+        (self.box_of(index, pose), self.ball_of(index, pose))
+    }
+
     /// A target's box; an empty one for a form without end, and for what is nowhere: a pose or size that is no number.
-    fn box_of(&self, index: usize) -> Aabb {
-        let Target { world_from_target, form, .. } = &self.targets[index];
+    fn box_of(&self, index: usize, pose: &Isometry3<f64>) -> Aabb {
         let aabb = match &self.trees[index] {
-            Some(tree) => tree.aabb.moved(world_from_target),
-            None => Aabb::of_form(form, world_from_target).unwrap_or(Aabb::EMPTY),
+            Some(tree) => tree.aabb.moved(pose),
+            None => Aabb::of_form(&self.targets[index].form, pose).unwrap_or(Aabb::EMPTY),
         };
         if aabb.is_real() { aabb } else { Aabb::EMPTY }
     }
 
-    fn ball_of(&self, index: usize) -> (Vector3<f64>, f64) {
-        let Target { world_from_target: pose, form, .. } = &self.targets[index];
-        let radius = match form {
+    fn ball_of(&self, index: usize, pose: &Isometry3<f64>) -> Ball {
+        let radius = match &self.targets[index].form {
             Form::Plane => f64::INFINITY,
             Form::Box { half } => half.norm(),
             Form::Sphere { radius } => *radius,

@@ -1,6 +1,7 @@
 //! The scene as beams and images see it, followed as things move.
 
 use nalgebra::Isometry3;
+use rayon::ThreadPool;
 
 use crate::{
     beams::{BeamScene, Target},
@@ -47,30 +48,30 @@ struct Place {
 }
 
 impl Targets {
-    /// Brings what is detectable up to the scene, or what is visible.
-    pub fn follow(&mut self, scene: &Scene, visible: bool) {
+    /// Brings what is detectable up to the scene, or what is visible; many moves are worked on by the threads of `pool`.
+    pub fn follow(&mut self, scene: &Scene, visible: bool, pool: &ThreadPool) {
         if visible {
-            self.visible.follow(scene, |o, _| o.is_visible());
+            self.visible.follow(scene, pool, |o, _| o.is_visible());
         } else {
-            self.detectable.follow(scene, |_, s| s.is_detectable() && s.detectable_mask != 0);
+            self.detectable.follow(scene, pool, |_, s| s.is_detectable() && s.detectable_mask != 0);
         }
     }
 
     /// Brings what these waves detect up to the scene.
-    pub fn follow_waves(&mut self, scene: &Scene, waves: u16) {
+    pub fn follow_waves(&mut self, scene: &Scene, waves: u16, pool: &ThreadPool) {
         if self.selective.0 != scene.shape_version {
             let mut shapes = scene.tree(0).into_iter().filter_map(|slot| scene.get(slot)?.shape());
             self.selective = (scene.shape_version, shapes.any(|s| s.detectable_mask != u16::MAX));
             self.by_waves.clear();
         }
         if waves == u16::MAX || !self.selective.1 {
-            return self.follow(scene, false);
+            return self.follow(scene, false, pool);
         }
         let at = self.by_waves.iter().position(|(w, _)| *w == waves).unwrap_or_else(|| {
             self.by_waves.push((waves, Seen::default()));
             self.by_waves.len() - 1
         });
-        self.by_waves[at].1.follow(scene, |_, s| s.is_detectable() && s.detectable_mask & waves != 0);
+        self.by_waves[at].1.follow(scene, pool, |_, s| s.is_detectable() && s.detectable_mask & waves != 0);
     }
 
     /// What is visible, or what beams of these waves detect.
@@ -86,10 +87,10 @@ impl Targets {
 }
 
 impl Seen {
-    fn follow(&mut self, scene: &Scene, wanted: impl Fn(&Object, &Shape) -> bool) {
+    fn follow(&mut self, scene: &Scene, pool: &ThreadPool, wanted: impl Fn(&Object, &Shape) -> bool) {
         let version = (scene.shape_version, scene.seen_version);
         if self.built == version {
-            self.keep_up(scene);
+            self.keep_up(scene, pool);
             if self.colored != scene.color_version {
                 self.color(scene);
             }
@@ -134,7 +135,7 @@ impl Seen {
     }
 
     /// Moves the targets of shapes that have moved since the last look.
-    fn keep_up(&mut self, scene: &Scene) {
+    fn keep_up(&mut self, scene: &Scene, pool: &ThreadPool) {
         let Seen { beams, places, first, moved, followed, .. } = self;
         match scene.moves.since(followed) {
             Some([]) => return,
@@ -152,8 +153,11 @@ impl Seen {
                 moved.retain(|(i, world)| *world != beams.targets()[*i].world_from_target);
             }
         }
-        if !moved.is_empty() {
-            beams.update_poses(moved.drain(..));
+        match moved[..] {
+            [] => {}
+            [(one, world)] => beams.update_pose(one, world),
+            _ => pool.install(|| beams.update_poses(moved)),
         }
+        moved.clear();
     }
 }

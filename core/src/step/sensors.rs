@@ -57,8 +57,8 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, ask: &Ask)
         sensing.settle(&scene, &world.registry);
         for (visible, waves) in sees {
             match visible {
-                true => sensing.targets.follow(&scene, true),
-                false => sensing.targets.follow_waves(&scene, *waves),
+                true => sensing.targets.follow(&scene, true, world.pool()),
+                false => sensing.targets.follow_waves(&scene, *waves, world.pool()),
             }
         }
         let twist = |slot| world.twist(&scene, &dynamics, slot);

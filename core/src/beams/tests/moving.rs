@@ -44,7 +44,7 @@ fn a_target_that_moves_alone_is_seen_where_it_is() {
         if round % 2 == 0 {
             scene.update_pose(index, pose)
         } else {
-            scene.update_poses([(index, pose)])
+            scene.update_poses(&[(index, pose)])
         }
         let mut fresh = BeamScene::default();
         fresh.set(scene.targets().to_vec());

@@ -84,7 +84,8 @@ fn the_tree_answers_as_trying_every_target_does() {
 #[test]
 fn moved_targets_give_the_same_bits_as_a_new_scene() {
     let mut dice = Dice(8);
-    let mut targets = random_targets(&mut dice, 200);
+    // More than one task of the thread pool.
+    let mut targets = random_targets(&mut dice, 600);
     let beams = random_beams(&mut dice, 400);
     let mut moved = BeamScene::default();
     moved.set(targets.clone());
@@ -93,7 +94,7 @@ fn moved_targets_give_the_same_bits_as_a_new_scene() {
             let step = dice.pose(if round < 3 { 0.1 } else { 3.0 });
             target.world_from_target = step * target.world_from_target;
         }
-        moved.update_poses(targets.iter().map(|t| t.world_from_target).enumerate());
+        moved.update_poses(&targets.iter().map(|t| t.world_from_target).enumerate().collect::<Vec<_>>());
         let mut fresh = BeamScene::default();
         fresh.set(targets.clone());
         assert_eq!(cast(&moved, &beams), cast(&fresh, &beams), "round {round}");

@@ -229,7 +229,7 @@ fn a_closed_mesh_has_no_holes() {
         let image = render(&scene, &cast_of(&grid, &light, dice.pose(0.3)));
         assert!(image.depth.iter().all(|d| d.is_finite()), "round {round}: a hole from within");
         // From without, whatever is seen with both sides is seen with fronts alone: a back behind a gap would show.
-        scene.update_poses([(0, Isometry3::translation(0.0, 0.0, dice.between(1.2, 9.0)) * dice.pose(0.05))]);
+        scene.update_poses(&[(0, Isometry3::translation(0.0, 0.0, dice.between(1.2, 9.0)) * dice.pose(0.05))]);
         let mut cast = cast_of(&grid, &light, Isometry3::identity());
         let both = render(&scene, &cast);
         cast.faces = Faces::FRONT;
