@@ -94,3 +94,13 @@ fn of_two_things_of_one_id_in_a_plugin_the_first_is_used() {
     }
     done.tells(&["the service `butler` twice", "the command `twice.one` twice"]);
 }
+
+#[test]
+fn a_text_says_its_language_where_there_are_several() {
+    let scene = watcher("w", "function sysCall_init() end");
+    let place = place(&scene);
+    compile(&place, "second", &all("second", "a").text());
+    place.run(&["--steps", "1"]).refused(&["E109", "does not say its language", "`language = ...`", "`lua`, `tongue`"]);
+    place.write("scene.toml", &place.read("scene.toml").replace("{ text", "{ language = \"lua\", text"));
+    place.run(&["--steps", "1"]).good();
+}

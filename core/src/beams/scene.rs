@@ -169,10 +169,12 @@ impl BeamScene {
     pub fn cast_here(&self, beams: &[Beam], hits: &mut [Hit]) {
         let mut done = 0;
         while done < beams.len() {
-            let (n, near) = match company::group(&beams[done..]) {
-                Some((n, space)) => (n, self.near(&space, beams[done].skip_group)),
-                None => (1, None),
+            let Some((n, space)) = company::group(&beams[done..]) else {
+                hits[done] = self.cast_one(&beams[done]);
+                done += 1;
+                continue;
             };
+            let near = self.near(&space, beams[done].skip_group);
             for (beam, hit) in beams[done..done + n].iter().zip(&mut hits[done..]) {
                 *hit = self.cast_among(beam, near.as_ref());
             }

@@ -1,12 +1,14 @@
 //! A tree of boxes over numbered items: of a scene's targets, or of a mesh's triangles.
 
 use arrayvec::ArrayVec;
+use fearless_simd::{f64x4, prelude::*};
 use nalgebra::Vector3;
 
 use super::{
     aabb::{Aabb, SLACK},
     binary::{self, Node},
     sight::{Probe, Sight},
+    simd::{dispatch, level},
 };
 
 /// Deeper than a tree of 2^32 items; each level leaves up to three children behind.
@@ -95,9 +97,23 @@ impl Quad {
     }
 }
 
+/// The smaller of each two, the second where one is no number: of a ray in the very plane of a side.
+#[inline(always)]
+fn less<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
+    a.simd_lt(b).select(a, b)
+}
+
+/// The greater of each two, likewise.
+#[inline(always)]
+fn more<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
+    a.simd_gt(b).select(a, b)
+}
+
 /// A ray made ready for many boxes.
 struct Slabs {
-    origin: Vector3<f64>,
+    /// Where the ray begins, moved by the slack: what a box's low sides are compared with, and its high ones.
+    low: Vector3<f64>,
+    high: Vector3<f64>,
     /// One over the direction; infinite along axes that the ray is square to.
     inverse: Vector3<f64>,
     near: f64,
@@ -105,28 +121,27 @@ struct Slabs {
 
 impl Slabs {
     fn new(sight: &Sight) -> Self {
-        Slabs { origin: sight.origin.coords, inverse: sight.axis.map(|x| 1.0 / x), near: sight.near }
+        let origin = &sight.origin.coords;
+        Slabs {
+            low: origin.add_scalar(SLACK),
+            high: origin.add_scalar(-SLACK),
+            inverse: sight.axis.map(|x| 1.0 / x),
+            near: sight.near,
+        }
     }
 
     /// For each box: no point of the ray in it is nearer than this; infinity when there is none.
     #[inline(always)]
-    fn bounds(&self, quad: &Quad) -> [f64; 4] {
-        let (mut enter, mut leave) = ([self.near; 4], [f64::INFINITY; 4]);
+    fn bounds<S: Simd>(&self, simd: S, quad: &Quad) -> [f64; 4] {
+        let (mut enter, mut leave) = (f64x4::splat(simd, self.near), f64x4::splat(simd, f64::INFINITY));
         for i in 0..3 {
-            let (origin, inverse) = (self.origin[i], self.inverse[i]);
-            for k in 0..4 {
-                let low = (quad.low[i][k] - SLACK - origin) * inverse;
-                let high = (quad.high[i][k] + SLACK - origin) * inverse;
-                let (first, last) = (if low < high { low } else { high }, if low > high { low } else { high });
-                // Comparisons pass over the NaN of a ray in the very plane of a side.
-                enter[k] = if first > enter[k] { first } else { enter[k] };
-                leave[k] = if last < leave[k] { last } else { leave[k] };
-            }
+            let low = (f64x4::load_array_ref(simd, &quad.low[i]) - self.low[i]) * self.inverse[i];
+            let high = (f64x4::load_array_ref(simd, &quad.high[i]) - self.high[i]) * self.inverse[i];
+            enter = more(less(low, high), enter);
+            leave = less(more(low, high), leave);
         }
         let mut out = [0.0; 4];
-        for k in 0..4 {
-            out[k] = if enter[k] > leave[k] { f64::INFINITY } else { enter[k] - SLACK };
-        }
+        enter.simd_gt(leave).select(f64x4::splat(simd, f64::INFINITY), enter - SLACK).store_array(&mut out);
         out
     }
 }
@@ -307,7 +322,14 @@ pub(super) fn walk(quads: &[Quad], roots: usize, probe: &Probe, limit: f64, visi
     match probe {
         Probe::Ray(sight) => {
             let slabs = Slabs::new(sight);
-            walk_by(quads, roots, limit, |quad, _| slabs.bounds(quad), visit);
+            dispatch!(level(), simd => walk_by(
+                quads,
+                roots,
+                limit,
+                #[inline(always)]
+                |quad, _| slabs.bounds(simd, quad),
+                visit,
+            ));
         }
         Probe::Cone(cone) => walk_by(
             quads,
@@ -356,11 +378,14 @@ fn walk_by(
             if bound > limit || bound == f64::INFINITY {
                 continue;
             }
-            let mut at = stack.len();
+            let (child, mut at) = ((bound, quad.first[lane], quad.count[lane]), stack.len());
+            stack.push(child);
+            // At most three: a call that moves them all would cost more.
             while at > bottom && stack[at - 1].0 < bound {
+                stack[at] = stack[at - 1];
                 at -= 1;
             }
-            stack.insert(at, (bound, quad.first[lane], quad.count[lane]));
+            stack[at] = child;
         }
     }
 }

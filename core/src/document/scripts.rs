@@ -1,6 +1,6 @@
 //! Scripts in scene files.
 
-use std::path::Path;
+use std::{collections::BTreeSet, path::Path};
 
 use toml_edit::{Item, TableLike};
 
@@ -89,7 +89,18 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         (None, [first, rest @ ..]) if inline && rest.iter().all(|l| l.id == first.id) => {
             b.registry.language(&first.id, providers).map_err(|e| e.at(Some(place.clone())))?
         }
-        _ => b.registry.language(&wanted, providers).map_err(|e| e.at(Some(place.clone())))?,
+        (said, languages) => b.registry.language(&wanted, providers).map_err(|e| {
+            let e = match (said, inline) {
+                (None, true) => {
+                    let ids: BTreeSet<_> = languages.iter().map(|l| format!("`{}`", l.id)).collect();
+                    Error::new("E109", "a script text does not say its language, and there are several").expected(
+                        format!("`language = ...`, one of {}", ids.into_iter().collect::<Vec<_>>().join(", ")),
+                    )
+                }
+                _ => e,
+            };
+            e.at(Some(place.clone()))
+        })?,
     };
     b.registry.check_dialect(Some(index), &dialect).map_err(|e| e.at(Some(dialect_at)))?;
     b.script(owner, ScriptSpec { language: index, dialect, kind, priority, side_by_side, name, text })

@@ -190,7 +190,7 @@ impl Device {
             ptr: self.fields[first..].as_ptr().cast(),
             len: n as u64,
             elem: info.elem,
-            dims: self.layout.plan.shape(info.dims),
+            dims: self.layout.dims[field],
             time: self.time,
             sequence: self.sequence,
         }
@@ -251,12 +251,14 @@ pub(crate) struct Layout {
     pub plan: BeamPlan,
     /// Of each field: the word at which it begins, and how many elements it has.
     pub spans: Vec<(usize, usize)>,
+    /// Of each field, its shape.
+    dims: Vec<[u32; 3]>,
     words: usize,
 }
 
 impl Default for Layout {
     fn default() -> Self {
-        Layout { plan: BeamPlan::NONE, spans: Vec::new(), words: 0 }
+        Layout { plan: BeamPlan::NONE, spans: Vec::new(), dims: Vec::new(), words: 0 }
     }
 }
 
@@ -266,21 +268,21 @@ impl Layout {
         let kind = &world.registry.sensors[kind];
         let asked = world.cross(kind.plugin, Call::Beams, slot, || BeamPlan::ask(data, kind));
         let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
+        let dims: Vec<_> = kind.fields.iter().map(|f| plan.shape(f.dims)).collect();
         let (mut spans, mut words) = (Vec::new(), 0);
-        for f in &kind.fields {
-            let elements = length(f, &plan)?;
+        for (f, dims) in kind.fields.iter().zip(&dims) {
+            let elements = length(f, dims)?;
             spans.push((words, elements));
             words += (elements * element_size(f.elem)).div_ceil(8).max(1);
         }
-        let layout = Layout { plan, spans, words };
+        let layout = Layout { plan, spans, dims, words };
         let like_it = world.sensing.try_borrow().ok().and_then(|s| s.like(&layout));
         Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
     }
 }
 
 /// Elements of a field; an error where no memory could hold them.
-fn length(field: &FieldInfo, plan: &BeamPlan) -> Result<usize, String> {
-    let dims = plan.shape(field.dims);
+fn length(field: &FieldInfo, dims: &[u32; 3]) -> Result<usize, String> {
     let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d as usize)).filter(|n| *n <= MAX_ELEMENTS);
     n.ok_or_else(|| format!("its field `{}` of {dims:?} elements is too large", field.name))
 }
