@@ -17,7 +17,7 @@ const PATIENCE: usize = 8;
 pub(super) fn run<'a, const ID: bool>(
     helpers: usize,
     work: &OnceLock<Vec<Work<'a, ID>>>,
-    assist: &(impl Fn() -> bool + Sync),
+    assist: &(impl Fn(usize) -> bool + Sync),
     lead: impl FnOnce() -> &'a [Work<'a, ID>] + Send,
 ) {
     if helpers == 0 {
@@ -47,10 +47,10 @@ pub(super) fn run<'a, const ID: bool>(
 }
 
 /// A thread that helps.
-fn come<const ID: bool>(work: &OnceLock<Vec<Work<'_, ID>>>, assist: &impl Fn() -> bool, helper: usize) {
+fn come<const ID: bool>(work: &OnceLock<Vec<Work<'_, ID>>>, assist: &impl Fn(usize) -> bool, helper: usize) {
     for _ in 0..PATIENCE {
         look_for(|| {
-            while assist() {}
+            while assist(helper) {}
             work.get().is_some()
         });
         if let Some(work) = work.get() {

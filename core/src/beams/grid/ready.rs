@@ -120,9 +120,9 @@ impl<'a> Sketch<'a> {
         Self { scene, cast, camera, level, surfaces, meshes, groups, cut, reaches, solids }
     }
 
-    /// Does something that nobody has begun; `false`: there is nothing.
-    pub fn assist(&self) -> bool {
-        self.groups.take(|groups| self.look(groups)) || self.solids.take(|surfaces| self.make(surfaces))
+    /// Does something that nobody has begun, the first or the last; `false`: there is nothing.
+    pub fn assist(&self, last: bool) -> bool {
+        self.groups.take(last, |groups| self.look(groups)) || self.solids.take(last, |surfaces| self.make(surfaces))
     }
 
     /// All of it, when there is nothing that nobody has begun.
