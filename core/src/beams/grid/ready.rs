@@ -15,8 +15,9 @@ use super::{Clusters, GridCast};
 use crate::beams::BeamScene;
 use crate::geometry::Form;
 
-/// Rows of groups that a thread looks at in one go.
-const ROWS: usize = 32;
+/// Rows of groups that a thread looks at in one go, some microseconds; each part is one more place where bands look for
+/// theirs.
+const ROWS: usize = 128;
 /// Surfaces that it makes ready in one go.
 const SURFACES: usize = 16;
 
