@@ -5,7 +5,7 @@
 
 use std::sync::OnceLock;
 
-use fearless_simd::Level;
+use fearless_simd::{Level, prelude::*};
 
 /// The level to use: the best there is, or the least where the environment says `TATU_SIMD=off`.
 pub(crate) fn level() -> Level {
@@ -54,3 +54,15 @@ macro_rules! dispatch {
     }};
 }
 pub(crate) use dispatch;
+
+/// The smaller of each two; the second where one is no number.
+#[inline(always)]
+pub(super) fn least<S: Simd, T: SimdFloat<S>>(a: T, b: T) -> T {
+    a.simd_lt(b).select(a, b)
+}
+
+/// The greater of each two, likewise.
+#[inline(always)]
+pub(super) fn greatest<S: Simd, T: SimdFloat<S>>(a: T, b: T) -> T {
+    a.simd_gt(b).select(a, b)
+}

@@ -8,7 +8,7 @@ use super::{
     aabb::{Aabb, SLACK},
     binary::{self, Node},
     sight::{Probe, Sight},
-    simd::{dispatch, level},
+    simd::{dispatch, greatest, least, level},
 };
 
 /// Deeper than a tree of 2^32 items; each level leaves up to three children behind.
@@ -97,18 +97,6 @@ impl Quad {
     }
 }
 
-/// The smaller of each two, the second where one is no number: of a ray in the very plane of a side.
-#[inline(always)]
-fn less<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
-    a.simd_lt(b).select(a, b)
-}
-
-/// The greater of each two, likewise.
-#[inline(always)]
-fn more<S: Simd>(a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
-    a.simd_gt(b).select(a, b)
-}
-
 /// A ray made ready for many boxes.
 struct Slabs {
     /// Where the ray begins, moved by the slack: what a box's low sides are compared with, and its high ones.
@@ -137,8 +125,9 @@ impl Slabs {
         for i in 0..3 {
             let low = (f64x4::load_array_ref(simd, &quad.low[i]) - self.low[i]) * self.inverse[i];
             let high = (f64x4::load_array_ref(simd, &quad.high[i]) - self.high[i]) * self.inverse[i];
-            enter = more(less(low, high), enter);
-            leave = less(more(low, high), leave);
+            // A ray in the very plane of a side has no number there; the last of two counts.
+            enter = greatest(least(low, high), enter);
+            leave = least(greatest(low, high), leave);
         }
         let mut out = [0.0; 4];
         enter.simd_gt(leave).select(f64x4::splat(simd, f64::INFINITY), enter - SLACK).store_array(&mut out);

@@ -5,7 +5,10 @@ use std::{collections::BTreeSet, path::Path};
 use toml_edit::{Item, TableLike};
 
 use super::{Builder, PRIORITIES, SCRIPT_KINDS, ScriptSpec, keys::Text};
-use crate::error::{Error, Place, Result};
+use crate::{
+    error::{Error, Place, Result},
+    host::Language,
+};
 
 /// `script = "file"`, `script = { ... }`, `scripts = [ ... ]`.
 pub(super) fn read(text: &Text<'_>, b: &mut Builder<'_>, table: &dyn TableLike, owner: usize) -> Result {
@@ -82,27 +85,24 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
                 .at(Some(place)));
         }
     };
-    let wanted = language.clone().unwrap_or_else(|| name.clone());
-    let providers = &b.document.settings.providers;
-    let index = match (&language, b.registry.languages.as_slice()) {
-        // A text without a name to go by is in the only language there is.
-        (None, [first, rest @ ..]) if inline && rest.iter().all(|l| l.id == first.id) => {
-            b.registry.language(&first.id, providers).map_err(|e| e.at(Some(place.clone())))?
-        }
-        (said, languages) => b.registry.language(&wanted, providers).map_err(|e| {
-            let e = match (said, inline) {
-                (None, true) => {
-                    let ids: BTreeSet<_> = languages.iter().map(|l| format!("`{}`", l.id)).collect();
-                    Error::new("E109", "a script text does not say its language, and there are several").expected(
-                        format!("`language = ...`, one of {}", ids.into_iter().collect::<Vec<_>>().join(", ")),
-                    )
-                }
-                _ => e,
-            };
-            e.at(Some(place.clone()))
-        })?,
+    let id = match &language {
+        Some(id) => id,
+        None if inline => only_language(&b.registry.languages).map_err(|e| e.at(Some(place.clone())))?.unwrap_or(&name),
+        None => &name,
     };
+    let index = b.registry.language(id, &b.document.settings.providers).map_err(|e| e.at(Some(place.clone())))?;
     b.registry.check_dialect(Some(index), &dialect).map_err(|e| e.at(Some(dialect_at)))?;
     b.script(owner, ScriptSpec { language: index, dialect, kind, priority, side_by_side, name, text })
         .map_err(|e| e.at(Some(place)))
+}
+
+/// The language of a text without a name to go by: the only one there is; `None`: there is none.
+fn only_language(languages: &[Language]) -> Result<Option<&str>> {
+    let ids: BTreeSet<&str> = languages.iter().map(|l| l.id.as_str()).collect();
+    if ids.len() < 2 {
+        return Ok(ids.first().copied());
+    }
+    let ids: Vec<_> = ids.iter().map(|id| format!("`{id}`")).collect();
+    Err(Error::new("E109", "a script text does not say its language, and there are several")
+        .expected(format!("`language = ...`, one of {}", ids.join(", "))))
 }

@@ -5,7 +5,8 @@
 
 use fearless_simd::prelude::*;
 
-use super::lanes::{F, M, U, V, greatest, inverse, least, splat};
+use super::lanes::{F, M, U, V, inverse, splat};
+use crate::beams::simd::{greatest, least};
 
 /// Where rays are inside a solid.
 #[derive(Clone, Copy)]

@@ -63,16 +63,6 @@ pub(super) fn splat<S: Simd>(simd: S, value: f32) -> F<S> {
     F::splat(simd, value)
 }
 
-#[inline(always)]
-pub(super) fn least<S: Simd>(a: F<S>, b: F<S>) -> F<S> {
-    a.simd_lt(b).select(a, b)
-}
-
-#[inline(always)]
-pub(super) fn greatest<S: Simd>(a: F<S>, b: F<S>) -> F<S> {
-    b.simd_lt(a).select(a, b)
-}
-
 /// One over each; of what is almost zero, a number so large that it does as infinity, but is one.
 #[inline(always)]
 pub(super) fn inverse<S: Simd>(simd: S, d: F<S>) -> F<S> {

@@ -6,11 +6,12 @@ use nalgebra::Vector3;
 
 use super::{
     cast::Limits,
-    lanes::{F, M, U, V, greatest, inverse, least, short, splat},
+    lanes::{F, M, U, V, inverse, short, splat},
 };
 use crate::beams::{
     aabb::Aabb,
     mesh::Triangle,
+    simd::{greatest, least},
     tree::{Quad, STACK, Tree},
 };
 

@@ -12,8 +12,8 @@ const PATIENCE: usize = 8;
 /// Makes an image with the calling thread, which leads, and `helpers` others of rayon's current pool; which of them draws which
 /// band does not change the image.
 ///
-/// The others come at once: they `assist` as long as there is something to be made ready, and wait for the `work` that
-/// `lead` gives.
+/// The others come at once: they `assist`, each by its number, as long as there is something to be made ready, and wait for
+/// the `work` that `lead` gives.
 pub(super) fn run<'a, const ID: bool>(
     helpers: usize,
     work: &OnceLock<Vec<Work<'a, ID>>>,

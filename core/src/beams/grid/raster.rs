@@ -185,18 +185,6 @@ fn nearer<S: Simd>(offer: &Offer<S>, w_near: f32, old: F<S>, old_id: U<S>) -> M<
     offer.inside & offer.w.simd_le(w_near) & (offer.w.simd_gt(old) | tie)
 }
 
-/// The lesser of two numbers, the second where one is no number.
-#[inline(always)]
-pub(super) fn least<S: Simd>(a: F<S>, b: F<S>) -> F<S> {
-    a.simd_lt(b).select(a, b)
-}
-
-/// The greater.
-#[inline(always)]
-pub(super) fn most<S: Simd>(a: F<S>, b: F<S>) -> F<S> {
-    b.simd_lt(a).select(a, b)
-}
-
 /// 0, 1, 2, ...
 #[inline(always)]
 pub(super) fn lanes<S: Simd>(simd: S) -> F<S> {

@@ -59,11 +59,11 @@ impl BeamScene {
         let (mut rest, buffers) = image.parts(cut.segments());
         // Made by the thread that leads, for all.
         let (sketch, ready, shader, work) = (OnceLock::new(), OnceLock::new(), OnceLock::new(), OnceLock::new());
-        let assist = |helper: usize| sketch.get().is_some_and(|sketch: &Sketch<'_>| sketch.assist(helper % 2 == 1));
+        let assist = |thread: usize| sketch.get().is_some_and(|sketch: &Sketch<'_>| sketch.assist(thread % 2 == 1));
         let helpers = (threads - 1).min(camera.rows / LEAST_ROWS);
         crew::run::<ID>(helpers, &work, &assist, || {
             let sketch = sketch.get_or_init(|| Sketch::new(self, cast, camera, level, cut));
-            while sketch.assist(false) {}
+            while assist(0) {}
             let ready = ready.get_or_init(|| sketch.ready());
             let shader = shader.get_or_init(|| Shader::new(cast, camera, self.targets(), &sketch.surfaces));
             let sight = Sight { ready, camera, shader, level };

@@ -3,7 +3,8 @@
 use fearless_simd::prelude::*;
 
 use super::camera::Line;
-use super::raster::{F, Offer, Raster, U, WIDE, lanes, least, most};
+use super::raster::{F, Offer, Raster, U, WIDE, lanes};
+use crate::beams::simd::{greatest, least};
 
 /// A border: of the area is what lies where the line is greater than 0.
 ///
@@ -73,7 +74,7 @@ impl Face<'_> {
         while column < high {
             // Begun anew in double precision every 16 pixels.
             let w = climb + (base + self.w.a * column as f64) as f32;
-            let w = least(most(w, least_w), most_w);
+            let w = least(greatest(w, least_w), most_w);
             let inside = lanes.simd_lt((high - column) as f32);
             raster.offer(simd, place + column, Offer { w, inside, id });
             column += WIDE;

@@ -14,11 +14,11 @@ use super::bands::{Cut, Seen};
 use super::camera::{Camera, Line};
 use super::clusters::{Clusters, Groups, ROW, Sixteen};
 use super::polygon::ViewFrom;
-use super::raster::{F, M, Raster, U, WIDE, least, most};
+use super::raster::{F, M, Raster, U, WIDE};
 use super::small::{PARTS, Small, stored};
 use super::span::{Edge, Face};
 use crate::beams::Faces;
-use crate::beams::simd::dispatch;
+use crate::beams::simd::{dispatch, greatest, least};
 
 /// Numbers of groups.
 type D<S> = f64x8<S>;
@@ -123,14 +123,11 @@ impl<'a> Triangles<'a> {
             let range = |c: D<S>, middle: f64, count: usize| {
                 let (low, high) = ((c - r) * camera.scale, (c + r) * camera.scale);
                 let (near, far) = (low * front, low * behind);
-                let low = near.simd_lt(far).select(near, far) + (middle - 1.0);
+                let low = least(near, far) + (middle - 1.0);
                 let (near, far) = (high * front, high * behind);
-                let high = near.simd_gt(far).select(near, far) + (middle + 2.0);
+                let high = greatest(near, far) + (middle + 2.0);
                 let count = number(count as f64);
-                let clamped = |v: D<S>| {
-                    let v = v.simd_gt(nothing).select(v, nothing);
-                    v.simd_lt(count).select(v, count)
-                };
+                let clamped = |v: D<S>| least(greatest(v, nothing), count);
                 (whole.select(nothing, clamped(low)), whole.select(count, clamped(high)))
             };
             let (columns, rows) = (range(cx, middle.0, camera.columns), range(cy, middle.1, camera.rows));
@@ -164,7 +161,7 @@ impl<'a> Triangles<'a> {
         for sixteen in &self.mesh.sixteens[sixteens.0 as usize..sixteens.1 as usize] {
             for corner in &sixteen.corners {
                 let y = self.place(simd, corner).y;
-                (low, high) = (least(y, low), most(y, high));
+                (low, high) = (least(y, low), greatest(y, high));
                 placed &= y.simd_eq(y);
             }
         }
@@ -226,12 +223,12 @@ impl<'a> Triangles<'a> {
         let [a, b, c] = &sixteen.corners;
         let (a, b, c) = (self.place(simd, a), self.place(simd, b), self.place(simd, c));
         let area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
-        let (low_x, high_x) = (least(least(a.x, b.x), c.x), most(most(a.x, b.x), c.x));
-        let (low_y, high_y) = (least(least(a.y, b.y), c.y), most(most(a.y, b.y), c.y));
+        let (low_x, high_x) = (least(least(a.x, b.x), c.x), greatest(greatest(a.x, b.x), c.x));
+        let (low_y, high_y) = (least(least(a.y, b.y), c.y), greatest(greatest(a.y, b.y), c.y));
         let tiny = (high_x - low_x).simd_lt(SMALL) & (high_y - low_y).simd_lt(SMALL);
         // The pixels whose middles are in the box around it, in the band.
         let (column, row) =
-            (most(up(low_x), F::splat(simd, 0.0)), most(up(low_y), F::splat(simd, raster.first as f32)));
+            (greatest(up(low_x), F::splat(simd, 0.0)), greatest(up(low_y), F::splat(simd, raster.first as f32)));
         let column_end = least(down(high_x), F::splat(simd, (raster.columns - 1) as f32));
         let row_end = least(down(high_y), F::splat(simd, (raster.end - 1) as f32));
         // What is no number is not a place either.
