@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 use tatu_core::{
     document::{Options, Override, ScriptOverride, ServiceOverride},
-    error::Error,
+    errors::Error,
 };
 
 /// Tatu, a robot simulator made of a small core and plugins.

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use tatu_core::{Graph, World, error::Error};
+use tatu_core::{Graph, World, errors::Error};
 
 use crate::plot;
 

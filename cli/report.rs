@@ -3,7 +3,7 @@
 use std::{fs, io::IsTerminal};
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
-use tatu_core::error::Error;
+use tatu_core::errors::Error;
 
 /// A line on standard output. Nobody may be reading any more (`| head`), or the disk may be full: the run goes on.
 macro_rules! out {

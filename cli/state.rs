@@ -8,8 +8,8 @@ use std::{
 use tatu_core::{
     World,
     document::Document,
-    error::{Error, Result},
-    host::Registry,
+    errors::{Error, Result},
+    plugins::Registry,
     state::{Missed, Snapshot},
 };
 

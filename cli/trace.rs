@@ -8,7 +8,7 @@ use std::{
 };
 
 use serde_json::{Map, Value as Json, json};
-use tatu_core::{LogLine, World, error::Error};
+use tatu_core::{LogLine, World, errors::Error};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::watchdog::SharedFile;

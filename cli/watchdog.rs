@@ -11,8 +11,8 @@ use std::{
 
 use serde_json::json;
 use tatu_core::{
-    error::{Fault, FaultKind},
-    host::watchdog::{Stuck, Watches},
+    errors::{Fault, FaultKind},
+    plugins::watchdog::{Stuck, Watches},
 };
 
 use crate::report;

@@ -9,8 +9,8 @@ use std::{
 
 use tatu_core::{
     document::Sources,
-    error::{Error, Result},
-    host::Registry,
+    errors::{Error, Result},
+    plugins::Registry,
 };
 use toml_edit::DocumentMut;
 

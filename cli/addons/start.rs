@@ -5,8 +5,8 @@ use std::{path::Path, sync::Arc};
 use tatu_core::{
     World,
     document::{Document, ScriptSpec, Sources},
-    error::{Error, Result},
-    host::Registry,
+    errors::{Error, Result},
+    plugins::Registry,
     session::file::AddonEntry,
 };
 use tatu_plugin_api::safe::Value;

@@ -1,6 +1,6 @@
 //! `--addon NAME:KEY=VALUE,KEY=VALUE`.
 
-use tatu_core::error::{Error, Result};
+use tatu_core::errors::{Error, Result};
 
 /// One add-on of a command line.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -9,7 +9,7 @@ use std::{
 };
 
 use serde_json::{Map, Value};
-use tatu_core::error::{Error, Place};
+use tatu_core::errors::{Error, Place};
 
 use crate::{args::Diff, report};
 

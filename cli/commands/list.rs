@@ -5,7 +5,7 @@ use std::{process::ExitCode, sync::Arc};
 use serde_json::{Value, json};
 use tatu_core::{
     document::Sources,
-    host::{Declared, Registry},
+    plugins::{Declared, Registry},
 };
 
 use crate::{

@@ -11,8 +11,8 @@ use std::{path::Path, sync::Arc};
 
 use tatu_core::{
     document::{self, Document, Options, Sources},
-    error::Error,
-    host::{Copies, Registry, Search, watchdog::Watches},
+    errors::Error,
+    plugins::{Copies, Registry, Search, watchdog::Watches},
 };
 
 use crate::report;
@@ -41,7 +41,7 @@ pub fn registry_watched(
     if let Some(scene) = scene {
         document::plugin_folders(scene, sources)?.into_iter().for_each(|f| search.add_scene_folder(f));
     }
-    let registry = Registry::load_watched(search, watches);
+    let registry = Registry::load_watched(search, tatu_core::host_tables(), watches);
     registry.refused.iter().for_each(report::warning);
     registry.notes.iter().for_each(|n| report::note(n));
     missing(&registry);

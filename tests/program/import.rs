@@ -4,7 +4,7 @@ use std::{f64::consts::TAU, fs, sync::Arc};
 
 use tatu_core::{
     document,
-    host::{Registry, Search},
+    plugins::{Registry, Search},
     scene::{get, rows::Row},
 };
 use tatu_plugin_api::safe::Value;
@@ -42,9 +42,9 @@ fn robot(place: &Place) {
 /// The document of a scene, read in this process by the program's own plugins.
 fn read(place: &Place, scene: &str) -> tatu_core::document::Document {
     let mut search = Search::default();
-    search.folders.push((program().with_file_name("deps"), tatu_core::host::Source::Built));
+    search.folders.push((program().with_file_name("deps"), tatu_core::plugins::Source::Built));
     search.built = ["tatu_importers_urdf", "tatu_scripts_lua"].map(str::to_owned).to_vec();
-    let registry = Arc::new(Registry::load(search));
+    let registry = Arc::new(Registry::load(search, tatu_core::host_tables()));
     document::load(&place.path().join(scene), &registry, &Default::default()).unwrap()
 }
 

@@ -4,7 +4,7 @@ use std::{fs, process::Command, sync::Arc};
 
 use tatu_core::{
     World, document,
-    host::{Registry, Search, Source},
+    plugins::{Registry, Search, Source},
 };
 
 use crate::kit::*;
@@ -157,7 +157,7 @@ fn whatever_a_urdf_file_holds_it_runs_or_is_refused() {
     let mut search = Search::default();
     search.folders.push((program().with_file_name("deps"), Source::Built));
     search.built = vec!["tatu_importers_urdf".into()];
-    let registry = Arc::new(Registry::load(search));
+    let registry = Arc::new(Registry::load(search, tatu_core::host_tables()));
     let folder = root().join("plugins/importers/urdf");
     let place = Place::new();
     fs::copy(folder.join("mast.stl"), place.path().join("mast.stl")).unwrap();

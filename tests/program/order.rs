@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use tatu_core::{Phase, World, document::ScriptSpec, host::Registry};
+use tatu_core::{Phase, World, document::ScriptSpec, plugins::Registry};
 
 use crate::{
     kit::*,

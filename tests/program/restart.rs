@@ -4,7 +4,7 @@ use std::{path::Path, sync::Arc};
 
 use tatu_core::{
     World, document,
-    host::{Registry, Search},
+    plugins::{Registry, Search},
 };
 
 use crate::kit::*;
@@ -12,7 +12,7 @@ use crate::kit::*;
 /// The plugins beside the built program.
 pub fn registry() -> Arc<Registry> {
     let names = ["tatu_commands_vrep", "tatu_scripts_lua", "tatu_sensors_proximity", "tatu_robots_pioneer_p3dx"];
-    Arc::new(Registry::load(Search::standard(Some(program()), None, &names)))
+    Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
 }
 
 pub fn world(scene: &Path, registry: &Arc<Registry>) -> World {

@@ -7,7 +7,7 @@ use std::{path::Path, process::Command, sync::Arc};
 
 use tatu_core::{
     World, document,
-    host::{Registry, Search},
+    plugins::{Registry, Search},
 };
 
 use crate::kit::*;
@@ -202,7 +202,7 @@ fn a_robot_with_a_thruster_changes_no_other() {
 /// The plugins beside the built program, and those of a folder.
 fn registry() -> Arc<Registry> {
     let names = ["tatu_commands_vrep", "tatu_scripts_lua", "tatu_actuators_thruster"];
-    Arc::new(Registry::load(Search::standard(Some(program()), None, &names)))
+    Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
 }
 
 fn world(scene: &Path, registry: &Arc<Registry>) -> World {

@@ -6,7 +6,7 @@ use serde_json::json;
 use tatu_core::{
     Session, World,
     document::{self, Document, Options, ServiceOverride},
-    host::{Registry, Search},
+    plugins::{Registry, Search},
     session::log::replay_to,
 };
 
@@ -21,7 +21,7 @@ fn registry() -> Arc<Registry> {
         "tatu_robots_pioneer_p3dx",
         "tatu_services_jsonl",
     ];
-    Arc::new(Registry::load(Search::standard(Some(program()), None, &names)))
+    Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
 }
 
 /// Walls and some robots that avoid them, each arena its own: heading, number of robots and seed.

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use tatu_core::{
-    document::units,
-    host::{Declared, check_value},
+    plugins::units,
+    plugins::{Declared, check_value},
 };
 use tatu_plugin_api::{abi::*, safe::Value};
 

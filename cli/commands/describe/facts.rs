@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 use tatu_core::{
-    host::{CommandEntry, Declared, PresetInfo, Registry, schemas},
+    plugins::{CommandEntry, Declared, PresetInfo, Registry, schemas},
     scene::rows::{KINDS, rows_of},
 };
 use tatu_plugin_api::{abi::*, safe::Value};

@@ -9,7 +9,7 @@ mod pages;
 use std::process::ExitCode;
 
 use serde_json::{Value, json};
-use tatu_core::{document::Sources, error::Error};
+use tatu_core::{document::Sources, errors::Error};
 
 use super::list::table;
 use crate::{args::Describe, report};

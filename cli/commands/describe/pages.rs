@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fmt::Write, fs, io, path::Path};
 
-use tatu_core::host::{CommandEntry, Declared, Registry, Status};
+use tatu_core::plugins::{CommandEntry, Declared, Registry, Status};
 
 /// A page by its subject, for commands that tell none by their plugin.
 fn pages(r: &Registry) -> BTreeMap<String, Vec<&CommandEntry>> {

@@ -1,7 +1,8 @@
 //! What plots of sensors are drawn on: twice as fine as the picture, so that edges are smooth.
 
 use plotters::{coord::Shift, prelude::*, style::text_anchor::Pos};
-use tatu_core::look::{Picture, Reading};
+use tatu_core::Reading;
+use tatu_render::Picture;
 
 use crate::plot::{INK, know_letters};
 

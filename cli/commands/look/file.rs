@@ -2,7 +2,8 @@
 
 use std::{fs, io, path::Path};
 
-use tatu_core::{error::Error, look::Picture};
+use tatu_core::errors::Error;
+use tatu_render::Picture;
 
 /// Writes a picture. What stands in the file before is only replaced by a whole one.
 pub fn write(path: &Path, picture: &Picture) -> Result<(), Error> {

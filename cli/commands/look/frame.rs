@@ -1,7 +1,7 @@
 //! Images: depth in colours with a legend, and colours as they are, side by side.
 
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
-use tatu_core::look::{Field, Reading};
+use tatu_core::{Field, Reading};
 use tatu_plugin_api::safe::Value;
 
 use super::canvas::{Canvas, HPos, RGBColor, VPos, round_step, rounded, title};

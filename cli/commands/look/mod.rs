@@ -14,8 +14,9 @@ mod sensor;
 use std::process::ExitCode;
 
 use nalgebra::Point3;
-use tatu_core::{World, error::Error, look::Camera};
+use tatu_core::{World, errors::Error};
 use tatu_plugin_api::abi::*;
+use tatu_render::Camera;
 
 use crate::{addons, args::Look, report, watchdog::Watchdog};
 
@@ -54,7 +55,7 @@ fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
     run(&world, args, watchdog);
     let picture = match (&args.sensor, camera) {
         (Some(path), _) => sensor::picture(&world, path)?,
-        (None, Some(camera)) => world.picture(&camera),
+        (None, Some(camera)) => tatu_render::picture(&world, &camera, &[]),
         (None, None) => return Err(Error::new("E102", "no camera was given").help("give --from and --to")),
     };
     file::write(&args.output, &picture)?;

@@ -1,10 +1,8 @@
 //! What is near a sensor: its volume and the point that it found, from above and from beside.
 
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use tatu_core::{
-    World,
-    look::{Camera, Line, Reading},
-};
+use tatu_core::{Reading, World};
+use tatu_render::{Camera, Line, picture};
 
 use super::canvas::{Canvas, HPos, VPos, title};
 
@@ -45,8 +43,8 @@ pub fn draw(world: &World, reading: &Reading) -> Result<Option<Canvas>, String> 
     let camera =
         |from: Vector3<f64>| Camera { from: middle + from * away, to: middle, fov: FOV, columns: SIDE, rows: SIDE };
     let mut canvas = Canvas::new(2 * SIDE + GAP, SIDE + ABOVE);
-    canvas.put((0, ABOVE), &world.picture_with(&camera(Vector3::z()), &lines));
-    canvas.put((SIDE + GAP, ABOVE), &world.picture_with(&camera(beside.normalize()), &lines));
+    canvas.put((0, ABOVE), &picture(world, &camera(Vector3::z()), &lines));
+    canvas.put((SIDE + GAP, ABOVE), &picture(world, &camera(beside.normalize()), &lines));
     canvas.title(&title(reading))?;
     let told = match *detected {
         0 => "nothing is seen".to_owned(),

@@ -1,6 +1,6 @@
 //! Any reading as text: one line a field.
 
-use tatu_core::look::{Field, Reading};
+use tatu_core::{Field, Reading};
 use tatu_plugin_api::safe::Value;
 
 use super::canvas::{Canvas, HPos, VPos, title};

@@ -1,7 +1,7 @@
 //! A scan from above: the sensor in the middle, ahead upwards.
 
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
-use tatu_core::look::Reading;
+use tatu_core::Reading;
 
 use super::canvas::{At, Canvas, HPos, RGBColor, VPos, round_step, rounded, title};
 use crate::plot::GRID;

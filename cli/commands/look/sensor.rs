@@ -1,10 +1,7 @@
 //! What a sensor sees, as a picture. Which one goes by the schemas of its reading, never by its kind.
 
-use tatu_core::{
-    World,
-    error::Error,
-    look::{Picture, Reading},
-};
+use tatu_core::{Reading, World, errors::Error};
+use tatu_render::Picture;
 
 use super::{canvas::Canvas, frame, near, numbers, scan};
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use tatu_core::error::{Error, Place};
+use tatu_core::errors::{Error, Place};
 
 /// Keys that are still to come, the next one last.
 #[derive(Debug, Default, PartialEq)]

@@ -26,8 +26,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 use tatu_core::{
     Phase, Session, World,
-    error::{Error, Fault},
-    host::{Copies, Registry},
+    errors::{Error, Fault},
+    plugins::{Copies, Registry},
     reload::{Reload, Told},
     session::file,
     state::Hash,

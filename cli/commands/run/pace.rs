@@ -5,7 +5,7 @@ use std::{
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
-use tatu_core::{Phase, World, error::Error};
+use tatu_core::{Phase, World, errors::Error};
 
 use super::{
     keys::Keys,

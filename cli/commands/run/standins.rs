@@ -15,8 +15,8 @@ use serde_json::{Value, json};
 use tatu_core::{
     StandIn, Wish, World,
     document::{Options, Override, SCRIPT_KINDS, ServiceOverride, Sources},
-    error::{Error, Fault, FaultKind},
-    host::Registry,
+    errors::{Error, Fault, FaultKind},
+    plugins::Registry,
     scene::rows::KINDS,
 };
 

@@ -6,7 +6,7 @@ use crossterm::{
     event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers},
     terminal,
 };
-use tatu_core::error::Error;
+use tatu_core::errors::Error;
 
 /// What a key of the terminal means.
 #[derive(Debug, Clone, PartialEq, Eq)]

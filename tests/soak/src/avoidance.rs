@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, path::Path, sync::Arc};
 
-use tatu_core::{World, document, host::Registry};
+use tatu_core::{World, document, plugins::Registry};
 
 use crate::arena;
 

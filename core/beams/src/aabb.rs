@@ -1,0 +1,79 @@
+//! Boxes along the axes.
+
+use nalgebra::{Isometry3, Vector3};
+
+use tatu_geometry::Form;
+
+/// A box along the axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Aabb {
+    pub low: Vector3<f64>,
+    pub high: Vector3<f64>,
+}
+
+/// Slack of every bound, in metres: far above rounding, far below what costs time.
+pub(super) const SLACK: f64 = 1e-9;
+
+impl Aabb {
+    pub const EMPTY: Self = Self {
+        low: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
+        high: Vector3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    pub fn around<'a>(points: impl IntoIterator<Item = &'a Vector3<f64>>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |b, p| Self { low: b.low.inf(p), high: b.high.sup(p) })
+    }
+
+    pub fn merge(&self, other: &Self) -> Self {
+        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
+    }
+
+    /// The box around a form in the world; nothing for a form without end.
+    pub fn of_form(form: &Form, pose: &Isometry3<f64>) -> Option<Self> {
+        let rotation = pose.rotation.to_rotation_matrix();
+        let rotation = rotation.matrix();
+        let centre = pose.translation.vector;
+        let along = rotation.column(2).abs();
+        let (centre, half) = match form {
+            Form::Plane => return None,
+            Form::Box { half } => (centre, rotation.abs() * half),
+            Form::Sphere { radius } => (centre, Vector3::repeat(*radius)),
+            Form::Capsule { radius, half_length } => (centre, (along * *half_length).add_scalar(*radius)),
+            Form::Cylinder { radius, half_length } => {
+                let across = along.map(|x| (1.0 - x * x).max(0.0).sqrt());
+                (centre, along * *half_length + across * *radius)
+            }
+            Form::Mesh { mesh, .. } => {
+                let own = Self::around(mesh.vertices.iter().map(|p| &p.coords));
+                return Some(own.moved(pose));
+            }
+        };
+        Some(Self { low: centre - half, high: centre + half })
+    }
+
+    /// The box around this one after a motion.
+    pub fn moved(&self, pose: &Isometry3<f64>) -> Self {
+        let centre = pose * nalgebra::Point3::from((self.low + self.high) * 0.5);
+        let half = pose.rotation.to_rotation_matrix().matrix().abs() * ((self.high - self.low) * 0.5);
+        Self { low: centre.coords - half, high: centre.coords + half }
+    }
+
+    /// Whether there is such a box: neither turned inside out nor with corners that are no places.
+    pub fn is_real(&self) -> bool {
+        (0..3).all(|i| self.low[i] <= self.high[i] && self.low[i].is_finite() && self.high[i].is_finite())
+    }
+
+    pub fn centre(&self) -> Vector3<f64> {
+        (self.low + self.high) * 0.5
+    }
+
+    /// What going through so many items in this box costs.
+    pub fn cost(&self, items: usize) -> f64 {
+        if items == 0 { 0.0 } else { self.area() * items as f64 }
+    }
+
+    pub fn area(&self) -> f64 {
+        let size = self.high - self.low;
+        size.x * size.y + size.y * size.z + size.z * size.x
+    }
+}

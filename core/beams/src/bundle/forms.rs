@@ -1,0 +1,223 @@
+//! 16 rays against each closed form, in the form's frame.
+//!
+//! A ray is inside a convex solid along one stretch; it enters by a front face and leaves by a back face. That is all
+//! that a form tells: the stretch, and when asked which part of the surface is at its ends and how steeply it is met.
+
+use fearless_simd::prelude::*;
+
+use super::lanes::{F, M, U, V, inverse, splat};
+use crate::simd::{greatest, least};
+
+/// Where rays are inside a solid.
+#[derive(Clone, Copy)]
+pub(super) struct Span<S: Simd> {
+    pub enter: F<S>,
+    pub leave: F<S>,
+    /// Rays that meet the solid's line at all, also behind their origin.
+    pub valid: M<S>,
+}
+
+/// A form that rays in its own frame can meet.
+pub(super) trait Shape<S: Simd> {
+    /// What the surface's description needs of the crossing.
+    type More: Copy;
+
+    fn span(&self, simd: S, d: &V<S>) -> (Span<S>, Self::More);
+
+    /// Cosine between ray and outward normal, and primitive, where rays leave (lanes of `leaving`) or enter.
+    fn surface(&self, simd: S, d: &V<S>, span: &Span<S>, more: &Self::More, leaving: M<S>) -> (F<S>, U<S>);
+}
+
+/// A number with the sign of an end of the stretch: positive where rays leave.
+#[inline(always)]
+fn signed<S: Simd>(leaving: M<S>, size: F<S>) -> F<S> {
+    leaving.select(size, -size)
+}
+
+/// Between two planes square to an axis.
+#[inline(always)]
+fn slab<S: Simd>(simd: S, low: f32, high: f32, d: F<S>) -> (F<S>, F<S>) {
+    let inverse = inverse(simd, d);
+    let (a, b) = (inverse * low, inverse * high);
+    (least(a, b), greatest(a, b))
+}
+
+pub(super) struct Plane {
+    /// Of the rays' origin.
+    pub height: f32,
+}
+
+impl<S: Simd> Shape<S> for Plane {
+    type More = ();
+
+    #[inline(always)]
+    fn span(&self, simd: S, d: &V<S>) -> (Span<S>, ()) {
+        let t = inverse(simd, d.z) * -self.height;
+        let valid = d.z.abs().simd_gt(splat(simd, 1e-12));
+        (Span { enter: t, leave: t, valid }, ())
+    }
+
+    #[inline(always)]
+    fn surface(&self, simd: S, d: &V<S>, _: &Span<S>, (): &(), _: M<S>) -> (F<S>, U<S>) {
+        (d.z, U::splat(simd, 0))
+    }
+}
+
+pub(super) struct Cuboid {
+    /// The sides' places relative to the origin.
+    pub low: [f32; 3],
+    pub high: [f32; 3],
+}
+
+impl<S: Simd> Shape<S> for Cuboid {
+    /// Where rays pass the planes across x and y, in and out.
+    type More = [F<S>; 4];
+
+    #[inline(always)]
+    fn span(&self, simd: S, d: &V<S>) -> (Span<S>, [F<S>; 4]) {
+        let (x0, x1) = slab(simd, self.low[0], self.high[0], d.x);
+        let (y0, y1) = slab(simd, self.low[1], self.high[1], d.y);
+        let (z0, z1) = slab(simd, self.low[2], self.high[2], d.z);
+        let enter = greatest(greatest(x0, y0), z0);
+        let leave = least(least(x1, y1), z1);
+        (Span { enter, leave, valid: enter.simd_le(leave) }, [x0, y0, x1, y1])
+    }
+
+    #[inline(always)]
+    fn surface(&self, simd: S, d: &V<S>, span: &Span<S>, more: &[F<S>; 4], leaving: M<S>) -> (F<S>, U<S>) {
+        let [x0, y0, x1, y1] = *more;
+        let t = leaving.select(span.leave, span.enter);
+        let across_x = t.simd_eq(leaving.select(x1, x0));
+        let across_y = t.simd_eq(leaving.select(y1, y0));
+        let along = across_x.select(d.x, across_y.select(d.y, d.z));
+        let low = across_x.select(U::splat(simd, 0), across_y.select(U::splat(simd, 2), U::splat(simd, 4)));
+        // Going up, a ray enters by the lower side and leaves by the upper one.
+        let upper = along.simd_gt(splat(simd, 0.0)).simd_eq(leaving);
+        (signed(leaving, along.abs()), upper.select(low + U::splat(simd, 1), low))
+    }
+}
+
+pub(super) struct Ball {
+    pub origin: [f32; 3],
+    pub radius: f32,
+    /// One over the radius; 0 for a radius of 0.
+    pub inverse: f32,
+}
+
+/// Half of a ray's way through a ball, and the way to its middle; a half that is no number misses.
+#[inline(always)]
+fn through_ball<S: Simd>(d: &V<S>, origin: [f32; 3], radius: f32) -> (F<S>, F<S>) {
+    let middle = -d.dot(&origin);
+    // The square of what the line misses the centre by, from its vector: no digits are lost.
+    let (x, y, z) = (d.x * middle + origin[0], d.y * middle + origin[1], d.z * middle + origin[2]);
+    let miss = x * x + y * y + z * z;
+    ((radius * radius - miss).sqrt(), middle)
+}
+
+impl<S: Simd> Shape<S> for Ball {
+    type More = F<S>;
+
+    #[inline(always)]
+    fn span(&self, _: S, d: &V<S>) -> (Span<S>, F<S>) {
+        let (half, middle) = through_ball(d, self.origin, self.radius);
+        (Span { enter: middle - half, leave: middle + half, valid: half.simd_eq(half) }, half)
+    }
+
+    #[inline(always)]
+    fn surface(&self, simd: S, _: &V<S>, _: &Span<S>, half: &F<S>, leaving: M<S>) -> (F<S>, U<S>) {
+        (signed(leaving, *half * self.inverse), U::splat(simd, 0))
+    }
+}
+
+pub(super) struct Drum {
+    pub origin: [f32; 3],
+    pub radius: f32,
+    /// One over the radius; 0 for a radius of 0.
+    pub inverse: f32,
+    /// Ends relative to the origin.
+    pub low: f32,
+    pub high: f32,
+    /// Whether the origin is not farther from the axis than the radius.
+    pub within: bool,
+}
+
+impl Drum {
+    /// Where rays are inside the endless cylinder, and half of the chord's square root of its equation.
+    #[inline(always)]
+    fn side<S: Simd>(&self, simd: S, d: &V<S>) -> (F<S>, F<S>, F<S>) {
+        let [x, y, _] = self.origin;
+        let a = d.x * d.x + d.y * d.y;
+        let b = d.x * x + d.y * y;
+        let cross = d.y * x - d.x * y;
+        let root = (a * (self.radius * self.radius) - cross * cross).sqrt();
+        let scale = splat(simd, 1.0) / a;
+        // Along the axis a ray is either always inside or never.
+        let along = a.simd_lt(splat(simd, 1e-12));
+        let far = splat(simd, if self.within { 1e30 } else { f32::NAN });
+        (along.select(-far, (-b - root) * scale), along.select(far, (root - b) * scale), root)
+    }
+}
+
+impl<S: Simd> Shape<S> for Drum {
+    /// In and out of the endless cylinder, and the root of its equation.
+    type More = [F<S>; 3];
+
+    #[inline(always)]
+    fn span(&self, simd: S, d: &V<S>) -> (Span<S>, [F<S>; 3]) {
+        let (s0, s1, root) = self.side(simd, d);
+        let (z0, z1) = slab(simd, self.low, self.high, d.z);
+        let (enter, leave) = (greatest(s0, z0), least(s1, z1));
+        let valid = s0.simd_eq(s0) & enter.simd_le(leave);
+        (Span { enter, leave, valid }, [s0, s1, root])
+    }
+
+    #[inline(always)]
+    fn surface(&self, simd: S, d: &V<S>, span: &Span<S>, more: &[F<S>; 3], leaving: M<S>) -> (F<S>, U<S>) {
+        let [s0, s1, root] = *more;
+        let t = leaving.select(span.leave, span.enter);
+        let on_side = t.simd_eq(leaving.select(s1, s0));
+        let size = on_side.select(root * self.inverse, d.z.abs());
+        let upper = d.z.simd_gt(splat(simd, 0.0)).simd_eq(leaving);
+        (signed(leaving, size), on_side.select(U::splat(simd, 0), upper.select(U::splat(simd, 1), U::splat(simd, 2))))
+    }
+}
+
+/// A cylinder with half balls at its ends.
+pub(super) struct Pill {
+    pub drum: Drum,
+    /// The balls: at the upper end and at the lower one.
+    pub balls: [Ball; 2],
+}
+
+impl<S: Simd> Shape<S> for Pill {
+    /// Root of the side, half ways through the balls, and their stretches.
+    type More = ([F<S>; 3], [F<S>; 4]);
+
+    #[inline(always)]
+    fn span(&self, simd: S, d: &V<S>) -> (Span<S>, ([F<S>; 3], [F<S>; 4])) {
+        let (drum, [_, _, root]) = Shape::<S>::span(&self.drum, simd, d);
+        let (up, up_half) = Shape::<S>::span(&self.balls[0], simd, d);
+        let (down, down_half) = Shape::<S>::span(&self.balls[1], simd, d);
+        // The solid is convex, so the stretches of its parts make one.
+        let (never, always) = (splat(simd, f32::INFINITY), splat(simd, f32::NEG_INFINITY));
+        let (u0, u1) = (up.valid.select(up.enter, never), up.valid.select(up.leave, always));
+        let (d0, d1) = (down.valid.select(down.enter, never), down.valid.select(down.leave, always));
+        let (s0, s1) = (drum.valid.select(drum.enter, never), drum.valid.select(drum.leave, always));
+        let span = Span {
+            enter: least(least(s0, u0), d0),
+            leave: greatest(greatest(s1, u1), d1),
+            valid: drum.valid | up.valid | down.valid,
+        };
+        (span, ([root, up_half, down_half], [u0, d0, u1, d1]))
+    }
+
+    #[inline(always)]
+    fn surface(&self, simd: S, _: &V<S>, span: &Span<S>, more: &Self::More, leaving: M<S>) -> (F<S>, U<S>) {
+        let ([root, up_half, down_half], [u0, d0, u1, d1]) = *more;
+        let t = leaving.select(span.leave, span.enter);
+        let up = t.simd_eq(leaving.select(u1, u0));
+        let down = t.simd_eq(leaving.select(d1, d0));
+        let size = up.select(up_half, down.select(down_half, root)) * self.drum.inverse;
+        (signed(leaving, size), up.select(U::splat(simd, 1), down.select(U::splat(simd, 2), U::splat(simd, 0))))
+    }
+}

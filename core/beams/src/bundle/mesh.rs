@@ -1,0 +1,220 @@
+//! 16 rays against a mesh: its tree once more, in 32-bit numbers around the mesh's middle.
+
+use arrayvec::ArrayVec;
+use fearless_simd::prelude::*;
+use nalgebra::Vector3;
+
+use super::{
+    cast::Limits,
+    lanes::{F, M, U, V, inverse, short, splat},
+};
+use crate::{
+    aabb::Aabb,
+    mesh::Triangle,
+    simd::{greatest, least},
+    tree::{Quad, STACK, Tree},
+};
+
+/// Up to four children's boxes.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    low: [[f32; 4]; 3],
+    high: [[f32; 4]; 3],
+    first: [u32; 4],
+    count: [u32; 4],
+    lanes: u32,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Flat {
+    corners: [[f32; 3]; 3],
+    normal: [f32; 3],
+    primitive: u32,
+}
+
+/// A mesh's triangles for packets.
+#[derive(Debug)]
+pub(crate) struct PacketTree {
+    centre: Vector3<f64>,
+    /// Half of the diagonal.
+    radius: f64,
+    nodes: Vec<Node>,
+    triangles: Vec<Flat>,
+}
+
+/// The rays' origin, as a mesh sees it.
+pub(super) struct Eye {
+    origin: [f32; 3],
+    /// Far above what rounding moves a box by.
+    slack: f32,
+    /// How large numbers are.
+    pub size: f32,
+}
+
+/// What 16 rays have met.
+pub(super) struct Met<S: Simd> {
+    pub ok: M<S>,
+    pub t: F<S>,
+    pub slope: F<S>,
+    pub primitive: U<S>,
+}
+
+impl PacketTree {
+    /// Of a tree over triangles, which are in the order of its leaves.
+    pub fn new(aabb: &Aabb, tree: &Tree, triangles: &[Triangle]) -> Self {
+        if triangles.is_empty() {
+            return Self { centre: Vector3::zeros(), radius: 0.0, nodes: Vec::new(), triangles: Vec::new() };
+        }
+        let centre = aabb.centre();
+        let node = |quad: &Quad| {
+            let mut node = Node {
+                low: [[0.0; 4]; 3],
+                high: [[0.0; 4]; 3],
+                first: quad.first,
+                count: quad.count,
+                lanes: quad.lanes as u32,
+            };
+            for lane in 0..quad.lanes {
+                let aabb = quad.get(lane);
+                for axis in 0..3 {
+                    node.low[axis][lane] = ((aabb.low[axis] - centre[axis]) as f32).next_down();
+                    node.high[axis][lane] = ((aabb.high[axis] - centre[axis]) as f32).next_up();
+                }
+            }
+            node
+        };
+        let flat = |t: &Triangle| Flat {
+            corners: t.corners.map(|c| short(&(c - centre))),
+            normal: short(&t.normal),
+            primitive: t.primitive,
+        };
+        Self {
+            centre,
+            radius: 0.5 * (aabb.high - aabb.low).norm(),
+            nodes: tree.quads().iter().map(node).collect(),
+            triangles: triangles.iter().map(flat).collect(),
+        }
+    }
+
+    /// The origin is given in the mesh's frame.
+    pub(super) fn eye(&self, origin: &Vector3<f64>) -> Eye {
+        let origin = origin - self.centre;
+        let size = (origin.norm() + self.radius) as f32;
+        Eye { origin: short(&origin), slack: size * 1e-6 + 1e-9, size }
+    }
+
+    /// The nearest crossings that count, no farther than `far`; between equal ones the lowest primitive.
+    #[inline(always)]
+    pub(super) fn cast<S: Simd>(&self, simd: S, eye: &Eye, d: &V<S>, limits: &Limits, far: F<S>) -> Met<S> {
+        let no = M::splat(simd, false);
+        let mut met = Met { ok: no, t: far, slope: splat(simd, 0.0), primitive: U::splat(simd, u32::MAX) };
+        if self.nodes.is_empty() {
+            return met;
+        }
+        let inverse = V { x: inverse(simd, d.x), y: inverse(simd, d.y), z: inverse(simd, d.z) };
+        let near = splat(simd, limits.near);
+        let mut farthest = far.reduce_max();
+        // Nearest on top: bound, first, count.
+        let mut stack = ArrayVec::<(f32, u32, u32), STACK>::new();
+        stack.push((0.0, 0, 0));
+        while let Some((bound, first, count)) = stack.pop() {
+            if bound > farthest {
+                continue;
+            }
+            if count > 0 {
+                let mut any = false;
+                for triangle in &self.triangles[first as usize..(first + count) as usize] {
+                    any |= triangle.cast(simd, eye, d, limits, near, &mut met);
+                }
+                if any {
+                    farthest = met.t.reduce_max();
+                }
+                continue;
+            }
+            let node = &self.nodes[first as usize];
+            let bottom = stack.len();
+            for lane in 0..node.lanes as usize {
+                let Some(bound) = node.seen(simd, lane, eye, &inverse, near, met.t) else { continue };
+                let mut at = stack.len();
+                while at > bottom && stack[at - 1].0 < bound {
+                    at -= 1;
+                }
+                stack.insert(at, (bound, node.first[lane], node.count[lane]));
+            }
+        }
+        met
+    }
+}
+
+impl Node {
+    /// If a ray may meet something in a child's box: no point of the box is nearer than this.
+    #[inline(always)]
+    fn seen<S: Simd>(&self, simd: S, lane: usize, eye: &Eye, inverse: &V<S>, near: F<S>, far: F<S>) -> Option<f32> {
+        let (mut enter, mut leave) = (near, far);
+        let mut bound = 0.0;
+        for (axis, inverse) in [inverse.x, inverse.y, inverse.z].into_iter().enumerate() {
+            let low = self.low[axis][lane] - eye.origin[axis] - eye.slack;
+            let high = self.high[axis][lane] - eye.origin[axis] + eye.slack;
+            let (a, b) = (inverse * low, inverse * high);
+            enter = greatest(enter, least(a, b));
+            leave = least(leave, greatest(a, b));
+            let beside = if low > 0.0 {
+                low
+            } else if high < 0.0 {
+                -high
+            } else {
+                0.0
+            };
+            bound += beside * beside;
+        }
+        let slack = splat(simd, eye.slack);
+        if enter.simd_le(leave + slack).any_true() { Some(bound.sqrt() * (1.0 - 1e-5)) } else { None }
+    }
+}
+
+impl Flat {
+    /// Neighbours compute the sign for a shared edge from the same numbers, so no ray slips between them.
+    #[inline(always)]
+    fn cast<S: Simd>(&self, simd: S, eye: &Eye, d: &V<S>, limits: &Limits, near: F<S>, met: &mut Met<S>) -> bool {
+        let [a, b, c] = &self.corners;
+        let (a, b, c) = (sub(a, &eye.origin), sub(b, &eye.origin), sub(c, &eye.origin));
+        let sides = [d.dot(&edge(&a, &b)), d.dot(&edge(&b, &c)), d.dot(&edge(&c, &a))];
+        let zero = splat(simd, 0.0);
+        let left = sides[0].simd_ge(zero) & sides[1].simd_ge(zero) & sides[2].simd_ge(zero);
+        let right = sides[0].simd_le(zero) & sides[1].simd_le(zero) & sides[2].simd_le(zero);
+        let crossed = left | right;
+        if !crossed.any_true() {
+            return false;
+        }
+        let n = &self.normal;
+        let height = n[0] * a[0] + n[1] * a[1] + n[2] * a[2];
+        let slope = d.dot(n);
+        let t = splat(simd, height) / slope;
+        let number = U::splat(simd, self.primitive);
+        let nearer = t.simd_lt(met.t) | (t.simd_eq(met.t) & number.simd_lt(met.primitive));
+        let mut ok = crossed & t.simd_ge(near) & nearer;
+        if !limits.all {
+            ok &= limits.shows(simd, slope);
+        }
+        if !ok.any_true() {
+            return false;
+        }
+        met.ok |= ok;
+        met.t = ok.select(t, met.t);
+        met.slope = ok.select(slope, met.slope);
+        met.primitive = ok.select(number, met.primitive);
+        true
+    }
+}
+
+#[inline(always)]
+fn sub(a: &[f32; 3], b: &[f32; 3]) -> [f32; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Twice the cross product of an edge's ends, in a form that loses little, and changes its sign alone when they swap.
+#[inline(always)]
+fn edge(a: &[f32; 3], b: &[f32; 3]) -> [f32; 3] {
+    let (d, s) = (sub(a, b), [a[0] + b[0], a[1] + b[1], a[2] + b[2]]);
+    [d[1] * s[2] - d[2] * s[1], d[2] * s[0] - d[0] * s[2], d[0] * s[1] - d[1] * s[0]]
+}

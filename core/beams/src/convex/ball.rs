@@ -1,0 +1,169 @@
+//! The nearest point of a sphere, or of the half of it that ends a capsule, in a convex volume.
+//!
+//! Points of a sphere at one distance from the origin form a circle around the line to its centre, and all limits but
+//! the volume's are limits on that distance. So the nearest point that counts is at an end of one of these limits,
+//! somewhere on its circle; or on a plane of the volume, where the circle in which it cuts the sphere is nearest or
+//! farthest; or where two planes and the sphere meet.
+
+use arrayvec::ArrayVec;
+use nalgebra::Vector3;
+
+use super::{Convex, Half, TOUCH};
+use crate::planar::any_perpendicular;
+
+/// Slack for conditions that a candidate meets exactly but for rounding.
+const SLACK: f64 = 1e-11;
+/// Planes that approach a round side.
+const CUTS: usize = 40;
+
+type Planes = ArrayVec<Half, { 6 + 1 + CUTS }>;
+
+/// The nearest point of a sphere that counts; `centre` relative to the origin. With `half`, only the part on that side.
+pub(super) fn sphere(
+    space: &Convex,
+    centre: &Vector3<f64>,
+    radius: f64,
+    half: Option<&Vector3<f64>>,
+) -> Option<(f64, Vector3<f64>)> {
+    if space.misses_ball(centre, radius) || radius <= 0.0 {
+        return None;
+    }
+    let mut planes: Planes = space.planes.iter().copied().collect();
+    planes.extend(half.map(|side| Half { normal: -side, height: -side.dot(centre) }));
+    let view = View::new(space, centre, radius);
+    loop {
+        let (distance, point) = view.nearest(&planes)?;
+        let touching = space.side.map(|side| side.touching(&point)).filter(|plane| plane.excess(&point) > TOUCH);
+        match touching {
+            Some(plane) if !planes.is_full() => planes.push(plane),
+            _ => return Some((distance, point)),
+        }
+    }
+}
+
+/// A sphere as the origin sees it.
+struct View<'a> {
+    space: &'a Convex,
+    centre: Vector3<f64>,
+    radius: f64,
+    /// Distance of the centre.
+    away: f64,
+    /// `away^2 - radius^2`.
+    power: f64,
+    /// Direction of the centre, and two at right angles.
+    ahead: Vector3<f64>,
+    beside: [Vector3<f64>; 2],
+}
+
+impl<'a> View<'a> {
+    fn new(space: &'a Convex, centre: &Vector3<f64>, radius: f64) -> Self {
+        // From its very middle, a sphere is equally far in all directions: it is moved by nothing that matters.
+        let least = 1e-10 * radius;
+        let centre = if centre.norm() < least { space.sight.axis * least } else { *centre };
+        let away = centre.norm();
+        let ahead = centre / away;
+        let first = any_perpendicular(&ahead);
+        Self {
+            space,
+            centre,
+            radius,
+            away,
+            power: (away - radius) * (away + radius),
+            ahead,
+            beside: [first, ahead.cross(&first)],
+        }
+    }
+
+    fn nearest(&self, planes: &[Half]) -> Option<(f64, Vector3<f64>)> {
+        let mut best: Option<(f64, Vector3<f64>)> = None;
+        let (r, sight) = (self.radius, &self.space.sight);
+        let c = sight.cos_incidence;
+        let root = (r * r * c * c + self.power).sqrt();
+        let ends = [
+            (self.away - r).abs(),
+            self.away + r,
+            sight.near,
+            self.power.sqrt(),
+            root - r * c,
+            r * c + root,
+            r * c - root,
+        ];
+        for d in ends {
+            if best.is_none_or(|(least, _)| d < least)
+                && self.counts(d)
+                && let Some(point) = self.on_circle(d, planes)
+            {
+                best = Some((d, point));
+            }
+        }
+        let mut offer = |point: Vector3<f64>| {
+            let d = point.norm();
+            let within = |plane: &Half| plane.excess(&point) <= SLACK * (1.0 + d);
+            if best.is_none_or(|(least, _)| d < least) && self.counts(d) && planes.iter().all(within) {
+                best = Some((d, point));
+            }
+        };
+        for (i, plane) in planes.iter().enumerate() {
+            let off = plane.excess(&self.centre);
+            if off.abs() > r {
+                continue;
+            }
+            let middle = self.centre - plane.normal * off;
+            let width = (r * r - off * off).sqrt();
+            let flat = middle - plane.normal * plane.height;
+            let toward = flat.try_normalize(1e-300).unwrap_or_else(|| any_perpendicular(&plane.normal));
+            offer(middle - toward * width);
+            offer(middle + toward * width);
+            for other in &planes[..i] {
+                // Where the circle crosses the other plane.
+                let along = plane.normal.cross(&other.normal);
+                let Some(along) = along.try_normalize(1e-9) else { continue };
+                let down = along.cross(&plane.normal);
+                let step = -other.excess(&middle) / other.normal.dot(&down);
+                let half = (width * width - step * step).sqrt();
+                offer(middle + down * step + along * half);
+                offer(middle + down * step - along * half);
+            }
+        }
+        best
+    }
+
+    /// Whether points at a distance pass all limits but the volume's.
+    fn counts(&self, d: f64) -> bool {
+        let sight = &self.space.sight;
+        let size = self.away + self.radius;
+        let on_sphere = d >= (self.away - self.radius).abs() - SLACK * size && d <= size * (1.0 + SLACK);
+        if !(d >= sight.near && d <= sight.far && d > 0.0 && on_sphere) {
+            return false;
+        }
+        // Positive on the front: the cosine of the incidence.
+        let cos = (self.power - d * d) / (2.0 * self.radius * d);
+        let slack = SLACK * size / self.radius;
+        (sight.faces.front && cos >= sight.cos_incidence - slack)
+            || (sight.faces.back && -cos >= sight.cos_incidence - slack)
+    }
+
+    /// A point at a distance that is behind all planes.
+    fn on_circle(&self, d: f64, planes: &[Half]) -> Option<Vector3<f64>> {
+        let cos = ((d * d + self.power) / (2.0 * self.away * d)).clamp(-1.0, 1.0);
+        let (middle, width) = (self.ahead * (d * cos), d * (1.0 - cos * cos).max(0.0).sqrt());
+        let at = |turn: f64| middle + (self.beside[0] * turn.cos() + self.beside[1] * turn.sin()) * width;
+        let inside = |p: &Vector3<f64>| planes.iter().all(|plane| plane.excess(p) <= SLACK * (1.0 + d));
+        let start = at(0.0);
+        if inside(&start) {
+            return Some(start);
+        }
+        // The arcs behind the planes begin and end where the circle crosses them; or they are the whole circle.
+        for plane in planes {
+            let (x, y) = (plane.normal.dot(&self.beside[0]), plane.normal.dot(&self.beside[1]));
+            let turn = y.atan2(x);
+            let reach = (-plane.excess(&middle) / (width * x.hypot(y))).clamp(-1.0, 1.0).acos();
+            for point in [at(turn + reach), at(turn - reach)] {
+                if inside(&point) {
+                    return Some(point);
+                }
+            }
+        }
+        None
+    }
+}

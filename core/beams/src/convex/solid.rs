@@ -1,0 +1,89 @@
+//! A convex volume against each closed form.
+
+use nalgebra::Vector3;
+
+use super::{
+    Convex,
+    ball::sphere,
+    flat::{Rim, flat},
+    strip::Side,
+};
+use crate::{
+    planar::any_perpendicular,
+    sight::Found,
+    solid::{face, unit},
+};
+use tatu_geometry::Form;
+
+/// The nearest point that counts on a form other than a mesh; the volume is given in the form's frame.
+pub(crate) fn cast(space: &Convex, form: &Form) -> Option<Found> {
+    let origin = space.sight.origin.coords;
+    match form {
+        Form::Plane => {
+            let normal = Vector3::z();
+            // A square that holds all of the plane that the volume may hold.
+            let size = 2.0 * space.size.min(1e6) + 1.0;
+            let foot = normal * -origin.z;
+            let (u, v) = (Vector3::x() * size, Vector3::y() * size);
+            let (distance, point) =
+                flat(space, &[foot - u - v, foot + u - v, foot + u + v, foot - u + v], &normal, None)?;
+            Some(Found { distance, point, normal, primitive: 0 })
+        }
+        Form::Box { half } => {
+            if space.misses_ball(&-origin, half.norm()) {
+                return None;
+            }
+            let faces = (0..6).map(|index| {
+                let (corners, normal) = face(half, index);
+                let corners = corners.map(|corner| corner - origin);
+                let (distance, point) = flat(space, &corners, &normal, None)?;
+                Some(Found { distance, point, normal, primitive: index as u32 })
+            });
+            faces.fold(None, Found::nearer)
+        }
+        Form::Sphere { radius } => {
+            let (distance, point) = sphere(space, &-origin, *radius, None)?;
+            Some(Found { distance, point, normal: unit(&(point + origin)), primitive: 0 })
+        }
+        Form::Cylinder { radius, half_length } => {
+            if space.misses_ball(&-origin, radius.hypot(*half_length)) {
+                return None;
+            }
+            let ends = [(1, 1.0), (2, -1.0)].map(|(primitive, sign)| {
+                let normal = Vector3::new(0.0, 0.0, sign);
+                let (distance, point) = disc(space, &(normal * *half_length - origin), &normal, *radius)?;
+                Some(Found { distance, point, normal, primitive })
+            });
+            Found::nearer(side(space, *radius, *half_length), Found::nearer(ends[0], ends[1]))
+        }
+        Form::Capsule { radius, half_length } => {
+            if space.misses_ball(&-origin, radius + half_length) {
+                return None;
+            }
+            let ends = [(1, 1.0), (2, -1.0)].map(|(primitive, sign)| {
+                let up = Vector3::new(0.0, 0.0, sign);
+                let centre = up * *half_length - origin;
+                let (distance, point) = sphere(space, &centre, *radius, Some(&up))?;
+                Some(Found { distance, point, normal: unit(&(point - centre)), primitive })
+            });
+            Found::nearer(side(space, *radius, *half_length), Found::nearer(ends[0], ends[1]))
+        }
+        Form::Mesh { .. } => None,
+    }
+}
+
+/// The nearest point of a disc that counts.
+fn disc(space: &Convex, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64) -> Option<(f64, Vector3<f64>)> {
+    if radius.is_nan() || radius < 0.0 {
+        return None;
+    }
+    let u = any_perpendicular(normal);
+    let (u, v) = (u * radius, normal.cross(&u) * radius);
+    let corners = [centre - u - v, centre + u - v, centre + u + v, centre - u + v];
+    flat(space, &corners, normal, Some(Rim { centre: *centre, radius }))
+}
+
+fn side(space: &Convex, radius: f64, half_length: f64) -> Option<Found> {
+    let (distance, point, normal) = Side { space, radius, half_length }.nearest()?;
+    Some(Found { distance, point, normal, primitive: 0 })
+}

@@ -1,0 +1,164 @@
+//! The curved side of a cylinder or capsule in a convex volume: a search along one angle that cannot miss, as that of a
+//! cone (see `cylinder`): what is dropped has a lower bound that is above the best point so far.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use nalgebra::Vector3;
+
+use super::{Convex, flat};
+use crate::{beam::Faces, planar::quadratic};
+
+/// How far the distance may exceed the true minimum, in metres.
+const TOLERANCE: f64 = 2e-10;
+/// Intervals of one level; more means that a whole stretch is equally near.
+const WIDEST: usize = 128;
+/// After so many halvings the samples are closer than rounding.
+const DEEPEST: usize = 44;
+
+/// A cylinder's side, in the frame of the volume.
+pub(super) struct Side<'a> {
+    pub space: &'a Convex,
+    pub radius: f64,
+    pub half_length: f64,
+}
+
+/// A point of the side: distance, place relative to the origin, outward normal.
+pub(super) type OnSide = (f64, Vector3<f64>, Vector3<f64>);
+
+impl Side<'_> {
+    /// The nearest point that counts.
+    pub fn nearest(&self) -> Option<OnSide> {
+        let sight = &self.space.sight;
+        let origin = sight.origin.coords;
+        if self.radius <= 0.0 || self.half_length.is_nan() || self.half_length < 0.0 {
+            return None;
+        }
+        let away = origin.x.hypot(origin.y);
+        let toward = origin.y.atan2(origin.x);
+        let edge = if away > self.radius { (self.radius / away).acos() } else { 0.0 };
+        let arcs = [
+            (edge > 0.0 && sight.faces.front).then_some((toward - edge, toward + edge)),
+            sight.faces.back.then_some((toward + edge, toward + TAU - edge)),
+        ];
+        let mut best = None;
+        for (start, end) in arcs.into_iter().flatten() {
+            let pieces = ((end - start) / FRAC_PI_2).ceil().clamp(2.0, 4.0);
+            let mut half_width = 0.5 * (end - start) / pieces;
+            let mut level: Vec<f64> = (0..pieces as usize).map(|i| start + half_width * (2 * i + 1) as f64).collect();
+            level.iter().for_each(|middle| self.sample(*middle, &mut best));
+            for _ in 0..DEEPEST {
+                let mut next = Vec::new();
+                for &middle in &level {
+                    let known = best.map_or(f64::INFINITY, |(distance, ..): OnSide| distance);
+                    if self.bound(middle, half_width).is_none_or(|bound| bound >= known - TOLERANCE) {
+                        continue;
+                    }
+                    for child in [middle - 0.5 * half_width, middle + 0.5 * half_width] {
+                        self.sample(child, &mut best);
+                        next.push(child);
+                    }
+                }
+                if next.is_empty() || next.len() > WIDEST {
+                    break;
+                }
+                level = next;
+                half_width *= 0.5;
+            }
+        }
+        best
+    }
+
+    /// Takes the nearest point on the straight line at one angle.
+    fn sample(&self, angle: f64, best: &mut Option<OnSide>) {
+        let sight = &self.space.sight;
+        let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
+        let foot = normal * self.radius - sight.origin.coords;
+        let rise = Vector3::new(0.0, 0.0, self.half_length);
+        let reach = sight.reach(normal.dot(&foot).abs());
+        if let Some((distance, point)) = segment(self.space, &(foot - rise), &(rise * 2.0), reach)
+            && best.is_none_or(|(least, ..)| distance < least)
+        {
+            *best = Some((distance, point, normal));
+        }
+    }
+
+    /// No point that counts within `half_width` of an angle is nearer than this; nothing where none counts.
+    fn bound(&self, middle: f64, half_width: f64) -> Option<f64> {
+        let sight = &self.space.sight;
+        // The strip lies halfway between the chord and the tangent of its arc.
+        let offset = self.radius * (0.5 * half_width).sin().powi(2);
+        let reach = self.radius * half_width.sin();
+        let normal = Vector3::new(middle.cos(), middle.sin(), 0.0);
+        let tangent = Vector3::new(-normal.y, normal.x, 0.0);
+        let centre = normal * (self.radius - offset) - sight.origin.coords;
+        let beside = (centre.dot(&tangent).abs() - reach).max(0.0);
+        let above = (centre.z.abs() - self.half_length).max(0.0);
+        let least = Vector3::new(centre.dot(&normal), beside, above).norm();
+        if least <= 2.0 * offset {
+            return Some((least - offset).max(0.0));
+        }
+        let mut grown = self.space.grown(offset);
+        grown.sight.near = (sight.near - offset).max(0.0);
+        grown.sight.far = sight.far + offset;
+        grown.sight.faces = Faces::BOTH;
+        if sight.cos_incidence > 0.0 {
+            // A point this far away turns by at most this much when it moves by `offset`.
+            let turn = (offset / least).asin();
+            let widest = sight.cos_incidence.acos() + half_width + turn;
+            grown.sight.cos_incidence = widest.min(FRAC_PI_2).cos().max(0.0);
+        }
+        let (across, along) = (tangent * reach, Vector3::new(0.0, 0.0, self.half_length));
+        let corners =
+            [centre - across - along, centre + across - along, centre + across + along, centre - across + along];
+        flat(&grown, &corners, &normal, None).map(|(distance, _)| distance - offset)
+    }
+}
+
+/// The nearest point of a straight piece in the volume, from `start` along `way`, from the near limit to `reach`.
+fn segment(space: &Convex, start: &Vector3<f64>, way: &Vector3<f64>, reach: f64) -> Option<(f64, Vector3<f64>)> {
+    let (mut low, mut high) = (0.0, 1.0);
+    for plane in &space.planes {
+        let (at, slope) = (plane.excess(start), plane.normal.dot(way));
+        if slope > 0.0 {
+            high = f64::min(high, -at / slope);
+        } else if slope < 0.0 {
+            low = f64::max(low, -at / slope);
+        } else if at > 0.0 {
+            return None;
+        }
+    }
+    if let Some(side) = &space.side {
+        // Within the round side, and on the side of its tip where it widens: |across|^2 <= (radius + rise along)^2.
+        let (a0, a1) = (side.axis.dot(start), side.axis.dot(way));
+        let (c0, c1) = (start - side.axis * a0, way - side.axis * a1);
+        let (r0, r1) = (side.radius + side.rise * a0, side.rise * a1);
+        let (a, b, c) = (c1.norm_squared() - r1 * r1, 2.0 * (c0.dot(&c1) - r0 * r1), c0.norm_squared() - r0 * r0);
+        let inside = |t: f64| (c0 + c1 * t).norm() <= r0 + r1 * t + 1e-12;
+        // The volume is convex: between its crossings the line is inside, or it is nowhere.
+        let mut cuts = [low, high, low, high];
+        for (cut, root) in cuts[2..].iter_mut().zip(quadratic(a, b, c)) {
+            *cut = root.filter(|t| *t > low && *t < high).unwrap_or(*cut);
+        }
+        cuts.sort_by(f64::total_cmp);
+        let within = cuts.windows(2).filter(|w| inside(0.5 * (w[0] + w[1])));
+        let (first, last) = within.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), w| (l.min(w[0]), h.max(w[1])));
+        (low, high) = (low.max(first), high.min(last));
+    }
+    if low.is_nan() || high.is_nan() || low > high {
+        return None;
+    }
+    let square = way.norm_squared();
+    let closest = if square > 0.0 { (-start.dot(way) / square).clamp(low, high) } else { low };
+    let place = |t: f64| start + way * t;
+    let (near, point) = (space.sight.near, place(closest));
+    let distance = point.norm();
+    if distance >= near {
+        return (distance <= reach).then_some((distance, point));
+    }
+    if near > reach {
+        return None;
+    }
+    let roots = quadratic(square, 2.0 * start.dot(way), start.norm_squared() - near * near);
+    let on_limit = roots.into_iter().flatten().find(|t| *t >= low && *t <= high);
+    on_limit.map(|t| (near, place(t)))
+}

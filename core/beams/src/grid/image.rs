@@ -1,0 +1,96 @@
+//! What an image holds.
+
+use super::GridCast;
+use super::camera::MOST;
+use super::raster::Buffer;
+
+/// An image. One value per pixel, row by row from the bottom, each row from left to right; empty where not asked for.
+///
+/// Made once and used again from frame to frame: no memory is asked for after the first.
+#[derive(Debug, Default, Clone)]
+pub struct GridImage {
+    /// From the sensor's origin along its axis, in metres; infinity where nothing is seen.
+    pub depth: Vec<f32>,
+    /// Tag of the target; 0 where nothing is seen.
+    pub object: Vec<u64>,
+    /// Place on the form, as in [`Hit::primitive`](crate::Hit::primitive); 0 where nothing is seen.
+    pub primitive: Vec<u32>,
+    /// Red, green and blue, 0 to 255.
+    pub color: Vec<[u8; 3]>,
+    /// Cosine of the angle between the surface normal and the ray, 0 to 1; 0 where nothing is seen.
+    pub cosine: Vec<f32>,
+    /// The surface normal on the side of the camera, in the sensor's frame, of length 1; zero where nothing is seen.
+    pub normal: Vec<[f32; 3]>,
+    buffers: Vec<[Buffer; 2]>,
+}
+
+/// Some rows of an image.
+#[derive(Default)]
+pub(super) struct Part<'a> {
+    pub depth: &'a mut [f32],
+    pub object: &'a mut [u64],
+    pub primitive: &'a mut [u32],
+    pub color: &'a mut [[u8; 3]],
+    pub cosine: &'a mut [f32],
+    pub normal: &'a mut [[f32; 3]],
+}
+
+impl GridImage {
+    /// Makes room for what is wanted; what is there is of the last image.
+    pub(super) fn prepare(&mut self, cast: &GridCast<'_>) {
+        let (grid, want) = (cast.grid, cast.want);
+        let pixels = grid.columns.min(MOST) as usize * grid.rows.min(MOST) as usize;
+        let room = |wanted: bool| if wanted { pixels } else { 0 };
+        self.depth.resize(pixels, f32::INFINITY);
+        self.object.resize(room(want.object), 0);
+        self.primitive.resize(room(want.primitive), 0);
+        self.color.resize(room(want.color), [0; 3]);
+        self.cosine.resize(room(want.cosine), 0.0);
+        self.normal.resize(room(want.normal), [0.0; 3]);
+    }
+
+    /// All pixels, and buffers for the threads of so many segments.
+    pub(super) fn parts(&mut self, segments: usize) -> (Part<'_>, &mut [[Buffer; 2]]) {
+        let Self { depth, object, primitive, color, cosine, normal, buffers } = self;
+        buffers.resize_with(segments, Default::default);
+        (Part { depth, object, primitive, color, cosine, normal }, buffers)
+    }
+}
+
+impl Part<'_> {
+    /// The first pixels, and the rest.
+    pub fn split(self, pixels: usize) -> (Self, Self) {
+        fn halves<T>(all: &mut [T], pixels: usize) -> (&mut [T], &mut [T]) {
+            all.split_at_mut(pixels.min(all.len()))
+        }
+        let (depth, object) = (halves(self.depth, pixels), halves(self.object, pixels));
+        let (primitive, color) = (halves(self.primitive, pixels), halves(self.color, pixels));
+        let (cosine, normal) = (halves(self.cosine, pixels), halves(self.normal, pixels));
+        let first = Self {
+            depth: depth.0,
+            object: object.0,
+            primitive: primitive.0,
+            color: color.0,
+            cosine: cosine.0,
+            normal: normal.0,
+        };
+        let rest = Self {
+            depth: depth.1,
+            object: object.1,
+            primitive: primitive.1,
+            color: color.1,
+            cosine: cosine.1,
+            normal: normal.1,
+        };
+        (first, rest)
+    }
+
+    /// Makes it a part of an image of nothing, but for the depth.
+    pub fn clear(&mut self, sky: [u8; 3]) {
+        self.object.fill(0);
+        self.primitive.fill(0);
+        self.color.fill(sky);
+        self.cosine.fill(0.0);
+        self.normal.fill([0.0; 3]);
+    }
+}

@@ -1,0 +1,137 @@
+//! Flat faces of closed forms: boxes and planes.
+
+use arrayvec::ArrayVec;
+use fearless_simd::Simd;
+use nalgebra::{Isometry3, Vector3};
+
+use super::camera::{Bounds, Camera, Line};
+use super::raster::Raster;
+use super::span::{Edge, Face};
+use crate::Faces;
+use crate::solid::face;
+
+/// A flat face made ready.
+#[derive(Debug, Clone)]
+pub(super) struct Polygon {
+    edges: ArrayVec<Edge, 4>,
+    w: Line,
+    rows: (usize, usize),
+    id: u32,
+}
+
+impl Polygon {
+    #[inline(always)]
+    pub fn draw<S: Simd, const ID: bool>(&self, simd: S, raster: &mut Raster<'_, ID>) {
+        let limits = (f32::NEG_INFINITY, f32::INFINITY);
+        Face { edges: &self.edges, w: self.w, limits, id: self.id }.draw(simd, raster, self.rows);
+    }
+}
+
+/// The border from one corner to the next; corners as [`Camera::homogeneous`] gives them.
+///
+/// Exactly the negative of the border from the next to the first. Corners behind the camera need no special
+/// treatment.
+pub(super) fn border(camera: &Camera, from: &Vector3<f64>, to: &Vector3<f64>) -> Line {
+    let line = from.cross(to);
+    camera.line_from_middle(line.x, line.y, line.z)
+}
+
+/// The surface of a half space.
+pub(super) fn plane(camera: &Camera, view_from_form: &ViewFrom, faces: Faces, id: u32, out: &mut Vec<Polygon>) {
+    let normal = view_from_form.rotation.column(2).into_owned();
+    let height = normal.dot(&view_from_form.translation);
+    let front = camera.sees_front(&normal, height);
+    if if front { faces.front } else { faces.back } {
+        let w = camera.plane(&normal, height);
+        // Only what is in front of the camera, and no further than can be seen.
+        let seen = Line { c: w.c - f64::from(camera.w_nothing), ..w };
+        if [w.a, w.b, w.c].iter().all(|x| x.is_finite()) {
+            out.push(Polygon { edges: ArrayVec::from_iter([Edge(seen)]), w, rows: (0, camera.rows), id });
+        }
+    }
+}
+
+/// The faces of a box that are seen; the first is seen as `id`.
+pub(super) fn cuboid(
+    camera: &Camera,
+    view_from_form: &ViewFrom,
+    half: &Vector3<f64>,
+    faces: Faces,
+    id: u32,
+    out: &mut Vec<Polygon>,
+) {
+    if half.min() < 0.0 {
+        return;
+    }
+    let corners = view_from_form.corners(&Vector3::zeros(), half);
+    let Some(bounds) = camera.bounds(&corners) else { return };
+    // Where nothing is cut away, the front hides the back.
+    let hides = faces.front && view_from_form.clear(camera, half, &bounds);
+    for index in 0..6 {
+        let normal = view_from_form.rotation.column(index / 2) * if index % 2 == 1 { 1.0 } else { -1.0 };
+        let height = normal.dot(&view_from_form.translation) + half[index / 2];
+        let front = camera.sees_front(&normal, height);
+        if if front { !faces.front } else { !faces.back || hides } {
+            continue;
+        }
+        let (place, _) = face(half, index);
+        let points = place.map(|p| corners[corner_number(&p)]);
+        let Some(bounds) = camera.bounds(&points) else { continue };
+        let w = camera.plane(&normal, height);
+        if ![w.a, w.b, w.c].iter().all(|x| x.is_finite()) {
+            continue;
+        }
+        let points = points.map(|p| camera.homogeneous(&p));
+        let edges = (0..4).map(|i| {
+            let (a, b) = (&points[i], &points[(i + 1) % 4]);
+            Edge(if front { border(camera, a, b) } else { border(camera, b, a) })
+        });
+        out.push(Polygon { edges: edges.collect(), w, rows: bounds.rows, id: id + index as u32 });
+    }
+}
+
+/// The place of a corner of a box in [`ViewFrom::corners`].
+fn corner_number(corner: &Vector3<f64>) -> usize {
+    corner.iter().enumerate().fold(0, |number, (i, x)| number | usize::from(x.is_sign_positive()) << i)
+}
+
+/// A motion from a form's frame to the view's.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ViewFrom {
+    pub rotation: nalgebra::Matrix3<f64>,
+    pub translation: Vector3<f64>,
+}
+
+impl ViewFrom {
+    pub fn new(camera: &Camera, world_from_form: &Isometry3<f64>) -> Self {
+        Self {
+            rotation: camera.rotation * world_from_form.rotation.to_rotation_matrix().matrix(),
+            translation: camera.rotation * world_from_form.translation.vector + camera.translation,
+        }
+    }
+
+    pub fn point(&self, p: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * p + self.translation
+    }
+
+    /// The corners of a box along the form's axes; bit i of a place tells the side on axis i.
+    pub fn corners(&self, centre: &Vector3<f64>, half: &Vector3<f64>) -> [Vector3<f64>; 8] {
+        std::array::from_fn(|number| {
+            let sign = |axis: usize| if number >> axis & 1 == 1 { 1.0 } else { -1.0 };
+            self.point(&(centre + half.component_mul(&Vector3::new(sign(0), sign(1), sign(2)))))
+        })
+    }
+
+    /// Whether the near plane cuts nothing away that is in the image, of a form within a box around its origin.
+    pub fn clear(&self, camera: &Camera, half: &Vector3<f64>, bounds: &Bounds) -> bool {
+        if bounds.clear {
+            return true;
+        }
+        if !camera.perspective {
+            return false;
+        }
+        let eye = -(self.rotation.transpose() * self.translation);
+        let away = eye.zip_map(half, |x, h| (x.abs() - h).max(0.0)).norm();
+        away > camera.near * camera.slant * (1.0 + 1e-6)
+    }
+}

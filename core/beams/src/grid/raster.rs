@@ -1,0 +1,192 @@
+//! The pixels of a band of rows while they are drawn.
+
+use fearless_simd::{Level, f32x4, f32x16, mask32x16, prelude::*, u32x4, u32x16};
+
+use super::camera::Camera;
+use crate::simd::dispatch;
+
+/// Pixels drawn at once.
+pub(super) const WIDE: usize = 16;
+/// 16 numbers, conditions, names.
+pub(super) type F<S> = f32x16<S>;
+pub(super) type M<S> = mask32x16<S>;
+pub(super) type U<S> = u32x16<S>;
+
+/// Rows after the last that blocks may reach into; what is there is not used.
+const SPARE_ROWS: usize = 8;
+
+/// The number of no surface.
+pub(super) const NOBODY: u32 = u32::MAX;
+
+/// Buffers of a thread, used again from frame to frame.
+#[derive(Debug, Default, Clone)]
+pub(super) struct Buffer {
+    w: Vec<f32>,
+    id: Vec<u32>,
+}
+
+/// The rows from `first` to `end` of an image. With `ID` it is noted what is seen.
+pub(super) struct Raster<'a, const ID: bool> {
+    pub first: usize,
+    pub end: usize,
+    pub columns: usize,
+    /// Places from row to row: some more than columns, so that whole blocks can be written.
+    pub stride: usize,
+    /// Greatest `w` that is seen.
+    pub w_near: f32,
+    pub w: &'a mut [f32],
+    pub id: &'a mut [u32],
+}
+
+/// A surface that may be seen.
+#[derive(Clone, Copy)]
+pub(super) struct Offer<S: Simd> {
+    pub w: F<S>,
+    pub inside: M<S>,
+    pub id: U<S>,
+}
+
+impl<'a, const ID: bool> Raster<'a, ID> {
+    /// Rows from one to before another, with what is left in the buffer.
+    pub fn new(buffer: &'a mut Buffer, camera: &Camera, (first, end): (usize, usize)) -> Self {
+        let stride = camera.columns.next_multiple_of(WIDE) + WIDE;
+        let size = (end - first + SPARE_ROWS) * stride;
+        buffer.w.resize(size, camera.w_nothing);
+        if ID {
+            buffer.id.resize(size, NOBODY);
+        }
+        let (w, id) = (&mut buffer.w[..], &mut buffer.id[..]);
+        Self { first, end, columns: camera.columns, stride, w_near: camera.w_near, w, id }
+    }
+
+    /// Empties rows from one to before another.
+    pub fn clear(&mut self, camera: &Camera, (first, end): (usize, usize)) {
+        let places = (first - self.first) * self.stride..(end - self.first) * self.stride;
+        self.w[places.clone()].fill(camera.w_nothing);
+        if ID {
+            self.id[places].fill(NOBODY);
+        }
+    }
+
+    /// Rows from one to before another.
+    pub fn view(&mut self, first: usize, end: usize) -> Raster<'_, ID> {
+        let place = (first - self.first) * self.stride;
+        let (w, id) = (&mut self.w[place..], if ID { &mut self.id[place..] } else { &mut self.id[..] });
+        Raster { first, end, w, id, ..*self }
+    }
+
+    /// Rows from one to before another, and nothing else any more.
+    pub fn part(self, first: usize, end: usize) -> Self {
+        let places = (first - self.first) * self.stride..(end - self.first) * self.stride;
+        let Self { columns, stride, w_near, w, id, .. } = self;
+        let id = if ID { &mut id[places.clone()] } else { id };
+        Self { first, end, columns, stride, w_near, w: &mut w[places], id }
+    }
+
+    /// The rows before one, and those from it on.
+    pub fn split(self, row: usize) -> (Self, Self) {
+        let Self { first, end, columns, stride, w_near, w, id } = self;
+        let place = (row - first) * stride;
+        let (w, w_rest) = w.split_at_mut(place);
+        let (id, id_rest) = id.split_at_mut(if ID { place } else { 0 });
+        let before = Self { first, end: row, columns, stride, w_near, w, id };
+        (before, Self { first: row, end, columns, stride, w_near, w: w_rest, id: id_rest })
+    }
+
+    /// Leaves out the last rows as far as nothing is seen in them.
+    pub fn trimmed(self, camera: &Camera) -> Self {
+        let is_empty = |row: &[f32]| row.iter().fold(true, |empty, w| empty & (*w == camera.w_nothing));
+        let empty = self.w.rchunks(self.stride).take_while(|row| is_empty(row)).count();
+        let (first, end) = (self.first, self.end - empty);
+        self.part(first, end)
+    }
+
+    /// Takes over what another sees in the same rows, as far as it goes; the other begins before it or with it.
+    pub fn merge(&mut self, level: Level, other: &Self) {
+        dispatch!(level, simd => self.merge_with(simd, other));
+    }
+
+    #[inline(always)]
+    fn merge_with<S: Simd>(&mut self, simd: S, other: &Self) {
+        let from = ((self.first - other.first) * self.stride).min(other.w.len());
+        let to = (from + self.w.len()).min(other.w.len());
+        // Rows are whole vectors.
+        for place in (0..to - from).step_by(WIDE) {
+            let there = from + place..from + place + WIDE;
+            let (inside, id) = (M::splat(simd, true), U::splat(simd, 0));
+            let id = if ID { U::from_slice(simd, &other.id[there.clone()]) } else { id };
+            self.offer(simd, place, Offer { w: F::from_slice(simd, &other.w[there]), inside, id });
+        }
+    }
+
+    /// Offers 16 neighbouring pixels of a row a surface.
+    #[inline(always)]
+    pub fn offer<S: Simd>(&mut self, simd: S, place: usize, offer: Offer<S>) {
+        let Some(w) = self.w.get_mut(place..place + WIDE) else { return };
+        let old = F::from_slice(simd, w);
+        if ID {
+            let Some(id) = self.id.get_mut(place..place + WIDE) else { return };
+            let old_id = U::from_slice(simd, id);
+            let take = nearer(&offer, self.w_near, old, old_id);
+            take.select(offer.w, old).store_slice(w);
+            take.select(offer.id, old_id).store_slice(id);
+        } else {
+            let take = offer.inside & offer.w.simd_gt(old) & offer.w.simd_le(self.w_near);
+            take.select(offer.w, old).store_slice(w);
+        }
+    }
+
+    /// Offers 4 x 4 pixels from a place on a surface, row by row.
+    #[inline(always)]
+    pub fn offer_block<S: Simd>(&mut self, simd: S, place: usize, offer: Offer<S>) {
+        let stride = self.stride;
+        let Some(w) = self.w.get_mut(place..place + 3 * stride + 4) else { return };
+        let [a, b, c, d] = four_rows(w, stride);
+        let old = f32x4::from_slice(simd, a).combine(f32x4::from_slice(simd, b));
+        let old = old.combine(f32x4::from_slice(simd, c).combine(f32x4::from_slice(simd, d)));
+        let take = if ID {
+            let Some(id) = self.id.get_mut(place..place + 3 * stride + 4) else { return };
+            let [a, b, c, d] = four_rows(id, stride);
+            let old_id = u32x4::from_slice(simd, a).combine(u32x4::from_slice(simd, b));
+            let old_id = old_id.combine(u32x4::from_slice(simd, c).combine(u32x4::from_slice(simd, d)));
+            let take = nearer(&offer, self.w_near, old, old_id);
+            let (low, high) = take.select(offer.id, old_id).split();
+            let ((one, two), (three, four)) = (low.split(), high.split());
+            one.store_slice(a);
+            two.store_slice(b);
+            three.store_slice(c);
+            four.store_slice(d);
+            take
+        } else {
+            offer.inside & offer.w.simd_gt(old) & offer.w.simd_le(self.w_near)
+        };
+        let (low, high) = take.select(offer.w, old).split();
+        let ((one, two), (three, four)) = (low.split(), high.split());
+        one.store_slice(a);
+        two.store_slice(b);
+        three.store_slice(c);
+        four.store_slice(d);
+    }
+}
+
+/// The first four places of four rows.
+#[inline(always)]
+fn four_rows<T>(from: &mut [T], stride: usize) -> [&mut [T]; 4] {
+    let (a, rest) = from.split_at_mut(stride);
+    let (b, rest) = rest.split_at_mut(stride);
+    let (c, d) = rest.split_at_mut(stride);
+    [&mut a[..4], &mut b[..4], &mut c[..4], &mut d[..4]]
+}
+
+/// Where a surface is nearer than what is there, or as near with a lower number.
+#[inline(always)]
+fn nearer<S: Simd>(offer: &Offer<S>, w_near: f32, old: F<S>, old_id: U<S>) -> M<S> {
+    let tie = offer.w.simd_eq(old) & offer.id.simd_lt(old_id);
+    offer.inside & offer.w.simd_le(w_near) & (offer.w.simd_gt(old) | tie)
+}
+
+/// 0, 1, 2, ...
+#[inline(always)]
+pub(super) fn lanes<S: Simd>(simd: S) -> F<S> {
+    F::load_array_ref(simd, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0])
+}

@@ -1,0 +1,185 @@
+//! Spheres, cylinders and capsules, pixel by pixel from their equations.
+
+use fearless_simd::prelude::*;
+use nalgebra::Vector3;
+
+use super::camera::{Bounds, Camera};
+use super::polygon::ViewFrom;
+use super::raster::{F, NOBODY, Offer, Raster, U, WIDE};
+use crate::Faces;
+
+/// A round form made ready; the axis is z.
+#[derive(Debug, Clone)]
+pub(super) struct Round {
+    radius: f64,
+    half_length: f64,
+    ends: Ends,
+    faces: Faces,
+    bounds: Bounds,
+    /// Where the ray of a pixel has depth 0 and how far it goes per metre of depth, in the form's frame: for column 0 in row
+    /// 0, and what a column and a row add.
+    origin: [Vector3<f64>; 3],
+    along: [Vector3<f64>; 3],
+    perspective: bool,
+    near: f64,
+    far: f64,
+    id: u32,
+}
+
+/// How a round form ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ends {
+    Flat,
+    Round,
+    /// A sphere has nothing between its ends.
+    Sphere,
+}
+
+impl Round {
+    pub fn new(
+        camera: &Camera,
+        view_from_form: &ViewFrom,
+        (radius, half_length, ends): (f64, f64, Ends),
+        faces: Faces,
+        id: u32,
+    ) -> Option<Self> {
+        if !(radius > 0.0 && half_length >= 0.0) {
+            return None;
+        }
+        let tip = half_length + if ends == Ends::Flat { 0.0 } else { radius };
+        let half = Vector3::new(radius, radius, tip);
+        let bounds = camera.bounds(&view_from_form.corners(&Vector3::zeros(), &half))?;
+        let faces =
+            Faces { back: faces.back && !(faces.front && view_from_form.clear(camera, &half, &bounds)), ..faces };
+        let back = view_from_form.rotation.transpose();
+        let ray = |column: f64, row: f64| camera.ray(column, row);
+        let (o, d) = ray(0.0, 0.0);
+        let ((ox, dx), (oy, dy)) = (ray(1.0, 0.0), ray(0.0, 1.0));
+        Some(Self {
+            radius,
+            half_length,
+            ends,
+            faces,
+            bounds,
+            origin: [back * (o - view_from_form.translation), back * (ox - o), back * (oy - o)],
+            along: [back * d, back * (dx - d), back * (dy - d)],
+            perspective: camera.perspective,
+            near: camera.near,
+            far: camera.far,
+            id,
+        })
+    }
+
+    #[inline(always)]
+    pub fn draw<S: Simd, const ID: bool>(&self, simd: S, raster: &mut Raster<'_, ID>) {
+        let (first, end) = self.bounds.columns;
+        for row in self.bounds.rows.0.max(raster.first)..self.bounds.rows.1.min(raster.end) {
+            let place = (row - raster.first) * raster.stride;
+            let mut column = first;
+            while column < end {
+                self.block(simd, raster, place, column, row);
+                column += WIDE;
+            }
+        }
+    }
+
+    /// Draws 16 pixels of a row.
+    #[inline(always)]
+    fn block<S: Simd, const ID: bool>(
+        &self,
+        simd: S,
+        raster: &mut Raster<'_, ID>,
+        place: usize,
+        column: usize,
+        row: usize,
+    ) {
+        let [o, ox, oy] = &self.origin;
+        let [d, dx, dy] = &self.along;
+        let (o, d) = (o + oy * row as f64, d + dy * row as f64);
+        let mut z = [f64::INFINITY; WIDE];
+        let mut part = [NOBODY; WIDE];
+        for i in 0..WIDE {
+            let x = (column + i) as f64;
+            let ray = Ray {
+                o: [o.x + ox.x * x, o.y + ox.y * x, o.z + ox.z * x],
+                d: [d.x + dx.x * x, d.y + dx.y * x, d.z + dx.z * x],
+                best: f64::INFINITY,
+                part: NOBODY,
+            };
+            let ray = self.cross(ray);
+            z[i] = ray.best;
+            part[i] = ray.part;
+        }
+        let mut w = [0.0; WIDE];
+        for i in 0..WIDE {
+            let value = if self.perspective { 1.0 / z[i] } else { -z[i] };
+            w[i] = if part[i] == NOBODY { f64::NEG_INFINITY } else { value } as f32;
+        }
+        let (w, part) = (F::load_array(simd, w), U::load_array(simd, part));
+        let inside = part.simd_ne(U::splat(simd, NOBODY));
+        raster.offer(simd, place + column, Offer { w, inside, id: part + self.id });
+    }
+
+    /// The first crossing that counts.
+    #[inline(always)]
+    fn cross(&self, mut ray: Ray) -> Ray {
+        let Self { radius, half_length, .. } = *self;
+        let r2 = radius * radius;
+        if self.ends != Ends::Sphere {
+            let ([ox, oy, oz], [dx, dy, dz]) = (ray.o, ray.d);
+            // The miss of the axis, and from it the way to the surface: no nearly equal numbers are subtracted.
+            let dd = dx * dx + dy * dy;
+            let middle = -(ox * dx + oy * dy) / dd;
+            let (qx, qy) = (ox + dx * middle, oy + dy * middle);
+            let way = ((r2 - (qx * qx + qy * qy)) / dd).sqrt();
+            for (t, wanted) in [(middle - way, self.faces.front), (middle + way, self.faces.back)] {
+                let height = oz + dz * t;
+                ray.offer(t, wanted & (height <= half_length) & (height >= -half_length), 0, self);
+            }
+        }
+        for (part, up) in [(1, 1.0), (2, -1.0)] {
+            let ([ox, oy, oz], [dx, dy, dz]) = (ray.o, ray.d);
+            let end = half_length * up;
+            if self.ends == Ends::Flat {
+                let t = (end - oz) / dz;
+                let (x, y) = (ox + dx * t, oy + dy * t);
+                let front = dz * up < 0.0;
+                let wanted = (front & self.faces.front) | (!front & self.faces.back);
+                ray.offer(t, wanted & (x * x + y * y <= r2), part, self);
+                continue;
+            }
+            let sphere = self.ends == Ends::Sphere;
+            let oz = oz - end;
+            let dd = dx * dx + dy * dy + dz * dz;
+            let middle = -(ox * dx + oy * dy + oz * dz) / dd;
+            let (qx, qy, qz) = (ox + dx * middle, oy + dy * middle, oz + dz * middle);
+            let way = ((r2 - (qx * qx + qy * qy + qz * qz)) / dd).sqrt();
+            for (t, wanted) in [(middle - way, self.faces.front), (middle + way, self.faces.back)] {
+                let beyond = (oz + dz * t) * up >= 0.0;
+                ray.offer(t, wanted & (beyond | sphere), if sphere { 0 } else { part }, self);
+            }
+            if sphere {
+                break;
+            }
+        }
+        ray
+    }
+}
+
+/// A ray in the form's frame, and its nearest crossing so far.
+struct Ray {
+    o: [f64; 3],
+    d: [f64; 3],
+    best: f64,
+    part: u32,
+}
+
+impl Ray {
+    /// A crossing that is no number fails every comparison.
+    #[inline(always)]
+    fn offer(&mut self, t: f64, wanted: bool, part: u32, round: &Round) {
+        let take = wanted & (t < self.best) & (t >= round.near) & (t <= round.far);
+        self.best = if take { t } else { self.best };
+        self.part = if take { part } else { self.part };
+    }
+}

@@ -1,0 +1,266 @@
+//! What is seen, pixel by pixel: from the numbers in the buffer to names, normals and colours.
+//!
+//! Light is plain: some from everywhere, some from the camera, some from a sun; surfaces are matt. It needs no graphics
+//! hardware and gives the same bytes everywhere.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+
+use super::GridCast;
+use super::camera::Camera;
+use super::image::Part;
+use super::polygon::ViewFrom;
+use super::raster::{NOBODY, Raster};
+use crate::Target;
+use tatu_geometry::Form;
+
+/// Lamps, and the colour where nothing is. A surface that gets 1 in sum has its own colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// Light from everywhere, 0 to 1.
+    pub ambient: f32,
+    /// A lamp beside the camera: its part of a surface that faces the camera, 0 to 1.
+    pub headlight: f32,
+    /// A lamp far away: its part of a surface that faces it, 0 to 1.
+    pub sun: f32,
+    /// Toward that lamp, in the world; of length 1.
+    pub sun_direction: [f32; 3],
+    /// Red, green and blue of pixels that see nothing, 0 to 1.
+    pub sky: [f32; 3],
+}
+
+impl Default for Light {
+    /// Enough from everywhere to tell colours apart in the shade, a sun from above and beside.
+    fn default() -> Self {
+        Self {
+            ambient: 0.35,
+            headlight: 0.25,
+            sun: 0.4,
+            sun_direction: [0.267_261_24, 0.534_522_5, 0.801_783_74],
+            sky: [0.55, 0.68, 0.82],
+        }
+    }
+}
+
+impl Light {
+    /// The sky, 0 to 255.
+    pub(super) fn sky_bytes(&self) -> [u8; 3] {
+        self.sky.map(byte)
+    }
+}
+
+fn byte(x: f32) -> u8 {
+    // What is no number becomes 0.
+    (x * 255.0 + 0.5) as u8
+}
+
+/// The colour of a matt surface, 0 to 255.
+///
+/// `normal` (on the side of the camera) and `to_camera` are of length 1, in the world. `sunlit` is 0 in a shadow, 1 in the
+/// light.
+pub fn color_of(
+    light: &Light,
+    surface: [f32; 3],
+    normal: &Vector3<f32>,
+    to_camera: &Vector3<f32>,
+    sunlit: f32,
+) -> [u8; 3] {
+    let facing = |way: &Vector3<f32>| normal.x * way.x + normal.y * way.y + normal.z * way.z;
+    let sum = brightness(light, facing(to_camera), facing(&Vector3::from(light.sun_direction)), sunlit);
+    surface.map(|x| byte(x * sum))
+}
+
+/// The sum of the lamps, from the cosines of the angles between the normal and the ways to camera and sun.
+#[inline(always)]
+fn brightness(light: &Light, to_camera: f32, to_sun: f32, sunlit: f32) -> f32 {
+    let lit = |cosine: f32| if cosine > 0.0 { cosine } else { 0.0 };
+    light.ambient + light.headlight * lit(to_camera) + light.sun * sunlit * lit(to_sun)
+}
+
+/// Numbers from `first` on are primitives of a target.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Surface {
+    pub first: u32,
+    pub target: u32,
+}
+
+/// Turns numbers into what was asked for.
+pub(super) struct Shader<'a> {
+    cast: &'a GridCast<'a>,
+    camera: &'a Camera,
+    targets: &'a [Target],
+    surfaces: &'a [Surface],
+    /// Of each surface.
+    views: Vec<ViewFrom>,
+    /// Toward the sun, in the view frame.
+    sun: Vector3<f32>,
+}
+
+/// What the pixels of a row see: outward normals in the view frame, own colours, and 1 where there is something.
+struct Strip {
+    normal: [Vec<f32>; 3],
+    color: [Vec<f32>; 3],
+    there: Vec<f32>,
+}
+
+/// What the last pixel saw; most see the same as their neighbour.
+struct Seen<'a> {
+    id: u32,
+    /// Place of the surface.
+    at: usize,
+    target: &'a Target,
+    primitive: u32,
+    view_from_form: &'a ViewFrom,
+    /// Of a flat primitive, in the view frame.
+    normal: Vector3<f32>,
+}
+
+impl<'a> Shader<'a> {
+    pub fn new(cast: &'a GridCast<'a>, camera: &'a Camera, targets: &'a [Target], surfaces: &'a [Surface]) -> Self {
+        let sun = camera.rotation.map(|x| x as f32) * Vector3::from(cast.light.sun_direction);
+        let shaded = if cast.want.visibility() { surfaces } else { &[] };
+        let view = |surface: &Surface| ViewFrom::new(camera, &targets[surface.target as usize].world_from_target);
+        Self { cast, camera, targets, surfaces, views: shaded.iter().map(view).collect(), sun }
+    }
+
+    /// Fills in rows from one to before another.
+    pub fn shade<const ID: bool>(&self, raster: &Raster<'_, ID>, rows: (usize, usize), part: &mut Part<'_>) {
+        let want = self.cast.want;
+        let columns = raster.columns;
+        let some = || [0; 3].map(|_| vec![0.0; columns]);
+        let mut line = Strip { normal: some(), color: some(), there: vec![0.0; columns] };
+        let mut seen = None;
+        for row in rows.0..rows.1 {
+            let first = (row - rows.0) * columns;
+            let ids = &raster.id[(row - raster.first) * raster.stride..][..columns];
+            self.look_up(ids, row, first, part, &mut line, &mut seen);
+            if want.cosine || want.normal || want.color {
+                self.shine(row, first..first + columns, &line, part);
+            }
+        }
+    }
+
+    /// Names, and what light needs to know.
+    fn look_up<'b>(
+        &'b self,
+        ids: &[u32],
+        row: usize,
+        first: usize,
+        part: &mut Part<'_>,
+        line: &mut Strip,
+        seen: &mut Option<Seen<'b>>,
+    ) {
+        let want = self.cast.want;
+        let bent = want.cosine || want.normal || want.color;
+        for (column, id) in ids.iter().enumerate() {
+            let pixel = first + column;
+            if *id != NOBODY && seen.as_ref().is_none_or(|seen| seen.id != *id) {
+                *seen = self.seen(*id, seen.as_ref().map_or(0, |seen| seen.at));
+            }
+            let here = seen.as_ref().filter(|_| *id != NOBODY);
+            if want.object {
+                part.object[pixel] = here.map_or(0, |seen| seen.target.object);
+            }
+            if want.primitive {
+                part.primitive[pixel] = here.map_or(0, |seen| seen.primitive);
+            }
+            if bent {
+                let (normal, color) = here.map_or((Vector3::zeros(), self.cast.light.sky), |seen| {
+                    (self.normal(seen, column, row, part.depth[pixel]), seen.target.color)
+                });
+                for i in 0..3 {
+                    line.normal[i][column] = normal[i];
+                    line.color[i][column] = color[i];
+                }
+                line.there[column] = if here.is_some() { 1.0 } else { 0.0 };
+            }
+        }
+    }
+
+    /// Cosines, normals and colours of a row; loops without branches, which compilers put side by side.
+    fn shine(&self, row: usize, pixels: Range<usize>, line: &Strip, part: &mut Part<'_>) {
+        let (want, light) = (self.cast.want, self.cast.light);
+        let middle = self.camera.middle();
+        let (size, perspective) = ((1.0 / self.camera.scale) as f32, self.camera.perspective);
+        let y = if perspective { (row as f64 - middle.1) as f32 * size } else { 0.0 };
+        let (middle, size) = (middle.0 as f32, if perspective { size } else { 0.0 });
+        let [nx, ny, nz] = &line.normal;
+        // Of the outward normal; negative where the inside is seen.
+        let cosine = |i: usize| {
+            let x = (i as f32 - middle) * size;
+            -(nx[i] * x + ny[i] * y + nz[i]) / (x * x + y * y + 1.0).sqrt()
+        };
+        let toward = |cosine: f32| if cosine < 0.0 { -1.0 } else { 1.0 };
+        if want.cosine {
+            for (i, out) in part.cosine[pixels.clone()].iter_mut().enumerate() {
+                *out = cosine(i).abs().min(1.0);
+            }
+        }
+        if want.normal {
+            for (i, out) in part.normal[pixels.clone()].iter_mut().enumerate() {
+                let side = toward(cosine(i));
+                *out = [0.0 - nx[i] * side, ny[i] * side, nz[i] * side];
+            }
+        }
+        if want.color {
+            for (i, out) in part.color[pixels].iter_mut().enumerate() {
+                let cosine = cosine(i);
+                let sun = (nx[i] * self.sun.x + ny[i] * self.sun.y + nz[i] * self.sun.z) * toward(cosine);
+                let sum = if line.there[i] > 0.0 { brightness(light, cosine.abs(), sun, 1.0) } else { 1.0 };
+                *out = [byte(line.color[0][i] * sum), byte(line.color[1][i] * sum), byte(line.color[2][i] * sum)];
+            }
+        }
+    }
+
+    /// What a number stands for; `at` is the place of a surface that it probably belongs to.
+    fn seen(&self, id: u32, at: usize) -> Option<Seen<'_>> {
+        let starts = |at: usize| self.surfaces.get(at).is_some_and(|surface| surface.first <= id);
+        let at = if starts(at) && !starts(at + 1) {
+            at
+        } else {
+            self.surfaces.partition_point(|surface| surface.first <= id).checked_sub(1)?
+        };
+        let (Surface { first, target }, view_from_form) = (self.surfaces.get(at)?, self.views.get(at)?);
+        let target = &self.targets[*target as usize];
+        let primitive = id - first;
+        let normal = match &target.form {
+            Form::Box { .. } => {
+                let mut normal = Vector3::zeros();
+                normal[primitive as usize / 2 % 3] = if primitive % 2 == 1 { 1.0 } else { -1.0 };
+                normal
+            }
+            Form::Mesh { mesh, .. } => {
+                let corner = |vertex: u32| mesh.vertices.get(vertex as usize).map(|p| p.coords);
+                let [a, b, c] = mesh.triangles.get(primitive as usize)?.map(corner);
+                let (a, b, c) = (a?, b?, c?);
+                (b - a).cross(&(c - a)).try_normalize(0.0)?
+            }
+            _ => Vector3::z() * if primitive == 2 { -1.0 } else { 1.0 },
+        };
+        let normal = (view_from_form.rotation * normal).map(|x| x as f32);
+        Some(Seen { id, at, target, primitive, view_from_form, normal })
+    }
+
+    /// The outward normal at a pixel, in the view frame.
+    fn normal(&self, seen: &Seen<'_>, column: usize, row: usize, depth: f32) -> Vector3<f32> {
+        let local = || {
+            let (from, along) = self.camera.ray(column as f64, row as f64);
+            let point = from + along * f64::from(depth) - seen.view_from_form.translation;
+            seen.view_from_form.rotation.transpose() * point
+        };
+        let out = match (&seen.target.form, seen.primitive) {
+            (Form::Sphere { .. }, _) => local(),
+            (Form::Cylinder { .. } | Form::Capsule { .. }, 0) => {
+                let p = local();
+                Vector3::new(p.x, p.y, 0.0)
+            }
+            (Form::Capsule { half_length, .. }, end) => {
+                local() - Vector3::z() * if end == 1 { *half_length } else { -half_length }
+            }
+            _ => return seen.normal,
+        };
+        let length = (out.x * out.x + out.y * out.y + out.z * out.z).sqrt();
+        if length > 0.0 { (seen.view_from_form.rotation * (out / length)).map(|x| x as f32) } else { seen.normal }
+    }
+}

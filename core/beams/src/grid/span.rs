@@ -1,0 +1,83 @@
+//! Rows of a convex area: from the left edges to the right ones.
+
+use fearless_simd::prelude::*;
+
+use super::camera::Line;
+use super::raster::{F, Offer, Raster, U, WIDE, lanes};
+use crate::simd::{greatest, least};
+
+/// A border: of the area is what lies where the line is greater than 0.
+///
+/// A pixel exactly on a line belongs to the area on its right; on a level line, to the area above. So of two areas that
+/// share a border each pixel belongs to exactly one, since both compute the same quotients.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Edge(pub Line);
+
+impl Edge {
+    /// Narrows a range of columns in a row to what lies inside; columns are whole numbers.
+    #[inline(always)]
+    fn narrow(&self, row: f64, low: &mut f64, high: &mut f64) {
+        let Line { a, b, c } = self.0;
+        let rest = b * row + c;
+        let place = (-rest / a).ceil();
+        if a > 0.0 {
+            *low = if place > *low { place } else { *low };
+        } else if a < 0.0 {
+            *high = if place < *high { place } else { *high };
+        } else if !(rest > 0.0 || (rest == 0.0 && b > 0.0)) {
+            *high = -1.0;
+        }
+    }
+}
+
+/// A part of a plane to be drawn.
+pub(super) struct Face<'a> {
+    pub edges: &'a [Edge],
+    /// `w`.
+    pub w: Line,
+    /// `w` stays within these.
+    pub limits: (f32, f32),
+    pub id: u32,
+}
+
+impl Face<'_> {
+    /// Draws the rows from `rows.0` to before `rows.1`.
+    #[inline(always)]
+    pub fn draw<S: Simd, const ID: bool>(&self, simd: S, raster: &mut Raster<'_, ID>, rows: (usize, usize)) {
+        for row in rows.0.max(raster.first)..rows.1.min(raster.end) {
+            let (mut low, mut high) = (0.0, raster.columns as f64);
+            for edge in self.edges {
+                edge.narrow(row as f64, &mut low, &mut high);
+            }
+            if low < high {
+                self.draw_row(simd, raster, row, low as usize, high as usize);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn draw_row<S: Simd, const ID: bool>(
+        &self,
+        simd: S,
+        raster: &mut Raster<'_, ID>,
+        row: usize,
+        low: usize,
+        high: usize,
+    ) {
+        let base = self.w.b * row as f64 + self.w.c;
+        let place = (row - raster.first) * raster.stride;
+        let lanes = lanes(simd);
+        let climb = lanes * self.w.a as f32;
+        let (least_w, most_w) = (F::splat(simd, self.limits.0), F::splat(simd, self.limits.1));
+        let id = U::splat(simd, self.id);
+        let mut column = low;
+        while column < high {
+            // Begun anew in double precision every 16 pixels.
+            let w = climb + (base + self.w.a * column as f64) as f32;
+            let w = least(greatest(w, least_w), most_w);
+            let inside = lanes.simd_lt((high - column) as f32);
+            raster.offer(simd, place + column, Offer { w, inside, id });
+            column += WIDE;
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Sensor beams against the scene's detectable surfaces, apart from the physics engine.
+//!
+//! Here live the geometry of rays and volume beams against every [`Form`](tatu_geometry::Form), and the
+//! trees that keep it fast. What a sensor makes of a hit, and which objects are detectable, is decided
+//! elsewhere. Begin with [`BeamScene`]; the geometry of a cone and a flat face is in `planar`.
+//!
+//! ```
+//! use nalgebra::Isometry3;
+//! use tatu_core::beams::{Beam, BeamScene, Target};
+//! use tatu_core::geometry::Form;
+//!
+//! let mut scene = BeamScene::default();
+//! scene.set([Target {
+//!     object: 7,
+//!     group: 0,
+//!     world_from_target: Isometry3::translation(0.0, 0.0, 1.0),
+//!     form: Form::Sphere { radius: 0.25 },
+//!     color: [0.7; 3],
+//! }]);
+//! let hit = scene.cast_one(&Beam::cone(Isometry3::identity(), 0.26, 2.0));
+//! assert!((hit.distance - 0.75).abs() < 1e-12);
+//! assert_eq!(hit.object, 7);
+//!
+//! scene.update_poses(&[(0, Isometry3::translation(0.0, 0.0, 3.0))]);
+//! assert!(!scene.cast_one(&Beam::ray(Isometry3::identity(), 2.0)).is_some());
+//! ```
+
+mod aabb;
+mod beam;
+mod binary;
+mod bundle;
+mod company;
+mod convex;
+mod cylinder;
+mod disc;
+mod grid;
+mod mesh;
+mod planar;
+mod ray;
+mod scene;
+mod sight;
+mod simd;
+mod solid;
+mod sphere;
+mod tree;
+
+pub use beam::{Beam, Faces, Hit, Volume};
+pub use bundle::{BundleCast, BundleHits, RayBundle};
+pub use grid::{Grid, GridCast, GridImage, Light, View, Want, color_of};
+pub use scene::{BeamScene, Target};
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,0 +1,108 @@
+//! A ray against every form: the crossings in closed form.
+
+use nalgebra::Vector3;
+
+use super::planar::quadratic;
+use super::sight::{Found, Sight};
+use super::solid::unit;
+use tatu_geometry::Form;
+
+/// The first crossing that counts on a form other than a mesh; the sight is given in the form's frame.
+pub(super) fn cast(sight: &Sight, form: &Form) -> Option<Found> {
+    let mut best = None;
+    match form {
+        Form::Plane => offer(&mut best, sight, -sight.origin.z / sight.axis.z, Vector3::z(), 0),
+        Form::Box { half } => cuboid(sight, half, &mut best),
+        Form::Sphere { radius } => ball(sight, 0.0, *radius, |_| Some(0), &mut best),
+        Form::Cylinder { radius, half_length } => {
+            side(sight, *radius, *half_length, &mut best);
+            for (primitive, sign) in [(1, 1.0), (2, -1.0)] {
+                let t = (sign * half_length - sight.origin.z) / sight.axis.z;
+                let point = sight.origin + sight.axis * t;
+                if point.x * point.x + point.y * point.y <= radius * radius {
+                    offer(&mut best, sight, t, Vector3::new(0.0, 0.0, sign), primitive);
+                }
+            }
+        }
+        Form::Capsule { radius, half_length } => {
+            side(sight, *radius, *half_length, &mut best);
+            ball(sight, *half_length, *radius, |z| (z >= 0.0).then_some(1), &mut best);
+            ball(sight, -half_length, *radius, |z| (z <= 0.0).then_some(2), &mut best);
+        }
+        Form::Mesh { .. } => {}
+    }
+    best
+}
+
+/// Where a ray from the origin crosses a triangle, as a distance.
+///
+/// Neighbours compute the sign for a shared edge from the same numbers, so no ray slips between them.
+pub(super) fn triangle(axis: &Vector3<f64>, corners: &[Vector3<f64>; 3], normal: &Vector3<f64>) -> Option<f64> {
+    let [a, b, c] = corners;
+    let sides = [axis.dot(&a.cross(b)), axis.dot(&b.cross(c)), axis.dot(&c.cross(a))];
+    let crossed = sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0);
+    crossed.then(|| normal.dot(a) / normal.dot(axis))
+}
+
+/// Takes a crossing at distance `t`, if it counts and is nearer.
+pub(super) fn offer(best: &mut Option<Found>, sight: &Sight, t: f64, normal: Vector3<f64>, primitive: u32) {
+    let slope = normal.dot(&sight.axis);
+    if t >= sight.near && t <= sight.far && sight.sees_side(slope) && slope.abs() >= sight.cos_incidence {
+        *best = Found::nearer(*best, Some(Found { distance: t, point: sight.axis * t, normal, primitive }));
+    }
+}
+
+fn cuboid(sight: &Sight, half: &Vector3<f64>, best: &mut Option<Found>) {
+    // The ray is inside while it is between all three pairs of planes.
+    let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
+    for axis in 0..3 {
+        let (x, slope) = (sight.origin[axis], sight.axis[axis]);
+        if slope == 0.0 {
+            if x.abs() > half[axis] {
+                return;
+            }
+            continue;
+        }
+        let (low, high) = ((-half[axis] - x) / slope, (half[axis] - x) / slope);
+        let (first, last) = if slope > 0.0 { (low, high) } else { (high, low) };
+        if first > enter.0 {
+            enter = (first, 2 * axis + usize::from(slope < 0.0));
+        }
+        if last < leave.0 {
+            leave = (last, 2 * axis + usize::from(slope > 0.0));
+        }
+    }
+    if enter.0 > leave.0 {
+        return;
+    }
+    for (t, face) in [enter, leave] {
+        let mut normal = Vector3::zeros();
+        normal[face / 2] = if face % 2 == 1 { 1.0 } else { -1.0 };
+        offer(best, sight, t, normal, face as u32);
+    }
+}
+
+/// The ball around (0, 0, `z`); `primitive` names the part at a height above its centre.
+fn ball(sight: &Sight, z: f64, radius: f64, primitive: impl Fn(f64) -> Option<u32>, best: &mut Option<Found>) {
+    let from_centre = sight.origin.coords - Vector3::new(0.0, 0.0, z);
+    let middle = -from_centre.dot(&sight.axis);
+    let miss = (from_centre + sight.axis * middle).norm_squared();
+    let depth = (radius * radius - miss).sqrt();
+    for t in [middle - depth, middle + depth] {
+        let normal = unit(&(from_centre + sight.axis * t));
+        if let Some(primitive) = primitive(normal.z) {
+            offer(best, sight, t, normal, primitive);
+        }
+    }
+}
+
+fn side(sight: &Sight, radius: f64, half_length: f64, best: &mut Option<Found>) {
+    let (origin, axis) = (sight.origin.xy().coords, sight.axis.xy());
+    let roots = quadratic(axis.norm_squared(), 2.0 * origin.dot(&axis), origin.norm_squared() - radius * radius);
+    for t in roots.into_iter().flatten() {
+        let point = sight.origin + sight.axis * t;
+        if point.z.abs() <= half_length {
+            offer(best, sight, t, unit(&Vector3::new(point.x, point.y, 0.0)), 0);
+        }
+    }
+}

@@ -1,0 +1,290 @@
+//! All detectable targets of a scene, and the cast of many beams against them.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use rayon::prelude::*;
+
+use super::aabb::Aabb;
+use super::beam::{Beam, Hit};
+use super::company::{self, Company};
+use super::mesh::MeshTree;
+use super::sight::{Found, Probe};
+use super::tree::Tree;
+use super::{convex, ray, solid};
+use tatu_geometry::{Form, Mesh};
+
+/// One form that beams can hit. An object of several forms has several targets with the same tag.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// The caller's tag, returned in hits.
+    pub object: u64,
+    /// What [`Beam::skip_group`] compares: the model it belongs to, say.
+    pub group: u32,
+    /// The form's place.
+    pub world_from_target: Isometry3<f64>,
+    /// The form.
+    pub form: Form,
+    /// Red, green and blue, 0 to 1, as images show it in full light.
+    pub color: [f32; 3],
+}
+
+/// Beams of one task of the thread pool.
+const CHUNK: usize = 64;
+/// When fewer than one target in so many moves, each is followed up the tree; else the whole tree is fitted.
+const FEW: usize = 8;
+/// Moves of one task of the thread pool.
+const MOVES: usize = 256;
+
+/// What beams are cast against.
+///
+/// A beam's hit depends only on the beam and the targets: not on the other beams, the number of threads or earlier poses.
+#[derive(Debug, Default)]
+pub struct BeamScene {
+    pub(super) targets: Vec<Target>,
+    /// For each target, its mesh's tree.
+    pub(super) trees: Vec<Option<Arc<MeshTree>>>,
+    /// Each mesh in use, by address; holding the mesh keeps the address from being used again.
+    pub(super) meshes: HashMap<usize, (Arc<Mesh>, Arc<MeshTree>)>,
+    /// For each target, its box in the world; an empty one for a form without end.
+    boxes: Vec<Aabb>,
+    /// Targets without end, tried for every beam.
+    pub(super) unbounded: Vec<u32>,
+    /// For each target, a ball around it; of a form without end, nothing of use.
+    pub(super) balls: Vec<Ball>,
+    pub(super) top: Tree,
+    /// Used again by each update: what is around targets where they now are.
+    around: Vec<(Aabb, Ball)>,
+}
+
+/// Middle and radius.
+type Ball = (Vector3<f64>, f64);
+
+impl BeamScene {
+    /// Replaces all targets. Meshes seen before keep their trees.
+    pub fn set(&mut self, targets: impl IntoIterator<Item = Target>) {
+        self.targets.clear();
+        self.targets.extend(targets);
+        let mut before = std::mem::take(&mut self.meshes);
+        self.trees.clear();
+        for target in &self.targets {
+            let Form::Mesh { mesh, .. } = &target.form else {
+                self.trees.push(None);
+                continue;
+            };
+            let address = Arc::as_ptr(mesh) as usize;
+            let (_, tree) = self.meshes.entry(address).or_insert_with(|| {
+                before.remove(&address).unwrap_or_else(|| (mesh.clone(), Arc::new(MeshTree::new(mesh))))
+            });
+            self.trees.push(Some(tree.clone()));
+        }
+
+        self.unbounded.clear();
+        self.unbounded
+            .extend((0..self.targets.len() as u32).filter(|&i| matches!(self.targets[i as usize].form, Form::Plane)));
+        self.boxes.clear();
+        self.balls.clear();
+        for (index, target) in self.targets.iter().enumerate() {
+            let (aabb, ball) = self.around(index, &target.world_from_target);
+            self.boxes.push(aabb);
+            self.balls.push(ball);
+        }
+        self.rebuild();
+    }
+
+    /// The targets, in the order they were set.
+    pub fn targets(&self) -> &[Target] {
+        &self.targets
+    }
+
+    /// Moves targets, named by their place in [`targets`](Self::targets). Costs as many steps as the tree is deep for
+    /// each, or once the size of the tree where many move. Many are worked on by rayon's current pool.
+    ///
+    /// # Panics
+    /// If a place is out of range.
+    pub fn update_poses(&mut self, poses: &[(usize, Isometry3<f64>)]) {
+        let mut around = std::mem::take(&mut self.around);
+        if poses.len() <= MOVES {
+            around.extend(poses.iter().map(|(index, pose)| self.around(*index, pose)));
+        } else {
+            let all = poses.par_iter().with_min_len(MOVES).map(|(index, pose)| self.around(*index, pose));
+            all.collect_into_vec(&mut around);
+        }
+        let mut changed = false;
+        for ((index, pose), around) in poses.iter().zip(around.drain(..)) {
+            changed |= self.place(*index, pose, around);
+        }
+        self.around = around;
+        if changed {
+            self.rebuild();
+        } else if poses.len() * FEW < self.targets.len() {
+            poses.iter().for_each(|(index, _)| self.top.update(*index as u32, &self.boxes));
+        } else {
+            self.top.refit(&self.boxes);
+        }
+        if self.top.worn() {
+            self.rebuild();
+        }
+    }
+
+    /// Moves one target: as many steps as the tree is deep.
+    ///
+    /// # Panics
+    /// If the place is out of range.
+    pub fn update_pose(&mut self, index: usize, pose: Isometry3<f64>) {
+        self.update_poses(&[(index, pose)]);
+    }
+
+    /// Notes a pose and what is around it; whether the tree must be built anew, since the target was nowhere before or is
+    /// so now.
+    fn place(&mut self, index: usize, pose: &Isometry3<f64>, (aabb, ball): (Aabb, Ball)) -> bool {
+        self.targets[index].world_from_target = *pose;
+        self.boxes[index] = aabb;
+        self.balls[index] = ball;
+        aabb.is_real() != self.top.holds(index as u32)
+    }
+
+    /// Gives a target, named by its place in [`targets`](Self::targets), another colour.
+    ///
+    /// # Panics
+    /// If the place is out of range.
+    pub fn set_color(&mut self, index: usize, color: [f32; 3]) {
+        self.targets[index].color = color;
+    }
+
+    /// Casts `beams` on rayon's current pool; `hits[i]` becomes the answer to `beams[i]`.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn cast(&self, beams: &[Beam], hits: &mut [Hit]) {
+        assert_eq!(beams.len(), hits.len(), "each beam needs a place for its hit");
+        if beams.len() <= CHUNK {
+            return self.cast_here(beams, hits);
+        }
+        beams.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(beams, hits)| self.cast_here(beams, hits));
+    }
+
+    /// The same on this thread.
+    pub fn cast_here(&self, beams: &[Beam], hits: &mut [Hit]) {
+        let mut done = 0;
+        while done < beams.len() {
+            let Some((n, space)) = company::group(&beams[done..]) else {
+                hits[done] = self.cast_one(&beams[done]);
+                done += 1;
+                continue;
+            };
+            let near = self.near(&space, beams[done].skip_group);
+            for (beam, hit) in beams[done..done + n].iter().zip(&mut hits[done..]) {
+                *hit = self.cast_among(beam, near.as_ref());
+            }
+            done += n;
+        }
+    }
+
+    /// What is in a space but of one group; `None` if that is much.
+    fn near(&self, space: &Aabb, skip_group: Option<u32>) -> Option<Company> {
+        Company::of(&self.top, &self.boxes, space, |index| skip_group != Some(self.targets[index as usize].group))
+    }
+
+    /// Casts one beam.
+    pub fn cast_one(&self, beam: &Beam) -> Hit {
+        self.cast_among(beam, None)
+    }
+
+    /// Casts a beam, among the targets that are near it where they are known.
+    fn cast_among(&self, beam: &Beam, near: Option<&Company>) -> Hit {
+        let mut best: Option<(Found, u32)> = None;
+        for piece in 0..convex::pieces(&beam.volume) {
+            if let Some(probe) = Probe::new(beam, piece) {
+                self.cast_probe(beam, &probe, near, &mut best);
+            }
+        }
+        best.map_or(Hit::NONE, |(found, index)| self.hit(beam, &found, index as usize))
+    }
+
+    /// Takes what a piece of a beam sees nearest.
+    fn cast_probe(&self, beam: &Beam, probe: &Probe, near: Option<&Company>, best: &mut Option<(Found, u32)>) {
+        let mut limit = best.as_ref().map_or(probe.far(), |(found, _)| found.distance.min(probe.far()));
+        let mut visit = |index: u32, limit: f64| {
+            let target = &self.targets[index as usize];
+            let wanted =
+                beam.skip_group != Some(target.group) && beam.only_object.is_none_or(|object| object == target.object);
+            if wanted && let Some(found) = self.cast_at(index as usize, probe, limit) {
+                let rank = |found: &Found, index: u32| {
+                    (found.distance, self.targets[index as usize].object, found.primitive, index)
+                };
+                if best.as_ref().is_none_or(|(old, at)| rank(&found, index) < rank(old, *at)) {
+                    *best = Some((found, index));
+                }
+            }
+            best.as_ref().map_or(limit, |(found, _)| found.distance)
+        };
+        for &index in &self.unbounded {
+            limit = visit(index, limit);
+        }
+        match near {
+            Some(near) => near.walk(probe, limit, visit),
+            None => self.top.walk(probe, limit, |place, limit| visit(self.top.order[place], limit)),
+        }
+    }
+
+    /// The nearest point of one target, no further than `limit`, in the target's frame.
+    fn cast_at(&self, index: usize, probe: &Probe, limit: f64) -> Option<Found> {
+        let Target { world_from_target, form, .. } = &self.targets[index];
+        match (&self.trees[index], probe) {
+            (Some(tree), probe) => tree.cast(&probe.in_form(world_from_target, limit)),
+            (None, Probe::Ray(sight)) => ray::cast(&sight.in_form(world_from_target, limit), form),
+            (None, Probe::Cone(cone)) => solid::cast(&cone.in_form(world_from_target, limit), form),
+            (None, Probe::Convex(space)) => convex::cast(&space.in_form(world_from_target, limit), form),
+        }
+    }
+
+    /// A point found on a target, as the beam reports it.
+    fn hit(&self, beam: &Beam, found: &Found, index: usize) -> Hit {
+        let target = &self.targets[index];
+        let beam_from_target = beam.world_from_beam.rotation.inverse() * target.world_from_target.rotation;
+        let facing = if found.normal.dot(&found.point) > 0.0 { -found.normal } else { found.normal };
+        Hit {
+            distance: found.distance,
+            point: Point3::from(beam_from_target * found.point),
+            normal: beam_from_target * facing,
+            object: target.object,
+            primitive: found.primitive,
+        }
+    }
+
+    /// The box and the ball around a target at a pose.
+    fn around(&self, index: usize, pose: &Isometry3<f64>) -> (Aabb, Ball) {
+        (self.box_of(index, pose), self.ball_of(index, pose))
+    }
+
+    /// A target's box; an empty one for a form without end, and for what is nowhere: a pose or size that is no number.
+    fn box_of(&self, index: usize, pose: &Isometry3<f64>) -> Aabb {
+        let aabb = match &self.trees[index] {
+            Some(tree) => tree.aabb.moved(pose),
+            None => Aabb::of_form(&self.targets[index].form, pose).unwrap_or(Aabb::EMPTY),
+        };
+        if aabb.is_real() { aabb } else { Aabb::EMPTY }
+    }
+
+    fn ball_of(&self, index: usize, pose: &Isometry3<f64>) -> Ball {
+        let radius = match &self.targets[index].form {
+            Form::Plane => f64::INFINITY,
+            Form::Box { half } => half.norm(),
+            Form::Sphere { radius } => *radius,
+            Form::Cylinder { radius, half_length } => radius.hypot(*half_length),
+            Form::Capsule { radius, half_length } => radius + half_length,
+            Form::Mesh { .. } => {
+                let aabb = self.trees[index].as_ref().map_or(Aabb::EMPTY, |tree| tree.aabb);
+                return ((pose * Point3::from(aabb.centre())).coords, 0.5 * (aabb.high - aabb.low).norm());
+            }
+        };
+        (pose.translation.vector, radius)
+    }
+
+    fn rebuild(&mut self) {
+        let bounded = (0..self.targets.len() as u32).filter(|&i| self.boxes[i as usize].is_real());
+        self.top.build(bounded, &self.boxes, 2);
+    }
+}

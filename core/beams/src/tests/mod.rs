@@ -1,0 +1,123 @@
+//! The beams against things that share no code with them: dense sampling, closed forms, another library.
+
+mod brute;
+mod bundles;
+mod company;
+mod convex;
+mod flat;
+mod library;
+mod moving;
+mod rays;
+mod round;
+mod scenes;
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+
+use super::{Beam, BeamScene, Faces, Hit, Target};
+use tatu_geometry::Form;
+
+/// Random numbers that are the same in every run (SplitMix64).
+pub(super) struct Dice(pub u64);
+
+impl Dice {
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    pub fn chance(&mut self, p: f64) -> bool {
+        self.unit() < p
+    }
+
+    pub fn vector(&mut self, size: f64) -> Vector3<f64> {
+        Vector3::new(self.between(-size, size), self.between(-size, size), self.between(-size, size))
+    }
+
+    pub fn pose(&mut self, size: f64) -> Isometry3<f64> {
+        let turn = UnitQuaternion::from_scaled_axis(self.vector(3.0));
+        Isometry3::from_parts(Translation3::from(self.vector(size)), turn)
+    }
+
+    /// A cone with every limit now and then.
+    fn cone(&mut self, pose: Isometry3<f64>, widest: f64) -> Beam {
+        let mut beam = Beam::cone(pose, self.between(0.02, widest), self.between(1.0, 6.0));
+        if self.chance(0.3) {
+            beam.near = self.between(0.0, 1.2);
+        }
+        if self.chance(0.3) {
+            beam.max_incidence = self.between(0.1, 1.5);
+        }
+        if self.chance(0.3) {
+            beam.faces = if self.chance(0.5) { Faces::FRONT } else { Faces::BACK };
+        }
+        beam
+    }
+}
+
+fn target(object: u64, pose: Isometry3<f64>, form: Form) -> Target {
+    Target { object, group: 0, world_from_target: pose, form, color: [0.7; 3] }
+}
+
+fn cast_on(form: Form, pose: Isometry3<f64>, beam: &Beam) -> Hit {
+    let mut scene = BeamScene::default();
+    scene.set([target(1, pose, form)]);
+    scene.cast_one(beam)
+}
+
+fn mesh(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Form {
+    Form::Mesh { mesh: std::sync::Arc::new(tatu_geometry::Mesh { vertices, triangles }), convex: false }
+}
+
+/// How far a point is outside a solid form, roughly; 0 on its surface.
+fn off_surface(form: &Form, p: &Point3<f64>) -> f64 {
+    let radial = p.xy().coords.norm();
+    match form {
+        Form::Plane => p.z,
+        Form::Sphere { radius } => p.coords.norm() - radius,
+        Form::Box { half } => (p.coords.abs() - half).max(),
+        Form::Cylinder { radius, half_length } => (radial - radius).max(p.z.abs() - half_length),
+        Form::Capsule { radius, half_length } => {
+            (p - Point3::new(0.0, 0.0, p.z.clamp(-half_length, *half_length))).norm() - radius
+        }
+        Form::Mesh { mesh, .. } => {
+            let [a, b, c] = mesh.triangles[0].map(|v| mesh.vertices[v as usize]);
+            (b - a).cross(&(c - a)).normalize().dot(&(p - a))
+        }
+    }
+}
+
+/// A hit must be a point that counts, and no sampled point that counts may be nearer: so it is the minimum.
+///
+/// The slack covers rounding in the angles the sampling computes; a wrong candidate errs by far more.
+/// Returns whether something is hit, and whether the sampling came within 0.1 mm of it.
+fn check_minimum(form: &Form, beam: &Beam, pose: Isometry3<f64>, grid: usize, dice: &mut Dice) -> (bool, bool) {
+    let hit = cast_on(form.clone(), pose, beam);
+    let sampled = brute::nearest(beam, &pose, &brute::patches(form), grid, dice);
+    let story = || format!("{hit:?}, sampled {sampled}: {form:?} {pose:?} {beam:?}");
+    assert!(hit.distance <= sampled + 1e-8, "too far: {}", story());
+    if !hit.is_some() {
+        return (false, false);
+    }
+    assert!((hit.point.coords.norm() - hit.distance).abs() < 1e-8, "{}", story());
+    assert!((hit.normal.norm() - 1.0).abs() < 1e-9 && hit.normal.dot(&hit.point.coords) < 1e-9, "{}", story());
+    // On the surface, with the normal outward again.
+    let to_form = pose.inverse() * beam.world_from_beam;
+    let place = to_form * hit.point;
+    assert!(off_surface(form, &place).abs() < 1e-8, "off the surface: {}", story());
+    let normal = to_form * hit.normal;
+    let outward = match form {
+        Form::Plane | Form::Mesh { .. } => off_surface(form, &(place + normal)),
+        // The solids are convex around the origin.
+        _ => normal.dot(&place.coords),
+    };
+    let outward = if outward > 0.0 { hit.normal } else { -hit.normal };
+    assert!(brute::counts(beam, &hit.point, &outward, 1e-6), "does not count: {}", story());
+    (true, (sampled - hit.distance).abs() < 1e-4)
+}

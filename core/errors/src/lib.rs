@@ -1,0 +1,217 @@
+//! Errors: of documents and plugins before a run, and faults during one.
+//!
+//! - [`Error`]: why something could not be started, with its [`Place`] in a file;
+//! - [`Fault`]: what went wrong during a run;
+//! - [`Refusal`]: why a property could not be read or set.
+
+use std::{fmt, ops::Range, path::PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// A place in a text file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Place {
+    /// The file.
+    pub file: PathBuf,
+    /// Line, from 1; 0: the whole file.
+    pub line: usize,
+    /// Column, from 1.
+    pub column: usize,
+    /// Bytes of the text that are meant.
+    pub span: Range<usize>,
+}
+
+/// Why something could not be started: what, where, what was expected, what to do.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Error {
+    /// Stable code, "E103"; its page is in `docs/reference/errors.md`.
+    pub code: &'static str,
+    /// What went wrong.
+    pub text: String,
+    /// Where.
+    pub place: Option<Box<Place>>,
+    /// What was expected.
+    pub expected: Option<String>,
+    /// What to do.
+    pub help: Option<String>,
+}
+
+/// The result of loading things.
+pub type Result<T = (), E = Error> = std::result::Result<T, E>;
+
+impl Error {
+    /// An error with its code and sentence.
+    pub fn new(code: &'static str, text: impl Into<String>) -> Self {
+        Error { code, text: text.into(), ..Default::default() }
+    }
+    /// Adds the place.
+    pub fn at(mut self, place: Option<Place>) -> Self {
+        if self.place.is_none() {
+            self.place = place.map(Box::new);
+        }
+        self
+    }
+    /// Adds what was expected.
+    pub fn expected(mut self, text: impl Into<String>) -> Self {
+        self.expected = Some(text.into());
+        self
+    }
+    /// Adds what to do.
+    pub fn help(mut self, text: impl Into<String>) -> Self {
+        self.help = Some(text.into());
+        self
+    }
+    /// Adds "did you mean ...?" if one of the known names is near.
+    pub fn nearest<'a>(self, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
+        match nearest(name, known) {
+            Some(near) => self.help(format!("did you mean `{near}`?")),
+            None => self,
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[{}] {}", self.code, self.text)?;
+        if let Some(place) = &self.place {
+            write!(f, "\n  --> {}", place.file.display())?;
+            if place.line > 0 {
+                write!(f, ":{}:{}", place.line, place.column)?;
+            }
+        }
+        if let Some(expected) = &self.expected {
+            write!(f, "\n  expected: {expected}")?;
+        }
+        if let Some(help) = &self.help {
+            write!(f, "\n  help: {help}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// The known name that a misspelt one is nearest to, if it is near at all.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|k| (strsim::damerau_levenshtein(&name.to_lowercase(), &k.to_lowercase()), k))
+        .filter(|(d, k)| *d <= 1 + k.len().max(name.len()) / 4)
+        .min_by_key(|(d, _)| *d)
+        .map(|(_, k)| k)
+}
+
+/// What sort of fault it was.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultKind {
+    /// A call of a command that does not exist.
+    UnknownFunction,
+    /// Known, but not done here.
+    Unsupported,
+    /// A wrong argument.
+    BadArgument,
+    /// An object that is not there.
+    MissingObject,
+    /// Raised by a script.
+    Runtime,
+    /// Instructions or memory used up.
+    Budget,
+    /// A plugin failed or panicked.
+    Plugin,
+    /// The engine lost a body.
+    Physics,
+    /// A plugin call did not return.
+    Stuck,
+}
+
+impl FaultKind {
+    /// From a status of the border.
+    pub fn of(status: i32) -> Self {
+        use tatu_plugin_api::abi::*;
+        match status {
+            TATU_ERR_UNKNOWN => FaultKind::UnknownFunction,
+            TATU_ERR_UNSUPPORTED | TATU_ERR_BUSY => FaultKind::Unsupported,
+            TATU_ERR_ARGUMENT | TATU_ERR_SPACE => FaultKind::BadArgument,
+            TATU_ERR_MISSING | TATU_ERR_GONE => FaultKind::MissingObject,
+            TATU_ERR_BUDGET | TATU_ERR_MEMORY => FaultKind::Budget,
+            TATU_ERR_PANIC => FaultKind::Plugin,
+            TATU_ERR_PHYSICS => FaultKind::Physics,
+            _ => FaultKind::Runtime,
+        }
+    }
+    /// Its stable code.
+    pub fn code(self) -> &'static str {
+        match self {
+            FaultKind::UnknownFunction => "F201",
+            FaultKind::Unsupported => "F202",
+            FaultKind::BadArgument => "F203",
+            FaultKind::MissingObject => "F204",
+            FaultKind::Runtime => "F205",
+            FaultKind::Budget => "F206",
+            FaultKind::Plugin => "F207",
+            FaultKind::Physics => "F208",
+            FaultKind::Stuck => "F210",
+        }
+    }
+}
+
+/// Something that went wrong during a run; equal ones are counted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Fault {
+    /// Stable code.
+    pub code: &'static str,
+    /// Sort.
+    pub kind: FaultKind,
+    /// Id of the plugin in which it happened.
+    pub plugin: Option<String>,
+    /// Name of the script.
+    pub script: Option<String>,
+    /// Path of the object.
+    pub object: Option<String>,
+    /// File of the script, if it has one.
+    pub file: Option<String>,
+    /// Line in it.
+    pub line: Option<u64>,
+    /// What went wrong.
+    pub message: String,
+    /// What to do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub help: Option<String>,
+    /// Calls of the script, innermost first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub traceback: Option<String>,
+    /// How often.
+    pub count: u64,
+}
+
+impl Fault {
+    /// A fault of a kind.
+    pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
+        Fault {
+            code: kind.code(),
+            kind,
+            plugin: None,
+            script: None,
+            object: None,
+            file: None,
+            line: None,
+            message: message.into(),
+            help: None,
+            traceback: None,
+            count: 1,
+        }
+    }
+    /// Whether it is the same fault at the same place.
+    pub fn same_as(&self, other: &Fault) -> bool {
+        self.kind == other.kind
+            && self.message == other.message
+            && self.plugin == other.plugin
+            && self.object == other.object
+            && (&self.file, self.line) == (&other.file, other.line)
+    }
+}
+
+/// Why a property could not be read or set: a status of the border and a sentence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refusal(pub tatu_plugin_api::abi::tatu_status, pub String);

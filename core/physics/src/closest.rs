@@ -1,0 +1,66 @@
+//! The shortest way between two solids, wherever they stand.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use rapier3d::parry::query::{ClosestPoints, closest_points};
+
+use super::convert;
+use tatu_geometry::Part;
+
+/// The ends of the shortest way from a solid to another, world frame; `None` if they are farther apart than `limit`.
+/// Where they overlap, both ends are one point of the first, and the way is 0.
+pub fn closest(
+    a: (&Isometry3<f64>, &[Part]),
+    b: (&Isometry3<f64>, &[Part]),
+    limit: f64,
+) -> Option<(Point3<f64>, Point3<f64>)> {
+    let mut best: Option<(Point3<f64>, Point3<f64>)> = None;
+    let mut reach = limit;
+    for pa in a.1 {
+        let Some((sa, la)) = convert::shape(&pa.form) else { continue };
+        let wa = convert::pose(&(a.0 * pa.pose)) * la;
+        for pb in b.1 {
+            let Some((sb, lb)) = convert::shape(&pb.form) else { continue };
+            let wb = convert::pose(&(b.0 * pb.pose)) * lb;
+            let overlap = || {
+                let p = Point3::from(convert::vector_back(wa.translation));
+                Some((p, p))
+            };
+            match closest_points(&wa, sa.as_ref(), &wb, sb.as_ref(), reach) {
+                Ok(ClosestPoints::Intersecting) => return overlap(),
+                Ok(ClosestPoints::WithinMargin(p, q)) => {
+                    let (p, q): (Vector3<f64>, Vector3<f64>) = (convert::vector_back(p), convert::vector_back(q));
+                    let d = (p - q).norm();
+                    if best.is_none() || d < reach {
+                        reach = d;
+                        best = Some((Point3::from(p), Point3::from(q)));
+                    }
+                }
+                Ok(ClosestPoints::Disjoint) => {}
+                // There is no shortest way between two planes.
+                Err(_) => {}
+            }
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tatu_geometry::Form;
+
+    fn ball(radius: f64) -> Vec<Part> {
+        vec![Part { pose: Isometry3::identity(), form: Form::Sphere { radius }, friction: None, color: None }]
+    }
+
+    #[test]
+    fn two_balls_are_as_far_apart_as_their_centres_less_their_radii() {
+        let (here, there) = (Isometry3::identity(), Isometry3::translation(1.0, 0.0, 0.0));
+        let (p, q) = closest((&here, &ball(0.2)), (&there, &ball(0.3)), f64::INFINITY).unwrap();
+        assert!(((p - q).norm() - 0.5).abs() < 1e-9);
+        assert!((p.x - 0.2).abs() < 1e-9 && (q.x - 0.7).abs() < 1e-9);
+        assert_eq!(closest((&here, &ball(0.2)), (&there, &ball(0.3)), 0.4), None);
+        let (p, q) = closest((&here, &ball(0.6)), (&there, &ball(0.6)), 1.0).unwrap();
+        assert_eq!(p, q);
+    }
+}

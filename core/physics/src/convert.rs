@@ -1,0 +1,88 @@
+//! Between nalgebra, the language of the core's surface, and glam and rapier: the only place that knows both.
+
+use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use rapier3d::dynamics::MassProperties;
+use rapier3d::geometry::{SharedShape, TriMeshFlags};
+use rapier3d::math::{Matrix, Pose, Rotation, Vector};
+
+use super::MassProps;
+use tatu_geometry::{Form, Mesh};
+
+pub(super) fn vector(v: &Vector3<f64>) -> Vector {
+    Vector::new(v.x, v.y, v.z)
+}
+
+pub(super) fn vector_back(v: Vector) -> Vector3<f64> {
+    Vector3::new(v.x, v.y, v.z)
+}
+
+pub(crate) fn pose(p: &Isometry3<f64>) -> Pose {
+    let q = &p.rotation.coords;
+    Pose { translation: vector(&p.translation.vector), rotation: Rotation::from_xyzw(q.x, q.y, q.z, q.w) }
+}
+
+pub(super) fn pose_back(p: &Pose) -> Isometry3<f64> {
+    let q = p.rotation;
+    Isometry3::from_parts(
+        Translation3::from(vector_back(p.translation)),
+        // The engine keeps its rotations at unit length; normalising again would change bits.
+        UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z)),
+    )
+}
+
+pub(super) fn mass(m: &MassProps) -> MassProperties {
+    let i: &Matrix3<f64> = &m.inertia;
+    // Along the body's axes already: taken as given, without the rounding of a search for principal axes.
+    if Matrix3::from_diagonal(&i.diagonal()) == *i {
+        return MassProperties::new(vector(&m.com.coords), m.mass, vector(&i.diagonal()));
+    }
+    let columns = Matrix::from_cols(
+        Vector::new(i[(0, 0)], i[(1, 0)], i[(2, 0)]),
+        Vector::new(i[(0, 1)], i[(1, 1)], i[(2, 1)]),
+        Vector::new(i[(0, 2)], i[(1, 2)], i[(2, 2)]),
+    );
+    MassProperties::with_inertia_matrix(vector(&m.com.coords), m.mass, columns)
+}
+
+/// Rapier's form and its place in the part's frame. `None` where nothing solid can be made of it: a mesh without
+/// triangles, or sizes that are not numbers above 0.
+pub(crate) fn shape(form: &Form) -> Option<(SharedShape, Pose)> {
+    let sized = |sizes: &[f64]| sizes.iter().all(|s| s.is_finite() && *s > 0.0);
+    match form {
+        Form::Plane => Some((SharedShape::halfspace(Vector::Z), Pose::IDENTITY)),
+        Form::Box { half } => {
+            sized(half.as_slice()).then(|| (SharedShape::cuboid(half.x, half.y, half.z), Pose::IDENTITY))
+        }
+        Form::Sphere { radius } => sized(&[*radius]).then(|| (SharedShape::ball(*radius), Pose::IDENTITY)),
+        Form::Cylinder { radius, half_length } => {
+            sized(&[*radius, *half_length]).then(|| (SharedShape::cylinder(*half_length, *radius), y_to_z()))
+        }
+        Form::Capsule { radius, half_length } => {
+            sized(&[*radius]).then(|| (SharedShape::capsule_z(half_length.max(0.0), *radius), Pose::IDENTITY))
+        }
+        Form::Mesh { mesh, convex } => mesh_shape(mesh, *convex).map(|s| (s, Pose::IDENTITY)),
+    }
+}
+
+/// Rapier's cylinders stand on y, ours on z.
+fn y_to_z() -> Pose {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    Pose { translation: Vector::ZERO, rotation: Rotation::from_xyzw(half, 0.0, 0.0, half) }
+}
+
+fn mesh_shape(mesh: &Mesh, convex: bool) -> Option<SharedShape> {
+    let count = mesh.vertices.len() as u32;
+    let whole = mesh.vertices.iter().all(|v| v.coords.iter().all(|c| c.is_finite()))
+        && mesh.triangles.iter().flatten().all(|i| *i < count);
+    if !whole || mesh.triangles.is_empty() {
+        return None;
+    }
+    let points: Vec<Vector> = mesh.vertices.iter().map(|v| vector(&v.coords)).collect();
+    // A flat "convex" mesh has no hull; it still collides as a surface.
+    if convex && let Some(hull) = SharedShape::convex_hull(&points) {
+        return Some(hull);
+    }
+    // Neighbouring triangles share their normals at edges, so that nothing stumbles over the seams of a flat
+    // floor; meshes of models are often open, so both sides are solid.
+    SharedShape::trimesh_with_flags(points, mesh.triangles.clone(), TriMeshFlags::FIX_INTERNAL_EDGES_TWO_SIDED).ok()
+}

@@ -1,0 +1,262 @@
+//! The physics engine behind one trait.
+//!
+//! Only values cross this border (SI units, f64, world frame unless said otherwise), so that another engine can
+//! take the place of `rapier` without a change in scene, hash or scripts. Which scene objects become bodies and
+//! joints is decided by the dynamics rule of the scene, not here. Ids are dense, start at 0 and are given in order
+//! of creation; a removed id is never used again by the same engine.
+
+mod closest;
+pub(crate) mod convert;
+mod rapier;
+
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+pub use closest::closest;
+pub use rapier::Rapier;
+use tatu_geometry::Part;
+
+/// Names a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct BodyId(pub u32);
+
+/// Names a joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct JointId(pub u32);
+
+/// How a body moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Motion {
+    /// Never; others collide with it.
+    Static,
+    /// As its pose is set from outside; pushes dynamic bodies.
+    Kinematic,
+    /// By forces.
+    Dynamic,
+}
+
+/// Mass properties of a dynamic body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MassProps {
+    /// kg.
+    pub mass: f64,
+    /// Centre of mass, body frame, m.
+    pub com: Point3<f64>,
+    /// Inertia about the centre of mass along the body's axes, kg m^2.
+    pub inertia: Matrix3<f64>,
+}
+
+/// Who collides with whom, after V-REP: two bodies of the same `tree` collide where their low bytes share a bit,
+/// others where their high bytes do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Respond {
+    /// Low byte: within the tree. High byte: with everything else. 0: collides with nothing.
+    pub mask: u16,
+    /// Bodies linked into one mechanism share this number.
+    pub tree: u32,
+}
+
+/// A rigid body to be made.
+#[derive(Debug, Clone)]
+pub struct BodyDesc {
+    /// Body to world.
+    pub pose: Isometry3<f64>,
+    /// How it moves.
+    pub motion: Motion,
+    /// Mass properties; used for dynamic bodies.
+    pub mass: MassProps,
+    /// m/s, world, of the centre of mass.
+    pub linear_velocity: Vector3<f64>,
+    /// rad/s, world.
+    pub angular_velocity: Vector3<f64>,
+    /// Collision forms, in the body's frame; may be empty.
+    pub parts: Vec<Part>,
+    /// Coulomb friction coefficient. A pair's friction is the product of both (V-REP's rule with Bullet).
+    pub friction: f64,
+    /// 0: no bounce, 1: bounces back to the same height. A pair's restitution is the product of both (Bullet's rule).
+    pub restitution: f64,
+    /// Collision partners.
+    pub respond: Respond,
+}
+
+/// What a joint leaves free.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum JointKind {
+    /// Rotation about z of the joint frame.
+    Revolute,
+    /// Translation along z of the joint frame.
+    Prismatic,
+    /// Nothing: rigid.
+    Fixed,
+}
+
+/// A joint to be made, between body `a` (above) and body `b` (below).
+#[derive(Debug, Clone)]
+pub struct JointDesc {
+    /// The body that carries the joint.
+    pub a: BodyId,
+    /// The body that the joint moves.
+    pub b: BodyId,
+    /// Joint frame to body `a`.
+    pub frame_in_a: Isometry3<f64>,
+    /// Joint frame at position 0 to body `b`.
+    pub frame_in_b: Isometry3<f64>,
+    /// Degrees of freedom.
+    pub kind: JointKind,
+    /// Lowest and highest position, rad or m; none: unlimited.
+    pub limits: Option<(f64, f64)>,
+}
+
+/// What moves a joint. Torques N m or forces N; velocities rad/s or m/s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Drive {
+    /// Nothing: the joint is passive.
+    Free,
+    /// Reach `target` with at most `max_force`.
+    Velocity {
+        /// Wanted velocity.
+        target: f64,
+        /// Limit of torque or force.
+        max_force: f64,
+        /// Speed given up for each N m or N of load; 0: none.
+        slip: f64,
+    },
+    /// Hold `target` with at most `max_force`, approaching with at most `max_velocity`.
+    Position {
+        /// Wanted position, rad or m.
+        target: f64,
+        /// Limit of torque or force.
+        max_force: f64,
+        /// Limit of the velocity.
+        max_velocity: f64,
+    },
+    /// Constant torque or force.
+    Force(f64),
+}
+
+/// Velocity of a body: m/s of its centre of mass, and rad/s, both in the world frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Twist {
+    /// m/s.
+    pub linear: Vector3<f64>,
+    /// rad/s.
+    pub angular: Vector3<f64>,
+}
+
+/// Position (rad or m), velocity, and the torque or force that the drive exerted in the last step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointState {
+    /// rad or m; revolute joints in (-pi, pi].
+    pub position: f64,
+    /// rad/s or m/s.
+    pub velocity: f64,
+    /// N m or N.
+    pub effort: f64,
+}
+
+/// Two bodies that touch on one face. Forms of several parts, or with corners, can touch on more than one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Contact {
+    /// The bodies, lower id first.
+    pub bodies: (BodyId, BodyId),
+    /// Where, world, m.
+    pub point: Point3<f64>,
+    /// Unit vector from the first body to the second.
+    pub normal: Vector3<f64>,
+    /// Normal force on the second body, N, averaged over the last step.
+    pub force: f64,
+}
+
+/// How two bodies meet, other than their own numbers say.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PairRule {
+    /// Whether they collide at all.
+    pub responds: bool,
+    /// Friction of the pair.
+    pub friction: Option<f64>,
+    /// Restitution of the pair.
+    pub restitution: Option<f64>,
+}
+
+/// A force and a torque on a body, world frame, at its centre of mass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Push {
+    /// The body.
+    pub body: BodyId,
+    /// N.
+    pub force: Vector3<f64>,
+    /// N m.
+    pub torque: Vector3<f64>,
+}
+
+/// What is asked before each engine step for the pushes that act in that step alone: it is given the engine, the number
+/// of the step within the advance from 0, and an empty list.
+pub type BeforeStep<'a> = dyn FnMut(&dyn Engine, u32, &mut Vec<Push>) + 'a;
+
+/// Numbers of the engine that hold for the whole world.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EngineSettings {
+    /// m/s^2.
+    pub gravity: Vector3<f64>,
+    /// Length of one engine step, s: how often collisions are looked for.
+    pub step: f64,
+    /// Parts of an engine step in which velocities are solved; at least 1.
+    pub substeps: u32,
+}
+
+/// A rigid-body engine.
+pub trait Engine: Send + Sync {
+    /// Changes gravity or the length of a step.
+    fn configure(&mut self, settings: EngineSettings);
+    /// Adds a body.
+    fn add_body(&mut self, desc: &BodyDesc) -> BodyId;
+    /// Removes a body and the joints on it. An unknown id is ignored.
+    fn remove_body(&mut self, body: BodyId);
+    /// Adds a joint. `None` if a body is unknown or both are the same.
+    fn add_joint(&mut self, desc: &JointDesc) -> Option<JointId>;
+    /// Removes a joint. An unknown id is ignored.
+    fn remove_joint(&mut self, joint: JointId);
+    /// What moves the joint from now on. Cheap when nothing changed. A drive with a number that is not finite, or
+    /// without force, is taken as [`Drive::Free`]; only a limit may be infinite.
+    fn drive(&mut self, joint: JointId, drive: Drive);
+    /// Places a body. Dynamic bodies keep their velocities. Kinematic ones move there evenly during the next
+    /// [`Engine::advance`] and push what is in their way; [`Engine::pose`] tells the new place at once.
+    fn set_pose(&mut self, body: BodyId, pose: &Isometry3<f64>);
+    /// Sets the velocities of a dynamic body.
+    fn set_twist(&mut self, body: BodyId, twist: &Twist);
+    /// Adds a force (N) and a torque (N m), world frame, at the centre of mass, for the next [`Engine::advance`].
+    fn push(&mut self, body: BodyId, force: Vector3<f64>, torque: Vector3<f64>);
+    /// Lets `steps` engine steps of the configured length pass. Forces pushed before act in all of them. Runs on the
+    /// rayon pool of the calling thread (`pool.install`); the number of threads changes no bit.
+    fn advance(&mut self, steps: u32) {
+        self.advance_with(steps, None);
+    }
+    /// The same; `before`, if there is one, is asked before each step.
+    fn advance_with(&mut self, steps: u32, mut before: Option<&mut BeforeStep<'_>>) {
+        for step in 0..steps {
+            self.advance_part(step, steps, before.as_deref_mut());
+        }
+    }
+    /// One step of an advance of `steps`, counted from 0. All of them, in order, are one [`Engine::advance_with`], with
+    /// the same bits; between two of them everything may be looked at, and drives and pairs may be changed.
+    fn advance_part(&mut self, step: u32, steps: u32, before: Option<&mut BeforeStep<'_>>);
+    /// How two bodies meet from the next step on; `None`: as their own numbers say.
+    fn set_pair(&mut self, a: BodyId, b: BodyId, rule: Option<PairRule>);
+    /// Body to world.
+    fn pose(&self, body: BodyId) -> Isometry3<f64>;
+    /// Velocities; zero for static bodies.
+    fn twist(&self, body: BodyId) -> Twist;
+    /// Centre of mass of a body, world.
+    fn centre_of_mass(&self, body: BodyId) -> Point3<f64>;
+    /// State of a joint after the last step.
+    fn joint_state(&self, joint: JointId) -> JointState;
+    /// Touching pairs after the last step, in order of body ids; `out` is cleared first.
+    fn contacts(&self, out: &mut Vec<Contact>);
+    /// Bodies whose state has become not-a-number or infinite since the last call; they have been frozen.
+    fn quarantined(&mut self) -> Vec<BodyId>;
+    /// The whole state as bytes, forms included, for [`Engine::restore`]. Equal states give equal bytes.
+    fn snapshot(&self) -> Vec<u8>;
+    /// Takes a state back, bodies, joints, ids and settings included; the next steps then have the same bits. On
+    /// failure (bytes damaged or of another version) nothing changes.
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), String>;
+}

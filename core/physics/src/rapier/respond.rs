@@ -1,0 +1,86 @@
+//! V-REP's respond masks as rapier's collision groups and, where those cannot tell, as a filter.
+//!
+//! A group cannot say "only within this tree". So the groups carry the high bytes, which is the whole rule between
+//! trees, and the filter runs only for bodies of those trees in which the low bytes decide otherwise for some pair.
+
+use rapier3d::dynamics::RigidBodyHandle;
+use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode, SolverFlags};
+use rapier3d::pipeline::{ContactModificationContext, PairFilterContext, PhysicsHooks};
+use std::collections::BTreeMap;
+
+use crate::{BodyId, PairRule, Respond};
+
+/// What the filter must know of a collider, kept in its user data: body id, tree and mask.
+#[derive(Clone, Copy)]
+pub(super) struct Tag {
+    pub body: u32,
+    pub respond: Respond,
+}
+
+impl Tag {
+    pub fn pack(self) -> u128 {
+        (u128::from(self.respond.mask) << 64) | (u128::from(self.respond.tree) << 32) | u128::from(self.body)
+    }
+
+    pub fn unpack(data: u128) -> Self {
+        Self { body: data as u32, respond: Respond { mask: (data >> 64) as u16, tree: (data >> 32) as u32 } }
+    }
+}
+
+/// Whether the masks let the two collide.
+pub(super) fn responds(a: Respond, b: Respond) -> bool {
+    let shared = a.mask & b.mask;
+    if a.tree == b.tree { shared & 0x00ff != 0 } else { shared & 0xff00 != 0 }
+}
+
+/// What the high bytes alone would say.
+pub(super) fn responds_by_groups(a: Respond, b: Respond) -> bool {
+    a.mask & b.mask & 0xff00 != 0
+}
+
+/// Groups that let through exactly what the high bytes allow or, for bodies whose filter decides, whatever the low
+/// or the high bytes allow.
+pub(super) fn groups(mask: u16, low_too: bool) -> InteractionGroups {
+    let bits = if low_too { mask } else { mask & 0xff00 };
+    let group = Group::from_bits_truncate(u32::from(bits));
+    InteractionGroups::new(group, group, InteractionTestMode::And)
+}
+
+/// The filter: masks, then the rules of pairs. Both are part of the engine's state, so that it gives the same answer on
+/// every thread and after a restore.
+pub(super) struct PairFilter<'a>(pub &'a BTreeMap<(BodyId, BodyId), PairRule>);
+
+impl PairFilter<'_> {
+    fn rule(&self, a: Tag, b: Tag) -> Option<&PairRule> {
+        if self.0.is_empty() {
+            return None;
+        }
+        self.0.get(&(BodyId(a.body.min(b.body)), BodyId(a.body.max(b.body))))
+    }
+}
+
+impl PhysicsHooks for PairFilter<'_> {
+    fn filter_contact_pair(&self, pair: &PairFilterContext) -> Option<SolverFlags> {
+        // A filter also replaces rapier's own rule that one of the two must be moved by forces.
+        let dynamic = |body: Option<RigidBodyHandle>| body.is_some_and(|b| pair.bodies[b].is_dynamic());
+        if !dynamic(pair.rigid_body1) && !dynamic(pair.rigid_body2) {
+            return None;
+        }
+        let a = Tag::unpack(pair.colliders[pair.collider1].user_data);
+        let b = Tag::unpack(pair.colliders[pair.collider2].user_data);
+        let collide = responds(a.respond, b.respond) && self.rule(a, b).is_none_or(|r| r.responds);
+        collide.then_some(SolverFlags::COMPUTE_RIGID_IMPULSES)
+    }
+
+    fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
+        let a = Tag::unpack(context.colliders[context.collider1].user_data);
+        let b = Tag::unpack(context.colliders[context.collider2].user_data);
+        let (Some(rule), Some(face)) = (self.rule(a, b), context.rigid_mut()) else { return };
+        if let Some(friction) = rule.friction {
+            *face.friction = friction;
+        }
+        if let Some(restitution) = rule.restitution {
+            *face.restitution = restitution;
+        }
+    }
+}

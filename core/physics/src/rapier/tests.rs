@@ -1,0 +1,67 @@
+//! The engine against closed forms.
+
+mod bodies;
+mod drives;
+mod push;
+mod respond;
+mod state;
+mod two_wheels;
+
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
+
+use super::Rapier;
+use crate::{BodyDesc, BodyId, Engine, EngineSettings, MassProps, Motion, Respond};
+use tatu_geometry::{Form, Part};
+
+const G: f64 = 9.81;
+
+fn engine(step: f64) -> Rapier {
+    Rapier::new(EngineSettings { gravity: Vector3::new(0.0, 0.0, -G), step, substeps: 4 })
+}
+
+fn at(x: f64, y: f64, z: f64) -> Isometry3<f64> {
+    Isometry3::translation(x, y, z)
+}
+
+fn turned(place: Vector3<f64>, axis: Vector3<f64>, angle: f64) -> Isometry3<f64> {
+    Isometry3::from_parts(Translation3::from(place), UnitQuaternion::new(axis * angle))
+}
+
+fn mass(mass: f64, inertia: [f64; 3]) -> MassProps {
+    MassProps { mass, com: Point3::origin(), inertia: Matrix3::from_diagonal(&Vector3::from(inertia)) }
+}
+
+fn part(form: Form) -> Vec<Part> {
+    vec![Part { pose: Isometry3::identity(), form, friction: None, color: None }]
+}
+
+fn sphere(radius: f64) -> Vec<Part> {
+    part(Form::Sphere { radius })
+}
+
+/// A body that nothing else holds; a tree of its own, colliding with all.
+fn body(pose: Isometry3<f64>, mass: MassProps, parts: Vec<Part>) -> BodyDesc {
+    BodyDesc {
+        pose,
+        motion: Motion::Dynamic,
+        mass,
+        linear_velocity: Vector3::zeros(),
+        angular_velocity: Vector3::zeros(),
+        parts,
+        friction: 1.0,
+        restitution: 0.0,
+        respond: Respond { mask: 0xffff, tree: 1 },
+    }
+}
+
+fn fixed(pose: Isometry3<f64>, parts: Vec<Part>) -> BodyDesc {
+    BodyDesc {
+        motion: Motion::Static,
+        respond: Respond { mask: 0xffff, tree: 0 },
+        ..body(pose, mass(0.0, [0.0; 3]), parts)
+    }
+}
+
+fn floor(engine: &mut Rapier) -> BodyId {
+    engine.add_body(&fixed(Isometry3::identity(), part(Form::Plane)))
+}

@@ -1,0 +1,92 @@
+use nalgebra::Vector3;
+
+use super::*;
+use crate::{Drive, JointDesc, JointKind};
+
+/// Whether a ball falling on another, fixed one stays on top.
+fn collide(lower: Respond, upper: Respond) -> bool {
+    let mut engine = engine(0.01);
+    let half = Vector3::repeat(0.5);
+    engine.add_body(&BodyDesc { respond: lower, ..fixed(at(0.0, 0.0, 0.0), part(Form::Box { half })) });
+    let ball = body(at(0.0, 0.0, 0.7), mass(1.0, [0.004; 3]), sphere(0.1));
+    let ball = engine.add_body(&BodyDesc { respond: upper, ..ball });
+    engine.advance(100);
+    engine.pose(ball).translation.z > 0.0
+}
+
+/// V-REP's rule, over all cases: low bytes within a tree, high bytes between trees.
+#[test]
+fn rule() {
+    let masks = [0x0000, 0x0001, 0x0002, 0x0100, 0x0101, 0x0102, 0x0201, 0xff01, 0xff02, 0xffff];
+    for a in masks {
+        for b in masks {
+            for same in [true, false] {
+                let tree = if same { 1 } else { 2 };
+                let wanted = a & b & (if same { 0x00ff } else { 0xff00 }) != 0;
+                let got = collide(Respond { mask: a, tree: 1 }, Respond { mask: b, tree });
+                assert_eq!(got, wanted, "{a:#x} and {b:#x}, same tree: {same}");
+            }
+        }
+    }
+}
+
+/// The filter of one tree, needed for its own pairs, changes nothing for others.
+#[test]
+fn filtered_trees_meet_others() {
+    for (mask, on_floor) in [(0xff01, true), (0x0001, false)] {
+        let mut engine = engine(0.01);
+        floor(&mut engine);
+        let low = |other| Respond { mask: other, tree: 7 };
+        // Together in one place; only a filter can keep them apart, or together.
+        let ids = [mask, 0xff02, 0x0003].map(|m| {
+            let desc = body(at(0.0, 0.0, 0.1), mass_of_ball(), sphere(0.1));
+            engine.add_body(&BodyDesc { respond: low(m), ..desc })
+        });
+        engine.advance(100);
+        let z = ids.map(|id| engine.pose(id).translation.z);
+        assert_eq!(z[0] > -1.0, on_floor, "{z:?}");
+        assert!((z[1] - 0.1).abs() < 0.15, "{z:?}");
+    }
+}
+
+fn mass_of_ball() -> MassProps {
+    mass(1.0, [0.004; 3])
+}
+
+/// Neither static bodies nor kinematic ones meet each other, with or without a filter.
+#[test]
+fn only_dynamic_bodies_meet() {
+    let mut engine = engine(0.01);
+    let half = Vector3::repeat(0.5);
+    for mask in [0xff01, 0xff02, 0x00ff] {
+        let desc = fixed(at(0.0, 0.0, 0.0), part(Form::Box { half }));
+        engine.add_body(&BodyDesc { respond: Respond { mask, tree: 3 }, ..desc.clone() });
+        engine.add_body(&BodyDesc { motion: Motion::Kinematic, respond: Respond { mask, tree: 3 }, ..desc });
+    }
+    engine.advance(2);
+    let mut contacts = Vec::new();
+    engine.contacts(&mut contacts);
+    assert!(contacts.is_empty(), "{contacts:?}");
+}
+
+/// A joint does not stop its bodies from colliding; only their masks do.
+#[test]
+fn jointed_bodies_collide() {
+    for (mask, stopped) in [(0xffff, true), (0xff00, false)] {
+        let mut engine = engine(0.01);
+        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4 });
+        let half = Vector3::repeat(0.1);
+        let respond = Respond { mask, tree: 4 };
+        let base = fixed(at(0.0, 0.0, 0.0), part(Form::Box { half }));
+        let base = engine.add_body(&BodyDesc { respond, ..base });
+        let car = body(at(0.0, 0.0, 0.5), mass_of_ball(), part(Form::Box { half }));
+        let car = engine.add_body(&BodyDesc { respond, ..car });
+        let (frame_in_a, frame_in_b) = (at(0.0, 0.0, 0.5), Isometry3::identity());
+        let desc = JointDesc { a: base, b: car, frame_in_a, frame_in_b, kind: JointKind::Prismatic, limits: None };
+        let joint = engine.add_joint(&desc).unwrap();
+        engine.drive(joint, Drive::Velocity { target: -0.5, max_force: 5.0, slip: 0.0 });
+        engine.advance(200);
+        let z = engine.pose(car).translation.z;
+        assert_eq!(stopped, z > 0.19, "{z}");
+    }
+}

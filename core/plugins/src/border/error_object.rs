@@ -1,0 +1,175 @@
+//! The host's error objects: plugins write them through two functions that copy.
+
+use std::ffi::c_void;
+
+use tatu_plugin_api::abi::*;
+
+use crate::border::{bytes, raw};
+use crate::watchdog::Call;
+
+/// An error object and the texts that it points to. Not moved once its raw form has been given out.
+pub struct ErrorSlot {
+    raw: Box<tatu_error>,
+    texts: Box<Texts>,
+}
+
+#[derive(Default)]
+struct Texts {
+    text: Vec<u8>,
+    help: Vec<u8>,
+    file: Vec<u8>,
+    traceback: Vec<u8>,
+}
+
+const EMPTY: tatu_str = tatu_str { ptr: std::ptr::null(), len: 0 };
+
+impl ErrorSlot {
+    /// An empty one.
+    pub fn new() -> Self {
+        let mut texts = Box::<Texts>::default();
+        let raw = Box::new(tatu_error {
+            size: size_of::<tatu_error>() as u32,
+            code: TATU_OK,
+            ctx: (&raw mut *texts).cast::<c_void>(),
+            say: Some(say),
+            add: Some(add),
+            text: EMPTY,
+            help: EMPTY,
+            file: EMPTY,
+            traceback: EMPTY,
+            line: 0,
+        });
+        ErrorSlot { raw, texts }
+    }
+    /// Its raw form, with nothing said.
+    pub fn fresh(&mut self) -> *mut tatu_error {
+        self.raw.ctx = (&raw mut *self.texts).cast();
+        self.raw.code = TATU_OK;
+        (self.raw.text, self.raw.help, self.raw.file, self.raw.traceback) = (EMPTY, EMPTY, EMPTY, EMPTY);
+        self.raw.line = 0;
+        self.raw()
+    }
+    /// Its raw form.
+    pub fn raw(&mut self) -> *mut tatu_error {
+        &raw mut *self.raw
+    }
+    /// Fills it.
+    pub fn set(&mut self, status: tatu_status, text: &str) {
+        let error = self.fresh();
+        // SAFETY: an error object of ours.
+        unsafe { say(error, status, raw(text.as_bytes())) };
+    }
+    /// What was said, part by part.
+    pub fn parts(&self) -> &tatu_error {
+        &self.raw
+    }
+    /// The sentence, with its help.
+    pub fn text(&self) -> String {
+        // SAFETY: the texts are ours.
+        let of = |s| unsafe { crate::border::text(s) };
+        let mut out = of(self.raw.text).into_owned();
+        if self.raw.help.len > 0 {
+            out += &format!(" ({})", of(self.raw.help));
+        }
+        if out.is_empty() { "no reason was given".into() } else { out }
+    }
+}
+
+/// What a plugin's function answered, as a status that there is: `TATU_OK`, `TATU_WAIT` where it may wait, or an error,
+/// about which something is said. Anything else is a breach of the contract.
+///
+/// # Safety
+/// `error` is a live error object of the host.
+pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error) -> tatu_status {
+    if status == TATU_OK || status == TATU_WAIT && may_wait || (TATU_ERR_MEMORY..0).contains(&status) {
+        return status;
+    }
+    // SAFETY: as promised.
+    unsafe {
+        if status > 0 || (*error).code == TATU_OK {
+            let text = format!("broke the contract: it answered with the status {status}, which means nothing here");
+            say(error, TATU_ERR, raw(text.as_bytes()));
+        }
+    }
+    TATU_ERR
+}
+
+/// Names the plugin and its function where an error is the plugin's own, and not one of a script that it ran: that has
+/// a place in a text.
+///
+/// # Safety
+/// `error` is a live error object of the host.
+pub unsafe fn name_plugin(status: tatu_status, error: *mut tatu_error, plugin: &str, call: Call) {
+    // SAFETY: as promised.
+    unsafe {
+        let said = crate::border::text((*error).text).into_owned();
+        let placed = (*error).line > 0 || (*error).traceback.len > 0;
+        let own = ["panicked", "broke the contract"].iter().any(|own| said.starts_with(own));
+        if own || status == TATU_ERR && !placed {
+            let how = if own { "" } else { "failed: " };
+            let said = if said.is_empty() { "no reason was given".into() } else { said };
+            let help = crate::border::text((*error).help).into_owned();
+            say(error, status, raw(format!("plugin `{plugin}` {how}{said} [{}]", call.text()).as_bytes()));
+            if !help.is_empty() {
+                add(error, TATU_PART_HELP, raw(help.as_bytes()), 0);
+            }
+        }
+    }
+}
+
+/// Copies one error object's content into another.
+///
+/// # Safety
+/// Both are live error objects of the host.
+pub unsafe fn copy(from: *const tatu_error, to: *mut tatu_error) {
+    // SAFETY: as promised; `say` and `add` copy.
+    unsafe {
+        say(to, (*from).code, (*from).text);
+        for (part, s) in
+            [(TATU_PART_HELP, (*from).help), (TATU_PART_FILE, (*from).file), (TATU_PART_TRACEBACK, (*from).traceback)]
+        {
+            if s.len > 0 {
+                add(to, part, s, (*from).line);
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn say(error: *mut tatu_error, code: tatu_status, text: tatu_str) {
+    // SAFETY: the host's own object; the text is valid during the call.
+    unsafe {
+        let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
+        let texts = &mut *e.ctx.cast::<Texts>();
+        e.code = if code < 0 { code } else { TATU_ERR };
+        // The text may be the object's own: copy before it is overwritten.
+        let new = bytes(text).to_vec();
+        texts.text = new;
+        e.text = raw(&texts.text);
+        (e.help, e.file, e.traceback, e.line) = (EMPTY, EMPTY, EMPTY, 0);
+    }
+}
+
+unsafe extern "C" fn add(error: *mut tatu_error, part: u32, text: tatu_str, line: u64) {
+    // SAFETY: as above.
+    unsafe {
+        let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
+        let texts = &mut *e.ctx.cast::<Texts>();
+        let new = bytes(text).to_vec();
+        match part {
+            TATU_PART_HELP => {
+                texts.help = new;
+                e.help = raw(&texts.help);
+            }
+            TATU_PART_FILE => {
+                texts.file = new;
+                e.file = raw(&texts.file);
+                e.line = line;
+            }
+            TATU_PART_TRACEBACK => {
+                texts.traceback = new;
+                e.traceback = raw(&texts.traceback);
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! Texts and error objects as they cross the border.
+
+mod error_object;
+
+use tatu_plugin_api::abi::*;
+
+pub use error_object::{ErrorSlot, answer, copy as copy_error, name_plugin};
+
+/// Bytes of a border text; empty for null.
+///
+/// # Safety
+/// `s` points to `len` bytes that live for `'a`, or is empty.
+pub unsafe fn bytes<'a>(s: tatu_str) -> &'a [u8] {
+    if s.ptr.is_null() || s.len == 0 {
+        return &[];
+    }
+    // SAFETY: as promised.
+    unsafe { std::slice::from_raw_parts(s.ptr.cast(), s.len as usize) }
+}
+
+/// A border text as UTF-8; other bytes are replaced.
+///
+/// # Safety
+/// As for [`bytes`].
+pub unsafe fn text<'a>(s: tatu_str) -> std::borrow::Cow<'a, str> {
+    // SAFETY: as promised.
+    String::from_utf8_lossy(unsafe { bytes(s) })
+}
+
+/// A Rust text for the border.
+pub fn raw(s: &[u8]) -> tatu_str {
+    tatu_str { ptr: s.as_ptr().cast(), len: s.len() as u64 }
+}
+
+/// Fills an error object of the host; gives the status back.
+pub fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
+    // SAFETY: an error object of the host, or null.
+    if let Some(say) = unsafe { error.as_ref() }.and_then(|e| e.say) {
+        // SAFETY: as above; the text is copied.
+        unsafe { say(error, status, raw(text.as_bytes())) };
+    }
+    status
+}

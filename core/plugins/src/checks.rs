@@ -1,0 +1,142 @@
+//! Declarations that make no sense are told when a plugin is loaded; the rest of it goes on working.
+
+use std::collections::BTreeSet;
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{Declared, Registry, check_value, schemas};
+use crate::units;
+use tatu_errors::Error;
+
+/// What is wrong with declarations, one sentence each. `in_files`: they are written as keys of scene files.
+pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
+    let mut out = Vec::new();
+    let mut keys = BTreeSet::new();
+    for (i, p) in all.iter().enumerate() {
+        let name =
+            if p.key.is_empty() { format!("its parameter {}", i + 1) } else { format!("its parameter `{}`", p.key) };
+        let mut say = |text: String| out.push(format!("{name} {text}"));
+        if p.key.is_empty() {
+            say("has no key".into());
+        } else if !keys.insert(p.key.as_str()) {
+            say("is declared twice; the first one counts".into());
+        }
+        let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if in_files && !p.key.is_empty() && !p.key.chars().all(bare) {
+            say("cannot be written in a scene file: a key has letters, digits, `_` and `-`".into());
+        }
+        let any = p.flags & TATU_PARAM_ANY != 0;
+        if !any && !(TATU_BOOL..=TATU_OBJECT).contains(&p.kind) {
+            say(format!("has the unknown type {}", p.kind));
+            continue;
+        }
+        if let Some(unit) = p.unit.as_deref().filter(|u| in_files && !units::is_known(u)) {
+            say(format!(
+                "has the unknown unit `{unit}`: scene files write it without one; known are {}",
+                units::KNOWN.join(", ")
+            ));
+        }
+        if p.lowest > p.highest || p.lowest.is_nan() || p.highest.is_nan() {
+            say(format!("can have no value: it is from {} to {}", p.lowest, p.highest));
+        } else if !any
+            && p.fallback != Value::Nil
+            && let Err(e) = check_value(p, p.fallback.clone())
+        {
+            say(format!("has a default that it cannot have: {e}"));
+        }
+        if !p.choices.is_empty() && !any && !matches!(p.kind, TATU_TEXT | TATU_BYTES) {
+            say("has choices and is no text: they are not looked at".into());
+        }
+    }
+    out
+}
+
+impl Registry {
+    /// Tells the declarations of all plugins that make no sense.
+    pub(super) fn check_declarations(&mut self) {
+        let mut all: Vec<(usize, String)> = Vec::new();
+        let mut add = |plugin: usize, what: String, wrong: Vec<String>| {
+            all.extend(wrong.into_iter().map(|w| (plugin, format!("{what}: {w}"))));
+        };
+        for s in &self.sensors {
+            add(s.plugin, format!("the sensor `{}`", s.id), parameters(&s.params, true));
+            let lacks = schemas::lacks(s).into_iter().map(|l| format!("it {l}")).collect();
+            add(s.plugin, format!("the sensor `{}`", s.id), lacks);
+        }
+        for a in &self.actuators {
+            let all: Vec<Declared> = a.params.iter().chain(&a.commands).cloned().collect();
+            add(a.plugin, format!("the actuator `{}`", a.id), parameters(&all, true));
+        }
+        for s in &self.services {
+            add(s.plugin, format!("the service `{}`", s.id), parameters(&s.params, true));
+        }
+        for m in &self.models {
+            add(m.plugin, format!("the model `{}`", m.id), parameters(&m.params, true));
+        }
+        for i in &self.importers {
+            add(i.plugin, format!("the importer `{}`", i.id), parameters(&i.params, true));
+        }
+        for c in &self.commands {
+            let name = c.names.first().map_or("", |n| n.name.as_str());
+            add(c.plugin, format!("the command `{name}`"), parameters(&c.params, false));
+        }
+        for (plugin, text) in all {
+            let p = &self.plugins[plugin];
+            let text = format!("plugin `{}` ({}): {text}", p.id, p.path.display());
+            self.refused.push(Error::new("E310", text).help("the rest of the plugin works; tell its makers"));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn param(key: &str) -> Declared {
+        Declared {
+            key: key.into(),
+            kind: TATU_F64,
+            count: 0,
+            flags: 0,
+            unit: None,
+            lowest: f64::NEG_INFINITY,
+            highest: f64::INFINITY,
+            fallback: Value::Nil,
+            choices: Vec::new(),
+            text: String::new(),
+        }
+    }
+
+    #[test]
+    fn each_nonsense_has_its_sentence() {
+        let good = || param("range");
+        let cases: Vec<(Declared, &str)> = vec![
+            (Declared { lowest: 2.0, highest: 1.0, ..good() }, "from 2 to 1"),
+            (Declared { lowest: 0.0, highest: 1.0, fallback: Value::Float(2.0), ..good() }, "default"),
+            (Declared { kind: TATU_I64, fallback: Value::Float(2.5), ..good() }, "default"),
+            (
+                Declared { kind: TATU_TEXT, choices: vec!["a".into()], fallback: Value::text("b"), ..good() },
+                "expected one of \"a\"",
+            ),
+            (Declared { kind: TATU_F64S, count: 3, fallback: Value::Floats(vec![1.0]), ..good() }, "default"),
+            (Declared { kind: 77, ..good() }, "unknown type 77"),
+            (Declared { kind: TATU_NIL, ..good() }, "unknown type 0"),
+            (Declared { unit: Some("furlong".into()), ..good() }, "unknown unit `furlong`"),
+            (Declared { choices: vec!["a".into()], ..good() }, "choices"),
+            (param(""), "its parameter 1 has no key"),
+            (param("a b"), "cannot be written"),
+            (param("größe"), "cannot be written"),
+        ];
+        for (p, word) in cases {
+            let found = parameters(std::slice::from_ref(&p), true);
+            assert_eq!(found.len(), 1, "{p:?}: {found:?}");
+            assert!(found[0].contains(word), "{found:?} lacks {word}");
+        }
+        assert_eq!(parameters(&[good(), good()], true).len(), 1);
+        let rest = Declared { flags: TATU_PARAM_ANY, kind: TATU_NIL, ..good() };
+        let whole =
+            Declared { unit: Some("m".into()), lowest: 0.0, highest: 5.0, fallback: Value::Int(1), ..param("b") };
+        assert_eq!(parameters(&[rest, whole, Declared { unit: Some("1".into()), ..param("c") }], true), [""; 0]);
+        assert_eq!(parameters(&[param("a b")], false), [""; 0], "commands are not written in scene files");
+    }
+}

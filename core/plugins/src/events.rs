@@ -1,0 +1,126 @@
+//! The events of the host itself; docs/reference/events.md has a line for each.
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use crate::Declared;
+
+/// Events that must be gathered, which costs something: who wants all others does not get these.
+pub const GATHERED: &[&str] = &["collision", "separation", "contact"];
+/// What services are told that name nothing.
+pub const FOR_SERVICES: &[&str] = &["started", "paused", "resumed", "stopped", "fault"];
+/// All that need not be gathered.
+pub const ALL: &str = "*";
+
+/// Whether somebody who asked for `wanted` is told of `name`.
+pub fn covers(wanted: &str, name: &str) -> bool {
+    wanted == name || wanted == ALL && !GATHERED.contains(&name)
+}
+
+/// An event that somebody declares.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EventInfo {
+    /// Index of the plugin that declares it; `None`: the host.
+    pub plugin: Option<usize>,
+    /// Its name.
+    pub name: String,
+    /// When it is published: one sentence.
+    pub text: String,
+    /// What its payload holds.
+    pub fields: Vec<Declared>,
+}
+
+type Field = (&'static str, u32, u32, Option<&'static str>, &'static str);
+
+const TEXT: u32 = TATU_TEXT;
+const M: Option<&str> = Some("m");
+const N: Option<&str> = Some("N");
+
+const OBJECT: [Field; 3] = [
+    ("object", TATU_I64, 0, None, "its handle"),
+    ("path", TEXT, 0, None, "where it stands in the tree"),
+    ("kind", TEXT, 0, None, "what it is"),
+];
+const FAULT: [Field; 7] = [
+    ("code", TEXT, 0, None, "of the fault: docs/reference/errors.md"),
+    ("message", TEXT, 0, None, "what went wrong"),
+    ("script", TEXT, 0, None, "the script's name, if it was one"),
+    ("object", TEXT, 0, None, "path of the object, if known"),
+    ("plugin", TEXT, 0, None, "id of the plugin, if known"),
+    ("file", TEXT, 0, None, "of the script, if known"),
+    ("line", TATU_I64, 0, None, "in that file"),
+];
+const PAIR: [Field; 7] = [
+    ("a", TATU_OBJECT, 0, None, "a shape"),
+    ("b", TATU_OBJECT, 0, None, "the other"),
+    ("a_path", TEXT, 0, None, "path of the first"),
+    ("b_path", TEXT, 0, None, "path of the other"),
+    ("point", TATU_F64S, 3, M, "where, in the world"),
+    ("normal", TATU_F64S, 3, None, "unit vector from the first to the other"),
+    ("force", TATU_F64, 0, N, "along the normal, over the last physics step"),
+];
+
+const EVENTS: &[(&str, &str, &[Field])] = &[
+    ("started", "A run has begun.", &[]),
+    ("paused", "Time stands.", &[]),
+    ("resumed", "Time goes on after a pause.", &[]),
+    ("stopped", "A run has ended; the scene is as it was before.", &[]),
+    ("object_added", "An object was made while the world lives.", &OBJECT),
+    ("object_removed", "An object is gone.", &OBJECT),
+    ("collision", "Two shapes begin to touch.", &PAIR),
+    ("contact", "Two shapes touch: once for each pair and physics stage.", &PAIR),
+    ("separation", "Two shapes no longer touch.", {
+        const TWO: [Field; 4] = [PAIR[0], PAIR[1], PAIR[2], PAIR[3]];
+        &TWO
+    }),
+    ("fault", "Something went wrong for the first time.", &FAULT),
+    ("script_error", "The same, of a script.", &FAULT),
+    ("plugin_failed", "The same, of a plugin.", &FAULT),
+    ("message", "A line was told: by a script, a plugin or the host.", {
+        const LINE: [Field; 2] =
+            [("level", TEXT, 0, None, "error, warning, info, debug or status"), ("text", TEXT, 0, None, "the line")];
+        &LINE
+    }),
+];
+
+/// The host's events.
+pub fn of_host() -> Vec<EventInfo> {
+    let field = |&(key, kind, count, unit, text): &Field| Declared {
+        key: key.into(),
+        kind,
+        count,
+        flags: 0,
+        unit: unit.map(str::to_owned),
+        lowest: f64::NEG_INFINITY,
+        highest: f64::INFINITY,
+        fallback: Value::Nil,
+        choices: Vec::new(),
+        text: text.into(),
+    };
+    let event = |(name, text, fields): &(&str, &str, &[Field])| EventInfo {
+        plugin: None,
+        name: (*name).into(),
+        text: (*text).into(),
+        fields: fields.iter().map(field).collect(),
+    };
+    EVENTS.iter().map(event).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reference_page_has_every_event_and_field() {
+        let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference/events.md");
+        let page = std::fs::read_to_string(page).unwrap();
+        for event in of_host() {
+            let start = format!("| `{}` |", event.name);
+            let line = page.lines().find(|l| l.starts_with(&start));
+            let line = line.unwrap_or_else(|| panic!("docs/reference/events.md lacks `{}`", event.name));
+            for f in &event.fields {
+                assert!(line.contains(&format!("`{}`", f.key)), "`{}`: the page lacks `{}`", event.name, f.key);
+            }
+            assert!(!event.name.contains('.'), "names with a dot belong to plugins");
+        }
+    }
+}

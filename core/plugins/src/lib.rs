@@ -1,0 +1,37 @@
+//! Plugins: finding, loading, and what they offer.
+//!
+//! - [`search`]: the folders and files that may be plugins;
+//! - `load`: opens one and copies its tables; `elf`, `drafts`: what it cannot be loaded for;
+//! - [`Registry`]: everything that the loaded plugins offer, by id;
+//! - [`HostTables`]: the host's functions that plugins ask for by id, and the keys that they interned;
+//! - [`guard`]: floating-point mode and locale, which plugins must leave alone;
+//! - [`watchdog`]: which plugin call is running, and for how long;
+//! - `declared`: declarations (parameters, commands) as Rust types; `checks`: those that contradict themselves;
+//! - [`schemas`]: what readings mean; [`events`]: the events of the host itself; [`units`]: units in keys;
+//! - [`border`]: texts and error objects as they cross the border.
+//!
+//! A plugin is refused in `load` (its file), `registry::read` (its tables) or `checks` (its declarations).
+
+pub mod border;
+mod checks;
+mod declared;
+mod drafts;
+mod elf;
+pub mod events;
+pub mod guard;
+mod host_tables;
+mod load;
+mod registry;
+pub mod schemas;
+mod search;
+pub mod tables;
+pub mod units;
+pub mod watchdog;
+
+pub use declared::{Declared, check_value};
+pub use host_tables::HostTables;
+pub use registry::{
+    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, KindMark, Language, Model,
+    NameEntry, Plugin, Prelude, PresetInfo, Registry, SensorKind, ServiceKind, Status,
+};
+pub use search::{Copies, Search, Source};

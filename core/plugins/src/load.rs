@@ -1,0 +1,238 @@
+//! Opens one library and reads its descriptor.
+
+use std::{
+    ffi::c_void,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use libloading::Library;
+use tatu_plugin_api::abi::*;
+
+use super::{
+    Copies, drafts,
+    guard::{self, Home},
+    tables,
+    watchdog::{Call, Watch},
+};
+use crate::HostTables;
+use crate::border::answer;
+use tatu_errors::{Error, Result};
+
+/// What there is to say about plugins that are loaded nevertheless.
+#[derive(Default)]
+pub struct Remarks {
+    /// What does not work, or should not be.
+    pub warnings: Vec<Error>,
+    /// What is only good to know.
+    pub notes: Vec<String>,
+}
+
+const REBUILD: &str = "rebuild it against this release's plugin-api";
+
+/// A loaded and started plugin. Never unloaded: threads and thread-locals of the library may outlive any wish.
+pub struct Loaded {
+    /// Its id.
+    pub id: String,
+    /// For people.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// Its licence.
+    pub licence: String,
+    /// ABI that it was built against.
+    pub abi: (u16, u16),
+    /// The library.
+    pub path: PathBuf,
+    /// What the plugin got from its `init`, for its functions.
+    pub me: *mut c_void,
+    raw: tatu_plugin_t,
+    /// The host's tables, to which the plugin keeps pointers.
+    _host: Arc<HostTables>,
+}
+
+// SAFETY: tables are constant after loading; which thread may call what is told by the header's tags.
+unsafe impl Send for Loaded {}
+// SAFETY: as above.
+unsafe impl Sync for Loaded {}
+
+impl Loaded {
+    /// Opens and starts a plugin. What it did that is no reason to refuse it is told in `remarks`.
+    ///
+    /// With `copies` the library is a copy of the file; messages name the file.
+    pub fn open(
+        path: &Path,
+        copies: Option<&Copies>,
+        host: &Arc<HostTables>,
+        watch: &Watch,
+        remarks: &mut Remarks,
+    ) -> Result<Self> {
+        let home = Home::now();
+        watch.subject(&path.display().to_string());
+        // Beyond any index: the plugin has none yet.
+        let outside = watch.enter(Call::Load, usize::MAX, 0);
+        let opened = Self::open_watched(path, copies, host, watch, remarks);
+        watch.leave(outside);
+        watch.subject("");
+        if let Some(what) = home.restore() {
+            let text = format!("the plugin {} changes {what} when it is loaded or started", path.display());
+            remarks.warnings.push(Error::new("E321", text).help(guard::MEND));
+        }
+        opened
+    }
+
+    fn open_watched(
+        path: &Path,
+        copies: Option<&Copies>,
+        host: &Arc<HostTables>,
+        watch: &Watch,
+        remarks: &mut Remarks,
+    ) -> Result<Self> {
+        let fail = |text: String, mend: &str| {
+            Error::new("E301", format!("cannot load the plugin {}: {text}", path.display())).help(mend)
+        };
+        let copy = copies.map(|c| c.copy(path)).transpose();
+        let copy = copy.map_err(|e| fail(format!("it cannot be copied: {e}"), "free some space, or set TMPDIR"))?;
+        let file = copy.as_deref().unwrap_or(path);
+        super::elf::check(file).map_err(|unfit| fail(unfit.text, unfit.mend))?;
+        // SAFETY: running a library's constructors is what loading a plugin means.
+        let library = unsafe { Library::new(file) }.map_err(|e| {
+            // The loader's own words are behind libloading's.
+            let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
+            fail(format!("{e}{reason}"), "build it again, for this system, and install the libraries that it needs")
+        })?;
+        // SAFETY: the symbol is a constant of this type by the contract.
+        let descriptor: *const tatu_plugin_t =
+            unsafe { library.get::<*const tatu_plugin_t>(b"tatu_plugin\0").map(|s| s.try_as_raw_ptr()) }
+                .ok()
+                .flatten()
+                .map_or(std::ptr::null(), |p| p.cast::<tatu_plugin_t>().cast_const());
+        // Never unload, see above.
+        std::mem::forget(library);
+        // SAFETY: the descriptor lives as long as the library.
+        let raw = unsafe { tables::read(descriptor) }.ok_or_else(|| {
+            fail(
+                "it exports no `tatu_plugin`".into(),
+                "a plugin exports a `tatu_plugin_t` of that name; in C++ include tatu.h before defining it",
+            )
+        })?;
+        if raw.abi_major != TATU_ABI_MAJOR {
+            let text = format!(
+                "it was built for ABI {}.{}, this host has {TATU_ABI_MAJOR}.{TATU_ABI_MINOR}",
+                raw.abi_major, raw.abi_minor
+            );
+            return Err(fail(text, "rebuild it against this release's plugin-api"));
+        }
+        let needed = tables::required!(raw, tatu_plugin_t: id, extension);
+        if let Some(lack) = tables::lacking(raw.size, &needed) {
+            return Err(fail(format!("its descriptor `tatu_plugin` {lack}"), tables::MEND));
+        }
+        // SAFETY: strings of the descriptor live as long as the library.
+        let text = |p| unsafe { tables::text(p) };
+        let id = text(raw.id).filter(|s| !s.is_empty()).ok_or_else(|| {
+            fail("its id is empty".into(), "give `tatu_plugin.id` a name of your own, such as \"org.example.gripper\"")
+        })?;
+        watch.subject(&format!("{id} ({})", path.display()));
+        Self::check_needs(&raw, host, path, remarks).map_err(|text| fail(text, REBUILD))?;
+        let mut me = std::ptr::null_mut();
+        let mut error = crate::border::ErrorSlot::new();
+        host.forget_refused();
+        if let Some(init) = raw.init {
+            watch.enter(Call::Init, usize::MAX, 0);
+            // SAFETY: by the contract; the host's table lives as long as `_host`.
+            let status = unsafe { answer(init(host.raw(), &mut me, error.raw()), false, error.raw()) };
+            watch.enter(Call::Extension, usize::MAX, 0);
+            if status < 0 {
+                let said = error.text();
+                return Err(match host.refused_drafts().as_slice() {
+                    [] => fail(
+                        format!("its start ({} of `{id}`) failed: {said}", Call::Init.text()),
+                        "do what it says, or ask the author of the plugin; `tatu list plugins` tries it again",
+                    ),
+                    asked => fail(
+                        format!(
+                            "its start ({} of `{id}`) failed: {said}; it is {}",
+                            Call::Init.text(),
+                            asked.join("; ")
+                        ),
+                        REBUILD,
+                    ),
+                });
+            }
+        }
+        let loaded = Loaded {
+            id,
+            name: text(raw.name).unwrap_or_default(),
+            version: text(raw.version).unwrap_or_default(),
+            licence: text(raw.licence).unwrap_or_default(),
+            abi: (raw.abi_major, raw.abi_minor),
+            path: path.to_owned(),
+            me,
+            raw,
+            _host: host.clone(),
+        };
+        loaded.check_layouts().map_err(|text| fail(text, REBUILD))?;
+        let (others, heard) = guard::hear(|| drafts::offered(|id| !loaded.extension::<u8>(id).is_null()));
+        if let Some(said) = heard.first() {
+            return Err(fail(
+                format!("{} of `{}` {said}", Call::Extension.text(), loaded.id),
+                "ask the author of the plugin",
+            ));
+        }
+        for other in others {
+            let text = format!("the plugin {} is {other}: that part of it is not used", path.display());
+            remarks.warnings.push(Error::new("E320", text).help(REBUILD));
+        }
+        Ok(loaded)
+    }
+
+    fn check_needs(raw: &tatu_plugin_t, host: &HostTables, path: &Path, remarks: &mut Remarks) -> Result<(), String> {
+        // SAFETY: a null-terminated list of tables, by the contract.
+        for (_, need) in unsafe { tables::list(raw.needs) } {
+            // SAFETY: NUL-terminated, by the contract.
+            let Some(id) = (unsafe { tables::text(need.id) }).filter(|id| host.find(id).is_null()) else { continue };
+            let why = drafts::other_draft(&id).unwrap_or_else(|| "which this host does not offer".into());
+            if need.optional == 0 {
+                return Err(format!("it needs `{id}`, {why}"));
+            }
+            remarks.notes.push(format!("the plugin {} would like `{id}`, {why}; it goes without", path.display()));
+        }
+        Ok(())
+    }
+
+    /// The layouts of the frozen types, if the plugin is in Rust and offers them.
+    fn check_layouts(&self) -> Result<(), String> {
+        let theirs: *const tatu_rust_layout = self.extension(TATU_RUST_LAYOUT);
+        if theirs.is_null() {
+            return Ok(());
+        }
+        // SAFETY: the extension of that id is such a table.
+        unsafe { compare_layouts(theirs) }.map(drop)
+    }
+
+    /// The table of one of its extensions, or null.
+    pub fn extension<T>(&self, id: &std::ffi::CStr) -> *const T {
+        // SAFETY: by the contract.
+        self.raw.extension.map_or(std::ptr::null(), |f| unsafe { f(self.me, id.as_ptr()) }.cast())
+    }
+}
+
+impl Loaded {
+    /// Ends it, once; what went wrong. No instance is left, since worlds hold the registry that holds this.
+    pub fn end(&mut self) -> Vec<Error> {
+        let Some(shutdown) = self.raw.shutdown.take() else { return Vec::new() };
+        let home = Home::now();
+        // SAFETY: by the contract; once.
+        let ((), heard) = guard::hear(|| unsafe { shutdown(self.me) });
+        let changed = home.restore().map(|what| format!("changed {what}"));
+        let told = heard.into_iter().chain(changed);
+        let whose = format!("the plugin `{}` ({})", self.id, self.path.display());
+        told.map(|text| Error::new("E323", format!("{whose} {text} in {}", Call::Shutdown.text()))).collect()
+    }
+}
+
+impl Drop for Loaded {
+    fn drop(&mut self) {
+        self.end();
+    }
+}

@@ -1,0 +1,127 @@
+//! Kinds of actuators, and what sensors and actuators have in common as devices.
+
+use std::collections::BTreeMap;
+
+use tatu_plugin_api::abi::*;
+
+use super::Registry;
+use crate::{Declared, tables};
+use tatu_errors::Result;
+
+/// A kind of actuator.
+pub struct ActuatorKind {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes write.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// Its parameters.
+    pub params: Vec<Declared>,
+    /// What may be commanded: one number each, in the order of the command buffer.
+    pub commands: Vec<Declared>,
+    /// Whether it is asked before each engine step, instead of once per advance.
+    pub every_substep: bool,
+    /// The interned keys `<kind>.<parameter>`.
+    pub param_props: Vec<u32>,
+    /// The interned keys `<kind>.<command>`.
+    pub command_props: Vec<u32>,
+    /// The table of its functions.
+    pub raw: tatu_actuator,
+    /// How its instances are made, configured, saved and ended.
+    pub life: tatu_life,
+}
+
+/// What a device's kind declares, be it a sensor or an actuator.
+#[derive(Clone, Copy)]
+pub struct DeviceKind<'a> {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes write.
+    pub id: &'a str,
+    /// Its parameters.
+    pub params: &'a [Declared],
+    /// Its commands; a sensor has none.
+    pub commands: &'a [Declared],
+}
+
+impl<'a> DeviceKind<'a> {
+    /// All keys that a scene may set.
+    pub fn declared(self) -> impl Iterator<Item = &'a Declared> {
+        self.params.iter().chain(self.commands)
+    }
+}
+
+impl Registry {
+    /// What a device's kind declares; `object_kind` is `TATU_KIND_SENSOR` or `TATU_KIND_ACTUATOR`.
+    pub fn device(&self, object_kind: i32, kind: usize) -> DeviceKind<'_> {
+        if object_kind == TATU_KIND_ACTUATOR {
+            let k = &self.actuators[kind];
+            return DeviceKind { plugin: k.plugin, id: &k.id, params: &k.params, commands: &k.commands };
+        }
+        let k = &self.sensors[kind];
+        DeviceKind { plugin: k.plugin, id: &k.id, params: &k.params, commands: &[] }
+    }
+
+    /// The kind of actuator of an id.
+    pub fn actuator(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
+        let of_id = self.actuators.iter().enumerate().filter(|(_, a)| a.id == id);
+        let claims: Vec<_> = of_id.map(|(i, a)| (i, a.plugin)).collect();
+        self.choose("kind of actuator", id, &claims, providers)?.ok_or_else(|| {
+            let known: Vec<_> = self.actuators.iter().map(|a| a.id.as_str()).collect();
+            self.unknown("E108", "actuator kind", id, &known)
+        })
+    }
+
+    /// # Safety
+    /// The plugin is started, and its tables are as the header tells.
+    pub(super) unsafe fn add_actuators(&mut self, plugin: usize) {
+        // SAFETY: as promised by the caller.
+        unsafe {
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_actuator>(TATU_ACTUATOR)) else {
+                return;
+            };
+            self.offered(plugin, TATU_ACTUATOR, ext.size, &tables::required!(ext, tatu_ext_actuator: kinds));
+            for (_, raw) in tables::list(ext.kinds) {
+                let needed = tables::required!(raw, tatu_actuator: id, apply);
+                let Some(id) = self.named(plugin, "actuator", raw.id, raw.size, &needed) else { continue };
+                let Some(life) = self.life(plugin, &format!("actuator `{id}`"), raw.life) else { continue };
+                let claimed: Vec<usize> = self.actuators.iter().filter(|a| a.id == id).map(|a| a.plugin).collect();
+                if !self.is_own(plugin, "actuator", &id, &claimed) {
+                    continue;
+                }
+                let (params, commands) = (Declared::read_list(raw.params), Declared::read_list(raw.commands));
+                if let Some(why) = flaw(&id, &raw, &params, &commands) {
+                    self.refuse(plugin, why, "see tatu_actuator in tatu.h");
+                    continue;
+                }
+                let number = |d: &Declared| self.host.number(&format!("{id}.{}", d.key));
+                self.actuators.push(ActuatorKind {
+                    plugin,
+                    text: tables::text(raw.text).unwrap_or_default(),
+                    every_substep: raw.flags & TATU_ACTUATOR_EVERY_SUBSTEP != 0,
+                    param_props: params.iter().map(number).collect(),
+                    command_props: commands.iter().map(number).collect(),
+                    params,
+                    commands,
+                    life,
+                    raw,
+                    id,
+                });
+            }
+        }
+    }
+}
+
+/// Why a kind cannot be used.
+fn flaw(id: &str, raw: &tatu_actuator, params: &[Declared], commands: &[Declared]) -> Option<String> {
+    if raw.n_commands as usize != commands.len() {
+        let (n, m) = (raw.n_commands, commands.len());
+        return Some(format!("its actuator `{id}` has a buffer of {n} numbers for {m} declared commands"));
+    }
+    if let Some(c) = commands.iter().find(|c| c.kind != TATU_F64) {
+        return Some(format!("the command `{}` of its actuator `{id}` is not a number (TATU_F64)", c.key));
+    }
+    let twice = commands.iter().find(|c| params.iter().any(|p| p.key == c.key));
+    twice.map(|c| format!("`{}` is both a parameter and a command of its actuator `{id}`", c.key))
+}

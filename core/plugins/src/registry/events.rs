@@ -1,0 +1,38 @@
+//! The events that plugins declare.
+
+use tatu_plugin_api::abi::*;
+
+use super::Registry;
+use crate::{Declared, events::EventInfo, tables};
+
+impl Registry {
+    pub(super) unsafe fn add_events(&mut self, plugin: usize) {
+        // SAFETY: tables of a started plugin, as the header tells.
+        unsafe {
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_event>(TATU_EVENT)) else {
+                return;
+            };
+            self.offered(plugin, TATU_EVENT, ext.size, &tables::required!(ext, tatu_ext_event: events));
+            for (_, raw) in tables::list(ext.events) {
+                let needed = tables::required!(raw, tatu_event: name);
+                let Some(name) = self.named(plugin, "event", raw.name, raw.size, &needed) else { continue };
+                if !name.contains('.') {
+                    let text = format!("its event `{name}` has no name space: names without a dot belong to the host");
+                    self.refuse(plugin, text, "call it `mine.name`");
+                    continue;
+                }
+                if self.events.iter().any(|e| e.name == name) {
+                    let text = format!("its event `{name}` is declared already; the first declaration counts");
+                    self.refuse(plugin, text, "give each a name of its own");
+                    continue;
+                }
+                self.events.push(EventInfo {
+                    plugin: Some(plugin),
+                    name,
+                    text: tables::text(raw.text).unwrap_or_default(),
+                    fields: Declared::read_list(raw.fields),
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Importers: what reads files of other formats into a document.
+
+use std::{collections::BTreeMap, ffi::c_void, path::Path};
+
+use tatu_plugin_api::abi::*;
+
+use super::Registry;
+use crate::{Declared, tables, watchdog::Call};
+use tatu_errors::{Error, Result};
+
+/// How much of a file an importer looks at to tell whether it is its own, bytes.
+const HEAD: usize = 4096;
+
+/// An importer.
+pub struct Importer {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes write.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// Endings of file names, with their dot.
+    pub suffixes: Vec<String>,
+    /// Its parameters.
+    pub params: Vec<Declared>,
+    /// The table of its functions.
+    pub raw: tatu_importer,
+}
+
+/// The importer of a file, and what is to be told about the choice.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// Index of the importer.
+    pub importer: usize,
+    /// Others read it as well: which one was taken; and who could not tell whether the file is its own.
+    pub notes: Vec<String>,
+}
+
+impl Importer {
+    /// Whether a file's name ends with one of its suffixes.
+    fn has_suffix(&self, file: &Path) -> bool {
+        let name = file.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
+        self.suffixes.iter().any(|s| !s.is_empty() && name.ends_with(&s.to_lowercase()))
+    }
+
+    /// How sure it is that the file is its own, 0 to 100.
+    fn sniff(&self, me: *mut c_void, head: &[u8]) -> u32 {
+        let head = crate::border::raw(head);
+        // SAFETY: by the contract; the bytes live through the call.
+        self.raw.sniff.map_or(0, |f| unsafe { f(me, head) })
+    }
+}
+
+impl Registry {
+    pub(super) unsafe fn add_importers(&mut self, plugin: usize) {
+        // SAFETY: as promised by the caller.
+        unsafe {
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_importer>(TATU_IMPORTER)) else {
+                return;
+            };
+            self.offered(plugin, TATU_IMPORTER, ext.size, &tables::required!(ext, tatu_ext_importer: importers));
+            for (_, raw) in tables::list(ext.importers) {
+                let needed = tables::required!(raw, tatu_importer: id, load);
+                let Some(id) = self.named(plugin, "importer", raw.id, raw.size, &needed) else { continue };
+                let claimed: Vec<usize> = self.importers.iter().filter(|i| i.id == id).map(|i| i.plugin).collect();
+                if !self.is_own(plugin, "importer", &id, &claimed) {
+                    continue;
+                }
+                self.importers.push(Importer {
+                    plugin,
+                    id,
+                    text: tables::text(raw.text).unwrap_or_default(),
+                    suffixes: tables::pointers(raw.suffixes).into_iter().filter_map(|s| tables::text(s)).collect(),
+                    params: Declared::read_list(raw.params),
+                    raw,
+                });
+            }
+        }
+    }
+
+    /// An importer by id.
+    pub fn importer(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
+        let of_id = self.importers.iter().enumerate().filter(|(_, i)| i.id == id);
+        let claims: Vec<_> = of_id.map(|(n, i)| (n, i.plugin)).collect();
+        self.choose("importer", id, &claims, providers)?.ok_or_else(|| {
+            let known: Vec<_> = self.importers.iter().map(|i| i.id.as_str()).collect();
+            self.unknown("E121", "importer", id, &known)
+        })
+    }
+
+    /// Whoever reads a file: the surest by its first bytes; of equally sure ones the one that `[providers]` names for
+    /// the suffix, then one with the file's suffix, then the one with the lowest id. If nobody is sure: by suffix.
+    pub fn importer_of(
+        &self,
+        file: &Path,
+        bytes: &[u8],
+        providers: &BTreeMap<String, String>,
+    ) -> Result<Option<Choice>> {
+        let head = &bytes[..bytes.len().min(HEAD)];
+        let mut all: Vec<(usize, u32, bool)> = Vec::new();
+        let mut failed: Vec<Error> = Vec::new();
+        for (n, i) in self.importers.iter().enumerate() {
+            match self.how_sure(i, file, head) {
+                Ok(sure) => all.push((n, sure, i.has_suffix(file))),
+                Err(e) => failed.push(e),
+            }
+        }
+        let best = all.iter().map(|(_, sure, _)| *sure).max().unwrap_or(0);
+        let mut tied: Vec<_> =
+            all.into_iter().filter(|(_, sure, suffix)| *sure == best && (best > 0 || *suffix)).collect();
+        let named = |n: usize| {
+            let i = &self.importers[n];
+            let wanted = i.suffixes.iter().find_map(|s| providers.get(s));
+            wanted.is_some_and(|w| *w == i.id || *w == self.plugins[i.plugin].id)
+        };
+        tied.sort_by_key(|(n, _, suffix)| (!named(*n), !suffix, &self.importers[*n].id));
+        let Some(first) = tied.first().map(|t| t.0) else { return failed.into_iter().next().map_or(Ok(None), Err) };
+        // One that is named, or the only one with the suffix, needs no word.
+        let alike = |(n, _, suffix): &(usize, u32, bool)| (named(*n), *suffix) == (named(first), tied[0].2);
+        let ids: Vec<_> = tied.iter().filter(|t| alike(t)).map(|(n, _, _)| self.importers[*n].id.as_str()).collect();
+        let tie = (ids.len() > 1).then(|| {
+            format!("the importers {} read it; `{}` is used, `importer = \"...\"` chooses", ids.join(", "), ids[0])
+        });
+        // Those that fail are not asked to read it; whoever does not need them is not stopped.
+        let notes = failed.into_iter().map(|e| e.text).chain(tie).collect();
+        Ok(Some(Choice { importer: first, notes }))
+    }
+
+    fn how_sure(&self, importer: &Importer, file: &Path, head: &[u8]) -> Result<u32> {
+        let plugin = &self.plugins[importer.plugin];
+        let subject = format!("the import of {}", file.display());
+        let sure = self.watched(importer.plugin, Call::Sniff, &subject, || importer.sniff(plugin.me, head))?;
+        if sure <= 100 {
+            return Ok(sure);
+        }
+        let broke = format!("plugin `{}` broke the contract: it answered {sure} in {}", plugin.id, Call::Sniff.text());
+        Err(Error::new("E111", format!("{subject}: {broke}")).expected("how sure it is, 0 to 100"))
+    }
+
+    /// Nobody reads a file.
+    pub fn no_importer(&self, file: &Path) -> Error {
+        let known: Vec<_> = self.importers.iter().map(|i| format!("{} ({})", i.id, i.suffixes.join(" "))).collect();
+        let error = Error::new("E121", format!("no importer reads {}", file.display()));
+        match known.is_empty() {
+            true => error.expected("a plugin that offers an importer; none was found"),
+            false => error.expected(format!("a file of {}", known.join(", "))),
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! Finding things by name: whose is meant where several claim it, and what to say where there is none.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+};
+
+use super::{Language, Registry, SensorKind};
+use tatu_errors::{Error, Result, nearest};
+
+impl Registry {
+    /// A command's id and alias by name.
+    pub fn command(&self, name: &str) -> Option<(u32, u32)> {
+        self.names.get(name).copied()
+    }
+    /// Whether any command or constant begins with a name and a dot.
+    pub fn has_namespace(&self, prefix: &str) -> bool {
+        let from = prefix.to_owned();
+        self.names.range(from.clone()..).next().is_some_and(|(n, _)| n.starts_with(prefix))
+            || self.constants.range(from..).next().is_some_and(|(n, _)| n.starts_with(prefix))
+    }
+    /// The one of several plugins of one name that a scene means: its `[providers]` say so, by the plugin's id.
+    pub(super) fn choose(
+        &self,
+        what: &str,
+        id: &str,
+        claims: &[(usize, usize)],
+        providers: &BTreeMap<String, String>,
+    ) -> Result<Option<usize>> {
+        let plugin = |claim: &(usize, usize)| self.plugins[claim.1].id.as_str();
+        // A provider may be told by the id of the thing itself: then it does not say whose.
+        if let Some(wanted) = providers.get(id).filter(|w| *w != id) {
+            return Ok(claims.iter().find(|c| plugin(c) == wanted).map(|c| c.0));
+        }
+        let [first, second, ..] = claims else { return Ok(claims.first().map(|c| c.0)) };
+        let file = |c: &(usize, usize)| self.plugins[c.1].path.display().to_string();
+        let text = format!(
+            "two plugins offer a {what} `{id}`: `{}` ({}) and `{}` ({})",
+            plugin(first),
+            file(first),
+            plugin(second),
+            file(second)
+        );
+        let mend = format!("say whose is meant: [providers] \"{id}\" = \"{}\"", plugin(first));
+        Err(Error::new("E322", text).expected("one plugin, named in [providers]").help(mend))
+    }
+    /// A model by id.
+    pub fn model(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
+        let of_id = self.models.iter().enumerate().filter(|(_, m)| m.id == id);
+        let claims: Vec<_> = of_id.map(|(i, m)| (i, m.plugin)).collect();
+        self.choose("model", id, &claims, providers)?.ok_or_else(|| {
+            let known: Vec<_> = self.models.iter().map(|m| m.id.as_str()).collect();
+            self.unknown("E107", "model", id, &known)
+        })
+    }
+    /// The kind of sensor that is meant by an id, or by a schema (then: the provider, the only one, or the first).
+    pub fn sensor(&self, id_or_schema: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
+        let of_id = |id: &str| -> Vec<(usize, usize)> {
+            self.sensors.iter().enumerate().filter(|(_, s)| s.id == id).map(|(i, s)| (i, s.plugin)).collect()
+        };
+        if let Some(i) = self.choose("kind of sensor", id_or_schema, &of_id(id_or_schema), providers)? {
+            return Ok(i);
+        }
+        let wanted = providers.get(id_or_schema);
+        let fills = |s: &&SensorKind| s.schemas.iter().any(|x| x == id_or_schema);
+        let mut found = self
+            .sensors
+            .iter()
+            .filter(fills)
+            .filter(|s| wanted.is_none_or(|w| *w == s.id || *w == self.plugins[s.plugin].id));
+        let known = || -> Vec<_> {
+            let schemas = self.sensors.iter().flat_map(|s| &s.schemas);
+            let known: BTreeSet<_> = self.sensors.iter().map(|s| &s.id).chain(schemas).map(String::as_str).collect();
+            known.into_iter().collect()
+        };
+        let found = found.next().ok_or_else(|| self.unknown("E108", "sensor kind", id_or_schema, &known()))?;
+        if wanted.is_some_and(|w| *w != found.id) {
+            return Ok(self.sensors.iter().position(|s| std::ptr::eq(s, found)).unwrap_or_default());
+        }
+        let chosen = self.choose("kind of sensor", &found.id, &of_id(&found.id), providers)?;
+        chosen.ok_or_else(|| self.unknown("E108", "sensor kind", id_or_schema, &known()))
+    }
+    /// The script language of an id or a file name. `[providers]` may put, for an id or an ending, a language or a
+    /// plugin in the place of the first that answers to it.
+    pub fn language(&self, id_or_file: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
+        let key = |l: &Language| match l.id == id_or_file {
+            true => Some(l.id.clone()),
+            false => l.suffixes.iter().find(|s| id_or_file.ends_with(s.as_str())).cloned(),
+        };
+        let all = || self.languages.iter().enumerate();
+        let answering: Vec<(usize, &Language, String)> =
+            all().filter_map(|(i, l)| key(l).map(|key| (i, l, key))).collect();
+        let wanted = providers.get(id_or_file).or_else(|| answering.iter().find_map(|(_, _, key)| providers.get(key)));
+        if let Some((i, ..)) = answering.iter().find(|(_, l, _)| wanted == Some(&self.plugins[l.plugin].id)) {
+            return Ok(*i);
+        }
+        let id = wanted.or(answering.first().map(|(_, l, _)| &l.id)).map_or(id_or_file, String::as_str);
+        let claims: Vec<_> = all().filter(|(_, l)| l.id == id).map(|(i, l)| (i, l.plugin)).collect();
+        self.choose("script language", id, &claims, providers)?.ok_or_else(|| {
+            let known: Vec<_> = self.languages.iter().map(|l| l.id.as_str()).collect();
+            self.unknown("E109", "script language", id_or_file, &known)
+        })
+    }
+
+    /// The refused file that most likely has something of that name: one that says so, one that is called so, or the
+    /// only one.
+    fn closest(&self, name: &str) -> Option<&(PathBuf, String)> {
+        let named = |(_, why): &&(PathBuf, String)| why.contains(&format!("`{name}`"));
+        let holds = |(file, _): &&(PathBuf, String)| stem(file).contains(name) || name.contains(&stem(file));
+        let near = |(file, _): &&(PathBuf, String)| nearest(name, [stem(file).as_str()]).is_some();
+        let mut all = self.closest.iter();
+        all.clone().find(named).or_else(|| all.clone().find(holds)).or_else(|| all.clone().find(near)).or_else(|| {
+            let first = all.next()?;
+            all.all(|(file, _)| *file == first.0).then_some(first)
+        })
+    }
+
+    /// Nothing of that name: the nearest, or, without any plugin that offers such a thing, where was looked.
+    pub(super) fn unknown(&self, code: &'static str, what: &str, name: &str, known: &[&str]) -> Error {
+        let mut text = format!("there is no {what} `{name}`");
+        if let Some((file, why)) = self.closest(name) {
+            let file = file.display().to_string();
+            // The reason mostly names the file itself.
+            let why = if why.contains(&file) { why.clone() } else { format!("{file}: {why}") };
+            text += &format!("; what came closest was refused: {why}");
+        }
+        let error = Error::new(code, text);
+        if known.is_empty() {
+            return error.expected(format!("a plugin that offers a {what}; none was found in{}", self.search.describe())).help(
+                "build the plugins beside the program (`cargo build`), copy the program together with its libraries, or set TATU_PLUGIN_PATH to their folder",
+            );
+        }
+        let error = error.expected(format!("one of {}", known.join(", ")));
+        match nearest(name, known.iter().copied()) {
+            Some(near) => error.help(format!("did you mean `{near}`?")),
+            None => error.help("`tatu list plugins` shows what was found and where"),
+        }
+    }
+}
+
+/// A file's name as a plugin's author gave it: "libtatu_gripper.so" is "gripper".
+fn stem(path: &std::path::Path) -> String {
+    let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let stem = stem.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(&stem);
+    stem.strip_prefix("tatu_").unwrap_or(stem).to_owned()
+}

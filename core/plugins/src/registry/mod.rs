@@ -1,0 +1,259 @@
+//! Everything that the loaded plugins offer, by id.
+//!
+//! - [`Registry`]: loading, ending, calls of plugins where there is no world;
+//! - `types`: what is offered, as the host keeps it; `read`: reading the tables of a plugin;
+//! - `lookup`: finding by name;
+//! - `actuators`, `importers`, `services`: these kinds, whole; `dialects`: of script languages.
+
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+
+use tatu_plugin_api::abi::*;
+
+mod actuators;
+mod dialects;
+mod events;
+mod importers;
+mod kinds;
+mod lookup;
+mod read;
+mod renew;
+mod services;
+mod types;
+
+pub use super::load::Loaded as Plugin;
+use super::{
+    Search, Source,
+    guard::{self, Home},
+    load::Remarks,
+    watchdog::{Call, Watch, Watches},
+};
+use crate::HostTables;
+pub use actuators::{ActuatorKind, DeviceKind};
+pub use importers::{Choice, Importer};
+pub use kinds::KindMark;
+pub use services::ServiceKind;
+use tatu_errors::{Error, Result};
+pub use types::{
+    CommandEntry, Constant, FieldInfo, Language, Model, NameEntry, Prelude, PresetInfo, SensorKind, Status,
+};
+
+/// What plugins offer, in order of plugin ids.
+pub struct Registry {
+    /// Kinds of sensors.
+    pub sensors: Vec<SensorKind>,
+    /// Kinds of actuators.
+    pub actuators: Vec<ActuatorKind>,
+    /// Models.
+    pub models: Vec<Model>,
+    /// Importers.
+    pub importers: Vec<Importer>,
+    /// Script languages.
+    pub languages: Vec<Language>,
+    /// Commands; their ids are these indices plus one.
+    pub commands: Vec<CommandEntry>,
+    /// Commands and aliases by name.
+    pub names: BTreeMap<String, (u32, u32)>,
+    /// Constants by name.
+    pub constants: BTreeMap<String, Constant>,
+    /// Preludes.
+    pub preludes: Vec<Prelude>,
+    /// Words by which texts tell their kind, in order.
+    pub kind_marks: Vec<KindMark>,
+    /// World life of command plugins: index of the plugin and life.
+    pub world_lives: Vec<(usize, tatu_life)>,
+    /// Services, in order of their ids.
+    pub services: Vec<ServiceKind>,
+    /// Events that are declared: the host's own first, then those of plugins in their order.
+    pub events: Vec<crate::events::EventInfo>,
+    /// Libraries and parts of them that could not be loaded, and why.
+    pub refused: Vec<Error>,
+    /// Files that could not be loaded, or only in part, and why: where something is missing, one of them may be meant.
+    closest: Vec<(PathBuf, String)>,
+    /// What is only good to know.
+    pub notes: Vec<String>,
+    /// Where was looked.
+    pub search: Search,
+    /// Where calls are noted while there is no world: loading, building.
+    pub setup: Arc<Watch>,
+    /// The watches of all worlds with these plugins.
+    pub watches: Watches,
+    /// The plugins, last: they must outlive all that is above.
+    pub plugins: Vec<Arc<Plugin>>,
+    host: Arc<HostTables>,
+    /// Grows when commands are exchanged.
+    pub generation: u64,
+}
+
+// SAFETY: tables are constant after loading; which thread may call what is told by the header's tags.
+unsafe impl Send for Registry {}
+// SAFETY: as above.
+unsafe impl Sync for Registry {}
+
+impl Registry {
+    /// Loads every plugin of the path, which gets the `host` tables. What cannot be loaded is told in `refused`.
+    pub fn load(search: Search, host: HostTables) -> Self {
+        Self::load_watched(search, host, Watches::default())
+    }
+
+    /// The same under the eyes of a watchdog, which then watches all worlds with these plugins.
+    pub fn load_watched(search: Search, host: HostTables, watches: Watches) -> Self {
+        let setup = watches.watch();
+        let host = Arc::new(host);
+        let mut plugins: Vec<Arc<Plugin>> = Vec::new();
+        let (mut refused, mut closest, mut notes) = (Vec::new(), Vec::new(), Vec::new());
+        for (folder, _) in search.folders.iter().filter(|(f, s)| *s == Source::Scene && !f.is_dir()) {
+            let text = format!("the scene names the plugin folder {}, which is not there", folder.display());
+            refused.push(Error::new("E311", text).help("paths in `plugins` start from the folder of the scene"));
+        }
+        for path in search.candidates() {
+            let mut remarks = Remarks::default();
+            let opened = Plugin::open(&path, search.copies.as_deref(), &host, &setup, &mut remarks);
+            closest.extend(
+                opened.as_ref().err().into_iter().chain(&remarks.warnings).map(|e| (path.clone(), e.text.clone())),
+            );
+            refused.extend(remarks.warnings);
+            notes.extend(remarks.notes);
+            match opened {
+                Ok(new) => match plugins.iter().find(|p| p.id == new.id) {
+                    Some(old) if same_file(&old.path, &new.path) => {}
+                    Some(old) => refused.push(
+                        Error::new(
+                            "E302",
+                            format!(
+                                "two plugins are called `{}`: {} is used, {} is not",
+                                new.id,
+                                old.path.display(),
+                                new.path.display()
+                            ),
+                        )
+                        .help("remove one, or give the copy an id of its own; the folder that is searched first wins"),
+                    ),
+                    None => plugins.push(Arc::new(new)),
+                },
+                Err(e) => refused.push(e),
+            }
+        }
+        // By id, not by folder or time; those that a scene brings come last, so that none takes a name from the others.
+        let of_scene =
+            |p: &Arc<Plugin>| search.folders.iter().any(|(f, s)| *s == Source::Scene && p.path.starts_with(f));
+        plugins.sort_by(|a, b| (of_scene(a), &a.id).cmp(&(of_scene(b), &b.id)));
+        let mut registry = Registry { refused, closest, notes, ..Self::of(plugins, search, setup, watches, host) };
+        registry.read();
+        registry.services.sort_by(|a, b| a.id.cmp(&b.id));
+        registry
+    }
+
+    /// With these plugins, of whose offers nothing has been read yet.
+    fn of(
+        plugins: Vec<Arc<Plugin>>,
+        search: Search,
+        setup: Arc<Watch>,
+        watches: Watches,
+        host: Arc<HostTables>,
+    ) -> Self {
+        watches.plugins(plugins.iter().map(|p| p.id.clone()).collect());
+        Registry {
+            sensors: Vec::new(),
+            actuators: Vec::new(),
+            models: Vec::new(),
+            importers: Vec::new(),
+            languages: Vec::new(),
+            commands: Vec::new(),
+            names: BTreeMap::new(),
+            constants: BTreeMap::new(),
+            preludes: Vec::new(),
+            kind_marks: Vec::new(),
+            world_lives: Vec::new(),
+            services: Vec::new(),
+            events: crate::events::of_host(),
+            refused: Vec::new(),
+            closest: Vec::new(),
+            notes: Vec::new(),
+            search,
+            setup,
+            watches,
+            plugins,
+            host,
+            generation: 1,
+        }
+    }
+
+    /// Reads what all plugins offer, in their order.
+    fn read(&mut self) {
+        for i in 0..self.plugins.len() {
+            // SAFETY: tables of a started plugin, as the header tells.
+            unsafe {
+                self.add_sensors(i);
+                self.add_actuators(i);
+                self.add_models(i);
+                self.add_importers(i);
+                self.add_languages(i);
+                self.add_commands(i);
+                self.add_services(i);
+                self.add_events(i);
+            }
+        }
+        self.check_declarations();
+    }
+
+    /// Ends all plugins, when no world uses them any more; what went wrong. Without it they are ended silently.
+    pub fn end(mut self) -> Vec<Error> {
+        let mut out = Vec::new();
+        for (i, plugin) in self.plugins.iter_mut().enumerate().rev() {
+            let before = self.setup.enter(Call::Shutdown, i, 0);
+            out.extend(Arc::get_mut(plugin).map(Plugin::end).unwrap_or_default());
+            self.setup.leave(before);
+        }
+        out
+    }
+
+    /// The tables that its plugins got.
+    pub fn host(&self) -> &HostTables {
+        &self.host
+    }
+
+    fn refuse(&mut self, plugin: usize, text: String, mend: &str) {
+        let p = &self.plugins[plugin];
+        let text = format!("plugin `{}` ({}): {text}", p.id, p.path.display());
+        self.closest.push((p.path.clone(), text.clone()));
+        self.refused.push(Error::new("E303", text).help(mend));
+    }
+    /// Tells that a name is claimed twice; whether the second claim counts. Of two in one plugin only the first does; of
+    /// two plugins a scene says whose it means.
+    fn is_own(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
+        if claimed.contains(&plugin) {
+            let mend = "give each an id of its own";
+            self.refuse(plugin, format!("it offers the {what} `{id}` twice; the first one is used"), mend);
+            return false;
+        }
+        if let Some(other) = claimed.first() {
+            let other = &self.plugins[*other].id;
+            let text = format!("its {what} `{id}` is offered by `{other}` too");
+            let mend = format!("a scene that uses it says whose it means: [providers] \"{id}\" = \"{other}\"");
+            self.refuse(plugin, text, &mend);
+        }
+        true
+    }
+
+    /// Calls a plugin where there is no world: noted for the watchdog, with floating-point mode and locale put back;
+    /// whoever changed them is told so. `subject` is what is built.
+    pub fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
+        let home = Home::now();
+        self.setup.subject(subject);
+        let before = self.setup.enter(call, plugin, 0);
+        let (done, heard) = guard::hear(f);
+        self.setup.leave(before);
+        let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
+        if let Some(what) = home.restore() {
+            return Err(Error::new("E321", format!("{} changes {what} in {}", who(), call.text())).help(guard::MEND));
+        }
+        match heard.first() {
+            None => Ok(done),
+            Some(said) => Err(Error::new("E111", format!("{} {said} in {}", who(), call.text()))),
+        }
+    }
+}
+
+fn same_file(a: &PathBuf, b: &PathBuf) -> bool {
+    a == b || matches!((std::fs::canonicalize(a), std::fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
+}

@@ -1,0 +1,294 @@
+//! Reading the tables of a started plugin: one function per extension.
+
+use std::{
+    ffi::{CStr, c_char},
+    mem::offset_of,
+};
+
+use tatu_plugin_api::{abi::*, safe::ValueRef};
+
+use super::{
+    CommandEntry, Constant, FieldInfo, KindMark, Language, Model, NameEntry, Prelude, PresetInfo, Registry, SensorKind,
+    Status, types::version,
+};
+use crate::{
+    Declared,
+    tables::{self, Required},
+    watchdog::Call,
+};
+
+impl Registry {
+    /// The id of something that a plugin offers, if all that is required is there; else the plugin is told.
+    pub(super) unsafe fn named(
+        &mut self,
+        plugin: usize,
+        what: &str,
+        id: *const c_char,
+        size: u32,
+        needed: &[Required],
+    ) -> Option<String> {
+        // SAFETY: NUL-terminated or null, by the contract.
+        let id = unsafe { tables::text(id) }.filter(|id| !id.is_empty());
+        let lack = tables::lacking(size, needed).or_else(|| id.is_none().then(|| "has an empty `id`".to_owned()));
+        match lack {
+            None => id,
+            Some(lack) => {
+                let name = id.map_or(String::new(), |id| format!(" `{id}`"));
+                self.refuse(plugin, format!("its {what}{name} {lack}"), tables::MEND);
+                None
+            }
+        }
+    }
+
+    /// Tells of an extension whose table lacks its list.
+    pub(super) fn offered(&mut self, plugin: usize, extension: &CStr, size: u32, needed: &[Required]) {
+        if let Some(lack) = tables::lacking(size, needed) {
+            let text =
+                format!("the table that {} gives for `{}` {lack}", Call::Extension.text(), extension.to_string_lossy());
+            self.refuse(plugin, text, tables::MEND);
+        }
+    }
+
+    /// The life of something: whole, or none at all. `None`: it is broken, and the plugin has been told.
+    pub(super) unsafe fn life(&mut self, plugin: usize, whose: &str, life: *const tatu_life) -> Option<tatu_life> {
+        // SAFETY: a table or null, by the contract.
+        let Some(life) = (unsafe { tables::read(life) }) else { return Some(NO_LIFE) };
+        let Some(lack) = tables::lacking(life.size, &tables::required!(life, tatu_life: create, destroy)) else {
+            return Some(life);
+        };
+        self.refuse(plugin, format!("the `life` of its {whose} {lack}"), tables::MEND);
+        None
+    }
+
+    pub(super) unsafe fn add_sensors(&mut self, plugin: usize) {
+        // SAFETY: as promised by the caller, here and in the functions below.
+        unsafe {
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_sensor>(TATU_SENSOR)) else {
+                return;
+            };
+            self.offered(plugin, TATU_SENSOR, ext.size, &tables::required!(ext, tatu_ext_sensor: kinds));
+            for (_, raw) in tables::list(ext.kinds) {
+                let needed = tables::required!(raw, tatu_sensor: id, measure);
+                let Some(id) = self.named(plugin, "sensor", raw.id, raw.size, &needed) else { continue };
+                let Some(life) = self.life(plugin, &format!("sensor `{id}`"), raw.life) else { continue };
+                let claimed: Vec<usize> = self.sensors.iter().filter(|s| s.id == id).map(|s| s.plugin).collect();
+                if !self.is_own(plugin, "sensor", &id, &claimed) {
+                    continue;
+                }
+                let fields: Vec<FieldInfo> = tables::list(raw.fields)
+                    .into_iter()
+                    .map(|(_, f)| FieldInfo {
+                        name: tables::text(f.name).unwrap_or_default(),
+                        elem: f.elem,
+                        dims: f.dims,
+                        unit: tables::text(f.unit),
+                        text: tables::text(f.text).unwrap_or_default(),
+                    })
+                    .collect();
+                if let Some(f) = fields.iter().find(|f| !(TATU_ELEM_F64..=TATU_ELEM_OBJECT).contains(&f.elem)) {
+                    let text = format!("the field `{}` of its sensor `{id}` has elements of type {}", f.name, f.elem);
+                    self.refuse(plugin, text, "use one of TATU_ELEM_*");
+                    continue;
+                }
+                let mut presets: Vec<PresetInfo> = Vec::new();
+                for (_, p) in tables::list(raw.presets) {
+                    let what = format!("preset of its sensor `{id}`");
+                    let needed = tables::required!(p, tatu_preset: id, settings);
+                    let Some(preset) = self.named(plugin, &what, p.id, p.size, &needed) else { continue };
+                    if presets.iter().any(|p| p.id == preset) {
+                        let text = format!("its sensor `{id}` has the preset `{preset}` twice; the first one is used");
+                        self.refuse(plugin, text, "give each an id of its own");
+                        continue;
+                    }
+                    presets.push(PresetInfo {
+                        id: preset,
+                        text: tables::text(p.text).unwrap_or_default(),
+                        settings: tables::text(p.settings).unwrap_or_default(),
+                    });
+                }
+                self.sensors.push(SensorKind {
+                    plugin,
+                    id,
+                    text: tables::text(raw.text).unwrap_or_default(),
+                    schemas: tables::pointers(raw.schemas).into_iter().filter_map(|s| tables::text(s)).collect(),
+                    params: Declared::read_list(raw.params),
+                    field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
+                    fields,
+                    presets,
+                    raw,
+                    life,
+                });
+            }
+        }
+    }
+
+    pub(super) unsafe fn add_models(&mut self, plugin: usize) {
+        // SAFETY: as above.
+        unsafe {
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_model>(TATU_MODEL)) else { return };
+            self.offered(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
+            for (_, raw) in tables::list(ext.models) {
+                let needed = tables::required!(raw, tatu_model: id, build);
+                let Some(id) = self.named(plugin, "model", raw.id, raw.size, &needed) else { continue };
+                let claimed: Vec<usize> = self.models.iter().filter(|m| m.id == id).map(|m| m.plugin).collect();
+                if !self.is_own(plugin, "model", &id, &claimed) {
+                    continue;
+                }
+                self.models.push(Model {
+                    plugin,
+                    id,
+                    text: tables::text(raw.text).unwrap_or_default(),
+                    params: Declared::read_list(raw.params),
+                    slots: tables::pointers(raw.slots).into_iter().filter_map(|s| tables::text(s)).collect(),
+                    raw,
+                });
+            }
+        }
+    }
+
+    pub(super) unsafe fn add_languages(&mut self, plugin: usize) {
+        // SAFETY: as above.
+        unsafe {
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_script>(TATU_SCRIPT)) else {
+                return;
+            };
+            self.offered(plugin, TATU_SCRIPT, ext.size, &tables::required!(ext, tatu_ext_script: languages));
+            for (_, raw) in tables::list(ext.languages) {
+                let needed = tables::required!(
+                    raw, tatu_language: id, life, load, find, call, resume, keep_func, drop_func, call_func
+                );
+                let Some(id) = self.named(plugin, "language", raw.id, raw.size, &needed) else { continue };
+                let Some(life) = self.life(plugin, &format!("language `{id}`"), raw.life) else { continue };
+                let claimed: Vec<usize> = self.languages.iter().filter(|l| l.id == id).map(|l| l.plugin).collect();
+                if !self.is_own(plugin, "language", &id, &claimed) {
+                    continue;
+                }
+                self.languages.push(Language {
+                    plugin,
+                    id,
+                    text: tables::text(raw.text).unwrap_or_default(),
+                    suffixes: tables::pointers(raw.suffixes).into_iter().filter_map(|s| tables::text(s)).collect(),
+                    raw,
+                    life,
+                });
+            }
+        }
+    }
+
+    pub(super) unsafe fn add_commands(&mut self, plugin: usize) {
+        // SAFETY: as above.
+        unsafe {
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_command>(TATU_COMMAND)) else {
+                return;
+            };
+            // Constants or preludes alone are enough: there need be no list of commands, but room for one.
+            let known = ext.size as usize >= offset_of!(tatu_ext_command, constants);
+            self.offered(
+                plugin,
+                TATU_COMMAND,
+                ext.size,
+                &[("commands", known, offset_of!(tatu_ext_command, constants))],
+            );
+            if !ext.per_world.is_null() {
+                match self.life(plugin, "instance per world", ext.per_world) {
+                    Some(life) => self.world_lives.push((plugin, life)),
+                    // Its commands would be called without what they keep.
+                    None => return,
+                }
+            }
+            for (_, raw) in tables::list(ext.commands) {
+                let id = self.commands.len() as u32 + 1;
+                let mut names = Vec::new();
+                for (alias, (_, n)) in tables::list(raw.names).into_iter().enumerate() {
+                    let Some(name) = tables::text(n.name) else { continue };
+                    let on_error = (n.flags & TATU_NAME_OLD_ERRORS != 0).then(|| {
+                        ValueRef::slice(n.on_error, n.n_on_error as usize)
+                            .iter()
+                            .map(|v| v.to_value().unwrap_or_default())
+                            .collect()
+                    });
+                    let until = tables::text(n.on_error_until).map(|u| version(u.as_bytes()));
+                    names.push(NameEntry { name: name.clone(), on_error, until });
+                    if let Some((other, _)) = self.names.get(&name) {
+                        let owner = self.commands.get(*other as usize - 1).map_or(plugin, |c| c.plugin);
+                        let (text, mend) = match owner == plugin {
+                            true => (
+                                format!("it offers the command `{name}` twice; the first one is used"),
+                                "give each a name of its own",
+                            ),
+                            false => (
+                                format!("its command `{name}` is already offered by `{}`", self.plugins[owner].id),
+                                "give the command a name space of its own: `mine.name`",
+                            ),
+                        };
+                        self.refuse(plugin, text, mend);
+                    } else {
+                        self.names.insert(name, (id, alias as u32));
+                    }
+                }
+                let needed = tables::required!(raw, tatu_command: names, call);
+                let lack = tables::lacking(raw.size, &needed);
+                if let Some(lack) = lack.or_else(|| names.is_empty().then(|| "has no name".to_owned())) {
+                    let name = names.first().map_or(String::new(), |n| format!(" `{}`", n.name));
+                    self.refuse(plugin, format!("its command{name} {lack}"), tables::MEND);
+                    for n in &names {
+                        self.names.remove(&n.name);
+                    }
+                    continue;
+                }
+                self.commands.push(CommandEntry {
+                    plugin,
+                    names,
+                    params: Declared::read_list(raw.params),
+                    returns: Declared::read_list(raw.returns),
+                    text: tables::text(raw.text).unwrap_or_default(),
+                    example: tables::text(raw.example).unwrap_or_default(),
+                    status: match raw.status {
+                        TATU_COMMAND_PARTIAL => Status::Partial,
+                        TATU_COMMAND_STUB => Status::Stub,
+                        _ => Status::Full,
+                    },
+                    notes: tables::text(raw.notes).unwrap_or_default(),
+                    subject: tables::text(raw.subject).unwrap_or_default(),
+                    no_wait: tables::text(raw.no_wait),
+                    raw_args: raw.flags & TATU_COMMAND_RAW != 0,
+                    side_by_side: raw.flags & TATU_COMMAND_SIDE_BY_SIDE != 0,
+                    raw: tatu_command { size: size_of::<tatu_command>() as u32, ..raw },
+                });
+            }
+            for (_, raw) in tables::list(ext.constants) {
+                if let Some(name) = tables::text(raw.name) {
+                    self.constants.entry(name).or_insert(Constant { plugin, raw: raw.value });
+                }
+            }
+            for (_, raw) in tables::list(ext.preludes) {
+                self.preludes.push(Prelude {
+                    plugin,
+                    language: tables::text(raw.language).unwrap_or_default(),
+                    module: tables::text(raw.module).unwrap_or_default(),
+                    text: crate::border::bytes(raw.text).to_vec(),
+                });
+            }
+            for (_, raw) in tables::list(ext.kind_marks) {
+                self.kind_marks.push(KindMark {
+                    language: tables::text(raw.language).unwrap_or_default(),
+                    kind: tables::text(raw.kind).unwrap_or_default(),
+                    word: tables::text(raw.word).unwrap_or_default(),
+                    last: raw.flags & TATU_MARK_LAST_LINE != 0,
+                });
+            }
+        }
+    }
+}
+
+pub(super) const NO_LIFE: tatu_life = tatu_life {
+    size: 0,
+    state_bytes: 0,
+    create: None,
+    destroy: None,
+    configure: None,
+    save: None,
+    load: None,
+    version: 0,
+    reserved: 0,
+};

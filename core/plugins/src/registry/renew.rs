@@ -1,0 +1,149 @@
+//! A registry in which one plugin is another version of itself.
+//!
+//! Worlds, documents and scripts hold numbers of what plugins offer. So everything keeps its number: what is new comes
+//! last, and a new version that lacks something of the old one is refused. Commands may vanish: whoever still has their
+//! number gets an error.
+
+use std::sync::Arc;
+
+use tatu_plugin_api::abi::*;
+
+use super::{CommandEntry, NameEntry, Plugin, Registry};
+use crate::load::Remarks;
+use tatu_errors::{Error, Result};
+
+unsafe extern "C" fn vanished(frame: *mut tatu_call) -> tatu_status {
+    // SAFETY: a call of this host.
+    let error = unsafe { (*frame).error };
+    crate::border::say(error, TATU_ERR_GONE, "the plugin was reloaded, and its new version has no such command")
+}
+
+/// The new list in the order of the old one; what the old one did not have comes last. `Err`: something that is missed.
+fn in_order<T>(old: &[T], new: Vec<T>, same: impl Fn(&T, &T) -> bool) -> Result<Vec<T>, &T> {
+    let mut new: Vec<Option<T>> = new.into_iter().map(Some).collect();
+    let mut out = Vec::with_capacity(new.len());
+    for o in old {
+        let found = new.iter_mut().find(|n| n.as_ref().is_some_and(|n| same(o, n)));
+        out.push(found.and_then(Option::take).ok_or(o)?);
+    }
+    out.extend(new.into_iter().flatten());
+    Ok(out)
+}
+
+impl Registry {
+    /// Loads a plugin's file again; the others are shared with this. What is to be said about the new version stands in
+    /// the new registry's `refused` and `notes`.
+    pub fn renewed(&self, plugin: usize) -> Result<Registry> {
+        let old = &self.plugins[plugin];
+        let mut remarks = Remarks::default();
+        let new = Plugin::open(&old.path, self.search.copies.as_deref(), &self.host, &self.setup, &mut remarks)?;
+        let file = old.path.display();
+        if new.id != old.id {
+            let text = format!("the plugin {file} is called `{}` now, and was `{}`", new.id, old.id);
+            return Err(Error::new("E305", text).help("give it its id back, or start the run again"));
+        }
+        let mut plugins = self.plugins.clone();
+        plugins[plugin] = Arc::new(new);
+        let (search, watches) = (self.search.clone(), self.watches.clone());
+        let mut registry = Self::of(plugins, search, self.setup.clone(), watches, self.host.clone());
+        registry.read();
+        if let Some(why) = registry.refused.iter().find(|e| !self.refused.iter().any(|known| known.text == e.text)) {
+            return Err(why.clone());
+        }
+        registry.take_places(self).map_err(|lost| {
+            Error::new("E305", format!("the new version of {file} no longer offers {lost}"))
+                .expected("everything but commands to be still there")
+                .help("start the run again to go on without")
+        })?;
+        registry.generation = self.generation + 1;
+        (registry.refused, registry.notes) = (remarks.warnings, remarks.notes);
+        Ok(registry)
+    }
+
+    fn take_places(&mut self, old: &Registry) -> Result<(), String> {
+        macro_rules! place {
+            ($list:ident, $what:literal) => {
+                let new = std::mem::take(&mut self.$list);
+                self.$list = in_order(&old.$list, new, |a, b| a.plugin == b.plugin && a.id == b.id)
+                    .map_err(|lost| format!(concat!($what, " `{}`"), lost.id))?;
+            };
+        }
+        place!(sensors, "the sensor");
+        place!(actuators, "the actuator");
+        place!(models, "the model");
+        place!(importers, "the importer");
+        place!(languages, "the language");
+        place!(services, "the service");
+        self.place_commands(old);
+        Ok(())
+    }
+
+    fn place_commands(&mut self, old: &Registry) {
+        let mut new: Vec<Option<CommandEntry>> = std::mem::take(&mut self.commands).into_iter().map(Some).collect();
+        // Of each number read, the one it has now.
+        let mut numbers = vec![0; new.len()];
+        let mut gone = Vec::new();
+        for (i, o) in old.commands.iter().enumerate() {
+            let same = |n: &CommandEntry| n.plugin == o.plugin && n.names[0].name == o.names[0].name;
+            match new.iter().position(|n| n.as_ref().is_some_and(same)) {
+                Some(at) => {
+                    numbers[at] = i as u32 + 1;
+                    self.commands.extend(new[at].take());
+                }
+                None => {
+                    gone.push(i);
+                    self.commands.push(tombstone(o));
+                }
+            }
+        }
+        for (at, entry) in new.into_iter().enumerate() {
+            let Some(entry) = entry else { continue };
+            self.commands.push(entry);
+            numbers[at] = self.commands.len() as u32;
+        }
+        for (number, _) in self.names.values_mut() {
+            *number = numbers[*number as usize - 1];
+        }
+        for i in gone {
+            for (alias, n) in self.commands[i].names.iter().enumerate() {
+                self.names.entry(n.name.clone()).or_insert((i as u32 + 1, alias as u32));
+            }
+        }
+    }
+}
+
+/// A command that is no more, under its number and names.
+fn tombstone(old: &CommandEntry) -> CommandEntry {
+    let names = old.names.iter().map(|n| NameEntry {
+        name: n.name.clone(),
+        on_error: n.on_error.clone(),
+        until: n.until.clone(),
+    });
+    CommandEntry {
+        plugin: old.plugin,
+        names: names.collect(),
+        params: Vec::new(),
+        returns: Vec::new(),
+        text: old.text.clone(),
+        example: String::new(),
+        status: old.status,
+        notes: String::new(),
+        subject: old.subject.clone(),
+        no_wait: None,
+        raw_args: true,
+        side_by_side: false,
+        raw: tatu_command { call: Some(vanished), ..old.raw },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_order;
+
+    #[test]
+    fn places_are_kept_and_what_is_new_comes_last() {
+        let same = |a: &&str, b: &&str| a == b;
+        assert_eq!(in_order(&["c", "a"], vec!["a", "b", "c"], same), Ok(vec!["c", "a", "b"]));
+        assert_eq!(in_order(&["c", "x"], vec!["a", "b", "c"], same), Err(&"x"));
+    }
+}

@@ -1,0 +1,66 @@
+//! The services that plugins offer.
+
+use std::collections::BTreeMap;
+
+use tatu_plugin_api::abi::*;
+
+use super::Registry;
+use crate::{Declared, events::FOR_SERVICES, tables};
+use tatu_errors::Result;
+
+/// A service: what lives beside worlds.
+pub struct ServiceKind {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes and command lines write.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// Its parameters.
+    pub params: Vec<Declared>,
+    /// Names of the events that it is told of.
+    pub events: Vec<String>,
+    /// The table of its functions.
+    pub raw: tatu_service,
+}
+
+impl Registry {
+    pub(super) unsafe fn add_services(&mut self, plugin: usize) {
+        // SAFETY: tables of a started plugin, as the header tells.
+        unsafe {
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_service>(TATU_SERVICE)) else {
+                return;
+            };
+            self.offered(plugin, TATU_SERVICE, ext.size, &tables::required!(ext, tatu_ext_service: services));
+            for (_, raw) in tables::list(ext.services) {
+                let needed = tables::required!(raw, tatu_service: id, start, barrier);
+                let Some(id) = self.named(plugin, "service", raw.id, raw.size, &needed) else { continue };
+                let claimed: Vec<usize> = self.services.iter().filter(|s| s.id == id).map(|s| s.plugin).collect();
+                if !self.is_own(plugin, "service", &id, &claimed) {
+                    continue;
+                }
+                let events: Vec<String> =
+                    tables::pointers(raw.events).into_iter().filter_map(|e| tables::text(e)).collect();
+                let default = || FOR_SERVICES.iter().map(|e| (*e).to_owned()).collect();
+                self.services.push(ServiceKind {
+                    plugin,
+                    id,
+                    text: tables::text(raw.text).unwrap_or_default(),
+                    params: Declared::read_list(raw.params),
+                    events: if raw.events.is_null() { default() } else { events },
+                    raw,
+                });
+            }
+        }
+    }
+
+    /// The index of a service by id.
+    pub fn service(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
+        let of_id = self.services.iter().enumerate().filter(|(_, s)| s.id == id);
+        let claims: Vec<_> = of_id.map(|(i, s)| (i, s.plugin)).collect();
+        self.choose("service", id, &claims, providers)?.ok_or_else(|| {
+            let known: Vec<_> = self.services.iter().map(|s| s.id.as_str()).collect();
+            self.unknown("E115", "service", id, &known)
+        })
+    }
+}

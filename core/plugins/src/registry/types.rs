@@ -1,0 +1,184 @@
+//! What a plugin can offer, as the host keeps it; actuators, importers and services stand with their own subject.
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use crate::Declared;
+
+/// One field of a sensor kind.
+#[derive(Debug, Clone)]
+pub struct FieldInfo {
+    /// `<schema>.<field>`
+    pub name: String,
+    /// `TATU_ELEM_*`
+    pub elem: u32,
+    /// Shape; 0: as many as there are beams.
+    pub dims: [u32; 3],
+    /// Unit.
+    pub unit: Option<String>,
+    /// One sentence.
+    pub text: String,
+}
+
+/// Settings of a sensor under a name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PresetInfo {
+    /// What scenes write.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// Lines of TOML as a scene would have them; they are read where the preset is used.
+    pub settings: String,
+}
+
+/// A kind of sensor.
+pub struct SensorKind {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes write.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// What readers look for.
+    pub schemas: Vec<String>,
+    /// Its parameters.
+    pub params: Vec<Declared>,
+    /// What it fills.
+    pub fields: Vec<FieldInfo>,
+    /// Settings under a name.
+    pub presets: Vec<PresetInfo>,
+    /// The interned keys of its fields.
+    pub field_props: Vec<u32>,
+    /// The table of its functions.
+    pub raw: tatu_sensor,
+    /// How its instances are made, configured, saved and ended.
+    pub life: tatu_life,
+}
+
+/// A model.
+pub struct Model {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// What scenes write.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// Its parameters.
+    pub params: Vec<Declared>,
+    /// Where others may be hung.
+    pub slots: Vec<String>,
+    /// The table of its functions.
+    pub raw: tatu_model,
+}
+
+/// A script language.
+pub struct Language {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// Its id.
+    pub id: String,
+    /// One sentence.
+    pub text: String,
+    /// File suffixes.
+    pub suffixes: Vec<String>,
+    /// The table of its functions.
+    pub raw: tatu_language,
+    /// How its instances are made, configured, saved and ended.
+    pub life: tatu_life,
+}
+
+/// One name of a command.
+pub struct NameEntry {
+    /// The name.
+    pub name: String,
+    /// What it returns instead of an error, if it is an old-style name.
+    pub on_error: Option<Vec<Value>>,
+    /// The first dialect for whose scripts an error is an error all the same.
+    pub until: Option<Vec<u32>>,
+}
+
+/// How much of what is documented a command does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// All.
+    Full,
+    /// Less than all.
+    Partial,
+    /// It gives a neutral value.
+    Stub,
+}
+
+impl Status {
+    /// As lists and pages have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Status::Full => "full",
+            Status::Partial => "partial",
+            Status::Stub => "stub",
+        }
+    }
+}
+
+impl NameEntry {
+    /// What it returns instead of an error to a caller of a dialect, if it is so old.
+    pub fn instead_of_error(&self, dialect: &[u8]) -> Option<&Vec<Value>> {
+        let modern = self.until.as_ref().is_some_and(|until| !dialect.is_empty() && version(dialect) >= *until);
+        self.on_error.as_ref().filter(|_| !modern)
+    }
+}
+
+/// The numbers of a version such as "4.10.0"; none for what is no version, which is older than all.
+pub fn version(dialect: &[u8]) -> Vec<u32> {
+    let text = String::from_utf8_lossy(dialect);
+    text.split('.').map_while(|part| part.trim().parse().ok()).collect()
+}
+
+/// A command.
+pub struct CommandEntry {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// Its names.
+    pub names: Vec<NameEntry>,
+    /// Its parameters.
+    pub params: Vec<Declared>,
+    /// Its results.
+    pub returns: Vec<Declared>,
+    /// One sentence.
+    pub text: String,
+    /// A script that raises where the effect is not there.
+    pub example: String,
+    /// How much of it there is.
+    pub status: Status,
+    /// What is missing or differs.
+    pub notes: String,
+    /// What it is about, one word; empty: nobody told.
+    pub subject: String,
+    /// What to do where waiting is not possible.
+    pub no_wait: Option<String>,
+    /// Takes arguments as they come.
+    pub raw_args: bool,
+    /// Scripts that run side by side may call it.
+    pub side_by_side: bool,
+    /// The table of its functions.
+    pub raw: tatu_command,
+}
+
+/// A named value for scripts, and who gave it.
+pub struct Constant {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// The value as its plugin declares it; valid as long as the plugin.
+    /// The table of its functions.
+    pub raw: tatu_value,
+}
+
+/// A text for scripts of a language.
+pub struct Prelude {
+    /// Index of the plugin.
+    pub plugin: usize,
+    /// Language.
+    pub language: String,
+    /// Module; "" runs in every new state.
+    pub module: String,
+    /// Its text.
+    pub text: Vec<u8>,
+}

@@ -1,0 +1,122 @@
+//! Where plugins are looked for, and which files may be some.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
+
+use tempfile::TempDir;
+
+use tatu_errors::{Error, Result};
+
+/// Where a folder of the path comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// `TATU_PLUGIN_PATH`.
+    Environment,
+    /// Beside the program: `plugins`, or `../lib/tatu/plugins`.
+    Installed,
+    /// Beside the program as cargo builds it: only packages that its manifest lists are opened there.
+    Built,
+    /// Named in the scene.
+    Scene,
+}
+
+/// The folders that are searched, in order: the first that has an id wins it.
+#[derive(Debug, Clone, Default)]
+pub struct Search {
+    /// Folders.
+    pub folders: Vec<(PathBuf, Source)>,
+    /// Names of libraries (without prefix and suffix) that may be opened in `Source::Built` folders.
+    pub built: Vec<String>,
+    /// Libraries are opened as copies that lie here, so that their files can be written while they are used.
+    pub copies: Option<Arc<Copies>>,
+}
+
+/// A folder for copies of libraries, which vanishes with this.
+#[derive(Debug)]
+pub struct Copies {
+    folder: TempDir,
+    made: AtomicUsize,
+}
+
+impl Copies {
+    /// A new folder.
+    pub fn new() -> Result<Self> {
+        let folder = TempDir::with_prefix("tatu-").map_err(|e| {
+            let text = format!("no folder for copies of plugins can be made: {e}");
+            Error::new("E105", text).help("set TMPDIR to a folder that can be written")
+        })?;
+        Ok(Copies { folder, made: AtomicUsize::new(0) })
+    }
+    /// A copy of a file, under a name that no other has: a library of the same name would be taken for the first one.
+    pub fn copy(&self, file: &Path) -> std::io::Result<PathBuf> {
+        let number = self.made.fetch_add(1, Ordering::Relaxed);
+        let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let copy = self.folder.path().join(format!("{number}-{name}"));
+        std::fs::copy(file, &copy).map(|_| copy)
+    }
+}
+
+impl Search {
+    /// The usual path of a program: the environment's folders, then those around `exe`.
+    pub fn standard(exe: Option<&Path>, environment: Option<&std::ffi::OsStr>, built: &[&str]) -> Self {
+        let mut folders: Vec<_> = environment
+            .map(|path| std::env::split_paths(path).filter(|p| !p.as_os_str().is_empty()).collect::<Vec<_>>())
+            .unwrap_or_default()
+            .into_iter()
+            .map(|p| (p, Source::Environment))
+            .collect();
+        if let Some(dir) = exe.and_then(Path::parent) {
+            folders.push((dir.join("plugins"), Source::Installed));
+            folders.push((dir.join("deps"), Source::Built));
+            if let Some(up) = dir.parent() {
+                folders.push((up.join("lib/tatu/plugins"), Source::Installed));
+            }
+        }
+        Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), copies: None }
+    }
+
+    /// Adds a folder that a scene names.
+    pub fn add_scene_folder(&mut self, folder: PathBuf) {
+        self.folders.push((folder, Source::Scene));
+    }
+
+    /// Files that may be plugins, in order of folders, then of names.
+    pub fn candidates(&self) -> Vec<PathBuf> {
+        let mut out = Vec::new();
+        for (folder, source) in &self.folders {
+            let Ok(entries) = std::fs::read_dir(folder) else { continue };
+            let mut files: Vec<_> =
+                entries.filter_map(|e| e.ok().map(|e| e.path())).filter(|p| self.may_be_plugin(p, *source)).collect();
+            files.sort();
+            out.extend(files);
+        }
+        out
+    }
+
+    fn may_be_plugin(&self, path: &Path, source: Source) -> bool {
+        let Some(name) = path.file_name().and_then(|n| n.to_str()) else { return false };
+        let Some(stem) = name
+            .strip_suffix(std::env::consts::DLL_SUFFIX)
+            .map(|s| s.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(s))
+            .filter(|s| s.starts_with("tatu_"))
+        else {
+            return false;
+        };
+        source != Source::Built || self.built.iter().any(|b| b == stem)
+    }
+
+    /// The folders as a list for messages, with what is wrong with each.
+    pub fn describe(&self) -> String {
+        let mut out = String::new();
+        for (folder, _) in &self.folders {
+            let note = if folder.is_dir() { "" } else { " (not there)" };
+            out += &format!("\n    {}{note}", folder.display());
+        }
+        out
+    }
+}

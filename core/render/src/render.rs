@@ -1,0 +1,267 @@
+//! All pixels of a picture.
+
+use std::ops::Range;
+
+use nalgebra::{Point3, Unit, Vector3};
+use rayon::prelude::*;
+
+use super::{
+    Camera,
+    camera::Lens,
+    light::{Color, Lit, grid, hazed, sky, to_lamp},
+    stage::{Seen, Stage, What},
+};
+
+/// A picture.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels in a row.
+    pub columns: u32,
+    /// Rows of pixels.
+    pub rows: u32,
+    /// Red, green and blue of each pixel, the uppermost row first, each from left to right.
+    pub rgb: Vec<u8>,
+}
+
+/// What a pixel's middle sees.
+#[derive(Clone, Copy)]
+struct Sample {
+    seen: Seen,
+    lamp: bool,
+    /// Share of the sky that is seen, by the few rays of this pixel alone.
+    open: f64,
+}
+
+/// Rays that ask how much of the sky a point sees; 16 pixels side by side ask in other directions, and share the answers.
+const SKY_RAYS: u32 = 6;
+/// Side of the block of pixels that share them.
+const BLOCK: u32 = 4;
+/// Pixels of a block that must be alike for its answer to count.
+const ENOUGH: f64 = 13.0;
+/// How near something must be to keep the sky away, m.
+const SKY_REACH: f64 = 0.7;
+/// Samples along a side of a pixel in which something ends.
+const FINE: u32 = 4;
+
+/// Renders with rayon's current pool, band after band, so that large pictures need no more memory than small ones.
+pub(super) fn render(stage: &Stage, camera: &Camera) -> Picture {
+    in_bands(stage, camera, BAND)
+}
+
+/// Rows of a band.
+const BAND: u32 = 256;
+
+fn in_bands(stage: &Stage, camera: &Camera, height: u32) -> Picture {
+    let (columns, rows) = (camera.columns, camera.rows);
+    let view = View { stage, lens: camera.lens(), columns, rows };
+    let mut rgb = Vec::with_capacity(columns as usize * rows as usize * 3);
+    for first in (0..rows).step_by(height as usize) {
+        let band = |more: u32| first.saturating_sub(more)..(first + height + more).min(rows);
+        // A pixel looks at its neighbours, and what it knows of the sky comes from a block around each of these.
+        let samples = Rows::of(columns, band(BLOCK), |x, y| view.sample(x, y));
+        let open = Rows::of(columns, band(1), |x, y| view.open(&samples, x, y));
+        let colors = Rows::of(columns, band(0), |x, y| view.pixel(&samples, &open, x, y).bytes());
+        rgb.extend(colors.values.into_iter().flatten());
+    }
+    Picture { columns, rows, rgb }
+}
+
+/// One value a pixel in some rows.
+struct Rows<T> {
+    first: u32,
+    columns: u32,
+    values: Vec<T>,
+}
+
+impl<T: Send> Rows<T> {
+    fn of(columns: u32, rows: Range<u32>, f: impl Fn(u32, u32) -> T + Sync) -> Self {
+        let (first, wide) = (rows.start, columns as usize);
+        let pixel = |i: usize| f((i % wide) as u32, first + (i / wide) as u32);
+        let values = (0..rows.len() * wide).into_par_iter().with_min_len(256).map(pixel).collect();
+        Rows { first, columns, values }
+    }
+    fn at(&self, x: u32, y: u32) -> &T {
+        &self.values[(y - self.first) as usize * self.columns as usize + x as usize]
+    }
+}
+
+struct View<'a> {
+    stage: &'a Stage,
+    lens: Lens,
+    columns: u32,
+    rows: u32,
+}
+
+impl View<'_> {
+    fn sample(&self, x: u32, y: u32) -> Sample {
+        let direction = self.lens.direction(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let seen = self.stage.look(&self.lens.eye, &direction);
+        let open = if is_solid(&seen) { self.sky_share(&seen, (x % BLOCK) + BLOCK * (y % BLOCK)) } else { 1.0 };
+        Sample { seen, lamp: self.lamp_reaches(&seen), open }
+    }
+
+    fn lamp_reaches(&self, seen: &Seen) -> bool {
+        let lamp = to_lamp();
+        is_solid(seen) && seen.normal.dot(&lamp) > 0.0 && !self.stage.blocked(&lifted(seen), &lamp, f64::INFINITY)
+    }
+
+    /// The share of the sky above a surface that nothing near keeps away.
+    fn sky_share(&self, seen: &Seen, turn: u32) -> f64 {
+        let (n, from) = (seen.normal, lifted(seen));
+        let side = if n.z.abs() < 0.7 { Vector3::z() } else { Vector3::x() };
+        let (a, b) = (n.cross(&side).normalize(), n.cross(&n.cross(&side)).normalize());
+        let count = SKY_RAYS * BLOCK * BLOCK;
+        let free = (0..SKY_RAYS).filter(|i| {
+            // A sunflower on the disc below the half ball: even, and by the cosine of the angle. Neighbours take turns.
+            let k = f64::from(i * BLOCK * BLOCK + SCATTERED[turn as usize]) + 0.5;
+            let (r, angle) = ((k / f64::from(count)).sqrt(), k * 2.399_963_229_728_653);
+            let direction = a * (r * angle.cos()) + b * (r * angle.sin()) + n * (1.0 - r * r).sqrt();
+            !self.stage.blocked(&from, &Unit::new_normalize(direction), SKY_REACH)
+        });
+        free.count() as f64 / f64::from(SKY_RAYS)
+    }
+
+    /// What the pixels around a pixel know together of the sky above it.
+    fn open(&self, samples: &Rows<Sample>, x: u32, y: u32) -> f64 {
+        let here = &samples.at(x, y).seen;
+        if !is_solid(here) {
+            return 1.0;
+        }
+        let (mut sum, mut count) = (0.0, 0.0_f64);
+        for v in y.saturating_sub(1)..(y + 3).min(self.rows) {
+            for u in x.saturating_sub(1)..(x + 3).min(self.columns) {
+                let other = samples.at(u, v);
+                if alike(here, &other.seen) {
+                    (sum, count) = (sum + other.open, count + 1.0);
+                }
+            }
+        }
+        if count < ENOUGH {
+            // At an edge the others know little: this pixel asks in all directions.
+            let all = BLOCK * BLOCK;
+            return (0..all).map(|turn| self.sky_share(here, turn)).sum::<f64>() / f64::from(all);
+        }
+        sum / count
+    }
+
+    /// A pixel's colour: one sample, or many where something ends.
+    fn pixel(&self, samples: &Rows<Sample>, open: &Rows<f64>, x: u32, y: u32) -> Color {
+        let here = samples.at(x, y);
+        let around = (y.saturating_sub(1)..(y + 2).min(self.rows))
+            .flat_map(|v| (x.saturating_sub(1)..(x + 2).min(self.columns)).map(move |u| (u, v)));
+        let near: Vec<(&Sample, f64)> = around.map(|(u, v)| (samples.at(u, v), *open.at(u, v))).collect();
+        let same = |(other, _): &(&Sample, f64)| other.lamp == here.lamp && alike(&here.seen, &other.seen);
+        if near.iter().all(same) {
+            let at = [f64::from(x) + 0.5, f64::from(y) + 0.5];
+            return self.shade(&here.seen, here.lamp, *open.at(x, y), at, 1.0);
+        }
+        let mut sum = Vector3::zeros();
+        for k in 0..FINE * FINE {
+            let step = |k: u32| (f64::from(k) + 0.5) / f64::from(FINE);
+            let at = [f64::from(x) + step(k % FINE), f64::from(y) + step(k / FINE)];
+            let seen = self.stage.look(&self.lens.eye, &self.lens.direction(at[0], at[1]));
+            let (mut known, mut count) = (0.0, 0.0);
+            for (_, open) in near.iter().filter(|(other, _)| alike(&seen, &other.seen)) {
+                (known, count) = (known + open, count + 1.0);
+            }
+            let open = if count > 0.0 {
+                known / count
+            } else if is_solid(&seen) {
+                self.sky_share(&seen, k)
+            } else {
+                1.0
+            };
+            // What is very bright must not outweigh the rest of an edge.
+            let c = self.shade(&seen, self.lamp_reaches(&seen), open, at, 1.0 / f64::from(FINE));
+            sum += c.0.map(|v| v.min(1.0));
+        }
+        Color(sum / f64::from(FINE * FINE))
+    }
+
+    fn shade(&self, seen: &Seen, lamp: bool, open: f64, at: [f64; 2], width: f64) -> Color {
+        let direction = self.lens.direction(at[0], at[1]);
+        let mut color = self.stage.color(seen.what);
+        if seen.what == What::Sky {
+            return sky(&direction);
+        }
+        if let What::Mark(_) = seen.what {
+            // Drawings are no things in the light: only a little round.
+            let round = 0.75 + 0.25 * (-seen.normal.dot(&direction)).clamp(0.0, 1.0);
+            return Color(color.0 * round);
+        }
+        let floor = self.stage.has_grid(seen);
+        if floor {
+            color.0 *= 1.0 - grid(&seen.point, self.reach(seen, at, width));
+        }
+        let gloss = if floor { 0.0 } else { 0.12 };
+        let lit = Lit { color, normal: seen.normal, to_eye: -direction.into_inner(), lamp, open, gloss };
+        hazed(lit.shade(), seen.distance, self.lens.eye.z)
+    }
+
+    /// How much of x and y a pixel covers on the surface there, m.
+    fn reach(&self, seen: &Seen, at: [f64; 2], width: f64) -> [f64; 2] {
+        let on_plane = |x: f64, y: f64| {
+            let d = self.lens.direction(x, y);
+            let t = (seen.point - self.lens.eye).dot(&seen.normal) / d.dot(&seen.normal);
+            self.lens.eye + d.into_inner() * t
+        };
+        let [x, y] = at;
+        let (right, below) = (on_plane(x + width, y) - seen.point, on_plane(x, y + width) - seen.point);
+        [0, 1].map(|i| right[i].abs() + below[i].abs())
+    }
+}
+
+/// The order in which the pixels of a block take their directions: neighbours take ones that are far apart.
+const SCATTERED: [u32; 16] = [0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5];
+
+fn is_solid(seen: &Seen) -> bool {
+    matches!(seen.what, What::Floor | What::Solid(..))
+}
+
+/// Whether two samples lie on one smooth piece of surface.
+fn alike(a: &Seen, b: &Seen) -> bool {
+    let same = match (a.what, b.what) {
+        (What::Solid(i, _), What::Solid(k, _)) => i == k,
+        (a, b) => a == b,
+    };
+    let smooth = a.normal.dot(&b.normal) > 0.9;
+    match a.what {
+        What::Sky => same,
+        What::Mark(_) => false,
+        // A step from one part of the same thing to another behind it.
+        _ => same && smooth && ((a.point - b.point).dot(&a.normal).abs() < 0.02 + 0.05 * a.distance),
+    }
+}
+
+/// A little above the surface, where rays away from it begin.
+fn lifted(seen: &Seen) -> Point3<f64> {
+    seen.point + seen.normal * (1e-6 * (1.0 + seen.distance))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Isometry3;
+
+    use super::*;
+    use tatu_core::figures::Figures;
+    use tatu_scene::{Data, Scene, Shape};
+
+    #[test]
+    fn bands_leave_no_seams() {
+        let mut scene = Scene::default();
+        for x in [0.0, 0.13, 0.31] {
+            scene.add(0, "box", Isometry3::translation(x, x, 0.05 + x), Data::Shape(Box::<Shape>::default()));
+        }
+        let camera = Camera {
+            from: Point3::new(-0.6, -0.5, 0.4),
+            to: Point3::new(0.1, 0.1, 0.1),
+            fov: 0.9,
+            columns: 48,
+            rows: 37,
+        };
+        let stage = Stage::of(&scene, &Figures::default(), &camera, &[]);
+        let whole = in_bands(&stage, &camera, 100);
+        assert_eq!(whole.rgb.len(), 48 * 37 * 3);
+        assert!(whole == in_bands(&stage, &camera, 5) && whole == in_bands(&stage, &camera, 1));
+    }
+}

@@ -1,0 +1,137 @@
+//! What a picture shows.
+
+use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
+
+use super::{Camera, Line, light::Color, marks};
+use ::tatu_beams::{Beam, BeamScene, Faces, Hit, Target, Volume};
+use tatu_core::figures::Figures;
+use tatu_geometry::Form;
+use tatu_scene::{Scene, visible_parts};
+
+/// What can be seen.
+pub(super) struct Stage {
+    solids: BeamScene,
+    marks: BeamScene,
+    /// Of each solid, then of each mark: its colour.
+    colors: Vec<Color>,
+    /// Which solids are planes.
+    planes: Vec<bool>,
+    /// No plane is there: the floor is drawn without one.
+    bare: bool,
+}
+
+/// What lies in a direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Seen {
+    pub what: What,
+    pub distance: f64,
+    pub point: Point3<f64>,
+    /// Towards the eye.
+    pub normal: Vector3<f64>,
+}
+
+/// A thing in the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum What {
+    Sky,
+    /// The floor of a scene that has none.
+    Floor,
+    /// A form, and the face of it.
+    Solid(u32, u32),
+    Mark(u32),
+}
+
+/// How far one sees, m.
+const FAR: f64 = 1e4;
+/// The floor that is nobody's lies so far below z = 0: floors made of boxes end there.
+const BELOW: f64 = 1e-4;
+
+impl Stage {
+    pub fn of(scene: &Scene, figures: &Figures, camera: &Camera, lines: &[Line]) -> Self {
+        let (mut targets, mut colors) = (Vec::new(), Vec::new());
+        for (slot, o) in scene.slots() {
+            let Some(shape) = o.shape().filter(|_| o.is_visible()) else { continue };
+            for part in visible_parts(shape) {
+                targets.push(target(targets.len(), scene.world(slot) * part.pose, part.form));
+                colors.push(Color::of(part.color.unwrap_or(shape.color)));
+            }
+        }
+        let planes: Vec<bool> = targets.iter().map(|t| t.form == Form::Plane).collect();
+        let mut drawn = Vec::new();
+        for mark in marks::all(scene, figures, camera, lines) {
+            drawn.push(target(targets.len() + drawn.len(), mark.pose, mark.form));
+            colors.push(Color::of(mark.color));
+        }
+        let (mut solids, mut marks) = (BeamScene::default(), BeamScene::default());
+        let bare = !planes.contains(&true);
+        solids.set(targets);
+        marks.set(drawn);
+        Stage { solids, marks, colors, planes, bare }
+    }
+
+    /// What is seen from a point in a direction.
+    pub fn look(&self, eye: &Point3<f64>, direction: &Unit<Vector3<f64>>) -> Seen {
+        let ray = ray(eye, direction, 0.0, FAR);
+        let (hit, mark) = (self.solids.cast_one(&ray), self.marks.cast_one(&ray));
+        let at = |distance: f64| eye + direction.into_inner() * distance;
+        let seen = |hit: &Hit, what: What| {
+            let normal = ray.world_from_beam.rotation * hit.normal;
+            Seen { what, distance: hit.distance, point: at(hit.distance), normal }
+        };
+        let mut best = Seen { what: What::Sky, distance: f64::INFINITY, point: *eye, normal: Vector3::zeros() };
+        if hit.is_some() {
+            best = seen(&hit, What::Solid(hit.object as u32, hit.primitive));
+        }
+        let down = -(eye.z + BELOW) / direction.z;
+        if self.bare && eye.z > -BELOW && down > 0.0 && down < best.distance.min(FAR) {
+            best = Seen { what: What::Floor, distance: down, point: at(down), normal: Vector3::z() };
+        }
+        if mark.distance < best.distance {
+            best = seen(&mark, What::Mark(mark.object as u32));
+        }
+        best
+    }
+
+    /// Whether something stands within `far` of a point in a direction; marks stand in nobody's light.
+    pub fn blocked(&self, from: &Point3<f64>, direction: &Unit<Vector3<f64>>, far: f64) -> bool {
+        self.solids.cast_one(&ray(from, direction, 0.0, far)).is_some()
+    }
+
+    pub fn color(&self, what: What) -> Color {
+        match what {
+            What::Solid(i, _) | What::Mark(i) => self.colors.get(i as usize).copied().unwrap_or(Color::FLOOR),
+            What::Floor | What::Sky => Color::FLOOR,
+        }
+    }
+
+    /// Whether the grid is on it: floors without end, and what lies in the plane z = 0, facing up.
+    pub fn has_grid(&self, seen: &Seen) -> bool {
+        match seen.what {
+            What::Floor => true,
+            What::Solid(i, _) => {
+                let flat = seen.normal.z > 0.999;
+                flat && (self.planes.get(i as usize) == Some(&true) || seen.point.z.abs() < 1e-3)
+            }
+            _ => false,
+        }
+    }
+}
+
+fn target(index: usize, pose: Isometry3<f64>, form: Form) -> Target {
+    Target { object: index as u64, group: 0, world_from_target: pose, form, color: [0.0; 3] }
+}
+
+fn ray(from: &Point3<f64>, direction: &Unit<Vector3<f64>>, near: f64, far: f64) -> Beam {
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), direction)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+    Beam {
+        world_from_beam: Isometry3::from_parts((*from).into(), turn),
+        volume: Volume::Ray,
+        near,
+        far,
+        max_incidence: std::f64::consts::FRAC_PI_2,
+        faces: Faces::BOTH,
+        skip_group: None,
+        only_object: None,
+    }
+}

@@ -1,0 +1,76 @@
+//! Files that a model or importer reads beside its source: only within the folders that it may.
+
+use std::path::{Component, Path, PathBuf};
+
+use super::sources::Sources;
+use tatu_errors::{Error, Result};
+
+/// What a build reads.
+pub(super) struct Source {
+    /// For its reports: the name of the file.
+    pub name: Option<String>,
+    /// Where names of files start from; without one there are none.
+    pub folder: Option<PathBuf>,
+    /// Folders that must not be left.
+    pub roots: Vec<PathBuf>,
+}
+
+/// Files greater than this are not read, bytes.
+pub(super) const MOST_BYTES: u64 = 1 << 28;
+
+impl Source {
+    /// A file beside the source; `None`: there is none, which the plugin may mend by another name. Leaving the
+    /// allowed folders is an error, by `..`, by an absolute name or by a link.
+    pub fn read(&self, name: &str, sources: &Sources) -> Result<Option<Vec<u8>>> {
+        let Some(folder) = &self.folder else { return Ok(None) };
+        let wanted = folder.join(name);
+        // What was kept has been looked at when it was read.
+        if sources.are_kept() {
+            return Ok(sources.read(&wanted).ok());
+        }
+        let real = |p: &Path| std::fs::canonicalize(if p.as_os_str().is_empty() { Path::new(".") } else { p });
+        let outside = || {
+            let shown = |r: &PathBuf| if r.as_os_str().is_empty() { ".".into() } else { r.display().to_string() };
+            let roots: Vec<_> = self.roots.iter().map(|r| format!("`{}`", shown(r))).collect();
+            Error::new("E105", format!("the file `{name}` lies outside of the folders that may be read"))
+                .expected(format!("a file below {}", roots.join(" or ")))
+                .help("move it there, or describe the scene in a file above both")
+        };
+        let Ok(path) = real(&wanted) else {
+            // What is not there must not tell what else is: a name that climbs out is refused either way.
+            return if escapes(name, folder, &self.roots) { Err(outside()) } else { Ok(None) };
+        };
+        if !self.roots.iter().filter_map(|r| real(r).ok()).any(|r| path.starts_with(r)) {
+            return Err(outside());
+        }
+        let fail = |e: String| Error::new("E105", format!("cannot read the file `{name}`: {e}"));
+        let about = std::fs::metadata(&path).map_err(|e| fail(e.to_string()))?;
+        if !about.is_file() {
+            return Ok(None);
+        }
+        if about.len() > MOST_BYTES {
+            return Err(fail(format!("it has {} bytes, the limit is {MOST_BYTES}", about.len())));
+        }
+        sources.read(&wanted).map(Some).map_err(|e| fail(e.to_string()))
+    }
+}
+
+/// Whether a name that leads to nothing would lead out of the roots.
+fn escapes(name: &str, folder: &Path, roots: &[PathBuf]) -> bool {
+    let Ok(here) = std::env::current_dir() else { return true };
+    let normal = |p: &Path| {
+        let mut out = PathBuf::new();
+        for c in here.join(p).components() {
+            match c {
+                Component::ParentDir => {
+                    out.pop();
+                }
+                Component::CurDir => {}
+                c => out.push(c),
+            }
+        }
+        out
+    };
+    let full = normal(&folder.join(name));
+    !roots.iter().any(|r| full.starts_with(normal(r)))
+}

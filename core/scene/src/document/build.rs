@@ -1,0 +1,322 @@
+//! Writing a document: every property is checked against its row.
+
+use std::{collections::BTreeMap, ops::Range, sync::Arc};
+
+use nalgebra::{Isometry3, Point3};
+use tatu_plugin_api::{abi::*, safe::Value};
+use toml_edit::Item;
+
+use super::{DeviceSpec, Document, MAIN, Made, ObjectSpec, ScriptSpec, keys, presets};
+use crate::{
+    noise::NoiseSpec,
+    rows::{KINDS, ROWS, Row, kind_name, rows_of},
+};
+use tatu_errors::{Error, Place, Result};
+use tatu_geometry::Mesh;
+use tatu_plugins::{Declared, Registry, SensorKind};
+
+/// Writes into a document.
+pub struct Builder<'a> {
+    /// What plugins offer.
+    pub registry: &'a Registry,
+    /// The document.
+    pub document: &'a mut Document,
+    /// Number shared by objects that come together; see [`ObjectSpec::group`].
+    pub group: usize,
+    /// What the objects added next are described by.
+    pub place: Option<Place>,
+}
+
+/// What a key of an object means.
+#[derive(Debug, Clone, Copy)]
+pub enum Target {
+    /// One of the core's rows.
+    Row(Row),
+    /// A parameter or command of its device, in their order.
+    Param(usize),
+}
+
+impl<'a> Builder<'a> {
+    /// Adds an object; its index.
+    pub fn object(&mut self, kind: &str, parent: Option<usize>, alias: &str) -> Result<usize> {
+        let Some((_, number)) = KINDS.iter().find(|(n, _)| *n == kind) else {
+            let known: Vec<_> = KINDS.iter().map(|(n, _)| *n).collect();
+            return Err(Error::new("E102", format!("there is no kind of object `{kind}`"))
+                .expected(format!("one of {}", known.join(", ")))
+                .nearest(kind, known));
+        };
+        if parent.is_some_and(|p| p >= self.document.objects.len()) {
+            return Err(Error::new("E110", format!("the parent of `{alias}` is not there")));
+        }
+        let alias = if alias.is_empty() { kind } else { alias };
+        if alias.contains('/') {
+            return Err(Error::new("E102", format!("`{alias}` cannot be an alias")).expected("text without `/`"));
+        }
+        self.document.names.add(parent, alias);
+        self.document.objects.push(ObjectSpec {
+            kind: *number,
+            alias: alias.to_owned(),
+            parent,
+            rows: Vec::new(),
+            device: None,
+            scripts: Vec::new(),
+            placement: Isometry3::identity(),
+            group: self.group,
+            place: self.place.clone(),
+        });
+        Ok(self.document.objects.len() - 1)
+    }
+
+    /// The declarations that an object's keys may mean: the core's rows, then its device's parameters.
+    pub fn declared(&self, object: usize) -> Vec<(Declared, Target)> {
+        let spec = &self.document.objects[object];
+        // Where an object hangs is told by `parent`, and its unique name follows from its alias.
+        let rows = rows_of(Some(spec.kind)).map(|r| (r.param(), Target::Row(row(r.key))));
+        let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::Parent | Row::Name))).map(|(p, t)| match t {
+            // In a file `position_m` is where the joint itself stands.
+            Target::Row(Row::JointPosition) => (Declared { key: "joint_position".into(), ..p }, t),
+            _ => (p, t),
+        });
+        // A joint turns or slides: that tells which of its units are meant.
+        let slides =
+            spec.rows.iter().rev().find(|(r, _)| *r == Row::JointType).is_some_and(|(_, v)| *v == "prismatic".into());
+        let rows = rows.map(move |(p, t)| {
+            let unit = p
+                .unit
+                .as_deref()
+                .and_then(|u| u.split_once('|'))
+                .map(|(turn, slide)| if slides { slide } else { turn });
+            match unit.map(str::to_owned) {
+                Some(unit) => (Declared { unit: Some(unit), ..p }, t),
+                None => (p, t),
+            }
+        });
+        let params = spec.device.iter().flat_map(|d| self.registry.device(spec.kind, d.kind).declared());
+        rows.chain(params.enumerate().map(|(i, p)| (p.clone(), Target::Param(i)))).collect()
+    }
+
+    /// Sets a property by key, with or without its kind's prefix; SI units.
+    pub fn set(&mut self, object: usize, key: &str, value: Value) -> Result {
+        let Some(spec) = self.document.objects.get(object) else {
+            return Err(Error::new("E110", "there is no such object in this build"));
+        };
+        let kind = kind_name(spec.kind);
+        let short = match key.split_once('.') {
+            Some(("joint", "position")) => "joint_position",
+            Some((prefix, short)) if prefix == kind || prefix == "object" => short,
+            Some((prefix, short))
+                if spec.device.as_ref().is_some_and(|d| self.registry.device(spec.kind, d.kind).id == prefix) =>
+            {
+                short
+            }
+            Some(_) => "",
+            None => key,
+        };
+        let declared = self.declared(object);
+        let Some((declared, target)) = declared.iter().find(|(d, _)| d.key == short) else {
+            let known: Vec<_> = declared.iter().map(|(d, _)| d.key.as_str()).collect();
+            return Err(Error::new("E101", format!("a {kind} has no property `{key}`"))
+                .expected(known.join(", "))
+                .nearest(short, known.iter().copied()));
+        };
+        self.put(object, declared, target, value)
+    }
+
+    /// Gives an object another alias.
+    pub fn rename(&mut self, object: usize, alias: &str) {
+        alias.clone_into(&mut self.document.objects[object].alias);
+        self.document.names.rename(object, alias);
+    }
+
+    /// Sets what a key was found to mean.
+    pub fn put(&mut self, object: usize, declared: &Declared, target: &Target, value: Value) -> Result {
+        if declared.flags & TATU_PARAM_READ_ONLY != 0 {
+            return Err(Error::new("E102", format!("`{}` is told, not set", declared.key)));
+        }
+        let value = keys::check(declared, &declared.key, value)?;
+        let spec = &mut self.document.objects[object];
+        match target {
+            Target::Row(Row::Alias) => {
+                if let Value::Text(t) = &value {
+                    let alias = String::from_utf8_lossy(t).into_owned();
+                    self.rename(object, &alias);
+                }
+            }
+            Target::Row(Row::Preset) => self.preset(object, value)?,
+            Target::Row(row) => {
+                let value = match (row, &value) {
+                    (Row::Noise, Value::Text(t)) => self.noise(object, &String::from_utf8_lossy(t))?,
+                    _ => value,
+                };
+                self.try_row(object, *row, &value)?;
+                self.document.objects[object].rows.push((*row, value));
+            }
+            Target::Param(_) => {
+                if let Some(d) = &mut spec.device {
+                    d.params.push((declared.key.clone(), value));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The kind of a sensor.
+    pub(super) fn sensor_kind(&self, object: usize) -> Option<&'a SensorKind> {
+        let spec = self.document.objects.get(object).filter(|o| o.kind == TATU_KIND_SENSOR)?;
+        self.registry.sensors.get(spec.device.as_ref()?.kind)
+    }
+
+    /// Sets all that a preset tells, now: what is set later wins. An empty name sets nothing.
+    fn preset(&mut self, object: usize, value: Value) -> Result {
+        let id = if let Value::Text(t) = &value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
+        if !id.is_empty() {
+            let lacks = || Error::new("E104", "a preset before the sensor has its kind").help("call `device` first");
+            let kind = self.sensor_kind(object).ok_or_else(lacks)?;
+            for setting in presets::settings(self.registry, kind, &id)? {
+                self.put(object, &setting.declared, &setting.target, setting.value).map_err(|e| {
+                    let text = format!("the preset `{id}` of the kind of sensor `{}`: {}", kind.id, e.text);
+                    Error { text, ..e }
+                })?;
+            }
+        }
+        self.document.objects[object].rows.push((Row::Preset, value));
+        Ok(())
+    }
+
+    /// Noise as text, checked against the sensor's fields, their names in full.
+    fn noise(&self, object: usize, text: &str) -> Result<Value> {
+        let lacks = || Error::new("E104", "noise before the sensor has its kind").help("call `device` first");
+        let kind = self.sensor_kind(object).ok_or_else(lacks)?;
+        let read = NoiseSpec::parse(text, Some(kind)).map_err(|w| w.in_text(text))?;
+        Ok(Value::text(read.to_toml()))
+    }
+
+    /// A value of a scene file for what its key was found to mean; else the error and where it lies within the item.
+    pub(super) fn value_of(
+        &self,
+        object: usize,
+        target: &Target,
+        item: &Item,
+        factor: f64,
+    ) -> Result<Value, (Error, Option<Range<usize>>)> {
+        match target {
+            Target::Row(Row::Noise) => presets::noise(item, self.sensor_kind(object)),
+            Target::Row(Row::Notes) => keys::to_map(item).map_err(|e| (e, None)),
+            _ => keys::to_value(item, factor).map_err(|e| (e, None)),
+        }
+    }
+
+    /// Tries a row on a blank object of the kind, so that what a live object would refuse is refused here.
+    fn try_row(&self, object: usize, row: Row, value: &Value) -> Result {
+        if row == Row::Mesh {
+            let there = matches!(value, Value::Int(i) if *i >= 1 && *i as usize <= self.document.meshes.len());
+            return if there { Ok(()) } else { Err(Error::new("E102", "there is no mesh of that number")) };
+        }
+        let blank = Document {
+            objects: vec![ObjectSpec {
+                parent: None,
+                rows: Vec::new(),
+                scripts: Vec::new(),
+                ..self.document.objects[object].clone()
+            }],
+            ..Default::default()
+        };
+        let (mut scene, slots) = blank.instantiate();
+        crate::set(&mut scene, slots[0], row, value)
+            .map(drop)
+            .map_err(|e| Error::new("E102", format!("`{}`: {}", row.info().short(), e.1)))
+    }
+
+    /// Makes a sensor one of a kind or of a schema's provider, or an actuator one of a kind.
+    pub fn device(&mut self, object: usize, kind_or_schema: &str) -> Result {
+        let providers: &BTreeMap<_, _> = &self.document.settings.providers;
+        let Some(spec) = self.document.objects.get_mut(object) else {
+            return Err(Error::new("E110", "there is no such object in this build"));
+        };
+        let kind = match spec.kind {
+            TATU_KIND_SENSOR => self.registry.sensor(kind_or_schema, providers)?,
+            TATU_KIND_ACTUATOR => self.registry.actuator(kind_or_schema, providers)?,
+            other => {
+                let text = format!("`{}` is a {}, not a sensor or actuator", spec.alias, kind_name(other));
+                return Err(Error::new("E102", text));
+            }
+        };
+        spec.device = Some(DeviceSpec { kind, params: Vec::new() });
+        Ok(())
+    }
+
+    /// Adds a mesh; its number. Equal meshes are stored once.
+    pub fn mesh(&mut self, mesh: Mesh) -> Result<usize> {
+        let n = mesh.vertices.len();
+        if mesh.triangles.iter().flatten().any(|i| *i as usize >= n) {
+            return Err(Error::new("E102", "a triangle of a mesh names a point that is not there"));
+        }
+        if mesh.vertices.iter().any(|v: &Point3<f64>| !v.coords.iter().all(|x| x.is_finite())) {
+            return Err(Error::new("E102", "a point of a mesh is not finite"));
+        }
+        if let Some(i) = self.document.meshes.iter().position(|m| **m == mesh) {
+            return Ok(i + 1);
+        }
+        self.document.meshes.push(Arc::new(mesh));
+        Ok(self.document.meshes.len())
+    }
+
+    /// Adds a script to an object.
+    pub fn script(&mut self, object: usize, script: ScriptSpec) -> Result {
+        if script.kind == MAIN && self.group != 0 {
+            let text =
+                format!("the main script `{}` of a model is left out: only the scene itself has one", script.name);
+            self.document.reports.push(text);
+            return Ok(());
+        }
+        if script.kind == MAIN
+            && let Some(o) = self.document.objects.iter().find(|o| o.scripts.iter().any(|s| s.kind == MAIN))
+        {
+            return Err(Error::new("E118", format!("a second main script, beside the one of `{}`", o.alias))
+                .expected("at most one script of kind `main` in a scene: it alone runs the stages of a step")
+                .help("make one of them `child`"));
+        }
+        match self.document.objects.get_mut(object) {
+            Some(o) => {
+                o.scripts.push(script);
+                Ok(())
+            }
+            None => Err(Error::new("E110", "there is no such object in this build")),
+        }
+    }
+
+    /// Places a model: builds it with these parameters; the index of its base.
+    pub fn model(
+        &mut self,
+        model: usize,
+        params: &[(String, Value)],
+        parent: Option<usize>,
+        placement: Isometry3<f64>,
+    ) -> Result<usize> {
+        let first = self.document.objects.len();
+        let group = self.document.objects.iter().map(|o| o.group).max().unwrap_or(0) + 1;
+        let outer = std::mem::replace(&mut self.group, group);
+        let built = super::border::run_model(self, model, params, parent);
+        self.group = outer;
+        built?;
+        let id = &self.registry.models[model].id;
+        let nothing = || Error::new("E111", format!("the model `{id}` built nothing"));
+        self.placed(first, placement, Made::Model(model)).ok_or_else(nothing)
+    }
+
+    /// What was built from object `first` on is a model that stands at `placement`; its base. `None`: there is none.
+    pub(super) fn placed(&mut self, first: usize, placement: Isometry3<f64>, made: Made) -> Option<usize> {
+        let base = self.document.objects.get_mut(first)?;
+        base.placement = placement;
+        if !base.rows.iter().any(|(r, _)| *r == Row::ModelBase) {
+            base.rows.push((Row::ModelBase, Value::Bool(true)));
+        }
+        self.document.models.push(super::ModelInstance { made, base: first });
+        Some(first)
+    }
+}
+
+/// A row by its key.
+pub(super) fn row(key: &str) -> Row {
+    ROWS.iter().position(|r| r.key == key).map_or(Row::None, |i| Row::of(i as u32))
+}

@@ -1,0 +1,140 @@
+//! Files of other formats, read by importers through the builder.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Isometry3;
+use tatu_plugin_api::safe::Value;
+
+use super::{
+    Builder, Made,
+    beside::{MOST_BYTES, Source},
+    border::{Asked, Failed, run},
+    sources::Sources,
+};
+use tatu_errors::{Error, Place, Result};
+use tatu_plugins::border::{self};
+use tatu_plugins::{Choice, watchdog::Call};
+
+/// One import.
+pub(super) struct Import<'a> {
+    /// The file.
+    pub file: &'a Path,
+    /// What is in it.
+    pub bytes: &'a [u8],
+    /// Who reads it.
+    pub choice: Choice,
+    /// Parameters of the importer, by key.
+    pub params: &'a [(String, Value)],
+}
+
+/// Reads the file of an import, which its scene calls `name`.
+pub(super) fn source(file: &Path, name: &str, sources: &Sources) -> Result<Vec<u8>> {
+    let fail = |why: String| {
+        Error::new("E105", format!("cannot read the import `{name}`: {why}"))
+            .expected(format!("a file {}", file.display()))
+    };
+    if !sources.are_kept() {
+        let about = std::fs::metadata(file).map_err(|e| fail(e.to_string()))?;
+        if !about.is_file() || about.len() > MOST_BYTES {
+            return Err(fail(format!("it is no file, or has more than {MOST_BYTES} bytes")));
+        }
+    }
+    sources.read(file).map_err(|e| fail(e.to_string()))
+}
+
+impl Builder<'_> {
+    /// Reads a file through its importer; the index of the first object, which is the base.
+    ///
+    /// The importer may read files in the folder of its own file, of the scene and of the run, and below these.
+    pub(super) fn import(
+        &mut self,
+        import: Import<'_>,
+        parent: Option<usize>,
+        placement: Isometry3<f64>,
+    ) -> Result<usize> {
+        let registry = self.registry;
+        let info = &registry.importers[import.choice.importer];
+        let folder = import.file.parent().map(PathBuf::from).unwrap_or_default();
+        let scene = self.document.file.as_ref().and_then(|f| f.parent()).map(PathBuf::from);
+        let mut roots: Vec<PathBuf> = [folder.clone()].into_iter().chain(scene).chain([PathBuf::new()]).collect();
+        roots.dedup();
+        let shown = import.file.display().to_string();
+        self.document.reports.extend(import.choice.notes.iter().map(|note| format!("{shown}: {note}")));
+        let first = self.document.objects.len();
+        let group = self.document.objects.iter().map(|o| o.group).max().unwrap_or(0) + 1;
+        let outer = std::mem::replace(&mut self.group, group);
+        let from = Source { name: Some(shown.clone()), folder: Some(folder), roots };
+        let me = registry.plugins[info.plugin].me;
+        let asked = Asked { plugin: info.plugin, call: Call::Import, subject: &format!("the import of {shown}") };
+        let done = run(self, asked, from, (&info.params, import.params), parent, |table, params, error| {
+            // SAFETY: by the contract; bytes, table and parameters live through the call.
+            info.raw.load.map_or(0, |f| unsafe { f(me, border::raw(import.bytes), table, params, error) })
+        });
+        self.group = outer;
+        let who = format!("{} of `{}`", Call::Import.text(), registry.plugins[info.plugin].id);
+        done.map_err(|failed| told((&info.id, &who), import.file, import.bytes, self.place.as_ref(), failed))?;
+        let nothing = || Error::new("E120", format!("cannot import {shown}: `{}` found nothing in it", info.id));
+        self.placed(first, placement, Made::Import(import.choice.importer)).ok_or_else(nothing)
+    }
+}
+
+/// The error of a failed import: the host's refusal, or what the plugin said; in the file and line that the plugin
+/// told. An empty file name, or none, is the import itself.
+fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>, failed: Failed) -> Error {
+    // SAFETY: the texts of the host's own error object.
+    let of = |s| unsafe { border::text(s) }.into_owned();
+    let (refused, slot) = match failed {
+        Failed::Breach(e) => return e,
+        Failed::Refused(e) => (Some(e), None),
+        Failed::Said(slot) => (None, Some(slot)),
+    };
+    let said = slot.as_ref().map(|s| s.parts());
+    let (text, help) = match (&refused, said) {
+        (Some(e), _) => {
+            (e.text.clone(), e.help.clone().or_else(|| e.expected.clone().map(|x| format!("expected {x}"))))
+        }
+        (None, Some(s)) if s.text.len > 0 => (of(s.text), Some(of(s.help)).filter(|h| !h.is_empty())),
+        _ => (format!("`{id}` gave no reason"), None),
+    };
+    let (named, line) = said.map_or((String::new(), 0), |s| (of(s.file), s.line as usize));
+    let place = match named.is_empty() {
+        true => Place { file: file.to_owned(), line, column: 1, span: span(bytes, line) },
+        // Beside it: without its bytes only the line is known.
+        false => Place { file: file.with_file_name(named), line, column: 1, span: 0..0 },
+    };
+    // What has no place in the file may be the plugin's own error.
+    let (line, who) = if line > 0 { (format!(":{line}"), String::new()) } else { (String::new(), format!(" [{who}]")) };
+    let error = Error::new("E120", format!("cannot import {}{line}: {text}{who}", place.file.display()));
+    let wanted = from.filter(|p| p.line > 0).map(|p| format!("imported in {}:{}", p.file.display(), p.line));
+    let error = match [help, wanted].into_iter().flatten().collect::<Vec<_>>() {
+        parts if parts.is_empty() => error,
+        parts => error.help(parts.join("; ")),
+    };
+    error.at(Some(place))
+}
+
+/// The bytes of a line, from 1.
+fn span(bytes: &[u8], line: usize) -> std::ops::Range<usize> {
+    let mut start = 0;
+    for (n, text) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {
+        if n + 1 == line {
+            let lead = text.iter().take_while(|b| b.is_ascii_whitespace()).count();
+            return start + lead..start + text.trim_ascii_end().len().max(lead);
+        }
+        start += text.len();
+    }
+    0..0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_found_by_its_number() {
+        let text = b"one\n  two \r\n\nfour";
+        for (line, wanted) in [(1, "one"), (2, "two"), (3, ""), (4, "four"), (5, ""), (0, "")] {
+            assert_eq!(&text[span(text, line)], wanted.as_bytes(), "{line}");
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Keys and values of scene files: places, types, units.
+
+use std::{
+    ops::Range,
+    path::{Path, PathBuf},
+};
+
+use tatu_plugin_api::{abi::TATU_PARAM_READ_ONLY, safe::Value};
+use toml_edit::{Item, TableLike};
+
+use tatu_errors::{Error, Place, Result, nearest};
+use tatu_plugins::units;
+use tatu_plugins::{Declared, check_value};
+
+/// A file's text, for places.
+pub struct Text<'a> {
+    /// The file.
+    pub file: &'a Path,
+    /// Its text.
+    pub text: &'a str,
+    /// Where its lines begin.
+    lines: Vec<usize>,
+}
+
+impl<'a> Text<'a> {
+    /// Notes where the lines of a text begin.
+    pub fn new(file: &'a Path, text: &'a str) -> Self {
+        let breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1);
+        Text { file, text, lines: std::iter::once(0).chain(breaks).collect() }
+    }
+}
+
+impl Text<'_> {
+    /// The place of some bytes.
+    pub fn place(&self, span: Option<Range<usize>>) -> Place {
+        let span = span.unwrap_or(0..0);
+        let at = span.start.min(self.text.len());
+        let line = self.lines.partition_point(|begin| *begin <= at);
+        let column = at - self.lines.get(line.wrapping_sub(1)).copied().unwrap_or(0) + 1;
+        Place { file: PathBuf::from(self.file), line, column, span }
+    }
+    /// The place of a key of a table.
+    pub fn key(&self, table: &dyn TableLike, key: &str) -> Place {
+        self.place(table.key(key).and_then(|k| k.span()))
+    }
+    /// The place of a value of a table.
+    pub fn value(&self, table: &dyn TableLike, key: &str) -> Place {
+        self.place(table.get(key).and_then(Item::span).or_else(|| table.key(key).and_then(|k| k.span())))
+    }
+}
+
+/// A TOML value as one of ours, numbers multiplied by the factor of their unit.
+pub fn to_value(item: &Item, factor: f64) -> Result<Value> {
+    match item {
+        Item::Value(v) => value(v, factor),
+        Item::None => Ok(Value::Nil),
+        _ => Err(Error::new("E102", "expected a value, found a table")),
+    }
+}
+
+/// A table whose keys are free, as a map.
+pub fn to_map(item: &Item) -> Result<Value> {
+    let table = item.as_table_like().ok_or_else(|| Error::new("E102", "expected a table"))?;
+    let entries = table.iter().map(|(k, v)| Ok((Value::text(k), to_value(v, 1.0)?)));
+    Ok(Value::Map(entries.collect::<Result<_>>()?))
+}
+
+fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
+    use toml_edit::Value as T;
+    Ok(match v {
+        T::String(s) => Value::text(s.value()),
+        T::Integer(i) if factor == 1.0 => Value::Int(*i.value()),
+        T::Integer(i) => Value::Float(*i.value() as f64 * factor),
+        T::Float(f) => Value::Float(*f.value() * factor),
+        T::Boolean(b) => Value::Bool(*b.value()),
+        T::Datetime(d) => Value::text(d.value().to_string()),
+        T::Array(a) => {
+            let items = a.iter().map(|v| value(v, factor)).collect::<Result<Vec<_>>>()?;
+            let number = |v: &Value| match v {
+                Value::Int(i) => Some(*i as f64),
+                Value::Float(f) => Some(*f),
+                _ => None,
+            };
+            match items.iter().map(number).collect::<Option<Vec<_>>>() {
+                Some(numbers) if !numbers.is_empty() => Value::Floats(numbers),
+                _ => Value::List(items),
+            }
+        }
+        // What has a name is no part: whoever reads it knows its keys.
+        T::InlineTable(t) if t.contains_key("name") => {
+            let entries = t.iter().map(|(k, v)| Ok((Value::text(k), value(v, 1.0)?)));
+            Value::Map(entries.collect::<Result<_>>()?)
+        }
+        T::InlineTable(t) => part(t)?,
+    })
+}
+
+/// A part of a compound: its keys carry units like all others.
+fn part(table: &toml_edit::InlineTable) -> Result<Value> {
+    const KEYS: &[(&str, &str)] =
+        &[("primitive", ""), ("size", "m"), ("position", "m"), ("orientation", "rad"), ("color", ""), ("friction", "")];
+    let mut entries = Vec::new();
+    for (written, v) in table.iter() {
+        let found = KEYS.iter().find_map(|(k, u)| units::factor(written, k, Some(u)).map(|f| (*k, f)));
+        let Some((key, factor)) = found else {
+            let known: Vec<String> = KEYS.iter().map(|(k, u)| units::written(k, Some(u))).collect();
+            return Err(Error::new("E101", format!("a part has no key `{written}`"))
+                .expected(known.join(", "))
+                .nearest(written, known.iter().map(String::as_str)));
+        };
+        entries.push((Value::text(key), value(v, factor)?));
+    }
+    Ok(Value::Map(entries))
+}
+
+/// A value as its declaration wants it; a misspelt choice gets the nearest one.
+pub fn check(declared: &Declared, written: &str, value: Value) -> Result<Value> {
+    let text = match &value {
+        Value::Text(t) => String::from_utf8_lossy(t).into_owned(),
+        _ => String::new(),
+    };
+    check_value(declared, value).map_err(|e| {
+        Error::new("E102", format!("`{written}`: {e}")).nearest(&text, declared.choices.iter().map(String::as_str))
+    })
+}
+
+/// What a written key means among declarations, and the factor of its unit.
+pub fn find<'d, T>(written: &str, declared: &'d [(Declared, T)], owner: &str) -> Result<(&'d (Declared, T), f64)> {
+    for entry in declared {
+        if let Some(factor) = units::factor(written, &entry.0.key, entry.0.unit.as_deref()) {
+            return Ok((entry, factor));
+        }
+    }
+    for (d, _) in declared {
+        if units::wrong_unit(written, &d.key, d.unit.as_deref()) {
+            let right = units::written(&d.key, d.unit.as_deref());
+            let what = if written == d.key { "lacks its unit" } else { "has the wrong unit" };
+            return Err(Error::new("E103", format!("`{written}` {what}"))
+                .expected(match &d.unit {
+                    Some(unit) => format!("`{right}`: {} is kept in {}", d.key, unit.replace('|', " or ")),
+                    None => format!("`{right}`, which has no unit"),
+                })
+                .help(format!("write `{right}`")));
+        }
+    }
+    let known: Vec<String> = declared
+        .iter()
+        .filter(|(d, _)| d.flags & TATU_PARAM_READ_ONLY == 0)
+        .map(|(d, _)| units::written(&d.key, d.unit.as_deref()))
+        .collect();
+    let error = Error::new("E101", format!("unknown key `{written}` for {owner}")).expected(known.join(", "));
+    // Without its unit a misspelt key is nearer to what it means.
+    let stem = written.rsplit_once('_').map_or(written, |(s, _)| s);
+    let near = nearest(written, known.iter().map(String::as_str)).map(str::to_owned).or_else(|| {
+        nearest(stem, declared.iter().map(|(d, _)| d.key.as_str()))
+            .and_then(|k| declared.iter().find(|(d, _)| d.key == k))
+            .map(|(d, _)| units::written(&d.key, d.unit.as_deref()))
+    });
+    Err(match near {
+        Some(near) => error.help(format!("did you mean `{near}`?")),
+        None => error,
+    })
+}

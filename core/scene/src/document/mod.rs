@@ -1,0 +1,244 @@
+//! What a scene file, a model or an importer describes: nothing here is live.
+//!
+//! - [`Document`]: objects, scripts, settings;
+//! - [`Builder`]: writes one, checking every property against its row;
+//! - `border`: the same builder for plugins; `import`: files of other formats; `beside`: what they read;
+//! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys and values; `units`: the units in keys;
+//! - `presets`: settings of sensors under a name;
+//! - `settings`: the numbers of the world; `scripts`: scripts in scene files;
+//! - `services`: services that a scene asks for;
+//! - `overrides`: `[set]`, `--set`, `--script`;
+//! - [`Sources`]: the files that a document is made of.
+
+mod beside;
+mod border;
+mod build;
+mod import;
+mod keys;
+mod names;
+mod overrides;
+mod presets;
+mod scripts;
+mod services;
+mod settings;
+mod sources;
+mod toml;
+
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+
+use nalgebra::Isometry3;
+use tatu_plugin_api::safe::Value;
+
+pub use build::Builder;
+pub use build::Target;
+pub use overrides::{Override, ScriptOverride};
+pub use presets::{Setting, settings as preset_settings};
+pub use services::{ServiceOverride, ServiceSpec};
+pub use settings::Settings;
+pub use sources::Sources;
+pub use toml::{Options, load, plugin_folders};
+
+use crate::{ActuatorData, Data, Joint, Scene, SensorData, Shape, rows::Row};
+use tatu_errors::{Error, Place, Result};
+use tatu_geometry::Mesh;
+
+/// The kind of the script that runs the stages of a step itself.
+pub const MAIN: &str = "main";
+/// The kinds of scripts.
+pub const SCRIPT_KINDS: &[&str] = &["child", "customization", MAIN, "threaded"];
+
+/// Priorities of scripts, by name.
+pub const PRIORITIES: &[&str] = &["first", "normal", "last"];
+/// The priority of scripts that name none, as an index of [`PRIORITIES`].
+pub const NORMAL: u8 = 1;
+
+/// A script of an object.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScriptSpec {
+    /// Index of its language.
+    pub language: usize,
+    /// Its dialect; empty: the scene's, or from the text.
+    pub dialect: String,
+    /// "child", "threaded", "customization", "main"; of scripts from outside: "addon", "sandbox".
+    pub kind: String,
+    /// Among scripts of one object, or of siblings: 0 first, 1 (the default), 2 last.
+    pub priority: u8,
+    /// Its actuation and sensing may run beside those of other scripts.
+    pub side_by_side: bool,
+    /// For messages: the file it came from, if any.
+    pub name: String,
+    /// The text.
+    pub text: Vec<u8>,
+}
+
+impl ScriptSpec {
+    /// A script from outside a document, of kind "addon" or "sandbox"; its dialect is found from its text.
+    pub fn outside(language: usize, kind: &str, name: String, text: Vec<u8>) -> Self {
+        let kind = kind.to_owned();
+        ScriptSpec { language, dialect: String::new(), kind, priority: NORMAL, side_by_side: false, name, text }
+    }
+}
+
+/// A sensor's or actuator's kind, parameters and commands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeviceSpec {
+    /// Index of the kind, among sensors or actuators.
+    pub kind: usize,
+    /// Parameters and commands given, by key.
+    pub params: Vec<(String, Value)>,
+}
+
+/// One object.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectSpec {
+    /// `TATU_KIND_*`
+    pub kind: i32,
+    /// Its alias.
+    pub alias: String,
+    /// Index of the object above.
+    pub parent: Option<usize>,
+    /// Rows set, in order.
+    pub rows: Vec<(Row, Value)>,
+    /// Of a sensor or actuator.
+    pub device: Option<DeviceSpec>,
+    /// Its scripts.
+    pub scripts: Vec<ScriptSpec>,
+    /// Where a model was placed: composed before the object's own pose.
+    pub placement: Isometry3<f64>,
+    /// Objects with one number came together and share the suffix of their unique names.
+    pub group: usize,
+    /// Where it is described.
+    pub place: Option<Place>,
+}
+
+/// Who built a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Made {
+    /// The model of this index.
+    Model(usize),
+    /// The importer of this index.
+    Import(usize),
+}
+
+/// A model or import that the document placed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelInstance {
+    /// Who built it.
+    pub made: Made,
+    /// Its base, by object.
+    pub base: usize,
+}
+
+/// A whole scene, described.
+#[derive(Debug, Clone, Default)]
+pub struct Document {
+    /// The file it came from.
+    pub file: Option<PathBuf>,
+    /// Numbers of the world.
+    pub settings: Settings,
+    /// Objects; parents before children.
+    pub objects: Vec<ObjectSpec>,
+    /// Meshes, by the numbers (from 1) that shapes use.
+    pub meshes: Vec<Arc<Mesh>>,
+    /// Models placed, in order.
+    pub models: Vec<ModelInstance>,
+    /// Services to start beside the world.
+    pub services: Vec<ServiceSpec>,
+    /// What builders told.
+    pub reports: Vec<String>,
+    /// The objects by aliases.
+    pub(crate) names: names::Names,
+    /// The files that it is made of.
+    pub sources: Sources,
+}
+
+impl Document {
+    /// The live tree that it describes, and the slot of each object.
+    pub fn instantiate(&self) -> (Scene, Vec<u32>) {
+        let mut scene = Scene::default();
+        let mut slots = Vec::with_capacity(self.objects.len());
+        for spec in &self.objects {
+            use tatu_plugin_api::abi::*;
+            let data = match spec.kind {
+                TATU_KIND_SHAPE => Data::Shape(Box::new(self.shape(spec))),
+                TATU_KIND_JOINT => Data::Joint(Box::<Joint>::default()),
+                TATU_KIND_SENSOR => Data::Sensor(SensorData::new(spec.device.as_ref().map_or(usize::MAX, |d| d.kind))),
+                TATU_KIND_ACTUATOR => Data::Actuator(ActuatorData {
+                    kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
+                    // Filled when its device is made.
+                    commands: Vec::new(),
+                }),
+                TATU_KIND_FORCE_SENSOR => Data::ForceSensor,
+                TATU_KIND_GRAPH => Data::Graph(Box::default()),
+                _ => Data::Dummy,
+            };
+            let parent = spec.parent.and_then(|p| slots.get(p).copied()).unwrap_or(0);
+            let slot = scene.add(parent, &spec.alias, Isometry3::identity(), data).unwrap_or(0);
+            slots.push(slot);
+            for (row, value) in &spec.rows {
+                // Checked when the document was written.
+                let _ = crate::set(&mut scene, slot, *row, value);
+            }
+            let placed = scene.get(slot).map(|_| spec.placement * scene.local(slot));
+            if let Some(local) = placed.filter(|_| spec.placement != Isometry3::identity()) {
+                scene.set_local(slot, local);
+            }
+        }
+        // Names are given in the order of the file, so that the first of equal ones keeps its plain name. Objects of
+        // the scene itself come one by one, those of a model together.
+        let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (i, spec) in self.objects.iter().enumerate().filter(|(_, o)| o.group > 0) {
+            members.entry(spec.group).or_default().push(i);
+        }
+        let mut numbering = names::Numbering::default();
+        for (i, spec) in self.objects.iter().enumerate() {
+            let together = if spec.group == 0 { vec![i] } else { members.remove(&spec.group).unwrap_or_default() };
+            if together.is_empty() {
+                continue;
+            }
+            let aliases: Vec<&str> = together.iter().map(|i| self.objects[*i].alias.as_str()).collect();
+            let suffix = numbering.next(&aliases);
+            for i in together {
+                if let Some(o) = scene.get_mut(slots[i]) {
+                    o.suffix = suffix;
+                }
+            }
+        }
+        scene.refresh(0);
+        (scene, slots)
+    }
+
+    /// What no single property can tell: shapes that lack what their form needs.
+    fn check(&self) -> Result {
+        for spec in self.objects.iter().filter(|o| o.kind == tatu_plugin_api::abi::TATU_KIND_SHAPE) {
+            let last = |row: Row| spec.rows.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
+            let lacks = match last(Row::Primitive) {
+                Some(Value::Text(t)) if t == b"mesh" && last(Row::Mesh).is_none() => "a mesh: set `mesh`",
+                Some(Value::Text(t)) if t == b"compound" && last(Row::Parts).is_none() => "parts: set `parts`",
+                _ => continue,
+            };
+            let text = format!("the shape `{}` has no {lacks}", spec.alias);
+            return Err(Error::new("E104", text).at(spec.place.clone()));
+        }
+        if !self.objects.iter().any(|o| o.kind == tatu_plugin_api::abi::TATU_KIND_GRAPH) {
+            return Ok(());
+        }
+        let (scene, slots) = self.instantiate();
+        for (spec, slot) in self.objects.iter().zip(slots) {
+            if let Some(Data::Graph(graph)) = scene.get(slot).map(|o| &o.data) {
+                crate::graph::Graph::try_new(graph, spec.alias.clone()).map_err(|e| {
+                    Error::new("E102", format!("the graph `{}`: {}", spec.alias, e.1)).at(spec.place.clone())
+                })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn shape(&self, spec: &ObjectSpec) -> Shape {
+        let number = spec.rows.iter().rev().find_map(|(r, v)| match (r, v) {
+            (Row::Mesh, Value::Int(i)) => usize::try_from(*i).ok(),
+            _ => None,
+        });
+        Shape { mesh: number.and_then(|n| self.meshes.get(n.wrapping_sub(1)).cloned()), ..Default::default() }
+    }
+}

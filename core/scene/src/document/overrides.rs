@@ -1,0 +1,174 @@
+//! Changes by path: `[set]` in scenes, `--set` and `--script` of a run.
+
+use std::path::PathBuf;
+
+use tatu_plugin_api::safe::Value;
+use toml_edit::Item;
+
+use super::{Builder, Document, Made, ScriptSpec, keys, settings};
+use crate::rows::kind_name;
+use tatu_errors::{Error, Place, Result};
+use tatu_plugins::{Declared, Registry};
+
+/// A property to set.
+#[derive(Debug, Clone)]
+pub struct Override {
+    /// What relative paths start from.
+    pub from: Option<usize>,
+    /// Path of the object, or "scene".
+    pub path: String,
+    /// Key, with its unit.
+    pub key: String,
+    /// Value.
+    pub item: Item,
+    /// Where it is written.
+    pub place: Option<Place>,
+}
+
+impl Override {
+    /// From "PATH.KEY=VALUE"; the value is TOML, or else a text.
+    pub fn parse(text: &str) -> Result<Self> {
+        let wrong = || {
+            Error::new("E102", format!("`{text}` sets nothing"))
+                .expected("PATH.PROPERTY=VALUE")
+                .help("for instance `/Robot/leftMotor.max_force_nm=2`, or `scene.dt_s=0.01`")
+        };
+        let (left, value) = text.split_once('=').ok_or_else(wrong)?;
+        // Settings may have a dot in their names, paths of objects too.
+        let scene = left.split_once('.').filter(|(path, _)| path.trim() == "scene");
+        let (path, key) = scene.or_else(|| left.rsplit_once('.')).ok_or_else(wrong)?;
+        let item = value
+            .trim()
+            .parse::<toml_edit::Value>()
+            .map(Item::Value)
+            .unwrap_or_else(|_| Item::Value(toml_edit::Value::from(value)));
+        Ok(Override { from: None, path: path.trim().into(), key: key.trim().into(), item, place: None })
+    }
+}
+
+/// A script to put in place of an object's own.
+#[derive(Debug, Clone)]
+pub struct ScriptOverride {
+    /// Path of the object.
+    pub path: String,
+    /// The file.
+    pub file: PathBuf,
+}
+
+impl ScriptOverride {
+    /// From "OBJECT=FILE".
+    pub fn parse(text: &str) -> Result<Self> {
+        let (path, file) = text
+            .split_once('=')
+            .ok_or_else(|| Error::new("E102", format!("`{text}` names no file")).expected("OBJECT=FILE"))?;
+        Ok(ScriptOverride { path: path.into(), file: file.into() })
+    }
+}
+
+/// The object of a path, by index.
+pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usize> {
+    if let Some(object) = document.names.find(from, path) {
+        return Ok(object);
+    }
+    let (scene, slots) = document.instantiate();
+    let base = from.and_then(|f| slots.get(f).copied()).unwrap_or(0);
+    // Below a model, a plain name means one of its parts.
+    let plain = !path.starts_with(['/', '.', ':']);
+    let found = match (plain, base) {
+        (true, b) if b != 0 => scene.find(b, &format!("./{path}")).or_else(|| scene.find(b, path)),
+        _ => scene.find(base, path),
+    };
+    let index = found.and_then(|slot| slots.iter().position(|s| *s == slot));
+    index.ok_or_else(|| {
+        let error = Error::new("E110", format!("there is no object `{path}`"));
+        match scene.nearest(path) {
+            Some(near) => error.help(format!("did you mean `{near}`?")),
+            None => error,
+        }
+    })
+}
+
+/// Applies overrides in order. `Some`: one of them is a parameter of a model, which must be built with it.
+pub(super) fn apply(
+    document: &mut Document,
+    registry: &Registry,
+    all: &[Override],
+    known: &[(usize, String, Value)],
+) -> Result<Option<(usize, String, Value)>> {
+    for o in all {
+        let at = |e: Error| e.at(o.place.clone());
+        if o.path == "scene" {
+            let declared = settings::keys();
+            let (entry, factor) = keys::find(&o.key, &declared, "scene").map_err(at)?;
+            let value = keys::to_value(&o.item, factor).map_err(at)?;
+            let value = keys::check(&entry.0, &o.key, value).map_err(at)?;
+            if let ("dialect", Value::Text(t)) = (entry.0.key.as_str(), &value) {
+                registry.check_dialect(None, &String::from_utf8_lossy(t)).map_err(at)?;
+            }
+            settings::apply(&mut document.settings, &entry.0.key, &value);
+            continue;
+        }
+        let object = find(document, o.from, &o.path).map_err(at)?;
+        if let Some((number, key, value)) = model_param(document, registry, object, o).map_err(at)? {
+            if known.iter().any(|(n, k, v)| (*n, k, v) == (number, &key, &value)) {
+                continue;
+            }
+            return Ok(Some((number, key, value)));
+        }
+        // A misspelt parameter of the model whose base it is.
+        let meant = params_of(document, registry, object)
+            .and_then(|(_, params)| keys::find(&o.key, &params, &format!("the model `{}`", o.path)).err());
+        let mut builder = Builder { registry, document, group: 0, place: None };
+        let declared = builder.declared(object);
+        let owner = format!("`{}`, a {}", o.path, kind_name(builder.document.objects[object].kind));
+        let ((declared, target), factor) = keys::find(&o.key, &declared, &owner)
+            .map_err(|e| if e.help.is_none() { meant.filter(|m| m.help.is_some()).unwrap_or(e) } else { e })
+            .map_err(at)?;
+        let value = builder.value_of(object, target, &o.item, factor).map_err(|(e, _)| at(e))?;
+        builder.put(object, declared, target, value).map_err(at)?;
+    }
+    Ok(None)
+}
+
+/// The number of the model whose base the object is, and its parameters.
+fn params_of(document: &Document, registry: &Registry, object: usize) -> Option<(usize, Vec<(Declared, ())>)> {
+    let number = document.models.iter().position(|m| m.base == object)?;
+    let params = match document.models[number].made {
+        Made::Model(m) => &registry.models[m].params,
+        Made::Import(i) => &registry.importers[i].params,
+    };
+    Some((number, params.iter().map(|p| (p.clone(), ())).collect()))
+}
+
+/// Whether an override means a parameter of the model whose base the object is.
+fn model_param(
+    document: &Document,
+    registry: &Registry,
+    object: usize,
+    o: &Override,
+) -> Result<Option<(usize, String, Value)>> {
+    let Some((number, declared)) = params_of(document, registry, object) else { return Ok(None) };
+    let Ok((entry, factor)) = keys::find(&o.key, &declared, "") else { return Ok(None) };
+    let value = keys::to_value(&o.item, factor)?;
+    let value = keys::check(&entry.0, &o.key, value)?;
+    Ok(Some((number, entry.0.key.clone(), value)))
+}
+
+/// Puts scripts in place of others: all scripts of the object go.
+pub(super) fn replace_scripts(document: &mut Document, registry: &Registry, all: &[ScriptOverride]) -> Result {
+    for o in all {
+        let object = find(document, None, &o.path)?;
+        let text = document
+            .sources
+            .read(&o.file)
+            .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", o.file.display())))?;
+        let name = o.file.display().to_string();
+        let language = registry.language(&name, &document.settings.providers)?;
+        // It is called as the one whose place it takes: a main script stays one.
+        let kind = document.objects[object].scripts.first().map_or("child".into(), |s| s.kind.clone());
+        let priority = crate::document::NORMAL;
+        let spec = ScriptSpec { language, dialect: String::new(), kind, priority, side_by_side: false, name, text };
+        document.objects[object].scripts = vec![spec];
+    }
+    Ok(())
+}

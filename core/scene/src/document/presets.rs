@@ -1,0 +1,72 @@
+//! Presets: settings of a sensor under a name, as its kind offers them.
+
+use std::path::Path;
+
+use tatu_plugin_api::{abi::TATU_KIND_SENSOR, safe::Value};
+use toml_edit::Item;
+
+use super::{
+    build::{Target, row},
+    keys,
+};
+use crate::{
+    noise::NoiseSpec,
+    rows::{Row, rows_of},
+};
+use tatu_errors::{Error, Result};
+use tatu_plugins::{Declared, Registry, SensorKind};
+
+/// One setting of a preset, read.
+pub struct Setting {
+    /// What it sets.
+    pub declared: Declared,
+    /// What that is.
+    pub target: Target,
+    /// To what.
+    pub value: Value,
+}
+
+/// What a preset of a kind of sensor sets, in its order. Its lines are read here for the first time, so what is wrong in
+/// them is told here, with its line.
+pub fn settings(registry: &Registry, kind: &SensorKind, id: &str) -> Result<Vec<Setting>> {
+    let Some(preset) = kind.presets.iter().find(|p| p.id == id) else {
+        let known: Vec<&str> = kind.presets.iter().map(|p| p.id.as_str()).collect();
+        let expected = if known.is_empty() { "none: it has no presets".to_owned() } else { known.join(", ") };
+        let error = Error::new("E102", format!("the kind of sensor `{}` has no preset `{id}`", kind.id));
+        return Err(error.expected(expected).nearest(id, known));
+    };
+    let plugin = &registry.plugins[kind.plugin].id;
+    let text = keys::Text::new(Path::new(""), &preset.settings);
+    let wrong = |e: Error, span: Option<std::ops::Range<usize>>| {
+        let line = text.place(span).line;
+        let whose = format!("line {line} of the preset `{id}` of the kind of sensor `{}` (plugin `{plugin}`)", kind.id);
+        Error { text: format!("{whose}: {}", e.text), ..e }
+    };
+    let doc = toml_edit::Document::parse(preset.settings.as_str())
+        .map_err(|e| wrong(Error::new("E102", format!("not TOML: {}", e.message())), e.span()))?;
+    let declared = declared(kind);
+    let mut out = Vec::new();
+    for (key, item) in doc.iter() {
+        let at = || doc.key(key).and_then(|k| k.span());
+        let ((declared, target), factor) = keys::find(key, &declared, "a preset").map_err(|e| wrong(e, at()))?;
+        let value = match target {
+            Target::Row(Row::Noise) => noise(item, Some(kind)).map_err(|(e, span)| wrong(e, span.or_else(at)))?,
+            _ => keys::to_value(item, factor).map_err(|e| wrong(e, at()))?,
+        };
+        let value = keys::check(declared, key, value).map_err(|e| wrong(e, at()))?;
+        out.push(Setting { declared: declared.clone(), target: *target, value });
+    }
+    Ok(out)
+}
+
+/// What the keys of a preset may mean: the rows of sensors, but for those that say which one it is, and parameters.
+fn declared(kind: &SensorKind) -> Vec<(Declared, Target)> {
+    let rows = rows_of(Some(TATU_KIND_SENSOR)).map(|r| (r.param(), Target::Row(row(r.key))));
+    let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::Parent | Row::Name | Row::Alias | Row::Preset)));
+    rows.chain(kind.params.iter().enumerate().map(|(i, p)| (p.clone(), Target::Param(i)))).collect()
+}
+
+/// A value of the row `sensor.noise` from what a file has there: its text, with names of fields in full.
+pub fn noise(item: &Item, kind: Option<&SensorKind>) -> Result<Value, (Error, Option<std::ops::Range<usize>>)> {
+    NoiseSpec::of_item(item, kind).map(|n| Value::text(n.to_toml())).map_err(|w| (w.error, w.span))
+}

@@ -1,0 +1,106 @@
+//! Scripts in scene files.
+
+use std::{collections::BTreeSet, path::Path};
+
+use toml_edit::{Item, TableLike};
+
+use super::{Builder, PRIORITIES, SCRIPT_KINDS, ScriptSpec, keys::Text};
+use tatu_errors::{Error, Place, Result};
+use tatu_plugins::Language;
+
+/// `script = "file"`, `script = { ... }`, `scripts = [ ... ]`.
+pub(super) fn read(text: &Text<'_>, b: &mut Builder<'_>, table: &dyn TableLike, owner: usize) -> Result {
+    for key in ["script", "scripts"] {
+        let Some(item) = table.get(key) else { continue };
+        let place = text.value(table, key);
+        match item {
+            Item::Value(toml_edit::Value::Array(list)) => {
+                for v in list {
+                    script(text, b, owner, &Item::Value(v.clone()), place.clone())?;
+                }
+            }
+            item => script(text, b, owner, item, place)?,
+        }
+    }
+    Ok(())
+}
+
+fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, place: Place) -> Result {
+    let (text_of, mut dialect_at) = (source, place.clone());
+    let mut file = item.as_str().map(str::to_owned);
+    let (mut text, mut language, mut dialect, mut kind) = (None, None, String::new(), "child".to_owned());
+    let (mut priority, mut side_by_side) = (crate::document::NORMAL, false);
+    if file.is_none() {
+        let wanted = "a file name, or { file or text, language, dialect, kind, priority, side_by_side }";
+        let wrong = |what: String| Error::new("E102", what).expected(wanted).at(Some(place.clone()));
+        let table = item.as_table_like().ok_or_else(|| wrong("a script is a text or a table".into()))?;
+        for (key, item) in table.iter() {
+            if key == "side_by_side" {
+                side_by_side =
+                    item.as_bool().ok_or_else(|| wrong("`side_by_side` of a script is true or false".into()))?;
+                continue;
+            }
+            let value = item.as_str().ok_or_else(|| wrong(format!("`{key}` of a script is a text")))?.to_owned();
+            match key {
+                "file" => file = Some(value),
+                "text" => text = Some(value.into_bytes()),
+                "language" => language = Some(value),
+                "dialect" => (dialect, dialect_at) = (value, text_of.value(table, key)),
+                "kind" if SCRIPT_KINDS.contains(&value.as_str()) => kind = value,
+                "kind" => {
+                    let error = wrong(format!("a script of kind `{value}`"));
+                    return Err(error.expected(SCRIPT_KINDS.join(", ")).nearest(&value, SCRIPT_KINDS.iter().copied()));
+                }
+                "priority" => match PRIORITIES.iter().position(|p| *p == value) {
+                    Some(n) => priority = n as u8,
+                    None => {
+                        let error = wrong(format!("a script of priority `{value}`"));
+                        return Err(error.expected(PRIORITIES.join(", ")).nearest(&value, PRIORITIES.iter().copied()));
+                    }
+                },
+                other => {
+                    let known = ["file", "text", "language", "dialect", "kind", "priority", "side_by_side"];
+                    return Err(wrong(format!("unknown key `{other}` of a script")).nearest(other, known));
+                }
+            }
+        }
+    }
+    let inline = text.is_some();
+    let (name, text) = match (file, text) {
+        (Some(file), None) => {
+            let path = source.file.parent().unwrap_or(Path::new("")).join(&file);
+            let bytes = b.document.sources.read(&path).map_err(|e| {
+                Error::new("E105", format!("cannot read the script `{file}`: {e}"))
+                    .expected(format!("a file {}", path.display()))
+                    .at(Some(place.clone()))
+            })?;
+            (path.display().to_string(), bytes)
+        }
+        (None, Some(text)) => (b.document.objects[owner].alias.clone(), text),
+        _ => {
+            return Err(Error::new("E104", "a script without a text, or with two")
+                .expected("`file` or `text`")
+                .at(Some(place)));
+        }
+    };
+    let id = match &language {
+        Some(id) => id,
+        None if inline => only_language(&b.registry.languages).map_err(|e| e.at(Some(place.clone())))?.unwrap_or(&name),
+        None => &name,
+    };
+    let index = b.registry.language(id, &b.document.settings.providers).map_err(|e| e.at(Some(place.clone())))?;
+    b.registry.check_dialect(Some(index), &dialect).map_err(|e| e.at(Some(dialect_at)))?;
+    b.script(owner, ScriptSpec { language: index, dialect, kind, priority, side_by_side, name, text })
+        .map_err(|e| e.at(Some(place)))
+}
+
+/// The language of a text without a name to go by: the only one there is; `None`: there is none.
+fn only_language(languages: &[Language]) -> Result<Option<&str>> {
+    let ids: BTreeSet<&str> = languages.iter().map(|l| l.id.as_str()).collect();
+    if ids.len() < 2 {
+        return Ok(ids.first().copied());
+    }
+    let ids: Vec<_> = ids.iter().map(|id| format!("`{id}`")).collect();
+    Err(Error::new("E109", "a script text does not say its language, and there are several")
+        .expected(format!("`language = ...`, one of {}", ids.join(", "))))
+}

@@ -1,0 +1,102 @@
+//! Services that a scene or a command line asks for.
+
+use std::collections::BTreeMap;
+
+use tatu_plugin_api::safe::Value;
+use toml_edit::{Item, TableLike};
+
+use super::{
+    Document,
+    keys::{self, Text},
+};
+use tatu_errors::{Error, Place, Result};
+use tatu_plugins::{Declared, Registry, check_value};
+
+/// A service to start beside the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ServiceSpec {
+    /// Index of its kind.
+    pub kind: usize,
+    /// Parameters given, by key, SI units; later ones win.
+    pub params: Vec<(String, Value)>,
+    /// Where it is asked for.
+    pub place: Option<Place>,
+}
+
+/// A service of a command line: `ID` or `ID:KEY=VALUE,KEY=VALUE`.
+#[derive(Debug, Clone)]
+pub struct ServiceOverride {
+    id: String,
+    params: Vec<(String, Item)>,
+}
+
+impl ServiceOverride {
+    /// From its text; values are TOML, or else texts.
+    pub fn parse(text: &str) -> Result<Self> {
+        let (id, rest) = text.split_once(':').unwrap_or((text, ""));
+        let mut params = Vec::new();
+        for part in rest.split(',').filter(|p| !p.trim().is_empty()) {
+            let Some((key, value)) = part.split_once('=').filter(|(k, _)| !k.trim().is_empty()) else {
+                return Err(Error::new("E102", format!("`{part}` sets nothing in `{text}`"))
+                    .expected("ID:KEY=VALUE,KEY=VALUE")
+                    .help("for instance `jsonl:port=7000`"));
+            };
+            let value = value
+                .trim()
+                .parse::<toml_edit::Value>()
+                .map(Item::Value)
+                .unwrap_or_else(|_| Item::Value(toml_edit::Value::from(value)));
+            params.push((key.trim().to_owned(), value));
+        }
+        Ok(ServiceOverride { id: id.trim().to_owned(), params })
+    }
+}
+
+/// One `[[service]]`.
+pub(super) fn read(
+    text: &Text<'_>,
+    registry: &Registry,
+    providers: &BTreeMap<String, String>,
+    table: &dyn TableLike,
+    place: Place,
+) -> Result<ServiceSpec> {
+    let Some(id) = table.get("id").and_then(Item::as_str) else {
+        return Err(Error::new("E104", "a [[service]] without `id`")
+            .expected("id = \"<service>\"")
+            .help("`tatu list services` shows them")
+            .at(Some(place)));
+    };
+    let kind = registry.service(id, providers).map_err(|e| e.at(Some(text.value(table, "id"))))?;
+    let mut params = Vec::new();
+    for (key, item) in table.iter().filter(|(k, _)| *k != "id") {
+        let found = param(registry, kind, key, item).map_err(|e| {
+            let at = if e.code == "E102" { text.value(table, key) } else { text.key(table, key) };
+            e.at(Some(at))
+        })?;
+        params.push(found);
+    }
+    Ok(ServiceSpec { kind, params, place: Some(place) })
+}
+
+/// Services of a command line: those that the scene has are changed, others are added.
+pub(super) fn apply(document: &mut Document, registry: &Registry, given: &[ServiceOverride]) -> Result {
+    for o in given {
+        let kind = registry.service(&o.id, &document.settings.providers)?;
+        let params = o.params.iter().map(|(key, item)| param(registry, kind, key, item)).collect::<Result<Vec<_>>>()?;
+        let all = &mut document.services;
+        match all.iter_mut().find(|s| s.kind == kind) {
+            Some(known) => known.params.extend(params),
+            None => all.push(ServiceSpec { kind, params, place: None }),
+        }
+    }
+    Ok(())
+}
+
+fn param(registry: &Registry, kind: usize, key: &str, item: &Item) -> Result<(String, Value)> {
+    let info = &registry.services[kind];
+    let declared: Vec<(Declared, ())> = info.params.iter().map(|p| (p.clone(), ())).collect();
+    let (entry, factor) = keys::find(key, &declared, &format!("the service `{}`", info.id))?;
+    let value = keys::to_value(item, factor)?;
+    let value = check_value(&entry.0, value).map_err(|e| Error::new("E102", format!("`{key}`: {e}")))?;
+    Ok((entry.0.key.clone(), value))
+}

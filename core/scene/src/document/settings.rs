@@ -1,0 +1,114 @@
+//! The numbers of a world, and the keys of `[scene]` that set them.
+
+use std::{
+    collections::BTreeMap,
+    f64::consts::{FRAC_PI_2, PI},
+};
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use tatu_plugins::Declared;
+
+/// Numbers of the world.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Length of a step, s.
+    pub dt: f64,
+    /// Length of a physics step, s.
+    pub physics_dt: f64,
+    /// Parts of a physics step in which velocities are solved.
+    pub physics_substeps: u32,
+    /// m/s^2.
+    pub gravity: Vector3<f64>,
+    /// Where on Earth the world's origin lies: latitude and longitude in rad (WGS 84), height above the ellipsoid in m.
+    /// The world's x points east there, its y north.
+    pub origin: [f64; 3],
+    /// Of all that is random.
+    pub seed: u64,
+    /// For scripts that do not tell theirs; empty: from their text.
+    pub dialect: String,
+    /// Who is meant by a schema or language.
+    pub providers: BTreeMap<String, String>,
+    /// Instructions that one call of a script may use.
+    pub budget: u64,
+    /// Bytes that the state of one script may use.
+    pub memory: u64,
+    /// What scripts may reach outside of the run: "exec" other programs, "native" libraries.
+    pub allow: Vec<String>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            dt: 0.05,
+            physics_dt: 0.01,
+            physics_substeps: 4,
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            origin: [0.0; 3],
+            seed: 0,
+            dialect: String::new(),
+            providers: BTreeMap::new(),
+            budget: 50_000_000,
+            memory: 256 << 20,
+            allow: Vec::new(),
+        }
+    }
+}
+
+/// The tables of `[scene]`.
+pub(super) const TABLES: &[&str] = &["budget", "origin"];
+
+/// The keys of `[scene]`; those of its tables with the table's name before them.
+pub(super) fn keys() -> Vec<(Declared, ())> {
+    let of = |key: &str, kind, unit: Option<&str>, lowest: f64, count| Declared {
+        key: key.to_owned(),
+        kind,
+        count,
+        flags: 0,
+        unit: unit.map(str::to_owned),
+        lowest,
+        highest: f64::INFINITY,
+        fallback: Value::Nil,
+        choices: Vec::new(),
+        text: String::new(),
+    };
+    let any = f64::NEG_INFINITY;
+    [
+        of("text", TATU_TEXT, None, any, 0),
+        of("dialect", TATU_TEXT, None, any, 0),
+        of("dt", TATU_F64, Some("s"), 1e-6, 0),
+        of("physics_dt", TATU_F64, Some("s"), 1e-6, 0),
+        Declared { highest: 64.0, ..of("physics_substeps", TATU_I64, None, 1.0, 0) },
+        of("gravity", TATU_F64S, Some("m/s^2"), any, 3),
+        of("seed", TATU_I64, None, 0.0, 0),
+        of("plugins", TATU_LIST, None, any, 0),
+        of("script_budget", TATU_I64, None, 1.0, 0),
+        Declared { highest: FRAC_PI_2, ..of("origin.lat", TATU_F64, Some("rad"), -FRAC_PI_2, 0) },
+        Declared { highest: PI, ..of("origin.lon", TATU_F64, Some("rad"), -PI, 0) },
+        of("origin.alt", TATU_F64, Some("m"), any, 0),
+        of("budget.instructions", TATU_I64, None, 1.0, 0),
+        Declared { highest: 256.0, ..of("budget.memory_mb", TATU_I64, None, 1.0, 0) },
+    ]
+    .into_iter()
+    .map(|d| (d, ()))
+    .collect()
+}
+
+pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) {
+    match (key, value) {
+        ("dialect", Value::Text(t)) => settings.dialect = String::from_utf8_lossy(t).into_owned(),
+        ("dt", Value::Float(x)) => settings.dt = *x,
+        ("physics_dt", Value::Float(x)) => settings.physics_dt = *x,
+        ("physics_substeps", Value::Int(i)) => settings.physics_substeps = *i as u32,
+        ("gravity", Value::Floats(v)) => settings.gravity = Vector3::new(v[0], v[1], v[2]),
+        ("origin.lat", Value::Float(x)) => settings.origin[0] = *x,
+        ("origin.lon", Value::Float(x)) => settings.origin[1] = *x,
+        ("origin.alt", Value::Float(x)) => settings.origin[2] = *x,
+        ("seed", Value::Int(i)) => settings.seed = *i as u64,
+        ("script_budget" | "budget.instructions", Value::Int(i)) => settings.budget = *i as u64,
+        ("budget.memory_mb", Value::Int(i)) => settings.memory = (*i as u64) << 20,
+        _ => {}
+    }
+}

@@ -1,0 +1,248 @@
+//! Scene files.
+//!
+//! `[scene]` holds the numbers of the world, `[[model]]` places models, `[[import]]` files of other formats, `[[object]]` single objects, `[set]` changes
+//! properties by path, `[providers]` tells who is meant by a schema or language.
+//!
+//! - [`load`] and the reader of a file's tables, in their order;
+//! - `scene`: `[scene]` and `[providers]`; `parts`: `[[model]]`, `[[import]]` and scenes as models; `object`: `[[object]]`,
+//!   places and `[set]`.
+
+mod object;
+mod parts;
+mod scene;
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use nalgebra::Isometry3;
+use tatu_plugin_api::safe::Value;
+use toml_edit::{Item, TableLike};
+
+use super::{
+    Builder, Document, import, keys,
+    overrides::{self, Override, ScriptOverride},
+    services::{self, ServiceOverride},
+    sources::Sources,
+};
+use tatu_errors::{Error, Place, Result};
+use tatu_plugins::Registry;
+
+/// What a run changes in a scene.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Seed, instead of the file's.
+    pub seed: Option<u64>,
+    /// `--set`
+    pub set: Vec<Override>,
+    /// `--script`
+    pub scripts: Vec<ScriptOverride>,
+    /// `--service`
+    pub services: Vec<ServiceOverride>,
+    /// `--allow`: what scripts may reach outside of the run: "exec" other programs, "native" libraries.
+    pub allow: Vec<String>,
+    /// Where files are read from; the disk by default.
+    pub sources: Sources,
+}
+
+/// Folders with plugins that a scene names; looked up before anything else is read.
+pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
+    // A file of another format names none.
+    let Ok(text) = String::from_utf8(read_bytes(file, sources)?) else { return Ok(Vec::new()) };
+    let Ok(doc) = toml_edit::Document::parse(text.as_str()) else { return Ok(Vec::new()) };
+    let here = file.parent().unwrap_or(Path::new(""));
+    let list = doc.get("scene").and_then(|s| s.get("plugins")).and_then(Item::as_array);
+    Ok(list.into_iter().flatten().filter_map(|v| v.as_str()).map(|s| here.join(s)).collect())
+}
+
+/// Reads a scene file into a document.
+pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Document> {
+    // A property set on a model may be one of its parameters: then the model is built again with it.
+    let mut model_params: Vec<(usize, String, Value)> = Vec::new();
+    // Each round settles at least one of them; a scene has fewer than this.
+    for _ in 0..10_000 {
+        let (mut document, set) = Reader::read(file, registry, &model_params, &options.sources)?;
+        if let Some(seed) = options.seed {
+            document.settings.seed = seed;
+        }
+        document.settings.allow.clone_from(&options.allow);
+        let all: Vec<Override> = set.into_iter().chain(options.set.iter().cloned()).collect();
+        match overrides::apply(&mut document, registry, &all, &model_params)? {
+            Some(more) => model_params.push(more),
+            None => {
+                overrides::replace_scripts(&mut document, registry, &options.scripts)?;
+                services::apply(&mut document, registry, &options.services)?;
+                document.check()?;
+                return Ok(document);
+            }
+        }
+    }
+    Err(Error::new("E102", "the settings of model parameters change which models there are"))
+}
+
+fn read_bytes(file: &Path, sources: &Sources) -> Result<Vec<u8>> {
+    sources.read(file).map_err(|e| unreadable(file, &e.to_string()))
+}
+
+fn unreadable(file: &Path, why: &str) -> Error {
+    Error::new("E105", format!("cannot read the scene {}: {why}", file.display()))
+        .help("give the path of a scene file, for instance one in `scenes/`")
+}
+
+struct Reader<'a> {
+    text: keys::Text<'a>,
+    registry: &'a Registry,
+    model_params: &'a [(usize, String, Value)],
+    set: Vec<Override>,
+    /// Files that are being read, outermost first: a scene used as a model must not contain itself.
+    chain: Vec<PathBuf>,
+}
+
+impl<'a> Reader<'a> {
+    fn read(
+        file: &Path,
+        registry: &'a Registry,
+        model_params: &'a [(usize, String, Value)],
+        sources: &Sources,
+    ) -> Result<(Document, Vec<Override>)> {
+        let mut document = Document { file: Some(file.to_owned()), sources: sources.clone(), ..Default::default() };
+        let mut builder = Builder { registry, document: &mut document, group: 0, place: None };
+        let bytes = read_bytes(file, sources)?;
+        let named = file.extension().is_some_and(|e| e == "toml");
+        let choice = if named { None } else { registry.importer_of(file, &bytes, &BTreeMap::new())? };
+        if let Some(choice) = choice {
+            let params = model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect::<Vec<_>>();
+            builder.place = Some(Place { file: file.to_owned(), ..Default::default() });
+            let import = import::Import { file, bytes: &bytes, choice, params: &params };
+            builder.import(import, None, Isometry3::identity())?;
+            return Ok((document, Vec::new()));
+        }
+        let text = String::from_utf8(bytes).map_err(|_| match named {
+            true => unreadable(file, "it is not UTF-8 text"),
+            false => registry.no_importer(file).help("a scene is a TOML file"),
+        })?;
+        let mut reader = Reader {
+            text: keys::Text::new(file, &text),
+            registry,
+            model_params,
+            set: Vec::new(),
+            chain: vec![canonical(file)],
+        };
+        reader.file(&mut builder, None, true)?;
+        let set = std::mem::take(&mut reader.set);
+        Ok((document, set))
+    }
+
+    /// Reads the file at hand; objects without a parent go below `parent`.
+    fn file(&mut self, b: &mut Builder<'_>, parent: Option<usize>, top: bool) -> Result {
+        let doc = toml_edit::Document::parse(self.text.text).map_err(|e| {
+            Error::new("E100", format!("not a TOML file: {}", e.message())).at(Some(self.text.place(e.span())))
+        })?;
+        let root = doc.as_table();
+        const KNOWN: &[&str] = &["format", "scene", "providers", "service", "model", "import", "object", "set"];
+        for (key, _) in root.iter() {
+            if !KNOWN.contains(&key) {
+                return Err(Error::new("E101", format!("unknown key `{key}`"))
+                    .expected(KNOWN.join(", "))
+                    .nearest(key, KNOWN.iter().copied())
+                    .at(Some(self.text.key(root, key))));
+            }
+        }
+        match root.get("format").and_then(Item::as_integer) {
+            Some(1) => {}
+            Some(n) => {
+                return Err(Error::new("E102", format!("format {n} is not known"))
+                    .expected("format = 1")
+                    .at(Some(self.text.value(root, "format"))));
+            }
+            None => {
+                return Err(Error::new("E104", "the file does not tell its format")
+                    .expected("format = 1")
+                    .help("write `format = 1` on top")
+                    .at(Some(self.text.place(None))));
+            }
+        }
+        if let Some(scene) = self.table(root, "scene")? {
+            self.scene(scene, &mut b.document.settings, top)?;
+        }
+        if let Some(providers) = self.table(root, "providers")? {
+            for (key, item) in providers.iter() {
+                let value = self.string(providers, key, item)?;
+                self.check_provider(key, &value).map_err(|e| e.at(Some(self.text.value(providers, key))))?;
+                b.document.settings.providers.insert(key.to_owned(), value);
+            }
+        }
+        for (what, table) in self.in_order(root)? {
+            b.place = Some(self.text.place(table_span(table)));
+            match what {
+                "model" => self.model(b, table, parent)?,
+                "import" => self.import(b, table, parent)?,
+                _ => self.object(b, table, parent)?,
+            };
+        }
+        if let Some(set) = self.table(root, "set")? {
+            self.overrides(set, parent)?;
+        }
+        // What runs beside a world is the business of the scene, not of its models.
+        for table in self.list(root, "service")?.into_iter().flatten().filter(|_| top) {
+            let place = self.text.place(table_span(table));
+            let spec = services::read(&self.text, self.registry, &b.document.settings.providers, table, place)?;
+            if b.document.services.iter().any(|s| s.kind == spec.kind) {
+                let text = format!("the service `{}` is asked for twice", self.registry.services[spec.kind].id);
+                return Err(Error::new("E102", text).expected("one of each").at(spec.place));
+            }
+            b.document.services.push(spec);
+        }
+        Ok(())
+    }
+
+    fn list<'t>(&self, root: &'t toml_edit::Table, what: &str) -> Result<Option<&'t toml_edit::ArrayOfTables>> {
+        match root.get(what) {
+            None => Ok(None),
+            Some(Item::ArrayOfTables(list)) => Ok(Some(list)),
+            Some(_) => Err(Error::new("E102", format!("`{what}` is not a list of tables"))
+                .expected(format!("[[{what}]]"))
+                .at(Some(self.text.key(root, what)))),
+        }
+    }
+
+    /// `[[model]]`, `[[import]]` and `[[object]]` in the order in which they stand, so that objects can hang on models
+    /// and back.
+    fn in_order<'t>(&self, root: &'t toml_edit::Table) -> Result<Vec<(&'static str, &'t dyn TableLike)>> {
+        let mut out: Vec<(usize, &'static str, &dyn TableLike)> = Vec::new();
+        for what in ["model", "import", "object"] {
+            let list = self.list(root, what)?.into_iter().flatten();
+            out.extend(list.map(|t| (t.span().map_or(0, |s| s.start), what, t as &dyn TableLike)));
+        }
+        out.sort_by_key(|(at, _, _)| *at);
+        Ok(out.into_iter().map(|(_, w, t)| (w, t)).collect())
+    }
+
+    fn table<'t>(&self, root: &'t toml_edit::Table, key: &str) -> Result<Option<&'t dyn TableLike>> {
+        match root.get(key) {
+            None => Ok(None),
+            Some(item) => item.as_table_like().map(Some).ok_or_else(|| {
+                Error::new("E102", format!("`{key}` is not a table"))
+                    .expected(format!("[{key}]"))
+                    .at(Some(self.text.key(root, key)))
+            }),
+        }
+    }
+
+    fn string(&self, table: &dyn TableLike, key: &str, item: &Item) -> Result<String> {
+        item.as_str().map(str::to_owned).ok_or_else(|| {
+            Error::new("E102", format!("`{key}`: expected a text")).at(Some(self.text.value(table, key)))
+        })
+    }
+}
+
+fn table_span(table: &dyn TableLike) -> Option<std::ops::Range<usize>> {
+    // The span of a table begins at its header; its first key is the better place to point to.
+    let first = table.iter().next().map(|(k, _)| k.to_owned())?;
+    table.key(&first).and_then(|k| k.span())
+}
+
+fn canonical(p: &Path) -> PathBuf {
+    std::fs::canonicalize(p).unwrap_or_else(|_| p.to_owned())
+}

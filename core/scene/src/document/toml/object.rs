@@ -1,0 +1,137 @@
+//! `[[object]]`, where things stand, and `[set]`.
+
+use nalgebra::{Isometry3, Vector3};
+use tatu_plugin_api::{abi::*, safe::Value};
+use toml_edit::{Item, TableLike};
+
+use super::{
+    super::{
+        Builder, keys,
+        overrides::{self, Override},
+        scripts,
+    },
+    Reader, table_span,
+};
+use crate::{from_euler, pose_from_array, rows::KINDS};
+use tatu_errors::{Error, Result};
+
+impl Reader<'_> {
+    pub(super) fn object(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result {
+        let Some(item) = table.get("kind") else {
+            let known: Vec<_> = KINDS.iter().map(|(n, _)| *n).collect();
+            return Err(Error::new("E104", "an [[object]] without `kind`")
+                .expected(format!("kind = one of {}", known.join(", ")))
+                .at(Some(self.text.place(table_span(table)))));
+        };
+        let kind = self.string(table, "kind", item)?;
+        let alias = match table.get("alias") {
+            Some(item) => self.string(table, "alias", item)?,
+            None => String::new(),
+        };
+        let parent = self.parent(b, table, parent)?;
+        let at = self.text.value(table, "kind");
+        let object = b.object(&kind, parent, &alias).map_err(|e| e.at(Some(at.clone())))?;
+        let device = match b.document.objects[object].kind {
+            TATU_KIND_SENSOR => Some(("sensor", "<kind or schema>")),
+            TATU_KIND_ACTUATOR => Some(("actuator", "<kind>")),
+            _ => None,
+        };
+        if let Some((key, wanted)) = device {
+            let Some(item) = table.get(key) else {
+                return Err(Error::new(
+                    "E104",
+                    format!("a{} {key} without its kind", if key == "actuator" { "n" } else { "" }),
+                )
+                .expected(format!("{key} = \"{wanted}\""))
+                .help(format!("`tatu list {key}s` shows the kinds"))
+                .at(Some(at)));
+            };
+            let kind = self.string(table, key, item)?;
+            b.device(object, &kind).map_err(|e| e.at(Some(self.text.value(table, key))))?;
+        }
+        // First what a joint leaves free: it tells the units of its other keys.
+        if let Some(Item::Value(v)) = table.get("type").filter(|_| b.document.objects[object].kind == TATU_KIND_JOINT) {
+            let value = Value::text(v.as_str().unwrap_or_default());
+            b.set(object, "joint.type", value).map_err(|e| e.at(Some(self.text.value(table, "type"))))?;
+        }
+        // A preset before all that the object tells itself, wherever it stands.
+        if let Some(item) = table.get("preset").filter(|_| b.document.objects[object].kind == TATU_KIND_SENSOR) {
+            let preset = Value::text(self.string(table, "preset", item)?);
+            b.set(object, "sensor.preset", preset).map_err(|e| e.at(Some(self.text.value(table, "preset"))))?;
+        }
+        let owner = format!("{} {kind}", if kind == "actuator" { "an" } else { "a" });
+        let declared = b.declared(object);
+        for (key, item) in table.iter() {
+            const OTHERS: &[&str] = &["kind", "alias", "parent", "script", "scripts"];
+            let done = key == "preset" && b.document.objects[object].kind == TATU_KIND_SENSOR;
+            if done || OTHERS.contains(&key) || device.is_some_and(|(d, _)| d == key) {
+                continue;
+            }
+            let place = || Some(self.text.value(table, key));
+            let ((declared, target), factor) =
+                keys::find(key, &declared, &owner).map_err(|e| e.at(Some(self.text.key(table, key))))?;
+            let value = b.value_of(object, target, item, factor).map_err(|(e, within)| {
+                let within = within.map(|span| self.text.place(Some(span)));
+                e.at(within.or_else(place))
+            })?;
+            b.put(object, declared, target, value).map_err(|e| e.at(place()))?;
+        }
+        scripts::read(&self.text, b, table, object)
+    }
+
+    pub(super) fn placement(&self, table: &dyn TableLike) -> Result<Isometry3<f64>> {
+        let numbers =
+            |key: &str, n: usize, factor: f64| -> Result<Option<Vec<f64>>> {
+                let Some(item) = table.get(key) else { return Ok(None) };
+                match keys::to_value(item, factor) {
+                    Ok(Value::Floats(v)) if v.len() == n => Ok(Some(v)),
+                    _ => Err(Error::new("E102", format!("`{key}`: expected {n} numbers"))
+                        .at(Some(self.text.value(table, key)))),
+                }
+            };
+        let mut pose = Isometry3::identity();
+        if let Some(v) = numbers("position_m", 3, 1.0)? {
+            pose.translation.vector = Vector3::new(v[0], v[1], v[2]);
+        }
+        if let Some(v) = numbers("orientation_deg", 3, std::f64::consts::PI / 180.0)? {
+            pose.rotation = from_euler([v[0], v[1], v[2]]);
+        }
+        if let Some(v) = numbers("quaternion", 4, 1.0)? {
+            pose.rotation = pose_from_array(&[0.0, 0.0, 0.0, v[0], v[1], v[2], v[3]])
+                .ok_or_else(|| {
+                    Error::new("E102", "`quaternion`: expected x y z w, not all 0")
+                        .at(Some(self.text.value(table, "quaternion")))
+                })?
+                .rotation;
+        }
+        Ok(pose)
+    }
+
+    pub(super) fn parent(&self, b: &Builder<'_>, table: &dyn TableLike, outer: Option<usize>) -> Result<Option<usize>> {
+        let Some(item) = table.get("parent") else { return Ok(outer) };
+        let path = self.string(table, "parent", item)?;
+        overrides::find(b.document, outer, &path).map(Some).map_err(|e| {
+            let e = e.expected("an object that stands above it in the file");
+            e.at(Some(self.text.value(table, "parent")))
+        })
+    }
+
+    pub(super) fn overrides(&mut self, table: &dyn TableLike, from: Option<usize>) -> Result {
+        for (key, item) in table.iter() {
+            let place = self.text.key(table, key);
+            let Some((path, written)) = key.rsplit_once('.') else {
+                return Err(Error::new("E101", format!("`{key}` names no property"))
+                    .expected("\"path.property\"")
+                    .at(Some(place)));
+            };
+            self.set.push(Override {
+                from,
+                path: path.to_owned(),
+                key: written.to_owned(),
+                item: item.clone(),
+                place: Some(place),
+            });
+        }
+        Ok(())
+    }
+}

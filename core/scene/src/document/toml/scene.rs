@@ -1,0 +1,88 @@
+//! `[scene]` and `[providers]`.
+
+use std::collections::BTreeSet;
+
+use tatu_plugin_api::safe::Value;
+use toml_edit::TableLike;
+
+use super::{
+    super::{Settings, keys, settings},
+    Reader,
+};
+use tatu_errors::{Error, Result};
+use tatu_plugins::Declared;
+
+impl Reader<'_> {
+    /// Whether a provider offers what it is named for: a schema of readings, or the suffix of a language's files.
+    pub(super) fn check_provider(&self, key: &str, value: &str) -> Result {
+        let plugin = |i: usize| self.registry.plugins[i].id.as_str();
+        let sensors = self.registry.sensors.iter().filter(|s| s.id == key || s.schemas.iter().any(|x| x == key));
+        let actuators = self.registry.actuators.iter().filter(|a| a.id == key);
+        let importers = self.registry.importers.iter().filter(|i| i.id == key || i.suffixes.iter().any(|x| x == key));
+        let models = self.registry.models.iter().filter(|m| m.id == key);
+        let services = self.registry.services.iter().filter(|s| s.id == key);
+        let languages = self.registry.languages.iter().filter(|l| l.id == key || l.suffixes.iter().any(|x| x == key));
+        let offers: Vec<&str> = sensors
+            .flat_map(|s| [s.id.as_str(), plugin(s.plugin)])
+            .chain(languages.flat_map(|l| [l.id.as_str(), plugin(l.plugin)]))
+            .chain(importers.flat_map(|i| [i.id.as_str(), plugin(i.plugin)]))
+            .chain(actuators.map(|a| plugin(a.plugin)))
+            .chain(models.map(|m| plugin(m.plugin)))
+            .chain(services.map(|s| plugin(s.plugin)))
+            .collect();
+        if offers.contains(&value) {
+            return Ok(());
+        }
+        let error = Error::new("E113", format!("`{value}` does not provide `{key}`"));
+        let roles: BTreeSet<&str> = (self.registry.sensors.iter().flat_map(|s| &s.schemas))
+            .chain(self.registry.languages.iter().flat_map(|l| l.suffixes.iter().chain([&l.id])))
+            .chain(self.registry.importers.iter().flat_map(|i| &i.suffixes))
+            .map(String::as_str)
+            .collect();
+        Err(match offers.is_empty() {
+            true => error
+                .expected(format!("what a loaded plugin offers: {}", Vec::from_iter(roles.iter().copied()).join(", ")))
+                .nearest(key, roles.iter().copied()),
+            false => error.expected(format!("one of {}", offers.join(", "))).nearest(value, offers.iter().copied()),
+        })
+    }
+
+    pub(super) fn scene(&self, table: &dyn TableLike, settings: &mut Settings, top: bool) -> Result {
+        self.settings(table, "", settings, top)
+    }
+
+    /// A table of settings; `within` stands before its keys.
+    fn settings(&self, table: &dyn TableLike, within: &str, settings: &mut Settings, top: bool) -> Result {
+        let declared = settings::keys();
+        for (key, item) in table.iter() {
+            if let (Some(inner), "", true) = (item.as_table_like(), within, settings::TABLES.contains(&key)) {
+                self.settings(inner, &format!("{key}."), settings, top)?;
+                continue;
+            }
+            let place = || Some(self.text.value(table, key));
+            let owner = match within.strip_suffix('.') {
+                None => "[scene]".to_owned(),
+                Some(table) => format!("[scene.{table}]"),
+            };
+            let known: Vec<_> = declared
+                .iter()
+                .filter_map(|(d, ())| match within {
+                    "" if d.key.contains('.') => None,
+                    _ => Some((Declared { key: d.key.strip_prefix(within)?.to_owned(), ..d.clone() }, ())),
+                })
+                .collect();
+            let (entry, factor) = keys::find(key, &known, &owner).map_err(|e| e.at(Some(self.text.key(table, key))))?;
+            let name = format!("{within}{}", entry.0.key);
+            let value = keys::to_value(item, factor).map_err(|e| e.at(place()))?;
+            let value = keys::check(&entry.0, key, value).map_err(|e| e.at(place()))?;
+            if let ("dialect", Value::Text(t)) = (entry.0.key.as_str(), &value) {
+                let dialect = String::from_utf8_lossy(t);
+                self.registry.check_dialect(None, &dialect).map_err(|e| e.at(place()))?;
+            }
+            if top {
+                settings::apply(settings, &name, &value);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,410 @@
+//! Which objects become bodies and joints of the engine, and how their states come back.
+//!
+//! The rule (V-REP's): a dynamic shape below a joint or force sensor that is below a shape is tied to that shape, by
+//! the joint or rigidly; any other dynamic shape is free, wherever it hangs. A respondable static shape collides; it
+//! is carried along when something above it can move.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::{Isometry3, Matrix3, Point3};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Control, Data, Scene, Shape,
+    carried::Carried,
+    collision_parts, default_inertia, default_mass, is_endless,
+    ties::{motion_of, tie_of, top_shape},
+};
+use tatu_physics::{
+    BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointId, JointKind, MassProps, Motion,
+    PairRule, Rapier, Respond, Twist,
+};
+
+/// A body and the object it stands for, as that was when the body was made.
+#[derive(Serialize, Deserialize)]
+struct BodyRecord {
+    id: BodyId,
+    slot: u32,
+    uid: u64,
+    version: u64,
+    motion: Motion,
+}
+
+/// A joint and the objects that it is made of.
+#[derive(Serialize, Deserialize)]
+pub(super) struct JointRecord {
+    pub id: JointId,
+    pub tie: u32,
+    child: u32,
+    version: u64,
+    bodies: (BodyId, BodyId),
+    frame_in_a: Isometry3<f64>,
+}
+
+/// The engine and what stands for what in it.
+pub struct Dynamics {
+    pub(super) engine: Box<dyn Engine>,
+    /// In order of ids.
+    bodies: Vec<BodyRecord>,
+    /// Those that are moved by hand or by what carries them, with their slots.
+    kinematic: Vec<(BodyId, u32)>,
+    /// In order of ids.
+    pub(super) joints: Vec<JointRecord>,
+    /// Joints whose drive changed since the last step.
+    drives: Vec<u32>,
+    built: u64,
+    moved: Vec<u32>,
+    /// What poses are copied back to.
+    pub(super) carried: Carried,
+    /// Joints that follow others, and whom.
+    followers: Vec<(u32, u32)>,
+    settings: EngineSettings,
+    /// Length of an engine step as the engine has it now, s.
+    step: f64,
+}
+
+impl Dynamics {
+    /// An empty engine.
+    pub fn new(settings: EngineSettings) -> Self {
+        Dynamics {
+            engine: Box::new(Rapier::new(settings)),
+            bodies: Vec::new(),
+            kinematic: Vec::new(),
+            joints: Vec::new(),
+            drives: Vec::new(),
+            built: 0,
+            moved: Vec::new(),
+            carried: Carried::default(),
+            followers: Vec::new(),
+            settings,
+            step: settings.step,
+        }
+    }
+
+    /// Brings bodies and joints up to the scene: only what changed is made anew, so that the rest does not notice.
+    pub fn settle(&mut self, scene: &mut Scene) {
+        scene.settle();
+        if self.built == scene.shape_version {
+            return;
+        }
+        self.built = scene.shape_version;
+        self.carried = Carried::default();
+        self.followers = super::follow::followers(scene);
+        let twists: BTreeMap<u32, Twist> = self.bodies.iter().map(|b| (b.slot, self.engine.twist(b.id))).collect();
+        let kept = |b: &BodyRecord| {
+            scene.get(b.slot).is_some_and(|o| o.uid == b.uid && o.version == b.version)
+                && motion_of(scene, b.slot) == Some(b.motion)
+        };
+        let gone: Vec<_> = self.bodies.iter().filter(|b| !kept(b)).map(|b| (b.id, b.slot, b.uid)).collect();
+        let dead: BTreeSet<BodyId> = gone.iter().map(|g| g.0).collect();
+        let alive = |id: BodyId| !dead.contains(&id);
+        let tied = |j: &JointRecord| {
+            alive(j.bodies.0)
+                && alive(j.bodies.1)
+                && scene.get(j.tie).is_some_and(|o| o.version == j.version)
+                && tie_of(scene, j.child).is_some_and(|(_, tie)| tie == j.tie)
+        };
+        let loose: Vec<_> = self.joints.iter().filter(|j| !tied(j)).map(|j| (j.id, j.tie)).collect();
+        let cut: BTreeSet<JointId> = loose.iter().map(|j| j.0).collect();
+        self.joints.retain(|j| !cut.contains(&j.id));
+        for (id, tie) in loose {
+            self.engine.remove_joint(id);
+            forget(scene, tie);
+        }
+        self.bodies.retain(|b| !dead.contains(&b.id));
+        for (id, slot, uid) in gone {
+            self.engine.remove_body(id);
+            if scene.get(slot).is_some_and(|o| o.uid == uid) {
+                forget(scene, slot);
+            }
+        }
+        // Forms without end come last: in the engine's tree of boxes what comes after them finds no good place.
+        let mut endless = Vec::new();
+        scene.visit(|scene, slot| match scene.get(slot).and_then(|o| o.shape()).is_some_and(is_endless) {
+            true => endless.push(slot),
+            false => self.add_body(scene, slot, &twists),
+        });
+        for slot in endless {
+            self.add_body(scene, slot, &twists);
+        }
+        let tied: BTreeSet<u32> = self.joints.iter().map(|j| j.child).collect();
+        scene.visit(|scene, slot| {
+            if !tied.contains(&slot) {
+                self.add_tie(scene, slot);
+            }
+        });
+        self.list_kinematic();
+    }
+
+    fn list_kinematic(&mut self) {
+        let kinematic = self.bodies.iter().filter(|b| b.motion == Motion::Kinematic);
+        self.kinematic = kinematic.map(|b| (b.id, b.slot)).collect();
+    }
+
+    fn add_body(&mut self, scene: &mut Scene, slot: u32, twists: &BTreeMap<u32, Twist>) {
+        let Some(motion) = motion_of(scene, slot) else { return };
+        let Some(o) = scene.get(slot) else { return };
+        let Some(shape) = o.shape().filter(|s| s.body.0.is_none()) else { return };
+        let twist = twists.get(&slot).copied().unwrap_or_default();
+        let desc = BodyDesc {
+            pose: scene.world(slot),
+            motion,
+            mass: mass_props(shape),
+            linear_velocity: twist.linear,
+            angular_velocity: twist.angular,
+            parts: if shape.respondable { collision_parts(shape) } else { Vec::new() },
+            friction: shape.friction,
+            restitution: shape.restitution,
+            respond: Respond { mask: if shape.respondable { shape.mask } else { 0 }, tree: top_shape(scene, slot) },
+        };
+        let id = self.engine.add_body(&desc);
+        self.bodies.push(BodyRecord { id, slot, uid: o.uid, version: o.version, motion });
+        if let Some(Data::Shape(s)) = scene.get_mut(slot).map(|o| &mut o.data) {
+            s.body.0 = Some(id);
+        }
+    }
+
+    fn add_tie(&mut self, scene: &mut Scene, slot: u32) {
+        let Some((above, tie)) = tie_of(scene, slot) else { return };
+        let body = |s: u32| scene.get(s).and_then(|o| o.shape()).and_then(|s| s.body.0);
+        let (Some(a), Some(b), Some(joint)) = (body(above), body(slot), scene.get(tie)) else { return };
+        let (kind, limits) = match &joint.data {
+            Data::Joint(j) => (
+                if j.kind == super::JointType::Revolute { JointKind::Revolute } else { JointKind::Prismatic },
+                j.limits,
+            ),
+            _ => (JointKind::Fixed, None),
+        };
+        let desc = JointDesc {
+            a,
+            b,
+            frame_in_a: scene.world(above).inverse() * scene.world(tie),
+            // The child hangs on the moved frame: at position 0 that frame is the joint's own.
+            frame_in_b: scene.world(slot).inverse() * scene.frame(tie),
+            kind,
+            limits,
+        };
+        let Some(id) = self.engine.add_joint(&desc) else { return };
+        self.joints.push(JointRecord {
+            id,
+            tie,
+            child: slot,
+            version: joint.version,
+            bodies: (a, b),
+            frame_in_a: desc.frame_in_a,
+        });
+        if let Some(Data::Joint(j)) = scene.get_mut(tie).map(|o| &mut o.data) {
+            j.id = Some(id);
+            self.drives.push(tie);
+        }
+    }
+
+    /// A joint's drive changed: told to the engine before the next step.
+    pub fn drive_changed(&mut self, slot: u32) {
+        self.drives.push(slot);
+    }
+
+    /// An object was placed by hand: it, and the bodies below it, are put there before the next step.
+    pub fn moved(&mut self, slot: u32) {
+        // A script that scans turns the same joint hundreds of times.
+        if self.moved.last() != Some(&slot) {
+            self.moved.push(slot);
+        }
+    }
+
+    fn apply_changes(&mut self, scene: &Scene) {
+        for slot in std::mem::take(&mut self.moved) {
+            for s in scene.tree(slot) {
+                let Some(o) = scene.get(s) else { continue };
+                if let Some(id) = o.shape().and_then(|s| s.body.0) {
+                    self.engine.set_pose(id, &scene.world(s));
+                }
+            }
+        }
+        self.apply_drives(scene);
+        for (id, slot) in &self.kinematic {
+            if scene.get(*slot).is_some() {
+                self.engine.set_pose(*id, &scene.world(*slot));
+            }
+        }
+    }
+
+    fn apply_drives(&mut self, scene: &Scene) {
+        let mut drives = std::mem::take(&mut self.drives);
+        for slot in drives.drain(..) {
+            let Some(j) = scene.get(slot).and_then(|o| o.joint()) else { continue };
+            let Some(id) = j.id else { continue };
+            let drive = match j.control {
+                Control::Free => Drive::Free,
+                Control::Velocity => {
+                    Drive::Velocity { target: j.target_velocity, max_force: j.max_force.abs(), slip: j.slip }
+                }
+                Control::Position => Drive::Position {
+                    target: j.target_position,
+                    max_force: j.max_force.abs(),
+                    max_velocity: j.max_velocity.abs(),
+                },
+                Control::Force => Drive::Force(j.max_force),
+                // A script answers for it in each engine step.
+                Control::Callback => continue,
+            };
+            self.engine.drive(id, drive);
+        }
+        self.drives = drives;
+    }
+
+    /// Tells the engine what was set by hand since the last step, so that both are at one.
+    pub fn prepare(&mut self, scene: &mut Scene) {
+        self.settle(scene);
+        super::follow::update(scene, &self.followers, &mut self.drives);
+        self.apply_changes(scene);
+    }
+
+    /// In how many engine steps of equal length `dt` passes, none longer than the scene's.
+    pub fn engine_steps(&self, dt: f64) -> u32 {
+        if dt > 0.0 { (dt / self.settings.step - 1e-9).ceil().max(1.0) as u32 } else { 0 }
+    }
+
+    /// Lets `dt` pass in engine steps, then copies poses and joint states back. Objects whose bodies were lost.
+    /// `before`, if there is one, is asked before each engine step for pushes that act in it.
+    pub fn advance(&mut self, scene: &mut Scene, dt: f64, before: Option<&mut BeforeStep<'_>>) -> Vec<u32> {
+        super::follow::update(scene, &self.followers, &mut self.drives);
+        self.apply_changes(scene);
+        let steps = self.engine_steps(dt);
+        if steps > 0 {
+            self.set_step(dt / f64::from(steps));
+            self.engine.advance_with(steps, before);
+        }
+        self.look(scene)
+    }
+
+    /// One of the engine steps in which `dt` passes, counted from 0, with the same bits as in [`Dynamics::advance`]. What
+    /// was moved by hand between two of them is only seen by the first step of the next advance.
+    pub fn advance_part(
+        &mut self,
+        scene: &mut Scene,
+        dt: f64,
+        part: u32,
+        before: Option<&mut BeforeStep<'_>>,
+    ) -> Vec<u32> {
+        let steps = self.engine_steps(dt);
+        if part == 0 {
+            self.apply_changes(scene);
+            self.set_step(dt / f64::from(steps.max(1)));
+        } else {
+            self.apply_drives(scene);
+        }
+        if part < steps {
+            self.engine.advance_part(part, steps, before);
+        }
+        self.look(scene)
+    }
+
+    /// Whatever an advance takes, exactly that passes.
+    fn set_step(&mut self, step: f64) {
+        if (step - self.step).abs() > 1e-12 {
+            self.step = step;
+            self.engine.configure(EngineSettings { step, ..self.settings });
+        }
+    }
+
+    fn look(&mut self, scene: &mut Scene) -> Vec<u32> {
+        let lost = self.engine.quarantined();
+        self.copy_back(scene);
+        lost.iter().filter_map(|b| self.object_of(*b)).collect()
+    }
+
+    /// How two shapes meet from the next engine step on.
+    pub fn set_pair(&mut self, a: &Shape, b: &Shape, rule: Option<PairRule>) {
+        if let (Some(a), Some(b)) = (a.body.0, b.body.0) {
+            self.engine.set_pair(a, b, rule);
+        }
+    }
+
+    /// What drives a joint in the next engine step, other than its own properties say.
+    pub fn drive(&mut self, joint: &super::Joint, drive: Drive) {
+        if let Some(id) = joint.id {
+            self.engine.drive(id, drive);
+        }
+    }
+
+    /// Everything as bytes, for [`Dynamics::restore`].
+    pub fn snapshot(&self) -> Vec<u8> {
+        let Dynamics { engine, bodies, kinematic: _, joints, drives, built, moved, carried, followers, settings, step } =
+            self;
+        let all = (engine.snapshot(), bodies, joints, drives, built, moved, carried.whole(), followers, settings, step);
+        postcard::to_stdvec(&all).unwrap_or_default()
+    }
+
+    /// Takes it back. After a failure nothing has changed.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
+        type Tables = (Vec<BodyRecord>, Vec<JointRecord>, Vec<u32>);
+        type All = (Vec<u8>, Tables, u64, Vec<u32>, u64, Vec<(u32, u32)>, EngineSettings, f64);
+        let (engine, (bodies, joints, drives), built, moved, whole, followers, settings, step): All =
+            postcard::from_bytes(bytes).map_err(|e| format!("the table of bodies: {e}"))?;
+        self.engine.restore(&engine)?;
+        (self.bodies, self.joints, self.drives, self.built) = (bodies, joints, drives, built);
+        (self.moved, self.carried) = (moved, Carried::after(whole));
+        (self.followers, self.settings, self.step) = (followers, settings, step);
+        self.list_kinematic();
+        Ok(())
+    }
+
+    fn object_of(&self, body: BodyId) -> Option<u32> {
+        // Bodies are made in ascending order of ids.
+        self.bodies.binary_search_by_key(&body, |b| b.id).ok().map(|i| self.bodies[i].slot)
+    }
+
+    /// The engine, for looking at bodies and joints.
+    pub fn engine(&self) -> &dyn Engine {
+        &*self.engine
+    }
+    /// The bodies above and below a joint of the engine, and its frame in the one above.
+    pub fn tie(&self, joint: JointId) -> Option<((BodyId, BodyId), Isometry3<f64>)> {
+        // Joints are made in ascending order of ids.
+        let i = self.joints.binary_search_by_key(&joint, |j| j.id).ok()?;
+        Some((self.joints[i].bodies, self.joints[i].frame_in_a))
+    }
+    /// Velocity of a shape that has a body.
+    pub fn twist(&self, shape: &Shape) -> Option<Twist> {
+        shape.body.0.map(|b| self.engine.twist(b))
+    }
+    /// Sets it.
+    pub fn set_twist(&mut self, body: BodyId, twist: &Twist) {
+        self.engine.set_twist(body, twist);
+    }
+    /// Force N and torque N m, world, for the next advance.
+    pub fn push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
+        self.engine.push(body, force, torque);
+    }
+    /// Contacts after the last step, as objects. Read from the engine when asked for.
+    pub fn contacts(&self) -> impl Iterator<Item = (u32, u32, tatu_physics::Contact)> {
+        let mut all = Vec::new();
+        self.engine.contacts(&mut all);
+        all.into_iter().filter_map(|c| Some((self.object_of(c.bodies.0)?, self.object_of(c.bodies.1)?, c)))
+    }
+    /// Changes gravity or the length of an engine step.
+    pub fn configure(&mut self, settings: EngineSettings) {
+        self.settings = settings;
+        self.engine.configure(EngineSettings { step: self.step, ..settings });
+    }
+    /// Velocities of all dynamic bodies with their objects, in order of bodies.
+    pub fn twists(&self) -> impl Iterator<Item = (u32, Twist)> + '_ {
+        self.bodies.iter().filter(|b| b.motion == Motion::Dynamic).map(|b| (b.slot, self.engine.twist(b.id)))
+    }
+}
+
+fn forget(scene: &mut Scene, slot: u32) {
+    match scene.get_mut(slot).map(|o| &mut o.data) {
+        Some(Data::Shape(s)) => s.body.0 = None,
+        Some(Data::Joint(j)) => j.id = None,
+        _ => {}
+    }
+}
+
+/// Mass properties of a shape, defaults filled in.
+pub fn mass_props(shape: &Shape) -> MassProps {
+    let mass = shape.mass.unwrap_or_else(|| default_mass(shape));
+    let inertia = shape.inertia.map_or_else(|| default_inertia(shape, mass), |i| Matrix3::from_row_slice(&i));
+    MassProps { mass, com: Point3::from(shape.com), inertia }
+}

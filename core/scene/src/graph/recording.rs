@@ -1,0 +1,224 @@
+//! Streams recorded together, and curves of one over another.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+use tatu_plugin_api::abi::*;
+
+use super::{
+    CurveSpec, GraphSpec, Stream, StreamSpec,
+    spec::{self, Axis},
+};
+use tatu_errors::Refusal;
+
+/// Most streams and curves of a graph.
+const MOST: usize = 1000;
+
+/// A curve of a graph.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Curve {
+    /// Its number in the graph; streams and curves are counted together.
+    pub id: i64,
+    /// What it is.
+    pub spec: CurveSpec,
+    /// Red, green, blue, 0 to 1.
+    pub color: [f64; 3],
+    /// Of one that does not change any more: its points.
+    pub points: Option<Vec<Vec<f64>>>,
+}
+
+/// What an object of kind graph has recorded.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Graph {
+    /// Unique name of its object.
+    pub name: String,
+    /// Samples that it keeps.
+    pub buffer: usize,
+    /// When samples were taken, s.
+    pub times: VecDeque<f64>,
+    /// In order of their making.
+    pub streams: Vec<Stream>,
+    /// In order of their making.
+    pub curves: Vec<Curve>,
+    last: i64,
+}
+
+impl Graph {
+    /// As described, and empty; what does not fit together is left out.
+    pub fn new(spec: &GraphSpec, name: String) -> Self {
+        let mut graph = Self::blank(spec, name);
+        for s in &spec.streams {
+            let _ = graph.add_stream(s.clone());
+        }
+        for c in &spec.curves {
+            let _ = graph.add_curve(c.clone());
+        }
+        graph
+    }
+    /// The same, where nothing is left out: why it does not fit together.
+    pub fn try_new(spec: &GraphSpec, name: String) -> Result<Self, Refusal> {
+        let mut graph = Self::blank(spec, name);
+        for s in &spec.streams {
+            graph.add_stream(s.clone())?;
+        }
+        for c in &spec.curves {
+            graph.add_curve(c.clone())?;
+        }
+        Ok(graph)
+    }
+    fn blank(spec: &GraphSpec, name: String) -> Self {
+        let (streams, curves) = (Vec::new(), Vec::new());
+        Graph { name, buffer: spec.buffer, times: VecDeque::new(), streams, curves, last: 0 }
+    }
+    fn number(&mut self, name: &str) -> Result<i64, Refusal> {
+        if self.streams.len() + self.curves.len() >= MOST {
+            return Err(Refusal(TATU_ERR_SPACE, format!("the graph has {MOST} streams and curves already")));
+        }
+        if self.find(name).is_some() {
+            return Err(Refusal(TATU_ERR_ARGUMENT, format!("the graph has a stream or curve `{name}` already")));
+        }
+        self.last += 1;
+        Ok(self.last)
+    }
+    /// Adds a stream; its number, from 1.
+    pub fn add_stream(&mut self, spec: StreamSpec) -> Result<i64, Refusal> {
+        let id = self.number(&spec.name)?;
+        let color = spec::color(self.streams.len());
+        self.streams.push(Stream::new(id, spec, color, self.times.len()));
+        Ok(id)
+    }
+    /// Adds a curve; its number.
+    pub fn add_curve(&mut self, spec: CurveSpec) -> Result<i64, Refusal> {
+        for axis in &spec.axes {
+            if let Axis::Stream(name) = axis
+                && !self.streams.iter().any(|s| s.spec.name == *name)
+            {
+                let text =
+                    format!("the curve `{}` names the stream `{name}`, which the graph does not have", spec.name);
+                return Err(Refusal(TATU_ERR_ARGUMENT, text));
+            }
+        }
+        let id = self.number(&spec.name)?;
+        let color = spec.color.unwrap_or(spec::color(self.curves.len()));
+        self.curves.push(Curve { id, spec, color, points: None });
+        Ok(id)
+    }
+    /// Adds a curve that is as another one is now, and stays so.
+    pub fn freeze(&mut self, curve: i64, name: &str) -> Result<i64, Refusal> {
+        let Some(of) = self.curves.iter().find(|c| c.id == curve).cloned() else {
+            return Err(Refusal(TATU_ERR_MISSING, format!("the graph has no curve {curve}")));
+        };
+        let points = self.points(&of);
+        let mut name = if name.is_empty() { format!("{} (static)", of.spec.name) } else { name.to_owned() };
+        while self.find(&name).is_some() {
+            name += "'";
+        }
+        let id = self.number(&name)?;
+        let color = spec::color(self.curves.len());
+        let spec = CurveSpec { name, ..of.spec };
+        self.curves.push(Curve { id, spec, color, points: Some(points) });
+        Ok(id)
+    }
+    /// Removes a stream or curve; whether there was one. Curves of a stream that is gone stand still.
+    pub fn remove(&mut self, id: i64) -> bool {
+        if let Some(stream) = self.streams.iter().find(|s| s.id == id) {
+            let name = stream.spec.name.clone();
+            for i in 0..self.curves.len() {
+                let uses = self.curves[i].spec.axes.iter().any(|a| matches!(a, Axis::Stream(n) if *n == name));
+                if uses && self.curves[i].points.is_none() {
+                    self.curves[i].points = Some(self.points(&self.curves[i]));
+                }
+            }
+        }
+        let before = self.streams.len() + self.curves.len();
+        self.streams.retain(|s| s.id != id);
+        self.curves.retain(|c| c.id != id);
+        self.streams.len() + self.curves.len() < before
+    }
+    /// The number of a stream or curve, by name.
+    pub fn find(&self, name: &str) -> Option<i64> {
+        let stream = self.streams.iter().find(|s| s.spec.name == name).map(|s| s.id);
+        stream.or_else(|| self.curves.iter().find(|c| c.spec.name == name).map(|c| c.id))
+    }
+    /// A stream.
+    pub fn stream(&mut self, id: i64) -> Result<&mut Stream, Refusal> {
+        let missing = || Refusal(TATU_ERR_MISSING, format!("the graph has no stream {id}"));
+        self.streams.iter_mut().find(|s| s.id == id).ok_or_else(missing)
+    }
+    /// Forgets all samples.
+    pub fn empty(&mut self) {
+        self.times.clear();
+        self.streams.iter_mut().for_each(Stream::empty);
+    }
+    /// Takes a sample of each stream; `numbers` in their order.
+    pub fn take(&mut self, time: f64, numbers: &[Option<f64>]) {
+        if self.times.len() >= self.buffer {
+            self.times.pop_front();
+            for s in &mut self.streams {
+                s.values.pop_front();
+            }
+        }
+        self.times.push_back(time);
+        for (s, number) in self.streams.iter_mut().zip(numbers) {
+            s.take(time, *number);
+        }
+    }
+    /// The points of a curve, one for each sample; not a number where a coordinate is missing.
+    pub fn points(&self, curve: &Curve) -> Vec<Vec<f64>> {
+        if let Some(points) = &curve.points {
+            return points.clone();
+        }
+        let axis = |axis: &Axis, i: usize| match axis {
+            Axis::Always(x) => *x,
+            Axis::Stream(name) => {
+                let stream = self.streams.iter().find(|s| s.spec.name == *name);
+                stream.and_then(|s| s.values.get(i)).copied().unwrap_or(f64::NAN)
+            }
+        };
+        (0..self.times.len()).map(|i| curve.spec.axes.iter().map(|a| axis(a, i)).collect()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::graph::*;
+
+    fn stream(name: &str) -> StreamSpec {
+        StreamSpec { name: name.into(), factor: 1.0, window: 1, ..Default::default() }
+    }
+    fn curve(name: &str, axes: &[&str]) -> CurveSpec {
+        let axes = axes.iter().map(|a| Axis::Stream((*a).into())).collect();
+        CurveSpec { name: name.into(), unit: String::new(), color: None, axes }
+    }
+
+    #[test]
+    fn the_oldest_samples_make_room() {
+        let spec = GraphSpec { buffer: 3, streams: vec![stream("a")], ..Default::default() };
+        let mut g = Graph::new(&spec, "g".into());
+        for i in 0..5 {
+            g.take(f64::from(i), &[Some(f64::from(i * i))]);
+        }
+        assert_eq!(Vec::from(g.times.clone()), [2.0, 3.0, 4.0]);
+        assert_eq!(Vec::from(g.streams[0].values.clone()), [4.0, 9.0, 16.0]);
+        g.empty();
+        assert!(g.times.is_empty() && g.streams[0].values.is_empty());
+    }
+
+    #[test]
+    fn curves_are_one_stream_over_another() {
+        let spec = GraphSpec { streams: vec![stream("a"), stream("b")], ..Default::default() };
+        let mut g = Graph::new(&spec, "g".into());
+        let live = g.add_curve(curve("c", &["a", "b"])).unwrap();
+        g.take(0.0, &[Some(1.0), Some(2.0)]);
+        let frozen = g.freeze(live, "").unwrap();
+        g.take(1.0, &[Some(3.0), None]);
+        let of = |g: &Graph, id| g.points(g.curves.iter().find(|c| c.id == id).unwrap());
+        assert_eq!(of(&g, frozen), [[1.0, 2.0]]);
+        let points = of(&g, live);
+        assert_eq!(points[0], [1.0, 2.0]);
+        assert!(points.len() == 2 && points[1][0] == 3.0 && points[1][1].is_nan());
+        assert!(g.add_curve(curve("d", &["a", "none"])).is_err());
+        assert!(g.add_stream(stream("c")).is_err(), "names are unique");
+        assert!(g.remove(live) && !g.remove(live));
+    }
+}

@@ -1,0 +1,123 @@
+//! One number over time, and what is made of it.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+
+use super::{StreamSpec, Transform};
+
+/// A stream of a graph.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Stream {
+    /// Its number in the graph.
+    pub id: i64,
+    /// What it is.
+    pub spec: StreamSpec,
+    /// Red, green, blue, 0 to 1.
+    pub color: [f64; 3],
+    /// One for each time of the graph; not a number where nothing was given.
+    pub values: VecDeque<f64>,
+    /// What a script has set since the last sample.
+    pub given: Option<f64>,
+    /// Time and number of the sample before.
+    before: Option<(f64, f64)>,
+    /// Integral or sum so far.
+    sum: f64,
+    /// The samples of which the mean is taken, newest last.
+    window: VecDeque<f64>,
+}
+
+impl Stream {
+    /// An empty one, beside which `recorded` samples have been taken already.
+    pub fn new(id: i64, spec: StreamSpec, color: [f64; 3], recorded: usize) -> Self {
+        let color = spec.color.unwrap_or(color);
+        Stream {
+            id,
+            color,
+            spec,
+            values: std::iter::repeat_n(f64::NAN, recorded).collect(),
+            given: None,
+            before: None,
+            sum: 0.0,
+            window: VecDeque::new(),
+        }
+    }
+    /// Forgets all samples.
+    pub fn empty(&mut self) {
+        let (spec, color) = (std::mem::take(&mut self.spec), self.color);
+        *self = Stream { color, ..Stream::new(self.id, spec, color, 0) };
+    }
+    /// Takes a sample; `None`: there was no number.
+    pub fn take(&mut self, time: f64, number: Option<f64>) {
+        let value = number.filter(|x| x.is_finite()).and_then(|x| self.transformed(time, x));
+        self.values.push_back(value.unwrap_or(f64::NAN));
+    }
+
+    fn transformed(&mut self, time: f64, x: f64) -> Option<f64> {
+        let before = self.before.replace((time, x));
+        let made = match self.spec.transform {
+            Transform::Raw => x,
+            Transform::Derivative => {
+                let (t, y) = before.filter(|(t, _)| *t != time)?;
+                (x - y) / (time - t)
+            }
+            Transform::Integral => {
+                self.sum += before.map_or(0.0, |(t, y)| (x + y) / 2.0 * (time - t));
+                self.sum
+            }
+            Transform::Cumulative => {
+                self.sum += x;
+                self.sum
+            }
+        };
+        let made = made * self.spec.factor + self.spec.offset;
+        if self.spec.window <= 1 {
+            return Some(made);
+        }
+        self.window.push_back(made);
+        while self.window.len() > self.spec.window as usize {
+            self.window.pop_front();
+        }
+        // Summed anew each time, so that no rounding adds up.
+        Some(self.window.iter().sum::<f64>() / self.window.len() as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::graph::*;
+
+    fn made(transform: Transform, factor: f64, offset: f64, window: u32, f: impl Fn(f64) -> f64) -> Vec<f64> {
+        let spec = StreamSpec { name: "s".into(), transform, factor, offset, window, ..Default::default() };
+        let mut s = Stream::new(1, spec, [0.0; 3], 0);
+        for i in 0..5 {
+            let t = f64::from(i) * 0.5;
+            s.take(t, Some(f(t)));
+        }
+        s.values.into_iter().collect()
+    }
+
+    #[test]
+    fn transformations_are_those_of_calculus() {
+        let line = |t: f64| 3.0 * t;
+        assert_eq!(made(Transform::Raw, 2.0, 1.0, 1, line), [1.0, 4.0, 7.0, 10.0, 13.0]);
+        let slope = made(Transform::Derivative, 1.0, 0.0, 1, line);
+        assert!(slope[0].is_nan());
+        assert_eq!(slope[1..], [3.0; 4]);
+        // The integral of 3 t is 1.5 t^2, which trapezoids give exactly.
+        assert_eq!(made(Transform::Integral, 1.0, 0.0, 1, line), [0.0, 0.375, 1.5, 3.375, 6.0]);
+        assert_eq!(made(Transform::Cumulative, 1.0, 0.0, 1, line), [0.0, 1.5, 4.5, 9.0, 15.0]);
+        // Means of 0; 0, 1.5; 0, 1.5, 3; 1.5, 3, 4.5; 3, 4.5, 6.
+        assert_eq!(made(Transform::Raw, 1.0, 0.0, 3, line), [0.0, 0.75, 1.5, 3.0, 4.5]);
+    }
+
+    #[test]
+    fn what_was_not_given_is_missing() {
+        let mut s = Stream::new(1, StreamSpec { factor: 1.0, window: 1, ..Default::default() }, [0.0; 3], 2);
+        s.take(0.0, None);
+        s.take(1.0, Some(5.0));
+        s.take(2.0, Some(f64::INFINITY));
+        let missing: Vec<bool> = s.values.iter().map(|v| v.is_nan()).collect();
+        assert_eq!(missing, [true, true, true, false, true]);
+    }
+}

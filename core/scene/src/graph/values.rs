@@ -1,0 +1,106 @@
+//! Reading maps of values, whose keys are few and known.
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use tatu_errors::{Refusal, nearest};
+
+/// A map whose keys must be among `known`.
+pub struct Keys<'a> {
+    what: &'static str,
+    entries: &'a [(Value, Value)],
+}
+
+impl<'a> Keys<'a> {
+    /// Refuses what is no map, and unknown keys, naming the nearest.
+    pub fn new(what: &'static str, value: &'a Value, known: &[&str]) -> Result<Self, Refusal> {
+        let Value::Map(entries) = value else {
+            return Err(Refusal(TATU_ERR_ARGUMENT, format!("{what} is a table: {}", known.join(", "))));
+        };
+        for (key, _) in entries {
+            let Value::Text(key) = key else {
+                return Err(Refusal(TATU_ERR_ARGUMENT, format!("{what}: its keys are texts")));
+            };
+            let key = String::from_utf8_lossy(key);
+            if !known.contains(&key.as_ref()) {
+                let hint =
+                    nearest(&key, known.iter().copied()).map_or(String::new(), |n| format!(": did you mean `{n}`?"));
+                return Err(Refusal(
+                    TATU_ERR_ARGUMENT,
+                    format!("{what} has no key `{key}`{hint} It has {}", known.join(", ")),
+                ));
+            }
+        }
+        Ok(Keys { what, entries })
+    }
+    fn find(&self, key: &str) -> Option<&'a Value> {
+        self.entries.iter().find(|(k, _)| matches!(k, Value::Text(t) if t == key.as_bytes())).map(|(_, v)| v)
+    }
+    /// What is said about a key that has another type.
+    pub fn wrong<T>(&self, key: &str, expected: &str) -> Result<T, Refusal> {
+        Err(Refusal(TATU_ERR_ARGUMENT, format!("{}: `{key}` is {expected}", self.what)))
+    }
+    /// A text; empty if it is not there.
+    pub fn text(&self, key: &str) -> Result<String, Refusal> {
+        match self.find(key) {
+            None | Some(Value::Nil) => Ok(String::new()),
+            Some(Value::Text(t) | Value::Bytes(t)) => Ok(String::from_utf8_lossy(t).into_owned()),
+            Some(_) => self.wrong(key, "a text"),
+        }
+    }
+    /// A finite number, if it is there.
+    pub fn number(&self, key: &str) -> Result<Option<f64>, Refusal> {
+        match self.find(key) {
+            None | Some(Value::Nil) => Ok(None),
+            Some(Value::Float(x)) if x.is_finite() => Ok(Some(*x)),
+            Some(Value::Int(i)) => Ok(Some(*i as f64)),
+            Some(_) => self.wrong(key, "a finite number"),
+        }
+    }
+    /// A whole number of a range, if it is there.
+    pub fn count(&self, key: &str, range: std::ops::RangeInclusive<i64>) -> Result<Option<i64>, Refusal> {
+        match self.number(key)? {
+            None => Ok(None),
+            Some(x) if x.fract() == 0.0 && range.contains(&(x as i64)) => Ok(Some(x as i64)),
+            Some(_) => self.wrong(key, &format!("a whole number from {} to {}", range.start(), range.end())),
+        }
+    }
+    /// An object; 0 if it is not there.
+    pub fn object(&self, key: &str) -> Result<tatu_object, Refusal> {
+        match self.find(key) {
+            None | Some(Value::Nil) => Ok(0),
+            Some(Value::Object(id)) => Ok(*id),
+            Some(_) => self.wrong(key, "an object"),
+        }
+    }
+    /// True or false; false if it is not there.
+    pub fn flag(&self, key: &str) -> Result<bool, Refusal> {
+        match self.find(key) {
+            None | Some(Value::Nil) => Ok(false),
+            Some(Value::Bool(b)) => Ok(*b),
+            Some(_) => self.wrong(key, "true or false"),
+        }
+    }
+    /// Red, green, blue, 0 to 1, if they are there.
+    pub fn color(&self, key: &str) -> Result<Option<[f64; 3]>, Refusal> {
+        match self.find(key) {
+            None | Some(Value::Nil) => Ok(None),
+            Some(Value::Floats(v)) if v.len() == 3 && v.iter().all(|x| (0.0..=1.0).contains(x)) => {
+                Ok(Some([v[0], v[1], v[2]]))
+            }
+            Some(_) => self.wrong(key, "red, green and blue, each from 0 to 1"),
+        }
+    }
+    /// A text or a number, as text; `None` if it is not there.
+    pub fn text_or_number(&self, key: &str) -> Result<Option<Result<f64, String>>, Refusal> {
+        match self.find(key) {
+            None | Some(Value::Nil) => Ok(None),
+            Some(Value::Text(t)) => Ok(Some(Err(String::from_utf8_lossy(t).into_owned()))),
+            Some(_) => Ok(self.number(key)?.map(Ok)),
+        }
+    }
+}
+
+/// A map from its entries.
+pub fn map(entries: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
+    Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
+}

@@ -1,0 +1,77 @@
+//! The scene: the document that describes it, and the live tree of objects with handles, names, poses and properties.
+//!
+//! - [`document`]: what a scene file, a model or an importer describes, nothing live;
+//! - [`noise`], [`graph`]: what a scene declares for the fields of sensors, and for graphs;
+//! - [`Scene`]: the tree; slots with generations, aliases, unique names;
+//! - `names`: paths and old-style names;
+//! - [`rows`]: the property rows of the core;
+//! - `props`: reading and setting them;
+//! - `dynamics`: bodies and joints of the engine; `ties`: which objects they are made of; `carried`: how their states come
+//!   back;
+//! - `follow`: joints that follow others;
+//! - `forms`: the solids of a shape;
+//! - `moves`: which shapes have moved; `part`: some slots, for a thread of its own;
+//! - `places`: where objects are, by slot, and where they were at the last barrier; `poses`: asking for it, setting it.
+
+mod carried;
+pub mod document;
+mod dynamics;
+mod follow;
+mod forms;
+pub mod graph;
+mod moves;
+mod names;
+pub mod noise;
+mod object;
+mod part;
+mod places;
+mod poses;
+mod props;
+pub mod rows;
+mod ties;
+mod tree;
+
+pub use dynamics::Dynamics;
+pub use dynamics::mass_props;
+pub use follow::Follow;
+pub use forms::{collision_parts, default_inertia, default_mass, is_endless, visible_parts};
+pub use moves::Moves;
+pub use object::{
+    ActuatorData, Body, Control, Data, Joint, JointType, Object, Primitive, SensorData, Shape, ShapePart,
+};
+pub use props::{Changed, get, numbers, set, set_numbers};
+pub use props::{is_drive, notes, notes_value};
+pub use tree::{Handle, Scene};
+
+use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+/// A pose as 7 numbers: x y z, quaternion x y z w.
+pub fn pose_to_array(p: &Isometry3<f64>) -> [f64; 7] {
+    let (t, q) = (p.translation.vector, p.rotation.coords);
+    [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
+}
+
+/// From 7 numbers; the quaternion is normalised. `None` if a number is not finite or the quaternion is zero.
+pub fn pose_from_array(a: &[f64; 7]) -> Option<Isometry3<f64>> {
+    let q = Quaternion::new(a[6], a[3], a[4], a[5]);
+    let finite = a.iter().all(|x| x.is_finite()) && q.norm() > 1e-12;
+    finite.then(|| Isometry3::from_parts(Translation3::new(a[0], a[1], a[2]), UnitQuaternion::from_quaternion(q)))
+}
+
+/// Orientation from turns about the own x, then y, then z axis, rad.
+pub fn from_euler(e: [f64; 3]) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&Vector3::x_axis(), e[0])
+        * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), e[1])
+        * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), e[2])
+}
+
+/// The turns of an orientation; the first is 0 where the second is +-90 degrees.
+pub fn to_euler(q: &UnitQuaternion<f64>) -> [f64; 3] {
+    let r: Rotation3<f64> = q.to_rotation_matrix();
+    let beta = r[(0, 2)].clamp(-1.0, 1.0).asin();
+    if r[(0, 2)].abs() < 0.999_995 {
+        [(-r[(1, 2)]).atan2(r[(2, 2)]), beta, (-r[(0, 1)]).atan2(r[(0, 0)])]
+    } else {
+        [0.0, beta, r[(1, 0)].atan2(r[(1, 1)])]
+    }
+}

@@ -1,0 +1,87 @@
+//! Which shapes have moved since somebody looked last, so that followers need not go through all.
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+/// The shapes that were moved, in order, each once between two looks.
+#[derive(Debug, Default)]
+pub struct Moves {
+    list: Vec<u32>,
+    /// How many were noted before the first of the list.
+    gone: u64,
+    /// For each slot, how many had been noted with its last note; 0: it never was.
+    noted: Vec<u64>,
+    /// Up to where somebody has looked: what was noted after that need not be noted again. Atomic so that documents, which
+    /// hold names in a scene of their own, can be shared by worlds of many threads.
+    seen: AtomicU64,
+}
+
+impl Clone for Moves {
+    fn clone(&self) -> Self {
+        let Moves { list, gone, noted, seen } = self;
+        Moves { list: list.clone(), gone: *gone, noted: noted.clone(), seen: seen.load(Relaxed).into() }
+    }
+}
+
+impl Moves {
+    /// The shape in a slot has moved.
+    pub fn note(&mut self, slot: u32) {
+        let at = slot as usize;
+        if self.noted.len() <= at {
+            self.noted.resize(at + 1, 0);
+        }
+        if self.noted[at] > self.seen.load(Relaxed) {
+            return;
+        }
+        // Whoever has not looked for so long goes through all instead.
+        if self.list.len() >= FEWEST.max(2 * self.noted.len()) {
+            self.gone += self.list.len() as u64;
+            self.list.clear();
+        }
+        self.list.push(slot);
+        self.noted[at] = self.gone + self.list.len() as u64;
+    }
+
+    /// Those that have moved since a look; `None`: nobody knows. `last` is the place of that look, and becomes that of
+    /// this one; it belongs to one scene.
+    pub fn since(&self, last: &mut u64) -> Option<&[u32]> {
+        let end = self.gone + self.list.len() as u64;
+        self.seen.store(end, Relaxed);
+        let from = std::mem::replace(last, end);
+        self.list.get(usize::try_from(from.checked_sub(self.gone)?).ok()?..)
+    }
+}
+
+/// The list is not begun anew before it is as long as this.
+const FEWEST: usize = 64;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_follower_finds_what_moved_since_its_look() {
+        let (mut moves, mut a, mut b) = (Moves::default(), 0, 0);
+        moves.note(3);
+        moves.note(3);
+        moves.note(5);
+        assert_eq!(moves.since(&mut a), Some(&[3, 5][..]), "each once between two looks");
+        moves.note(3);
+        assert_eq!(moves.since(&mut a), Some(&[3][..]));
+        assert_eq!(moves.since(&mut a), Some(&[][..]));
+        assert_eq!(moves.since(&mut b), Some(&[3, 5, 3][..]), "another look hides nothing from this one");
+    }
+
+    #[test]
+    fn a_follower_that_slept_is_told_to_look_at_all() {
+        let (mut moves, mut awake, mut asleep) = (Moves::default(), 0, 0);
+        moves.since(&mut asleep);
+        for _ in 0..10 * FEWEST {
+            moves.note(1);
+            assert_eq!(moves.since(&mut awake), Some(&[1][..]));
+        }
+        assert_eq!(moves.since(&mut asleep), None);
+        moves.note(1);
+        assert_eq!(moves.since(&mut asleep), Some(&[1][..]));
+        assert!(moves.list.len() <= FEWEST);
+    }
+}

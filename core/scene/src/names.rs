@@ -1,0 +1,229 @@
+//! Paths ("/a/b[1]", "./b", ":/b") and unique names ("b#0").
+
+use std::{
+    collections::BTreeMap,
+    sync::{Mutex, PoisonError},
+};
+
+use super::{Object, Scene};
+
+/// Unique names and where they were when the tree last changed. Behind a lock, since documents, which worlds on several
+/// threads share, hold a tree too; a copy makes its own.
+#[derive(Debug, Default)]
+pub(super) struct NameIndex(Mutex<Names>);
+
+#[derive(Debug, Default)]
+struct Names {
+    version: u64,
+    slots: BTreeMap<(String, i32), u32>,
+}
+
+impl Clone for NameIndex {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl Scene {
+    /// Where an object stands: `/robot[1]/arm`; an index where siblings share its alias.
+    pub fn path(&self, slot: u32) -> String {
+        let Some(o) = self.get(slot) else { return "/".into() };
+        let siblings = self.children(o.parent);
+        let same: Vec<_> =
+            siblings.iter().copied().filter(|s| self.get(*s).is_some_and(|x| x.alias == o.alias)).collect();
+        let index = same.iter().position(|s| *s == slot).unwrap_or(0);
+        let above = if o.parent == 0 { String::new() } else { self.path(o.parent) };
+        if same.len() > 1 { format!("{above}/{}[{index}]", o.alias) } else { format!("{above}/{}", o.alias) }
+    }
+
+    /// Finds by path or unique name. `from` is what "." means.
+    pub fn find(&self, from: u32, path: &str) -> Option<u32> {
+        let (mut base, rest) = match path.as_bytes().first()? {
+            b'/' => (0, path),
+            b'.' | b':' => self.base(from, path)?,
+            _ => return self.find_name(path),
+        };
+        for part in rest.split('/').filter(|p| !p.is_empty()) {
+            base = self.below(base, part)?;
+        }
+        (base != 0).then_some(base)
+    }
+
+    /// Where a path begins, and the parts that lead on from there.
+    pub fn start_of<'p>(&self, from: u32, path: &'p str) -> Option<(u32, &'p str)> {
+        if path.starts_with('/') { Some((0, path)) } else { self.base(from, path) }
+    }
+
+    /// What the leading ".", "..", ":" and "::" mean, and the rest of the path.
+    fn base<'p>(&self, from: u32, path: &'p str) -> Option<(u32, &'p str)> {
+        let mut at = from;
+        let mut rest = path;
+        loop {
+            let (part, tail) = rest.split_once('/').unwrap_or((rest, ""));
+            at = match part {
+                "." => at,
+                ".." => self.get(at)?.parent,
+                ":" => self.model_of(at),
+                "::" => self.model_of(self.get(self.model_of(at))?.parent),
+                _ => return Some((at, rest)),
+            };
+            rest = tail;
+        }
+    }
+
+    /// The first object below `base` (at any depth, breadth first) that a part of a path means.
+    pub fn below(&self, base: u32, part: &str) -> Option<u32> {
+        let (pattern, sibling, index) = split_index(part)?;
+        let wild = pattern.contains(['*', '?']);
+        let fits = |o: &Object| if wild { matches(&pattern, &o.alias) } else { o.alias == pattern };
+        let is_meant = |s: u32| {
+            let Some(o) = self.get(s) else { return false };
+            fits(o)
+                && sibling.is_none_or(|n| {
+                    let same = self.children(o.parent).iter().filter(|c| self.get(**c).is_some_and(fits));
+                    same.copied().nth(n) == Some(s)
+                })
+        };
+        // Level by level, and no further than needed: what is meant mostly lies near.
+        let mut level = self.children(base).to_vec();
+        let mut left = index;
+        while !level.is_empty() {
+            for s in level.iter().filter(|s| is_meant(**s)) {
+                if left == 0 {
+                    return Some(*s);
+                }
+                left -= 1;
+            }
+            level = level.iter().flat_map(|s| self.children(*s)).copied().collect();
+        }
+        None
+    }
+
+    /// Finds by unique name: "b", "b#0", or "b#" for exactly "b".
+    pub fn find_name(&self, name: &str) -> Option<u32> {
+        let (alias, suffix) = match name.split_once('#') {
+            Some((alias, "")) => (alias, -1),
+            Some((alias, n)) => (alias, n.parse().ok()?),
+            None => (name, -1),
+        };
+        let fits =
+            |o: &Object| o.kind() != tatu_plugin_api::abi::TATU_KIND_SCRIPT && o.suffix == suffix && o.alias == alias;
+        let mut index = self.index.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if index.version != self.shape_version {
+            let named = self.slots().map(|(s, o)| ((o.alias.clone(), o.suffix), s));
+            // In reverse, so that of equal names the first slot stays.
+            index.slots = named.rev().collect();
+            index.version = self.shape_version;
+        }
+        // Names may have changed since: what was found is looked at, what was not is searched for.
+        let found = index.slots.get(&(alias.to_owned(), suffix)).copied();
+        found.filter(|s| self.get(*s).is_some_and(fits)).or_else(|| self.slots().find(|(_, o)| fits(o)).map(|(s, _)| s))
+    }
+
+    /// Gives objects that came together the smallest suffix that is free for all of them.
+    pub fn make_unique(&mut self, slots: &[u32]) {
+        let aliases: Vec<String> = slots.iter().filter_map(|s| self.get(*s).map(|o| o.alias.clone())).collect();
+        let wanted: std::collections::BTreeSet<&str> = aliases.iter().map(String::as_str).collect();
+        let taken: std::collections::BTreeSet<i32> = self
+            .slots()
+            .filter(|(s, o)| !slots.contains(s) && wanted.contains(o.alias.as_str()))
+            .map(|(_, o)| o.suffix)
+            .collect();
+        let suffix = (-1..i32::MAX).find(|n| !taken.contains(n)).unwrap_or(-1);
+        for s in slots {
+            if let Some(o) = self.get_mut(*s) {
+                o.suffix = suffix;
+            }
+        }
+    }
+
+    /// Names and paths near a misspelt one, for messages.
+    pub fn nearest(&self, name: &str) -> Option<String> {
+        let wanted = name.rsplit('/').next().unwrap_or(name).trim_end_matches('#');
+        let known: Vec<String> = self.slots().map(|(_, o)| o.alias.clone()).collect();
+        tatu_errors::nearest(wanted, known.iter().map(String::as_str)).map(str::to_owned)
+    }
+}
+
+/// "a[2]" -> a, third among its siblings; "a{4}" -> a, fifth in the tree.
+fn split_index(part: &str) -> Option<(String, Option<usize>, usize)> {
+    for (open, close) in [('[', ']'), ('{', '}')] {
+        if let Some(body) = part.strip_suffix(close) {
+            let (alias, n) = body.rsplit_once(open)?;
+            let n: usize = n.parse().ok()?;
+            return Some(if open == '[' { (alias.into(), Some(n), 0) } else { (alias.into(), None, n) });
+        }
+    }
+    Some((part.into(), None, 0))
+}
+
+/// Wildcards: `*` any text, `?` any character.
+fn matches(pattern: &str, text: &str) -> bool {
+    let (p, t): (Vec<char>, Vec<char>) = (pattern.chars().collect(), text.chars().collect());
+    // One row of the usual table: `row[j]` tells whether the pattern so far fits the first j characters.
+    let mut row = vec![false; t.len() + 1];
+    row[0] = true;
+    for c in p {
+        let mut next = vec![false; t.len() + 1];
+        next[0] = row[0] && c == '*';
+        for j in 1..=t.len() {
+            next[j] = match c {
+                '*' => next[j - 1] || row[j],
+                '?' => row[j - 1],
+                _ => row[j - 1] && t[j - 1] == c,
+            };
+        }
+        row = next;
+    }
+    row[t.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Isometry3;
+
+    use super::*;
+    use crate::Data;
+
+    fn scene() -> Scene {
+        let mut s = Scene::default();
+        for parts in [&["arm", "hand"][..], &["arm"]] {
+            let add = |s: &mut Scene, p, a: &str| s.add(p, a, Isometry3::identity(), Data::Dummy).unwrap();
+            let robot = add(&mut s, 0, "robot");
+            parts.iter().fold(robot, |above, part| add(&mut s, above, part));
+            s.set_model_base(robot, true);
+            let tree = s.tree(robot);
+            s.make_unique(&tree);
+        }
+        s
+    }
+
+    #[test]
+    fn paths_lead_back_to_their_objects() {
+        let s = scene();
+        for (slot, _) in s.slots() {
+            assert_eq!(s.find(0, &s.path(slot)), Some(slot), "{}", s.path(slot));
+        }
+        assert_eq!(s.path(s.find(0, "/robot[1]/arm").unwrap()), "/robot[1]/arm");
+        assert_eq!(s.find(0, "/hand"), s.find(0, "/robot/arm/hand"));
+        assert_eq!(s.find(0, "/rob*{1}"), s.find(0, "/robot[1]"));
+        assert_eq!(s.find(0, "/nothing"), None);
+    }
+
+    #[test]
+    fn relative_paths_start_at_the_caller() {
+        let s = scene();
+        let hand = s.find(0, "/hand").unwrap();
+        assert_eq!(s.find(hand, "."), Some(hand));
+        assert_eq!(s.find(hand, ".."), s.find(0, "/robot/arm"));
+        assert_eq!(s.find(hand, ":/arm"), s.find(0, "/robot[0]/arm"));
+    }
+
+    #[test]
+    fn copies_get_one_number_for_all_their_parts() {
+        let s = scene();
+        assert_eq!(s.find(0, "arm#0"), s.find(0, "/robot[1]/arm"));
+        assert_eq!(s.find(0, "arm"), s.find(0, "/robot[0]/arm"));
+        assert_eq!(s.find(0, "hand#0"), None);
+    }
+}

@@ -1,0 +1,104 @@
+//! Which field a name means, what its shape is, and which value of it means nothing.
+
+use tatu_plugin_api::abi::*;
+
+use super::spec::{Wrong, wrong};
+use tatu_errors::Error;
+use tatu_plugins::{FieldInfo, SensorKind, schemas};
+
+/// A field that a name means.
+pub struct Meant<'k> {
+    /// Its place among the fields of the kind.
+    pub index: usize,
+    /// What the kind declares of it.
+    pub info: &'k FieldInfo,
+    /// Numbers that belong together: the innermost dimension, where it is declared as a number.
+    pub components: usize,
+    /// What is there where nothing is, one number or one for each component; `None`: no value means that.
+    pub nothing: Option<Vec<f64>>,
+    /// The field that is 0 where nothing is, if its schema names one.
+    pub valid: Option<usize>,
+}
+
+/// More components than these are elements of their own.
+pub const MOST_COMPONENTS: usize = 64;
+
+/// The field of a kind with this name; its schema may be left out where one field alone is called so.
+pub fn meant<'k>(kind: &'k SensorKind, name: &str) -> Result<Meant<'k>, Wrong> {
+    let short = |f: &FieldInfo| f.name.rsplit('.').next() == Some(name);
+    let fields = || kind.fields.iter().enumerate();
+    let found: Vec<usize> = match fields().find(|(_, f)| f.name == name) {
+        Some((i, _)) => vec![i],
+        None => fields().filter(|(_, f)| short(f)).map(|(i, _)| i).collect(),
+    };
+    match found.as_slice() {
+        [i] => of(kind, *i),
+        [] => {
+            let known: Vec<&str> = kind.fields.iter().map(|f| f.name.as_str()).collect();
+            let shorts = known.iter().filter_map(|n| n.rsplit('.').next());
+            let error = Error::new("E101", format!("a sensor of kind `{}` has no field `{name}`", kind.id));
+            let error = error.expected(known.join(", ")).nearest(name, known.iter().copied().chain(shorts));
+            Err(Wrong { error, span: None })
+        }
+        several => {
+            let all: Vec<&str> = several.iter().map(|i| kind.fields[*i].name.as_str()).collect();
+            Err(wrong(format!("`{name}` may mean {}: write its full name in quotes", all.join(" or "))))
+        }
+    }
+}
+
+/// The field of this index.
+pub fn of(kind: &SensorKind, index: usize) -> Result<Meant<'_>, Wrong> {
+    let info = &kind.fields[index];
+    if info.elem == TATU_ELEM_OBJECT {
+        return Err(wrong(format!("`{}` holds objects; noise is for numbers", info.name)));
+    }
+    let shape = shape(info);
+    let components = match shape.last() {
+        Some(n) if (1..=MOST_COMPONENTS as u32).contains(n) => *n as usize,
+        _ => 1,
+    };
+    let declared = schemas::known().iter().flat_map(|s| &s.fields).find(|f| f.name == info.name);
+    let valid = declared.and_then(|d| d.valid.as_ref());
+    let valid = valid.and_then(|v| kind.fields.iter().position(|f| f.name == *v && f.elem != TATU_ELEM_OBJECT));
+    let valid = valid.filter(|i| shape.starts_with(self::shape(&kind.fields[*i])));
+    Ok(Meant { index, info, components, nothing: nothing(info, declared, components), valid })
+}
+
+/// The declared shape without ones at its end.
+fn shape(info: &FieldInfo) -> &[u32] {
+    let n = info.dims.iter().rposition(|d| *d != 1).map_or(0, |i| i + 1);
+    &info.dims[..n]
+}
+
+fn nothing(info: &FieldInfo, declared: Option<&schemas::SchemaField>, components: usize) -> Option<Vec<f64>> {
+    let Some(declared) = declared else {
+        // A schema of somebody else: infinity is no measure of anything, and 0 is what integers have for it.
+        return Some(vec![if matches!(info.elem, TATU_ELEM_F64 | TATU_ELEM_F32) { f64::INFINITY } else { 0.0 }]);
+    };
+    let number = |word: &str| if word == "infinity" { Some(f64::INFINITY) } else { word.parse().ok() };
+    let all: Option<Vec<f64>> = declared.nothing.split_whitespace().map(number).collect();
+    all.filter(|v| v.len() == 1 || v.len() == components)
+}
+
+impl Meant<'_> {
+    /// Whether another field has an element for each of this one's.
+    pub fn same_shape(&self, other: &Meant<'_>) -> Result<(), Wrong> {
+        if shape(self.info) == shape(other.info) {
+            return Ok(());
+        }
+        Err(wrong(format!("`{}` has another shape than `{}`", other.info.name, self.info.name)))
+    }
+
+    /// Whether another field can tell which elements of this one are there: one for each element, each row, or for all.
+    pub fn is_valid_by(&self, other: &Meant<'_>) -> Result<(), Wrong> {
+        if other.info.name == self.info.name {
+            return Err(wrong("`valid` names the field itself"));
+        }
+        if shape(self.info).starts_with(shape(other.info)) {
+            return Ok(());
+        }
+        let (this, other) = (&self.info.name, &other.info.name);
+        Err(wrong(format!("`{other}` cannot tell of `{this}`: it has neither its shape nor the beginning of it")))
+    }
+}

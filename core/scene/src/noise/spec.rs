@@ -1,0 +1,437 @@
+//! What a scene declares: noise by the names of fields, as TOML, and back.
+
+use std::{collections::BTreeMap, fmt::Write, ops::Range};
+
+use serde::{Deserialize, Serialize};
+use toml_edit::{Item, TableLike};
+
+use super::fields::{Meant, meant};
+use tatu_errors::{Error, nearest};
+use tatu_plugins::SensorKind;
+
+/// The noise of a sensor.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct NoiseSpec {
+    /// How old the reading is that readers see, s; `None`: not told.
+    pub latency: Option<f64>,
+    /// By the full names of fields; an empty one takes away what stood there before.
+    pub fields: BTreeMap<String, FieldNoise>,
+    /// It tells that there is no noise.
+    pub none: bool,
+}
+
+/// The noise of one field, in the field's unit.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct FieldNoise {
+    /// Standard deviation of white noise: coefficients from the constant on, one list for all components, or one each.
+    pub sigma: Vec<Vec<f64>>,
+    /// The field that `sigma` is a polynomial in; `None`: the value itself.
+    pub of: Option<String>,
+    /// Half width of uniform noise; here and below: one number for all components, or one each.
+    pub uniform: Vec<f64>,
+    /// Half width of an offset drawn once a run.
+    pub shift: Vec<f64>,
+    /// Standard deviation of an offset drawn once a run.
+    pub shift_sigma: Vec<f64>,
+    /// A bias that wanders.
+    pub walk: Option<Walk>,
+    /// The value is a multiple of this.
+    pub step: Vec<f64>,
+    /// 1 / value is a multiple of this.
+    pub inverse_step: Vec<f64>,
+    /// Probability with which an element is lost.
+    pub dropout: f64,
+    /// The field that is 0 where an element is lost.
+    pub valid: Option<String>,
+    /// Rare, large errors.
+    pub outliers: Option<Outliers>,
+    /// Least and greatest value that can be told.
+    pub limits: Option<[f64; 2]>,
+}
+
+/// Gauss and Markov's process of first order.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Walk {
+    /// Standard deviation in the long run.
+    pub sigma: Vec<f64>,
+    /// Time in which it forgets, s.
+    pub tau: f64,
+}
+
+/// Errors that come with a probability.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Outliers {
+    /// 0 to 1.
+    pub probability: f64,
+    /// Standard deviation.
+    pub sigma: Vec<f64>,
+    /// Half width.
+    pub uniform: Vec<f64>,
+}
+
+/// What is wrong in a table, and where in its text.
+#[derive(Debug)]
+pub struct Wrong {
+    /// What.
+    pub error: Error,
+    /// Where.
+    pub span: Option<Range<usize>>,
+}
+
+impl Wrong {
+    /// The error with the line, for a text that is no file.
+    pub fn in_text(self, text: &str) -> Error {
+        let Some(span) = self.span else { return self.error };
+        let line = text.as_bytes()[..span.start.min(text.len())].iter().filter(|b| **b == b'\n').count() + 1;
+        Error { text: format!("line {line} of the noise: {}", self.error.text), ..self.error }
+    }
+}
+
+type Read<T> = Result<T, Wrong>;
+
+const KEYS: &[&str] = &[
+    "sigma",
+    "of",
+    "uniform",
+    "shift",
+    "shift_sigma",
+    "walk",
+    "step",
+    "inverse_step",
+    "dropout",
+    "valid",
+    "outliers",
+    "limits",
+];
+const WALK: &[&str] = &["sigma", "tau_s"];
+const OUTLIERS: &[&str] = &["probability", "sigma", "uniform"];
+
+/// The longest delay, s: what is under way is kept whole.
+const LONGEST: f64 = 10.0;
+
+impl NoiseSpec {
+    /// From the text of a table, or `none`. With a kind, names of fields may be short, and all is checked against it.
+    pub fn parse(text: &str, kind: Option<&SensorKind>) -> Read<Self> {
+        if matches!(text.trim(), "" | "none") {
+            return Ok(NoiseSpec { none: true, ..Default::default() });
+        }
+        let doc = toml_edit::Document::parse(text).map_err(|e| Wrong {
+            error: Error::new("E102", format!("`noise` is not TOML: {}", e.message())),
+            span: e.span(),
+        })?;
+        Self::read(doc.as_table(), kind)
+    }
+
+    /// From an item of a scene: a table, or the text `none`.
+    pub fn of_item(item: &Item, kind: Option<&SensorKind>) -> Read<Self> {
+        match (item.as_table_like(), item.as_str()) {
+            (Some(table), _) => Self::read(table, kind),
+            (None, Some(text)) => Self::parse(text, kind).map_err(|w| match text.contains('\n') {
+                true => Wrong { error: w.in_text(text), span: item.span() },
+                false => Wrong { span: item.span(), ..w },
+            }),
+            _ => Err(Wrong {
+                error: Error::new("E102", "`noise`: expected a table, or \"none\"")
+                    .expected("[object.noise.<field>], or noise = { <field> = { sigma = 0.01 } }"),
+                span: item.span(),
+            }),
+        }
+    }
+
+    /// From a table. An empty one tells that there is no noise.
+    pub fn read(table: &dyn TableLike, kind: Option<&SensorKind>) -> Read<Self> {
+        let mut spec = NoiseSpec { none: table.is_empty(), ..Default::default() };
+        for (key, item) in table.iter() {
+            let at = span(table, key);
+            if key == "latency_s" {
+                spec.latency = Some(number(key, item, 0.0, LONGEST).map_err(|e| e.or(&at))?);
+                continue;
+            }
+            let Some(inner) = item.as_table_like() else {
+                let known = ["latency_s", "<field> = { ... }"].join(", ");
+                let error = Error::new("E101", format!("unknown key `{key}` of `noise`")).expected(known);
+                return Err(Wrong { error: error.nearest(key, ["latency_s"]), span: at });
+            };
+            // `[noise.range_scan.distance]`, without quotes.
+            let schema = format!("{key}.");
+            if kind.is_some_and(|k| k.fields.iter().any(|f| f.name.starts_with(&schema))) {
+                for (short, item) in inner.iter() {
+                    let at = span(inner, short);
+                    let Some(inner) = item.as_table_like() else {
+                        let error = Error::new("E102", format!("`{key}.{short}` of `noise`: expected a table"));
+                        return Err(Wrong { error, span: at });
+                    };
+                    spec.add(&format!("{schema}{short}"), inner, kind, &at)?;
+                }
+                continue;
+            }
+            spec.add(key, inner, kind, &at)?;
+        }
+        Ok(spec)
+    }
+
+    fn add(
+        &mut self,
+        name: &str,
+        table: &dyn TableLike,
+        kind: Option<&SensorKind>,
+        at: &Option<Range<usize>>,
+    ) -> Read<()> {
+        let field = kind.map(|k| meant(k, name)).transpose().map_err(|e| e.or(at))?;
+        let full = field.as_ref().map_or(name, |f| &f.info.name).to_owned();
+        let noise = FieldNoise::read(table, kind.zip(field))?;
+        if self.fields.insert(full.clone(), noise).is_some() {
+            return Err(Wrong {
+                error: Error::new("E102", format!("`noise` tells of `{full}` twice")),
+                span: at.clone(),
+            });
+        }
+        Ok(())
+    }
+
+    /// What holds when this is set where the other stands: by field, this one's word. `None`: no noise at all.
+    pub fn over(self, before: Option<&NoiseSpec>) -> Option<NoiseSpec> {
+        if self.none {
+            return None;
+        }
+        let mut out = before.cloned().unwrap_or_default();
+        out.latency = self.latency.or(out.latency).filter(|s| *s > 0.0);
+        out.fields.extend(self.fields);
+        out.fields.retain(|_, f| *f != FieldNoise::default());
+        (out.latency.is_some() || !out.fields.is_empty()).then_some(out)
+    }
+
+    /// As text that [`parse`](Self::parse) reads.
+    pub fn to_toml(&self) -> String {
+        let mut out = String::new();
+        if let Some(s) = self.latency {
+            let _ = writeln!(out, "latency_s = {s:?}");
+        }
+        for (name, f) in &self.fields {
+            let _ = writeln!(out, "[\"{name}\"]");
+            f.write(&mut out);
+        }
+        out
+    }
+}
+
+impl FieldNoise {
+    fn read(table: &dyn TableLike, of: Option<(&SensorKind, Meant<'_>)>) -> Read<Self> {
+        let mut n = FieldNoise::default();
+        let components = of.as_ref().map(|(_, m)| m.components);
+        let other = |key: &str, item: &Item| -> Read<String> {
+            let name = item.as_str().ok_or_else(|| wrong(format!("`{key}`: expected the name of a field")))?;
+            let Some((kind, this)) = &of else { return Ok(name.to_owned()) };
+            let other = meant(kind, name)?;
+            match key {
+                "of" => this.same_shape(&other)?,
+                _ => this.is_valid_by(&other)?,
+            }
+            Ok(other.info.name.clone())
+        };
+        for (key, item) in table.iter() {
+            let at = span(table, key);
+            let mut read = || -> Read<()> {
+                let each = |least: f64| each(key, item, components, least);
+                match key {
+                    "sigma" => n.sigma = sigma(key, item, components)?,
+                    "of" => n.of = Some(other(key, item)?),
+                    "uniform" => n.uniform = each(0.0)?,
+                    "shift" => n.shift = each(0.0)?,
+                    "shift_sigma" => n.shift_sigma = each(0.0)?,
+                    "walk" => {
+                        let t = part(key, item, WALK)?;
+                        let tau = required(t, key, "tau_s")?;
+                        let sigma = required(t, key, "sigma")?;
+                        n.walk = Some(Walk {
+                            sigma: self::each("sigma", sigma, components, 0.0).map_err(|e| e.or(&span(t, "sigma")))?,
+                            tau: number("tau_s", tau, f64::MIN_POSITIVE, f64::MAX)
+                                .map_err(|e| e.or(&span(t, "tau_s")))?,
+                        });
+                    }
+                    "step" => n.step = each(0.0)?,
+                    "inverse_step" => n.inverse_step = each(0.0)?,
+                    "dropout" => n.dropout = number(key, item, 0.0, 1.0)?,
+                    "valid" => n.valid = Some(other(key, item)?),
+                    "outliers" => {
+                        let t = part(key, item, OUTLIERS)?;
+                        let size = |key: &str| match t.get(key) {
+                            Some(item) => self::each(key, item, components, 0.0).map_err(|e| e.or(&span(t, key))),
+                            None => Ok(Vec::new()),
+                        };
+                        let (sigma, uniform) = (size("sigma")?, size("uniform")?);
+                        let probability = number("probability", required(t, key, "probability")?, 0.0, 1.0)
+                            .map_err(|e| e.or(&span(t, "probability")))?;
+                        if sigma.is_empty() && uniform.is_empty() {
+                            return Err(wrong("`outliers` without `sigma` or `uniform`: how large they are"));
+                        }
+                        n.outliers = Some(Outliers { probability, sigma, uniform });
+                    }
+                    "limits" => n.limits = Some(limits(key, item)?),
+                    _ => {
+                        let error = Error::new("E101", format!("unknown key `{key}` of the noise of a field"));
+                        let error = error.expected(KEYS.join(", ")).nearest(key, KEYS.iter().copied());
+                        return Err(Wrong { error, span: at.clone() });
+                    }
+                }
+                Ok(())
+            };
+            read().map_err(|w| w.or(&item.span().or_else(|| at.clone())))?;
+        }
+        if n.of.is_some() && n.sigma.is_empty() {
+            return Err(wrong("`of` without `sigma`, the polynomial in it").or(&span(table, "of")));
+        }
+        if let Some((_, this)) = &of
+            && n.loses()
+            && n.valid.is_none()
+            && this.valid.is_none()
+            && this.nothing.is_none()
+        {
+            let name = &this.info.name;
+            let text = format!("`{name}` has no value that means nothing: `valid` must name the field that tells");
+            let key = ["dropout", "limits", "inverse_step"].into_iter().find(|k| table.contains_key(k));
+            return Err(wrong(text).or(&span(table, key.unwrap_or_default())));
+        }
+        Ok(n)
+    }
+
+    /// Whether elements may become nothing.
+    fn loses(&self) -> bool {
+        self.dropout > 0.0 || self.limits.is_some() || self.inverse_step.iter().any(|s| *s > 0.0)
+    }
+
+    fn write(&self, out: &mut String) {
+        // One number alone is written as one.
+        let list = |v: &[f64]| match v {
+            [x] => format!("{x:?}"),
+            v => format!("{v:?}"),
+        };
+        let sigma = match self.sigma.as_slice() {
+            [one] => list(one),
+            all => format!("{all:?}"),
+        };
+        let mut put = |key: &str, there: bool, value: String| {
+            if there {
+                let _ = writeln!(out, "{key} = {value}");
+            }
+        };
+        let quoted = |t: &Option<String>| t.as_ref().map_or(String::new(), |t| format!("{t:?}"));
+        put("sigma", !self.sigma.is_empty(), sigma);
+        put("of", self.of.is_some(), quoted(&self.of));
+        put("uniform", !self.uniform.is_empty(), list(&self.uniform));
+        put("shift", !self.shift.is_empty(), list(&self.shift));
+        put("shift_sigma", !self.shift_sigma.is_empty(), list(&self.shift_sigma));
+        if let Some(w) = &self.walk {
+            put("walk", true, format!("{{ sigma = {}, tau_s = {:?} }}", list(&w.sigma), w.tau));
+        }
+        put("step", !self.step.is_empty(), list(&self.step));
+        put("inverse_step", !self.inverse_step.is_empty(), list(&self.inverse_step));
+        put("dropout", self.dropout != 0.0, format!("{:?}", self.dropout));
+        put("valid", self.valid.is_some(), quoted(&self.valid));
+        if let Some(o) = &self.outliers {
+            let part =
+                |key: &str, v: &[f64]| if v.is_empty() { String::new() } else { format!(", {key} = {}", list(v)) };
+            let (sigma, uniform) = (part("sigma", &o.sigma), part("uniform", &o.uniform));
+            put("outliers", true, format!("{{ probability = {:?}{sigma}{uniform} }}", o.probability));
+        }
+        if let Some([low, high]) = self.limits {
+            put("limits", true, format!("[{low:?}, {high:?}]"));
+        }
+    }
+}
+
+pub fn wrong(text: impl Into<String>) -> Wrong {
+    Wrong { error: Error::new("E102", text), span: None }
+}
+
+impl Wrong {
+    /// With a place, if it has none.
+    pub fn or(self, span: &Option<Range<usize>>) -> Self {
+        Wrong { span: self.span.or_else(|| span.clone()), ..self }
+    }
+}
+
+fn span(table: &dyn TableLike, key: &str) -> Option<Range<usize>> {
+    table.key(key).and_then(|k| k.span())
+}
+
+fn float(item: &toml_edit::Value) -> Option<f64> {
+    item.as_float().or_else(|| item.as_integer().map(|i| i as f64)).filter(|x| !x.is_nan())
+}
+
+fn number(key: &str, item: &Item, least: f64, greatest: f64) -> Read<f64> {
+    let found = item.as_value().and_then(float);
+    let expected = match (least, greatest) {
+        (0.0, f64::MAX) => "a number, at least 0".to_owned(),
+        (_, f64::MAX) => "a number greater than 0".to_owned(),
+        _ => format!("a number from {least} to {greatest}"),
+    };
+    found.filter(|x| (least..=greatest).contains(x)).ok_or_else(|| wrong(format!("`{key}`: expected {expected}")))
+}
+
+/// One number for all components, or one each.
+fn each(key: &str, item: &Item, components: Option<usize>, least: f64) -> Read<Vec<f64>> {
+    let Some(array) = item.as_array() else { return Ok(vec![number(key, item, least, f64::MAX)?]) };
+    let numbers: Option<Vec<f64>> = array.iter().map(|v| float(v).filter(|x| x.is_finite() && *x >= least)).collect();
+    let numbers = numbers.ok_or_else(|| wrong(format!("`{key}`: expected numbers, each at least {least}")))?;
+    count(key, numbers.len(), components)?;
+    Ok(numbers)
+}
+
+fn count(key: &str, n: usize, components: Option<usize>) -> Read<()> {
+    match components {
+        Some(c) if n != c && n != 1 && c == 1 => Err(wrong(format!("`{key}`: expected one number, found {n}"))),
+        Some(c) if n != c && n != 1 => {
+            Err(wrong(format!("`{key}`: expected one number, or {c}: one for each component; found {n}")))
+        }
+        None if n == 0 => Err(wrong(format!("`{key}`: an empty list"))),
+        _ => Ok(()),
+    }
+}
+
+/// A number, a polynomial, or a polynomial for each component.
+fn sigma(key: &str, item: &Item, components: Option<usize>) -> Read<Vec<Vec<f64>>> {
+    let expected = || wrong(format!("`{key}`: expected a number, or numbers c0, c1, ...: c0 + c1 x + c2 x^2 ..."));
+    let polynomial = |a: &toml_edit::Array| -> Option<Vec<f64>> {
+        a.iter().map(|v| float(v).filter(|x| x.is_finite())).collect::<Option<Vec<_>>>().filter(|v| !v.is_empty())
+    };
+    let Some(array) = item.as_array() else { return Ok(vec![vec![number(key, item, 0.0, f64::MAX)?]]) };
+    if !array.iter().any(toml_edit::Value::is_array) {
+        return Ok(vec![polynomial(array).ok_or_else(expected)?]);
+    }
+    let all: Option<Vec<_>> = array.iter().map(|v| v.as_array().and_then(polynomial)).collect();
+    let all = all.ok_or_else(expected)?;
+    count(key, all.len(), components)?;
+    Ok(all)
+}
+
+fn limits(key: &str, item: &Item) -> Read<[f64; 2]> {
+    let numbers: Option<Vec<f64>> = item.as_array().and_then(|a| a.iter().map(float).collect());
+    match numbers.as_deref() {
+        Some([low, high]) if low <= high => Ok([*low, *high]),
+        _ => Err(wrong(format!("`{key}`: expected the least and the greatest value"))),
+    }
+}
+
+fn part<'t>(key: &str, item: &'t Item, known: &[&str]) -> Read<&'t dyn TableLike> {
+    let table =
+        item.as_table_like().ok_or_else(|| wrong(format!("`{key}`: expected a table of {}", known.join(", "))))?;
+    match table.iter().find(|(k, _)| !known.contains(k)) {
+        None => Ok(table),
+        Some((other, _)) => {
+            let error = Error::new("E101", format!("unknown key `{other}` of `{key}`")).expected(known.join(", "));
+            let error = match nearest(other, known.iter().copied()) {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None => error,
+            };
+            Err(Wrong { error, span: span(table, other) })
+        }
+    }
+}
+
+fn required<'t>(table: &'t dyn TableLike, owner: &str, key: &str) -> Read<&'t Item> {
+    table.get(key).ok_or_else(|| Wrong {
+        error: Error::new("E104", format!("`{owner}` without `{key}`")),
+        span: table.iter().next().and_then(|(k, _)| span(table, k)),
+    })
+}

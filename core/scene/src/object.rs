@@ -1,0 +1,311 @@
+//! One object: what every kind has, and what its own kind adds.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+use tatu_plugin_api::abi::*;
+
+use super::follow::Follow;
+use crate::{graph::GraphSpec, noise::NoiseSpec};
+use tatu_geometry::Mesh;
+use tatu_physics::{BodyId, JointId};
+
+/// An object of the scene. What a step asks of a device's object comes first, so that it lies in one cache line.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[repr(C)]
+pub struct Object {
+    /// What its kind adds.
+    pub data: Data,
+    /// Name among its siblings.
+    pub alias: String,
+    /// Number of its unique name: -1 for `alias`, n for `alias#n`.
+    pub suffix: i32,
+    /// Slot of the object above; 0: the world.
+    pub parent: u32,
+    /// Slots of the objects below, in order.
+    pub children: Vec<u32>,
+    /// Unique for the life of the scene, in order of creation.
+    pub uid: u64,
+    /// Grows when what the engine made of it must be made anew.
+    pub version: u64,
+    /// Whether pictures show it.
+    pub visible: bool,
+    /// Layers, one bit each.
+    pub layer: u32,
+    /// Free data by tag.
+    pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
+}
+
+/// What the kinds add.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub enum Data {
+    /// A solid.
+    Shape(Box<Shape>),
+    /// A joint.
+    Joint(Box<Joint>),
+    /// A frame.
+    Dummy,
+    /// A sensor.
+    Sensor(SensorData),
+    /// An actuator.
+    Actuator(ActuatorData),
+    /// Ties what is below rigidly to what is above.
+    ForceSensor,
+    /// Records numbers over time.
+    Graph(Box<GraphSpec>),
+    /// A script; belongs to its parent, and is not among its children.
+    Script,
+}
+
+impl Object {
+    /// `TATU_KIND_*`
+    pub fn kind(&self) -> i32 {
+        match self.data {
+            Data::Shape(_) => TATU_KIND_SHAPE,
+            Data::Joint(_) => TATU_KIND_JOINT,
+            Data::Dummy => TATU_KIND_DUMMY,
+            Data::Sensor(_) => TATU_KIND_SENSOR,
+            Data::Actuator(_) => TATU_KIND_ACTUATOR,
+            Data::ForceSensor => TATU_KIND_FORCE_SENSOR,
+            Data::Graph(_) => TATU_KIND_GRAPH,
+            Data::Script => TATU_KIND_SCRIPT,
+        }
+    }
+    /// Its unique name.
+    pub fn name(&self) -> String {
+        if self.suffix < 0 { self.alias.clone() } else { format!("{}#{}", self.alias, self.suffix) }
+    }
+    /// As a shape.
+    pub fn shape(&self) -> Option<&Shape> {
+        if let Data::Shape(s) = &self.data { Some(s) } else { None }
+    }
+    /// As a joint.
+    pub fn joint(&self) -> Option<&Joint> {
+        if let Data::Joint(j) = &self.data { Some(j) } else { None }
+    }
+}
+
+/// The form of a shape or part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "named after what they are")]
+pub enum Primitive {
+    Box,
+    Sphere,
+    Cylinder,
+    Capsule,
+    Plane,
+    Mesh,
+    Compound,
+}
+
+impl Primitive {
+    /// By its name in [`super::rows::PRIMITIVES`].
+    pub fn parse(name: &str) -> Option<Self> {
+        use Primitive::*;
+        let all = [Box, Sphere, Cylinder, Capsule, Plane, Mesh, Compound];
+        super::rows::PRIMITIVES.iter().position(|p| *p == name).map(|i| all[i])
+    }
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        super::rows::PRIMITIVES[self as usize]
+    }
+}
+
+/// One part of a compound.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShapePart {
+    /// Its form.
+    pub primitive: Primitive,
+    /// Full extents.
+    pub size: Vector3<f64>,
+    /// In the shape's frame.
+    pub pose: Isometry3<f64>,
+    /// Its color, if not the shape's.
+    pub color: Option<[f64; 3]>,
+    /// Its friction, if not the shape's.
+    pub friction: Option<f64>,
+}
+
+/// Where a shape stands in the engine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Body(pub Option<BodyId>);
+
+/// A solid.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "each is a property row with its sentence")]
+pub struct Shape {
+    pub primitive: Primitive,
+    pub size: Vector3<f64>,
+    /// Left out of snapshots, which name the document's mesh instead.
+    #[serde(skip)]
+    pub mesh: Option<Arc<Mesh>>,
+    pub convex: bool,
+    pub parts: Vec<ShapePart>,
+    pub color: [f64; 3],
+    pub mass: Option<f64>,
+    pub inertia: Option<[f64; 9]>,
+    pub com: Vector3<f64>,
+    pub dynamic: bool,
+    pub respondable: bool,
+    pub mask: u16,
+    pub friction: f64,
+    pub restitution: f64,
+    /// `None`: by its form.
+    pub detectable: Option<bool>,
+    /// Which beams see it, if it is detectable.
+    pub detectable_mask: u16,
+    pub collide_as: Option<Primitive>,
+    pub collide_size: Vector3<f64>,
+    pub body: Body,
+}
+
+impl Default for Shape {
+    fn default() -> Self {
+        Shape {
+            primitive: Primitive::Box,
+            size: Vector3::repeat(0.1),
+            mesh: None,
+            convex: false,
+            parts: Vec::new(),
+            color: [0.7; 3],
+            mass: None,
+            inertia: None,
+            com: Vector3::zeros(),
+            dynamic: false,
+            respondable: false,
+            mask: 0xFFFF,
+            friction: 1.0,
+            restitution: 0.0,
+            detectable: None,
+            detectable_mask: u16::MAX,
+            collide_as: None,
+            collide_size: Vector3::zeros(),
+            body: Body(None),
+        }
+    }
+}
+
+impl Object {
+    /// Whether pictures show it: it is visible, and on one of the layers that are shown.
+    pub fn is_visible(&self) -> bool {
+        self.visible && self.layer & SHOWN_LAYERS != 0
+    }
+}
+
+/// The lower eight of the sixteen layers are shown, the others hold what is hidden.
+const SHOWN_LAYERS: u32 = 0xFF;
+
+impl Shape {
+    /// Whether beams see it: floors that are planes are left out unless a scene asks for them.
+    pub fn is_detectable(&self) -> bool {
+        self.detectable.unwrap_or(self.primitive != Primitive::Plane)
+    }
+}
+
+/// What a joint leaves free.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "named after what they are")]
+pub enum JointType {
+    Revolute,
+    Prismatic,
+}
+
+/// What a joint's motor does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "named after what they are")]
+pub enum Control {
+    Free,
+    Velocity,
+    Position,
+    Force,
+    Callback,
+}
+
+/// A joint; rad and N m, or m and N. What changes in each step lies in one cache line.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "each is a property row with its sentence")]
+#[repr(C, align(64))]
+pub struct Joint {
+    pub position: f64,
+    pub velocity: f64,
+    pub effort: f64,
+    pub target_velocity: f64,
+    pub max_force: f64,
+    pub slip: f64,
+    /// In the engine, if it ties two bodies there.
+    pub id: Option<JointId>,
+    pub kind: JointType,
+    pub dynamic: bool,
+    pub control: Control,
+    pub target_position: f64,
+    pub max_velocity: f64,
+    pub limits: Option<(f64, f64)>,
+    pub follow: Follow,
+}
+
+impl Default for Joint {
+    fn default() -> Self {
+        Joint {
+            kind: JointType::Revolute,
+            dynamic: true,
+            control: Control::Free,
+            position: 0.0,
+            velocity: 0.0,
+            target_velocity: 0.0,
+            target_position: 0.0,
+            max_force: 0.0,
+            max_velocity: 10.0,
+            effort: 0.0,
+            limits: None,
+            slip: 0.0,
+            follow: Follow::default(),
+            id: None,
+        }
+    }
+}
+
+impl Joint {
+    /// What its position does to the frame of its children.
+    pub fn motion(&self) -> Isometry3<f64> {
+        match self.kind {
+            JointType::Revolute => Isometry3::from_parts(
+                Translation3::identity(),
+                UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.position),
+            ),
+            JointType::Prismatic => Isometry3::translation(0.0, 0.0, self.position),
+        }
+    }
+}
+
+/// A sensor. So laid out that objects stay small.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[repr(C)]
+pub struct SensorData {
+    /// What is done to its fields after each measure.
+    pub noise: Option<Arc<NoiseSpec>>,
+    /// Hz; 0: it measures in each step.
+    pub rate: f64,
+    /// Index of its kind in the registry.
+    pub kind: usize,
+    /// The preset that was set last.
+    pub preset: Box<str>,
+    /// Measures only when it is told to.
+    pub explicit: bool,
+}
+
+impl SensorData {
+    /// One of a kind, as it is by default.
+    pub fn new(kind: usize) -> Self {
+        SensorData { kind, explicit: false, rate: 0.0, preset: Box::default(), noise: None }
+    }
+}
+
+/// An actuator.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ActuatorData {
+    /// Index of its kind in the registry.
+    pub kind: usize,
+    /// What it is told to do, one number for each command of its kind; live, and undone at stop as all else.
+    pub commands: Vec<f64>,
+}

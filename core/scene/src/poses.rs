@@ -1,0 +1,179 @@
+//! The poses of objects: asked for, set by hand, and kept up with what moves.
+
+use nalgebra::Isometry3;
+
+use super::{Data, Scene};
+
+impl Scene {
+    /// The place of an object in the frame of its parent (in its moved frame, if that is a joint).
+    pub fn local(&self, slot: u32) -> Isometry3<f64> {
+        self.places.local.get(slot as usize).copied().unwrap_or_default()
+    }
+    /// The place of an object in the world.
+    #[inline]
+    pub fn world(&self, slot: u32) -> Isometry3<f64> {
+        match self.places.links.get(slot as usize) {
+            Some(link) if link.hangs => self.frame(link.parent) * self.places.local[slot as usize],
+            Some(_) => self.places.world[slot as usize],
+            None => Isometry3::identity(),
+        }
+    }
+    /// The frame that the children of an object hang on: its own, moved by the joint if it is one. 0: the world's.
+    pub fn frame(&self, slot: u32) -> Isometry3<f64> {
+        let world = self.world(slot);
+        let is_joint = self.places.links.get(slot as usize).is_some_and(|l| l.joint);
+        let joint = if is_joint { self.get(slot).and_then(|o| o.joint()) } else { None };
+        joint.map_or(world, |j| world * j.motion())
+    }
+    /// The frame that an object hangs on.
+    pub fn parent_frame(&self, slot: u32) -> Isometry3<f64> {
+        self.frame(self.places.links.get(slot as usize).map_or(0, |l| l.parent))
+    }
+    /// The place of an object in the world at the last barrier; `None`: it was not there yet, or there was no barrier.
+    pub fn before(&self, slot: u32) -> Option<Isometry3<f64>> {
+        self.places.before(slot)
+    }
+    /// A barrier: what moves from now on was where it is now.
+    pub fn note_places(&mut self) {
+        self.places.barrier();
+    }
+    /// Nobody knows any more where objects were before.
+    pub fn forget_before(&mut self) {
+        self.places.forget();
+    }
+
+    /// Sets the place of an object in its parent's frame, and moves what is below.
+    pub fn set_local(&mut self, slot: u32, local: Isometry3<f64>) {
+        if self.get(slot).is_some() {
+            self.places.note(slot);
+            self.places.local[slot as usize] = local;
+        }
+        self.refresh(slot);
+    }
+    /// Sets the place of an object in the world, and moves what is below.
+    pub fn set_world(&mut self, slot: u32, world: Isometry3<f64>) {
+        let frame = self.parent_frame(slot);
+        self.set_local(slot, frame.inverse() * world);
+    }
+    /// Computes the world poses of an object and of all below from the places in their parents; 0: of everything.
+    pub fn refresh(&mut self, slot: u32) {
+        let mut walk = std::mem::take(&mut self.walk);
+        match slot {
+            0 => walk.extend(self.roots().iter().map(|s| (*s, Isometry3::identity()))),
+            _ => walk.push((slot, self.parent_frame(slot))),
+        }
+        while let Some((slot, frame)) = walk.pop() {
+            if self.get(slot).is_none() {
+                continue;
+            }
+            self.put(slot, frame * self.places.local[slot as usize]);
+            if !self.children(slot).is_empty() {
+                let frame = self.frame(slot);
+                walk.extend(self.children(slot).iter().map(|s| (*s, frame)));
+            }
+        }
+        self.walk = walk;
+    }
+    /// Keeps the place of an object in the world, and changes nothing else.
+    #[inline]
+    pub(super) fn put(&mut self, slot: u32, world: Isometry3<f64>) {
+        if self.places.put(slot, world) && self.places.links[slot as usize].shape {
+            self.moves.note(slot);
+        }
+    }
+
+    /// From now on the place of an object in the world is kept.
+    pub(super) fn keep(&mut self, slot: u32) {
+        let at = slot as usize;
+        if self.places.links.get(at).is_some_and(|l| l.hangs) {
+            self.places.note(slot);
+            self.places.world[at] = self.world(slot);
+            self.places.links[at].hangs = false;
+        }
+    }
+    /// Lets an object hang that nobody follows and that nothing hangs on, and keeps the places of others. Its place must
+    /// follow from its parent's, to the last bit.
+    pub(super) fn hang(&mut self, slot: u32) {
+        let Some(o) = self.get(slot) else { return };
+        let watched = matches!(o.data, Data::Shape(_) | Data::Script) || !o.children.is_empty();
+        if watched || o.parent == 0 || self.places.links[o.parent as usize].joint {
+            self.keep(slot);
+        } else if !self.places.links[slot as usize].hangs {
+            self.places.note(slot);
+            self.places.links[slot as usize].hangs = true;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Translation3;
+
+    use super::*;
+    use crate::{Joint, JointType, Shape};
+
+    fn at(x: f64) -> Isometry3<f64> {
+        Isometry3::from_parts(Translation3::new(x, 0.0, 0.0), crate::from_euler([0.1, 0.2, x]))
+    }
+
+    /// A shape with two sensors' frames, one of them on a joint.
+    fn scene() -> (Scene, [u32; 4]) {
+        let mut s = Scene::default();
+        let base = s.add(0, "base", at(1.0), Data::Shape(Box::<Shape>::default())).unwrap();
+        let frame = s.add(base, "frame", at(0.5), Data::Dummy).unwrap();
+        let joint = Joint { kind: JointType::Prismatic, ..Joint::default() };
+        let joint = s.add(base, "joint", at(0.25), Data::Joint(Box::new(joint))).unwrap();
+        let moved = s.add(joint, "moved", at(0.125), Data::Dummy).unwrap();
+        let all = [base, frame, joint, moved];
+        all.iter().for_each(|slot| s.hang(*slot));
+        (s, all)
+    }
+
+    #[test]
+    fn what_hangs_is_where_it_would_be_kept() {
+        let (mut s, [base, frame, joint, moved]) = scene();
+        let hanging = |s: &Scene| [base, frame, joint, moved].map(|x| s.places.links[x as usize].hangs);
+        assert_eq!(hanging(&s), [false, true, false, false]);
+        s.note_places();
+        let old = s.world(frame);
+        s.set_local(base, at(3.0));
+        assert_eq!(s.world(frame), at(3.0) * at(0.5));
+        assert_eq!(s.before(frame), Some(old));
+        assert_eq!(s.before(base), Some(at(1.0)));
+        // Whatever it hangs on next: where it was does not change.
+        s.set_local(frame, at(0.75));
+        assert_eq!((s.world(frame), s.before(frame)), (at(3.0) * at(0.75), Some(old)));
+        let here = s.world(frame);
+        assert!(s.set_parent(frame, joint));
+        assert_eq!((s.world(frame), s.before(frame)), (here, Some(old)));
+        s.hang(frame);
+        assert_eq!(hanging(&s), [false; 4]);
+        s.note_places();
+        assert_eq!(s.before(frame), Some(here));
+    }
+
+    #[test]
+    fn what_has_moved_since_the_barrier_was_elsewhere() {
+        let (mut s, [base, frame, _, moved]) = scene();
+        assert_eq!(s.before(base), None, "there was no barrier yet");
+        s.note_places();
+        let (still, old) = (s.world(moved), s.world(frame));
+        assert_eq!((s.before(moved), s.before(frame)), (Some(still), Some(old)));
+        let made = s.add(base, "made", at(0.0), Data::Dummy).unwrap();
+        assert_eq!(s.before(made), None, "it was not there");
+        s.set_local(made, at(0.5));
+        s.hang(made);
+        assert_eq!(s.before(made), None, "nor is it after a move");
+        s.note_places();
+        assert_eq!(s.before(made), Some(s.world(made)));
+        // A barrier in which nothing was moved forgets what was before.
+        s.set_local(base, at(2.0));
+        s.note_places();
+        assert_eq!(s.before(frame), Some(at(2.0) * at(0.5)));
+        s.forget_before();
+        assert_eq!(s.before(frame), None);
+        s.remove(moved);
+        s.note_places();
+        assert_eq!(s.world(moved), Isometry3::identity());
+    }
+}

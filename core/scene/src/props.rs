@@ -1,0 +1,169 @@
+//! Reading and setting the core's property rows on live objects: `set` sets them, `values` takes lists apart.
+
+mod set;
+mod values;
+
+use nalgebra::Matrix3;
+use tatu_errors::Refusal;
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{
+    Data, JointType, Primitive, Scene, Shape, default_inertia, default_mass, pose_to_array,
+    rows::{Of, Row, kind_name},
+    to_euler,
+};
+pub use set::is_drive;
+pub use set::{set, set_numbers};
+use tatu_geometry::Mesh;
+pub use values::{notes, notes_value};
+
+/// What a change means for physics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Changed {
+    /// Nothing.
+    Value,
+    /// The object, and what hangs on it, has moved.
+    Moved,
+    /// What drives a joint has changed.
+    Drive,
+    /// Bodies must be made anew.
+    Rebuild,
+}
+
+fn refuse<T>(status: tatu_status, text: impl Into<String>) -> Result<T, Refusal> {
+    Err(Refusal(status, text.into()))
+}
+
+fn lacks<T>(scene: &Scene, slot: u32, row: Row) -> Result<T, Refusal> {
+    let kind = scene.get(slot).map_or("nothing", |o| kind_name(o.kind()));
+    let what = match row.info().of {
+        Of::Kind(k) => kind_name(k),
+        _ => "object",
+    };
+    refuse(
+        TATU_ERR_ARGUMENT,
+        format!("object {slot} `{}` is a {kind}; `{}` belongs to a {what}", scene.path(slot), row.info().key),
+    )
+}
+
+/// Reads a row of an object.
+pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
+    let Some(o) = scene.get(slot) else { return refuse(TATU_ERR_MISSING, format!("there is no object {slot}")) };
+    let floats = |v: &[f64]| Value::Floats(v.to_vec());
+    Ok(match (row, &o.data) {
+        (Row::Alias, _) => Value::text(&o.alias),
+        (Row::Name, _) => Value::text(o.name()),
+        (Row::Path, _) => Value::text(scene.path(slot)),
+        (Row::Kind, _) => Value::text(kind_name(o.kind())),
+        (Row::Parent, _) => Value::Object(scene.id(o.parent)),
+        (Row::Position | Row::Quaternion | Row::Orientation | Row::Pose | Row::WorldPose, _) => {
+            let mut out = [0.0; 7];
+            let n = numbers(scene, slot, row, &mut out).unwrap_or(0);
+            floats(&out[..n])
+        }
+        (Row::ModelBase, _) => Value::Bool(scene.is_model_base(slot)),
+        (Row::Visible, _) => Value::Bool(o.visible),
+        (Row::Layer, _) => Value::Int(o.layer.into()),
+        (Row::Notes, _) => notes_value(&o.notes),
+        (_, Data::Shape(s)) => return get_shape(s, row).map_or_else(|| lacks(scene, slot, row), Ok),
+        (Row::JointType, Data::Joint(j)) => {
+            Value::text(if j.kind == JointType::Revolute { "revolute" } else { "prismatic" })
+        }
+        (Row::JointMode, Data::Joint(j)) => Value::text(if j.dynamic { "dynamic" } else { "kinematic" }),
+        (Row::Control, Data::Joint(j)) => {
+            let names = ["free", "velocity", "position", "force", "callback"];
+            Value::text(names[j.control as usize])
+        }
+        (Row::Cyclic, Data::Joint(j)) => Value::Bool(j.limits.is_none() && j.kind == JointType::Revolute),
+        (Row::Limits, Data::Joint(j)) => {
+            let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+            floats(&[low, high])
+        }
+        (Row::Follows, Data::Joint(j)) => Value::text(&j.follow.master),
+        (Row::FollowCurve, Data::Joint(j)) => floats(&j.follow.curve),
+        (_, Data::Joint(_)) => {
+            let mut out = [0.0];
+            match numbers(scene, slot, row, &mut out) {
+                Some(_) => Value::Float(out[0]),
+                None => return lacks(scene, slot, row),
+            }
+        }
+        (Row::Explicit, Data::Sensor(s)) => Value::Bool(s.explicit),
+        (Row::Rate, Data::Sensor(s)) => Value::Float(s.rate),
+        (Row::Preset, Data::Sensor(s)) => Value::text(&*s.preset),
+        (Row::Noise, Data::Sensor(s)) => Value::text(s.noise.as_ref().map_or(String::new(), |n| n.to_toml())),
+        (Row::GraphExplicit, Data::Graph(g)) => Value::Bool(g.explicit),
+        (Row::GraphBuffer, Data::Graph(g)) => Value::Int(g.buffer as i64),
+        (Row::GraphStreams, Data::Graph(g)) => Value::List(g.streams.iter().map(|s| s.to_value()).collect()),
+        (Row::GraphCurves, Data::Graph(g)) => Value::List(g.curves.iter().map(|c| c.to_value()).collect()),
+        _ => return lacks(scene, slot, row),
+    })
+}
+
+fn get_shape(s: &Shape, row: Row) -> Option<Value> {
+    Some(match row {
+        Row::Primitive => Value::text(s.primitive.name()),
+        Row::Size => Value::Floats(s.size.iter().copied().collect()),
+        Row::Convex => Value::Bool(s.convex),
+        Row::Color => Value::Floats(s.color.to_vec()),
+        Row::Mass => Value::Float(s.mass.unwrap_or_else(|| default_mass(s))),
+        Row::Inertia => {
+            let m = s.inertia.map_or_else(
+                || default_inertia(s, s.mass.unwrap_or_else(|| default_mass(s))),
+                |i| Matrix3::from_row_slice(&i),
+            );
+            Value::Floats(m.transpose().iter().copied().collect())
+        }
+        Row::Surface => {
+            let empty = Mesh::default();
+            let mesh = s.mesh.as_deref().unwrap_or(&empty);
+            Value::List(vec![
+                Value::Floats(mesh.vertices.iter().flat_map(|p| [p.x, p.y, p.z]).collect()),
+                Value::Ints(mesh.triangles.iter().flatten().map(|i| i64::from(*i)).collect()),
+            ])
+        }
+        Row::Com => Value::Floats(s.com.iter().copied().collect()),
+        Row::Dynamic => Value::Bool(s.dynamic),
+        Row::Respondable => Value::Bool(s.respondable),
+        Row::RespondableMask => Value::Int(s.mask.into()),
+        Row::Friction => Value::Float(s.friction),
+        Row::Restitution => Value::Float(s.restitution),
+        Row::Detectable => Value::Bool(s.is_detectable()),
+        Row::DetectableMask => Value::Int(s.detectable_mask.into()),
+        Row::CollideAs => Value::text(s.collide_as.map_or("same", Primitive::name)),
+        Row::CollideSize => Value::Floats(s.collide_size.iter().copied().collect()),
+        _ => return None,
+    })
+}
+
+/// Reads the numbers of a row into `out`; how many there are, `None` if the row has none or they do not fit.
+pub fn numbers(scene: &Scene, slot: u32, row: Row, out: &mut [f64]) -> Option<usize> {
+    fn put(out: &mut [f64], from: &[f64]) -> Option<usize> {
+        out.get_mut(..from.len())?.copy_from_slice(from);
+        Some(from.len())
+    }
+    match (row, &scene.get(slot)?.data) {
+        (Row::JointPosition, Data::Joint(j)) => put(out, &[j.position]),
+        (Row::JointVelocity, Data::Joint(j)) => put(out, &[j.velocity]),
+        (Row::TargetVelocity, Data::Joint(j)) => put(out, &[j.target_velocity]),
+        (Row::TargetPosition, Data::Joint(j)) => put(out, &[j.target_position]),
+        (Row::MaxForce, Data::Joint(j)) => put(out, &[j.max_force]),
+        (Row::MaxVelocity, Data::Joint(j)) => put(out, &[j.max_velocity]),
+        (Row::Effort, Data::Joint(j)) => put(out, &[j.effort]),
+        (Row::Slip, Data::Joint(j)) => put(out, &[j.slip]),
+        (Row::FollowFactor, Data::Joint(j)) => put(out, &[j.follow.factor]),
+        (Row::FollowOffset, Data::Joint(j)) => put(out, &[j.follow.offset]),
+        (Row::Position, _) => put(out, scene.local(slot).translation.vector.as_slice()),
+        (Row::Quaternion, _) => put(out, scene.local(slot).rotation.coords.as_slice()),
+        (Row::Orientation, _) => put(out, &to_euler(&scene.local(slot).rotation)),
+        (Row::Pose, _) => put(out, &pose_to_array(&scene.local(slot))),
+        (Row::WorldPose, _) => put(out, &pose_to_array(&scene.world(slot))),
+        (Row::Mass, Data::Shape(s)) => put(out, &[s.mass.unwrap_or_else(|| default_mass(s))]),
+        (Row::Friction, Data::Shape(s)) => put(out, &[s.friction]),
+        (Row::Restitution, Data::Shape(s)) => put(out, &[s.restitution]),
+        (Row::Size, Data::Shape(s)) => put(out, s.size.as_slice()),
+        (Row::Color, Data::Shape(s)) => put(out, &s.color),
+        (Row::Com, Data::Shape(s)) => put(out, s.com.as_slice()),
+        _ => None,
+    }
+}

@@ -1,0 +1,300 @@
+//! Setting property rows.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use tatu_errors::Refusal;
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{
+    super::{
+        Control, Data, Joint, JointType, Primitive, Scene, SensorData, Shape, follow, from_euler, pose_from_array,
+        rows::{Change, Row},
+    },
+    Changed, lacks, refuse,
+    values::{notes, parse_part, surface},
+};
+use crate::{
+    graph::{CurveSpec, GraphSpec, MOST_SAMPLES, StreamSpec},
+    noise::NoiseSpec,
+};
+
+/// Whether a row is a number of a joint's drive, which any finite number may be.
+pub fn is_drive(row: Row) -> bool {
+    matches!(row, Row::TargetVelocity | Row::TargetPosition | Row::MaxForce | Row::MaxVelocity | Row::Slip)
+}
+
+/// Sets a row that is numbers and live; `None`: it is not one of these, use [`set`].
+pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<Result<Changed, Refusal>> {
+    if !v.iter().all(|x| x.is_finite()) {
+        return Some(refuse(TATU_ERR_ARGUMENT, format!("`{}`: expected finite numbers", row.info().key)));
+    }
+    let o = scene.get_mut(slot)?;
+    if let ([x], Data::Joint(j)) = (v, &mut o.data) {
+        let changed = match row {
+            Row::TargetVelocity => replace(&mut j.target_velocity, *x),
+            Row::TargetPosition => replace(&mut j.target_position, *x),
+            Row::MaxForce => replace(&mut j.max_force, *x),
+            Row::MaxVelocity => replace(&mut j.max_velocity, *x),
+            Row::Slip => replace(&mut j.slip, x.max(0.0)),
+            Row::FollowFactor => replace(&mut j.follow.factor, *x),
+            Row::FollowOffset => replace(&mut j.follow.offset, *x),
+            Row::JointPosition => {
+                j.position = clamp(j, *x);
+                scene.refresh(slot);
+                return Some(Ok(Changed::Moved));
+            }
+            _ => return None,
+        };
+        return Some(Ok(if changed { Changed::Drive } else { Changed::Value }));
+    }
+    let mut local = scene.local(slot);
+    match (row, v) {
+        (Row::Position, [x, y, z]) => local.translation.vector = Vector3::new(*x, *y, *z),
+        (Row::Orientation, [a, b, c]) => local.rotation = from_euler([*a, *b, *c]),
+        (Row::Quaternion, [x, y, z, w]) => match pose_from_array(&[0.0, 0.0, 0.0, *x, *y, *z, *w]) {
+            Some(p) => local.rotation = p.rotation,
+            None => return Some(refuse(TATU_ERR_ARGUMENT, "expected a quaternion that is not zero")),
+        },
+        (Row::Pose | Row::WorldPose, [..]) if v.len() == 7 => {
+            let mut a = [0.0; 7];
+            a.copy_from_slice(v);
+            let Some(p) = pose_from_array(&a) else {
+                return Some(refuse(TATU_ERR_ARGUMENT, "expected a quaternion that is not zero"));
+            };
+            local = if row == Row::Pose { p } else { scene.parent_frame(slot).inverse() * p };
+        }
+        _ => return None,
+    }
+    scene.set_local(slot, local);
+    Some(Ok(Changed::Moved))
+}
+
+fn replace(place: &mut f64, x: f64) -> bool {
+    let changed = *place != x;
+    *place = x;
+    changed
+}
+
+fn clamp(j: &Joint, x: f64) -> f64 {
+    match j.limits {
+        Some((low, high)) => x.clamp(low.min(high), high.max(low)),
+        None => x,
+    }
+}
+
+/// Sets a row of an object. The value has been checked against the row's declaration.
+pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Changed, Refusal> {
+    if scene.get(slot).is_none() {
+        return refuse(TATU_ERR_MISSING, format!("there is no object {slot}"));
+    }
+    let info = row.info();
+    if info.change == Change::ReadOnly {
+        return refuse(TATU_ERR_UNSUPPORTED, format!("`{}` is told, not set", info.key));
+    }
+    match value {
+        Value::Floats(v) => {
+            if let Some(done) = set_numbers(scene, slot, row, v) {
+                return done;
+            }
+        }
+        Value::Float(x) => {
+            if let Some(done) = set_numbers(scene, slot, row, &[*x]) {
+                return done;
+            }
+        }
+        _ => {}
+    }
+    let text = match value {
+        Value::Text(t) => String::from_utf8_lossy(t).into_owned(),
+        _ => String::new(),
+    };
+    match row {
+        Row::ModelBase => {
+            let Value::Bool(on) = value else { return lacks(scene, slot, row) };
+            scene.set_model_base(slot, *on);
+            return Ok(Changed::Rebuild);
+        }
+        Row::Parent => {
+            let Value::Object(id) = value else { return refuse(TATU_ERR_ARGUMENT, "expected an object") };
+            let parent = if *id == 0 {
+                0
+            } else {
+                scene.resolve(*id).map_err(|_| Refusal(TATU_ERR_GONE, "the new parent is not there".into()))?
+            };
+            return match scene.set_parent(slot, parent) {
+                true => Ok(Changed::Rebuild),
+                false => refuse(TATU_ERR_ARGUMENT, "an object cannot hang below itself"),
+            };
+        }
+        Row::Alias if text.is_empty() || text.contains('/') => {
+            return refuse(TATU_ERR_ARGUMENT, format!("`{text}` cannot be an alias: expected text without `/`"));
+        }
+        Row::Name => {
+            if scene.find_name(&text).is_some_and(|s| s != slot) {
+                return refuse(TATU_ERR_ARGUMENT, format!("the name `{text}` is taken"));
+            }
+            let (alias, suffix) = text.split_once('#').map_or((text.as_str(), Ok(-1)), |(a, n)| (a, n.parse()));
+            let Ok(suffix) = suffix else { return refuse(TATU_ERR_ARGUMENT, format!("`{text}` is not a name")) };
+            if let Some(o) = scene.get_mut(slot) {
+                (o.alias, o.suffix) = (alias.to_owned(), suffix);
+            }
+            return Ok(Changed::Value);
+        }
+        _ => {}
+    }
+    let rebuilds = info.change == Change::Rebuilds;
+    let Some(o) = scene.get_mut(slot) else { return refuse(TATU_ERR_MISSING, "there is no such object") };
+    let done = match (row, &mut o.data, value) {
+        (Row::Alias, _, _) => {
+            o.alias = text;
+            Some(Changed::Value)
+        }
+        (Row::Visible, _, Value::Bool(b)) => {
+            o.visible = *b;
+            Some(Changed::Value)
+        }
+        (Row::Layer, _, Value::Int(i)) => {
+            o.layer = *i as u32;
+            Some(Changed::Value)
+        }
+        (Row::Notes, _, value) => {
+            o.notes = notes(value)?;
+            Some(Changed::Value)
+        }
+        (_, Data::Shape(s), _) => set_shape(s, row, value, &text)?,
+        (_, Data::Joint(j), _) => set_joint(j, row, value, &text),
+        (_, Data::Sensor(s), _) => set_sensor(s, row, value, text)?,
+        (_, Data::Graph(g), _) => set_graph(g, row, value)?,
+        _ => None,
+    };
+    match row {
+        Row::Visible | Row::Layer => scene.seen_version += 1,
+        Row::Color => scene.color_version += 1,
+        Row::Explicit | Row::Rate | Row::Noise => scene.sensor_version += 1,
+        _ => {}
+    }
+    match done {
+        Some(_) if rebuilds => {
+            scene.touch(slot);
+            Ok(Changed::Rebuild)
+        }
+        Some(changed) => Ok(changed),
+        None => lacks(scene, slot, row),
+    }
+}
+
+fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Option<Changed>, Refusal> {
+    match (row, value) {
+        (Row::Primitive, _) => match Primitive::parse(text) {
+            Some(p) => s.primitive = p,
+            None => return refuse(TATU_ERR_ARGUMENT, format!("there is no primitive `{text}`")),
+        },
+        (Row::Size | Row::CollideSize | Row::Com, Value::Floats(v)) => {
+            let [x, y, z] = v.as_slice() else { return refuse(TATU_ERR_ARGUMENT, "expected 3 numbers") };
+            let v = Vector3::new(*x, *y, *z);
+            if row == Row::Size && v.min() <= 0.0 || row == Row::CollideSize && v.min() < 0.0 {
+                return refuse(TATU_ERR_ARGUMENT, "a size is greater than 0");
+            }
+            match row {
+                Row::Size => s.size = v,
+                Row::Com => s.com = v,
+                _ => s.collide_size = v,
+            }
+        }
+        (Row::Color, Value::Floats(v)) if v.len() == 3 && v.iter().all(|x| (0.0..=1.0).contains(x)) => {
+            s.color = [v[0], v[1], v[2]];
+        }
+        (Row::Color, _) => return refuse(TATU_ERR_ARGUMENT, "a color is red, green and blue, each from 0 to 1"),
+        (Row::Mass, Value::Float(m)) if *m > 0.0 => s.mass = Some(*m),
+        (Row::Mass, _) => return refuse(TATU_ERR_ARGUMENT, "a mass is greater than 0"),
+        (Row::Inertia, Value::Floats(v)) => {
+            s.inertia = Some(match v.as_slice() {
+                [x, y, z] => [*x, 0.0, 0.0, 0.0, *y, 0.0, 0.0, 0.0, *z],
+                v if v.len() == 9 => std::array::from_fn(|i| v[i]),
+                _ => return refuse(TATU_ERR_ARGUMENT, "an inertia is 3 or 9 numbers"),
+            });
+        }
+        (Row::Convex, Value::Bool(b)) => s.convex = *b,
+        (Row::Dynamic, Value::Bool(b)) => s.dynamic = *b,
+        (Row::Respondable, Value::Bool(b)) => s.respondable = *b,
+        (Row::Detectable, Value::Bool(b)) => s.detectable = Some(*b),
+        (Row::DetectableMask, Value::Int(i)) => s.detectable_mask = *i as u16,
+        (Row::RespondableMask, Value::Int(i)) => s.mask = *i as u16,
+        (Row::Friction, Value::Float(f)) if *f >= 0.0 => s.friction = *f,
+        (Row::Friction, _) => return refuse(TATU_ERR_ARGUMENT, "a friction is not negative"),
+        (Row::Restitution, Value::Float(f)) if (0.0..=1.0).contains(f) => s.restitution = *f,
+        (Row::Restitution, _) => return refuse(TATU_ERR_ARGUMENT, "a restitution is from 0 to 1"),
+        (Row::CollideAs, _) => s.collide_as = Primitive::parse(text),
+        (Row::Surface, Value::List(v)) => {
+            let mesh = surface(v)?;
+            let (mut low, mut high) = (Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
+            mesh.vertices.iter().for_each(|p| (low, high) = (low.inf(&p.coords), high.sup(&p.coords)));
+            (s.primitive, s.size, s.mesh) = (Primitive::Mesh, high - low, Some(Arc::new(mesh)));
+        }
+        (Row::Parts, Value::List(parts)) => s.parts = parts.iter().map(parse_part).collect::<Result<_, _>>()?,
+        _ => return Ok(None),
+    }
+    Ok(Some(Changed::Value))
+}
+
+fn set_sensor(s: &mut SensorData, row: Row, value: &Value, text: String) -> Result<Option<Changed>, Refusal> {
+    match (row, value) {
+        (Row::Explicit, Value::Bool(b)) => s.explicit = *b,
+        (Row::Rate, Value::Float(x)) if *x >= 0.0 && x.is_finite() => s.rate = *x,
+        (Row::Rate, _) => return refuse(TATU_ERR_ARGUMENT, "a rate is at least 0 Hz; 0: in each step"),
+        // What it tells is set by whoever knows its kind.
+        (Row::Preset, _) => s.preset = text.into(),
+        (Row::Noise, _) => {
+            let more = NoiseSpec::parse(&text, None).map_err(|w| Refusal(TATU_ERR_ARGUMENT, w.in_text(&text).text))?;
+            s.noise = more.over(s.noise.as_deref()).map(Arc::new);
+        }
+        _ => return Ok(None),
+    }
+    Ok(Some(Changed::Value))
+}
+
+fn set_graph(g: &mut GraphSpec, row: Row, value: &Value) -> Result<Option<Changed>, Refusal> {
+    match (row, value) {
+        (Row::GraphExplicit, Value::Bool(b)) => g.explicit = *b,
+        (Row::GraphBuffer, Value::Int(n)) if (1..=MOST_SAMPLES).contains(n) => g.buffer = *n as usize,
+        (Row::GraphBuffer, _) => {
+            return refuse(TATU_ERR_ARGUMENT, format!("a graph keeps 1 to {MOST_SAMPLES} samples"));
+        }
+        (Row::GraphStreams, Value::List(all)) => {
+            g.streams = all.iter().map(StreamSpec::from_value).collect::<Result<_, _>>()?;
+        }
+        (Row::GraphCurves, Value::List(all)) => {
+            g.curves = all.iter().map(CurveSpec::from_value).collect::<Result<_, _>>()?;
+        }
+        _ => return Ok(None),
+    }
+    Ok(Some(Changed::Value))
+}
+
+fn set_joint(j: &mut Joint, row: Row, value: &Value, text: &str) -> Option<Changed> {
+    match (row, value) {
+        (Row::JointType, _) => j.kind = if text == "prismatic" { JointType::Prismatic } else { JointType::Revolute },
+        (Row::JointMode, _) => j.dynamic = text == "dynamic",
+        (Row::Control, _) => {
+            j.control = match text {
+                "velocity" => Control::Velocity,
+                "position" => Control::Position,
+                "force" => Control::Force,
+                "callback" => Control::Callback,
+                _ => Control::Free,
+            };
+            return Some(Changed::Drive);
+        }
+        (Row::Limits, Value::Floats(v)) if v.len() == 2 => {
+            j.limits = Some((v[0].min(v[1]), v[0].max(v[1])));
+            j.position = clamp(j, j.position);
+        }
+        (Row::Follows, _) => text.clone_into(&mut j.follow.master),
+        (Row::FollowCurve, Value::Floats(v)) if follow::is_curve(v) => j.follow.curve.clone_from(v),
+        (Row::Cyclic, Value::Bool(true)) => j.limits = None,
+        (Row::Cyclic, Value::Bool(false)) => {}
+        _ => return None,
+    }
+    Some(Changed::Value)
+}

@@ -1,0 +1,102 @@
+//! Values that are lists and maps: surfaces, parts of shapes, free data.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Point3, Vector3};
+use tatu_errors::Refusal;
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{
+    super::{Primitive, ShapePart, from_euler},
+    refuse,
+};
+use tatu_geometry::Mesh;
+
+/// A mesh from a list of coordinates and a list of places.
+pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
+    let numbers = |v: Option<&Value>| -> Option<Vec<f64>> {
+        match v? {
+            Value::Floats(f) => Some(f.clone()),
+            Value::Ints(i) => Some(i.iter().map(|x| *x as f64).collect()),
+            _ => None,
+        }
+    };
+    let (Some(points), Some(places)) = (numbers(lists.first()), numbers(lists.get(1))) else {
+        return refuse(TATU_ERR_ARGUMENT, "a surface is a list of coordinates and a list of places of points");
+    };
+    let count = points.len() / 3;
+    let whole = points.len() % 3 == 0 && places.len() % 3 == 0 && count >= 3 && places.len() >= 3;
+    if !whole || !points.iter().all(|x| x.is_finite()) {
+        return refuse(TATU_ERR_ARGUMENT, "a surface has three finite numbers a point and three places a triangle");
+    }
+    if places.iter().any(|i| !(0.0..count as f64).contains(i)) {
+        return refuse(TATU_ERR_ARGUMENT, format!("a triangle names a point that is not among the {count}, from 0"));
+    }
+    Ok(Mesh {
+        vertices: points.chunks_exact(3).map(|p| Point3::new(p[0], p[1], p[2])).collect(),
+        triangles: places.chunks_exact(3).map(|t| [t[0] as u32, t[1] as u32, t[2] as u32]).collect(),
+    })
+}
+
+/// Free data from a map of texts.
+pub fn notes(value: &Value) -> Result<BTreeMap<Vec<u8>, Vec<u8>>, Refusal> {
+    let Value::Map(pairs) = value else { return refuse(TATU_ERR_ARGUMENT, "free data is texts by tag") };
+    pairs
+        .iter()
+        .map(|(k, v)| match (k, v) {
+            (Value::Text(k) | Value::Bytes(k), Value::Text(v) | Value::Bytes(v)) => Ok((k.clone(), v.clone())),
+            _ => refuse(TATU_ERR_ARGUMENT, "free data is texts by tag"),
+        })
+        .collect()
+}
+
+/// Free data as a map, in order of tags.
+pub fn notes_value(notes: &BTreeMap<Vec<u8>, Vec<u8>>) -> Value {
+    Value::Map(notes.iter().map(|(k, v)| (Value::Text(k.clone()), Value::Text(v.clone()))).collect())
+}
+
+pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
+    let Value::Map(entries) = value else { return refuse(TATU_ERR_ARGUMENT, "a part is a table") };
+    let mut part = ShapePart {
+        primitive: Primitive::Box,
+        size: Vector3::repeat(0.1),
+        pose: nalgebra::Isometry3::identity(),
+        color: None,
+        friction: None,
+    };
+    for (key, v) in entries {
+        let Value::Text(key) = key else { continue };
+        let three = || match v {
+            Value::Floats(f) if f.len() == 3 => Ok([f[0], f[1], f[2]]),
+            _ => refuse(TATU_ERR_ARGUMENT, format!("part: `{}` is 3 numbers", String::from_utf8_lossy(key))),
+        };
+        match key.as_slice() {
+            b"primitive" => {
+                let name = match v {
+                    Value::Text(t) => String::from_utf8_lossy(t).into_owned(),
+                    _ => String::new(),
+                };
+                part.primitive = Primitive::parse(&name)
+                    .filter(|p| !matches!(p, Primitive::Compound | Primitive::Mesh))
+                    .ok_or_else(|| Refusal(TATU_ERR_ARGUMENT, format!("a part cannot be a `{name}`")))?;
+            }
+            b"size" => part.size = Vector3::from(three()?),
+            b"position" => part.pose.translation.vector = Vector3::from(three()?),
+            b"orientation" => part.pose.rotation = from_euler(three()?),
+            b"color" => part.color = Some(three()?),
+            b"friction" => match v {
+                Value::Float(f) if *f >= 0.0 => part.friction = Some(*f),
+                Value::Int(i) if *i >= 0 => part.friction = Some(*i as f64),
+                _ => return refuse(TATU_ERR_ARGUMENT, "part: `friction` is a number, at least 0"),
+            },
+            other => {
+                let key = String::from_utf8_lossy(other).into_owned();
+                return refuse(
+                    TATU_ERR_ARGUMENT,
+                    format!("a part has no `{key}`; expected primitive, size, position, orientation, color, friction"),
+                );
+            }
+        }
+    }
+    Ok(part)
+}

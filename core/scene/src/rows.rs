@@ -1,0 +1,245 @@
+//! Property rows of the core: one line per fact. Scene files, `--set`, builders, scripts and services use these rows.
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+/// Which objects have a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Of {
+    /// The world itself.
+    World,
+    /// Every object.
+    Any,
+    /// Objects of one `TATU_KIND_*`.
+    Kind(i32),
+}
+
+/// How a change takes effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Change {
+    /// At once.
+    Live,
+    /// Bodies are made anew at the next stage.
+    Rebuilds,
+    /// Never: it is told, not set.
+    ReadOnly,
+}
+
+/// One row.
+#[derive(Debug, Clone, Copy)]
+pub struct RowInfo {
+    /// "joint.position"
+    pub key: &'static str,
+    /// Who has it.
+    pub of: Of,
+    /// `TATU_BOOL` .. `TATU_OBJECT`.
+    pub kind: u32,
+    /// Elements of an array; 0: any number.
+    pub count: u32,
+    /// Unit.
+    pub unit: Option<&'static str>,
+    /// How a change takes effect.
+    pub change: Change,
+    /// Allowed texts; empty: any.
+    pub choices: &'static [&'static str],
+    /// One sentence, with the default.
+    pub text: &'static str,
+}
+
+macro_rules! rows {
+    ($($name:ident $key:literal $of:expr, $kind:ident $count:literal $unit:expr, $change:ident $choices:expr, $text:literal;)*) => {
+        /// The rows by name; the number of a row is its interned key.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+        #[repr(u32)]
+        #[allow(missing_docs, reason = "each row has its sentence in the table")]
+        pub enum Row { None = 0, $($name),* }
+
+        /// All rows, in the order of [`Row`]; the first is a blank, so that no key is 0.
+        pub static ROWS: &[RowInfo] = &[
+            RowInfo { key: "", of: Of::World, kind: TATU_NIL, count: 0, unit: None, change: Change::ReadOnly, choices: &[], text: "" },
+            $(RowInfo { key: $key, of: $of, kind: $kind, count: $count, unit: $unit, change: Change::$change, choices: $choices, text: $text }),*
+        ];
+
+        const BY_NUMBER: &[Row] = &[Row::None, $(Row::$name),*];
+    };
+}
+
+const SHAPE: Of = Of::Kind(TATU_KIND_SHAPE);
+const JOINT: Of = Of::Kind(TATU_KIND_JOINT);
+const SENSOR: Of = Of::Kind(TATU_KIND_SENSOR);
+const ACTUATOR: Of = Of::Kind(TATU_KIND_ACTUATOR);
+const GRAPH: Of = Of::Kind(TATU_KIND_GRAPH);
+const SCRIPT: Of = Of::Kind(TATU_KIND_SCRIPT);
+const ANY: Of = Of::Any;
+const WORLD: Of = Of::World;
+const M: Option<&str> = Some("m");
+const RAD: Option<&str> = Some("rad");
+const FREE: &[&str] = &[];
+/// Primitive forms of shapes.
+pub const PRIMITIVES: &[&str] = &["box", "sphere", "cylinder", "capsule", "plane", "mesh", "compound"];
+const COLLIDE: &[&str] = &["same", "box", "sphere", "cylinder", "capsule"];
+
+rows! {
+    Alias "object.alias" ANY, TATU_TEXT 0 None, Live FREE, "Its name among its siblings.";
+    Name "object.name" ANY, TATU_TEXT 0 None, Live FREE, "Its unique name: the alias, with `#n` on copies.";
+    Path "object.path" ANY, TATU_TEXT 0 None, ReadOnly FREE, "Where it stands in the tree.";
+    Kind "object.kind" ANY, TATU_TEXT 0 None, ReadOnly FREE, "What it is.";
+    Parent "object.parent" ANY, TATU_OBJECT 0 None, Live FREE, "The object above; its place in the world is kept.";
+    Position "object.position" ANY, TATU_F64S 3 M, Live FREE, "Place in the parent's frame; default 0 0 0.";
+    Quaternion "object.quaternion" ANY, TATU_F64S 4 None, Live FREE, "Orientation in the parent's frame, x y z w.";
+    Orientation "object.orientation" ANY, TATU_F64S 3 RAD, Live FREE, "Orientation in the parent's frame: turns about its own x, then y, then z.";
+    Pose "object.pose" ANY, TATU_F64S 7 None, Live FREE, "Position and quaternion in the parent's frame.";
+    WorldPose "object.world_pose" ANY, TATU_F64S 7 None, Live FREE, "Position and quaternion in the world.";
+    ModelBase "object.model_base" ANY, TATU_BOOL 0 None, Live FREE, "Whether it is the base of a model; default false.";
+    Visible "object.visible" ANY, TATU_BOOL 0 None, Live FREE, "Whether pictures show it; default true.";
+    Layer "object.layer" ANY, TATU_I64 0 None, Live FREE, "Layers it belongs to, one bit each; default 1.";
+    Notes "object.data" ANY, TATU_MAP 0 None, Live FREE, "Free data: texts by tag, for scripts and plugins; a stop leaves it, but for tags that begin with a control character; default none.";
+    Primitive "shape.primitive" SHAPE, TATU_TEXT 0 None, Rebuilds PRIMITIVES, "Its form; default box.";
+    Size "shape.size" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Full extents along x, y, z; round forms take x as diameter and z as length; default 0.1 each.";
+    Mesh "shape.mesh" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Number of its mesh, for the primitive `mesh`.";
+    Surface "shape.surface" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Points and triangles of its mesh: a list of x y z and a list of three places of points, from 0; setting it makes it a mesh.";
+    Convex "shape.convex" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether its mesh is its own convex hull; default false.";
+    Parts "shape.parts" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Parts of a compound: primitive, size, position, orientation, color, friction.";
+    Color "shape.color" SHAPE, TATU_F64S 3 None, Live FREE, "Red, green, blue, 0 to 1; default 0.7 each.";
+    Mass "shape.mass" SHAPE, TATU_F64 0 Some("kg"), Rebuilds FREE, "Mass; default: 1000 kg/m^3 of its volume.";
+    Inertia "shape.inertia" SHAPE, TATU_F64S 0 Some("kg m^2"), Rebuilds FREE, "Inertia about the centre of mass: 3 (xx yy zz) or 9 by rows; default: of its form with even density.";
+    Com "shape.com" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Centre of mass in its frame; default 0 0 0.";
+    Dynamic "shape.dynamic" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether forces move it; default false.";
+    Respondable "shape.respondable" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether it collides; default false.";
+    RespondableMask "shape.respondable_mask" SHAPE, TATU_I64 0 None, Rebuilds FREE, "With whom it collides: low byte within its own tree, high byte with others; default 65535.";
+    Friction "shape.friction" SHAPE, TATU_F64 0 None, Rebuilds FREE, "Friction; a pair's is the product of both; default 1.";
+    Restitution "shape.restitution" SHAPE, TATU_F64 0 None, Rebuilds FREE, "Bounce, 0 to 1; default 0.";
+    Detectable "shape.detectable" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether beams see it; default true, false for planes.";
+    DetectableMask "shape.detectable_mask" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Which beams see it, if it is detectable: those that have a bit in common with it (TATU_WAVES_* in tatu.h); default 65535.";
+    CollideAs "shape.collide_as" SHAPE, TATU_TEXT 0 None, Rebuilds COLLIDE, "Form for collisions, if not its own; default same.";
+    CollideSize "shape.collide_size" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Size of that form; default: its own.";
+    JointType "joint.type" JOINT, TATU_TEXT 0 None, Rebuilds &["revolute", "prismatic"], "What it leaves free, along its z axis; default revolute.";
+    JointMode "joint.mode" JOINT, TATU_TEXT 0 None, Rebuilds &["kinematic", "dynamic"], "Moved by setting its position, or by physics; default dynamic.";
+    Control "joint.control" JOINT, TATU_TEXT 0 None, Live &["free", "velocity", "position", "force", "callback"], "What its motor does, in dynamic mode; `callback`: what a script's callback `joint` answers in each physics step; default free.";
+    JointPosition "joint.position" JOINT, TATU_F64 0 Some("rad|m"), Live FREE, "Where it stands; default 0.";
+    JointVelocity "joint.velocity" JOINT, TATU_F64 0 Some("rad/s|m/s"), ReadOnly FREE, "How fast it moves.";
+    TargetVelocity "joint.target_velocity" JOINT, TATU_F64 0 Some("rad/s|m/s"), Live FREE, "What velocity control wants; default 0.";
+    TargetPosition "joint.target_position" JOINT, TATU_F64 0 Some("rad|m"), Live FREE, "What position control wants; default 0.";
+    MaxForce "joint.max_force" JOINT, TATU_F64 0 Some("N m|N"), Live FREE, "Greatest torque or force of its motor; what force control exerts; default 0.";
+    MaxVelocity "joint.max_velocity" JOINT, TATU_F64 0 Some("rad/s|m/s"), Live FREE, "Greatest velocity of position control; default 10.";
+    Effort "joint.effort" JOINT, TATU_F64 0 Some("N m|N"), ReadOnly FREE, "Torque or force that its motor exerted in the last step.";
+    Cyclic "joint.cyclic" JOINT, TATU_BOOL 0 None, Rebuilds FREE, "Whether it turns without end; default true without limits.";
+    Limits "joint.limits" JOINT, TATU_F64S 2 Some("rad|m"), Rebuilds FREE, "Lowest and highest position.";
+    Slip "joint.slip" JOINT, TATU_F64 0 None, Live FREE, "Speed that velocity control gives up under load, (rad/s)/(N m) or (m/s)/N; default 0.";
+    Follows "joint.follows" JOINT, TATU_TEXT 0 None, Rebuilds FREE, "Path of the joint that it follows, seen from itself: position control and kinematic joints follow its position, velocity control its velocity; default: none.";
+    FollowFactor "joint.follow_factor" JOINT, TATU_F64 0 None, Live FREE, "How far it follows: its position or velocity for 1 of the other's; default 1.";
+    FollowOffset "joint.follow_offset" JOINT, TATU_F64 0 Some("rad|m"), Live FREE, "Where it stands when the other stands at 0; default 0.";
+    FollowCurve "joint.follow_curve" JOINT, TATU_F64S 0 None, Live FREE, "Pairs of the other's position and its own, rad or m, ascending, with straight lines between; takes the place of factor and offset for positions; default: none.";
+    SensorKind "sensor.kind" SENSOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of sensor.";
+    Explicit "sensor.explicit" SENSOR, TATU_BOOL 0 None, Live FREE, "Whether it measures only when it is told to; default false.";
+    Preset "sensor.preset" SENSOR, TATU_TEXT 0 None, Live FREE, "Settings under a name, of its kind: set, all that the preset tells is set at that moment; default: none.";
+    Rate "sensor.rate" SENSOR, TATU_F64 0 Some("Hz"), Live FREE, "How often it measures at most; 0: in each step; default 0.";
+    Noise "sensor.noise" SENSOR, TATU_TEXT 0 None, Live FREE, "Noise of its fields, as TOML: set, it changes the fields that it names; empty or `none`: of all; default: none.";
+    SensorMeasured "sensor.measured" SENSOR, TATU_I64 0 None, ReadOnly FREE, "How often it has measured since the start, or since its reading was reset.";
+    SensorBeams "sensor.beams" SENSOR, TATU_I64 0 None, ReadOnly FREE, "How many beams it sends out; a volume is one.";
+    ActuatorKind "actuator.kind" ACTUATOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of actuator.";
+    GraphExplicit "graph.explicit" GRAPH, TATU_BOOL 0 None, Live FREE, "Whether it records only when it is told to; default false: at the end of each step.";
+    GraphBuffer "graph.buffer" GRAPH, TATU_I64 0 None, Live FREE, "How many samples of a stream it keeps, the newest ones, 1 to 1000000; default 10000.";
+    GraphStreams "graph.streams" GRAPH, TATU_LIST 0 None, Live FREE, "What it records: name, unit, color, of, data, transform, factor, offset, window, hidden; default: nothing.";
+    GraphCurves "graph.curves" GRAPH, TATU_LIST 0 None, Live FREE, "Curves of one stream over another: name, x, y, z, unit, color; default: none.";
+    ScriptLanguage "script.language" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "Its language.";
+    ScriptDialect "script.dialect" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "The dialect chosen for it.";
+    ScriptKind "script.kind" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "child, customization, main, addon or sandbox.";
+    ScriptName "script.name" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "The file it came from, or a name for messages.";
+    ScriptCalls "script.calls" SCRIPT, TATU_I64 0 None, ReadOnly FREE, "How often its callbacks have been called.";
+    ScriptInstructions "script.instructions" SCRIPT, TATU_I64 0 None, ReadOnly FREE, "How many instructions of its language it has run.";
+    Time "scene.time" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Simulation time.";
+    Dt "scene.dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Length of a step; default 0.05.";
+    PhysicsDt "scene.physics_dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Greatest length of a physics step; a step is divided evenly; default 0.01.";
+    PhysicsSubsteps "scene.physics_substeps" WORLD, TATU_I64 0 None, ReadOnly FREE, "Parts of a physics step in which velocities are solved, 1 to 64; default 4.";
+    Step "scene.step" WORLD, TATU_I64 0 None, ReadOnly FREE, "Number of the step, from 0.";
+    Gravity "scene.gravity" WORLD, TATU_F64S 3 Some("m/s^2"), Live FREE, "Gravity; default 0 0 -9.81.";
+    Origin "scene.origin" WORLD, TATU_F64S 3 None, ReadOnly FREE, "Where on Earth the world's origin lies: latitude and longitude in rad (WGS 84), height above the ellipsoid in m; x points east, y north; default 0 0 0.";
+    Seed "scene.seed" WORLD, TATU_I64 0 None, ReadOnly FREE, "The seed of all that is random; default 0.";
+    Allow "scene.allow" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "What scripts may reach outside of the run, with commas: `exec` other programs, `native` libraries.";
+    SceneFile "scene.file" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "The file of the scene.";
+    WorldNotes "scene.data" WORLD, TATU_MAP 0 None, Live FREE, "Free data of the world: texts by tag, as `object.data`; default none.";
+    Running "scene.running" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether the world is started.";
+    ClockTime "scene.clock" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "What clocks show since the start: simulation time, or in a run in real time what passed outside until this step.";
+    Epoch "scene.epoch" WORLD, TATU_I64 0 Some("s"), ReadOnly FREE, "The date of the start, from the first second of 1970: the first second of 2015, or in a run in real time the real one.";
+    Stopping "scene.stopping" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether this is one of the two last passes.";
+    Phase "scene.phase" WORLD, TATU_I64 0 None, ReadOnly FREE, "0 stopped, 1 first pass, 2 running, 3 last before a pause, 4 paused, 5 first after a pause, 6 stopping, 7 last pass.";
+}
+
+impl Row {
+    /// From an interned key; `Row::None` if it is not one of the core's.
+    pub fn of(prop: u32) -> Row {
+        BY_NUMBER.get(prop as usize).copied().unwrap_or(Row::None)
+    }
+    /// Its line of the table.
+    pub fn info(self) -> &'static RowInfo {
+        &ROWS[self as usize]
+    }
+}
+
+impl RowInfo {
+    /// The part after the dot.
+    pub fn short(&self) -> &'static str {
+        self.key.split_once('.').map_or(self.key, |(_, s)| s)
+    }
+    /// The row as a declared parameter, the form that plugins' parameters have.
+    pub fn param(&self) -> tatu_plugins::Declared {
+        tatu_plugins::Declared {
+            key: self.short().to_owned(),
+            kind: self.kind,
+            count: self.count,
+            flags: if self.change == Change::ReadOnly { TATU_PARAM_READ_ONLY } else { 0 },
+            unit: self.unit.map(str::to_owned),
+            lowest: f64::NEG_INFINITY,
+            highest: f64::INFINITY,
+            fallback: Value::Nil,
+            choices: self.choices.iter().map(|s| (*s).to_owned()).collect(),
+            text: self.text.to_owned(),
+        }
+    }
+}
+
+/// The rows that objects of a kind have (`None`: the world).
+pub fn rows_of(kind: Option<i32>) -> impl Iterator<Item = &'static RowInfo> {
+    ROWS.iter().skip(1).filter(move |r| match (r.of, kind) {
+        (Of::World, None) => true,
+        (Of::Any, Some(_)) => true,
+        (Of::Kind(k), Some(kind)) => k == kind,
+        _ => false,
+    })
+}
+
+/// Kinds by name, as scene files and builders write them.
+pub const KINDS: &[(&str, i32)] = &[
+    ("shape", TATU_KIND_SHAPE),
+    ("joint", TATU_KIND_JOINT),
+    ("dummy", TATU_KIND_DUMMY),
+    ("sensor", TATU_KIND_SENSOR),
+    ("actuator", TATU_KIND_ACTUATOR),
+    ("force_sensor", TATU_KIND_FORCE_SENSOR),
+    ("graph", TATU_KIND_GRAPH),
+];
+
+/// The name of a kind.
+pub fn kind_name(kind: i32) -> &'static str {
+    match kind {
+        TATU_KIND_SCRIPT => "script",
+        _ => KINDS.iter().find(|(_, k)| *k == kind).map_or("object", |(n, _)| n),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reference_page_has_every_row() {
+        let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference/properties.md");
+        let page = std::fs::read_to_string(page).unwrap();
+        for row in ROWS.iter().skip(1) {
+            let start = format!("| `{}` |", row.key);
+            let line = page.lines().find(|l| l.starts_with(&start));
+            let line = line.unwrap_or_else(|| panic!("docs/reference/properties.md lacks `{}`", row.key));
+            assert!(line.contains(row.text), "`{}`: the page says {line}, the row {}", row.key, row.text);
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! What of the tree the engine makes bodies and joints of.
+
+use super::{Data, Scene};
+use tatu_physics::Motion;
+
+/// How a shape's body moves; `None`: it needs none. A shape that only carries joints of dynamic shapes needs one too,
+/// so that they have something to hold.
+pub(super) fn motion_of(scene: &Scene, slot: u32) -> Option<Motion> {
+    let shape = scene.get(slot)?.shape()?;
+    match shape.dynamic {
+        true => Some(Motion::Dynamic),
+        false if !shape.respondable && !carries_tie(scene, slot) => None,
+        false if is_carried(scene, slot) => Some(Motion::Kinematic),
+        false => Some(Motion::Static),
+    }
+}
+
+/// The shape that a dynamic shape is tied to, and the joint or force sensor between them.
+pub(super) fn tie_of(scene: &Scene, slot: u32) -> Option<(u32, u32)> {
+    let child = scene.get(slot)?;
+    if !child.shape()?.dynamic {
+        return None;
+    }
+    let tie = scene.get(child.parent)?;
+    match &tie.data {
+        Data::Joint(j) if j.dynamic => {}
+        Data::ForceSensor => {}
+        _ => return None,
+    }
+    scene.get(tie.parent)?.shape()?;
+    Some((tie.parent, child.parent))
+}
+
+fn carries_tie(scene: &Scene, slot: u32) -> bool {
+    scene
+        .children(slot)
+        .iter()
+        .any(|tie| scene.children(*tie).iter().any(|c| tie_of(scene, *c).is_some_and(|(above, _)| above == slot)))
+}
+
+/// Whether something above can move it: a dynamic shape, or a joint.
+fn is_carried(scene: &Scene, slot: u32) -> bool {
+    let mut at = scene.get(slot).map_or(0, |o| o.parent);
+    while let Some(o) = scene.get(at) {
+        if matches!(&o.data, Data::Joint(_)) || o.shape().is_some_and(|s| s.dynamic) {
+            return true;
+        }
+        at = o.parent;
+    }
+    false
+}
+
+/// The topmost shape above an object: shapes that share it are of one tree.
+pub(super) fn top_shape(scene: &Scene, slot: u32) -> u32 {
+    let (mut at, mut top) = (slot, slot);
+    while let Some(o) = scene.get(at) {
+        if o.shape().is_some() {
+            top = at;
+        }
+        at = o.parent;
+    }
+    top
+}

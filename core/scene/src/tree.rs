@@ -1,0 +1,379 @@
+//! The tree: slots with generations, parents and children.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use nalgebra::Isometry3;
+use serde::{Deserialize, Serialize};
+use tatu_plugin_api::{abi::tatu_object, safe::fetch};
+
+use super::{Data, Object, moves::Moves, names::NameIndex, places::Places};
+
+/// An object's id at the border: generation << 20 | slot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Handle(pub tatu_object);
+
+impl Handle {
+    /// The slot: what scripts see.
+    pub fn slot(self) -> u32 {
+        (self.0 & 0xF_FFFF) as u32
+    }
+    /// 0: whatever is in the slot now.
+    pub fn generation(self) -> u64 {
+        self.0 >> 20
+    }
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[repr(C, align(64))]
+pub(super) struct Slot {
+    pub object: Option<Object>,
+    /// Unique name of the last object here, for messages about stale ids.
+    last: String,
+}
+
+impl Slot {
+    /// Asks for the memory of a joint.
+    #[inline]
+    pub fn fetch_joint(&self) {
+        if let Some(Object { data: Data::Joint(j), .. }) = &self.object {
+            fetch(&raw const **j);
+        }
+    }
+}
+
+/// The live tree.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Scene {
+    /// Slot 0 is the world itself and always empty.
+    pub(super) slots: Vec<Slot>,
+    /// Where they are.
+    pub(super) places: Places,
+    free: VecDeque<u32>,
+    roots: Vec<u32>,
+    /// All objects, parents before children, one tree after the other; made anew when the tree changes.
+    order: Vec<u32>,
+    next_uid: u64,
+    /// Grows with every change of the tree or of what the engine and beams are made of.
+    pub shape_version: u64,
+    /// Grows when something becomes visible or hidden.
+    #[serde(skip)]
+    pub seen_version: u64,
+    /// Grows with every change of a color.
+    #[serde(skip)]
+    pub color_version: u64,
+    /// Grows with every change of a sensor's own settings.
+    #[serde(skip)]
+    pub sensor_version: u64,
+    /// Free data of the world itself, by tag.
+    pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
+    #[serde(skip)]
+    pub(super) index: NameIndex,
+    /// Shapes whose places in the world have changed.
+    #[serde(skip)]
+    pub moves: Moves,
+    /// Room for [`Scene::refresh`].
+    #[serde(skip)]
+    pub(super) walk: Vec<(u32, Isometry3<f64>)>,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Scene {
+            slots: vec![Slot { object: None, last: String::new() }],
+            places: Places::default(),
+            free: VecDeque::new(),
+            roots: Vec::new(),
+            order: Vec::new(),
+            next_uid: 1,
+            shape_version: 1,
+            seen_version: 0,
+            color_version: 0,
+            sensor_version: 0,
+            notes: BTreeMap::new(),
+            index: NameIndex::default(),
+            moves: Moves::default(),
+            walk: Vec::new(),
+        }
+    }
+}
+
+impl Scene {
+    /// Adds an object below `parent` (0: the world). Its slot; `None` when all are taken.
+    pub fn add(&mut self, parent: u32, alias: &str, local: Isometry3<f64>, data: Data) -> Option<u32> {
+        // A slot is used again only when many are free: a stale number in a script then rarely meets a new object.
+        let slot = if self.free.len() > 1024 {
+            self.free.pop_front()?
+        } else {
+            let slot = u32::try_from(self.slots.len()).ok().filter(|s| *s < 0x10_0000);
+            match slot {
+                Some(s) => {
+                    self.slots.push(Slot { object: None, last: String::new() });
+                    self.places.push();
+                    s
+                }
+                None => self.free.pop_front()?,
+            }
+        };
+        let attached = matches!(data, Data::Script);
+        let world = if self.get(parent).is_some() { self.frame(parent) * local } else { local };
+        let object = Object {
+            alias: alias.to_owned(),
+            suffix: -1,
+            parent,
+            children: Vec::new(),
+            uid: self.next_uid,
+            version: 0,
+            visible: true,
+            layer: 1,
+            notes: BTreeMap::new(),
+            data,
+        };
+        self.next_uid += 1;
+        self.places.begin(slot, parent, local, world);
+        self.slots[slot as usize].object = Some(object);
+        self.note_kind(slot);
+        if !attached {
+            self.siblings_mut(parent).push(slot);
+        }
+        self.reorder();
+        Some(slot)
+    }
+
+    fn siblings_mut(&mut self, parent: u32) -> &mut Vec<u32> {
+        match self.slots.get_mut(parent as usize).and_then(|s| s.object.as_mut()) {
+            Some(p) => &mut p.children,
+            None => &mut self.roots,
+        }
+    }
+
+    /// Removes an object; its children go to its parent and keep their places in the world.
+    pub fn remove(&mut self, slot: u32) -> bool {
+        let Some(object) = self.slots.get_mut(slot as usize).and_then(|s| s.object.take()) else { return false };
+        for child in object.children {
+            self.attach(child, object.parent);
+        }
+        self.siblings_mut(object.parent).retain(|s| *s != slot);
+        self.places.end(slot);
+        self.slots[slot as usize].last = object.alias;
+        self.free.push_back(slot);
+        self.reorder();
+        true
+    }
+
+    fn attach(&mut self, slot: u32, parent: u32) {
+        self.keep(slot);
+        let frame = self.frame(parent);
+        if let Some(o) = self.get_mut(slot) {
+            o.parent = parent;
+            o.version += 1;
+            let places = &mut self.places;
+            places.links[slot as usize].parent = parent;
+            places.local[slot as usize] = frame.inverse() * places.world[slot as usize];
+        }
+        self.siblings_mut(parent).push(slot);
+    }
+
+    /// Puts an object below another, in place. `false`: the new parent is below the object.
+    pub fn set_parent(&mut self, slot: u32, parent: u32) -> bool {
+        let mut up = parent;
+        while up != 0 {
+            if up == slot {
+                return false;
+            }
+            up = self.get(up).map_or(0, |o| o.parent);
+        }
+        let Some(old) = self.get(slot).map(|o| o.parent) else { return false };
+        self.siblings_mut(old).retain(|s| *s != slot);
+        self.attach(slot, parent);
+        for s in self.tree(slot) {
+            self.touch(s);
+        }
+        self.reorder();
+        true
+    }
+
+    /// What the engine and the beams made of an object must be made anew.
+    pub fn touch(&mut self, slot: u32) {
+        self.shape_version += 1;
+        if let Some(o) = self.get_mut(slot) {
+            o.version += 1;
+        }
+    }
+
+    /// Makes an object one of another kind, in its place and with its name; whether it is there.
+    pub fn change_kind(&mut self, slot: u32, data: Data) -> bool {
+        let Some(o) = self.get_mut(slot) else { return false };
+        o.data = data;
+        self.sensor_version += 1;
+        self.keep(slot);
+        for child in self.children(slot).to_vec() {
+            self.keep(child);
+        }
+        self.note_kind(slot);
+        self.touch(slot);
+        true
+    }
+
+    /// What those who go through places need to know of an object's data, after a change.
+    pub(super) fn note_kind(&mut self, slot: u32) {
+        let Some(o) = self.slots[slot as usize].object.as_ref() else { return };
+        let link = &mut self.places.links[slot as usize];
+        (link.shape, link.joint) = (matches!(o.data, Data::Shape(_)), matches!(o.data, Data::Joint(_)));
+    }
+
+    fn reorder(&mut self) {
+        self.shape_version += 1;
+        self.order.clear();
+    }
+
+    /// Makes the order of traversal anew, if the tree has changed.
+    pub fn settle(&mut self) {
+        if !self.order.is_empty() {
+            return;
+        }
+        let mut ahead: Vec<u32> = self.roots.iter().rev().copied().collect();
+        while let Some(slot) = ahead.pop() {
+            self.order.push(slot);
+            if let Some(o) = self.slots[slot as usize].object.as_ref() {
+                ahead.extend(o.children.iter().rev());
+            }
+        }
+    }
+
+    /// Goes through all objects of the tree (not scripts), parents before children, one tree after
+    /// the other. `f` leaves the tree as it is.
+    pub fn visit(&mut self, mut f: impl FnMut(&mut Self, u32)) {
+        self.settle();
+        let order = std::mem::take(&mut self.order);
+        for slot in &order {
+            f(self, *slot);
+        }
+        self.order = order;
+    }
+
+    /// An object and all below it, breadth first; 0: everything.
+    pub fn tree(&self, base: u32) -> Vec<u32> {
+        let mut out = if base == 0 { self.roots.clone() } else { vec![base] };
+        let mut at = 0;
+        while at < out.len() {
+            if let Some(o) = self.get(out[at]) {
+                out.extend(&o.children);
+            }
+            at += 1;
+        }
+        out
+    }
+
+    /// Every slot that holds an object, scripts included, in order of slots.
+    pub fn slots(&self) -> impl DoubleEndedIterator<Item = (u32, &Object)> {
+        self.slots.iter().enumerate().filter_map(|(i, s)| s.object.as_ref().map(|o| (i as u32, o)))
+    }
+
+    /// Objects without a parent.
+    pub fn roots(&self) -> &[u32] {
+        &self.roots
+    }
+    /// The children of an object; of the world for 0.
+    pub fn children(&self, slot: u32) -> &[u32] {
+        if slot == 0 { &self.roots } else { self.get(slot).map_or(&[], |o| &o.children) }
+    }
+    /// The object in a slot.
+    pub fn get(&self, slot: u32) -> Option<&Object> {
+        self.slots.get(slot as usize).and_then(|s| s.object.as_ref())
+    }
+    /// Whether an object is a joint.
+    pub fn is_joint(&self, slot: u32) -> bool {
+        self.places.links.get(slot as usize).is_some_and(|link| link.there && link.joint)
+    }
+    /// Asks for an object's memory.
+    #[inline]
+    pub fn fetch(&self, slot: u32) {
+        if let Some(there) = self.slots.get(slot as usize) {
+            fetch(there);
+        }
+    }
+    /// Asks for a joint's memory, once that of its object is there.
+    #[inline]
+    pub fn fetch_joint(&self, slot: u32) {
+        if let Some(there) = self.slots.get(slot as usize) {
+            there.fetch_joint();
+        }
+    }
+    /// The object in a slot.
+    pub fn get_mut(&mut self, slot: u32) -> Option<&mut Object> {
+        self.slots.get_mut(slot as usize).and_then(|s| s.object.as_mut())
+    }
+    /// The full id of the object in a slot; 0 if there is none.
+    pub fn id(&self, slot: u32) -> tatu_object {
+        match self.places.links.get(slot as usize) {
+            Some(link) if link.there => link.generation << 20 | u64::from(slot),
+            _ => 0,
+        }
+    }
+    /// The slot of an id, if its object is still there; else the name it had, if it ever was.
+    pub fn resolve(&self, id: tatu_object) -> Result<u32, Option<&str>> {
+        let handle = Handle(id);
+        let slot = handle.slot();
+        let Some(link) = self.places.links.get(slot as usize) else { return Err(None) };
+        if link.there && (handle.generation() == 0 || handle.generation() == link.generation) {
+            return Ok(slot);
+        }
+        Err(Some(self.slots[slot as usize].last.as_str()).filter(|name| !name.is_empty()))
+    }
+    /// Whether an object is the base of a model.
+    pub fn is_model_base(&self, slot: u32) -> bool {
+        self.places.links.get(slot as usize).is_some_and(|l| l.model_base)
+    }
+    /// Makes it one, or not.
+    pub fn set_model_base(&mut self, slot: u32, on: bool) {
+        if self.get(slot).is_some() {
+            self.places.links[slot as usize].model_base = on;
+        }
+    }
+
+    /// The nearest model base at or above an object; 0: none.
+    pub fn model_of(&self, slot: u32) -> u32 {
+        let mut at = slot;
+        while at != 0 {
+            match self.places.links.get(at as usize) {
+                Some(link) if link.model_base => return at,
+                link => at = link.map_or(0, |l| l.parent),
+            }
+        }
+        0
+    }
+    /// The scripts of an object, in order of creation; 0: of all.
+    pub fn scripts(&self, owner: u32) -> Vec<u32> {
+        self.slots()
+            .filter(|(_, o)| matches!(o.data, Data::Script) && (owner == 0 || o.parent == owner))
+            .map(|(s, _)| s)
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::mem::{offset_of, size_of};
+
+    use super::*;
+    use crate::Joint;
+
+    // What a step touches of each object: see `Object` and `Joint`.
+    #[test]
+    fn what_each_step_asks_for_lies_in_one_cache_line() {
+        assert!(offset_of!(Object, data) == 0 && size_of::<Data>() <= 48, "{}", size_of::<Data>());
+        assert_eq!((size_of::<Option<Object>>(), size_of::<Slot>()), (size_of::<Object>(), 192));
+        assert_eq!(offset_of!(Joint, target_position), 64);
+    }
+
+    #[test]
+    fn each_tree_comes_as_a_whole_and_parents_come_before_children() {
+        let mut scene = Scene::default();
+        let mut new = |parent| scene.add(parent, "o", Isometry3::identity(), Data::Dummy).unwrap();
+        let (a, b) = (new(0), new(0));
+        let (a1, b1, a2) = (new(a), new(b), new(a));
+        let a11 = new(a1);
+        scene.settle();
+        assert_eq!(scene.order, [a, a1, a11, a2, b, b1]);
+    }
+}

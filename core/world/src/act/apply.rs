@@ -1,0 +1,243 @@
+//! One batch per kind: motions and commands in, wrenches and efforts out, pushes for the engine.
+
+use std::ffi::c_void;
+
+use tatu_plugin_api::abi::*;
+
+use super::{Acting, Actuator, mount::Mount};
+use tatu_physics::{Engine, Push};
+use tatu_plugins::{
+    Registry,
+    border::{ErrorSlot, answer},
+    guard,
+    watchdog::{Call, Watch},
+};
+use tatu_scene::{Data, Dynamics, Scene, pose_to_array};
+
+/// Buffers used again in every batch.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    data: Vec<*mut c_void>,
+    state: Vec<*mut c_void>,
+    actuator: Vec<tatu_object>,
+    pose: Vec<[f64; 7]>,
+    twist: Vec<[f64; 6]>,
+    joint: Vec<[f64; 2]>,
+    command: Vec<*const f64>,
+    wrench: Vec<[f64; 6]>,
+    effort: Vec<f64>,
+    status: Vec<tatu_status>,
+}
+
+/// An actuator that failed, or that has nothing to push.
+pub(crate) struct Failed {
+    pub slot: u32,
+    pub kind: usize,
+    /// What the plugin said, or what is wrong with what it gave.
+    pub text: String,
+    /// Negative: it is switched off. `TATU_OK`: it goes on, and is told of once.
+    pub status: tatu_status,
+}
+
+/// What actuators see.
+#[derive(Clone, Copy)]
+pub(crate) struct Acts<'a> {
+    pub scene: &'a Scene,
+    pub registry: &'a Registry,
+    /// Velocity of an object that no body carries.
+    pub twist: &'a dyn Fn(u32) -> [f64; 6],
+    /// Simulation time, s.
+    pub time: f64,
+    /// Which plugin call is running.
+    pub watch: &'a Watch,
+}
+
+/// One actuator of a batch: its place in [`Acting::devices`], where it sits, and its commands.
+struct Seat {
+    device: usize,
+    mount: Mount,
+    commands: Vec<f64>,
+}
+
+/// The actuators of a kind that act now.
+struct Batch {
+    kind: usize,
+    seats: Vec<Seat>,
+}
+
+/// Kinds in order, and in each the actuators in the order of the scene.
+fn batches(acting: &Acting, dynamics: &Dynamics, around: &Acts<'_>, every_substep: bool) -> Vec<Batch> {
+    let mut out = Vec::new();
+    for (kind, info) in around.registry.actuators.iter().enumerate() {
+        if info.every_substep != every_substep {
+            continue;
+        }
+        let seat = |(device, d): (usize, &Actuator)| {
+            let object = around.scene.get(d.slot).filter(|_| around.scene.id(d.slot) == d.object)?;
+            let Data::Actuator(a) = &object.data else { return None };
+            let mount = Mount::of(around.scene, dynamics, d.slot, around.twist);
+            Some(Seat { device, mount, commands: a.commands.clone() })
+        };
+        let own = acting.devices.iter().enumerate().filter(|(_, d)| d.kind == kind && !d.off);
+        let seats: Vec<Seat> = own.filter_map(seat).collect();
+        if !seats.is_empty() {
+            out.push(Batch { kind, seats });
+        }
+    }
+    out
+}
+
+/// Lets the kinds act that are asked once per advance: their pushes act in all of its `dt`.
+pub(crate) fn per_step(acting: &mut Acting, dynamics: &mut Dynamics, around: &Acts<'_>, dt: f64) -> Vec<Failed> {
+    let (mut failed, mut pushes) = (Vec::new(), Vec::new());
+    for batch in batches(acting, dynamics, around, false) {
+        let asked = Asked { registry: around.registry, watch: around.watch, engine: dynamics.engine() };
+        apply(acting, &batch, &asked, (around.time, dt), &mut pushes, &mut failed);
+    }
+    for p in pushes {
+        dynamics.push(p.body, p.force, p.torque);
+    }
+    failed
+}
+
+/// The kinds that are asked before each engine step, for one advance.
+pub(crate) struct SubSteps<'a> {
+    acting: &'a mut Acting,
+    registry: &'a Registry,
+    watch: &'a Watch,
+    batches: Vec<Batch>,
+    time: f64,
+    dt: f64,
+    pub failed: Vec<Failed>,
+}
+
+// SAFETY: the pointers are instances of plugins, which `apply` may use on any thread; the advance, which runs on a thread
+// of the world's pool while the world waits, has them for itself.
+unsafe impl Send for SubSteps<'_> {}
+
+impl<'a> SubSteps<'a> {
+    /// Those of a world; `None`: there are none, and the engine need not ask.
+    pub fn new(
+        acting: &'a mut Acting,
+        (registry, watch): (&'a Registry, &'a Watch),
+        dynamics: &Dynamics,
+        around: &Acts<'_>,
+        dt: f64,
+    ) -> Option<Self> {
+        let batches = batches(acting, dynamics, around, true);
+        if batches.is_empty() {
+            return None;
+        }
+        let dt = dt / f64::from(dynamics.engine_steps(dt).max(1));
+        Some(SubSteps { acting, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
+    }
+
+    /// Before one engine step.
+    pub fn before(&mut self, engine: &dyn Engine, step: u32, out: &mut Vec<Push>) {
+        let when = (self.time + f64::from(step) * self.dt, self.dt);
+        for batch in &mut self.batches {
+            let asked = Asked { registry: self.registry, watch: self.watch, engine };
+            apply(self.acting, batch, &asked, when, out, &mut self.failed);
+            batch.seats.retain(|s| !self.acting.devices[s.device].off);
+        }
+    }
+}
+
+/// Whom a batch goes to, and who looks on.
+struct Asked<'a> {
+    registry: &'a Registry,
+    watch: &'a Watch,
+    engine: &'a dyn Engine,
+}
+
+/// Calls a kind once, and turns what it gives into pushes. `when`: time, and how long until the next call, s.
+fn apply(
+    acting: &mut Acting,
+    batch: &Batch,
+    &Asked { registry, watch, engine }: &Asked<'_>,
+    when: (f64, f64),
+    pushes: &mut Vec<Push>,
+    failed: &mut Vec<Failed>,
+) {
+    let Batch { kind, seats } = batch;
+    if seats.is_empty() {
+        return;
+    }
+    let info = &registry.actuators[*kind];
+    let Acting { devices, scratch: s } = acting;
+    s.clear();
+    let motions: Vec<_> = seats.iter().map(|seat| seat.mount.motion(engine)).collect();
+    for (seat, m) in seats.iter().zip(&motions) {
+        let d = &mut devices[seat.device];
+        s.data.push(d.data);
+        s.state.push(d.state.as_mut_ptr().cast());
+        s.actuator.push(d.object);
+        s.pose.push(pose_to_array(&m.pose));
+        s.twist.push(m.twist);
+        s.joint.push(m.joint);
+        s.command.push(seat.commands.as_ptr());
+    }
+    let table = s.batch(seats.len(), when);
+    let mut error = ErrorSlot::new();
+    let me = registry.plugins[info.plugin].me;
+    let before = watch.enter(Call::Apply, info.plugin, devices[seats[0].device].slot);
+    // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
+    let run = || info.raw.apply.map_or(TATU_OK, |f| unsafe { answer(f(me, &table, error.raw()), false, error.raw()) });
+    let (status, moved) = guard::watched(run);
+    watch.leave(before);
+    for (i, (seat, m)) in seats.iter().zip(&motions).enumerate() {
+        let d = &mut devices[seat.device];
+        let (wrench, effort) = (s.wrench[i], s.effort[i]);
+        let finite = wrench.iter().chain([&effort]).all(|x| x.is_finite());
+        let (status, text) = match status.min(s.status[i]) {
+            _ if moved => (TATU_ERR, format!("changed {}", guard::MODE)),
+            bad if bad < 0 => (bad, error.text()),
+            _ if !finite => {
+                (TATU_ERR, format!("gave the wrench {wrench:?} and the effort {effort}; expected finite numbers"))
+            }
+            _ => match seat.mount.pushes(engine, &m.pose, &wrench, effort, pushes) {
+                Err(lack) if !d.idle_told => (TATU_OK, lack.to_owned()),
+                _ => continue,
+            },
+        };
+        (d.off, d.idle_told) = (status < 0, true);
+        failed.push(Failed { slot: d.slot, kind: *kind, text, status });
+    }
+}
+
+impl Scratch {
+    fn clear(&mut self) {
+        self.data.clear();
+        self.state.clear();
+        self.actuator.clear();
+        self.pose.clear();
+        self.twist.clear();
+        self.joint.clear();
+        self.command.clear();
+        self.wrench.clear();
+        self.effort.clear();
+        self.status.clear();
+    }
+
+    fn batch(&mut self, n: usize, (time, dt): (f64, f64)) -> tatu_actuator_batch {
+        self.wrench.resize(n, [0.0; 6]);
+        self.effort.resize(n, 0.0);
+        self.status.resize(n, TATU_OK);
+        tatu_actuator_batch {
+            size: size_of::<tatu_actuator_batch>() as u32,
+            n: n as u32,
+            time,
+            dt,
+            data: self.data.as_ptr(),
+            state: self.state.as_ptr(),
+            actuator: self.actuator.as_ptr(),
+            pose: self.pose.as_ptr().cast(),
+            twist: self.twist.as_ptr().cast(),
+            joint: self.joint.as_ptr().cast(),
+            command: self.command.as_ptr(),
+            wrench: self.wrench.as_mut_ptr().cast(),
+            effort: self.effort.as_mut_ptr(),
+            status: self.status.as_mut_ptr(),
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! What an actuator acts on: the nearest dynamic shape at or above it, and the nearest joint above it before that.
+
+use nalgebra::{Isometry3, Vector3};
+
+use tatu_physics::{BodyId, Engine, JointId, JointState, Push};
+use tatu_scene::{Data, Dynamics, JointType, Scene};
+
+/// How a mount moves: world frame, SI units.
+pub(super) struct Motion {
+    pub pose: Isometry3<f64>,
+    pub twist: [f64; 6],
+    /// Position and velocity of its joint; 0 without one.
+    pub joint: [f64; 2],
+}
+
+/// A joint that the engine knows.
+#[derive(Clone, Copy)]
+struct Hinge {
+    joint: JointId,
+    slides: bool,
+    /// Above and below, with the joint's frame in the body above.
+    bodies: (BodyId, BodyId),
+    frame_in_a: Isometry3<f64>,
+}
+
+/// Where an actuator sits. Made anew for each advance: objects may have been moved and hung elsewhere.
+pub(super) struct Mount {
+    /// The body that it is fixed to.
+    carrier: Option<BodyId>,
+    hinge: Option<Hinge>,
+    /// A joint that is not moved by the engine: its position and velocity.
+    still: [f64; 2],
+    /// From the carrier (or the world) to the joint, or to the actuator itself if there is no joint of the engine;
+    to_joint: Isometry3<f64>,
+    /// and from the moved frame of that joint on.
+    from_joint: Isometry3<f64>,
+    /// Velocity where nothing carries it: from its last motion.
+    twist: [f64; 6],
+}
+
+impl Mount {
+    /// Looks up what an object acts on. Engine and scene must be at one.
+    pub fn of(scene: &Scene, dynamics: &Dynamics, slot: u32, twist: impl Fn(u32) -> [f64; 6]) -> Mount {
+        let world = scene.world(slot);
+        let (mut joint, mut carrier) = (None, None);
+        let mut at = scene.get(slot).map_or(0, |o| o.parent);
+        while let Some(o) = scene.get(at) {
+            match &o.data {
+                Data::Joint(_) if joint.is_none() => joint = Some(at),
+                Data::Shape(s) if s.dynamic => {
+                    carrier = s.body.0.map(|body| (body, scene.world(at)));
+                    break;
+                }
+                _ => {}
+            }
+            at = o.parent;
+        }
+        let base = carrier.map_or(Isometry3::identity(), |(_, pose)| pose);
+        let mut mount = Mount {
+            carrier: carrier.map(|(body, _)| body),
+            hinge: None,
+            still: [0.0; 2],
+            to_joint: base.inverse() * world,
+            from_joint: Isometry3::identity(),
+            twist: if carrier.is_some() { [0.0; 6] } else { twist(slot) },
+        };
+        if let Some((at, j)) = joint.and_then(|s| Some((s, scene.get(s)?.joint()?))) {
+            mount.still = [j.position, j.velocity];
+            if let Some((joint, (bodies, frame_in_a))) = j.id.and_then(|id| Some((id, dynamics.tie(id)?))) {
+                mount.hinge = Some(Hinge { joint, slides: j.kind == JointType::Prismatic, bodies, frame_in_a });
+                mount.to_joint = base.inverse() * scene.world(at);
+                mount.from_joint = scene.frame(at).inverse() * world;
+            }
+        }
+        mount
+    }
+
+    /// How it moves now.
+    pub fn motion(&self, engine: &dyn Engine) -> Motion {
+        let base = self.carrier.map_or(Isometry3::identity(), |body| engine.pose(body));
+        let state = self.hinge.map(|h| (h, engine.joint_state(h.joint)));
+        let pose = match state {
+            Some((h, s)) => base * self.to_joint * h.motion(&s) * self.from_joint,
+            None => base * self.to_joint,
+        };
+        let twist = self.carrier.map_or(self.twist, |body| {
+            let t = engine.twist(body);
+            let v = t.linear + t.angular.cross(&(pose.translation.vector - engine.centre_of_mass(body).coords));
+            [v.x, v.y, v.z, t.angular.x, t.angular.y, t.angular.z]
+        });
+        Motion { pose, twist, joint: state.map_or(self.still, |(_, s)| [s.position, s.velocity]) }
+    }
+
+    /// What a wrench on the mount and an effort of its joint do to bodies. `Err`: what of them has nothing to act on.
+    pub fn pushes(
+        &self,
+        engine: &dyn Engine,
+        at: &Isometry3<f64>,
+        wrench: &[f64; 6],
+        effort: f64,
+        out: &mut Vec<Push>,
+    ) -> Result<(), &'static str> {
+        let mut lacks = Ok(());
+        let force = Vector3::new(wrench[0], wrench[1], wrench[2]);
+        let torque = Vector3::new(wrench[3], wrench[4], wrench[5]);
+        match self.carrier {
+            // Nothing to do: a push would wake the body.
+            _ if *wrench == [0.0; 6] => {}
+            Some(body) => {
+                let arm = at.translation.vector - engine.centre_of_mass(body).coords;
+                out.push(Push { body, force, torque: torque + arm.cross(&force) });
+            }
+            None => lacks = Err("no dynamic shape is above it that it could push"),
+        }
+        match self.hinge {
+            _ if effort == 0.0 => {}
+            Some(h) => h.push(engine, effort, out),
+            None => lacks = Err("no joint that physics moves is above it, before a dynamic shape"),
+        }
+        lacks
+    }
+}
+
+impl Hinge {
+    fn motion(&self, s: &JointState) -> Isometry3<f64> {
+        if self.slides {
+            Isometry3::translation(0.0, 0.0, s.position)
+        } else {
+            Isometry3::rotation(Vector3::z() * s.position)
+        }
+    }
+
+    /// Equal and opposite on the two bodies: a torque about the joint's axis, or a force along it.
+    fn push(&self, engine: &dyn Engine, effort: f64, out: &mut Vec<Push>) {
+        let frame = engine.pose(self.bodies.0) * self.frame_in_a;
+        let along = frame.rotation * Vector3::z() * effort;
+        for (body, along) in [(self.bodies.0, -along), (self.bodies.1, along)] {
+            if self.slides {
+                let arm = frame.translation.vector - engine.centre_of_mass(body).coords;
+                out.push(Push { body, force: along, torque: arm.cross(&along) });
+            } else {
+                out.push(Push { body, force: Vector3::zeros(), torque: along });
+            }
+        }
+    }
+}

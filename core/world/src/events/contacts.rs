@@ -1,0 +1,67 @@
+//! Shapes that touch, compared with those that touched before.
+
+use std::collections::BTreeSet;
+
+use tatu_plugin_api::safe::Value;
+
+use super::payload;
+use crate::world::WorldCell;
+use tatu_physics::Contact;
+use tatu_plugins::events::GATHERED;
+use tatu_scene::Scene;
+
+/// After a physics stage: publishes pairs that touch, begin to touch and ceased to. Looks at the engine only if somebody
+/// listens; after nobody did, all that touch count as begun.
+pub(crate) fn compare(world: &WorldCell) {
+    let outside = &world.outside;
+    let [collision, separation, contact] = [0, 1, 2].map(|i| outside.wants(GATHERED[i]));
+    if !(collision || separation || contact) {
+        if !outside.bus.touching.borrow().is_empty() {
+            outside.bus.touching.borrow_mut().clear();
+        }
+        return;
+    }
+    let (Ok(scene), Ok(dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow()) else { return };
+    // Of each pair the strongest contact; pairs by slots.
+    let mut pairs: Vec<(u32, u32, Contact)> = Vec::new();
+    for (a, b, c) in dynamics.contacts() {
+        let (a, b, c) = if a <= b { (a, b, c) } else { (b, a, Contact { normal: -c.normal, ..c }) };
+        match pairs.iter_mut().find(|(x, y, _)| (*x, *y) == (a, b)) {
+            Some((_, _, strongest)) if strongest.force >= c.force => {}
+            Some((_, _, strongest)) => *strongest = c,
+            None => pairs.push((a, b, c)),
+        }
+    }
+    pairs.sort_by_key(|(a, b, _)| (*a, *b));
+    let now: BTreeSet<(u32, u32)> = pairs.iter().map(|(a, b, _)| (*a, *b)).collect();
+    let before = outside.bus.touching.replace(now);
+    let now = outside.bus.touching.borrow();
+    if separation {
+        for (a, b) in before.difference(&now) {
+            outside.publish("separation", || payload(two(&scene, *a, *b)));
+        }
+    }
+    for (a, b, c) in &pairs {
+        let all = || {
+            let [a, b, a_path, b_path] = two(&scene, *a, *b);
+            let point = ("point", Value::Floats(c.point.coords.iter().copied().collect()));
+            let normal = ("normal", Value::Floats(c.normal.iter().copied().collect()));
+            payload([a, b, a_path, b_path, point, normal, ("force", Value::Float(c.force))])
+        };
+        if collision && !before.contains(&(*a, *b)) {
+            outside.publish("collision", all);
+        }
+        if contact {
+            outside.publish("contact", all);
+        }
+    }
+}
+
+fn two(scene: &Scene, a: u32, b: u32) -> [(&'static str, Value); 4] {
+    [
+        ("a", Value::Object(scene.id(a))),
+        ("b", Value::Object(scene.id(b))),
+        ("a_path", Value::text(scene.path(a))),
+        ("b_path", Value::text(scene.path(b))),
+    ]
+}

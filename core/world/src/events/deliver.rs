@@ -1,0 +1,89 @@
+//! Handing out what was published.
+
+use std::rc::Rc;
+
+use tatu_plugin_api::{abi::*, safe::Value, safe::ValueRef};
+
+use crate::{
+    scripts::{self, Room},
+    world::WorldCell,
+};
+use tatu_errors::{Fault, FaultKind};
+use tatu_plugins::events::covers;
+
+/// Events of one delivery: handlers that publish for each other must come to an end.
+const MOST: usize = 10_000;
+
+/// Delivers all that was published to the functions of scripts: event by event in the order in which they were published,
+/// each to its handlers in the order in which they subscribed. What these publish comes last. Must be called without any
+/// borrow of the world.
+pub(crate) fn deliver(world: &WorldCell) {
+    let bus = &world.outside.bus;
+    // A handler may ask for a stage, after which this is called again: the outer delivery goes on with what is new.
+    if bus.queue.borrow().is_empty() || bus.now.borrow().is_some() {
+        return;
+    }
+    for _ in 0..MOST {
+        let Some((name, payload)) = bus.queue.borrow_mut().pop_front() else { return };
+        *bus.now.borrow_mut() = Some(name.clone());
+        hand_out(world, &name, &payload);
+        *bus.now.borrow_mut() = None;
+    }
+    let left = std::mem::take(&mut *bus.queue.borrow_mut());
+    if let Some((name, _)) = left.front() {
+        let text =
+            format!("more than {MOST} events at one moment: {} are left out, the first of them `{name}`", left.len());
+        let mut fault = Fault::new(FaultKind::Budget, text);
+        fault.help = Some("look for handlers that publish what they listen to".into());
+        world.report(fault);
+    }
+}
+
+fn hand_out(world: &WorldCell, name: &Rc<str>, payload: &Value) {
+    let wanted: Vec<u64> = {
+        let all = world.outside.bus.subscriptions.borrow();
+        all.iter().filter(|s| covers(&s.name, name)).map(|s| s.id).collect()
+    };
+    for id in wanted {
+        let handler = {
+            let all = world.outside.bus.subscriptions.borrow();
+            // One before it may have ended this one.
+            all.iter().find(|s| s.id == id).map(|s| s.handler)
+        };
+        if let Some(handler) = handler {
+            call(world, id, handler, name, payload);
+        }
+    }
+}
+
+/// Calls one handler. One that fails is not called again.
+fn call(world: &WorldCell, id: u64, handler: tatu_func, name: &str, payload: &Value) {
+    let bus = &world.outside.bus;
+    let Some((script, _)) = scripts::owner_of_func(world, handler) else {
+        // Its script has ended, and with it the function.
+        bus.unsubscribe(id);
+        return;
+    };
+    let mark = world.calls.arena.borrow().mark();
+    let empty = Value::Map(Vec::new());
+    let payload = if *payload == Value::Nil { &empty } else { payload };
+    let args: Vec<tatu_value> = {
+        let mut arena = world.calls.arena.borrow_mut();
+        let mut alloc = |n: usize| arena.alloc(n);
+        let name = Value::text(name);
+        [payload, &name].into_iter().map(|v| v.to_raw(&mut alloc).unwrap_or(ValueRef::NIL.raw())).collect()
+    };
+    let mut room = Room::new();
+    let mut frame = room.frame(&args);
+    // SAFETY: the frame and its arrays live through the call.
+    let status = unsafe { scripts::call_func(world, handler, &mut frame) };
+    if status < 0 {
+        bus.unsubscribe(id);
+        let mut fault = script.fault(world, status, frame.error);
+        let note = format!("its handler of the event `{name}` is not called any more");
+        fault.help = Some(fault.help.map_or(note.clone(), |help| format!("{help}; {note}")));
+        world.report(fault);
+        scripts::drop_func(world, handler);
+    }
+    world.calls.arena.borrow_mut().release(mark);
+}

@@ -1,0 +1,220 @@
+//! Items in space: points, lines, faces, little solids.
+
+use std::collections::VecDeque;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use serde::{Deserialize, Serialize};
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use tatu_errors::Refusal;
+use tatu_scene::graph::{Keys, map};
+
+/// What an item is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "named after what they are")]
+pub enum Form {
+    Points,
+    Lines,
+    Triangles,
+    /// Small flat or solid marks; all but spheres have a normal.
+    TrianglePoints,
+    QuadPoints,
+    DiscPoints,
+    CubePoints,
+    SpherePoints,
+    /// Points, each joined to the one before.
+    LineStrip,
+}
+
+impl Form {
+    const NAMES: [&str; 9] = [
+        "points",
+        "lines",
+        "triangles",
+        "triangle_points",
+        "quad_points",
+        "disc_points",
+        "cube_points",
+        "sphere_points",
+        "line_strip",
+    ];
+
+    fn parse(name: &str) -> Option<Self> {
+        use Form::*;
+        let all =
+            [Points, Lines, Triangles, TrianglePoints, QuadPoints, DiscPoints, CubePoints, SpherePoints, LineStrip];
+        Self::NAMES.iter().position(|n| *n == name).map(|i| all[i])
+    }
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+    /// Points of an item, and whether a normal follows them.
+    pub fn layout(self) -> (usize, bool) {
+        match self {
+            Form::Points | Form::SpherePoints | Form::LineStrip => (1, false),
+            Form::Lines => (2, false),
+            Form::Triangles => (3, false),
+            _ => (1, true),
+        }
+    }
+}
+
+/// Items of one form.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Drawing {
+    /// What its items are.
+    pub form: Form,
+    /// Of points and lines pixels, of marks m.
+    pub size: f64,
+    /// Red, green, blue, 0 to 1.
+    pub color: [f64; 3],
+    /// The object that it moves with; 0: the world.
+    pub parent: tatu_object,
+    /// Most items; 0: [`Drawing::MOST`].
+    pub capacity: usize,
+    /// When full, the oldest item makes room.
+    pub cyclic: bool,
+    /// An item nearer than this to another is not added, m.
+    pub tolerance: f64,
+    /// Stays when the run stops.
+    pub persistent: bool,
+    /// Numbers of an item after its points and normal: its own colours, size, transparency.
+    pub extra: usize,
+    /// In the frame of the parent: points, normal, and what else an item has.
+    pub items: VecDeque<Vec<f64>>,
+}
+
+impl Drawing {
+    const KEYS: &[&str] =
+        &["form", "size", "color", "parent", "capacity", "cyclic", "tolerance", "persistent", "extra"];
+    /// Most items of a drawing.
+    pub const MOST: usize = 1_000_000;
+
+    /// From a table; `form` must be there.
+    pub fn from_value(value: &Value) -> Result<Self, Refusal> {
+        let keys = Keys::new("a drawing", value, Self::KEYS)?;
+        let Some(form) = Form::parse(&keys.text("form")?) else {
+            return keys.wrong("form", &format!("one of {}", Form::NAMES.join(", ")));
+        };
+        Ok(Drawing {
+            form,
+            size: keys.number("size")?.unwrap_or(1.0),
+            color: keys.color("color")?.unwrap_or([1.0, 0.0, 0.0]),
+            parent: keys.object("parent")?,
+            capacity: keys.count("capacity", 0..=Self::MOST as i64)?.unwrap_or(0) as usize,
+            cyclic: keys.flag("cyclic")?,
+            tolerance: keys.number("tolerance")?.unwrap_or(0.0),
+            persistent: keys.flag("persistent")?,
+            extra: keys.count("extra", 0..=16)?.unwrap_or(0) as usize,
+            items: VecDeque::new(),
+        })
+    }
+    /// As a table, without its items.
+    pub fn entries(&self) -> Value {
+        map([
+            ("form", Value::text(self.form.name())),
+            ("size", Value::Float(self.size)),
+            ("color", Value::Floats(self.color.to_vec())),
+            ("parent", Value::Object(self.parent)),
+            ("capacity", Value::Int(self.capacity as i64)),
+            ("cyclic", Value::Bool(self.cyclic)),
+            ("tolerance", Value::Float(self.tolerance)),
+            ("persistent", Value::Bool(self.persistent)),
+            ("extra", Value::Int(self.extra as i64)),
+        ])
+    }
+    /// Numbers of an item.
+    pub fn stride(&self) -> usize {
+        let (points, normal) = self.form.layout();
+        3 * (points + usize::from(normal)) + self.extra
+    }
+    /// An item from the frame `by` into another.
+    fn moved(&self, item: &[f64], by: &Isometry3<f64>) -> Vec<f64> {
+        let (points, normal) = self.form.layout();
+        let mut out = item.to_vec();
+        for (i, three) in out.chunks_exact_mut(3).take(points + usize::from(normal)).enumerate() {
+            let v = Vector3::new(three[0], three[1], three[2]);
+            let v = if i < points { (by * Point3::from(v)).coords } else { by.rotation * v };
+            three.copy_from_slice(v.as_slice());
+        }
+        out
+    }
+    /// Adds items, one after the other, given in the world; `frame` is the parent's. How many were added: not those that
+    /// are too near to others, nor those for which there is no room.
+    pub fn add(&mut self, items: &[f64], frame: &Isometry3<f64>) -> Result<usize, Refusal> {
+        let stride = self.stride();
+        if items.is_empty() || !items.len().is_multiple_of(stride) || !items.iter().all(|x| x.is_finite()) {
+            let text = format!("an item of {} is {stride} finite numbers, found {}", self.form.name(), items.len());
+            return Err(Refusal(TATU_ERR_ARGUMENT, text));
+        }
+        let (into, most) = (frame.inverse(), if self.capacity == 0 { Self::MOST } else { self.capacity });
+        let mut added = 0;
+        for item in items.chunks_exact(stride) {
+            let item = self.moved(item, &into);
+            let near = |other: &Vec<f64>| {
+                let apart = |i: usize| (item[i] - other[i]).powi(2);
+                apart(0) + apart(1) + apart(2) <= self.tolerance * self.tolerance
+            };
+            if self.tolerance > 0.0 && self.items.iter().any(near) {
+                continue;
+            }
+            if self.items.len() >= most {
+                if !self.cyclic {
+                    break;
+                }
+                self.items.pop_front();
+            }
+            self.items.push_back(item);
+            added += 1;
+        }
+        Ok(added)
+    }
+    /// All items as they lie in the world now, one after the other.
+    pub fn in_world(&self, frame: &Isometry3<f64>) -> Vec<f64> {
+        self.items.iter().flat_map(|item| self.moved(item, frame)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(capacity: usize, cyclic: bool, tolerance: f64) -> Drawing {
+        let value = map([
+            ("form", Value::text("points")),
+            ("capacity", Value::Int(capacity as i64)),
+            ("cyclic", Value::Bool(cyclic)),
+            ("tolerance", Value::Float(tolerance)),
+        ]);
+        Drawing::from_value(&value).unwrap()
+    }
+    const HERE: fn() -> Isometry3<f64> = Isometry3::identity;
+
+    #[test]
+    fn a_full_one_takes_no_more_or_drops_the_oldest() {
+        let mut full = points(2, false, 0.0);
+        assert_eq!(full.add(&[0.0; 9], &HERE()), Ok(2));
+        assert_eq!(full.add(&[1.0, 0.0, 0.0], &HERE()), Ok(0));
+        let mut ring = points(2, true, 0.0);
+        for x in 0..4 {
+            assert_eq!(ring.add(&[f64::from(x), 0.0, 0.0], &HERE()), Ok(1));
+        }
+        assert_eq!(ring.in_world(&HERE()), [2.0, 0.0, 0.0, 3.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn near_ones_are_left_out() {
+        let mut d = points(0, false, 0.1);
+        assert_eq!(d.add(&[0.0, 0.0, 0.0, 0.05, 0.0, 0.0, 0.2, 0.0, 0.0], &HERE()), Ok(2));
+        assert!(d.add(&[1.0, 2.0], &HERE()).is_err() && d.add(&[f64::NAN, 0.0, 0.0], &HERE()).is_err());
+    }
+
+    #[test]
+    fn items_move_with_their_object() {
+        let mut d = points(0, false, 0.0);
+        let at = |x: f64| Isometry3::translation(x, 0.0, 0.0);
+        assert_eq!(d.add(&[3.0, 1.0, 0.0], &at(2.0)), Ok(1));
+        assert_eq!(d.in_world(&at(5.0)), [6.0, 1.0, 0.0]);
+    }
+}

@@ -1,0 +1,46 @@
+//! The core of Tatu: a world that owns the scene and the physics step, with plugins around it. It names no plugin.
+//!
+//! Where to begin: [`World`] runs a [`document::Document`] with what a [`plugins::Registry`] offers; one step stands in
+//! `step/mod.rs`. The other crates of the core are re-exported here, so that a program needs this one alone.
+//!
+//! ```no_run
+//! use std::{path::Path, sync::Arc};
+//! use tatu_core::{World, document, host_tables, plugins::{Registry, Search}};
+//!
+//! let registry = Arc::new(Registry::load(Search::standard(None, None, &[]), host_tables()));
+//! let scene = document::load(Path::new("scenes/first/pioneer_avoids_walls.toml"), &registry, &Default::default())?;
+//! let world = World::new(Arc::new(scene), registry)?;
+//! world.start();
+//! for _ in 0..20 {
+//!     world.step();
+//! }
+//! println!("{:016x}", world.hash().total);
+//! # Ok::<(), tatu_core::errors::Error>(())
+//! ```
+
+mod act;
+mod calls;
+pub mod events;
+pub mod figures;
+mod instance;
+pub mod reload;
+mod scripts;
+mod sense;
+mod services;
+pub mod session;
+pub mod state;
+pub mod step;
+mod world;
+
+pub use figures::Figures;
+pub use scripts::ScriptTold;
+pub use sense::Edge;
+pub use services::host_tables;
+pub use session::Session;
+pub use tatu_beams as beams;
+pub use tatu_errors as errors;
+pub use tatu_geometry as geometry;
+pub use tatu_physics as physics;
+pub use tatu_plugins as plugins;
+pub use tatu_scene::{self as scene, document, graph::Graph};
+pub use world::{Field, LogLine, Observed, Phase, Reading, StandIn, Wish, World};

@@ -1,0 +1,322 @@
+//! What differs between two documents, and how a world takes it.
+//!
+//! Objects are compared by their place in the tree. Only what differs between the two documents is set, so what physics
+//! and scripts have made of everything else stays. Objects that were added or removed wait for another start.
+
+use std::{collections::BTreeMap, path::PathBuf, rc::Rc, sync::Arc};
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::Told;
+use crate::{
+    instance::filled,
+    scripts::{Handed, Script, Scripts},
+    world::{World, WorldCell},
+};
+use tatu_errors::Error;
+use tatu_scene::{
+    self, Changed, Data, Scene,
+    document::{Document, ObjectSpec, ScriptSpec},
+    rows::Row,
+};
+
+/// A document, and the tree that it describes.
+struct Described<'a> {
+    document: &'a Document,
+    scene: Scene,
+    slots: Vec<u32>,
+}
+
+impl<'a> Described<'a> {
+    fn new(document: &'a Document) -> Self {
+        let (scene, slots) = document.instantiate();
+        Described { document, scene, slots }
+    }
+
+    /// The place of each object: the names above it, and which of those of equal names it is.
+    fn places(&self) -> Vec<(Option<usize>, &'a str, usize)> {
+        let mut seen: BTreeMap<(Option<usize>, &str), usize> = BTreeMap::new();
+        let all = self.document.objects.iter();
+        all.map(|o| {
+            let count = seen.entry((o.parent, o.alias.as_str())).or_default();
+            *count += 1;
+            (o.parent, o.alias.as_str(), *count)
+        })
+        .collect()
+    }
+
+    fn value(&self, object: usize, row: Row) -> Option<Value> {
+        if row == Row::Parts {
+            let last = self.document.objects[object].rows.iter().rev().find(|(r, _)| *r == row);
+            return last.map(|(_, v)| v.clone());
+        }
+        tatu_scene::get(&self.scene, self.slots[object], row).ok()
+    }
+}
+
+/// Of each object of the new document, its index in the old one.
+fn pairs(old: &Described<'_>, new: &Described<'_>) -> Vec<Option<usize>> {
+    let by_place: BTreeMap<_, usize> = old.places().into_iter().enumerate().map(|(i, p)| (p, i)).collect();
+    let mut out: Vec<Option<usize>> = Vec::new();
+    for (i, (parent, alias, count)) in new.places().into_iter().enumerate() {
+        // Parents come before children.
+        let above = parent.map(|p| out[p]);
+        let found = match above {
+            Some(None) => None,
+            above => by_place.get(&(above.flatten(), alias, count)).copied(),
+        };
+        out.push(found.filter(|j| same_kind(&old.document.objects[*j], &new.document.objects[i])));
+    }
+    out
+}
+
+fn same_kind(a: &ObjectSpec, b: &ObjectSpec) -> bool {
+    a.kind == b.kind && a.device.as_ref().map(|d| d.kind) == b.device.as_ref().map(|d| d.kind)
+}
+
+impl World {
+    /// Takes what differs between a document and the one that the world was made of, between two steps: properties,
+    /// parameters, scripts. Names what needs another start.
+    pub fn take_document(&self, new: Arc<Document>) -> Told {
+        let cell: &WorldCell = self.cell();
+        let old = cell.document.shared();
+        let (was, is) = (Described::new(&old), Described::new(&new));
+        let pairs = pairs(&was, &is);
+        let origins = std::mem::take(&mut *cell.origins.borrow_mut());
+        let mut told = Told::default();
+        let mut restart: Vec<String> = Vec::new();
+        let origin = |i: usize| pairs[i].and_then(|j| origins.get(j)).copied().unwrap_or(0);
+        *cell.origins.borrow_mut() = (0..pairs.len()).map(origin).collect();
+        for (i, pair) in pairs.iter().enumerate() {
+            let path = is.scene.path(is.slots[i]);
+            let Some(j) = *pair else {
+                restart.push(format!("{path} was added"));
+                continue;
+            };
+            // What scripts have removed meanwhile stays removed.
+            let object = origins.get(j).copied().unwrap_or(0);
+            let slot = cell.scene.borrow().resolve(object).ok().filter(|_| object != 0);
+            let Some(slot) = slot else { continue };
+            let mut keys = self.take_rows(slot, (&was, j), (&is, i), &mut restart);
+            keys.extend(self.take_parameters(slot, &old.objects[j], &new.objects[i], &mut told));
+            if !keys.is_empty() {
+                told.taken += 1;
+                told.notes.push(format!("reloaded {path}: {}", keys.join(", ")));
+            }
+            self.take_scripts(slot, &old.objects[j], &new.objects[i], &mut told, &mut restart);
+        }
+        for j in (0..old.objects.len()).filter(|j| !pairs.contains(&Some(*j))) {
+            restart.push(format!("{} was removed", was.scene.path(was.slots[j])));
+        }
+        if old.settings != new.settings {
+            restart.push("settings of the scene were changed".into());
+        }
+        if old.services.len() != new.services.len()
+            || old.services.iter().zip(&new.services).any(|(a, b)| (a.kind, &a.params) != (b.kind, &b.params))
+        {
+            restart.push("services were changed".into());
+        }
+        if !restart.is_empty() {
+            let more = restart.len().saturating_sub(5);
+            restart.truncate(5);
+            let more = if more > 0 { format!(", and {more} more") } else { String::new() };
+            let text = format!("not taken into the run: {}{more}", restart.join(", "));
+            told.warnings.push(Error::new("E307", text).help("start the run again to take it"));
+        }
+        cell.document.set(new);
+        told
+    }
+
+    /// Sets the properties that differ; their keys.
+    fn take_rows(
+        &self,
+        slot: u32,
+        (was, j): (&Described<'_>, usize),
+        (is, i): (&Described<'_>, usize),
+        restart: &mut Vec<String>,
+    ) -> Vec<String> {
+        let cell: &WorldCell = self.cell();
+        let written =
+            |d: &Described<'_>, n: usize| d.document.objects[n].rows.iter().map(|(r, _)| *r).collect::<Vec<_>>();
+        let mut rows = written(is, i);
+        rows.extend(written(was, j));
+        // Position and orientation together, with where a model was placed.
+        let parts = [Row::Position, Row::Quaternion, Row::Orientation, Row::WorldPose, Row::Mesh];
+        rows.retain(|r| !parts.contains(r));
+        rows.push(Row::Pose);
+        let mut keys: Vec<String> = Vec::new();
+        let mesh =
+            |d: &Described<'_>, n: usize| d.scene.get(d.slots[n]).and_then(|o| o.shape()).and_then(|s| s.mesh.clone());
+        let (old_mesh, new_mesh) = (mesh(was, j), mesh(is, i));
+        if old_mesh != new_mesh {
+            self.each_scene(|scene| {
+                if let Some(Data::Shape(s)) = scene.get_mut(slot).map(|o| &mut o.data) {
+                    s.mesh.clone_from(&new_mesh);
+                    scene.touch(slot);
+                }
+            });
+            keys.push(Row::Mesh.info().key.into());
+        }
+        for row in rows {
+            let key = row.info().key;
+            let (Some(old), value) = (was.value(j, row), is.value(i, row)) else {
+                if let Some(value) = is.value(i, row) {
+                    self.set_row(slot, row, &value, restart).then(|| keys.push(key.into()));
+                }
+                continue;
+            };
+            if Some(&old) == value.as_ref() || keys.iter().any(|k| k == key) {
+                continue;
+            }
+            match value {
+                Some(value) => {
+                    self.set_row(slot, row, &value, restart).then(|| keys.push(key.into()));
+                }
+                None => restart.push(format!("`{key}` of {} was removed", cell.scene.borrow().path(slot))),
+            }
+        }
+        keys
+    }
+
+    /// In the scene that runs, and in the one to which a stop goes back.
+    fn each_scene(&self, mut f: impl FnMut(&mut Scene)) {
+        let cell: &WorldCell = self.cell();
+        f(&mut cell.scene.borrow_mut());
+        if let Some(initial) = &mut *cell.initial.borrow_mut() {
+            f(initial);
+        }
+    }
+
+    fn set_row(&self, slot: u32, row: Row, value: &Value, restart: &mut Vec<String>) -> bool {
+        let cell: &WorldCell = self.cell();
+        let done = tatu_scene::set(&mut cell.scene.borrow_mut(), slot, row, value);
+        match done {
+            Ok(changed) => {
+                let mut dynamics = cell.dynamics.borrow_mut();
+                match changed {
+                    Changed::Moved => dynamics.moved(slot),
+                    Changed::Drive => dynamics.drive_changed(slot),
+                    Changed::Value | Changed::Rebuild => {}
+                }
+                if let Some(initial) = &mut *cell.initial.borrow_mut() {
+                    // It is in the scene of the start under the same number, if it was there then.
+                    let _ = tatu_scene::set(initial, slot, row, value);
+                }
+                true
+            }
+            Err(refusal) => {
+                restart.push(format!("`{}` of {}: {}", row.info().key, cell.scene.borrow().path(slot), refusal.1));
+                false
+            }
+        }
+    }
+
+    /// Parameters and commands of a sensor or actuator that differ; their keys.
+    fn take_parameters(&self, slot: u32, old: &ObjectSpec, new: &ObjectSpec, told: &mut Told) -> Vec<String> {
+        let cell: &WorldCell = self.cell();
+        let (Some(was), Some(is)) = (&old.device, &new.device) else { return Vec::new() };
+        if was.params == is.params {
+            return Vec::new();
+        }
+        let info = cell.registry.device(new.kind, is.kind);
+        let differing = |declared: &[tatu_plugins::Declared]| -> Vec<(usize, Value)> {
+            let pairs = filled(declared, &was.params).into_iter().zip(filled(declared, &is.params));
+            pairs.enumerate().filter(|(_, (a, b))| a != b).map(|(at, (_, b))| (at, b)).collect()
+        };
+        let mut keys = Vec::new();
+        for (at, value) in differing(info.commands) {
+            let Value::Float(x) = value else { continue };
+            self.each_scene(|scene| {
+                if let Some(Data::Actuator(a)) = scene.get_mut(slot).map(|o| &mut o.data)
+                    && let Some(place) = a.commands.get_mut(at)
+                {
+                    *place = x;
+                }
+            });
+            keys.push(info.commands[at].key.clone());
+        }
+        let params = differing(info.params);
+        if params.is_empty() {
+            return keys;
+        }
+        let object = cell.scene.borrow().id(slot);
+        let live = match new.kind {
+            TATU_KIND_SENSOR => cell.sensing.borrow().device(slot).map(|d| d.params.clone()),
+            _ => cell.acting.borrow().device(object).map(|d| d.params.clone()),
+        };
+        let Some(mut live) = live else { return keys };
+        for (at, value) in &params {
+            live[*at] = value.clone();
+        }
+        let path = cell.scene.borrow().path(slot);
+        match self.remake_device(slot, live) {
+            Ok(reset) => {
+                keys.extend(params.iter().map(|(at, _)| info.params[*at].key.clone()));
+                told.notes.extend(reset.map(|why| format!("{path} begins anew: {why}")));
+                if let Some((_, spec)) = cell.initial_devices.borrow_mut().iter_mut().find(|(s, _)| *s == slot) {
+                    spec.params.extend(params.into_iter().map(|(at, v)| (info.params[at].key.clone(), v)));
+                }
+            }
+            Err(why) => {
+                let text = format!("{path} cannot be made with its new parameters: {why}");
+                let error = Error::new("E402", text).at(new.place.clone());
+                told.warnings.push(error.help("the old one goes on; correct the file"));
+            }
+        }
+        keys
+    }
+
+    /// Scripts that differ.
+    fn take_scripts(&self, slot: u32, old: &ObjectSpec, new: &ObjectSpec, told: &mut Told, restart: &mut Vec<String>) {
+        let cell: &WorldCell = self.cell();
+        let kinds = |o: &ObjectSpec| o.scripts.iter().map(|s| s.kind.clone()).collect::<Vec<_>>();
+        if kinds(old) != kinds(new) {
+            restart.push(format!("{} has other scripts", cell.scene.borrow().path(slot)));
+            return;
+        }
+        let there = cell.scene.borrow().scripts(slot);
+        for (n, (was, is)) in old.scripts.iter().zip(&new.scripts).enumerate() {
+            if (was.language, &was.dialect, &was.text) == (is.language, &is.dialect, &is.text) {
+                continue;
+            }
+            let script = there.get(n).and_then(|s| cell.scripts.borrow().by_slot(*s));
+            let Some(script) = script else { continue };
+            self.exchange(&script, is, &format!("the script {} of {}", is.name, script.owner(cell)), told);
+        }
+        cell.look_after("the reload of scripts");
+    }
+
+    /// Scripts from outside the document whose files have changed.
+    pub(super) fn take_outside(&self, changed: &[PathBuf]) -> Told {
+        let (cell, mut told): (&WorldCell, Told) = (self.cell(), Told::default());
+        for script in Scripts::from_outside(cell) {
+            let Some(file) = changed.iter().find(|f| f.display().to_string() == script.name) else { continue };
+            // One that cannot be read just now goes on as it is.
+            let Ok(text) = std::fs::read(file) else { continue };
+            let spec = script.spec(text);
+            self.exchange(&script, &spec, &format!("the {} {}", spec.kind, spec.name), &mut told);
+        }
+        cell.look_after("the reload of scripts");
+        told
+    }
+
+    /// Puts a new text in the place of a script's.
+    fn exchange(&self, script: &Rc<Script>, spec: &ScriptSpec, what: &str, told: &mut Told) {
+        let cell: &WorldCell = self.cell();
+        match script.renewed(cell, Some(spec)) {
+            Err(e) => told.warnings.push(e),
+            Ok(next) => {
+                let image = script.written(cell);
+                let handed = Scripts::replace(cell, script, &next, image);
+                script.end_replaced(cell);
+                let state = match handed {
+                    Handed::Kept => "state kept".to_owned(),
+                    Handed::Begun => "it begins".to_owned(),
+                    Handed::Reset(why) => format!("state reset: {why}"),
+                };
+                told.taken += 1;
+                told.notes.push(format!("reloaded {what} ({state})"));
+            }
+        }
+    }
+}

@@ -1,0 +1,394 @@
+//! From the instances of one version of a plugin to those of another.
+
+use std::{rc::Rc, sync::Arc};
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::Told;
+use crate::{
+    act::Actuator,
+    instance::{Living, filled},
+    scripts::{Handed, Script, Scripts, Written},
+    sense::Device,
+    state::{load_instance, save_instance},
+    world::{Instance, World, WorldCell},
+};
+use tatu_errors::{Error, Result};
+use tatu_plugins::{Declared, Registry};
+use tatu_scene::Data;
+
+/// A device on its way: its object, what the old instance wrote, the parameters of the new one.
+struct Moving {
+    slot: u32,
+    kind: usize,
+    id: u64,
+    params: Vec<Value>,
+    /// Parameters that there are no more.
+    dropped: Vec<String>,
+    image: Written,
+}
+
+/// What has been made under the new version, and is in no list yet.
+#[derive(Default)]
+struct Made {
+    sensors: Vec<Device>,
+    actuators: Vec<Actuator>,
+    instance: Option<Instance>,
+    scripts: Vec<Rc<Script>>,
+}
+
+impl Made {
+    fn undo(self, cell: &WorldCell, plugin: usize) {
+        self.scripts.into_iter().for_each(|s| s.end_replaced(cell));
+        self.sensors.into_iter().for_each(|d| d.destroy(cell));
+        self.actuators.into_iter().for_each(|d| d.destroy(cell));
+        if let Some(i) = self.instance {
+            i.end(cell, plugin);
+        }
+    }
+}
+
+/// Gives a new instance what the old one wrote; the state block goes to `block`. `Err`: why it begins anew.
+fn hand_over(
+    cell: &WorldCell,
+    of: &Living,
+    life: &tatu_life,
+    image: &Written,
+    block: &mut dyn FnMut(&[u64]),
+) -> Result<(), String> {
+    let image = image.as_ref().map_err(Clone::clone)?;
+    let words = (life.state_bytes as usize).div_ceil(8);
+    let fits = image.version == life.version && image.state.len() == words;
+    if fits {
+        block(&image.state);
+    }
+    load_instance(cell, of, life, image)?;
+    if fits || image.state.is_empty() && words == 0 || life.load.is_some() {
+        return Ok(());
+    }
+    Err(format!("its state is of version {}, now it is {}", image.version, life.version))
+}
+
+fn by_key(declared: &[Declared], params: &[Value]) -> Vec<(String, Value)> {
+    declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).collect()
+}
+
+/// Parameters for a new list of declarations; those that vanished.
+fn moved_params(old: &[Declared], new: &[Declared], params: &[Value]) -> (Vec<Value>, Vec<String>) {
+    let given: Vec<_> = by_key(old, params).into_iter().filter(|(_, v)| *v != Value::Nil).collect();
+    let lost = old.iter().filter(|o| !new.iter().any(|n| n.key == o.key)).map(|o| o.key.clone()).collect();
+    (filled(new, &given), lost)
+}
+
+fn path_of(cell: &WorldCell, slot: u32) -> String {
+    cell.scene.borrow().path(slot)
+}
+
+/// What a new instance in the place of another is told.
+fn info(cell: &WorldCell, slot: u32, id: u64) -> tatu_instance {
+    let (owner, name) = {
+        let scene = cell.scene.borrow();
+        (scene.id(slot), scene.get(slot).map_or(String::new(), |o| o.name()))
+    };
+    cell.instance_again(owner, &name, id)
+}
+
+impl World {
+    /// Loads the file of a plugin again, between two steps: all its instances become those of the new version, and take
+    /// over the state of the old ones where both agree. `Err`: the new version is refused, and nothing has changed.
+    ///
+    /// What holds addresses within the plugin stands in its way: a service that runs.
+    pub fn reload_plugin(&self, plugin: usize) -> Result<Told> {
+        let cell: &WorldCell = self.cell();
+        let old = cell.registry.shared();
+        let file = old.plugins[plugin].path.display().to_string();
+        if let Some(id) = cell.outside.session().and_then(|s| s.service_of(plugin)) {
+            let text = format!("the plugin {file} cannot be exchanged while its service `{id}` runs");
+            return Err(Error::new("E305", text).help("start the run again to take the new version"));
+        }
+        let new = Arc::new(old.renewed(plugin)?);
+        let mut told = Told::default();
+        told.warnings.extend(new.refused.iter().cloned());
+        told.notes.extend(new.notes.iter().cloned());
+        let name = &new.plugins[plugin];
+        let version = format!("{} {}", name.id, name.version);
+        let resets = exchange(cell, plugin, &old, &new).map_err(|mut e| {
+            e.text = format!("the new version of {file} is refused: {}", e.text);
+            e
+        })?;
+        cell.look_after("the exchange of a plugin");
+        told.taken = 1;
+        told.notes.push(format!("reloaded the plugin {version} from {file}"));
+        told.notes.extend(resets);
+        Ok(told)
+    }
+
+    /// Makes the instance of a sensor or actuator anew with other parameters; it takes over the state. `Ok(Some)`: it
+    /// could not, and begins anew.
+    pub(super) fn remake_device(&self, slot: u32, params: Vec<Value>) -> Result<Option<String>, String> {
+        let cell: &WorldCell = self.cell();
+        let object = cell.scene.borrow().id(slot);
+        let sensor = cell.sensing.borrow().index(slot);
+        if let Some(i) = sensor {
+            let mut moving = moving_sensor(cell, i);
+            moving.params = params;
+            let made = Device::create(cell, moving.kind, slot, info(cell, slot, moving.id), moving.params.clone())?;
+            let (gone, why) = place_sensor(cell, made, &moving, false);
+            gone.into_iter().for_each(|d| d.destroy(cell));
+            return Ok(why);
+        }
+        let actuator = cell.acting.borrow().index(object);
+        let Some(i) = actuator else { return Err("it has no instance".into()) };
+        let mut moving = moving_actuator(cell, i);
+        moving.params = params;
+        let made = Actuator::create(cell, moving.kind, slot, info(cell, slot, moving.id), moving.params.clone())?;
+        let (gone, why) = place_actuator(cell, made, &moving);
+        gone.into_iter().for_each(|d| d.destroy(cell));
+        Ok(why)
+    }
+}
+
+/// The whole exchange: what begins anew, in words.
+fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Registry>) -> Result<Vec<String>> {
+    let (sensors, actuators, instance) = written(cell, plugin, old, new);
+    let scripts = Scripts::written(cell, plugin);
+    cell.registry.set(new.clone());
+    let made = match make(cell, plugin, &sensors, &actuators, &scripts) {
+        Ok(made) => made,
+        Err(failed) => {
+            let (e, made) = *failed;
+            made.undo(cell, plugin);
+            cell.registry.set(old.clone());
+            return Err(e);
+        }
+    };
+    let mut resets = Vec::new();
+    let mut reset = |what: String, why: Option<String>| {
+        resets.extend(why.map(|why| format!("{what} begins anew: {why}")));
+    };
+    let instance_gone = cell.instances.borrow_mut().get_mut(plugin).and_then(Option::take);
+    let mut gone = Made { instance: instance_gone, ..Made::default() };
+    if let Some(i) = made.instance {
+        let data = i.data;
+        cell.instances.borrow_mut()[plugin] = Some(i);
+        if let (Some((_, life)), Some(image)) = (new.world_lives.iter().find(|(p, _)| *p == plugin), &instance) {
+            let mut block = |state: &[u64]| {
+                if let Some(Some(i)) = cell.instances.borrow_mut().get_mut(plugin) {
+                    i.state.copy_from_slice(state);
+                }
+            };
+            let done = hand_over(cell, &Living { plugin, slot: 0, data }, life, image, &mut block);
+            if done.is_err() && image.is_ok() {
+                // It may have taken a part.
+                let fresh = Instance::create(cell, plugin, life, cell.new_replacement()).ok();
+                let half = fresh.and_then(|f| cell.instances.borrow_mut()[plugin].replace(f));
+                half.into_iter().for_each(|i| i.end(cell, plugin));
+            }
+            reset("what its commands keep".into(), done.err());
+        }
+    }
+    for (device, moving) in made.sensors.into_iter().zip(&sensors) {
+        let fields = |r: &Registry| format!("{:?}", r.sensors[moving.kind].fields);
+        let (was, why) = place_sensor(cell, device, moving, fields(old) == fields(new));
+        gone.sensors.extend(was);
+        reset(format!("the sensor {}", path_of(cell, moving.slot)), why);
+    }
+    for (device, moving) in made.actuators.into_iter().zip(&actuators) {
+        keep_commands(cell, moving, old, new);
+        let (was, why) = place_actuator(cell, device, moving);
+        gone.actuators.extend(was);
+        reset(format!("the actuator {}", path_of(cell, moving.slot)), why);
+    }
+    for (script, (was, image)) in made.scripts.iter().zip(scripts) {
+        let handed = Scripts::replace(cell, &was, script, image);
+        let why = if let Handed::Reset(why) = handed { Some(why) } else { None };
+        reset(format!("the script of {}", script.owner(cell)), why);
+        gone.scripts.push(was);
+    }
+    for m in sensors.iter().chain(&actuators).filter(|m| !m.dropped.is_empty()) {
+        let keys = m.dropped.join("`, `");
+        resets.push(format!("{} has no parameter `{keys}` any more", path_of(cell, m.slot)));
+    }
+    // Each version ends what it has made.
+    cell.registry.set(old.clone());
+    gone.undo(cell, plugin);
+    cell.registry.set(new.clone());
+    Ok(resets)
+}
+
+fn moving_sensor(cell: &WorldCell, i: usize) -> Moving {
+    let (slot, kind, id, data, state, params) = {
+        let sensing = cell.sensing.borrow();
+        let d = &sensing.devices[i];
+        (d.slot, d.kind, d.id, d.data, d.state.clone(), d.params.clone())
+    };
+    let entry = &cell.registry.sensors[kind];
+    let image = save_instance(cell, &Living { plugin: entry.plugin, slot, data }, &entry.life, &state);
+    Moving { slot, kind, id, params, dropped: Vec::new(), image }
+}
+
+fn moving_actuator(cell: &WorldCell, i: usize) -> Moving {
+    let (slot, kind, data, state, params) = {
+        let acting = cell.acting.borrow();
+        let d = &acting.devices[i];
+        (d.slot, d.kind, d.data, d.state.clone(), d.params.clone())
+    };
+    let entry = &cell.registry.actuators[kind];
+    let image = save_instance(cell, &Living { plugin: entry.plugin, slot, data }, &entry.life, &state);
+    Moving { slot, kind, id: cell.new_replacement(), params, dropped: Vec::new(), image }
+}
+
+/// What the instances of the old version write.
+fn written(
+    cell: &WorldCell,
+    plugin: usize,
+    old: &Registry,
+    new: &Registry,
+) -> (Vec<Moving>, Vec<Moving>, Option<Written>) {
+    let sensors: Vec<usize> = {
+        let sensing = cell.sensing.borrow();
+        (0..sensing.devices.len()).filter(|i| old.sensors[sensing.devices[*i].kind].plugin == plugin).collect()
+    };
+    let actuators: Vec<usize> = {
+        let acting = cell.acting.borrow();
+        (0..acting.devices.len()).filter(|i| old.actuators[acting.devices[*i].kind].plugin == plugin).collect()
+    };
+    let moved = |mut m: Moving, declared: &dyn Fn(&Registry) -> Vec<Declared>| {
+        (m.params, m.dropped) = moved_params(&declared(old), &declared(new), &m.params);
+        m
+    };
+    let sensors = sensors.into_iter().map(|i| {
+        let m = moving_sensor(cell, i);
+        let kind = m.kind;
+        moved(m, &|r| r.sensors[kind].params.clone())
+    });
+    let actuators = actuators.into_iter().map(|i| {
+        let m = moving_actuator(cell, i);
+        let kind = m.kind;
+        moved(m, &|r| r.actuators[kind].params.clone())
+    });
+    let (sensors, actuators) = (sensors.collect(), actuators.collect());
+    let life = old.world_lives.iter().find(|(p, _)| *p == plugin).map(|(_, life)| life);
+    let instance = life.filter(|_| cell.instances.borrow()[plugin].is_some()).map(|life| {
+        let state = cell.instances.borrow()[plugin].as_ref().map(|i| i.state.clone()).unwrap_or_default();
+        save_instance(cell, &Living { plugin, slot: 0, data: cell.instance(plugin).0 }, life, &state)
+    });
+    (sensors, actuators, instance)
+}
+
+/// Makes everything under the new version.
+fn make(
+    cell: &WorldCell,
+    plugin: usize,
+    sensors: &[Moving],
+    actuators: &[Moving],
+    scripts: &[(Rc<Script>, Option<Written>)],
+) -> Result<Made, Box<(Error, Made)>> {
+    let mut made = Made::default();
+    let refused =
+        |m: &Moving, why: String| Error::new("E402", format!("{} cannot be made: {why}", path_of(cell, m.slot)));
+    let lacking = |m: &Moving, declared: &[Declared]| {
+        let lack = declared.iter().zip(&m.params).find(|(d, v)| **v == Value::Nil && !d.optional());
+        lack.map(|(d, _)| refused(m, format!("it lacks its parameter `{}`", d.key)))
+    };
+    if let Some((_, life)) = cell.registry.world_lives.iter().find(|(p, _)| *p == plugin) {
+        match Instance::create(cell, plugin, life, cell.new_replacement()) {
+            Ok(i) => made.instance = Some(i),
+            Err(e) => return Err(Box::new((e, made))),
+        }
+    }
+    for m in sensors {
+        if let Some(e) = lacking(m, &cell.registry.sensors[m.kind].params) {
+            return Err(Box::new((e, made)));
+        }
+        match Device::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone()) {
+            Ok(d) => made.sensors.push(d),
+            Err(why) => return Err(Box::new((refused(m, why), made))),
+        }
+    }
+    for m in actuators {
+        if let Some(e) = lacking(m, &cell.registry.actuators[m.kind].params) {
+            return Err(Box::new((e, made)));
+        }
+        match Actuator::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone()) {
+            Ok(d) => made.actuators.push(d),
+            Err(why) => return Err(Box::new((refused(m, why), made))),
+        }
+    }
+    for (script, _) in scripts {
+        match script.renewed(cell, None) {
+            Ok(s) => made.scripts.push(s),
+            Err(e) => return Err(Box::new((e, made))),
+        }
+    }
+    Ok(made)
+}
+
+/// Puts a sensor's new instance in its place: the old one, and why the new one begins anew.
+fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool) -> (Option<Device>, Option<String>) {
+    let kind = &cell.registry.sensors[m.kind];
+    let of = Living { plugin: kind.plugin, slot: m.slot, data: new.data };
+    let old = {
+        let mut sensing = cell.sensing.borrow_mut();
+        sensing.index(m.slot).map(|i| {
+            let place = &mut sensing.devices[i];
+            if same_fields && place.fields.len() == new.fields.len() {
+                new.fields.copy_from_slice(&place.fields);
+                (new.sequence, new.time) = (place.sequence, place.time);
+            }
+            std::mem::replace(place, new)
+        })
+    };
+    let mut block = |state: &[u64]| {
+        let mut sensing = cell.sensing.borrow_mut();
+        if let Some(i) = sensing.index(m.slot) {
+            sensing.devices[i].state.copy_from_slice(state);
+        }
+    };
+    let why = hand_over(cell, &of, &kind.life, &m.image, &mut block).err();
+    if why.is_some() && m.image.is_ok() {
+        // It may have taken a part.
+        let fresh = Device::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
+        let half = fresh.ok().and_then(|fresh| {
+            let mut sensing = cell.sensing.borrow_mut();
+            sensing.index(m.slot).map(|i| std::mem::replace(&mut sensing.devices[i], fresh))
+        });
+        half.into_iter().for_each(|d| d.destroy(cell));
+    }
+    (old, why)
+}
+
+fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuator>, Option<String>) {
+    let kind = &cell.registry.actuators[m.kind];
+    let (object, of) = (new.object, Living { plugin: kind.plugin, slot: m.slot, data: new.data });
+    let old = {
+        let mut acting = cell.acting.borrow_mut();
+        acting.index(object).map(|i| std::mem::replace(&mut acting.devices[i], new))
+    };
+    let mut block = |state: &[u64]| {
+        let mut acting = cell.acting.borrow_mut();
+        if let Some(i) = acting.index(object) {
+            acting.devices[i].state.copy_from_slice(state);
+        }
+    };
+    let why = hand_over(cell, &of, &kind.life, &m.image, &mut block).err();
+    if why.is_some() && m.image.is_ok() {
+        let fresh = Actuator::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
+        let half = fresh.ok().and_then(|fresh| {
+            let mut acting = cell.acting.borrow_mut();
+            acting.index(object).map(|i| std::mem::replace(&mut acting.devices[i], fresh))
+        });
+        half.into_iter().for_each(|d| d.destroy(cell));
+    }
+    (old, why)
+}
+
+/// What an actuator is commanded, for the commands that it has now.
+fn keep_commands(cell: &WorldCell, m: &Moving, old: &Registry, new: &Registry) {
+    let mut scene = cell.scene.borrow_mut();
+    let Some(Data::Actuator(a)) = scene.get_mut(m.slot).map(|o| &mut o.data) else { return };
+    let values: Vec<Value> = a.commands.iter().map(|x| Value::Float(*x)).collect();
+    let given = by_key(&old.actuators[m.kind].commands, &values);
+    let number = |v: Value| if let Value::Float(x) = v { x } else { 0.0 };
+    a.commands = filled(&new.actuators[m.kind].commands, &given).into_iter().map(number).collect();
+}

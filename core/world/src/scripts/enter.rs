@@ -1,0 +1,201 @@
+//! One way into a script: depth, caller, budget, error object.
+
+use std::{ffi::c_void, rc::Rc};
+
+use tatu_plugin_api::{abi::*, safe::ValueRef};
+
+use super::Script;
+use crate::{
+    calls::{CALL_API, MAX_DEPTH, check_results},
+    world::WorldCell,
+};
+use tatu_plugins::{
+    border::{answer, name_plugin, say},
+    watchdog::Call,
+};
+
+/// Room for the results of a call.
+pub(crate) struct Room([tatu_value; 64]);
+
+impl Room {
+    pub fn new() -> Self {
+        Room([ValueRef::NIL.raw(); 64])
+    }
+    /// A frame with these arguments, whose results go into this room.
+    pub fn frame(&mut self, args: &[tatu_value]) -> tatu_call {
+        tatu_call { results: self.0.as_mut_ptr(), results_cap: self.0.len() as u32, ..function_frame(args) }
+    }
+}
+
+/// An empty frame with these arguments and no room for results.
+pub(crate) fn function_frame(args: &[tatu_value]) -> tatu_call {
+    tatu_call {
+        size: size_of::<tatu_call>() as u32,
+        command: 0,
+        alias: 0,
+        n_args: args.len() as u32,
+        args: args.as_ptr(),
+        results: std::ptr::null_mut(),
+        results_cap: 0,
+        n_results: 0,
+        world: std::ptr::null_mut(),
+        self_: std::ptr::null_mut(),
+        instance: std::ptr::null_mut(),
+        state: std::ptr::null_mut(),
+        user: std::ptr::null(),
+        api: &raw const CALL_API,
+        error: std::ptr::null_mut(),
+        wait_token: 0,
+        resume: 0,
+        caller: 0,
+        caller_object: 0,
+        caller_script: 0,
+        caller_dialect: tatu_str { ptr: std::ptr::null(), len: 0 },
+        caller_kind: TATU_CALLER_HOST,
+        reserved: 0,
+    }
+}
+
+/// Enters a script.
+pub(super) fn enter(
+    world: &WorldCell,
+    script: &Rc<Script>,
+    call: Call,
+    frame: &mut tatu_call,
+    f: impl FnOnce(*mut c_void, *mut tatu_call, *const tatu_budget, *mut u64, *mut tatu_error) -> tatu_status,
+) -> tatu_status {
+    enter_with_error(world, script, call, frame, std::ptr::null_mut(), f)
+}
+
+/// Enters a script; the frame carries an error object for it to read, if one is given.
+pub(super) fn enter_with_error(
+    world: &WorldCell,
+    script: &Rc<Script>,
+    call: Call,
+    frame: &mut tatu_call,
+    carried: *mut tatu_error,
+    f: impl FnOnce(*mut c_void, *mut tatu_call, *const tatu_budget, *mut u64, *mut tatu_error) -> tatu_status,
+) -> tatu_status {
+    let calls = &world.calls;
+    frame.n_results = 0;
+    let Some(level) = calls.enter() else {
+        frame.error = calls.error_at(calls.depth.get());
+        return say(frame.error, TATU_ERR_BUSY, &format!("calls nest more than {MAX_DEPTH} deep"));
+    };
+    let error = calls.error_at(level.depth);
+    frame.error = if carried.is_null() { error } else { carried };
+    frame.world = world.raw();
+    frame.api = &raw const CALL_API;
+    let caller = calls.caller.get();
+    (frame.caller, frame.caller_kind) = (caller.instance, caller.kind);
+    (frame.caller_object, frame.caller_script) = (caller.object, caller.script);
+    frame.caller_dialect = caller.dialect;
+    let budget = tatu_budget {
+        size: size_of::<tatu_budget>() as u32,
+        reserved: 0,
+        instructions: world.see(|w| &w.settings).map_or(0, |s| s.budget),
+        memory: world.see(|w| &w.settings).map_or(0, |s| s.memory),
+    };
+    calls.caller.set(script.as_caller(world));
+    let mut used = 0;
+    let plugin = script.plugin(world);
+    script.depth.set(script.depth.get() + 1);
+    let status = world.cross(plugin, call, script.slot, || f(script.data.get(), frame, &budget, &mut used, error));
+    script.depth.set(script.depth.get() - 1);
+    drop(level);
+    script.instructions.set(script.instructions.get().saturating_add(used));
+    frame.error = error;
+    // SAFETY: the error object of this call.
+    let status = unsafe { answer(status, true, error) };
+    let status = match if status < 0 { Ok(()) } else { check_results(frame) } {
+        Ok(()) => status,
+        Err(text) => {
+            frame.n_results = 0;
+            say(error, TATU_ERR, &text)
+        }
+    };
+    if status < 0 {
+        // SAFETY: as above.
+        unsafe { name_plugin(status, error, &world.registry.plugins[plugin].id, call) };
+    }
+    status
+}
+
+/// The script that a function reference belongs to, and the reference's local number.
+pub(crate) fn owner_of_func(world: &WorldCell, func: tatu_func) -> Option<(Rc<Script>, u32)> {
+    let script = world.scripts.try_borrow().ok()?.by_id(func >> 32)?;
+    script.is_there(world).then_some((script, func as u32))
+}
+
+/// Calls a function reference.
+///
+/// # Safety
+/// The frame and its arrays are valid.
+pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
+    // SAFETY: as promised.
+    let f = unsafe { &mut *frame };
+    let Some((script, local)) = owner_of_func(world, func) else {
+        f.n_results = 0;
+        f.error = world.calls.error_at(world.calls.depth.get());
+        return say(f.error, TATU_ERR_GONE, "the function's script has ended");
+    };
+    let Some(call) = script.raw(&world.registry).call_func else { return TATU_ERR_UNSUPPORTED };
+    // SAFETY: by the contract.
+    enter(world, &script, Call::CallFunc, f, |data, frame, budget, used, error| unsafe {
+        call(data, local, frame, budget, used, error)
+    })
+}
+
+/// Calls a function of a script by its own name.
+///
+/// # Safety
+/// The frame and its arrays are valid.
+pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], frame: *mut tatu_call) -> tatu_status {
+    // SAFETY: as promised.
+    let f = unsafe { &mut *frame };
+    f.n_results = 0;
+    let refuse = |f: &mut tatu_call, status, text: &str| {
+        f.error = world.calls.error_at(world.calls.depth.get());
+        world.calls.refuse(status, text);
+        say(f.error, status, text)
+    };
+    let script = world.scripts.try_borrow().ok().and_then(|s| s.by_slot(slot)).filter(|s| s.is_there(world));
+    let Some(script) = script else {
+        return refuse(f, TATU_ERR_GONE, &format!("there is no running script {slot}"));
+    };
+    let id = script.find(world, TATU_FIND_FUNCTION, name);
+    let Some(call) = script.raw(&world.registry).call.filter(|_| id != 0) else {
+        let text = format!("the script `{}` has no function `{}`", script.name, String::from_utf8_lossy(name));
+        return refuse(f, TATU_ERR_MISSING, &text);
+    };
+    // SAFETY: by the contract.
+    let status = enter(world, &script, Call::ScriptCall, f, |data, frame, budget, used, error| unsafe {
+        call(data, id, frame, budget, used, error)
+    });
+    if status < 0 {
+        // SAFETY: the host's own error object.
+        let text = unsafe { tatu_plugins::border::text((*f.error).text) }.into_owned();
+        world.calls.refuse(status, &text);
+    }
+    status
+}
+
+/// Makes a borrowed function reference last.
+pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func> {
+    let (script, local) = owner_of_func(world, func)?;
+    let keep = script.raw(&world.registry).keep_func?;
+    // SAFETY: by the contract.
+    let keep = || unsafe { keep(script.data.get(), local) };
+    let kept = world.cross_quietly(script.plugin(world), Call::KeepFunc, script.slot, keep);
+    (kept != 0).then_some(script.id.get() << 32 | u64::from(kept))
+}
+
+/// Gives a kept one up.
+pub(crate) fn drop_func(world: &WorldCell, func: tatu_func) {
+    let Some((script, local)) = owner_of_func(world, func) else { return };
+    if let Some(drop) = script.raw(&world.registry).drop_func {
+        // SAFETY: by the contract.
+        let drop = || unsafe { drop(script.data.get(), local) };
+        world.cross_quietly(script.plugin(world), Call::DropFunc, script.slot, drop);
+    }
+}

@@ -1,0 +1,155 @@
+//! Another text in the place of a script that runs, or the same one under another version of its language.
+
+use std::rc::Rc;
+
+use super::{Kind, Script, Scripts};
+use crate::{
+    instance::Living,
+    state::{InstanceImage, load_instance},
+    world::WorldCell,
+};
+use tatu_errors::{Error, Place, Result};
+use tatu_scene::document::ScriptSpec;
+
+/// What an instance wrote of itself, or why it could not.
+pub(crate) type Written = Result<InstanceImage, String>;
+
+/// What became of a script's state.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Handed {
+    /// It goes on where the old one was.
+    Kept,
+    /// It begins anew, as there was nothing to hand over.
+    Begun,
+    /// It begins anew: why.
+    Reset(String),
+}
+
+impl Scripts {
+    /// The scripts of a language's plugin, and what each wrote of itself; `None`: it has not begun, or failed.
+    pub fn written(world: &WorldCell, plugin: usize) -> Vec<(Rc<Script>, Option<Written>)> {
+        let all = world.scripts.borrow().list.clone();
+        let of_plugin = all.into_iter().filter(|s| s.plugin(world) == plugin);
+        of_plugin.map(|s| (s.clone(), s.written(world))).collect()
+    }
+
+    /// Those that are part of no document.
+    pub fn from_outside(world: &WorldCell) -> Vec<Rc<Script>> {
+        world.scripts.borrow().list.iter().filter(|s| s.kind >= Kind::Addon).cloned().collect()
+    }
+
+    /// Puts a script in the place of another and hands the state over. The old one is still to be
+    /// [ended](Script::end_replaced).
+    pub fn replace(world: &WorldCell, old: &Rc<Script>, new: &Rc<Script>, image: Option<Written>) -> Handed {
+        if let Some(place) = world.scripts.borrow_mut().list.iter_mut().find(|s| Rc::ptr_eq(s, old)) {
+            *place = new.clone();
+        }
+        world.scripts.borrow_mut().sorted_at = 0;
+        new.calls.set(old.calls.get());
+        new.instructions.set(old.instructions.get());
+        match image {
+            None => Handed::Begun,
+            Some(Err(why)) => Handed::Reset(why),
+            Some(Ok(image)) => new.take_over(world, &image),
+        }
+    }
+}
+
+/// The bytes of a line, counted from 1.
+fn line_of(text: &[u8], line: usize) -> std::ops::Range<usize> {
+    let mut start = 0;
+    for (i, l) in text.split(|b| *b == b'\n').enumerate() {
+        if i + 1 == line {
+            return start..start + l.len();
+        }
+        start += l.len() + 1;
+    }
+    0..0
+}
+
+impl Script {
+    /// What it was made of, with this text.
+    pub fn spec(&self, text: Vec<u8>) -> ScriptSpec {
+        ScriptSpec {
+            side_by_side: self.side_by_side,
+            language: self.language,
+            dialect: self.wanted_dialect.clone(),
+            kind: self.kind_name.clone(),
+            priority: self.priority,
+            name: self.name.clone(),
+            text,
+        }
+    }
+
+    /// What it wrote of itself; `None`: there is nothing to write.
+    pub fn written(&self, world: &WorldCell) -> Option<Written> {
+        let lives = self.initialised.get() && !self.dead.get() && !self.data.get().is_null();
+        // Handlers belong to the state that gave them.
+        let listens = world.outside.bus.has_of(self.id.get());
+        let why = || Err("functions that it gave for events are not handed over".to_owned());
+        lives.then(|| if listens { why() } else { self.save(world) })
+    }
+
+    /// A script for the place of this one: begun, if this one was, and in no list. `Err`: its text is broken, and nothing
+    /// has happened.
+    pub fn renewed(&self, world: &WorldCell, spec: Option<&ScriptSpec>) -> Result<Rc<Script>> {
+        let default = world.settings.borrow().dialect.clone();
+        let own = self.spec(self.text.to_vec());
+        let new = Rc::new(Script::new(self.slot, self.kind, spec.unwrap_or(&own), default));
+        if self.data.get().is_null() {
+            return Ok(new);
+        }
+        // Numbered apart, so that those of later instances stay what they would have been.
+        if let Err((status, mut error)) = new.try_begin(world, world.new_replacement()) {
+            let fault = new.fault(world, status, error.raw());
+            new.destroy(world);
+            let text = format!("the new text of {} cannot be loaded: {}", new.name, fault.message);
+            let place = fault.line.map(|line| Place {
+                file: fault.file.unwrap_or_default().into(),
+                line: line as usize,
+                column: 1,
+                span: line_of(&new.text, line as usize),
+            });
+            return Err(Error::new("E306", text).at(place).help("the old one goes on; correct the file"));
+        }
+        Ok(new)
+    }
+
+    /// First as it is, which the language accepts where the text means the same; else `init` runs, and the language
+    /// takes what fits.
+    fn take_over(self: &Rc<Self>, world: &WorldCell, image: &InstanceImage) -> Handed {
+        let load = || {
+            let life = &world.registry.languages[self.language].life;
+            let of = Living { plugin: self.plugin(world), slot: self.slot, data: self.data.get() };
+            load_instance(world, &of, life, image)
+        };
+        if load().is_ok() {
+            self.initialised.set(true);
+            self.find_callbacks(world);
+            return Handed::Kept;
+        }
+        // What declined may have taken a part.
+        self.destroy(world);
+        if let Err((status, mut error)) = self.try_begin(world, world.new_replacement()) {
+            self.fail(world, status, error.raw());
+            return Handed::Reset("it could not be begun a second time".into());
+        }
+        let mut handed = Handed::Kept;
+        self.initialise_and(world, || {
+            if let Err(why) = load() {
+                handed = Handed::Reset(why);
+            }
+        });
+        handed
+    }
+
+    /// Ends one whose place another has taken.
+    pub fn end_replaced(&self, world: &WorldCell) {
+        self.end(world);
+    }
+
+    /// The path of the object that it belongs to.
+    pub fn owner(&self, world: &WorldCell) -> String {
+        self.owner_path(world)
+    }
+}

@@ -1,0 +1,403 @@
+//! One script: making it, its callbacks, its waits, its end.
+
+use std::rc::Rc;
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{Ask, CALLBACKS, Callback, Kind, Order, Script, enter};
+use crate::{
+    calls::{Caller, Owner, call_command},
+    world::WorldCell,
+};
+use tatu_errors::{Fault, FaultKind};
+use tatu_plugins::{
+    Registry,
+    border::{ErrorSlot, answer, name_plugin, raw},
+    watchdog::Call,
+};
+
+impl Script {
+    pub(super) fn is_there(&self, world: &WorldCell) -> bool {
+        !self.data.get().is_null()
+            && !self.dead.get()
+            && world.see(|w| &w.scene).is_some_and(|s| s.get(self.slot).is_some())
+    }
+
+    /// The index of its language's plugin.
+    pub(super) fn plugin(&self, world: &WorldCell) -> usize {
+        world.registry.languages[self.language].plugin
+    }
+
+    pub(super) fn raw<'r>(&self, registry: &'r Registry) -> &'r tatu_language {
+        &registry.languages[self.language].raw
+    }
+
+    /// Makes its state and loads its text; what goes wrong is told, and the script never runs.
+    pub(super) fn begin(&self, world: &WorldCell) {
+        if let Err((status, mut error)) = self.try_begin(world, world.new_instance()) {
+            self.fail(world, status, error.raw());
+        }
+    }
+
+    /// The same under this number; `Err`: it is dead, and nothing has been told.
+    pub(super) fn try_begin(&self, world: &WorldCell, number: u64) -> Result<(), (tatu_status, ErrorSlot)> {
+        let language = &world.registry.languages[self.language];
+        let plugin = &world.registry.plugins[language.plugin];
+        let (owner, key) = {
+            let scene = world.scene.borrow();
+            let at = scene.get(self.slot).map_or(0, |o| o.parent);
+            // Of those before it that hang on the same object.
+            let scripts = world.scripts.borrow();
+            let before = scripts.list.iter().take_while(|s| s.slot != self.slot);
+            let number = before.filter(|s| scene.get(s.slot).is_some_and(|o| o.parent == at)).count();
+            (scene.id(self.slot), format!("{}/script{number}", scene.get(at).map_or(String::new(), |o| o.name())))
+        };
+        let info = world.instance_again(owner, &key, number);
+        self.id.set(info.id);
+        let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
+        world.calls.caller.set(self.as_caller(world));
+        // SAFETY: by the contract; `info` lives through the call.
+        let create =
+            || language.life.create.map_or(TATU_ERR, |f| unsafe { f(plugin.me, &info, &mut data, error.raw()) });
+        {
+            // Calls of its commands are noted under the object that it belongs to.
+            let scene = world.scene.borrow();
+            let owner = scene.get(self.slot).map_or(0, |o| o.parent);
+            world.watch.name(owner, scene.path(owner));
+            world.watch.name(self.slot, scene.path(self.slot));
+        }
+        let status = world.cross(language.plugin, Call::Create, self.slot, create);
+        // SAFETY: the host's own error object.
+        let status = unsafe { answer(status, false, error.raw()) };
+        if status < 0 {
+            world.calls.caller.set(Caller::HOST);
+            // SAFETY: as above.
+            unsafe { name_plugin(status, error.raw(), &plugin.id, Call::Create) };
+            return Err((status, error));
+        }
+        self.data.set(data);
+        self.initialised.set(false);
+        self.dead.set(false);
+        self.cleaned.set(false);
+        self.ended.set(false);
+        self.asked.set(Ask::Nothing);
+        self.callbacks.set([0; CALLBACKS.len()]);
+        self.calls.set(0);
+        let mut chosen = raw(&[]);
+        let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
+        let load = || {
+            // SAFETY: as above; the texts live through the call.
+            language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
+        };
+        let status = world.cross(language.plugin, Call::ScriptLoad, self.slot, load);
+        // SAFETY: as above.
+        let status = unsafe { answer(status, false, error.raw()) };
+        world.calls.caller.set(Caller::HOST);
+        if status < 0 {
+            self.dead.set(true);
+            // SAFETY: as above.
+            unsafe { name_plugin(status, error.raw(), &plugin.id, Call::ScriptLoad) };
+            return Err((status, error));
+        }
+        self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
+        // SAFETY: by the contract.
+        let traits = || language.raw.traits.map_or(0, |f| unsafe { f(data) });
+        let traits = world.cross_quietly(language.plugin, Call::ScriptTraits, self.slot, traits);
+        let known = TATU_SCRIPT_SILENT | TATU_SCRIPT_MODERN | TATU_SCRIPT_THREADED;
+        if traits & !known != 0 {
+            self.breach(
+                world,
+                Call::ScriptTraits,
+                &format!("told the traits {traits:#x}, of which {known:#x} are known"),
+            );
+        }
+        let traits = if traits & !known == 0 { traits } else { 0 };
+        self.traits.set(traits);
+        self.threaded.set(traits & TATU_SCRIPT_THREADED != 0);
+        // SAFETY: the text lives as long as the instance, which was just made.
+        *self.told.dialect.borrow_mut() = unsafe { tatu_plugins::border::text(self.dialect.get()) }.into_owned();
+        self.told.renumber();
+        Ok(())
+    }
+
+    /// The order of a world of such a dialect, if its language tells one.
+    pub(super) fn order_of(&self, world: &WorldCell, dialect: &str, modern: bool) -> Option<Order> {
+        let order = self.raw(&world.registry).order?;
+        // SAFETY: by the contract; the text lives through the call.
+        let order = || unsafe { order(self.data.get(), raw(dialect.as_bytes()), modern.into()) };
+        match world.cross_quietly(self.plugin(world), Call::ScriptOrder, self.slot, order) {
+            0 => None,
+            number => Order::of(number).or_else(|| {
+                self.breach(world, Call::ScriptOrder, &format!("told {number}, which is no order"));
+                None
+            }),
+        }
+    }
+
+    /// Tells its language that it will be called after the next.
+    pub(super) fn expect(&self, world: &WorldCell) {
+        let Some(expect) = self.raw(&world.registry).expect.filter(|_| !self.data.get().is_null() && !self.dead.get())
+        else {
+            return;
+        };
+        // SAFETY: by the contract.
+        world.cross_quietly(self.plugin(world), Call::ScriptExpect, self.slot, || unsafe { expect(self.data.get()) });
+    }
+
+    /// Where it is, while a command that it called runs.
+    pub fn place(&self, world: &WorldCell, fault: &mut Fault) {
+        let Some(place) = self.raw(&world.registry).place.filter(|_| !self.data.get().is_null()) else { return };
+        let mut error = ErrorSlot::new();
+        let raw = error.fresh();
+        // SAFETY: by the contract; the error object lives through the call.
+        world
+            .cross_quietly(self.plugin(world), Call::ScriptPlace, self.slot, || unsafe { place(self.data.get(), raw) });
+        // SAFETY: the host's own error object.
+        unsafe {
+            let of = |s| Some(tatu_plugins::border::text(s).into_owned()).filter(|s: &String| !s.is_empty());
+            (fault.file, fault.traceback) = (of((*raw).file), of((*raw).traceback));
+            fault.line = Some((*raw).line).filter(|line| *line > 0);
+        }
+    }
+
+    /// Its language told something that has no meaning; `what` begins with a verb.
+    fn breach(&self, world: &WorldCell, call: Call, what: &str) {
+        let id = &world.registry.plugins[self.plugin(world)].id;
+        let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{id}` {what} [{}]", call.text()));
+        fault.plugin = Some(id.clone());
+        fault.object = world.scene.try_borrow().ok().and_then(|s| s.get(self.slot).map(|o| s.path(o.parent)));
+        world.report(fault);
+    }
+
+    /// Runs `init` and asks which callbacks there are; the thread function begins.
+    pub(super) fn initialise(self: &Rc<Self>, world: &WorldCell) {
+        self.initialise_and(world, || {});
+    }
+
+    /// The same; `then` comes after `init`, if that went well.
+    pub(super) fn initialise_and(self: &Rc<Self>, world: &WorldCell, then: impl FnOnce()) {
+        self.initialised.set(true);
+        let init = self.find(world, TATU_FIND_CALLBACK, b"init");
+        self.callback(world, init);
+        if self.is_there(world) {
+            then();
+        }
+        self.find_callbacks(world);
+        let thread = self.number(Callback::Thread);
+        if thread != 0 && self.is_there(world) {
+            self.callback(world, thread);
+        }
+    }
+
+    pub(super) fn find_callbacks(&self, world: &WorldCell) {
+        let find = |i: usize| self.find(world, TATU_FIND_CALLBACK, CALLBACKS[i].as_bytes());
+        let numbers = std::array::from_fn(find);
+        self.callbacks.set(numbers);
+        world.heard.note(&numbers);
+    }
+
+    pub fn find(&self, world: &WorldCell, how: u32, name: &[u8]) -> u32 {
+        if self.data.get().is_null() || self.dead.get() {
+            return 0;
+        }
+        // SAFETY: by the contract; the name lives through the call.
+        let find = || self.raw(&world.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
+        let id = world.cross_quietly(self.plugin(world), Call::ScriptFind, self.slot, find);
+        if how == TATU_FIND_CALLBACK {
+            self.told.name(id, name);
+        }
+        id
+    }
+
+    pub(super) fn callback(self: &Rc<Self>, world: &WorldCell, id: u32) {
+        self.callback_with(world, id, &[]);
+    }
+
+    /// Calls a callback; an error is a fault of this script, and it may have other callbacks afterwards.
+    pub(super) fn callback_with(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
+        if self.is_there(world) {
+            self.run_callback(world, id, args);
+        }
+    }
+
+    pub(super) fn run_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
+        self.ask_callback(world, id, args);
+        self.settle(world);
+    }
+
+    /// The same; what it answers, if that is a map.
+    pub(super) fn ask_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) -> Option<Value> {
+        self.ask_and(world, id, args, |status, error| {
+            self.fail(world, status, error);
+            self.find_callbacks(world);
+        })
+    }
+
+    /// The same; `failed` hears of an error that leaves it.
+    pub(super) fn ask_and(
+        self: &Rc<Self>,
+        world: &WorldCell,
+        id: u32,
+        args: &[tatu_value],
+        failed: impl FnOnce(tatu_status, *mut tatu_error),
+    ) -> Option<Value> {
+        let call = self.raw(&world.registry).call.filter(|_| id != 0)?;
+        self.calls.set(self.calls.get() + 1);
+        self.told.count(id);
+        let mark = world.calls.arena.borrow().mark();
+        let mut room = enter::Room::new();
+        let mut frame = room.frame(args);
+        frame.reserved = if world.lane.is_some() { TATU_CALL_SIDE_BY_SIDE } else { 0 };
+        // SAFETY: the frame lives through the call.
+        let status =
+            enter::enter(world, self, Call::ScriptCall, &mut frame, |data, frame, budget, used, error| unsafe {
+                call(data, id, frame, budget, used, error)
+            });
+        let answer = if status < 0 {
+            failed(status, frame.error);
+            None
+        } else {
+            self.hear(&frame)
+        };
+        world.calls.arena.borrow_mut().release(mark);
+        answer
+    }
+
+    /// Commands that waited for this script and need not wait any more: they are called again, and their results go
+    /// to the coroutine.
+    pub(super) fn resume_waits(self: &Rc<Self>, world: &WorldCell) {
+        let owner = Owner::Script(self.id.get());
+        let due = world.calls.waits.borrow_mut().take_due(owner, |due| world.is_over(due));
+        for wait in due {
+            if !self.is_there(world) {
+                return;
+            }
+            let mark = world.calls.arena.borrow().mark();
+            let mut room = enter::Room::new();
+            let mut frame = room.frame(&[]);
+            (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
+            world.calls.caller.set(self.as_caller(world));
+            // SAFETY: the frame and its room live through the call.
+            let status = unsafe { call_command(world, &mut frame, wait.resume) };
+            world.calls.caller.set(Caller::HOST);
+            if status != TATU_WAIT {
+                self.resume(world, wait.token, status, &frame);
+            }
+            world.calls.arena.borrow_mut().release(mark);
+        }
+    }
+
+    pub(super) fn resume(self: &Rc<Self>, world: &WorldCell, token: u64, failed: tatu_status, done: &tatu_call) {
+        let Some(resume) = self.raw(&world.registry).resume else { return };
+        let mut room = enter::Room::new();
+        // SAFETY: the results of the command, which are still in the arena.
+        let results = unsafe { std::slice::from_raw_parts(done.results, done.n_results as usize) };
+        let mut frame = room.frame(results);
+        // The command's error object is used again by the call below: keep what it says.
+        let mut carried = ErrorSlot::new();
+        if failed < 0 {
+            // SAFETY: both are error objects of the host.
+            unsafe { tatu_plugins::border::copy_error(done.error, carried.fresh()) };
+        }
+        let carried = carried.raw();
+        let status = enter::enter_with_error(
+            world,
+            self,
+            Call::ScriptResume,
+            &mut frame,
+            carried,
+            |data, frame, budget, used, error| {
+                // SAFETY: the frame lives through the call.
+                unsafe { resume(data, token, failed.min(0), frame, budget, used, error) }
+            },
+        );
+        if status < 0 {
+            self.fail(world, status, frame.error);
+            self.find_callbacks(world);
+        }
+        self.settle(world);
+    }
+
+    pub(super) fn end(&self, world: &WorldCell) {
+        if self.data.get().is_null() {
+            return;
+        }
+        world.calls.waits.borrow_mut().forget(Owner::Script(self.id.get()));
+        self.destroy(world);
+    }
+
+    /// Gives its state back.
+    pub(super) fn destroy(&self, world: &WorldCell) {
+        let data = self.data.replace(std::ptr::null_mut());
+        if data.is_null() {
+            return;
+        }
+        self.initialised.set(false);
+        self.dialect.set(raw(&[]));
+        self.id.set(0);
+        if let Some(destroy) = world.registry.languages[self.language].life.destroy {
+            // SAFETY: made by `create`, given back once.
+            world.cross_quietly(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
+        }
+    }
+
+    pub fn as_caller(&self, world: &WorldCell) -> Caller {
+        let (script, object) = match world.see(|w| &w.scene) {
+            Some(scene) => (scene.id(self.slot), scene.id(scene.get(self.slot).map_or(0, |o| o.parent))),
+            None => (0, 0),
+        };
+        Caller {
+            kind: TATU_CALLER_SCRIPT,
+            instance: self.id.get(),
+            object,
+            script,
+            dialect: self.dialect.get(),
+            service: 0,
+        }
+    }
+
+    /// An error that left the script: told once per place. Scripts of some dialects are silent from then on, and those that
+    /// come from outside.
+    pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
+        let fault = self.fault(world, status, error);
+        if status == TATU_ERR_BUDGET {
+            self.dead.set(true);
+        } else if self.traits.get() & TATU_SCRIPT_SILENT != 0 || self.kind >= Kind::Addon {
+            self.ask(Ask::Silence);
+        }
+        world.report(fault);
+    }
+
+    pub(crate) fn fault(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) -> Fault {
+        let kind = FaultKind::of(status);
+        // SAFETY: an error object of the host.
+        let (text, help, file, traceback, line) = unsafe {
+            let e = &*error;
+            let of = |s| Some(tatu_plugins::border::text(s).into_owned()).filter(|s: &String| !s.is_empty());
+            (of(e.text), of(e.help), of(e.file), of(e.traceback), e.line)
+        };
+        let mut fault = Fault::new(kind, text.unwrap_or_else(|| "failed and gave no reason".into()));
+        let language = &world.registry.plugins[self.plugin(world)].id;
+        if fault.message.starts_with(&format!("plugin `{language}` ")) {
+            (fault.kind, fault.code) = (FaultKind::Plugin, FaultKind::Plugin.code());
+        }
+        fault.script = Some(self.name.clone());
+        if let Ok(scene) = world.scene.try_borrow() {
+            // Scripts from outside belong to nothing.
+            fault.object = scene.get(self.slot).filter(|o| o.parent != 0).map(|o| scene.path(o.parent));
+        }
+        (fault.help, fault.traceback) = (help, traceback);
+        fault.line = (line > 0).then_some(line);
+        fault.file = file.filter(|_| line > 0);
+        let blame = world.calls.blame.borrow_mut().take();
+        fault.plugin = blame.filter(|(text, _)| fault.message.contains(text.as_str())).map(|(_, plugin)| plugin);
+        if fault.kind == FaultKind::Plugin && fault.plugin.is_none() {
+            fault.plugin = Some(language.clone());
+        }
+        if status == TATU_ERR_BUDGET {
+            fault.help =
+                Some("look for a loop without an end, or give scripts more: [scene.budget] instructions".into());
+        }
+        fault
+    }
+}

@@ -1,0 +1,330 @@
+//! What the beams of a batch meet: all sensors of a kind in one pass, answers in arrays that the plugin reads.
+
+use nalgebra::{Isometry3, Vector3};
+use tatu_plugin_api::abi::*;
+
+use super::{
+    Targets,
+    plan::{BeamPlan, look_along},
+};
+use ::tatu_beams::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, RayBundle, Volume};
+use tatu_scene::Scene;
+
+/// Beams of a batch and their answers; beam `i` of the batch has place `i` in each array that was asked for.
+#[derive(Default)]
+pub(super) struct Casts {
+    /// Where each sensor's beams begin, and at last where they end.
+    pub first: Vec<u64>,
+    pub distance: Vec<f64>,
+    pub point: Vec<[f64; 3]>,
+    pub normal: Vec<[f64; 3]>,
+    pub object: Vec<tatu_object>,
+    pub primitive: Vec<u32>,
+    pub color: Vec<[u8; 3]>,
+    /// Kept from batch to batch; there are as many as sorts of things that sensors see.
+    singles: Vec<Singles>,
+    hits: Vec<Hit>,
+    /// Room that is used again; the beams themselves stand in the plans.
+    bundles: Vec<Fan>,
+}
+
+/// Beams that are cast one by one, of sensors that see the same things.
+struct Singles {
+    /// Whether they see what is visible, and which waves they are of.
+    sees: (bool, u16),
+    beams: Vec<Beam>,
+    /// Of each beam, its place in the sensor's frame.
+    frames: Vec<Isometry3<f64>>,
+    /// Of each beam, its place in the batch.
+    places: Vec<u32>,
+    /// Those whose answer something may hide.
+    occluded: Vec<u32>,
+    /// Those whose answer may lie too far away, and what is too far.
+    short: Vec<(u32, f64)>,
+}
+
+/// A sensor whose rays are cast as a bundle.
+#[derive(Clone, Copy)]
+struct Fan {
+    /// Its index in the batch.
+    sensor: usize,
+    look: Look,
+}
+
+/// Where a sensor is, and what it passes over.
+#[derive(Clone, Copy)]
+pub(super) struct Look {
+    pub world_from_sensor: Isometry3<f64>,
+    pub limits: Limits,
+    pub skip_group: Option<u32>,
+    pub only_object: Option<u64>,
+}
+
+/// What of what is met counts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Limits {
+    pub faces: Faces,
+    pub max_incidence: f64,
+    /// Nothing farther from the sensor counts, whatever the form of its beams; infinity: all that lies in them.
+    pub reach: f64,
+    pub occlude: bool,
+}
+
+impl Limits {
+    /// Those of a sensor, but for what is asked for once.
+    pub fn of(plan: &BeamPlan, once: Option<Limits>) -> Self {
+        let BeamPlan { faces, max_incidence, occlude, .. } = *plan;
+        once.unwrap_or(Limits { faces, max_incidence, reach: f64::INFINITY, occlude })
+    }
+}
+
+impl Casts {
+    pub fn clear(&mut self) {
+        self.first.clear();
+        self.first.push(0);
+        self.distance.clear();
+        self.point.clear();
+        self.normal.clear();
+        self.object.clear();
+        self.primitive.clear();
+        self.color.clear();
+        self.bundles.clear();
+        self.hits.clear();
+        for Singles { beams, frames, places, occluded, short, .. } in &mut self.singles {
+            beams.clear();
+            frames.clear();
+            places.clear();
+            occluded.clear();
+            short.clear();
+        }
+    }
+
+    /// Adds the next sensor. Rays that are aimed are added by [`aimed`](Self::aimed), before the cast.
+    pub fn add(&mut self, plan: &BeamPlan, look: Look) {
+        let begin = self.first.last().copied().unwrap_or(0);
+        self.first.push(begin + plan.directions.len() as u64);
+        if plan.aimed {
+            return;
+        }
+        if plan.bundle.is_some() {
+            self.bundles.push(Fan { sensor: self.first.len() - 2, look });
+            return;
+        }
+        let frames = plan.turns.iter().map(|turn| Isometry3::from_parts(Vector3::zeros().into(), *turn));
+        self.singly(plan, look, begin as u32, frames);
+    }
+
+    /// Adds the rays of a sensor of the batch, whose places in its frame are known now.
+    pub fn aimed(&mut self, sensor: usize, plan: &BeamPlan, look: Look, frames: &[Isometry3<f64>]) {
+        self.singly(plan, look, self.first[sensor] as u32, frames.iter().copied());
+    }
+
+    fn singly(&mut self, plan: &BeamPlan, look: Look, begin: u32, frames: impl Iterator<Item = Isometry3<f64>>) {
+        let sees = (plan.visible, plan.waves);
+        let at = self.singles.iter().position(|s| s.sees == sees).unwrap_or_else(|| {
+            let (beams, frames, places, occluded, short) = Default::default();
+            self.singles.push(Singles { sees, beams, frames, places, occluded, short });
+            self.singles.len() - 1
+        });
+        let set = &mut self.singles[at];
+        let limits = look.limits;
+        // The far end of a volume with flat ends is a part of its form.
+        let is_flat = matches!(plan.volume, Volume::Pyramid { .. } | Volume::Cylinder { .. });
+        let far = if is_flat { plan.far } else { plan.far.min(limits.reach) };
+        for (k, frame) in frames.enumerate() {
+            if limits.occlude && plan.volume != Volume::Ray {
+                set.occluded.push(set.beams.len() as u32);
+            }
+            if is_flat && limits.reach < f64::INFINITY {
+                set.short.push((set.beams.len() as u32, limits.reach));
+            }
+            set.places.push(begin + k as u32);
+            set.frames.push(frame);
+            set.beams.push(Beam {
+                world_from_beam: look.world_from_sensor * frame,
+                volume: plan.volume,
+                near: plan.near.min(far),
+                far,
+                max_incidence: limits.max_incidence,
+                faces: limits.faces,
+                skip_group: look.skip_group,
+                only_object: look.only_object,
+            });
+        }
+    }
+
+    /// Casts all, as far as `inputs` ask for it. `plan` gives a sensor of the batch its plan; without a pool this thread is
+    /// alone.
+    pub fn run<'a>(
+        &mut self,
+        inputs: u32,
+        targets: &Targets,
+        scene: &Scene,
+        plan: impl Fn(usize) -> &'a BeamPlan,
+        pool: Option<&rayon::ThreadPool>,
+    ) {
+        let n = self.first.last().copied().unwrap_or(0) as usize;
+        let sized = |flags: u32| if inputs & flags != 0 { n } else { 0 };
+        self.distance.resize(sized(TATU_IN_DISTANCE), f64::INFINITY);
+        self.point.resize(sized(TATU_IN_POINT), [0.0; 3]);
+        self.normal.resize(sized(TATU_IN_NORMAL), [0.0; 3]);
+        self.object.resize(sized(TATU_IN_OBJECT | TATU_IN_COLOR), 0);
+        self.primitive.resize(sized(TATU_IN_PRIMITIVE), 0);
+        for set in 0..self.singles.len() {
+            self.cast_singles(set, targets, pool);
+        }
+        self.fans(targets, plan, pool);
+        if inputs & TATU_IN_COLOR != 0 {
+            self.color.extend(self.object.iter().map(|o| surface_color(scene, *o)));
+        }
+    }
+
+    fn cast_singles(&mut self, set: usize, targets: &Targets, pool: Option<&rayon::ThreadPool>) {
+        let (Singles { sees, beams, frames, places, occluded, short }, hits) = (&self.singles[set], &mut self.hits);
+        if beams.is_empty() {
+            return;
+        }
+        let seen = targets.seen(sees.0, sees.1);
+        hits.resize(beams.len(), Hit::NONE);
+        match pool {
+            Some(pool) => pool.install(|| seen.cast(beams, hits)),
+            None => seen.cast_here(beams, hits),
+        }
+        for (i, reach) in short {
+            let hit = &mut hits[*i as usize];
+            if hit.distance > *reach {
+                *hit = Hit::NONE;
+            }
+        }
+        for i in occluded {
+            let (beam, hit) = (&beams[*i as usize], &mut hits[*i as usize]);
+            if hit.is_some() && is_hidden(seen, beam, hit) {
+                *hit = Hit::NONE;
+            }
+        }
+        for ((hit, place), frame) in hits.drain(..).zip(places).zip(frames) {
+            let place = *place as usize;
+            if !hit.is_some() {
+                continue;
+            }
+            put(&mut self.distance, place, || hit.distance);
+            put(&mut self.object, place, || hit.object);
+            put(&mut self.primitive, place, || hit.primitive);
+            put(&mut self.point, place, || (frame * hit.point).coords.into());
+            put(&mut self.normal, place, || (frame * hit.normal).into());
+        }
+    }
+
+    fn fans<'a>(&mut self, targets: &Targets, plan: impl Fn(usize) -> &'a BeamPlan, pool: Option<&rayon::ThreadPool>) {
+        if self.bundles.is_empty() {
+            return;
+        }
+        let Casts { first, distance, point, normal, object, primitive, bundles, .. } = self;
+        let (mut distance, mut point, mut normal) = (&mut distance[..], &mut point[..], &mut normal[..]);
+        let (mut object, mut primitive) = (&mut object[..], &mut primitive[..]);
+        let mut at = 0;
+        // By what they look at: mostly all at the same.
+        let mut jobs: Vec<(&BeamScene, Vec<(BundleCast<'_>, BundleHits<'_>)>)> = Vec::new();
+        for Fan { sensor, look } in bundles.iter().copied() {
+            let plan = plan(sensor);
+            let Some(bundle) = plan.bundle.get() else { continue };
+            let (begin, end) = (first[sensor] as usize, first[sensor + 1] as usize);
+            let skip = begin - at;
+            at = end;
+            let far = plan.far.min(look.limits.reach);
+            let cast = BundleCast {
+                bundle,
+                world_from_sensor: look.world_from_sensor,
+                near: plan.near.min(far),
+                far,
+                max_incidence: look.limits.max_incidence,
+                faces: look.limits.faces,
+                skip_group: look.skip_group,
+                only_object: look.only_object,
+            };
+            let hits = BundleHits {
+                distance: cut(&mut distance, skip, end - begin),
+                object: cut(&mut object, skip, end - begin),
+                primitive: cut(&mut primitive, skip, end - begin),
+                point: cut(&mut point, skip, end - begin),
+                normal: cut(&mut normal, skip, end - begin),
+            };
+            let seen = targets.seen(plan.visible, plan.waves);
+            match jobs.iter_mut().find(|(s, _)| std::ptr::eq(*s, seen)) {
+                Some((_, casts)) => casts.push((cast, hits)),
+                None => jobs.push((seen, vec![(cast, hits)])),
+            }
+        }
+        for (seen, casts) in jobs {
+            match pool {
+                Some(pool) => pool.install(|| seen.cast_bundles(casts)),
+                None => seen.cast_bundles(casts),
+            }
+        }
+    }
+}
+
+/// Whether a surface, of any side and slant, lies between a beam's origin and the point that it found.
+fn is_hidden(seen: &BeamScene, beam: &Beam, hit: &Hit) -> bool {
+    let turn = look_along(hit.point.coords.normalize().into());
+    // The surface that was found does not hide itself.
+    let before = hit.distance * (1.0 - HIDES);
+    let ray = Beam { skip_group: beam.skip_group, ..Beam::ray(beam.world_from_beam * turn, before) };
+    hit.distance > 0.0 && seen.cast_one(&ray).is_some()
+}
+
+/// What hides a point is nearer than it by this part of its distance.
+const HIDES: f64 = 1e-6;
+
+/// Writes a number that was asked for.
+fn put<T>(to: &mut [T], place: usize, value: impl FnOnce() -> T) {
+    if let Some(x) = to.get_mut(place) {
+        *x = value();
+    }
+}
+
+/// The part of `n` elements after `skip` others, taken off an array; nothing of one that was not asked for.
+fn cut<'a, T>(rest: &mut &'a mut [T], skip: usize, n: usize) -> &'a mut [T] {
+    if rest.is_empty() {
+        return &mut [];
+    }
+    let (_, after) = std::mem::take(rest).split_at_mut(skip);
+    let (part, after) = after.split_at_mut(n);
+    *rest = after;
+    part
+}
+
+/// The color of the surface that was met; black where nothing was.
+fn surface_color(scene: &Scene, object: tatu_object) -> [u8; 3] {
+    let met = (object != 0).then(|| scene.get((object & 0xF_FFFF) as u32)).flatten();
+    let color = met.and_then(|o| o.shape()).map_or([0.0; 3], |s| s.color);
+    color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
+}
+
+/// The rays of a plan made ready to be cast as a bundle, where there are enough of them.
+#[derive(Debug, Default)]
+pub(crate) struct Bundle(Option<RayBundle>);
+
+/// It follows from the directions, which stand beside it.
+impl PartialEq for Bundle {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Bundle {
+    pub const NONE: Bundle = Bundle(None);
+
+    pub fn new(directions: &[[f64; 3]]) -> Self {
+        Bundle((directions.len() >= FEWEST).then(|| RayBundle::new(directions)))
+    }
+    pub fn is_some(&self) -> bool {
+        self.0.is_some()
+    }
+    pub fn get(&self) -> Option<&RayBundle> {
+        self.0.as_ref()
+    }
+}
+
+/// Fewer rays are cast one by one.
+pub(super) const FEWEST: usize = 8;

@@ -1,0 +1,297 @@
+//! One sensor: its instance, its last reading, and where the fields of that lie.
+
+use std::{ffi::c_void, rc::Rc};
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{
+    noise::{self, Noise},
+    plan::BeamPlan,
+    words::{Shelves, Words},
+};
+use crate::{
+    instance::{Made, make},
+    world::WorldCell,
+};
+use tatu_plugins::{FieldInfo, SensorKind, watchdog::Call};
+
+/// One sensor's instance and its last reading.
+///
+/// There may be thousands, and each step goes through all: what a reading needs stands in the first line of the
+/// processor's cache, what a measure needs in the first two.
+#[repr(C, align(64))]
+pub(crate) struct Device {
+    /// The fields one after the other, each 8-byte aligned.
+    pub fields: Words,
+    /// Shared by sensors that are alike.
+    pub layout: Rc<Layout>,
+    pub sequence: u64,
+    pub time: f64,
+    pub slot: u32,
+    /// Switched off after a fault.
+    pub off: bool,
+    /// Measures only when it is told to, as the scene says.
+    pub(super) explicit: bool,
+    pub kind: usize,
+    pub data: *mut c_void,
+    /// What is done to its fields after a measure; `None`: nothing.
+    pub noise: Option<Box<Noise>>,
+    /// From the scene's seed and the sensor: the key of its random numbers.
+    pub seed: u64,
+    /// How often it has measured since the start, resets or not: what random numbers are drawn by.
+    pub drawn: u64,
+    pub state: Vec<u64>,
+    /// Hz, as the scene says; 0: it measures in each step.
+    pub(super) rate: f64,
+    /// Of a sensor with a rate: the period in which it measured last.
+    pub period: Option<u64>,
+    pub id: u64,
+    pub params: Vec<Value>,
+}
+
+impl Device {
+    /// Makes the instance of a sensor and asks for its beams. Must be called without any borrow of the world.
+    pub fn create(
+        world: &WorldCell,
+        kind_index: usize,
+        slot: u32,
+        instance: tatu_instance,
+        params: Vec<Value>,
+    ) -> Result<Self, String> {
+        let kind = &world.registry.sensors[kind_index];
+        let seed = instance.seed;
+        let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
+        let mut device = Device {
+            fields: Words::default(),
+            layout: Rc::default(),
+            sequence: 0,
+            time: 0.0,
+            slot,
+            off: false,
+            explicit: false,
+            kind: kind_index,
+            data,
+            noise: None,
+            seed,
+            drawn: 0,
+            rate: 0.0,
+            period: None,
+            state,
+            id,
+            params,
+        };
+        match Layout::ask(world, kind_index, slot, data) {
+            Ok(layout) => device.lay_out(layout),
+            Err(text) => {
+                device.destroy(world);
+                return Err(text);
+            }
+        }
+        Ok(device)
+    }
+
+    /// Takes beams and fields. Where the fields have other sizes now, the last reading is forgotten.
+    pub fn lay_out(&mut self, layout: Rc<Layout>) {
+        if self.layout.spans != layout.spans {
+            self.fields = Words::new(layout.words);
+            self.forget();
+        }
+        self.layout = layout;
+    }
+
+    /// Puts the reading where those of the sensors made before lie.
+    pub(super) fn shelve(&mut self, shelves: &mut Shelves) {
+        let mut words = shelves.take(self.fields.len());
+        words.copy_from_slice(&self.fields);
+        self.fields = words;
+    }
+
+    /// There is no reading any more, nor one under way.
+    pub fn forget(&mut self) {
+        self.sequence = 0;
+        self.noise.iter_mut().for_each(|n| n.drop_held());
+    }
+
+    /// Whether it measures by itself at this time: not more than once in a period of its rate. Periods are counted from
+    /// time 0, so that they do not drift.
+    pub fn is_due(&mut self, time: f64) -> bool {
+        if self.off || self.explicit {
+            return false;
+        }
+        if self.rate <= 0.0 {
+            return true;
+        }
+        let now = Some(period(self.rate, time));
+        std::mem::replace(&mut self.period, now) != now
+    }
+
+    /// Whether it measures by itself in each step, and is seen to at once.
+    pub(super) fn is_steady(&self) -> bool {
+        !self.off && !self.explicit && self.rate <= 0.0 && !self.is_delayed()
+    }
+
+    /// Whether its readings are seen later than they are measured.
+    pub(super) fn is_delayed(&self) -> bool {
+        self.noise.as_ref().is_some_and(|noise| noise.delays())
+    }
+
+    /// Before a measure, if readings are delayed: takes out the reading that is seen, and makes room for another.
+    pub(super) fn keep_shown(&mut self) -> Option<noise::Reading> {
+        let noise = self.noise.as_ref().filter(|n| n.delays())?;
+        let newest = noise.newest();
+        let fields = std::mem::replace(&mut self.fields, Words::new(self.layout.words));
+        let shown = noise::Reading { time: self.time, sequence: self.sequence, fields };
+        self.sequence = newest.unwrap_or(self.sequence);
+        Some(shown)
+    }
+
+    /// After a measure: changes the fields as the scene declares.
+    pub(super) fn add_noise(&mut self, kind: &SensorKind, pool: &rayon::ThreadPool) {
+        let Device { noise: Some(noise), fields, layout, seed, drawn, time, .. } = self else { return };
+        // It has been counted already.
+        let drawn = drawn.wrapping_sub(1);
+        let spans = &layout.spans;
+        noise.apply(noise::Measured { kind, seed: *seed, drawn, time: *time, fields, spans }, pool);
+    }
+
+    /// After a measure, if readings are delayed: the new one waits, and the newest that is old enough is seen.
+    pub(super) fn put_back(&mut self, shown: Option<noise::Reading>) {
+        let (Some(shown), Some(noise)) = (shown, &mut self.noise) else { return };
+        let (now, fields) = (self.time, std::mem::replace(&mut self.fields, shown.fields));
+        noise.hold(noise::Reading { time: now, sequence: self.sequence, fields });
+        (self.time, self.sequence) = (shown.time, shown.sequence);
+        self.release(now);
+    }
+
+    /// Shows the newest reading that is old enough, if one was under way.
+    pub fn release(&mut self, now: f64) {
+        if let Some(r) = self.noise.as_mut().and_then(|n| n.release(now)) {
+            (self.time, self.sequence, self.fields) = (r.time, r.sequence, r.fields);
+        }
+    }
+
+    /// Ends the instance. Must be called without any borrow of the world.
+    pub fn destroy(self, world: &WorldCell) {
+        let kind = &world.registry.sensors[self.kind];
+        if let Some(destroy) = kind.life.destroy {
+            // SAFETY: made by `create`, given back once.
+            world.cross_quietly(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
+        }
+    }
+
+    /// A look at one field.
+    pub fn view(&self, kind: &SensorKind, field: usize) -> tatu_field_view {
+        let info = &kind.fields[field];
+        let (first, n) = self.layout.spans[field];
+        tatu_field_view {
+            ptr: self.fields[first..].as_ptr().cast(),
+            len: n as u64,
+            elem: info.elem,
+            dims: self.layout.dims[field],
+            time: self.time,
+            sequence: self.sequence,
+        }
+    }
+
+    /// The first field that holds something that is no number. Nothing to be seen is infinity or zero, never this.
+    pub fn not_a_number<'k>(&self, kind: &'k SensorKind) -> Option<&'k str> {
+        let is_bad = |i: usize| {
+            let (first, n) = self.layout.spans[i];
+            let at = self.fields[first..].as_ptr();
+            // SAFETY: the buffer has `n` elements of the declared type.
+            unsafe {
+                match kind.fields[i].elem {
+                    TATU_ELEM_F64 => std::slice::from_raw_parts(at.cast::<f64>(), n).iter().any(|x| x.is_nan()),
+                    TATU_ELEM_F32 => std::slice::from_raw_parts(at.cast::<f32>(), n).iter().any(|x| x.is_nan()),
+                    _ => false,
+                }
+            }
+        };
+        (0..kind.fields.len()).find(|i| is_bad(*i)).map(|i| kind.fields[i].name.as_str())
+    }
+
+    /// A field's content as a value, for traces.
+    pub fn value(&self, kind: &SensorKind, field: usize) -> Value {
+        let (first, n) = self.layout.spans[field];
+        let bytes = self.fields[first..].as_ptr();
+        // SAFETY: the buffer has `n` elements of the declared type.
+        unsafe {
+            match kind.fields[field].elem {
+                TATU_ELEM_F64 => Value::Floats(std::slice::from_raw_parts(bytes.cast(), n).to_vec()),
+                TATU_ELEM_F32 => Value::Floats(
+                    std::slice::from_raw_parts(bytes.cast::<f32>(), n).iter().map(|x| f64::from(*x)).collect(),
+                ),
+                TATU_ELEM_I32 => Value::Ints(
+                    std::slice::from_raw_parts(bytes.cast::<i32>(), n).iter().map(|x| i64::from(*x)).collect(),
+                ),
+                TATU_ELEM_U16 => Value::Ints(
+                    std::slice::from_raw_parts(bytes.cast::<u16>(), n).iter().map(|x| i64::from(*x)).collect(),
+                ),
+                TATU_ELEM_OBJECT => Value::Ints(
+                    std::slice::from_raw_parts(bytes.cast::<u64>(), n).iter().map(|x| (x & 0xF_FFFF) as i64).collect(),
+                ),
+                _ => Value::Bytes(std::slice::from_raw_parts(bytes.cast::<u8>(), n).to_vec()),
+            }
+        }
+    }
+}
+
+/// The number of the period of a rate that a time lies in. Times are sums of steps: one that lacks but their rounding is in
+/// the period that it begins.
+fn period(rate: f64, time: f64) -> u64 {
+    (time * rate * (1.0 + 1e-12) + 1e-9).floor() as u64
+}
+
+/// What follows from a sensor's parameters: its beams, and where its fields lie.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Layout {
+    pub plan: BeamPlan,
+    /// Of each field: the word at which it begins, and how many elements it has.
+    pub spans: Vec<(usize, usize)>,
+    /// Of each field, its shape.
+    dims: Vec<[u32; 3]>,
+    words: usize,
+}
+
+impl Default for Layout {
+    fn default() -> Self {
+        Layout { plan: BeamPlan::NONE, spans: Vec::new(), dims: Vec::new(), words: 0 }
+    }
+}
+
+impl Layout {
+    /// Asks an instance for its beams. Must be called without any borrow of the world.
+    pub fn ask(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Self>, String> {
+        let kind = &world.registry.sensors[kind];
+        let asked = world.cross(kind.plugin, Call::Beams, slot, || BeamPlan::ask(data, kind));
+        let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
+        let dims: Vec<_> = kind.fields.iter().map(|f| plan.shape(f.dims)).collect();
+        let (mut spans, mut words) = (Vec::new(), 0);
+        for (f, dims) in kind.fields.iter().zip(&dims) {
+            let elements = length(f, dims)?;
+            spans.push((words, elements));
+            words += (elements * element_size(f.elem)).div_ceil(8).max(1);
+        }
+        let layout = Layout { plan, spans, dims, words };
+        let like_it = world.sensing.try_borrow().ok().and_then(|s| s.like(&layout));
+        Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
+    }
+}
+
+/// Elements of a field; an error where no memory could hold them.
+fn length(field: &FieldInfo, dims: &[u32; 3]) -> Result<usize, String> {
+    let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d as usize)).filter(|n| *n <= MAX_ELEMENTS);
+    n.ok_or_else(|| format!("its field `{}` of {dims:?} elements is too large", field.name))
+}
+
+/// Elements that one field of a reading may have.
+const MAX_ELEMENTS: usize = 1 << 28;
+
+fn element_size(elem: u32) -> usize {
+    match elem {
+        TATU_ELEM_F64 | TATU_ELEM_OBJECT => 8,
+        TATU_ELEM_F32 | TATU_ELEM_I32 => 4,
+        TATU_ELEM_U16 => 2,
+        _ => 1,
+    }
+}

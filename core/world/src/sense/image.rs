@@ -1,0 +1,79 @@
+//! Images of a batch: what each pixel of its sensors sees.
+
+use tatu_plugin_api::abi::*;
+
+use super::{cast::Look, plan::BeamPlan};
+use ::tatu_beams::{BeamScene, GridCast, GridImage, Light, Want};
+
+/// Pixels of a batch, sensor after sensor, each with its lowest row first.
+#[derive(Default)]
+pub(super) struct Frames {
+    /// Where each sensor's pixels begin, and at last where they end.
+    pub first: Vec<u64>,
+    pub depth: Vec<f32>,
+    pub color: Vec<[u8; 3]>,
+    pub cosine: Vec<f32>,
+    pub object: Vec<tatu_object>,
+    image: GridImage,
+}
+
+impl Frames {
+    pub fn clear(&mut self) {
+        self.first.clear();
+        self.first.push(0);
+        self.depth.clear();
+        self.color.clear();
+        self.cosine.clear();
+        self.object.clear();
+    }
+
+    /// Adds what a sensor sees, as far as `inputs` ask for it; nothing for one without an image.
+    pub fn add(&mut self, plan: &BeamPlan, look: Look, seen: &BeamScene, inputs: u32, pool: &rayon::ThreadPool) {
+        let begin = self.first.last().copied().unwrap_or(0);
+        let Some(grid) = &plan.image else {
+            return self.first.push(begin);
+        };
+        self.first.push(begin + u64::from(grid.columns) * u64::from(grid.rows));
+        let asked = |flag: u32| inputs & flag & !plan.without != 0;
+        let cast = GridCast {
+            grid,
+            world_from_sensor: look.world_from_sensor,
+            faces: plan.faces,
+            skip_group: look.skip_group,
+            only_object: look.only_object,
+            want: Want {
+                color: asked(TATU_IN_COLOR),
+                cosine: asked(TATU_IN_COSINE),
+                object: asked(TATU_IN_OBJECT),
+                ..Want::DEPTH
+            },
+            light: &Light::default(),
+        };
+        pool.install(|| seen.render(&cast, &mut self.image));
+        take(&mut self.depth, &mut self.image.depth);
+        take(&mut self.color, &mut self.image.color);
+        take(&mut self.cosine, &mut self.image.cosine);
+        take(&mut self.object, &mut self.image.object);
+        // Those that do not need an input have zeros between the others.
+        let end = self.first.last().copied().unwrap_or(0) as usize;
+        let lacks = |flag: u32| inputs & plan.without & flag != 0;
+        if lacks(TATU_IN_COLOR) {
+            self.color.resize(end, [0; 3]);
+        }
+        if lacks(TATU_IN_COSINE) {
+            self.cosine.resize(end, 0.0);
+        }
+        if lacks(TATU_IN_OBJECT) {
+            self.object.resize(end, 0);
+        }
+    }
+}
+
+/// Appends an image; the first of a batch keeps its memory.
+fn take<T: Copy>(to: &mut Vec<T>, from: &mut Vec<T>) {
+    if to.is_empty() {
+        std::mem::swap(to, from);
+    } else {
+        to.extend_from_slice(from);
+    }
+}

@@ -1,0 +1,372 @@
+//! Batches of a kind: the beams of many due sensors are cast together, and the plugin is called once for them.
+
+use std::ffi::c_void;
+
+use tatu_plugin_api::{abi::*, safe::fetch};
+
+use super::{
+    Device, Layout, Sensing, Targets,
+    aim::Aims,
+    cast::{Casts, Limits, Look},
+    draw::{self, Key},
+    image::Frames,
+    noise::Reading,
+    share,
+};
+use tatu_plugins::{
+    Registry,
+    border::{ErrorSlot, answer},
+    guard,
+    watchdog::{Call, Watch},
+};
+use tatu_scene::{Scene, pose_to_array};
+
+/// Buffers used again in every step.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    casts: Casts,
+    aims: Aims,
+    /// Of each sensor, where it is and what counts, for rays that are added later.
+    looks: Vec<Look>,
+    frames: Frames,
+    pose: Vec<[f64; 7]>,
+    twist: Vec<[f64; 6]>,
+    data: Vec<*mut c_void>,
+    state: Vec<*mut c_void>,
+    sensor: Vec<tatu_object>,
+    fields: Vec<*mut c_void>,
+    status: Vec<tatu_status>,
+    keys: Vec<Key>,
+    /// Of each sensor, the reading that stays to be seen, if readings are delayed.
+    shown: Vec<Option<Reading>>,
+    error: Option<ErrorSlot>,
+}
+
+/// A sensor, or a whole kind, that failed: device, and what it said.
+pub struct Failed {
+    /// Slot of the sensor.
+    pub slot: u32,
+    /// Its kind.
+    pub kind: usize,
+    /// In which call.
+    pub(crate) call: Call,
+    /// What the plugin said.
+    pub text: String,
+    /// Whether it panicked.
+    pub status: tatu_status,
+}
+
+/// When a measure takes place.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment {
+    /// Simulation time, s.
+    pub time: f64,
+    /// Number of the step.
+    pub step: u64,
+}
+
+/// Which sensors are handled, and when.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
+    /// Their kind.
+    pub kind: usize,
+    /// Indices of [`Sensing::devices`], ascending.
+    pub devices: &'a [usize],
+    /// Places in `devices` at which another batch begins, however many threads there are: what fails as a batch does so on
+    /// any number of them.
+    pub cuts: &'a [usize],
+    /// All have but a few rays, and none is delayed.
+    pub few: bool,
+    /// How.
+    pub ask: &'a Ask,
+    /// When.
+    pub moment: Moment,
+}
+
+/// How sensors look, where it is not as their parameters say.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Ask {
+    /// See only this object.
+    pub only: Option<tatu_object>,
+    /// In place of their own.
+    pub(crate) limits: Option<Limits>,
+}
+
+/// What sensors look at.
+pub struct Around<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What plugins offer.
+    pub registry: &'a Registry,
+    /// Velocity of an object.
+    pub twist: &'a dyn Fn(u32) -> [f64; 6],
+    /// Who is noted before a plugin is called.
+    pub(crate) watch: &'a Watch,
+    /// Threads for the beams.
+    pub pool: &'a rayon::ThreadPool,
+    /// The other threads of the pool are busy: the beams are this thread's.
+    pub alone: bool,
+}
+
+impl Around<'_> {
+    /// Threads to cast beams with; `None`: this one alone.
+    fn beams(&self) -> Option<&rayon::ThreadPool> {
+        (!self.alone).then_some(self.pool)
+    }
+}
+
+/// Sensors that a thread handles.
+pub(super) struct Part<'a> {
+    pub devices: &'a mut [Device],
+    /// The index of the first of them.
+    pub first: usize,
+    pub targets: &'a Targets,
+    pub scratch: &'a mut Scratch,
+}
+
+/// Rays and pixels of sensors that are measured in one batch: what they met then still stands in the processor's caches
+/// when their plugin reads it.
+const BATCH: usize = 1 << 14;
+
+/// Handles sensors of one kind; those that failed.
+pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
+    if share::pays(job, around) {
+        return share::measure(sensing, job, around);
+    }
+    let Sensing { devices, targets, scratch, .. } = sensing;
+    let mut part = Part { devices, first: 0, targets, scratch };
+    job.shares().flat_map(|devices| in_batches(&mut part, &Job { devices, cuts: &[], ..*job }, around)).collect()
+}
+
+impl<'a> Job<'a> {
+    /// The devices from cut to cut.
+    pub(super) fn shares(&self) -> impl Iterator<Item = &'a [usize]> {
+        let ends = self.cuts.iter().copied().chain([self.devices.len()]);
+        let (devices, mut begin) = (self.devices, 0);
+        ends.map(move |end| &devices[std::mem::replace(&mut begin, end)..end]).filter(|share| !share.is_empty())
+    }
+}
+
+/// The same on one thread.
+pub(super) fn in_batches(part: &mut Part<'_>, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
+    let mut failed = Vec::new();
+    let mut rest = job.devices;
+    while !rest.is_empty() {
+        let mut room = BATCH;
+        let fits = |i: &&usize| {
+            let had = room;
+            room = room.saturating_sub(part.devices[**i - part.first].layout.plan.count());
+            had == BATCH || room > 0
+        };
+        let n = rest.iter().take_while(fits).count();
+        let (devices, after) = rest.split_at(n);
+        failed.extend(measure_batch(part, &Job { devices, ..*job }, around));
+        rest = after;
+    }
+    failed
+}
+
+/// Handles a batch.
+fn measure_batch(part: &mut Part<'_>, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
+    let Job { kind, devices, ask, moment, .. } = *job;
+    let Around { scene, registry, twist, pool, .. } = *around;
+    let kind_info = &registry.sensors[kind];
+    let inputs = kind_info.raw.inputs;
+    let Part { devices: all, first, targets, scratch: s } = part;
+    let first = *first;
+    s.clear();
+    for i in devices {
+        let d = &mut all[*i - first];
+        s.shown.push(d.keep_shown());
+        let Layout { plan, spans, .. } = &*d.layout;
+        let world = scene.world(d.slot);
+        let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
+        let limits = Limits::of(plan, ask.limits);
+        let look = Look { world_from_sensor: world, limits, skip_group, only_object: ask.only };
+        s.casts.add(plan, look);
+        s.looks.push(look);
+        s.frames.add(plan, look, targets.beams(plan.visible), inputs, pool);
+        // The plugin reads it when all have been gathered.
+        fetch(d.data);
+        s.data.push(d.data);
+        s.state.push(d.state.as_mut_ptr().cast());
+        s.sensor.push(scene.id(d.slot));
+        d.fields.fill(0);
+        s.fields.extend(spans.iter().map(|(first, _)| d.fields[*first..].as_mut_ptr().cast::<c_void>()));
+        if inputs & TATU_IN_POSE != 0 {
+            s.pose.push(pose_to_array(&world));
+        }
+        if inputs & TATU_IN_TWIST != 0 {
+            s.twist.push(twist(d.slot));
+        }
+        s.keys.push(Key::new(d.seed, d.drawn, 0));
+        d.sequence += 1;
+        d.drawn += 1;
+        d.time = moment.time;
+    }
+    s.status.resize(devices.len(), TATU_OK);
+    let random = draw::table(&s.keys);
+    let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
+    let mut failed = Vec::new();
+    if s.aims.lay(devices.iter().map(|i| &all[*i - first].layout.plan)) {
+        let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
+        batch.random = &random;
+        failed = hand_over(Call::Aim, &batch, (all, first), job, around, &mut error);
+        failed.extend(take_aim(s, (all, first), job));
+    }
+    s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor] - first].layout.plan, around.beams());
+    let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
+    batch.random = &random;
+    failed.extend(hand_over(Call::Measure, &batch, (all, first), job, around, &mut error));
+    for (i, status) in devices.iter().zip(&s.status) {
+        if *status >= 0 {
+            all[*i - first].add_noise(kind_info, pool);
+        }
+    }
+    if devices.iter().any(|i| all[*i - first].noise.is_some()) {
+        failed.extend(hand_over(Call::Finish, &batch, (all, first), job, around, &mut error));
+    }
+    for (i, shown) in devices.iter().zip(s.shown.drain(..)) {
+        all[*i - first].put_back(shown);
+    }
+    s.error = Some(error);
+    failed
+}
+
+/// Adds the rays that were aimed to those that are cast. Sensors whose rays are none fail, and look along none.
+fn take_aim(s: &mut Scratch, (all, first): (&[Device], usize), job: &Job<'_>) -> Vec<Failed> {
+    let mut failed = Vec::new();
+    for (sensor, i) in job.devices.iter().enumerate() {
+        let d = &all[*i - first];
+        let plan = &d.layout.plan;
+        if !plan.aimed {
+            continue;
+        }
+        let frames = s.aims.take(plan.directions.len());
+        if s.status[sensor] < 0 {
+            continue;
+        }
+        let Some(frames) = frames else {
+            s.status[sensor] = TATU_ERR;
+            let text = "broke the contract: a ray begins nowhere, or has no unit direction".to_owned();
+            failed.push(Failed { slot: d.slot, kind: job.kind, call: Call::Aim, text, status: TATU_ERR });
+            continue;
+        };
+        s.casts.aimed(sensor, plan, s.looks[sensor], frames);
+    }
+    failed
+}
+
+/// Hands a batch to one of the functions of a kind; those that failed, whose status in the batch tells so then.
+fn hand_over(
+    call: Call,
+    batch: &tatu_sensor_batch,
+    (all, base): (&[Device], usize),
+    job: &Job<'_>,
+    around: &Around<'_>,
+    error: &mut ErrorSlot,
+) -> Vec<Failed> {
+    let kind_info = &around.registry.sensors[job.kind];
+    let function = match call {
+        Call::Aim => kind_info.raw.aim,
+        Call::Finish => kind_info.raw.finish,
+        _ => kind_info.raw.measure,
+    };
+    let Some(function) = function else { return Vec::new() };
+    let me = around.registry.plugins[kind_info.plugin].me;
+    error.fresh();
+    // SAFETY: one status per instance.
+    let before = unsafe { std::slice::from_raw_parts(batch.status, batch.n as usize) };
+    // Who failed in an earlier call; hardly ever anybody.
+    let known = if before.iter().any(|s| *s < 0) { before.to_vec() } else { Vec::new() };
+    let first = job.devices.first().map_or(0, |i| all[*i - base].slot);
+    let before = around.watch.enter(call, kind_info.plugin, first);
+    // Here and not around all of this: the mode belongs to the thread that measures.
+    // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
+    let (told, moved) = guard::watched(|| unsafe { function(me, batch, error.raw()) });
+    around.watch.leave(before);
+    // SAFETY: the host's own error object.
+    let mut told = unsafe { answer(told, false, error.raw()) };
+    if moved && told >= 0 {
+        told = TATU_ERR;
+        error.set(told, &format!("{} changed {}: {}", call.text(), guard::MODE, guard::MEND));
+    }
+    let mut failed = Vec::new();
+    for (i, index) in job.devices.iter().enumerate() {
+        let d = &all[*index - base];
+        // SAFETY: one status per instance.
+        let status = unsafe { &mut *batch.status.add(i) };
+        if known.get(i).is_some_and(|s| *s < 0) {
+            continue;
+        }
+        if told < 0 {
+            *status = told;
+        } else {
+            // SAFETY: as above.
+            *status = unsafe { answer(*status, false, error.raw()) };
+        }
+        let text = if *status < 0 {
+            error.text()
+        } else if let Some(field) = d.not_a_number(kind_info) {
+            *status = TATU_ERR;
+            format!("broke the contract: `{field}` is not a number")
+        } else {
+            continue;
+        };
+        failed.push(Failed { slot: d.slot, kind: job.kind, call, text, status: *status });
+    }
+    failed
+}
+
+impl Scratch {
+    fn clear(&mut self) {
+        self.casts.clear();
+        self.aims.clear();
+        self.looks.clear();
+        self.frames.clear();
+        self.pose.clear();
+        self.twist.clear();
+        self.data.clear();
+        self.state.clear();
+        self.sensor.clear();
+        self.fields.clear();
+        self.status.clear();
+        self.keys.clear();
+        self.shown.clear();
+    }
+
+    fn batch(&mut self, n: usize, n_fields: usize, moment: Moment) -> tatu_sensor_batch {
+        fn some<T>(v: &[T]) -> *const T {
+            if v.is_empty() { std::ptr::null() } else { v.as_ptr() }
+        }
+        tatu_sensor_batch {
+            size: size_of::<tatu_sensor_batch>() as u32,
+            n: n as u32,
+            n_fields: n_fields as u32,
+            reserved: 0,
+            time: moment.time,
+            step: moment.step,
+            data: some(&self.data),
+            state: some(&self.state),
+            sensor: some(&self.sensor),
+            first_beam: some(&self.casts.first),
+            distance: some(&self.casts.distance),
+            point: some(&self.casts.point).cast(),
+            normal: some(&self.casts.normal).cast(),
+            object: some(&self.casts.object),
+            pose: some(&self.pose).cast(),
+            twist: some(&self.twist).cast(),
+            fields: some(&self.fields),
+            status: self.status.as_mut_ptr(),
+            color: some(&self.casts.color).cast(),
+            primitive: some(&self.casts.primitive),
+            first_pixel: some(&self.frames.first),
+            depth: some(&self.frames.depth),
+            pixel_color: some(&self.frames.color).cast(),
+            pixel_cosine: some(&self.frames.cosine),
+            pixel_object: some(&self.frames.object),
+            random: std::ptr::null(),
+            rays: some(&self.aims.places),
+        }
+    }
+}

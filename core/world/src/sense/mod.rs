@@ -1,0 +1,154 @@
+//! Sensors: who is due, their beams, their readings.
+//!
+//! - [`Sensing`]: the world's devices and their host-owned readings;
+//! - `device`: one sensor's instance and its last reading;
+//! - `due`: who measures by itself in a step;
+//! - `plan`: what a device sends out, as its plugin told;
+//! - `words`: the memory of readings;
+//! - `targets`: the scene as beams and images see it;
+//! - `aim`: rays that plugins move and turn before they are cast;
+//! - `draw`: random numbers that depend on nothing but seed, sensor and count;
+//! - `normal`: those of the normal distribution;
+//! - `noise`: what a scene declares for the fields of a sensor, done after each measure;
+//! - `measure`: batches by kind: beams cast together, one call of the plugin;
+//! - `share`: the same by several threads.
+
+mod aim;
+mod cast;
+mod device;
+mod draw;
+mod due;
+mod image;
+mod measure;
+mod noise;
+mod normal;
+mod outline;
+mod plan;
+mod share;
+mod targets;
+mod words;
+
+pub(crate) use cast::Limits;
+pub(crate) use device::{Device, Layout};
+pub(crate) use due::{Roll, Turn};
+pub use measure::{Around, Ask, Job, Moment, measure};
+pub(crate) use noise::{Memory, Noise};
+pub use outline::Edge;
+pub(crate) use outline::edges;
+pub(crate) use plan::BeamPlan;
+pub use targets::Targets;
+pub(crate) use words::Words;
+
+use std::rc::Rc;
+
+use tatu_plugin_api::safe::fetch;
+
+use tatu_plugins::Registry;
+use tatu_scene::{Data, Scene};
+
+/// The sensors of a world.
+#[derive(Default)]
+pub struct Sensing {
+    pub(crate) devices: Vec<Device>,
+    /// Index plus one of each slot's device; 0: it has none.
+    by_slot: Vec<u32>,
+    /// Of each kind.
+    rolls: Vec<Rc<Roll>>,
+    /// Room for the turn of a sensor that is told to measure.
+    alone: Turn,
+    pub(crate) targets: Targets,
+    /// The version of the scene's settings that all devices have taken up.
+    settled: Option<u64>,
+    /// Whether `rolls` are of the devices as they are.
+    listed: bool,
+    shelves: words::Shelves,
+    scratch: measure::Scratch,
+    /// Of other threads.
+    helpers: Vec<share::Helper>,
+    /// What plugins told while several threads were at work.
+    pub(crate) lines: Vec<tatu_plugins::guard::Line>,
+}
+
+impl Sensing {
+    /// Adds a device.
+    pub(crate) fn add(&mut self, mut device: Device) {
+        device.shelve(&mut self.shelves);
+        self.put(device);
+    }
+    fn put(&mut self, device: Device) {
+        self.note(&device, self.devices.len());
+        self.devices.push(device);
+        self.unsettle();
+    }
+    /// Something has changed that is taken up from the scene.
+    pub(crate) fn unsettle(&mut self) {
+        self.settled = None;
+    }
+    /// Something has changed by which it depends who measures, or how.
+    pub(crate) fn unlist(&mut self) {
+        self.listed = false;
+    }
+    /// The scene is another one: nothing is known of it.
+    pub(crate) fn forget_scene(&mut self) {
+        (self.targets, self.settled) = (Targets::default(), None);
+    }
+    /// Lets all devices take up what the scene says of them now: their rates, say, and their noise.
+    pub(crate) fn settle(&mut self, scene: &Scene, registry: &Registry) {
+        if self.settled.replace(scene.sensor_version) == Some(scene.sensor_version) {
+            return;
+        }
+        for d in &mut self.devices {
+            let Some(Data::Sensor(s)) = scene.get(d.slot).map(|o| &o.data) else { continue };
+            (d.explicit, d.rate) = (s.explicit, s.rate);
+            if d.rate <= 0.0 {
+                d.period = None;
+            }
+            Noise::follow(&mut d.noise, s.noise.as_ref(), &registry.sensors[d.kind]);
+        }
+        self.unlist();
+    }
+    fn note(&mut self, device: &Device, index: usize) {
+        let slot = device.slot as usize;
+        if self.by_slot.len() <= slot {
+            self.by_slot.resize(slot + 1, 0);
+        }
+        self.by_slot[slot] = index as u32 + 1;
+    }
+    /// The layout of one of the last sensors, if it is the same.
+    fn like(&self, layout: &Layout) -> Option<Rc<Layout>> {
+        let last = self.devices.iter().rev().take(LOOK_BACK).map(|d| &d.layout);
+        last.into_iter().find(|l| ***l == *layout).cloned()
+    }
+    /// The index of a sensor's device.
+    pub(crate) fn index(&self, slot: u32) -> Option<usize> {
+        self.by_slot.get(slot as usize).and_then(|i| (*i as usize).checked_sub(1))
+    }
+    /// Readings are mostly looked at one after the other: asks for the one after next.
+    #[inline]
+    pub(crate) fn fetch_after(&self, index: usize) {
+        if let Some(d) = self.devices.get(index + AHEAD) {
+            fetch(d);
+        }
+    }
+    /// The device of a sensor.
+    pub(crate) fn device(&self, slot: u32) -> Option<&Device> {
+        self.index(slot).map(|i| &self.devices[i])
+    }
+    /// The instances of sensors that are gone.
+    pub(crate) fn take_gone(&mut self, alive: impl Fn(&Device) -> bool) -> Vec<Device> {
+        if self.devices.iter().all(&alive) {
+            return Vec::new();
+        }
+        let (keep, gone): (Vec<_>, Vec<_>) = std::mem::take(&mut self.devices).into_iter().partition(alive);
+        self.by_slot.clear();
+        self.unsettle();
+        keep.into_iter().for_each(|d| self.put(d));
+        gone
+    }
+}
+
+/// How many readings ahead memory is asked for.
+const AHEAD: usize = 2;
+
+/// Among how many sensors before it one looks for its like: about a robot's.
+const LOOK_BACK: usize = 64;

@@ -1,0 +1,313 @@
+//! The stages, in their order: shift, walk, white, uniform, outliers, step, inverse step, limits, dropout.
+//!
+//! What is drawn for an element follows from the sensor's seed, how often it has measured, the field's name, the stage and
+//! the element's place: from nothing that came before, and from no other sensor. So parts can be done in any order.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::numbers::{Numbers, NumbersMut, rounded};
+use crate::sense::draw::Key;
+use tatu_plugins::SensorKind;
+use tatu_scene::noise::{FieldNoise, Meant};
+
+/// Who draws, added to the number of the field.
+const SHIFT: u64 = 1;
+const WALK: u64 = 2;
+const WHITE: u64 = 3;
+const UNIFORM: u64 = 4;
+const WHETHER: u64 = 5;
+const OUTLIER: u64 = 6;
+const DROPOUT: u64 = 7;
+/// The count of measures for what is drawn once a run.
+const ONCE: u64 = u64::MAX;
+
+/// Elements that are worked on at once.
+const BLOCK: usize = 256;
+/// Elements of one task for the pool, if there are more than that.
+const TASK: usize = 1 << 14;
+
+/// Noise of one field of a kind.
+pub(super) struct FieldPlan {
+    pub name: String,
+    pub field: usize,
+    pub of: Option<usize>,
+    pub valid: Option<usize>,
+    pub components: usize,
+    nothing: Option<Vec<f64>>,
+    noise: FieldNoise,
+    /// From the field's name, so that other fields of the kind change nothing.
+    stream: u64,
+}
+
+/// What one measure is done with.
+pub(super) struct Measure<'a> {
+    pub seed: u64,
+    pub drawn: u64,
+    /// The field that the polynomial is in, if it is another.
+    pub of: Option<Numbers<'a>>,
+    /// Which elements are there, and how many of these share one answer.
+    pub valid: Option<(Numbers<'a>, usize)>,
+    /// What is the same for all rows, one number for each component.
+    pub bias: Vec<f64>,
+}
+
+/// A walk on its way: where it stands, one number for each component, in standard deviations.
+pub(super) struct Walking<'a> {
+    pub state: &'a mut Vec<f64>,
+    /// Time since the last measure, s.
+    pub passed: f64,
+}
+
+/// Some elements of a field.
+struct Part<'a> {
+    first: usize,
+    data: NumbersMut<'a>,
+    /// Which elements became nothing; empty where nobody asks.
+    lost: &'a mut [bool],
+}
+
+impl FieldPlan {
+    /// What is declared for a field; `None`: the kind lacks a field, as a new version of it may.
+    pub fn new(kind: &SensorKind, name: &str, noise: &FieldNoise) -> Option<Self> {
+        let find = |name: &String| tatu_scene::noise::meant(kind, name).ok().map(|m| m.index);
+        let Meant { index, components, nothing, valid: usual, .. } = tatu_scene::noise::meant(kind, name).ok()?;
+        let of = match &noise.of {
+            Some(of) => Some(find(of)?).filter(|of| *of != index),
+            None => None,
+        };
+        let valid = match &noise.valid {
+            Some(valid) => Some(find(valid)?),
+            None => usual,
+        };
+        let stream = xxhash_rust::xxh3::xxh3_64(name.as_bytes());
+        Some(FieldPlan {
+            name: name.to_owned(),
+            field: index,
+            of,
+            valid,
+            components,
+            nothing,
+            noise: noise.clone(),
+            stream,
+        })
+    }
+
+    /// The first two stages: an offset for each component, the same for all rows. The walk goes on.
+    pub fn bias(&self, seed: u64, drawn: u64, walk: Option<Walking<'_>>) -> Vec<f64> {
+        let mut bias = vec![0.0; self.components];
+        let noise = &self.noise;
+        let once = Key::new(seed, ONCE, self.stream.wrapping_add(SHIFT));
+        for (c, bias) in bias.iter_mut().enumerate() {
+            let uniform = 2.0 * once.uniform(c as u64) - 1.0;
+            // Other numbers than those of the uniform one.
+            let normal = once.normal((c + self.components) as u64);
+            *bias += of_component(&noise.shift, c) * uniform + of_component(&noise.shift_sigma, c) * normal;
+        }
+        if let (Some(w), Some(walking)) = (&noise.walk, walk) {
+            let key = Key::new(seed, drawn, self.stream.wrapping_add(WALK));
+            let (state, x) = (walking.state, walking.passed.max(0.0) / w.tau);
+            // It begins as it is in the long run.
+            let begins = state.len() != self.components;
+            let (left, new) = if begins { (0.0, 1.0) } else { (libm::exp(-x), (-libm::expm1(-2.0 * x)).sqrt()) };
+            state.resize(self.components, 0.0);
+            for (c, (s, bias)) in state.iter_mut().zip(&mut bias).enumerate() {
+                *s = left * *s + if new > 0.0 { new * key.normal(c as u64) } else { 0.0 };
+                *bias += of_component(&w.sigma, c) * *s;
+            }
+        }
+        bias
+    }
+
+    /// Whether it has a walk.
+    pub fn walks(&self) -> bool {
+        self.noise.walk.is_some()
+    }
+
+    /// Does all other stages. `lost`: as many places as there are elements, or none where nobody asks.
+    pub fn apply(&self, data: NumbersMut<'_>, lost: &mut [bool], m: &Measure<'_>, pool: &rayon::ThreadPool) {
+        let n = data.len();
+        if n <= TASK {
+            return self.part(Part { first: 0, data, lost }, m);
+        }
+        // A whole number of rows, and of blocks.
+        let task = TASK / self.block() * self.block();
+        let mut parts: Vec<Part<'_>> = Vec::with_capacity(n.div_ceil(task));
+        let mut losts = lost.chunks_mut(task);
+        for (i, data) in data.parts(task).into_iter().enumerate() {
+            parts.push(Part { first: i * task, data, lost: losts.next().unwrap_or_default() });
+        }
+        pool.install(|| parts.into_par_iter().for_each(|part| self.part(part, m)));
+    }
+
+    /// Elements of a block: whole rows.
+    fn block(&self) -> usize {
+        BLOCK / self.components * self.components
+    }
+
+    fn key(&self, m: &Measure<'_>, stage: u64) -> Key {
+        Key::new(m.seed, m.drawn, self.stream.wrapping_add(stage))
+    }
+
+    fn part(&self, part: Part<'_>, m: &Measure<'_>) {
+        let Part { first, mut data, lost } = part;
+        let (n, block) = (data.len(), self.block());
+        for at in (0..n).step_by(block) {
+            self.rows(&mut data, at..(at + block).min(n), first, lost, m);
+        }
+    }
+
+    /// Some rows of a part that begins with the field's element `before`.
+    fn rows(&self, data: &mut NumbersMut<'_>, rows: Range<usize>, before: usize, lost: &mut [bool], m: &Measure<'_>) {
+        let noise = &self.noise;
+        let (at, n) = (rows.start, rows.len());
+        let first = (before + at) as u64;
+        let (mut value, mut there, mut gone) = ([0.0; BLOCK], [true; BLOCK], [false; BLOCK]);
+        let (value, there, gone) = (&mut value[..n], &mut there[..n], &mut gone[..n]);
+        let (mut drawn, mut x) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let (drawn, x) = (&mut drawn[..n], &mut x[..n]);
+        data.view().load(at, value);
+        self.find_nothing(value, there, first as usize, m);
+        // What sigma is a polynomial in, before anything is added.
+        match m.of {
+            Some(of) if !noise.sigma.is_empty() => of.load(first as usize, x),
+            _ => x.copy_from_slice(value),
+        }
+        for_components(value, &m.bias, |v, b| if b != 0.0 { v + b } else { v });
+        if !noise.sigma.is_empty() {
+            self.key(m, WHITE).normals(first, drawn);
+            white(value, x, drawn, &noise.sigma);
+        }
+        if some(&noise.uniform) {
+            symmetric(self.key(m, UNIFORM), first, drawn);
+            add(value, drawn, &noise.uniform);
+        }
+        if let Some(o) = noise.outliers.as_ref().filter(|o| o.probability > 0.0) {
+            let (whether, size) = (self.key(m, WHETHER), self.key(m, OUTLIER));
+            for (i, v) in value.iter_mut().enumerate() {
+                let index = first + i as u64;
+                if whether.uniform(index) < o.probability {
+                    let c = i % self.components;
+                    let more = of_component(&o.sigma, c) * size.normal(index)
+                        + of_component(&o.uniform, c) * (2.0 * size.uniform(index | 1 << 62) - 1.0);
+                    // Not even a zero is added: it would turn -0 into 0.
+                    *v = if more != 0.0 { *v + more } else { *v };
+                }
+            }
+        }
+        if some(&noise.step) {
+            for_components(value, &noise.step, |v, s| if s > 0.0 { rounded(v / s) * s } else { v });
+        }
+        if some(&noise.inverse_step) {
+            // Farther than half a step from 0 is infinitely far: lost, below.
+            for_components(value, &noise.inverse_step, |v, s| {
+                if s > 0.0 && v != 0.0 { 1.0 / (rounded(1.0 / (v * s)) * s) } else { v }
+            });
+            value.iter().zip(gone.iter_mut()).for_each(|(v, g)| *g |= !v.is_finite());
+        }
+        if let Some([low, high]) = noise.limits {
+            value.iter().zip(gone.iter_mut()).for_each(|(v, g)| *g |= !(low..=high).contains(v));
+        }
+        if noise.dropout > 0.0 {
+            let key = self.key(m, DROPOUT);
+            let together = m.valid.map_or(1, |(_, group)| group) as u64;
+            for (i, g) in gone.iter_mut().enumerate() {
+                *g |= key.uniform((first + i as u64) / together) < noise.dropout;
+            }
+        }
+        self.lose(value, there, gone);
+        data.store(at, value, there);
+        if let Some(lost) = lost.get_mut(rows) {
+            lost.copy_from_slice(gone);
+        }
+    }
+
+    /// Elements that are nothing: told by the field that says so, or by their value. They stay as they are.
+    fn find_nothing(&self, value: &[f64], there: &mut [bool], first: usize, m: &Measure<'_>) {
+        match (&m.valid, &self.nothing) {
+            (Some((valid, group)), _) => {
+                there.iter_mut().enumerate().for_each(|(i, t)| *t = !valid.is_zero((first + i) / group));
+            }
+            (None, Some(nothing)) if nothing.len() == 1 => {
+                value.iter().zip(there.iter_mut()).for_each(|(v, t)| *t = *v != nothing[0]);
+            }
+            (None, Some(nothing)) => {
+                let rows = value.chunks_exact(nothing.len()).zip(there.chunks_exact_mut(nothing.len()));
+                rows.for_each(|(row, there)| there.fill(row != nothing.as_slice()));
+            }
+            (None, None) => {}
+        }
+        value.iter().zip(there.iter_mut()).for_each(|(v, t)| *t &= v.is_finite());
+    }
+
+    /// What became nothing gets the value that means it, a row as a whole where only a whole row can mean it.
+    fn lose(&self, value: &mut [f64], there: &mut [bool], gone: &mut [bool]) {
+        gone.iter_mut().zip(&*there).for_each(|(g, t)| *g &= *t);
+        match &self.nothing {
+            Some(nothing) => {
+                if nothing.len() > 1 {
+                    gone.chunks_mut(nothing.len()).for_each(|row| row.fill(row.contains(&true)));
+                }
+                let each = nothing.iter().cycle();
+                value.iter_mut().zip(&*gone).zip(each).for_each(|((v, g), x)| *v = if *g { *x } else { *v });
+            }
+            // No value means it: what was measured stays, and another field tells.
+            None => there.iter_mut().zip(&*gone).for_each(|(t, g)| *t &= !*g),
+        }
+        // Too large a sum is no measure, and infinity would mean nothing.
+        value.iter().zip(&*gone).zip(there.iter_mut()).for_each(|((v, g), t)| *t &= v.is_finite() || *g);
+    }
+}
+
+fn some(size: &[f64]) -> bool {
+    size.iter().any(|s| *s != 0.0)
+}
+
+fn of_component(size: &[f64], c: usize) -> f64 {
+    match size {
+        [] => 0.0,
+        [one] => *one,
+        all => all[c],
+    }
+}
+
+/// Numbers from -1 to below 1.
+fn symmetric(key: Key, first: u64, out: &mut [f64]) {
+    (first..).zip(out).for_each(|(i, x)| *x = 2.0 * key.uniform(i) - 1.0);
+}
+
+/// Adds what was drawn, times its size; where that is 0, not even a zero: the value stays bit for bit.
+fn add(value: &mut [f64], drawn: &[f64], size: &[f64]) {
+    let sum = |v: f64, d: f64, s: f64| if s > 0.0 { v + s * d } else { v };
+    match size {
+        [s] => value.iter_mut().zip(drawn).for_each(|(v, d)| *v = sum(*v, *d, *s)),
+        all => value.iter_mut().zip(drawn).zip(all.iter().cycle()).for_each(|((v, d), s)| *v = sum(*v, *d, *s)),
+    }
+}
+
+fn for_components(value: &mut [f64], size: &[f64], f: impl Fn(f64, f64) -> f64) {
+    match size {
+        [s] => value.iter_mut().for_each(|v| *v = f(*v, *s)),
+        all => value.iter_mut().zip(all.iter().cycle()).for_each(|(v, s)| *v = f(*v, *s)),
+    }
+}
+
+/// Adds normal numbers with the standard deviation that follows from `x`; below 0 it is none.
+fn white(value: &mut [f64], x: &[f64], drawn: &[f64], sigma: &[Vec<f64>]) {
+    let sum = |v: f64, s: f64, d: f64| if s > 0.0 && s < f64::INFINITY { v + s * d } else { v };
+    let all = value.iter_mut().zip(x).zip(drawn);
+    match sigma {
+        [one] => match one.as_slice() {
+            [a] => all.for_each(|((v, _), d)| *v = sum(*v, *a, *d)),
+            [a, b] => all.for_each(|((v, x), d)| *v = sum(*v, b * x + a, *d)),
+            [a, b, c] => all.for_each(|((v, x), d)| *v = sum(*v, (c * x + b) * x + a, *d)),
+            many => all.for_each(|((v, x), d)| *v = sum(*v, polynomial(many, *x), *d)),
+        },
+        each => all.zip(each.iter().cycle()).for_each(|(((v, x), d), p)| *v = sum(*v, polynomial(p, *x), *d)),
+    }
+}
+
+fn polynomial(c: &[f64], x: f64) -> f64 {
+    c.iter().rev().fold(0.0, |sum, c| sum * x + c)
+}

@@ -1,0 +1,187 @@
+//! Noise: what a scene declares for the fields of a sensor, done by the host after each measure.
+//!
+//! - [`NoiseSpec`]: what is declared, as TOML and back;
+//! - `fields`: which field a name means, and which of its values mean nothing;
+//! - `numbers`: the elements of a field, whatever their type;
+//! - `apply`: the stages, in their order;
+//! - here: what is kept from measure to measure, walks and readings that are under way.
+
+mod apply;
+mod numbers;
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    sync::Arc,
+};
+
+use serde::{Deserialize, Serialize};
+
+#[cfg(test)]
+use tatu_scene::noise::FieldNoise;
+pub use tatu_scene::noise::NoiseSpec;
+
+use super::Words;
+use apply::{FieldPlan, Measure, Walking};
+use numbers::{Numbers, NumbersMut};
+use tatu_plugins::SensorKind;
+
+/// A sensor's noise: what is done, and what it remembers.
+#[derive(Default)]
+pub(crate) struct Noise {
+    /// What it was made of.
+    spec: Option<Arc<NoiseSpec>>,
+    plans: Vec<FieldPlan>,
+    latency: f64,
+    memory: Memory,
+}
+
+/// What is kept from measure to measure; state.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Memory {
+    /// By field: the time of the last measure, and where each component's walk stands, in standard deviations.
+    walks: BTreeMap<String, (f64, Vec<f64>)>,
+    /// Readings that nobody may see yet, oldest first.
+    held: VecDeque<Reading>,
+}
+
+/// A reading: its time, number and fields.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Reading {
+    pub time: f64,
+    pub sequence: u64,
+    pub fields: Words,
+}
+
+/// One measure: whose, when, and where its fields lie.
+pub(crate) struct Measured<'a> {
+    pub kind: &'a SensorKind,
+    pub seed: u64,
+    pub drawn: u64,
+    pub time: f64,
+    pub fields: &'a mut [u64],
+    /// Of each field: first word, elements.
+    pub spans: &'a [(usize, usize)],
+}
+
+impl Noise {
+    /// With what it remembers from before.
+    pub fn of_memory(memory: Memory) -> Self {
+        Noise { memory, ..Default::default() }
+    }
+
+    /// What it remembers.
+    pub fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    /// The noise that the scene declares now, in place of what was. What goes on keeps its memory.
+    pub fn follow(now: &mut Option<Box<Noise>>, spec: Option<&Arc<NoiseSpec>>, kind: &SensorKind) {
+        let same = match (&*now, spec) {
+            (None, None) => true,
+            (Some(n), Some(spec)) => n.spec.as_ref().is_some_and(|s| Arc::ptr_eq(s, spec)),
+            _ => false,
+        };
+        if same {
+            return;
+        }
+        let mut memory = now.take().map(|n| n.memory).unwrap_or_default();
+        let Some(spec) = spec else {
+            // What is under way is shown by whoever holds the fields; there is no delay any more.
+            if !memory.held.is_empty() {
+                memory.walks.clear();
+                *now = Some(Box::new(Noise { memory, ..Default::default() }));
+            }
+            return;
+        };
+        let plans: Vec<FieldPlan> =
+            spec.fields.iter().filter_map(|(name, noise)| FieldPlan::new(kind, name, noise)).collect();
+        memory.walks.retain(|name, _| plans.iter().any(|p| p.name == *name && p.walks()));
+        let latency = spec.latency.unwrap_or(0.0);
+        *now = Some(Box::new(Noise { spec: Some(spec.clone()), plans, latency, memory }));
+    }
+
+    /// Changes the fields of a measure.
+    pub fn apply(&mut self, m: Measured<'_>, pool: &rayon::ThreadPool) {
+        // What others of its fields are judged by stays as it was measured until all are done.
+        let noisy = |i: usize| self.plans.iter().any(|p| p.field == i);
+        let asked = self.plans.iter().flat_map(|p| [p.of, p.valid]).flatten();
+        let kept: BTreeMap<usize, Vec<u64>> = asked
+            .filter(|i| noisy(*i))
+            .map(|i| (i, m.fields[m.spans[i].0..].iter().take(m.spans[i].1).copied().collect()))
+            .collect();
+        let mut cleared: Vec<(usize, usize, Vec<bool>)> = Vec::new();
+        let base = m.fields.as_mut_ptr();
+        for plan in &self.plans {
+            let (first, n) = m.spans[plan.field];
+            let other = |i: usize| {
+                let (first, n) = m.spans[i];
+                let at = kept.get(&i).map_or(base.wrapping_add(first).cast_const(), |k| k.as_ptr());
+                // SAFETY: a field other than the one that is changed, or a copy; both stay as they are meanwhile.
+                unsafe { Numbers::at(at, m.kind.fields[i].elem, n) }.map(|numbers| (numbers, n))
+            };
+            let of = plan.of.and_then(other).filter(|(_, k)| *k == n).map(|(of, _)| of);
+            let valid = plan.valid.and_then(other).filter(|(_, k)| *k > 0 && n % k == 0);
+            let valid = valid.map(|(valid, k)| (valid, (n / k).max(1)));
+            let walking = plan.walks().then(|| {
+                let (time, state) = self.memory.walks.entry(plan.name.clone()).or_default();
+                Walking { state, passed: m.time - std::mem::replace(time, m.time) }
+            });
+            let bias = plan.bias(m.seed, m.drawn, walking);
+            let mut lost = vec![false; if valid.is_some() { n } else { 0 }];
+            // SAFETY: the field lies in `fields`, of which nobody else looks at this part.
+            let data = unsafe { NumbersMut::at(base.wrapping_add(first), m.kind.fields[plan.field].elem, n) };
+            let measure = Measure { seed: m.seed, drawn: m.drawn, of, valid, bias };
+            if let Some(data) = data {
+                plan.apply(data, &mut lost, &measure, pool);
+            }
+            if let (Some(field), Some((_, group))) = (plan.valid, valid) {
+                cleared.push((field, group, lost));
+            }
+        }
+        for (field, group, lost) in cleared {
+            let (first, n) = m.spans[field];
+            // SAFETY: as above.
+            if let Some(mut valid) = unsafe { NumbersMut::at(base.wrapping_add(first), m.kind.fields[field].elem, n) } {
+                lost.iter().enumerate().filter(|(_, l)| **l).for_each(|(i, _)| valid.clear(i / group));
+            }
+        }
+    }
+
+    /// Whether readings are delayed, or some still are from before.
+    pub fn delays(&self) -> bool {
+        self.latency > 0.0 || !self.memory.held.is_empty()
+    }
+
+    /// The number of the newest reading that is under way.
+    pub fn newest(&self) -> Option<u64> {
+        self.memory.held.back().map(|r| r.sequence)
+    }
+
+    /// Keeps a reading back. One of the same time takes the place of the one before.
+    pub fn hold(&mut self, reading: Reading) {
+        if self.memory.held.back().is_some_and(|r| r.time == reading.time) {
+            self.memory.held.pop_back();
+        }
+        self.memory.held.push_back(reading);
+    }
+
+    /// The newest reading that is old enough to be seen.
+    pub fn release(&mut self, now: f64) -> Option<Reading> {
+        // Times are sums of steps: what lacks a millionth of a step's rounding is there.
+        let old = |r: &Reading| r.time + self.latency <= now + 1e-9 * (1.0 + now.abs());
+        let n = self.memory.held.iter().take_while(|r| old(r)).count();
+        self.memory.held.drain(..n).next_back()
+    }
+
+    /// Forgets what is under way.
+    pub fn drop_held(&mut self) {
+        self.memory.held.clear();
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod judge;
+#[cfg(test)]
+mod statistics;
+#[cfg(test)]
+mod tests;

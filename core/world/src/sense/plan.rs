@@ -1,0 +1,215 @@
+//! What a device sends out: rays, a volume or an image, as its plugin told.
+
+use std::{
+    f64::consts::{FRAC_PI_2, PI, TAU},
+    ffi::c_void,
+};
+
+use nalgebra::{UnitQuaternion, Vector3};
+use tatu_plugin_api::abi::*;
+
+use super::cast::Bundle;
+use ::tatu_beams::{Faces, Grid, View, Volume};
+use tatu_plugins::{
+    SensorKind,
+    border::{ErrorSlot, answer},
+};
+
+/// What a device sends out.
+#[derive(Debug, PartialEq)]
+pub(crate) struct BeamPlan {
+    pub volume: Volume,
+    /// Ray directions in the sensor's frame; one entry (its +z) for a volume, none for an image or a sensor without beams.
+    pub directions: Vec<[f64; 3]>,
+    /// For each direction, the turn that makes +z look along it.
+    pub turns: Vec<UnitQuaternion<f64>>,
+    /// Many rays, made ready.
+    pub bundle: Bundle,
+    /// What it sees as an image.
+    pub image: Option<Grid>,
+    pub near: f64,
+    pub far: f64,
+    pub max_incidence: f64,
+    pub faces: Faces,
+    pub skip_model: bool,
+    /// Numbers of its own, for shapes.
+    pub own: [u32; 4],
+    /// Inputs of its kind that it does not need.
+    pub without: u32,
+    /// Looks at visible objects instead of detectable ones.
+    pub visible: bool,
+    /// What a volume finds counts only if nothing lies between it and the sensor.
+    pub occlude: bool,
+    /// Rays that the plugin moves and turns before each cast.
+    pub aimed: bool,
+    /// `TATU_WAVES_*`: which detectable objects it sees.
+    pub waves: u16,
+}
+
+impl BeamPlan {
+    pub const NONE: BeamPlan = BeamPlan {
+        volume: Volume::Ray,
+        directions: Vec::new(),
+        turns: Vec::new(),
+        bundle: Bundle::NONE,
+        image: None,
+        near: 0.0,
+        far: 0.0,
+        max_incidence: FRAC_PI_2,
+        faces: Faces::BOTH,
+        skip_model: false,
+        own: [0; 4],
+        without: 0,
+        visible: false,
+        occlude: false,
+        aimed: false,
+        waves: u16::MAX,
+    };
+
+    /// Beams or pixels.
+    pub fn count(&self) -> usize {
+        self.directions.len() + self.image.map_or(0, |i| i.columns as usize * i.rows as usize)
+    }
+
+    /// The shape of a field, as it was declared and as it is here.
+    pub fn shape(&self, declared: [u32; 3]) -> [u32; 3] {
+        let image = self.image.map_or((0, 0), |i| (i.rows, i.columns));
+        declared.map(|d| match d {
+            0 => self.count() as u32,
+            TATU_DIM_ROWS => image.0,
+            TATU_DIM_COLUMNS => image.1,
+            d if (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) => self.own[(d - TATU_DIM_OWN) as usize],
+            n => n,
+        })
+    }
+
+    /// Asks an instance.
+    pub fn ask(data: *mut c_void, kind: &SensorKind) -> Result<Self, String> {
+        let Some(ask) = kind.raw.beams else { return Ok(Self::NONE) };
+        let mut raw = tatu_beams {
+            size: size_of::<tatu_beams>() as u32,
+            form: TATU_BEAMS_NONE,
+            count: [0, 0],
+            near_m: 0.0,
+            far_m: f64::INFINITY,
+            dims: [0.0; 6],
+            max_incidence: FRAC_PI_2,
+            directions: std::ptr::null(),
+            flags: 0,
+            reserved: 0,
+            waves: TATU_WAVES_ALL,
+            reserved2: 0,
+            own: [0; 4],
+            without: 0,
+            reserved3: 0,
+        };
+        let mut error = ErrorSlot::new();
+        // SAFETY: by the contract; `[setup]`.
+        if unsafe { answer(ask(data, &mut raw, error.raw()), false, error.raw()) } < 0 {
+            return Err(error.text());
+        }
+        let (volume, directions) = match raw.form {
+            TATU_BEAMS_CONE if (0.0..=PI).contains(&raw.dims[0]) => {
+                (Volume::Cone { half_angle: raw.dims[0] }, vec![[0.0, 0.0, 1.0]])
+            }
+            TATU_BEAMS_CONE => return Err(format!("a half angle of {} rad; expected 0 to pi", raw.dims[0])),
+            TATU_BEAMS_PYRAMID | TATU_BEAMS_CYLINDER | TATU_BEAMS_DISC => (volume(&raw)?, vec![[0.0, 0.0, 1.0]]),
+            TATU_BEAMS_RAYS => (Volume::Ray, rays(&raw)?),
+            TATU_BEAMS_NONE | TATU_BEAMS_GRID | TATU_BEAMS_PARALLEL => (Volume::Ray, Vec::new()),
+            form => return Err(format!("beams of form {form} are not cast by this host; expected TATU_BEAMS_*")),
+        };
+        if !(raw.near_m >= 0.0 && raw.far_m >= raw.near_m) {
+            return Err(format!("beams from {} m to {} m", raw.near_m, raw.far_m));
+        }
+        if !(0.0..=PI).contains(&raw.max_incidence) {
+            return Err(format!("a greatest incidence of {} rad; expected 0 to pi", raw.max_incidence));
+        }
+        let image = image(&raw)?;
+        let aimed = raw.form == TATU_BEAMS_RAYS && raw.flags & TATU_BEAMS_AIMED != 0;
+        let bundle = if matches!(volume, Volume::Ray) && !aimed { Bundle::new(&directions) } else { Bundle::NONE };
+        Ok(BeamPlan {
+            volume,
+            bundle,
+            turns: directions.iter().map(|d| look_along(*d)).collect(),
+            directions,
+            image,
+            near: raw.near_m,
+            far: raw.far_m,
+            max_incidence: raw.max_incidence,
+            faces: Faces { front: raw.flags & TATU_BEAMS_NO_FRONT == 0, back: raw.flags & TATU_BEAMS_NO_BACK == 0 },
+            skip_model: raw.flags & TATU_BEAMS_SKIP_MODEL != 0,
+            own: raw.own,
+            without: raw.without,
+            visible: raw.flags & TATU_BEAMS_VISIBLE != 0,
+            occlude: raw.flags & TATU_BEAMS_OCCLUDE != 0,
+            aimed,
+            waves: raw.waves as u16,
+        })
+    }
+}
+
+/// A volume with flat sides.
+fn volume(raw: &tatu_beams) -> Result<Volume, String> {
+    let [a, b, c, d, ..] = raw.dims;
+    let all = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite() && *x >= 0.0);
+    let volume = match raw.form {
+        TATU_BEAMS_PYRAMID => {
+            all(&[a, b, c, d]).then_some(Volume::Pyramid { x_near: a, y_near: b, x_far: c, y_far: d })
+        }
+        TATU_BEAMS_CYLINDER => all(&[a, b]).then_some(Volume::Cylinder { radius_near: a, radius_far: b }),
+        _ => (all(&[a, b, c]) && a <= TAU && c <= a).then_some(Volume::Disc { angle: a, height: b, gap: c }),
+    };
+    volume.ok_or_else(|| {
+        format!(
+            "a volume of form {} with the numbers {:?}; expected sizes from 0 on, and angles up to a full turn",
+            raw.form, raw.dims
+        )
+    })
+}
+
+fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
+    if raw.count[0] > MAX_RAYS {
+        return Err(format!("{} rays; expected at most {MAX_RAYS}", raw.count[0]));
+    }
+    if raw.directions.is_null() {
+        return Err("rays without directions".into());
+    }
+    // SAFETY: 3 numbers per ray, by the contract.
+    let all: &[[f64; 3]] = unsafe { std::slice::from_raw_parts(raw.directions.cast(), raw.count[0] as usize) };
+    let unit = |d: &[f64; 3]| (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1.0).abs() < 1e-6;
+    match all.iter().position(|d| !unit(d)) {
+        Some(i) => Err(format!("the direction of ray {i} is {:?}; expected a unit vector", all[i])),
+        None => Ok(all.to_vec()),
+    }
+}
+
+fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
+    let [columns, rows] = raw.count;
+    let view = match raw.form {
+        TATU_BEAMS_GRID if raw.dims[0] > 0.0 && raw.dims[0] < PI => View::Perspective { angle: raw.dims[0] },
+        TATU_BEAMS_GRID => {
+            return Err(format!("an image of {} rad; expected more than 0 and less than pi", raw.dims[0]));
+        }
+        TATU_BEAMS_PARALLEL if raw.dims[0] > 0.0 && raw.dims[0].is_finite() => {
+            View::Orthographic { width: raw.dims[0] }
+        }
+        TATU_BEAMS_PARALLEL => return Err(format!("an image {} m wide; expected more than 0", raw.dims[0])),
+        _ => return Ok(None),
+    };
+    if columns == 0 || rows == 0 || columns > MAX_SIDE || rows > MAX_SIDE {
+        return Err(format!("an image of {columns} x {rows} pixels; expected 1 to {MAX_SIDE} each way"));
+    }
+    Ok(Some(Grid { columns, rows, view, near: raw.near_m, far: raw.far_m }))
+}
+
+/// Rays that one sensor may have: more is a mistake, and would be read beyond the plugin's memory.
+const MAX_RAYS: u32 = 1 << 24;
+
+/// Pixels along one side of an image.
+const MAX_SIDE: u32 = 8192;
+
+/// The turn that makes +z look along a direction, with the least twist.
+pub(super) fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
+    UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::from(d))
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI))
+}

@@ -1,0 +1,182 @@
+//! `tatu.host.bodies`: velocities, pushes, contacts.
+
+use nalgebra::Vector3;
+use tatu_plugin_api::abi::*;
+
+use super::{busy, fill, here, on, slot};
+use crate::world::{WorldCell, wants};
+use tatu_physics::{BodyId, Twist};
+use tatu_scene::rows::kind_name;
+
+pub static TABLE: tatu_host_bodies = tatu_host_bodies {
+    size: size_of::<tatu_host_bodies>() as u32,
+    reserved: 0,
+    twist: Some(twist),
+    set_twist: Some(set_twist),
+    push: Some(push),
+    impulse: Some(impulse),
+    contacts: Some(contacts),
+    closest: Some(super::solids::closest),
+    is_dynamic: Some(super::solids::is_dynamic),
+};
+
+unsafe extern "C" fn twist(w: *mut tatu_world, object: tatu_object, out: *mut f64) -> tatu_status {
+    // SAFETY: by the contract, here and below: pointers are valid during the call.
+    unsafe {
+        here(w, |world| {
+            let (Some(scene), Some(dynamics)) = (world.see(|w| &w.scene), world.see(|w| &w.dynamics)) else {
+                return Err(busy(world));
+            };
+            match slot(world, &scene, object) {
+                Ok(s) => {
+                    let t = world.twist(&scene, &dynamics, s);
+                    std::ptr::copy_nonoverlapping(t.as_ptr(), out, 6);
+                    Ok(())
+                }
+                Err(status) => Err(status),
+            }
+        })
+    }
+}
+
+/// The body of a dynamic shape, made now if its shape is new; with its mass and inertia.
+fn body(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
+    match body_now(world, object) {
+        Err(TATU_ERR_ARGUMENT) if wants::becomes(world, object, kind_name(TATU_KIND_SHAPE)) => body_now(world, object),
+        body => body,
+    }
+}
+
+fn body_now(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
+    let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+    let s = slot(world, &scene, object)?;
+    world.dynamics.try_borrow_mut().map_err(|_| busy(world))?.settle(&mut scene);
+    let o = scene.get(s);
+    let id = o.and_then(|o| o.shape()).filter(|s| s.dynamic).and_then(|s| s.body.0);
+    id.ok_or_else(|| {
+        let kind = o.map_or("nothing", |o| kind_name(o.kind()));
+        let text =
+            format!("object {s} `{}` is a {kind} that forces do not move; expected a dynamic shape", scene.path(s));
+        world.calls.refuse(TATU_ERR_ARGUMENT, &text)
+    })
+}
+
+/// Three numbers, or zeros for null; `None` if one is not finite.
+///
+/// # Safety
+/// `p` is null or has 3 numbers.
+unsafe fn three(p: *const f64) -> Option<Vector3<f64>> {
+    if p.is_null() {
+        return Some(Vector3::zeros());
+    }
+    // SAFETY: as promised.
+    let v = unsafe { *p.cast::<[f64; 3]>() };
+    v.iter().all(|x| x.is_finite()).then(|| Vector3::from(v))
+}
+
+unsafe extern "C" fn set_twist(w: *mut tatu_world, object: tatu_object, twist: *const f64) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let (Some(linear), Some(angular)) = (three(twist), three(twist.add(3))) else {
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a velocity is 6 finite numbers"));
+            };
+            match body(world, object) {
+                Ok(b) => {
+                    world.dynamics.borrow_mut().set_twist(b, &Twist { linear, angular });
+                    Ok(())
+                }
+                Err(status) => Err(status),
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn push(
+    w: *mut tatu_world,
+    object: tatu_object,
+    force: *const f64,
+    torque: *const f64,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let (Some(force), Some(torque)) = (three(force), three(torque)) else {
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a force and a torque are 3 finite numbers each"));
+            };
+            match body(world, object) {
+                Ok(b) => {
+                    world.dynamics.borrow_mut().push(b, force, torque);
+                    Ok(())
+                }
+                Err(status) => Err(status),
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn impulse(
+    w: *mut tatu_world,
+    object: tatu_object,
+    linear: *const f64,
+    angular: *const f64,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let (Some(linear), Some(angular)) = (three(linear), three(angular)) else {
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "an impulse is 3 finite numbers"));
+            };
+            let b = body(world, object)?;
+            let (Ok(scene), Ok(mut dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow_mut()) else {
+                return Err(busy(world));
+            };
+            let Some((s, shape)) = scene.resolve(object).ok().and_then(|s| Some((s, scene.get(s)?.shape()?))) else {
+                return Err(busy(world));
+            };
+            let props = tatu_scene::mass_props(shape);
+            let r = scene.world(s).rotation.to_rotation_matrix();
+            let inertia = r.matrix() * props.inertia * r.matrix().transpose();
+            let mut t = dynamics.twist(shape).unwrap_or_default();
+            t.linear += linear / props.mass;
+            t.angular += inertia.try_inverse().map_or(Vector3::zeros(), |i| i * angular);
+            dynamics.set_twist(b, &t);
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn contacts(
+    w: *mut tatu_world,
+    object: tatu_object,
+    out: *mut tatu_contact,
+    cap: u32,
+    n: *mut u32,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let (Ok(scene), Ok(dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow()) else {
+                return Err(busy(world));
+            };
+            let wanted = match object {
+                0 => None,
+                o => match slot(world, &scene, o) {
+                    Ok(s) => Some(s),
+                    Err(status) => return Err(status),
+                },
+            };
+            let all: Vec<tatu_contact> = dynamics
+                .contacts()
+                .filter(|(a, b, _)| wanted.is_none_or(|s| *a == s || *b == s))
+                .map(|(a, b, c)| tatu_contact {
+                    shape: [scene.id(a), scene.id(b)],
+                    point: c.point.coords.into(),
+                    normal: c.normal.into(),
+                    force: c.force,
+                })
+                .collect();
+            fill(&all, out, cap, n)
+        })
+    }
+}

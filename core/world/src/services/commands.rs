@@ -1,0 +1,157 @@
+//! `tatu.host.commands`: every command of every plugin, constants, preludes, the arena, functions.
+
+use std::ffi::{CStr, c_char, c_void};
+
+use tatu_plugin_api::abi::*;
+
+use super::{here, on, passed};
+use crate::{calls::call_command, scripts, world::WorldCell};
+use tatu_plugins::border::{raw, text};
+
+pub static TABLE: tatu_host_commands = tatu_host_commands {
+    size: size_of::<tatu_host_commands>() as u32,
+    reserved: 0,
+    find: Some(find),
+    count: Some(count),
+    describe: Some(describe),
+    call: Some(call),
+    generation: Some(generation),
+    constant: Some(constant),
+    prelude: Some(prelude),
+    mark: Some(mark),
+    alloc: Some(alloc),
+    release: Some(release),
+    retain: Some(retain),
+    drop: Some(drop_func),
+    call_func: Some(call_func),
+};
+
+unsafe extern "C" fn find(w: *mut tatu_world, name: tatu_str) -> u32 {
+    // SAFETY: by the contract, here and below: pointers are valid during the call.
+    unsafe {
+        let Some(world) = WorldCell::here(w) else { return 0 };
+        let name = text(name);
+        if name.ends_with('.') {
+            return u32::from(world.registry.has_namespace(&name));
+        }
+        world.registry.command(&name).map_or(0, |(id, alias)| id << 8 | alias)
+    }
+}
+
+unsafe extern "C" fn count(w: *mut tatu_world) -> u32 {
+    // SAFETY: as above.
+    unsafe { WorldCell::here(w) }.map_or(0, |world| world.registry.commands.len() as u32)
+}
+
+unsafe extern "C" fn describe(w: *mut tatu_world, id: u32) -> *const tatu_command {
+    // SAFETY: as above.
+    let world = unsafe { WorldCell::here(w) };
+    world
+        .and_then(|world| world.registry.commands.get((id as usize).wrapping_sub(1)))
+        .map_or(std::ptr::null(), |c| &c.raw)
+}
+
+unsafe extern "C" fn call(w: *mut tatu_world, frame: *mut tatu_call) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
+            return TATU_ERR_ARGUMENT;
+        }
+        here(w, |world| passed(call_command(world, frame, 0)))
+    }
+}
+
+unsafe extern "C" fn generation(w: *mut tatu_world) -> u64 {
+    // SAFETY: as above.
+    unsafe { WorldCell::here(w) }.map_or(1, |world| world.registry.generation)
+}
+
+unsafe extern "C" fn constant(w: *mut tatu_world, name: tatu_str, out: *mut tatu_value) -> tatu_status {
+    // SAFETY: as above; a constant's value lives as long as its plugin.
+    unsafe {
+        here(w, |world| {
+            let name = text(name);
+            match world.registry.constants.get(name.as_ref()) {
+                Some(c) => {
+                    *out = c.raw;
+                    Ok(())
+                }
+                // Asked for often by scripts that test names: no sentence.
+                None => Err(TATU_ERR_MISSING),
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn prelude(
+    w: *mut tatu_world,
+    language: *const c_char,
+    index: u32,
+    module: *mut tatu_str,
+    out: *mut tatu_str,
+) -> tatu_status {
+    // SAFETY: as above; preludes live as long as the registry.
+    unsafe {
+        here(w, |world| {
+            let language = if language.is_null() { "".into() } else { CStr::from_ptr(language).to_string_lossy() };
+            match world.registry.preludes.iter().filter(|p| p.language == language).nth(index as usize) {
+                Some(p) => {
+                    *module = raw(p.module.as_bytes());
+                    *out = raw(&p.text);
+                    Ok(())
+                }
+                None => Err(TATU_ERR_MISSING),
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn mark(w: *mut tatu_world) -> u64 {
+    // SAFETY: as above.
+    unsafe { WorldCell::here(w) }.and_then(|world| Some(world.calls.arena.try_borrow().ok()?.mark())).unwrap_or(0)
+}
+
+unsafe extern "C" fn alloc(w: *mut tatu_world, bytes: u64) -> *mut c_void {
+    // SAFETY: as above.
+    let world = unsafe { WorldCell::here(w) };
+    world
+        .and_then(|world| Some(world.calls.arena.try_borrow_mut().ok()?.alloc(bytes as usize)))
+        .map_or(std::ptr::null_mut(), <*mut u8>::cast)
+}
+
+unsafe extern "C" fn release(w: *mut tatu_world, mark: u64) {
+    // SAFETY: as above.
+    if let Some(mut arena) = unsafe { WorldCell::here(w) }.and_then(|world| world.calls.arena.try_borrow_mut().ok()) {
+        arena.release(mark);
+    }
+}
+
+unsafe extern "C" fn retain(w: *mut tatu_world, func: tatu_func, kept: *mut tatu_func) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| match scripts::keep_func(world, func) {
+            Some(f) => {
+                *kept = f;
+                Ok(())
+            }
+            None => Err(world.calls.refuse(TATU_ERR_GONE, "the function is gone: its call or its script has ended")),
+        })
+    }
+}
+
+unsafe extern "C" fn drop_func(w: *mut tatu_world, func: tatu_func) {
+    // SAFETY: as above.
+    if let Some(world) = unsafe { WorldCell::of(w) } {
+        scripts::drop_func(world, func);
+    }
+}
+
+unsafe extern "C" fn call_func(w: *mut tatu_world, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
+            return TATU_ERR_ARGUMENT;
+        }
+        on(w, |world| passed(scripts::call_func(world, func, frame)))
+    }
+}

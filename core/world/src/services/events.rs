@@ -1,0 +1,116 @@
+//! `tatu.host.events`: publishing what happened, and listening to it.
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Value, ValueRef},
+};
+
+use super::{Done, busy, on};
+use crate::{scripts, world::WorldCell};
+use tatu_errors::nearest;
+use tatu_plugins::{
+    border::{raw, text},
+    events::ALL,
+};
+
+pub static TABLE: tatu_host_events = tatu_host_events {
+    size: size_of::<tatu_host_events>() as u32,
+    reserved: 0,
+    publish: Some(publish),
+    subscribe: Some(subscribe),
+    unsubscribe: Some(unsubscribe),
+    wanted: Some(wanted),
+    declared: Some(declared),
+};
+
+unsafe extern "C" fn publish(w: *mut tatu_world, name: tatu_str, payload: *const tatu_value) -> tatu_status {
+    // SAFETY: by the contract, here and below: pointers are valid during the call.
+    unsafe {
+        on(w, |world| {
+            let name = text(name);
+            if !name.contains('.') {
+                let said = format!("`{name}` is no event to publish: names without a dot belong to the host");
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &said));
+            }
+            let payload = payload.as_ref().map_or(ValueRef::NIL, |p| ValueRef::new(*p));
+            // An empty table of a script may look like a list.
+            let nothing = payload.is_nil() || payload.tag() != TATU_MAP && payload.is_empty();
+            if !nothing && payload.tag() != TATU_MAP {
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a payload is a table with names"));
+            }
+            if !world.outside.wants(&name) {
+                return Ok(());
+            }
+            match if nothing { Ok(Value::Nil) } else { payload.to_value() } {
+                Ok(value) => world.outside.publish(&name, || value),
+                Err(e) => return Err(world.calls.refuse(e.code(), e.text())),
+            }
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn subscribe(w: *mut tatu_world, name: tatu_str, handler: tatu_func, id: *mut u64) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let name = text(name);
+            check(world, &name)?;
+            if scripts::owner_of_func(world, handler).is_none() {
+                return Err(world.calls.refuse(TATU_ERR_GONE, "the function is gone: its script has ended"));
+            }
+            let given = world.outside.bus.subscribe(&name, handler).ok_or_else(|| busy(world))?;
+            if let Some(id) = id.as_mut() {
+                *id = given;
+            }
+            Ok(())
+        })
+    }
+}
+
+/// Whether a name can be one of an event.
+fn check(world: &WorldCell, name: &str) -> Done {
+    let declared = &world.registry.events;
+    if name == ALL || name.contains('.') || declared.iter().any(|e| e.name == name) {
+        return Ok(());
+    }
+    let near = nearest(name, declared.iter().map(|e| e.name.as_str()));
+    let near = near.map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+    Err(world.calls.refuse(TATU_ERR_MISSING, &format!("there is no event `{name}`{near}")))
+}
+
+unsafe extern "C" fn unsubscribe(w: *mut tatu_world, id: u64) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| match world.outside.bus.unsubscribe(id) {
+            Some(handler) => {
+                scripts::drop_func(world, handler);
+                Ok(())
+            }
+            None => Err(world.calls.refuse(TATU_ERR_MISSING, &format!("there is no subscription {id}"))),
+        })
+    }
+}
+
+unsafe extern "C" fn wanted(w: *mut tatu_world, name: tatu_str) -> u32 {
+    // SAFETY: as above.
+    unsafe { WorldCell::of(w).map_or(0, |world| world.outside.wants(&text(name)).into()) }
+}
+
+unsafe extern "C" fn declared(w: *mut tatu_world, index: u32, name: *mut tatu_str, out: *mut tatu_str) -> tatu_status {
+    // SAFETY: as above; the declarations live as long as the registry.
+    unsafe {
+        on(w, |world| match world.registry.events.get(index as usize) {
+            Some(e) => {
+                if let Some(name) = name.as_mut() {
+                    *name = raw(e.name.as_bytes());
+                }
+                if let Some(out) = out.as_mut() {
+                    *out = raw(e.text.as_bytes());
+                }
+                Ok(())
+            }
+            None => Err(TATU_ERR_MISSING),
+        })
+    }
+}

@@ -1,0 +1,274 @@
+//! `tatu.host.figures`: streams and curves of graphs, drawings.
+
+use nalgebra::Isometry3;
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Value, ValueRef},
+};
+
+use super::{Done, busy, fill, give, on, properties::refusal, slot};
+use crate::{
+    figures::{self, Drawing, Figures},
+    world::WorldCell,
+};
+use tatu_errors::Refusal;
+use tatu_scene::{
+    Scene,
+    graph::{CurveSpec, Graph, StreamSpec, keys_of},
+};
+
+pub static TABLE: tatu_host_figures = tatu_host_figures {
+    size: size_of::<tatu_host_figures>() as u32,
+    reserved: 0,
+    add: Some(add),
+    change: Some(change),
+    put: Some(put),
+    record: Some(record),
+    list: Some(list),
+    get: Some(get),
+};
+
+/// Runs `f` on the figures of a world.
+fn with<T>(world: &WorldCell, f: impl FnOnce(&Scene, &mut Figures) -> Result<T, Refusal>) -> Result<T, tatu_status> {
+    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let mut all = world.figures.try_borrow_mut().map_err(|_| busy(world))?;
+    f(&scene, &mut all).map_err(|r| refusal(world, r))
+}
+
+/// The full id of an object that a caller names.
+fn full(world: &WorldCell, object: tatu_object) -> Result<tatu_object, tatu_status> {
+    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    Ok(scene.id(slot(world, &scene, object)?))
+}
+
+fn missing<T>(what: &str, id: i64) -> Result<T, Refusal> {
+    Err(Refusal(TATU_ERR_MISSING, format!("there is no {what} {id}")))
+}
+
+/// A map that a caller gave.
+///
+/// # Safety
+/// `raw` is null or a value that is valid during the call.
+unsafe fn keys(world: &WorldCell, raw: *const tatu_value) -> Result<Option<Value>, tatu_status> {
+    // SAFETY: as promised.
+    let Some(raw) = (unsafe { raw.as_ref() }) else { return Ok(None) };
+    // SAFETY: as promised.
+    let value = unsafe { ValueRef::new(*raw) }.to_value().map_err(|e| world.calls.refuse(e.code(), e.text()))?;
+    Ok(Some(value))
+}
+
+unsafe extern "C" fn add(
+    w: *mut tatu_world,
+    object: tatu_object,
+    what: u32,
+    map: *const tatu_value,
+    out: *mut i64,
+) -> tatu_status {
+    // SAFETY: by the contract, here and below: pointers are valid during the call.
+    unsafe {
+        on(w, |world| {
+            let Some(map) = keys(world, map)? else { return Err(TATU_ERR_ARGUMENT) };
+            let owner = if what == TATU_FIGURE_DRAWING { 0 } else { full(world, object)? };
+            let id = with(world, |scene, all| match what {
+                TATU_FIGURE_STREAM => all.graph(scene, owner)?.add_stream(StreamSpec::from_value(&map)?),
+                TATU_FIGURE_CURVE => all.graph(scene, owner)?.add_curve(CurveSpec::from_value(&map)?),
+                TATU_FIGURE_COPY => {
+                    let (name, curve) = keys_of(&map)?;
+                    all.graph(scene, owner)?.freeze(curve, &name)
+                }
+                TATU_FIGURE_DRAWING => {
+                    all.look_after(scene);
+                    let mut drawing = Drawing::from_value(&map)?;
+                    if drawing.parent != 0 {
+                        let gone = |_| Refusal(TATU_ERR_GONE, "the parent of the drawing is not there".into());
+                        drawing.parent = scene.id(scene.resolve(drawing.parent).map_err(gone)?);
+                    }
+                    all.draw(drawing)
+                }
+                _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("there is no sort {what} of figures"))),
+            })?;
+            *out = id;
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn change(w: *mut tatu_world, object: tatu_object, id: i64, map: *const tatu_value) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let map = keys(world, map)?;
+            if object == 0 {
+                return with(world, |_, all| match (map, all.drawings.remove(&id)) {
+                    (None, Some(_)) => Ok(()),
+                    (None, None) => missing("drawing", id),
+                    (Some(_), found) => {
+                        found.map(|d| all.drawings.insert(id, d));
+                        Err(Refusal(TATU_ERR_UNSUPPORTED, "a drawing is removed and made anew, not changed".into()))
+                    }
+                });
+            }
+            let owner = full(world, object)?;
+            with(world, |scene, all| {
+                let graph = all.graph(scene, owner)?;
+                match map {
+                    Some(map) => {
+                        let stream = graph.stream(id)?;
+                        stream.spec = StreamSpec { name: stream.spec.name.clone(), ..stream.spec.with(&map)? };
+                        stream.color = stream.spec.color.unwrap_or(stream.color);
+                        Ok(())
+                    }
+                    None if graph.remove(id) => Ok(()),
+                    None => missing("stream or curve", id),
+                }
+            })
+        })
+    }
+}
+
+unsafe extern "C" fn put(
+    w: *mut tatu_world,
+    object: tatu_object,
+    id: i64,
+    numbers: *const f64,
+    n: u64,
+    taken: *mut u64,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let numbers =
+                if numbers.is_null() || n == 0 { &[][..] } else { std::slice::from_raw_parts(numbers, n as usize) };
+            let owner = if object == 0 { 0 } else { full(world, object)? };
+            let count = with(world, |scene, all| {
+                if owner == 0 {
+                    all.look_after(scene);
+                    let Some(drawing) = all.drawings.get_mut(&id) else { return missing("drawing", id) };
+                    if numbers.is_empty() {
+                        drawing.items.clear();
+                        return Ok(0);
+                    }
+                    return drawing.add(numbers, &frame(scene, drawing));
+                }
+                let graph = all.graph(scene, owner)?;
+                match (id, numbers) {
+                    (0, []) => graph.empty(),
+                    (_, [x]) => {
+                        let stream = graph.stream(id)?;
+                        if !stream.spec.of.is_empty() {
+                            let text =
+                                format!("the stream `{}` records by itself: it takes no numbers", stream.spec.name);
+                            return Err(Refusal(TATU_ERR_ARGUMENT, text));
+                        }
+                        stream.given = Some(*x);
+                    }
+                    _ => return Err(Refusal(TATU_ERR_ARGUMENT, "a stream takes one number".into())),
+                }
+                Ok(numbers.len())
+            })?;
+            if let Some(taken) = taken.as_mut() {
+                *taken = count as u64;
+            }
+            Ok(())
+        })
+    }
+}
+
+/// Where the parent of a drawing is.
+fn frame(scene: &Scene, drawing: &Drawing) -> Isometry3<f64> {
+    scene.resolve(drawing.parent).map_or(Isometry3::identity(), |slot| scene.world(slot))
+}
+
+unsafe extern "C" fn record(w: *mut tatu_world, object: tatu_object, time: f64) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            if !time.is_finite() {
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "the time of a sample is finite"));
+            }
+            let done = match object {
+                0 => figures::record_due(world, time).map(drop),
+                one => figures::record(world, full(world, one)?, time),
+            };
+            done.map_err(|r| refusal(world, r))
+        })
+    }
+}
+
+unsafe extern "C" fn list(
+    w: *mut tatu_world,
+    object: tatu_object,
+    what: u32,
+    out: *mut i64,
+    cap: u32,
+    n: *mut u32,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let owner = if object == 0 { 0 } else { full(world, object)? };
+            let ids: Vec<i64> = with(world, |scene, all| {
+                all.look_after(scene);
+                Ok(match what {
+                    TATU_FIGURE_STREAM => all.graph(scene, owner)?.streams.iter().map(|s| s.id).collect(),
+                    TATU_FIGURE_CURVE => all.graph(scene, owner)?.curves.iter().map(|c| c.id).collect(),
+                    TATU_FIGURE_DRAWING => all.drawings.keys().copied().collect(),
+                    _ => return Err(Refusal(TATU_ERR_ARGUMENT, format!("there is no sort {what} of figures"))),
+                })
+            })?;
+            fill(&ids, out, cap, n)
+        })
+    }
+}
+
+unsafe extern "C" fn get(
+    w: *mut tatu_world,
+    object: tatu_object,
+    id: i64,
+    numbers: u32,
+    out: *mut tatu_value,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| -> Done {
+            let owner = if object == 0 { 0 } else { full(world, object)? };
+            let value = with(world, |scene, all| match owner {
+                0 => match all.drawings.get(&id) {
+                    Some(d) => Ok(of_drawing(d, scene, numbers != 0)),
+                    None => missing("drawing", id),
+                },
+                _ => of_graph(all.graph(scene, owner)?, id, numbers != 0),
+            })?;
+            give(world, &value, out)
+        })
+    }
+}
+
+/// A map with more entries.
+fn more(value: Value, entries: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
+    let mut all = if let Value::Map(all) = value { all } else { Vec::new() };
+    all.extend(entries.into_iter().map(|(k, v)| (Value::text(k), v)));
+    Value::Map(all)
+}
+
+fn of_drawing(d: &Drawing, scene: &Scene, numbers: bool) -> Value {
+    let stride = Value::Int(d.stride() as i64);
+    let value = more(d.entries(), [("figure", Value::Int(TATU_FIGURE_DRAWING.into())), ("stride", stride)]);
+    if numbers { more(value, [("items", Value::Floats(d.in_world(&frame(scene, d))))]) } else { value }
+}
+
+fn of_graph(graph: &Graph, id: i64, numbers: bool) -> Result<Value, Refusal> {
+    if let Some(s) = graph.streams.iter().find(|s| s.id == id) {
+        let spec = StreamSpec { color: Some(s.color), ..s.spec.clone() };
+        let value = more(spec.to_value(), [("figure", Value::Int(TATU_FIGURE_STREAM.into()))]);
+        let floats = |all: &std::collections::VecDeque<f64>| Value::Floats(all.iter().copied().collect());
+        let held = [("times", floats(&graph.times)), ("values", floats(&s.values))];
+        return Ok(if numbers { more(value, held) } else { value });
+    }
+    let Some(c) = graph.curves.iter().find(|c| c.id == id) else { return missing("stream or curve", id) };
+    let spec = CurveSpec { color: Some(c.color), ..c.spec.clone() };
+    let dims = Value::Int(c.spec.axes.len() as i64);
+    let value = more(spec.to_value(), [("figure", Value::Int(TATU_FIGURE_CURVE.into())), ("dims", dims)]);
+    let points = || Value::Floats(graph.points(c).concat());
+    Ok(if numbers { more(value, [("points", points())]) } else { value })
+}

@@ -1,0 +1,136 @@
+//! The host's side of the border: one file per table.
+//!
+//! Every function looks its world up, borrows one part of it, acts, and lets it go. A borrow that is refused (the
+//! caller is inside a measure, say) is an error, never a panic.
+
+mod bodies;
+mod commands;
+mod devices;
+mod events;
+mod figures;
+mod files;
+mod log;
+mod properties;
+mod readings;
+mod scene;
+mod scripts;
+mod session;
+mod signals;
+mod solids;
+
+use std::ffi::{CStr, c_void};
+
+use tatu_plugin_api::abi::*;
+use tatu_plugins::HostTables;
+
+use crate::world::WorldCell;
+use tatu_scene::rows::ROWS;
+
+/// The tables that plugins get: an argument of [`Registry::load`](tatu_plugins::Registry::load).
+pub fn host_tables() -> HostTables {
+    HostTables::new(table, ROWS.iter().map(|row| row.key))
+}
+
+fn table(id: &CStr) -> *const c_void {
+    match id {
+        id if id == TATU_HOST_SCENE => (&raw const scene::TABLE).cast(),
+        id if id == TATU_HOST_READINGS => (&raw const readings::TABLE).cast(),
+        id if id == TATU_HOST_BODIES => (&raw const bodies::TABLE).cast(),
+        id if id == TATU_HOST_COMMANDS => (&raw const commands::TABLE).cast(),
+        id if id == TATU_HOST_SCRIPTS => (&raw const scripts::TABLE).cast(),
+        id if id == TATU_HOST_SIGNALS => (&raw const signals::TABLE).cast(),
+        id if id == TATU_HOST_EVENTS => (&raw const events::TABLE).cast(),
+        id if id == TATU_HOST_SESSION => (&raw const session::TABLE).cast(),
+        id if id == TATU_HOST_STAGE => (&raw const session::STAGE).cast(),
+        id if id == TATU_HOST_LOG => (&raw const log::TABLE).cast(),
+        id if id == TATU_HOST_FILES => (&raw const files::TABLE).cast(),
+        id if id == TATU_HOST_FIGURES => (&raw const figures::TABLE).cast(),
+        _ => std::ptr::null(),
+    }
+}
+
+/// How a service function ends: done, or refused with a status whose sentence has been recorded.
+type Done = Result<(), tatu_status>;
+
+/// Runs `f` on a world; null gives an error.
+///
+/// # Safety
+/// `world` is null or a living world of this host.
+unsafe fn on(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
+    let alone = |world: &WorldCell| match world.lane {
+        None => f(world),
+        Some(_) => Err(busy(world)),
+    };
+    // SAFETY: as promised.
+    unsafe { here(world, alone) }
+}
+
+/// The same for a service that only looks: scripts that run side by side may use it.
+///
+/// # Safety
+/// As for [`on`].
+#[inline]
+unsafe fn here(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
+    // SAFETY: as promised.
+    let done = unsafe { WorldCell::here(world) }.map_or(Err(TATU_ERR_ARGUMENT), f);
+    done.err().unwrap_or(TATU_OK)
+}
+
+/// A status that something else gave, done or not.
+fn passed(status: tatu_status) -> Done {
+    if status == TATU_OK { Ok(()) } else { Err(status) }
+}
+
+/// Another part of the same world is in use by a caller further up.
+fn busy(world: &WorldCell) -> tatu_status {
+    let text = match world.lane {
+        None => "not possible from within this call",
+        Some(_) => "not possible in a script that runs side by side with others",
+    };
+    world.calls.refuse(TATU_ERR_BUSY, text)
+}
+
+/// The slot of an object that a caller names, or the refusal.
+fn slot(world: &WorldCell, scene: &tatu_scene::Scene, object: tatu_object) -> Result<u32, tatu_status> {
+    scene.resolve(object).map_err(|last| {
+        let n = object & 0xF_FFFF;
+        match last {
+            Some(name) => world.calls.refuse(TATU_ERR_GONE, &format!("object {n} (it was `{name}`) has been removed")),
+            None if object == 0 => world.calls.refuse(TATU_ERR_MISSING, "the world itself is no object of the scene"),
+            None => world.calls.refuse(TATU_ERR_MISSING, &format!("there is no object {n}")),
+        }
+    })
+}
+
+/// Copies a list into a caller's array as far as it fits, and tells the full count.
+///
+/// # Safety
+/// `out` has room for `cap`, or is null; `n` is null or writable.
+unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: *mut u32) -> Done {
+    // SAFETY: as promised.
+    unsafe {
+        if !out.is_null() {
+            std::ptr::copy_nonoverlapping(all.as_ptr(), out, all.len().min(cap as usize));
+        }
+        if let Some(n) = n.as_mut() {
+            *n = all.len() as u32;
+        }
+    }
+    Ok(())
+}
+
+/// Puts a value into the world's arena and writes its border form.
+///
+/// # Safety
+/// `out` is writable.
+unsafe fn give(world: &WorldCell, value: &tatu_plugin_api::safe::Value, out: *mut tatu_value) -> Done {
+    let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return Err(busy(world)) };
+    match (value.to_raw(&mut |n| arena.alloc(n)), out.is_null()) {
+        (Some(raw), false) => {
+            // SAFETY: as promised.
+            unsafe { *out = raw };
+            Ok(())
+        }
+        _ => Err(world.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory")),
+    }
+}

@@ -1,0 +1,284 @@
+//! Reading and setting properties of objects, sensors, scripts and the world itself.
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{Done, busy, devices, slot};
+use crate::world::{WorldCell, wants};
+use tatu_errors::Refusal;
+use tatu_plugins::check_value;
+use tatu_scene::{
+    self, Changed, Data,
+    document::{Target, preset_settings},
+    noise::NoiseSpec,
+    rows::{Of, Row},
+};
+
+pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
+    world.calls.refuse(r.0, &r.1)
+}
+
+pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
+    let value = read_row(world, object, prop);
+    match value {
+        Err(TATU_ERR_ARGUMENT) if wants::becomes_by_row(world, object, Row::of(prop)) => read_row(world, object, prop),
+        value => value,
+    }
+}
+
+fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
+    let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+    let row = Row::of(prop);
+    if row == Row::WorldNotes {
+        return Ok(tatu_scene::notes_value(&scene.notes));
+    }
+    if object == 0 || row.info().of == Of::World && row != Row::None {
+        return read_world(world, row);
+    }
+    let slot = slot(world, &scene, object)?;
+    if let Some(set) = world.lane.as_ref().and_then(|lane| lane.number(slot, row)) {
+        return Ok(Value::Float(set));
+    }
+    match (row, scene.get(slot).map(|o| &o.data)) {
+        (Row::None, _) => {
+            drop(scene);
+            devices::read(world, slot, prop)
+        }
+        (Row::SensorKind, Some(Data::Sensor(s))) => {
+            Ok(Value::text(world.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
+        }
+        (Row::SensorMeasured | Row::SensorBeams, Some(Data::Sensor(_))) => {
+            let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
+            let device = sensing.index(slot).map(|i| &sensing.devices[i]);
+            Ok(Value::Int(device.map_or(0, |d| match row {
+                Row::SensorBeams => d.layout.plan.count() as i64,
+                _ => d.sequence as i64,
+            })))
+        }
+        (Row::ActuatorKind, Some(Data::Actuator(a))) => {
+            Ok(Value::text(world.registry.actuators.get(a.kind).map_or("", |k| k.id.as_str())))
+        }
+        (
+            Row::ScriptLanguage
+            | Row::ScriptDialect
+            | Row::ScriptKind
+            | Row::ScriptName
+            | Row::ScriptCalls
+            | Row::ScriptInstructions,
+            Some(Data::Script),
+        ) => {
+            let script = world.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
+            let Some(s) = script else { return Err(world.calls.refuse(TATU_ERR_GONE, "the script has ended")) };
+            Ok(match row {
+                Row::ScriptLanguage => Value::text(&world.registry.languages[s.language].id),
+                // SAFETY: the dialect lives as long as the script's instance, which is there.
+                Row::ScriptDialect => Value::text(unsafe { tatu_plugins::border::bytes(s.dialect.get()) }),
+                Row::ScriptKind => Value::text(&s.kind_name),
+                Row::ScriptName => Value::text(&s.name),
+                Row::ScriptInstructions => Value::Int(s.instructions.get() as i64),
+                _ => Value::Int(s.calls.get() as i64),
+            })
+        }
+        _ => tatu_scene::get(&scene, slot, row).map_err(|r| refusal(world, r)),
+    }
+}
+
+pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_status> {
+    let settings = world.see(|w| &w.settings).ok_or_else(|| busy(world))?;
+    let phase = world.phase.get();
+    Ok(match row {
+        Row::Time => Value::Float(world.clock.time.get()),
+        Row::ClockTime => Value::Float(world.outside.clock.get().unwrap_or(world.clock.time.get())),
+        Row::Epoch => Value::Int(world.outside.epoch.get()),
+        Row::Dt => Value::Float(world.clock.dt.get()),
+        Row::PhysicsDt => Value::Float(settings.physics_dt),
+        Row::PhysicsSubsteps => Value::Int(settings.physics_substeps.into()),
+        Row::Step => Value::Int(world.clock.step.get() as i64),
+        Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),
+        Row::Origin => Value::Floats(settings.origin.to_vec()),
+        Row::Seed => Value::Int(settings.seed as i64),
+        Row::Allow => Value::text(settings.allow.join(",")),
+        Row::SceneFile => Value::text(world.document.file.as_ref().map_or(String::new(), |f| f.display().to_string())),
+        Row::Running => Value::Bool(world.running()),
+        Row::Stopping => Value::Bool(phase.is_ending()),
+        Row::Phase => Value::Int(phase as i64),
+        _ => return Err(world.calls.refuse(TATU_ERR_MISSING, "the world has no such property")),
+    })
+}
+
+pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Done {
+    let row = Row::of(prop);
+    if world.lane.is_some() {
+        let Some(x) = number(&value) else { return Err(busy(world)) };
+        return set_later(world, object, row, x);
+    }
+    if row == Row::None {
+        return devices::write(world, object, prop, value);
+    }
+    let value = check_value(&row.info().param(), value)
+        .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
+    if row == Row::WorldNotes {
+        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        scene.notes = tatu_scene::notes(&value).map_err(|r| refusal(world, r))?;
+        return Ok(());
+    }
+    if row.info().of == Of::World {
+        return write_world(world, row, &value);
+    }
+    let value = match row {
+        Row::Preset | Row::Noise => of_kind(world, object, row, value)?,
+        _ => value,
+    };
+    let set = || {
+        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        let slot = slot(world, &scene, object)?;
+        let changed = tatu_scene::set(&mut scene, slot, row, &value).map_err(|r| refusal(world, r))?;
+        Ok((slot, changed))
+    };
+    let (slot, changed) = match set() {
+        Err(TATU_ERR_ARGUMENT) if wants::becomes_by_row(world, object, row) => set()?,
+        done => done?,
+    };
+    if matches!(row, Row::GraphStreams | Row::GraphCurves | Row::GraphBuffer) {
+        // It begins anew, as it is described now.
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let mut figures = world.figures.try_borrow_mut().map_err(|_| busy(world))?;
+        figures.graphs.remove(&scene.id(slot));
+        figures.graph(&scene, scene.id(slot)).map_err(|r| refusal(world, r))?;
+    }
+    after_change(world, slot, changed)
+}
+
+/// What the rows of a sensor mean that its kind must tell: a preset is carried out, noise is checked, and names its fields
+/// in full.
+fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Result<Value, tatu_status> {
+    let kind = {
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        match scene.get(slot(world, &scene, object)?).map(|o| &o.data) {
+            Some(Data::Sensor(s)) => world.registry.sensors.get(s.kind),
+            _ => None,
+        }
+    };
+    // Other objects have no such row, which they tell themselves.
+    let (Some(kind), Value::Text(text)) = (kind, &value) else { return Ok(value) };
+    let text = String::from_utf8_lossy(text);
+    let refuse = |e: tatu_errors::Error| {
+        let help = e.help.as_ref().map_or(String::new(), |h| format!("; {h}"));
+        world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {}{help}", row.info().key, e.text))
+    };
+    if row == Row::Noise {
+        let noise = NoiseSpec::parse(&text, Some(kind)).map_err(|w| refuse(w.in_text(&text)))?;
+        return Ok(Value::text(noise.to_toml()));
+    }
+    if !text.is_empty() {
+        let (mut params, mut rows) = (Vec::new(), Vec::new());
+        for setting in preset_settings(&world.registry, kind, &text).map_err(refuse)? {
+            match setting.target {
+                Target::Param(at) => params.push((at, setting.value)),
+                Target::Row(row) => rows.push((row, setting.value)),
+            }
+        }
+        if !params.is_empty() {
+            devices::write_params(world, object, params)?;
+        }
+        for (row, value) in rows {
+            write(world, object, row as tatu_prop, value)?;
+        }
+    }
+    Ok(value)
+}
+
+pub(super) fn write_world(world: &WorldCell, row: Row, value: &Value) -> Done {
+    match (row, value) {
+        (Row::Gravity, Value::Floats(v)) => {
+            let mut settings = world.settings.try_borrow_mut().map_err(|_| busy(world))?;
+            settings.gravity = nalgebra::Vector3::new(v[0], v[1], v[2]);
+            let engine = WorldCell::engine_settings(&settings);
+            world.dynamics.try_borrow_mut().map_err(|_| busy(world))?.configure(engine);
+            Ok(())
+        }
+        _ => Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &format!("`{}` is not changed by plugins", row.info().key))),
+    }
+}
+
+pub(super) fn after_change(world: &WorldCell, slot: u32, changed: Changed) -> Done {
+    let mut dynamics = world.dynamics.try_borrow_mut().map_err(|_| busy(world))?;
+    match changed {
+        Changed::Moved => dynamics.moved(slot),
+        Changed::Drive => dynamics.drive_changed(slot),
+        Changed::Value | Changed::Rebuild => {}
+    }
+    Ok(())
+}
+
+pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, out: &mut [f64]) -> Done {
+    let row = Row::of(prop);
+    if let ([x], Row::Time) = (&mut *out, row) {
+        *x = world.clock.time.get();
+        return Ok(());
+    }
+    let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+    if object != 0 {
+        let slot = slot(world, &scene, object)?;
+        if let (Some(lane), [x]) = (&world.lane, &mut *out)
+            && let Some(set) = lane.number(slot, row)
+        {
+            *x = set;
+            return Ok(());
+        }
+        if tatu_scene::numbers(&scene, slot, row, out) == Some(out.len()) {
+            return Ok(());
+        }
+    }
+    drop(scene);
+    match read(world, object, prop) {
+        Ok(Value::Float(x)) if out.len() == 1 => out[0] = x,
+        Ok(Value::Int(i)) if out.len() == 1 => out[0] = i as f64,
+        Ok(Value::Floats(v)) if v.len() == out.len() => out.copy_from_slice(&v),
+        Ok(_) => {
+            let key = world.registry.host().key(prop).unwrap_or_default();
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}` is not {} numbers", out.len())));
+        }
+        Err(status) => return Err(status),
+    }
+    Ok(())
+}
+
+pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, v: &[f64]) -> Done {
+    let row = Row::of(prop);
+    if let (Some(_), [x]) = (&world.lane, v) {
+        return set_later(world, object, row, *x);
+    }
+    {
+        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        if object != 0 {
+            let slot = slot(world, &scene, object)?;
+            match tatu_scene::set_numbers(&mut scene, slot, row, v) {
+                Some(Ok(changed)) => return after_change(world, slot, changed),
+                Some(Err(r)) => return Err(refusal(world, r)),
+                None => {}
+            }
+        }
+    }
+    let value = match v {
+        [x] if row.info().kind == TATU_F64 => Value::Float(*x),
+        _ => Value::Floats(v.to_vec()),
+    };
+    write(world, object, prop, value)
+}
+
+/// Of a script that runs beside others: sets a number of a joint's drive when all of them have run.
+fn set_later(world: &WorldCell, object: tatu_object, row: Row, x: f64) -> Done {
+    let slot = {
+        let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+        slot(world, &scene, object)?
+    };
+    world.set_later(slot, row, x).map_err(|text| world.calls.refuse(TATU_ERR_BUSY, &text))
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Float(x) => Some(*x),
+        Value::Int(i) => Some(*i as f64),
+        _ => None,
+    }
+}

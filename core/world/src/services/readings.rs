@@ -1,0 +1,190 @@
+//! `tatu.host.readings`: what sensors measured.
+
+use std::{
+    f64::consts::PI,
+    ffi::{CStr, c_char},
+};
+
+use tatu_plugin_api::abi::*;
+
+use super::{Done, busy, fill, here, on, slot};
+use crate::{
+    sense::{Ask, Limits},
+    step::sense_some,
+    world::WorldCell,
+};
+use ::tatu_beams::Faces;
+use tatu_plugins::tables;
+
+pub static TABLE: tatu_host_readings = tatu_host_readings {
+    size: size_of::<tatu_host_readings>() as u32,
+    reserved: 0,
+    field: Some(field),
+    sense_now: Some(sense_now),
+    reset: Some(reset),
+    list: Some(list),
+    describe: Some(describe),
+    look: Some(look),
+};
+
+/// The device of a sensor that a caller names, by index.
+fn device(world: &WorldCell, sensor: tatu_object) -> Result<usize, tatu_status> {
+    let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+    let slot = slot(world, &scene, sensor)?;
+    let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
+    sensing.index(slot).ok_or_else(|| {
+        let kind = scene.get(slot).map_or("nothing", |o| tatu_scene::rows::kind_name(o.kind()));
+        let text = format!("object {slot} `{}` is a {kind}, and measures nothing", scene.path(slot));
+        world.calls.refuse(TATU_ERR_MISSING, &text)
+    })
+}
+
+unsafe extern "C" fn field(
+    w: *mut tatu_world,
+    sensor: tatu_object,
+    field: tatu_prop,
+    out: *mut tatu_field_view,
+) -> tatu_status {
+    // SAFETY: by the contract, here and below: pointers are valid during the call.
+    unsafe {
+        here(w, |world| {
+            let i = device(world, sensor)?;
+            let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
+            sensing.fetch_after(i);
+            let d = &sensing.devices[i];
+            let kind = &world.registry.sensors[d.kind];
+            match kind.field_props.iter().position(|p| *p == field) {
+                Some(k) => {
+                    *out = d.view(kind, k);
+                    Ok(())
+                }
+                None => {
+                    let key = world.registry.host().key(field).unwrap_or_default();
+                    let text = format!("a sensor of kind `{}` has no field `{key}`", kind.id);
+                    Err(world.calls.refuse(TATU_ERR_MISSING, &text))
+                }
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn sense_now(w: *mut tatu_world, sensor: tatu_object, only: tatu_object) -> tatu_status {
+    // SAFETY: as above.
+    unsafe { on(w, |world| sense(world, sensor, only, None)) }
+}
+
+unsafe extern "C" fn look(w: *mut tatu_world, sensor: tatu_object, look: *const tatu_look) -> tatu_status {
+    // SAFETY: as above; a caller's table has all fields of the first version.
+    unsafe {
+        on(w, |world| {
+            let look = &*look;
+            let (near, slant) = (look.far_m >= 0.0, (0.0..=PI).contains(&look.max_incidence));
+            let faces =
+                Faces { front: look.flags & TATU_BEAMS_NO_FRONT == 0, back: look.flags & TATU_BEAMS_NO_BACK == 0 };
+            if !near || !slant || !(faces.front || faces.back) {
+                let text = format!(
+                    "a look no farther than {} m at up to {} rad, flags {}; expected 0 m or more, 0 to pi, and faces to see",
+                    look.far_m, look.max_incidence, look.flags
+                );
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
+            }
+            let limits = Limits {
+                faces,
+                max_incidence: look.max_incidence,
+                reach: look.far_m,
+                occlude: look.flags & TATU_BEAMS_OCCLUDE != 0,
+            };
+            sense(world, sensor, look.only, Some(limits))
+        })
+    }
+}
+
+/// Handles a sensor now.
+fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Option<Limits>) -> Done {
+    let i = device(world, sensor)?;
+    let only = match only {
+        0 => None,
+        o => {
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            Some(scene.id(slot(world, &scene, o)?))
+        }
+    };
+    let (kind, off) = {
+        let sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
+        (sensing.devices[i].kind, sensing.devices[i].off)
+    };
+    if off {
+        return Err(world.calls.refuse(TATU_ERR_GONE, "the sensor has been switched off after a fault"));
+    }
+    let turn = world.sensing.borrow_mut().alone(i);
+    sense_some(world, kind, &turn, &Ask { only, limits });
+    world.sensing.borrow_mut().was_alone(turn);
+    Ok(())
+}
+
+unsafe extern "C" fn reset(w: *mut tatu_world, sensor: tatu_object) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let i = device(world, sensor)?;
+            let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
+            sensing.devices[i].forget();
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn describe(
+    w: *mut tatu_world,
+    sensor: tatu_object,
+    index: u32,
+    out: *mut tatu_field,
+) -> tatu_status {
+    // SAFETY: as above; a caller's table may be shorter than ours, so no more than its size is written.
+    unsafe {
+        here(w, |world| {
+            let i = device(world, sensor)?;
+            let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
+            let d = &sensing.devices[i];
+            let kind = &world.registry.sensors[d.kind];
+            // By the size that the plugin knew: it may be older than this host.
+            let declared = tables::list(kind.raw.fields).into_iter().nth(index as usize);
+            let Some((_, mut told)) = declared else {
+                let text = format!("a sensor of kind `{}` has {} fields", kind.id, kind.fields.len());
+                return Err(world.calls.refuse(TATU_ERR_MISSING, &text));
+            };
+            told.dims = d.layout.plan.shape(told.dims);
+            let size = (*out).size.min(size_of::<tatu_field>() as u32);
+            std::ptr::copy_nonoverlapping((&raw const told).cast::<u8>(), out.cast::<u8>(), size as usize);
+            (*out).size = size;
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn list(
+    w: *mut tatu_world,
+    schema: *const c_char,
+    out: *mut tatu_object,
+    cap: u32,
+    n: *mut u32,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let schema = if schema.is_null() { "".into() } else { CStr::from_ptr(schema).to_string_lossy() };
+            let (Ok(sensing), Ok(scene)) = (world.sensing.try_borrow(), world.scene.try_borrow()) else {
+                return Err(busy(world));
+            };
+            let fills = |kind: usize| world.registry.sensors[kind].schemas.iter().any(|s| *s == schema);
+            let found: Vec<_> = sensing
+                .devices
+                .iter()
+                .filter(|d| fills(d.kind))
+                .map(|d| scene.id(d.slot))
+                .filter(|id| *id != 0)
+                .collect();
+            fill(&found, out, cap, n)
+        })
+    }
+}

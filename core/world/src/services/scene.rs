@@ -1,0 +1,384 @@
+//! `tatu.host.scene`: objects and their properties.
+
+use std::ffi::{CStr, c_char};
+
+use nalgebra::Isometry3;
+use tatu_plugin_api::{abi::*, safe::ValueRef};
+use tatu_plugins::HostTables;
+
+use super::{
+    busy, fill, give, here, on,
+    properties::{after_change, read, read_numbers, write, write_numbers},
+    slot,
+};
+use crate::world::{Wish, WorldCell, wants};
+use tatu_plugins::border::text;
+use tatu_scene::{
+    Changed, Data, Joint, Scene, Shape, pose_from_array, pose_to_array,
+    rows::{KINDS, kind_name},
+};
+
+pub static TABLE: tatu_host_scene = tatu_host_scene {
+    size: size_of::<tatu_host_scene>() as u32,
+    reserved: 0,
+    prop: Some(prop),
+    get: Some(get),
+    set: Some(set),
+    get_f64: Some(get_f64),
+    set_f64: Some(set_f64),
+    get_f64_many: Some(get_f64_many),
+    set_f64_many: Some(set_f64_many),
+    pose: Some(pose),
+    set_pose: Some(set_pose),
+    look: Some(look),
+    find: Some(find),
+    create: Some(create),
+    remove: Some(remove),
+    list: Some(list),
+    wanted: Some(wanted),
+    copy: Some(super::solids::copy),
+};
+
+unsafe extern "C" fn prop(host: *const tatu_host, key: *const c_char) -> tatu_prop {
+    // SAFETY: by the contract, here and below: pointers are valid during the call.
+    unsafe {
+        if key.is_null() {
+            return 0;
+        }
+        HostTables::number_at(host, &CStr::from_ptr(key).to_string_lossy()).unwrap_or(0)
+    }
+}
+
+unsafe extern "C" fn get(
+    w: *mut tatu_world,
+    object: tatu_object,
+    prop: tatu_prop,
+    out: *mut tatu_value,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        here(w, |world| {
+            let value = read(world, object, prop)?;
+            give(world, &value, out)
+        })
+    }
+}
+
+unsafe extern "C" fn set(
+    w: *mut tatu_world,
+    object: tatu_object,
+    prop: tatu_prop,
+    value: *const tatu_value,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        here(w, |world| {
+            let Some(raw) = value.as_ref() else { return Err(TATU_ERR_ARGUMENT) };
+            match ValueRef::new(*raw).to_value() {
+                Ok(v) => write(world, object, prop, v),
+                Err(e) => Err(world.calls.refuse(e.code(), e.text())),
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn get_f64(
+    w: *mut tatu_world,
+    object: tatu_object,
+    prop: tatu_prop,
+    out: *mut f64,
+    n: u32,
+) -> tatu_status {
+    // SAFETY: as above; `out` has room for `n`.
+    unsafe { here(w, |world| read_numbers(world, object, prop, std::slice::from_raw_parts_mut(out, n as usize))) }
+}
+
+unsafe extern "C" fn set_f64(
+    w: *mut tatu_world,
+    object: tatu_object,
+    prop: tatu_prop,
+    values: *const f64,
+    n: u32,
+) -> tatu_status {
+    // SAFETY: as above; `values` has `n`.
+    unsafe { here(w, |world| write_numbers(world, object, prop, std::slice::from_raw_parts(values, n as usize))) }
+}
+
+unsafe extern "C" fn get_f64_many(
+    w: *mut tatu_world,
+    objects: *const tatu_object,
+    count: u32,
+    prop: tatu_prop,
+    out: *mut f64,
+    n: u32,
+) -> tatu_status {
+    // SAFETY: as above; `out` has room for `n` each.
+    unsafe {
+        here(w, |world| {
+            for i in 0..count as usize {
+                let to = std::slice::from_raw_parts_mut(out.add(i * n as usize), n as usize);
+                read_numbers(world, *objects.add(i), prop, to)?;
+            }
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn set_f64_many(
+    w: *mut tatu_world,
+    objects: *const tatu_object,
+    count: u32,
+    prop: tatu_prop,
+    values: *const f64,
+    n: u32,
+) -> tatu_status {
+    // SAFETY: as above; `values` has `n` each.
+    unsafe {
+        here(w, |world| {
+            for i in 0..count as usize {
+                let from = std::slice::from_raw_parts(values.add(i * n as usize), n as usize);
+                write_numbers(world, *objects.add(i), prop, from)?;
+            }
+            Ok(())
+        })
+    }
+}
+
+/// The frame that a caller names: 0 is the world, a joint means its moved frame.
+fn frame_of(world: &WorldCell, scene: &Scene, frame: tatu_object) -> Result<Isometry3<f64>, tatu_status> {
+    if frame == 0 {
+        return Ok(Isometry3::identity());
+    }
+    let slot = slot(world, scene, frame)?;
+    Ok(scene.frame(slot))
+}
+
+unsafe extern "C" fn pose(w: *mut tatu_world, object: tatu_object, frame: tatu_object, out: *mut f64) -> tatu_status {
+    // SAFETY: as above; `out` has room for 7.
+    unsafe {
+        here(w, |world| {
+            let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+            let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
+                (Ok(s), Ok(f)) => (s, f),
+                (Err(status), _) | (_, Err(status)) => return Err(status),
+            };
+            let world_pose = scene.world(s);
+            let relative = if frame == 0 { world_pose } else { f.inverse() * world_pose };
+            std::ptr::copy_nonoverlapping(pose_to_array(&relative).as_ptr(), out, 7);
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn set_pose(
+    w: *mut tatu_world,
+    object: tatu_object,
+    frame: tatu_object,
+    pose: *const f64,
+) -> tatu_status {
+    // SAFETY: as above; `pose` has 7.
+    unsafe {
+        on(w, |world| {
+            let Some(p) = pose_from_array(&*pose.cast::<[f64; 7]>()) else {
+                let text = "a pose is 7 finite numbers with a quaternion that is not 0";
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, text));
+            };
+            let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+            let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
+                (Ok(s), Ok(f)) => (s, f),
+                (Err(status), _) | (_, Err(status)) => return Err(status),
+            };
+            scene.set_world(s, f * p);
+            after_change(world, s, Changed::Moved)
+        })
+    }
+}
+
+unsafe extern "C" fn look(
+    w: *mut tatu_world,
+    object: tatu_object,
+    full: *mut tatu_object,
+    kind: *mut i32,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        here(w, |world| {
+            let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+            match slot(world, &scene, object) {
+                Ok(s) => {
+                    if let Some(full) = full.as_mut() {
+                        *full = scene.id(s);
+                    }
+                    if let Some(kind) = kind.as_mut() {
+                        *kind = scene.get(s).map_or(-1, |o| o.kind());
+                    }
+                    Ok(())
+                }
+                Err(status) => Err(status),
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn find(w: *mut tatu_world, from: tatu_object, path: tatu_str, out: *mut tatu_object) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let path = text(path);
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            let base = scene.resolve(from).unwrap_or(0);
+            match scene.find(base, &path) {
+                Some(s) => {
+                    *out = scene.id(s);
+                    Ok(())
+                }
+                None => {
+                    let near = scene.nearest(&path).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+                    Err(world.calls.refuse(TATU_ERR_MISSING, &format!("there is no object `{path}`{near}")))
+                }
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn create(
+    w: *mut tatu_world,
+    kind: *const c_char,
+    parent: tatu_object,
+    alias: tatu_str,
+    out: *mut tatu_object,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let kind = if kind.is_null() { "".into() } else { CStr::from_ptr(kind).to_string_lossy() };
+            let data = match KINDS.iter().find(|(n, _)| *n == kind).map(|(_, k)| *k) {
+                Some(TATU_KIND_SHAPE) => Data::Shape(Box::<Shape>::default()),
+                Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
+                Some(TATU_KIND_DUMMY) => Data::Dummy,
+                Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor,
+                Some(TATU_KIND_GRAPH) => Data::Graph(Box::default()),
+                Some(k) => {
+                    let text = format!("an object of kind {} is not made while the world lives", kind_name(k));
+                    return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
+                }
+                None => {
+                    return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no kind of object `{kind}`")));
+                }
+            };
+            let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+            let parent = if parent == 0 { 0 } else { slot(world, &scene, parent)? };
+            let alias = text(alias);
+            let alias = if alias.is_empty() { kind } else { alias };
+            match scene.add(parent, &alias, Isometry3::identity(), data) {
+                Some(s) => {
+                    scene.make_unique(&[s]);
+                    *out = scene.id(s);
+                    world.tell_object("object_added", &scene, s);
+                    Ok(())
+                }
+                None => Err(world.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")),
+            }
+        })
+    }
+}
+
+unsafe extern "C" fn remove(w: *mut tatu_world, objects: *const tatu_object, n: u32) -> tatu_status {
+    // SAFETY: as above; `objects` has `n`.
+    unsafe {
+        on(w, |world| {
+            let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+            let objects = std::slice::from_raw_parts(objects, n as usize);
+            let mut slots = Vec::with_capacity(objects.len());
+            for o in objects {
+                match slot(world, &scene, *o) {
+                    Ok(s) => slots.push(s),
+                    Err(status) => return Err(status),
+                }
+            }
+            for s in slots {
+                if scene.get(s).is_some() {
+                    world.tell_object("object_removed", &scene, s);
+                }
+                for script in scene.scripts(s) {
+                    scene.remove(script);
+                }
+                scene.remove(s);
+            }
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn list(
+    w: *mut tatu_world,
+    base: tatu_object,
+    kinds: u32,
+    flags: u32,
+    out: *mut tatu_object,
+    cap: u32,
+    n: *mut u32,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            let base = if base == 0 { 0 } else { slot(world, &scene, base)? };
+            let mut slots = if flags & TATU_LIST_CHILDREN != 0 {
+                let own = if base == 0 { None } else { Some(base) };
+                own.into_iter().chain(scene.children(base).iter().copied()).collect()
+            } else {
+                scene.tree(base)
+            };
+            if flags & TATU_LIST_SKIP_BASE != 0 && base != 0 {
+                slots.remove(0);
+            }
+            let wanted = |s: &u32| kinds == 0 || scene.get(*s).is_some_and(|o| kinds & (1 << o.kind()) != 0);
+            let ids: Vec<_> = slots.into_iter().filter(wanted).map(|s| scene.id(s)).collect();
+            fill(&ids, out, cap, n)
+        })
+    }
+}
+
+unsafe extern "C" fn wanted(
+    w: *mut tatu_world,
+    from: tatu_object,
+    name: tatu_str,
+    kind: *const c_char,
+    object: *mut tatu_object,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        let Some(world) = WorldCell::of(w).filter(|w| w.wants.is_on()) else { return TATU_ERR_MISSING };
+        let name = text(name);
+        if let Some(value) = name.strip_prefix('=') {
+            return if world.wants.has_value(value) { TATU_OK } else { TATU_ERR_MISSING };
+        }
+        let kind = if kind.is_null() { "".into() } else { CStr::from_ptr(kind).to_string_lossy() };
+        let wish = match &*name {
+            ".." => Some(Wish::Parent),
+            "./" => Some(Wish::Child(kind.to_string())),
+            "@" => Some(Wish::Script),
+            _ => None,
+        };
+        if let Some(wish) = wish {
+            if let Some(id) = world.scene.try_borrow().ok().and_then(|s| Some(s.id(s.resolve(from).ok()?))) {
+                world.wants.wish(id, wish);
+            }
+            return TATU_ERR_MISSING;
+        }
+        let mut found = from;
+        if !name.is_empty() {
+            let base = world.scene.try_borrow().ok().and_then(|s| s.resolve(from).ok()).unwrap_or(0);
+            match wants::find_or_make(world, base, &name) {
+                Some(id) => found = id,
+                None => return TATU_ERR_MISSING,
+            }
+        }
+        let is_one = kind.is_empty() || wants::becomes(world, found, &kind);
+        if let Some(object) = object.as_mut() {
+            *object = found;
+        }
+        if is_one || !name.is_empty() { TATU_OK } else { TATU_ERR_MISSING }
+    }
+}

@@ -1,0 +1,162 @@
+//! `tatu.host.scripts`: scripts of objects, and calls of their functions.
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{busy, fill, give, on, passed, slot};
+use crate::scripts as inner;
+use tatu_plugins::border::{bytes, text};
+use tatu_scene::document::ScriptSpec;
+
+pub static TABLE: tatu_host_scripts = tatu_host_scripts {
+    size: size_of::<tatu_host_scripts>() as u32,
+    reserved: 0,
+    list: Some(list),
+    call: Some(call),
+    broadcast: Some(broadcast),
+    options: Some(options),
+    add: Some(add),
+    call_below: Some(call_below),
+};
+
+unsafe extern "C" fn list(
+    w: *mut tatu_world,
+    owner: tatu_object,
+    out: *mut tatu_object,
+    cap: u32,
+    n: *mut u32,
+) -> tatu_status {
+    // SAFETY: by the contract, here and below: pointers are valid during the call.
+    unsafe {
+        on(w, |world| {
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            let owner = match owner {
+                0 => 0,
+                o => slot(world, &scene, o)?,
+            };
+            let all: Vec<_> = scene.scripts(owner).into_iter().map(|s| scene.id(s)).collect();
+            fill(&all, out, cap, n)
+        })
+    }
+}
+
+unsafe extern "C" fn call(
+    w: *mut tatu_world,
+    script: tatu_object,
+    function: tatu_str,
+    frame: *mut tatu_call,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
+            return TATU_ERR_ARGUMENT;
+        }
+        on(w, |world| {
+            let s = {
+                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                slot(world, &scene, script)?
+            };
+            passed(inner::call_function(world, s, bytes(function), frame))
+        })
+    }
+}
+
+unsafe extern "C" fn broadcast(
+    w: *mut tatu_world,
+    callback: tatu_str,
+    args: *const tatu_value,
+    n_args: u32,
+    except: tatu_object,
+) -> tatu_status {
+    // SAFETY: as above; `args` has `n_args`.
+    unsafe {
+        on(w, |world| {
+            let args = if n_args == 0 { &[] } else { std::slice::from_raw_parts(args, n_args as usize) };
+            inner::Scripts::broadcast(world, bytes(callback), args, (except & 0xF_FFFF) as u32);
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn options(w: *mut tatu_world, script: tatu_object, out: *mut tatu_value) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let s = {
+                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                slot(world, &scene, script)?
+            };
+            let options = world.outside.options.try_borrow().map_err(|_| busy(world))?;
+            give(world, options.get(&s).unwrap_or(&Value::Map(Vec::new())), out)
+        })
+    }
+}
+
+unsafe extern "C" fn add(
+    w: *mut tatu_world,
+    owner: tatu_object,
+    language: tatu_str,
+    dialect: tatu_str,
+    kind: tatu_str,
+    name: tatu_str,
+    source: tatu_str,
+    out: *mut tatu_object,
+) -> tatu_status {
+    // SAFETY: as above.
+    unsafe {
+        on(w, |world| {
+            let refuse = |text: String| world.calls.refuse(TATU_ERR_ARGUMENT, &text);
+            let owner = {
+                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                slot(world, &scene, owner)?
+            };
+            let providers = world.settings.try_borrow().map_err(|_| busy(world))?.providers.clone();
+            let language = world.registry.language(&text(language), &providers).map_err(|e| refuse(e.text))?;
+            let (dialect, kind) = (text(dialect).into_owned(), text(kind).into_owned());
+            world.registry.check_dialect(Some(language), &dialect).map_err(|e| refuse(e.text))?;
+            if !["child", "customization", "threaded"].contains(&kind.as_str()) {
+                return Err(refuse(format!("a script of kind `{kind}`; expected child, threaded or customization")));
+            }
+            let (name, text) = (text(name).into_owned(), bytes(source).to_vec());
+            let spec = ScriptSpec {
+                language,
+                dialect,
+                kind,
+                priority: tatu_scene::document::NORMAL,
+                side_by_side: false,
+                name,
+                text,
+            };
+            let Some(slot) = inner::Scripts::add(world, owner, &spec) else { return Err(busy(world)) };
+            let id = world.scene.try_borrow().map_err(|_| busy(world))?.id(slot);
+            if let Some(out) = out.as_mut() {
+                *out = id;
+            }
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn call_below(
+    w: *mut tatu_world,
+    above: tatu_object,
+    stage: u32,
+    args: *const tatu_value,
+    n_args: u32,
+    n: *mut u32,
+) -> tatu_status {
+    // SAFETY: as above; `args` has `n_args`.
+    unsafe {
+        on(w, |world| {
+            let above = {
+                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                slot(world, &scene, above)?
+            };
+            let args = if n_args == 0 { &[] } else { std::slice::from_raw_parts(args, n_args as usize) };
+            let called = inner::Scripts::call_below(world, above, stage, args);
+            if let Some(n) = n.as_mut() {
+                *n = called;
+            }
+            Ok(())
+        })
+    }
+}

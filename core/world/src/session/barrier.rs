@@ -1,0 +1,208 @@
+//! The barrier before a step. Time stands; in this order:
+//!
+//! 1. commands that waited for a service and need not wait any more are called again, their services are told;
+//! 2. calls of a replay are made again;
+//! 3. services have their turns, in order of their ids, again and again until all say go and no pause is on; while time
+//!    stands, scripts have a pass after each round.
+//!
+//! The order decides what a replay does: what happens once per step comes first, what depends on when messages arrive
+//! comes last and is written down.
+
+use std::time::Duration;
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{SessionCell, log};
+use crate::{
+    calls::{Caller, Owner, Wait, call_command},
+    scripts::Room,
+    step,
+    world::{Phase, WorldCell},
+};
+use tatu_plugins::border::{ErrorSlot, copy_error};
+
+/// How long a held session sleeps before it looks at its interrupt flag.
+const SLICE: Duration = Duration::from_millis(100);
+
+const START: u32 = 1 << TATU_REQUEST_START;
+const QUIT: u32 = 1 << TATU_REQUEST_QUIT;
+
+/// What comes before a pass; `false`: none is to be done, since a stop has just been asked for, the world is not started,
+/// or time stands.
+pub(crate) fn before_step(world: &WorldCell) -> bool {
+    if !world.running() {
+        return false;
+    }
+    world.calls.caller.set(Caller::HOST);
+    resume_waits(world);
+    // The passes after a request to stop are the world's own.
+    if !world.stop_requested() {
+        log::feed(world);
+        if !world.stop_requested()
+            && let Some(session) = world.outside.session()
+        {
+            pass(world, &session);
+        }
+        if world.stop_requested() {
+            return false;
+        }
+    }
+    if world.phase.get() == Phase::Paused {
+        if world.stop_requested() {
+            step::lift(world);
+        } else {
+            stand(world);
+        }
+    }
+    world.phase.get() != Phase::Paused
+}
+
+/// One pass of a paused world without services; ends the run where nobody could lift the pause.
+fn stand(world: &WorldCell) {
+    let addons = world.scripts.try_borrow().is_ok_and(|s| s.any_addon_waits());
+    if addons || world.outside.interactive.get() {
+        return log::stand(world);
+    }
+    let text = "the simulation was paused and nobody could lift the pause: no service, no add-on, no interactive session. \
+                The run ends here";
+    world.log(TATU_LOG_WARNING, text);
+    world.requests.set(world.requests.get() | 1 << TATU_REQUEST_STOP);
+}
+
+/// Turns of services until the world may go on, or a stop is asked for.
+fn pass(world: &WorldCell, session: &SessionCell) {
+    loop {
+        if session.interrupted() {
+            return world.requests.set(world.requests.get() | 1 << TATU_REQUEST_STOP);
+        }
+        let held = turns(world, session);
+        if world.stop_requested() {
+            return;
+        }
+        let paused = world.phase.get() == Phase::Paused;
+        // Whoever could lift a pause may have failed meanwhile.
+        if !session.any_service() || !held && !paused {
+            return;
+        }
+        if paused {
+            log::stand(world);
+        }
+        // A script may have lifted the pause.
+        if !held && world.phase.get() != Phase::Paused {
+            continue;
+        }
+        session.wake.sleep(SLICE);
+    }
+}
+
+/// Turns of services in a stopped world, until a start.
+pub(super) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
+    world.requests.set(world.requests.get() & QUIT);
+    while !session.interrupted() && session.any_service() {
+        turns(world, session);
+        let asked = world.requests.replace(world.requests.get() & QUIT);
+        if asked & QUIT != 0 {
+            return false;
+        }
+        if asked & START != 0 {
+            return true;
+        }
+        world.rested.set(true);
+        step::idle(world);
+        session.wake.sleep(SLICE);
+    }
+    false
+}
+
+/// Events, then one turn of each service; whether any holds.
+fn turns(world: &WorldCell, session: &SessionCell) -> bool {
+    while world.outside.has_events() {
+        tell(world, session);
+    }
+    let (mut held, mut i) = (false, 0);
+    while let Some(service) = session.nth(i) {
+        i += 1;
+        held |= service.barrier(world);
+    }
+    held
+}
+
+/// Tells services what has happened.
+fn tell(world: &WorldCell, session: &SessionCell) {
+    for (name, payload) in world.outside.take_events() {
+        let mut i = 0;
+        while let Some(service) = session.nth(i) {
+            i += 1;
+            service.event(world, &name, &payload);
+        }
+    }
+}
+
+/// A command that waited, at its end.
+struct Ended {
+    wait: Wait,
+    status: tatu_status,
+    frame: tatu_call,
+    /// Where the frame's results lie.
+    room: Box<Room>,
+    error: ErrorSlot,
+}
+
+/// Commands that waited on behalf of services and need not wait any more. First all are called again, then their
+/// services are told: what these call then comes after, as it will in a replay.
+fn resume_waits(world: &WorldCell) {
+    let due = world.calls.waits.borrow_mut().take_remote(|due| world.is_over(due));
+    if due.is_empty() {
+        return;
+    }
+    let mark = world.calls.arena.borrow().mark();
+    let mut ended = Vec::new();
+    for wait in due {
+        let Owner::Service(number) = wait.owner else { continue };
+        let mut room = Box::new(Room::new());
+        let mut frame = room.frame(&[]);
+        (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
+        world.calls.caller.set(Caller::remote(number));
+        // SAFETY: the frame and its room live through the call.
+        let status = unsafe { call_command(world, &mut frame, wait.resume) };
+        world.calls.caller.set(Caller::HOST);
+        if status != TATU_WAIT {
+            let mut error = ErrorSlot::new();
+            if status < 0 {
+                // SAFETY: both are error objects of the host; the first is used again by the next call.
+                unsafe { copy_error(frame.error, error.fresh()) };
+            }
+            ended.push(Ended { wait, status, frame, room, error });
+        }
+    }
+    hand_over(world, ended);
+    world.calls.arena.borrow_mut().release(mark);
+}
+
+fn hand_over(world: &WorldCell, ended: Vec<Ended>) {
+    let session = world.outside.session();
+    for mut e in ended {
+        let Owner::Service(number) = e.wait.owner else { continue };
+        e.frame.error = e.error.raw();
+        if let Some(service) = session.as_ref().and_then(|s| s.nth((number as usize).wrapping_sub(1))) {
+            service.resume(world, e.wait.token, e.status, &e.frame);
+        }
+        drop(e.room);
+    }
+}
+
+/// The world has been stopped: commands that wait will never end, and services are told.
+pub(crate) fn stopped(world: &WorldCell) {
+    let waits = world.calls.waits.borrow_mut().take_remote(|_| true);
+    let ended = waits.into_iter().map(|wait| {
+        let mut room = Box::new(Room::new());
+        let mut error = ErrorSlot::new();
+        error.set(TATU_ERR_GONE, "the simulation was stopped while the command waited");
+        Ended { frame: room.frame(&[]), wait, status: TATU_ERR_GONE, room, error }
+    });
+    hand_over(world, ended.collect());
+    world.outside.tell("stopped", Value::Nil);
+    if let Some(session) = world.outside.session() {
+        tell(world, &session);
+    }
+}

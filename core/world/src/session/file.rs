@@ -1,0 +1,339 @@
+//! An input log as a file: JSON lines that are enough for a replay, without the scene.
+//!
+//! The first line is the [`Header`]: versions, what the command line changed, and the text of every file that the
+//! document was made of. Then one line per [`Record`]; at the end one that tells how many steps were done. Each line is
+//! handed to the system before what it tells is done, so that the log of a run that was killed can be used.
+
+use std::{
+    fs::File,
+    io::{BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value as Json, json};
+
+use super::{
+    json,
+    log::{Input, REQUESTS, Record},
+};
+use tatu_errors::{Error, Place, Result};
+use tatu_plugins::Registry;
+use tatu_scene::document::{Document, Options, Override, ScriptOverride, Sources};
+
+/// Version of the format.
+const FORMAT: u64 = 1;
+
+/// What a replay needs beside the records.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// Version of the format.
+    pub tatu_input_log: u64,
+    /// Version of the program.
+    pub tatu: String,
+    /// The scene, by the path that was given.
+    pub scene: PathBuf,
+    /// Seed that the command line gave.
+    pub seed: Option<u64>,
+    /// `--set` of the command line.
+    pub set: Vec<String>,
+    /// `--script` of the command line.
+    pub scripts: Vec<String>,
+    /// The scene was made of what a script asked for; the names of values that stand in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stand_ins: Option<Vec<String>>,
+    /// Add-ons that ran, in their order; their files are among those below.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub addons: Vec<AddonEntry>,
+    /// Plugins that were loaded, but for those that only offer services: a replay starts none.
+    pub plugins: Vec<PluginVersion>,
+    /// Every file that the document was made of.
+    files: Vec<KeptFile>,
+}
+
+/// An add-on that ran.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AddonEntry {
+    /// Its name.
+    pub name: String,
+    /// Its script.
+    pub file: PathBuf,
+    /// The version that it was written for; empty: from its text.
+    pub dialect: String,
+    /// What it was started with.
+    pub options: Vec<(String, String)>,
+}
+
+/// A plugin and its version.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PluginVersion {
+    /// Its id.
+    pub id: String,
+    /// Its version.
+    pub version: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct KeptFile {
+    path: PathBuf,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    text: Option<String>,
+    /// Base64, where the bytes are no text.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bytes: Option<String>,
+}
+
+impl Header {
+    /// Of a document that is about to run; `seed`, `set` and `scripts` as the command line gave them.
+    pub fn new(
+        document: &Document,
+        registry: &Registry,
+        seed: Option<u64>,
+        set: Vec<String>,
+        scripts: Vec<String>,
+    ) -> Self {
+        let files = document.sources.files().into_iter().map(|(path, bytes)| match std::str::from_utf8(&bytes) {
+            Ok(text) => KeptFile { path, text: Some(text.to_owned()), bytes: None },
+            Err(_) => KeptFile { path, text: None, bytes: Some(STANDARD.encode(&bytes)) },
+        });
+        Header {
+            tatu_input_log: FORMAT,
+            tatu: env!("CARGO_PKG_VERSION").to_owned(),
+            scene: document.file.clone().unwrap_or_default(),
+            seed,
+            set,
+            scripts,
+            stand_ins: None,
+            addons: Vec::new(),
+            plugins: versions(registry),
+            files: files.collect(),
+        }
+    }
+
+    /// How the document is to be read: from the files of the log, changed as it was then.
+    pub fn options(&self) -> Result<Options> {
+        let mut files = Vec::new();
+        for f in &self.files {
+            let bytes = match (&f.text, &f.bytes) {
+                (Some(text), _) => text.clone().into_bytes(),
+                (None, Some(bytes)) => STANDARD.decode(bytes).map_err(|e| {
+                    Error::new("E116", format!("the file {} in the input log is damaged: {e}", f.path.display()))
+                })?,
+                (None, None) => Vec::new(),
+            };
+            files.push((f.path.clone(), bytes));
+        }
+        Ok(Options {
+            seed: self.seed,
+            set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_>>()?,
+            scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_>>()?,
+            services: Vec::new(),
+            sources: Sources::of(files),
+            // What other programs do is not in the log.
+            allow: Vec::new(),
+        })
+    }
+
+    /// How the plugins at hand differ from those of the log: one sentence each.
+    pub fn differences(&self, registry: &Registry) -> Vec<String> {
+        let here = versions(registry);
+        let differs = |p: &PluginVersion| match here.iter().find(|h| h.id == p.id) {
+            None => Some(format!("the plugin `{}` {} is not here", p.id, p.version)),
+            Some(h) if h.version != p.version => {
+                Some(format!("the plugin `{}` was of version {}, here it is {}", p.id, p.version, h.version))
+            }
+            Some(_) => None,
+        };
+        let program = (self.tatu != env!("CARGO_PKG_VERSION"))
+            .then(|| format!("the program was of version {}, here it is {}", self.tatu, env!("CARGO_PKG_VERSION")));
+        program.into_iter().chain(self.plugins.iter().filter_map(differs)).collect()
+    }
+}
+
+fn versions(registry: &Registry) -> Vec<PluginVersion> {
+    let only_services = |i: usize| {
+        registry.services.iter().any(|s| s.plugin == i)
+            && !registry.commands.iter().any(|c| c.plugin == i)
+            && !registry.sensors.iter().any(|s| s.plugin == i)
+            && !registry.models.iter().any(|m| m.plugin == i)
+            && !registry.languages.iter().any(|l| l.plugin == i)
+    };
+    let used = registry.plugins.iter().enumerate().filter(|(i, _)| !only_services(*i));
+    used.map(|(_, p)| PluginVersion { id: p.id.clone(), version: p.version.clone() }).collect()
+}
+
+/// A log that is being written.
+pub struct Writer {
+    file: BufWriter<File>,
+    path: PathBuf,
+}
+
+impl Writer {
+    /// Makes the file and writes the header.
+    pub fn create(path: &Path, header: &Header) -> Result<Self> {
+        let file = File::create(path)
+            .map_err(|e| Error::new("E105", format!("cannot write the input log {}: {e}", path.display())))?;
+        let mut writer = Writer { file: BufWriter::new(file), path: path.to_owned() };
+        writer.line(&json!(header))?;
+        writer.flush()?;
+        Ok(writer)
+    }
+    /// Writes a record, down to the system.
+    pub fn write(&mut self, record: &Record) -> Result {
+        self.line(&record_json(record))?;
+        self.flush()
+    }
+    /// Ends it: so many steps were done; `begun`: and the barrier after them had begun; `opened`: these files were read
+    /// meanwhile and are not in the log.
+    pub fn end(mut self, steps: u64, begun: bool, opened: &[String]) -> Result {
+        let mut line = json!({ "end": steps, "begun": begun });
+        if !opened.is_empty() {
+            line["opened"] = json!(opened);
+        }
+        self.line(&line)?;
+        self.flush()
+    }
+    fn line(&mut self, line: &Json) -> Result {
+        writeln!(self.file, "{line}").map_err(|e| self.failed(&e))
+    }
+    fn flush(&mut self) -> Result {
+        self.file.flush().map_err(|e| self.failed(&e))
+    }
+    fn failed(&self, e: &std::io::Error) -> Error {
+        Error::new("E105", format!("the input log {} ends here: {e}", self.path.display()))
+    }
+}
+
+fn record_json(r: &Record) -> Json {
+    let mut line = json!({ "step": r.step, "at": r.at, "service": r.service, "client": r.client });
+    match &r.input {
+        Input::Call { name, args, waits } => {
+            line["call"] = json!(name);
+            line["args"] = args.iter().map(json::write).collect();
+            if *waits {
+                line["waits"] = json!(true);
+            }
+        }
+        Input::Event { kind, text } => {
+            line["input"] = json!(kind);
+            line["text"] = json!(text);
+        }
+        Input::Request(what) => {
+            line["request"] = json!(REQUESTS.iter().find(|(_, n)| n == what).map_or("", |(name, _)| *name));
+        }
+        Input::Pass => line["pass"] = json!(true),
+    }
+    line
+}
+
+/// A log that was read.
+#[derive(Debug)]
+pub struct Log {
+    /// Its header.
+    pub header: Header,
+    /// What came from outside, in order.
+    pub records: Vec<Record>,
+    /// Steps that the run did; `None`: it was killed.
+    pub end: Option<u64>,
+    /// Whether the run was ended within the barrier after its last step, so that this belongs to it.
+    pub begun: bool,
+    /// Files that were read while it ran, which the log does not hold: a replay reads them from the disk.
+    pub opened: Vec<String>,
+    /// Its last line is cut off, and left out.
+    pub cut: bool,
+}
+
+impl Log {
+    /// Steps of the run, as far as the log tells.
+    pub fn steps(&self) -> u64 {
+        self.end.unwrap_or_else(|| self.records.last().map_or(0, |r| r.step))
+    }
+}
+
+/// Reads a log. E105: the file cannot be read; E116: it is no log, or damaged.
+pub fn read(path: &Path) -> Result<Log> {
+    let bytes = std::fs::read(path)
+        .map_err(|e| Error::new("E105", format!("cannot read the input log {}: {e}", path.display())))?;
+    let wrong = |line: usize, text: String| {
+        let place = Place { file: path.to_owned(), line, column: 1, span: 0..0 };
+        Error::new("E116", text).at(Some(place))
+    };
+    let mut lines: Vec<&[u8]> = bytes.split(|b| *b == b'\n').collect();
+    // After the last line end there is nothing, or a line that was being written.
+    let cut = lines.pop().is_some_and(|rest| !rest.is_empty());
+    let first = lines.first().ok_or_else(|| {
+        wrong(0, format!("{} is no whole input log", path.display())).help("write one with `tatu run SCENE --log FILE`")
+    })?;
+    match serde_json::from_slice::<Json>(first).ok().as_ref().and_then(|j| j["tatu_input_log"].as_u64()) {
+        Some(FORMAT) => {}
+        Some(n) => {
+            let text = format!("an input log of format {n}");
+            return Err(wrong(1, text)
+                .expected(format!("format {FORMAT}"))
+                .help("replay it with the program that wrote it"));
+        }
+        None => {
+            let text = format!("{} is no input log", path.display());
+            return Err(wrong(1, text).help("write one with `tatu run SCENE --log FILE`"));
+        }
+    }
+    let header =
+        serde_json::from_slice(first).map_err(|e| wrong(1, format!("the input log's header is damaged: {e}")))?;
+    let mut log = Log { header, records: Vec::new(), end: None, begun: true, opened: Vec::new(), cut };
+    for (i, line) in lines.iter().enumerate().skip(1) {
+        let json: Json = serde_json::from_slice(line)
+            .map_err(|e| wrong(i + 1, format!("this line of the input log is damaged: {e}")))?;
+        if let Some(steps) = json.get("end").and_then(Json::as_u64) {
+            log.end = Some(steps);
+            let opened = json["opened"].as_array().into_iter().flatten();
+            log.opened = opened.filter_map(|f| f.as_str().map(str::to_owned)).collect();
+            log.begun = json["begun"].as_bool().unwrap_or(true);
+            continue;
+        }
+        let record = record(&json).filter(|_| log.end.is_none()).ok_or_else(|| {
+            wrong(i + 1, "this line of the input log is damaged".into())
+                .expected("a call, a request, an input or a pass")
+        })?;
+        if log.records.last().is_some_and(|before| (before.step, before.at) >= (record.step, record.at)) {
+            return Err(wrong(i + 1, "this line of the input log comes before the one above it".into())
+                .expected("steps and places that grow"));
+        }
+        log.records.push(record);
+    }
+    Ok(log)
+}
+
+/// Records as lines, for snapshots.
+pub(crate) fn to_bytes(records: &[Record]) -> Vec<u8> {
+    records.iter().flat_map(|r| format!("{}\n", record_json(r)).into_bytes()).collect()
+}
+
+/// Takes them back; `None`: they are damaged.
+pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Vec<Record>> {
+    let lines = bytes.split(|b| *b == b'\n').filter(|l| !l.is_empty());
+    lines.map(|l| record(&serde_json::from_slice(l).ok()?)).collect()
+}
+
+fn record(json: &Json) -> Option<Record> {
+    let input = match (json.get("call"), json.get("request"), json.get("input")) {
+        (None, None, Some(kind)) => {
+            Input::Event { kind: kind.as_str()?.to_owned(), text: json.get("text")?.as_str()?.to_owned() }
+        }
+        (Some(name), None, None) => Input::Call {
+            name: name.as_str()?.to_owned(),
+            args: json.get("args")?.as_array()?.iter().map(json::read).collect::<Option<_>>()?,
+            waits: json.get("waits").and_then(Json::as_bool).unwrap_or(false),
+        },
+        (None, Some(name), None) => Input::Request(REQUESTS.iter().find(|(n, _)| Some(*n) == name.as_str())?.1),
+        (None, None, None) if json.get("pass").is_some() => Input::Pass,
+        _ => return None,
+    };
+    Some(Record {
+        step: json.get("step")?.as_u64()?,
+        at: json.get("at")?.as_u64()?,
+        service: json.get("service")?.as_str()?.to_owned(),
+        client: json.get("client")?.as_u64()?,
+        input,
+    })
+}

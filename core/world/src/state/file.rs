@@ -1,0 +1,247 @@
+//! The file of a snapshot: magic, format, checksum, head, sections.
+
+use std::{io::Write, path::Path};
+
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::fingerprint;
+use tatu_errors::{Error, Result};
+use tatu_plugins::Registry;
+use tatu_scene::document::Document;
+
+/// What every snapshot begins with.
+const MAGIC: &[u8; 8] = b"tatusnap";
+/// Grows when the meaning of a section changes.
+const FORMAT: u32 = 5;
+const BEFORE_BODY: usize = MAGIC.len() + 4 + 8;
+
+/// The state of a world at a step, complete or not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapshot {
+    /// What it is of.
+    pub head: Head,
+    /// Parts by name; whoever adds a part to worlds adds a section.
+    sections: Vec<(String, Vec<u8>)>,
+}
+
+/// What a snapshot is of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Head {
+    /// Version of the program that wrote it.
+    pub tatu: String,
+    /// [`fingerprint`] of the scene.
+    pub document: u64,
+    /// Id and version of every plugin that was there, in order.
+    pub plugins: Vec<(String, String)>,
+    /// Steps done.
+    pub step: u64,
+    /// Simulation time, s.
+    pub time: f64,
+    /// Total of the state hash.
+    pub hash: u64,
+    /// What could not be captured; empty: the snapshot is complete.
+    pub missed: Vec<Missed>,
+    /// Calls from outside until this step, to be fed back by a replay; empty: there were none.
+    pub log: Vec<u8>,
+}
+
+/// An instance that could not be captured.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Missed {
+    /// What it belongs to, such as "the script of /Robot"; empty: the world.
+    pub object: String,
+    /// Its plugin.
+    pub plugin: String,
+    /// Why: what in it cannot be written.
+    pub reason: String,
+}
+
+impl std::fmt::Display for Missed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.object.as_str() {
+            "" => write!(f, "plugin `{}`: {}", self.plugin, self.reason),
+            object => write!(f, "{object}: {}", self.reason),
+        }
+    }
+}
+
+/// Id and version of every plugin.
+pub(super) fn plugins(registry: &Registry) -> Vec<(String, String)> {
+    registry.plugins.iter().map(|p| (p.id.clone(), p.version.clone())).collect()
+}
+
+impl Snapshot {
+    pub(super) fn new(head: Head) -> Self {
+        Snapshot { head, sections: Vec::new() }
+    }
+
+    /// Whether everything could be captured.
+    pub fn is_complete(&self) -> bool {
+        self.head.missed.is_empty()
+    }
+
+    /// Adds a part.
+    pub(super) fn put(&mut self, name: &str, part: &impl Serialize) -> Result {
+        let bytes = postcard::to_stdvec(part)
+            .map_err(|e| Error::new("E501", format!("the part `{name}` of a snapshot cannot be written: {e}")))?;
+        self.sections.push((name.to_owned(), bytes));
+        Ok(())
+    }
+
+    /// Reads a part.
+    pub(super) fn get<'a, T: Deserialize<'a>>(&'a self, name: &str) -> Result<T> {
+        let bytes = self.sections.iter().find(|(n, _)| n == name).map(|(_, b)| b.as_slice());
+        let bytes = bytes.ok_or_else(|| damaged(format!("its part `{name}` is missing")))?;
+        postcard::from_bytes(bytes).map_err(|e| damaged(format!("its part `{name}` cannot be read: {e}")))
+    }
+
+    /// As bytes, for [`Snapshot::from_bytes`].
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        let body = postcard::to_stdvec(&(&self.head, &self.sections))
+            .map_err(|e| Error::new("E501", format!("the snapshot cannot be written: {e}")))?;
+        let mut out = Vec::with_capacity(BEFORE_BODY + body.len());
+        out.extend_from_slice(MAGIC);
+        out.extend_from_slice(&FORMAT.to_le_bytes());
+        out.extend_from_slice(&xxh3_64(&body).to_le_bytes());
+        out.extend_from_slice(&body);
+        Ok(out)
+    }
+
+    /// From bytes. Bytes that were cut or changed, and those of another format, are refused.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        let rest = bytes.strip_prefix(MAGIC).ok_or_else(|| {
+            Error::new("E501", "this is not a snapshot")
+                .expected("a file that `tatu run SCENE --snapshot-at T FILE` wrote")
+        })?;
+        let (format, rest) = rest.split_first_chunk::<4>().ok_or_else(|| damaged("it is cut off"))?;
+        let format = u32::from_le_bytes(*format);
+        if format != FORMAT {
+            let text = format!("the snapshot has format {format}, this program reads format {FORMAT}");
+            return Err(Error::new("E502", text).help("write it again with this version of the program"));
+        }
+        let (sum, body) = rest.split_first_chunk::<8>().ok_or_else(|| damaged("it is cut off"))?;
+        // The parts trust each other's indices; damaged ones must not get that far.
+        if xxh3_64(body) != u64::from_le_bytes(*sum) {
+            return Err(damaged("it is cut off, or bytes in it were changed (the checksum differs)"));
+        }
+        let (head, sections) = postcard::from_bytes(body).map_err(damaged)?;
+        Ok(Snapshot { head, sections })
+    }
+
+    /// Writes the file; a half-written one never stands under its name.
+    pub fn write(&self, path: &Path) -> Result {
+        let bytes = self.to_bytes()?;
+        let fail = |e: std::io::Error| Error::new("E105", format!("cannot write the snapshot {}: {e}", path.display()));
+        let mut part = path.as_os_str().to_owned();
+        part.push(".part");
+        let part = std::path::PathBuf::from(part);
+        let written = std::fs::File::create(&part).and_then(|mut f| f.write_all(&bytes));
+        written.and_then(|()| std::fs::rename(&part, path)).map_err(|e| {
+            // What is left of it is of no use.
+            let _ = std::fs::remove_file(&part);
+            fail(e)
+        })
+    }
+
+    /// Reads a file.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path)
+            .map_err(|e| Error::new("E105", format!("cannot read the snapshot {}: {e}", path.display())))?;
+        Self::from_bytes(&bytes).map_err(|mut e| {
+            e.text = format!("{}: {}", path.display(), e.text);
+            e
+        })
+    }
+
+    /// Refuses a world of another scene, other plugins or another version.
+    pub fn check(&self, document: &Document, registry: &Registry) -> Result {
+        let own = env!("CARGO_PKG_VERSION");
+        if self.head.tatu != own {
+            let text = format!("the snapshot was written by version {}, this is {own}", self.head.tatu);
+            return Err(Error::new("E502", text).help("write it again with this version of the program"));
+        }
+        if self.head.document != fingerprint(document) {
+            return Err(Error::new("E502", "the snapshot is of another scene, or of this one before it was changed")
+                .expected(
+                    "the same scene file, scripts, `--seed`, `--set` and `--script` as in the run that wrote it",
+                ));
+        }
+        let here = plugins(registry);
+        if self.head.plugins == here {
+            return Ok(());
+        }
+        let show = |p: &(String, String)| format!("{} {}", p.0, p.1);
+        let lost = self.head.plugins.iter().find(|p| !here.contains(p));
+        let new = here.iter().find(|p| !self.head.plugins.contains(p));
+        let what = match (lost, new) {
+            (Some(l), Some(n)) if l.0 == n.0 => format!("plugin {} was there, now it is {}", show(l), n.1),
+            (Some(l), _) => format!("plugin {} was there, and is not found now", show(l)),
+            (None, Some(n)) => format!("plugin {} was not there", show(n)),
+            (None, None) => "plugins were found in another order".to_owned(),
+        };
+        let text = format!("the snapshot was written with other plugins: {what}");
+        Err(Error::new("E502", text).help("run with the plugins of then, or write the snapshot again"))
+    }
+}
+
+/// A file that is not whole.
+pub(super) fn damaged(what: impl std::fmt::Display) -> Error {
+    Error::new("E501", format!("the snapshot is damaged: {what}"))
+        .help("write it again, or copy it again from where it is whole")
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn sample() -> Snapshot {
+        let missed = Missed { object: "/a".into(), plugin: "p".into(), reason: "r".into() };
+        let head = Head {
+            tatu: "1".into(),
+            document: 7,
+            plugins: vec![("p".into(), "1.0".into())],
+            step: 100,
+            time: 5.0,
+            hash: 9,
+            missed: vec![missed],
+            log: vec![1, 2, 3],
+        };
+        let mut s = Snapshot::new(head);
+        s.put("core", &vec![1.5f64; 50]).unwrap();
+        s
+    }
+
+    #[test]
+    fn a_snapshot_comes_back() {
+        let s = sample();
+        let back = Snapshot::from_bytes(&s.to_bytes().unwrap()).unwrap();
+        assert_eq!(back, s);
+        assert_eq!(back.get::<Vec<f64>>("core").unwrap(), vec![1.5; 50]);
+        assert_eq!(back.get::<Vec<f64>>("else").unwrap_err().code, "E501");
+    }
+
+    proptest! {
+        #[test]
+        fn cut_or_changed_bytes_are_refused(at in any::<prop::sample::Index>(), bit in 0u8..8, cut in any::<bool>()) {
+            let mut bytes = sample().to_bytes().unwrap();
+            let at = at.index(bytes.len());
+            if cut { bytes.truncate(at) } else { bytes[at] ^= 1 << bit }
+            prop_assert!(Snapshot::from_bytes(&bytes).is_err());
+        }
+
+        /// Behind a right checksum anything may stand: an error or a snapshot, never a crash.
+        #[test]
+        fn bodies_of_any_bytes(body in prop::collection::vec(any::<u8>(), 0..300)) {
+            let mut bytes = MAGIC.to_vec();
+            bytes.extend_from_slice(&FORMAT.to_le_bytes());
+            bytes.extend_from_slice(&xxh3_64(&body).to_le_bytes());
+            bytes.extend_from_slice(&body);
+            if let Ok(s) = Snapshot::from_bytes(&bytes) {
+                let _ = s.get::<super::super::image::CoreImage>("core");
+            }
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! The hash of a world, with a table of contents.
+
+use xxhash_rust::xxh3::Xxh3;
+
+use crate::world::Clock;
+use tatu_scene::{Data, Dynamics, Scene};
+
+/// A hash over the dynamic state, and the hash of each object that it is made of, so that a difference can be named.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Hash {
+    /// Over everything.
+    pub total: u64,
+    /// Path and hash of each object, in order of slots.
+    pub objects: Vec<(String, u64)>,
+}
+
+impl Hash {
+    /// The hash of an object and of all below it.
+    pub fn subtree(&self, path: &str) -> u64 {
+        let mut h = Xxh3::new();
+        let below = format!("{path}/");
+        for (p, x) in &self.objects {
+            if p == path || p.starts_with(&below) {
+                h.update(&x.to_le_bytes());
+            }
+        }
+        h.digest()
+    }
+}
+
+/// Hashes poses and velocities of what physics moves, joints, and everything that stands where scripts put it. Objects
+/// that only watch (sensors) do not enter, nor do bits that mean the same (-0 and 0).
+pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
+    let mut total = Xxh3::new();
+    total.update(&clock.step.get().to_le_bytes());
+    let twists: std::collections::BTreeMap<u32, tatu_physics::Twist> = dynamics.twists().collect();
+    let mut objects = Vec::new();
+    for (slot, o) in scene.slots() {
+        let mut h = Xxh3::new();
+        let mut put = |x: f64| h.update(&(x + 0.0).to_bits().to_le_bytes());
+        match &o.data {
+            Data::Sensor(_) | Data::Script | Data::Graph(_) => continue,
+            Data::Actuator(a) => a.commands.iter().copied().for_each(&mut put),
+            Data::Joint(j) => [j.position, j.velocity, j.target_velocity, j.target_position, j.max_force]
+                .into_iter()
+                .for_each(&mut put),
+            _ => {}
+        }
+        tatu_scene::pose_to_array(&scene.world(slot)).into_iter().for_each(&mut put);
+        if let Some(t) = twists.get(&slot) {
+            t.linear.iter().chain(t.angular.iter()).copied().for_each(&mut put);
+        }
+        let digest = h.digest();
+        total.update(&digest.to_le_bytes());
+        objects.push((scene.path(slot), digest));
+    }
+    Hash { total: total.digest(), objects }
+}

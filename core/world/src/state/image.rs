@@ -1,0 +1,171 @@
+//! The parts of a world as they stand in a snapshot.
+
+use serde::{Deserialize, Serialize};
+use tatu_plugin_api::safe::Value;
+
+use crate::{calls::Wait, sense::Memory};
+use tatu_errors::{Fault, FaultKind};
+use tatu_scene::{Scene, document::Settings};
+
+/// A value of a signal or parameter.
+#[derive(Serialize, Deserialize)]
+pub enum ValueImage {
+    Nil,
+    Bool(bool),
+    Int(i64),
+    Float(f64),
+    Text(Vec<u8>),
+    Bytes(Vec<u8>),
+    Floats(Vec<f64>),
+    Ints(Vec<i64>),
+    List(Vec<ValueImage>),
+    Map(Vec<(ValueImage, ValueImage)>),
+    Func(u64),
+    Object(u64),
+}
+
+impl From<&Value> for ValueImage {
+    fn from(v: &Value) -> Self {
+        match v {
+            Value::Nil => Self::Nil,
+            Value::Bool(x) => Self::Bool(*x),
+            Value::Int(x) => Self::Int(*x),
+            Value::Float(x) => Self::Float(*x),
+            Value::Text(x) => Self::Text(x.clone()),
+            Value::Bytes(x) => Self::Bytes(x.clone()),
+            Value::Floats(x) => Self::Floats(x.clone()),
+            Value::Ints(x) => Self::Ints(x.clone()),
+            Value::List(x) => Self::List(x.iter().map(Self::from).collect()),
+            Value::Map(x) => Self::Map(x.iter().map(|(k, v)| (Self::from(k), Self::from(v))).collect()),
+            Value::Func(x) => Self::Func(*x),
+            Value::Object(x) => Self::Object(*x),
+        }
+    }
+}
+
+impl From<ValueImage> for Value {
+    fn from(v: ValueImage) -> Self {
+        match v {
+            ValueImage::Nil => Self::Nil,
+            ValueImage::Bool(x) => Self::Bool(x),
+            ValueImage::Int(x) => Self::Int(x),
+            ValueImage::Float(x) => Self::Float(x),
+            ValueImage::Text(x) => Self::Text(x),
+            ValueImage::Bytes(x) => Self::Bytes(x),
+            ValueImage::Floats(x) => Self::Floats(x),
+            ValueImage::Ints(x) => Self::Ints(x),
+            ValueImage::List(x) => Self::List(x.into_iter().map(Self::from).collect()),
+            ValueImage::Map(x) => Self::Map(x.into_iter().map(|(k, v)| (k.into(), v.into())).collect()),
+            ValueImage::Func(x) => Self::Func(x),
+            ValueImage::Object(x) => Self::Object(x),
+        }
+    }
+}
+
+/// What the core itself knows: the tree, the engine, clock, signals, waits, faults.
+#[derive(Serialize, Deserialize)]
+pub struct CoreImage {
+    pub scene: Scene,
+    /// Shapes with a mesh: slot, and number of the mesh in the document.
+    pub meshes: Vec<(u32, u32)>,
+    pub settings: Settings,
+    pub dynamics: Vec<u8>,
+    pub phase: crate::world::Phase,
+    /// Time, steps, length of a step, passes.
+    pub clock: (f64, u64, f64, u64),
+    pub requests: u32,
+    pub next_instance: u64,
+    /// Kind, name, value, whether it ends with the run.
+    pub signals: Vec<(u32, Vec<u8>, ValueImage, bool)>,
+    pub waits: Vec<Wait>,
+    pub faults: Vec<FaultImage>,
+}
+
+/// What `save` of an instance wrote, and its state block.
+#[derive(Serialize, Deserialize, Default)]
+pub struct InstanceImage {
+    pub state: Vec<u64>,
+    pub saved: Vec<u8>,
+    /// The writer's version of both.
+    pub version: u32,
+    /// It could not be captured: `saved` is not to be loaded.
+    pub missed: bool,
+}
+
+/// A sensor.
+#[derive(Serialize, Deserialize)]
+pub struct DeviceImage {
+    pub slot: u32,
+    pub kind: u32,
+    pub id: u64,
+    pub params: Vec<ValueImage>,
+    pub instance: InstanceImage,
+    pub fields: Vec<u64>,
+    pub sequence: u64,
+    pub time: f64,
+    pub drawn: u64,
+    pub period: Option<u64>,
+    /// What its noise remembers.
+    pub noise: Option<Memory>,
+    pub off: bool,
+}
+
+/// An actuator; its commands stand in the scene.
+#[derive(Serialize, Deserialize)]
+pub struct ActuatorImage {
+    pub slot: u32,
+    pub kind: u32,
+    /// Generation and slot.
+    pub object: u64,
+    pub params: Vec<ValueImage>,
+    pub instance: InstanceImage,
+    pub off: bool,
+    pub idle_told: bool,
+}
+
+/// A script.
+#[derive(Serialize, Deserialize)]
+pub struct ScriptImage {
+    pub slot: u32,
+    /// 0: its state was not made.
+    pub id: u64,
+    pub initialised: bool,
+    pub dead: bool,
+    pub cleaned: bool,
+    pub ended: bool,
+    pub callbacks: Vec<u32>,
+    pub calls: u64,
+    pub instructions: u64,
+    pub instance: InstanceImage,
+    /// Calls by callback.
+    pub told: std::collections::BTreeMap<String, u64>,
+}
+
+/// A fault told so far.
+#[derive(Serialize, Deserialize)]
+pub struct FaultImage {
+    kind: FaultKind,
+    plugin: Option<String>,
+    script: Option<String>,
+    object: Option<String>,
+    file: Option<String>,
+    line: Option<u64>,
+    message: String,
+    help: Option<String>,
+    traceback: Option<String>,
+    count: u64,
+}
+
+impl From<&Fault> for FaultImage {
+    fn from(f: &Fault) -> Self {
+        let Fault { code: _, kind, plugin, script, object, file, line, message, help, traceback, count } = f.clone();
+        FaultImage { kind, plugin, script, object, file, line, message, help, traceback, count }
+    }
+}
+
+impl From<FaultImage> for Fault {
+    fn from(f: FaultImage) -> Self {
+        let FaultImage { kind, plugin, script, object, file, line, message, help, traceback, count } = f;
+        Fault { code: kind.code(), kind, plugin, script, object, file, line, message, help, traceback, count }
+    }
+}

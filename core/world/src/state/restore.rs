@@ -1,0 +1,252 @@
+//! Into a world: a snapshot, or a replay of the run that led to it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{
+    Snapshot,
+    file::damaged,
+    image::{ActuatorImage, CoreImage, DeviceImage, InstanceImage, ScriptImage},
+};
+use crate::{
+    act::Actuator,
+    instance::Living,
+    scripts::Scripts,
+    sense::Noise,
+    session::{self, log::Record},
+    world::{Signal, World, WorldCell},
+};
+use tatu_errors::{Error, Result};
+use tatu_plugins::{
+    border::{ErrorSlot, answer, raw},
+    watchdog::Call,
+};
+use tatu_scene::Data;
+
+/// Gives an instance back what it wrote. Must be called without any borrow of the world.
+pub(crate) fn load_instance(
+    world: &WorldCell,
+    of: &Living,
+    life: &tatu_life,
+    image: &InstanceImage,
+) -> Result<(), String> {
+    let Some(load) = life.load else {
+        return if image.saved.is_empty() { Ok(()) } else { Err("it reads no state any more".to_owned()) };
+    };
+    let mut error = ErrorSlot::new();
+    // SAFETY: by the contract; the bytes live through the call.
+    let run = || unsafe { answer(load(of.data, raw(&image.saved), image.version, error.raw()), false, error.raw()) };
+    if world.cross(of.plugin, Call::Restore, of.slot, run) < 0 {
+        let plugin = &world.registry.plugins[of.plugin].id;
+        return Err(format!("{} [{} of `{plugin}`]", error.text(), Call::Restore.text()));
+    }
+    Ok(())
+}
+
+/// The state block of an image, if its writer meant the same by it.
+pub(crate) fn state_of(life: &tatu_life, image: &InstanceImage) -> Vec<u64> {
+    let words = (life.state_bytes as usize).div_ceil(8);
+    if image.version == life.version && image.state.len() == words { image.state.clone() } else { vec![0; words] }
+}
+
+fn refused(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
+    Error::new("E503", format!("{what} cannot be restored: {why}"))
+        .help("replay the run to that step: a new world of the scene, stepped until then")
+}
+
+impl World {
+    /// Makes a world that has just been made of the snapshot's document go on from the snapshot's step.
+    ///
+    /// An incomplete snapshot is refused, unless `allow_partial`: then what it lacks is as at the start of a run. After
+    /// a failure the world is half one and half the other: drop it.
+    pub fn restore(&self, snapshot: &Snapshot, allow_partial: bool) -> Result {
+        let cell = self.cell();
+        snapshot.check(&cell.document, &cell.registry)?;
+        if let Some(first) = snapshot.head.missed.first().filter(|_| !allow_partial) {
+            let error = Error::new("E503", format!("the snapshot is not complete: {first}"));
+            return Err(error.help("replay the run to its step instead"));
+        }
+        if cell.running() || cell.clock.step.get() != 0 {
+            return Err(Error::new("E503", "a world that has run cannot take a snapshot").help("make a new one"));
+        }
+        self.start_silently();
+        let image: CoreImage = snapshot.get("core")?;
+        scripts(cell, snapshot.get("scripts")?, &image)?;
+        sensors(cell, snapshot.get("sensors")?)?;
+        actuators(cell, snapshot.get("actuators")?)?;
+        core(cell, image)?;
+        *cell.figures.borrow_mut() = snapshot.get("figures")?;
+        plugins(cell, snapshot.get("plugins")?)?;
+        Scripts::load(cell, snapshot.get("scripts")?)?;
+        session::log::restore(cell, records(snapshot)?);
+        let hash = self.hash().total;
+        if hash != snapshot.head.hash {
+            return Err(refused(
+                "the world",
+                format!("its hash is {hash:016x} instead of {:016x}", snapshot.head.hash),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Runs a world that has just been made to the snapshot's step, telling nothing of what it told the first time,
+    /// and compares the state hash.
+    pub fn replay(&self, snapshot: &Snapshot) -> Result {
+        let cell = self.cell();
+        snapshot.check(&cell.document, &cell.registry)?;
+        self.feed(records(snapshot)?.into());
+        self.start();
+        while self.steps() < snapshot.head.step && !self.stop_requested() && self.step() {
+            self.take_lines();
+        }
+        self.take_lines();
+        let hash = self.hash().total;
+        if hash == snapshot.head.hash {
+            return Ok(());
+        }
+        let text = format!(
+            "the replay came to another state at step {}: hash {hash:016x}, then {:016x}",
+            snapshot.head.step, snapshot.head.hash
+        );
+        Err(Error::new("E504", text)
+            .help("something in the run depends on more than scene and seed: files that scripts read, or a plugin"))
+    }
+}
+
+/// What came from outside until the snapshot.
+fn records(snapshot: &Snapshot) -> Result<Vec<Record>> {
+    session::file::from_bytes(&snapshot.head.log).ok_or_else(|| damaged("what came from outside cannot be read"))
+}
+
+/// Ends the scripts that had ended by then; the others must be those of the snapshot.
+fn scripts(cell: &WorldCell, images: Vec<ScriptImage>, core: &CoreImage) -> Result {
+    let there: Vec<u32> = images.iter().map(|i| i.slot).collect();
+    let known = |slot: u32| cell.scripts.borrow().by_slot(slot).is_some();
+    if let Some(slot) = there.iter().find(|s| !known(**s)) {
+        return Err(refused(format!("the script {}", core.scene.path(*slot)), "it was made during the run"));
+    }
+    Scripts::end_others(cell, &there);
+    Ok(())
+}
+
+fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
+    let there: BTreeSet<(u32, u64)> = images.iter().map(|i| (i.slot, i.id)).collect();
+    let gone = cell.sensing.borrow_mut().take_gone(|d| there.contains(&(d.slot, d.id)));
+    for d in gone {
+        d.destroy(cell);
+    }
+    for image in images {
+        let path = cell.scene.borrow().path(image.slot);
+        let what = format!("the sensor {path}");
+        let index =
+            cell.sensing.borrow().index(image.slot).ok_or_else(|| refused(&what, "it was made during the run"))?;
+        let (kind, data) = {
+            let sensing = cell.sensing.borrow();
+            let d = &sensing.devices[index];
+            let params: Vec<Value> = image.params.into_iter().map(Into::into).collect();
+            if d.kind != image.kind as usize || d.params != params {
+                return Err(refused(&what, "its parameters were changed during the run"));
+            }
+            if d.fields.len() != image.fields.len() {
+                return Err(damaged(format!("{what} has fields of another size")));
+            }
+            (d.kind, d.data)
+        };
+        let life = &cell.registry.sensors[kind].life;
+        {
+            let mut sensing = cell.sensing.borrow_mut();
+            let d = &mut sensing.devices[index];
+            // Plugins hold the block's address: it is filled, not replaced.
+            d.state.copy_from_slice(&state_of(life, &image.instance));
+            d.fields.copy_from_slice(&image.fields);
+            (d.sequence, d.time, d.drawn, d.off) = (image.sequence, image.time, image.drawn, image.off);
+            // What the scene declares is taken up at the next measure.
+            (d.period, d.noise) = (image.period, image.noise.map(|m| Box::new(Noise::of_memory(m))));
+            sensing.unsettle();
+        }
+        if !image.instance.missed {
+            let of = Living { plugin: cell.registry.sensors[kind].plugin, slot: image.slot, data };
+            load_instance(cell, &of, life, &image.instance).map_err(|e| refused(&what, e))?;
+        }
+    }
+    Ok(())
+}
+
+fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
+    let is_there = |d: &Actuator| images.iter().any(|i| i.object == d.object);
+    let gone = cell.acting.borrow_mut().take_gone(is_there);
+    for d in gone {
+        d.destroy(cell);
+    }
+    for image in images {
+        let path = cell.scene.borrow().path(image.slot);
+        let what = format!("the actuator {path}");
+        let (life, of) = {
+            let mut acting = cell.acting.borrow_mut();
+            let found = acting.devices.iter_mut().find(|d| d.object == image.object);
+            let d = found.ok_or_else(|| refused(&what, "it was made during the run"))?;
+            let params: Vec<Value> = image.params.into_iter().map(Into::into).collect();
+            if d.kind != image.kind as usize || d.params != params {
+                return Err(refused(&what, "its parameters were changed during the run"));
+            }
+            let kind = &cell.registry.actuators[d.kind];
+            // Plugins hold the block's address: it is filled, not replaced.
+            d.state.copy_from_slice(&state_of(&kind.life, &image.instance));
+            (d.off, d.idle_told) = (image.off, image.idle_told);
+            (&kind.life, Living { plugin: kind.plugin, slot: d.slot, data: d.data })
+        };
+        if !image.instance.missed {
+            load_instance(cell, &of, life, &image.instance).map_err(|e| refused(&what, e))?;
+        }
+    }
+    Ok(())
+}
+
+fn core(cell: &WorldCell, image: CoreImage) -> Result {
+    let CoreImage { mut scene, meshes, settings, dynamics, clock, phase, requests, next_instance, .. } = image;
+    for (slot, number) in meshes {
+        let mesh = cell.document.meshes.get(number as usize);
+        match (scene.get_mut(slot).map(|o| &mut o.data), mesh) {
+            (Some(Data::Shape(s)), Some(mesh)) => s.mesh = Some(mesh.clone()),
+            _ => return Err(damaged("it names a mesh that the scene does not have")),
+        }
+    }
+    cell.dynamics.borrow_mut().restore(&dynamics).map_err(damaged)?;
+    *cell.scene.borrow_mut() = scene;
+    cell.reaped.set(0);
+    *cell.settings.borrow_mut() = settings;
+    let (time, step, dt, pass) = clock;
+    cell.clock.pass.set(pass);
+    cell.phase.set(phase);
+    cell.clock.time.set(time);
+    cell.clock.step.set(step);
+    cell.clock.dt.set(dt);
+    cell.requests.set(requests);
+    cell.next_instance.set(next_instance);
+    *cell.signals.borrow_mut() = image
+        .signals
+        .into_iter()
+        .map(|(kind, name, v, of_run)| ((kind, name), Signal { value: v.into(), of_run }))
+        .collect::<BTreeMap<_, _>>();
+    cell.calls.waits.borrow_mut().restore(image.waits);
+    *cell.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
+    // What starting told has been told by the run that wrote the snapshot.
+    cell.lines.borrow_mut().clear();
+    // What beams see is made anew of the scene.
+    cell.sensing.borrow_mut().forget_scene();
+    Ok(())
+}
+
+fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
+    for (id, image) in images {
+        let found = cell.registry.world_lives.iter().find(|(p, _)| cell.registry.plugins[*p].id == id);
+        let (plugin, life) = found.ok_or_else(|| damaged(format!("plugin `{id}` keeps no state")))?;
+        if let Some(Some(instance)) = cell.instances.borrow_mut().get_mut(*plugin) {
+            instance.state.copy_from_slice(&state_of(life, &image));
+        }
+        let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
+        load_instance(cell, &of, life, &image).map_err(|e| refused(format!("plugin `{id}`"), e))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,236 @@
+//! Out of a world.
+
+use std::ffi::c_void;
+
+use tatu_plugin_api::abi::*;
+
+use super::{
+    Head, Missed, Snapshot, file, fingerprint,
+    image::{ActuatorImage, CoreImage, DeviceImage, InstanceImage},
+};
+use crate::{
+    calls::Owner,
+    instance::Living,
+    scripts::Scripts,
+    session,
+    world::{World, WorldCell},
+};
+use tatu_errors::{Error, Fault, FaultKind, Result};
+use tatu_plugins::{
+    border::{ErrorSlot, answer},
+    watchdog::Call,
+};
+use tatu_scene::Scene;
+
+unsafe extern "C" fn write(writer: *const tatu_writer, bytes: *const c_void, n: u64) {
+    // SAFETY: a writer of `save_instance`, whose vector lives through the call.
+    let out = unsafe { &mut *(*writer).ctx.cast::<Vec<u8>>() };
+    if !bytes.is_null() {
+        // SAFETY: by the contract.
+        out.extend_from_slice(unsafe { std::slice::from_raw_parts(bytes.cast(), n as usize) });
+    }
+}
+
+/// What an instance writes of itself; or why it cannot. That it cannot is no fault, unless it panicked or broke the
+/// contract. Must be called without any borrow of the world.
+pub(crate) fn save_instance(
+    world: &WorldCell,
+    of: &Living,
+    life: &tatu_life,
+    state: &[u64],
+) -> Result<InstanceImage, String> {
+    let mut image = InstanceImage { state: state.to_vec(), saved: Vec::new(), version: life.version, missed: false };
+    let Some(save) = life.save else {
+        // Without data of its own there is nothing but the state block.
+        let why = "its plugin keeps data for it, and offers no way to write them";
+        return if of.data.is_null() { Ok(image) } else { Err(why.to_owned()) };
+    };
+    let writer = tatu_writer {
+        size: size_of::<tatu_writer>() as u32,
+        reserved: 0,
+        ctx: (&raw mut image.saved).cast(),
+        write: Some(write),
+    };
+    let mut error = ErrorSlot::new();
+    // SAFETY: by the contract; the writer lives through the call.
+    let status = world.cross(of.plugin, Call::Save, of.slot, || unsafe { save(of.data, &writer, error.raw()) });
+    // SAFETY: the host's own error object.
+    if unsafe { answer(status, false, error.raw()) } == TATU_OK {
+        return Ok(image);
+    }
+    if status == TATU_ERR_PANIC || !(TATU_ERR_MEMORY..0).contains(&status) {
+        let plugin = &world.registry.plugins[of.plugin].id;
+        let text = format!("plugin `{plugin}` {} [{}]", error.text(), Call::Save.text());
+        let mut fault = Fault::new(FaultKind::Plugin, text);
+        fault.plugin = Some(plugin.clone());
+        fault.object = world.watch.name_of(of.slot);
+        world.report(fault);
+    }
+    Err(error.text())
+}
+
+impl World {
+    /// Everything that decides the future, at the boundary between two steps; what could not be captured is named in
+    /// the head. The run that goes on does not notice.
+    pub fn snapshot(&self) -> Result<Snapshot> {
+        let cell = self.cell();
+        if !cell.running() {
+            return Err(Error::new("E503", "a world that does not run has no state to write").help("start it first"));
+        }
+        let mut snapshot = Snapshot::new(Head {
+            tatu: env!("CARGO_PKG_VERSION").to_owned(),
+            document: fingerprint(&cell.document),
+            plugins: file::plugins(&cell.registry),
+            step: self.steps(),
+            time: self.time(),
+            hash: self.hash().total,
+            missed: Vec::new(),
+            log: session::file::to_bytes(self.input_log().records()),
+        });
+        let mut missed = clients(cell);
+        snapshot.put("core", &core(cell)?)?;
+        snapshot.put("figures", &*cell.figures.borrow())?;
+        snapshot.put("sensors", &sensors(cell, &mut missed))?;
+        snapshot.put("actuators", &actuators(cell, &mut missed))?;
+        snapshot.put("plugins", &plugins(cell, &mut missed))?;
+        snapshot.put("scripts", &Scripts::images(cell, &mut missed))?;
+        if cell.outside.bus.has_listeners() {
+            missed.push(Missed {
+                object: "the events".into(),
+                plugin: String::new(),
+                reason: "functions that scripts gave for events are not written".into(),
+            });
+        }
+        snapshot.head.missed = missed;
+        Ok(snapshot)
+    }
+}
+
+/// The meshes that shapes use, by their number in the document.
+fn meshes(cell: &WorldCell, scene: &Scene) -> Result<Vec<(u32, u32)>> {
+    let mut out = Vec::new();
+    for (slot, o) in scene.slots() {
+        let Some(mesh) = o.shape().and_then(|s| s.mesh.as_ref()) else { continue };
+        let number =
+            cell.document.meshes.iter().position(|m| std::sync::Arc::ptr_eq(m, mesh)).ok_or_else(|| {
+                Error::new("E503", format!("the mesh of {} is not one of the scene's", scene.path(slot)))
+            })?;
+        out.push((slot, number as u32));
+    }
+    Ok(out)
+}
+
+fn core(cell: &WorldCell) -> Result<CoreImage> {
+    let scene = cell.scene.borrow();
+    Ok(CoreImage {
+        meshes: meshes(cell, &scene)?,
+        scene: scene.clone(),
+        settings: cell.settings.borrow().clone(),
+        dynamics: cell.dynamics.borrow().snapshot(),
+        phase: cell.phase.get(),
+        clock: (cell.clock.time.get(), cell.clock.step.get(), cell.clock.dt.get(), cell.clock.pass.get()),
+        requests: cell.requests.get(),
+        next_instance: cell.next_instance.get(),
+        signals: {
+            let signals = cell.signals.borrow();
+            signals.iter().map(|((kind, name), s)| (*kind, name.clone(), (&s.value).into(), s.of_run)).collect()
+        },
+        waits: cell.calls.waits.borrow().all(),
+        faults: cell.faults.borrow().iter().map(Into::into).collect(),
+    })
+}
+
+fn sensors(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<DeviceImage> {
+    let n = cell.sensing.borrow().devices.len();
+    let mut out = Vec::with_capacity(n);
+    for i in 0..n {
+        let (kind, slot, data, state) = {
+            let sensing = cell.sensing.borrow();
+            let d = &sensing.devices[i];
+            (d.kind, d.slot, d.data, d.state.clone())
+        };
+        let entry = &cell.registry.sensors[kind];
+        let of = Living { plugin: entry.plugin, slot, data };
+        let instance = save_instance(cell, &of, &entry.life, &state).unwrap_or_else(|reason| {
+            let plugin = cell.registry.plugins[entry.plugin].id.clone();
+            missed.push(Missed { object: cell.scene.borrow().path(slot), plugin, reason });
+            InstanceImage { state, version: entry.life.version, missed: true, ..Default::default() }
+        });
+        let sensing = cell.sensing.borrow();
+        let d = &sensing.devices[i];
+        out.push(DeviceImage {
+            slot,
+            kind: kind as u32,
+            id: d.id,
+            params: d.params.iter().map(Into::into).collect(),
+            instance,
+            fields: d.fields.to_vec(),
+            sequence: d.sequence,
+            time: d.time,
+            drawn: d.drawn,
+            period: d.period,
+            noise: d.noise.as_ref().map(|n| n.memory().clone()),
+            off: d.off,
+        });
+    }
+    out
+}
+
+fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
+    let n = cell.acting.borrow().devices.len();
+    let mut out = Vec::with_capacity(n);
+    for i in 0..n {
+        let (mut image, state, data) = {
+            let acting = cell.acting.borrow();
+            let d = &acting.devices[i];
+            let image = ActuatorImage {
+                slot: d.slot,
+                kind: d.kind as u32,
+                object: d.object,
+                params: d.params.iter().map(Into::into).collect(),
+                instance: InstanceImage::default(),
+                off: d.off,
+                idle_told: d.idle_told,
+            };
+            (image, d.state.clone(), d.data)
+        };
+        let entry = &cell.registry.actuators[image.kind as usize];
+        let of = Living { plugin: entry.plugin, slot: image.slot, data };
+        image.instance = save_instance(cell, &of, &entry.life, &state).unwrap_or_else(|reason| {
+            let plugin = cell.registry.plugins[entry.plugin].id.clone();
+            missed.push(Missed { object: cell.scene.borrow().path(image.slot), plugin, reason });
+            InstanceImage { state, version: entry.life.version, missed: true, ..Default::default() }
+        });
+        out.push(image);
+    }
+    out
+}
+
+/// Commands that wait for a client of a service: in another process there is no such client.
+fn clients(cell: &WorldCell) -> Vec<Missed> {
+    let waits = cell.calls.waits.borrow().all();
+    let remote = waits.into_iter().filter(|w| matches!(w.owner, Owner::Service(_)));
+    let command = |n: u32| cell.registry.commands.get((n as usize).wrapping_sub(1));
+    remote
+        .map(|w| Missed {
+            object: String::new(),
+            plugin: command(w.command).map_or(String::new(), |c| cell.registry.plugins[c.plugin].id.clone()),
+            reason: "one of its commands waits for a client of a service".into(),
+        })
+        .collect()
+}
+
+/// What command plugins keep for the world, by plugin.
+fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceImage)> {
+    let mut out = Vec::new();
+    for (plugin, life) in &cell.registry.world_lives {
+        let id = cell.registry.plugins[*plugin].id.clone();
+        let state = cell.instances.borrow()[*plugin].as_ref().map(|i| i.state.clone()).unwrap_or_default();
+        let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
+        match save_instance(cell, &of, life, &state) {
+            Ok(image) => out.push((id, image)),
+            Err(reason) => missed.push(Missed { object: String::new(), plugin: id, reason }),
+        }
+    }
+    out
+}

@@ -1,0 +1,163 @@
+//! One pass of a world, on one page.
+//!
+//! ```text
+//! barrier   what was removed is ended, what was added joins; time stands
+//! actuate   scripts act: callbacks, waits that are over
+//! physics   actuators push, the engine advances dt; poses are copied back
+//! sense     due sensors: beams, batches by kind, readings
+//! react     scripts look at what was sensed
+//! turn      time moves on, then the phase: requests to pause and stop take effect here
+//! ```
+//!
+//! The stages are functions of the world; `step` is their default order. A world with a driver (a script of kind `main`)
+//! runs none of them by itself: the driver is called, and asks for stages as it likes (see `stages`).
+//!
+//! Time moves on at the end of a pass by what its physics stages took: all callbacks of a pass see the time at which it
+//! began, and a driver that skips physics lets no time pass.
+
+mod actuated;
+mod rests;
+mod sensors;
+mod stages;
+mod substeps;
+
+pub(crate) use rests::{idle, lift, paused};
+pub(crate) use sensors::sense_some;
+pub(crate) use stages::{Stage, run};
+
+use crate::{
+    act,
+    calls::Caller,
+    events, figures,
+    scripts::Scripts,
+    world::{Phase, WorldCell, instance_fault},
+};
+use tatu_errors::{Fault, FaultKind};
+use tatu_plugin_api::abi::*;
+use tatu_plugins::watchdog::Call;
+
+/// One pass: the driver's, or the default order of the stages.
+pub(crate) fn step(world: &WorldCell) {
+    barrier(world);
+    // After a request to stop nobody can hold the world back any more.
+    if Scripts::before_step(world) && !world.stop_requested() {
+        return world.clock.skip();
+    }
+    match Scripts::driver(world) {
+        Some(driver) => driver.drive(world),
+        None => {
+            let dt = world.clock.dt.get();
+            for stage in [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React] {
+                // Nothing runs yet that could be in the way.
+                let _ = run(world, stage, dt, "the step");
+            }
+            // What the step has led to; a driver records by itself.
+            let _ = figures::record_due(world, world.clock.time.get() + world.clock.so_far());
+        }
+    }
+    if world.phase.get() == Phase::Last {
+        let _ = run(world, Stage::Clean, 0.0, "the step");
+    }
+    Scripts::run_addons(world);
+    world.clock.advance();
+    turn(world);
+}
+
+/// The phase after a pass. The end of a run is carried out by the world, after whoever steps it has had a look.
+fn turn(world: &WorldCell) {
+    let (stop, pause) = (world.stop_requested(), world.requests.get() & 1 << TATU_REQUEST_PAUSE != 0);
+    let next = world.phase.get().after(stop, pause);
+    match next {
+        Phase::Stopped => world.over.set(true),
+        next => world.phase.set(next),
+    }
+    if next == Phase::Paused {
+        rests::suspend(world);
+    }
+}
+
+/// What was removed is ended; what was added joins.
+pub(crate) fn barrier(world: &WorldCell) {
+    world.calls.caller.set(Caller::HOST);
+    let version = world.scene.try_borrow().map_or(0, |s| s.shape_version);
+    // Whatever is gone has changed the tree.
+    if world.reaped.replace(version) != version || version == 0 {
+        Scripts::reap(world);
+        sensors::reap(world);
+        reap_actuators(world);
+    }
+    let Ok(mut scene) = world.scene.try_borrow_mut() else { return };
+    world.dynamics.borrow_mut().settle(&mut scene);
+    scene.note_places();
+    drop(scene);
+    events::deliver(world);
+}
+
+/// Scripts act.
+fn actuate(world: &WorldCell) {
+    Scripts::actuate(world);
+    world.look_after("actuation");
+}
+
+/// Actuators push, and the engine advances; in single steps where scripts want a word between them.
+fn physics(world: &WorldCell, dt: f64) {
+    let (lost, failed) = if dt > 0.0 && substeps::wanted(world) {
+        substeps::advance(world, dt)
+    } else {
+        let (mut scene, mut dynamics, mut acting) =
+            (world.scene.borrow_mut(), world.dynamics.borrow_mut(), world.acting.borrow_mut());
+        let (scene, dynamics, acting) = (&mut *scene, &mut *dynamics, &mut *acting);
+        if acting.devices.is_empty() || dt <= 0.0 {
+            dynamics.settle(scene);
+            (world.install(|| dynamics.advance(scene, dt, None)), Vec::new())
+        } else {
+            actuated::advance(world, scene, dynamics, acting, dt)
+        }
+    };
+    world.clock.passed(dt);
+    for f in failed {
+        tell_of_actuator(world, &f);
+    }
+    for slot in lost {
+        let path = world.scene.borrow().path(slot);
+        let mut fault = Fault::new(FaultKind::Physics, format!("the motion of {path} became infinite; it is frozen"));
+        fault.object = Some(path);
+        fault.help = Some("look for masses or forces that are far apart, or use a smaller physics_dt_s".into());
+        world.report(fault);
+    }
+}
+
+/// An actuator that failed is named once; one that has nothing to push is told of.
+fn tell_of_actuator(world: &WorldCell, failed: &act::Failed) {
+    if failed.status < 0 {
+        let plugin = world.registry.actuators[failed.kind].plugin;
+        let text = format!("{} [{}]", failed.text, Call::Apply.text());
+        world.report(instance_fault(world, plugin, failed.slot, failed.status, &text));
+    } else {
+        let path = world.scene.borrow().path(failed.slot);
+        world.log(TATU_LOG_WARNING, &format!("the actuator {path} has no effect: {}", failed.text));
+    }
+}
+
+/// Scripts of the run clean up.
+fn clean(world: &WorldCell) {
+    Scripts::clean_up(world);
+    world.look_after("clean-up");
+}
+
+/// Scripts look at what was sensed.
+fn react(world: &WorldCell) {
+    Scripts::react(world);
+    world.look_after("reaction");
+}
+
+/// Ends the instances of actuators that are gone.
+fn reap_actuators(world: &WorldCell) {
+    let gone = {
+        let scene = world.scene.borrow();
+        world.acting.borrow_mut().take_gone(|d| scene.id(d.slot) == d.object)
+    };
+    for d in gone {
+        d.destroy(world);
+    }
+}

@@ -1,0 +1,101 @@
+//! The stage in which sensors measure.
+
+use crate::{
+    scripts::{Callback, Scripts},
+    sense::{self, Around, Ask, Job, Moment, Turn},
+    world::{WorldCell, instance_fault},
+};
+use tatu_plugins::watchdog::Call;
+
+/// Sensors that are due measure.
+pub(super) fn sense(world: &WorldCell) {
+    let mut measured = Scripts::any_has(world, Callback::Measured).then(Vec::new);
+    let mut asked = Turn::default();
+    let time = world.clock.time.get();
+    let threads = world.pool().current_num_threads();
+    {
+        let mut sensing = world.sensing.borrow_mut();
+        sensing.settle(&world.scene.borrow(), &world.registry);
+        sensing.list();
+    }
+    for kind in 0..world.registry.sensors.len() {
+        let roll = world.sensing.borrow().roll(kind);
+        let mut measure = |turn: &Turn| {
+            if turn.devices.is_empty() {
+                return;
+            }
+            sense_some(world, kind, turn, &Ask::default());
+            if let Some(measured) = &mut measured {
+                let sensing = world.sensing.borrow();
+                measured.extend(turn.devices.iter().map(|i| &sensing.devices[*i]).filter(|d| !d.off).map(|d| d.slot));
+            }
+        };
+        measure(&roll.steady);
+        let mut from = 0;
+        loop {
+            let n = world.sensing.borrow_mut().due(&roll, from, time, threads, &mut asked);
+            if n == 0 {
+                break;
+            }
+            from += n;
+            measure(&asked);
+        }
+    }
+    if let Some(measured) = measured {
+        Scripts::measured(world, &measured);
+    }
+    world.look_after("sensing");
+}
+
+/// Handles some sensors of one kind now; whoever fails is switched off and named once.
+pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, ask: &Ask) {
+    let moment = Moment { time: world.clock.time.get(), step: world.clock.step.get() };
+    let Turn { devices, cuts, sees, few } = turn;
+    let failed = {
+        let (mut sensing, scene, dynamics) =
+            (world.sensing.borrow_mut(), world.scene.borrow(), world.dynamics.borrow());
+        sensing.settle(&scene, &world.registry);
+        for (visible, waves) in sees {
+            match visible {
+                true => sensing.targets.follow(&scene, true, world.pool()),
+                false => sensing.targets.follow_waves(&scene, *waves, world.pool()),
+            }
+        }
+        let twist = |slot| world.twist(&scene, &dynamics, slot);
+        let (watch, pool) = (&*world.watch, world.pool());
+        let around = Around { scene: &scene, registry: &world.registry, twist: &twist, watch, pool, alone: false };
+        let job = Job { kind, devices, cuts, few: *few, ask, moment };
+        let plugin = world.registry.sensors[kind].plugin;
+        let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
+        let run = || sense::measure(&mut sensing, &job, &around);
+        world.cross(plugin, Call::Measure, first, run)
+    };
+    let lines = std::mem::take(&mut world.sensing.borrow_mut().lines);
+    for (level, text) in lines {
+        world.log(level, &text);
+    }
+    for f in failed {
+        let mut sensing = world.sensing.borrow_mut();
+        if let Some(d) = sensing.devices.iter_mut().find(|d| d.slot == f.slot) {
+            d.off = true;
+            // What it measured before is no reading of now.
+            d.forget();
+            sensing.unlist();
+        }
+        drop(sensing);
+        let plugin = world.registry.sensors[f.kind].plugin;
+        let text = format!("{} [{}]", f.text, f.call.text());
+        world.report(instance_fault(world, plugin, f.slot, f.status, &text));
+    }
+}
+
+/// Ends the instances of sensors that are gone.
+pub(super) fn reap(world: &WorldCell) {
+    let gone = {
+        let scene = world.scene.borrow();
+        world.sensing.borrow_mut().take_gone(|d| scene.get(d.slot).is_some() && d.id > 0)
+    };
+    for d in gone {
+        d.destroy(world);
+    }
+}

@@ -1,0 +1,176 @@
+//! Physics with callbacks of scripts before, within and after each step of the engine. They are called between two steps,
+//! never from inside the solver.
+//!
+//! ```text
+//! dyn       afterStep = false
+//! joint     for each joint whose control is `callback`; what the first script answers drives it in this step
+//! (the engine's step)
+//! contact   for each pair that began to touch in it; what the first script answers holds from the next step on
+//! dyn       afterStep = true
+//! ```
+
+use std::collections::BTreeSet;
+
+use tatu_plugin_api::safe::Value;
+
+use super::actuated;
+use crate::{
+    act,
+    scripts::{Callback, Scripts, entry},
+    world::{Phase, WorldCell},
+};
+use tatu_physics::{Drive, PairRule};
+use tatu_scene::{Control, Joint, JointType};
+
+/// Whether any script wants to be called.
+pub(super) fn wanted(world: &WorldCell) -> bool {
+    [Callback::Dyn, Callback::Joint, Callback::Contact].into_iter().any(|c| Scripts::any_has(world, c))
+}
+
+/// One step of the engine, of those in which an advance takes place.
+#[derive(Clone, Copy)]
+struct Part {
+    /// From 0.
+    number: u32,
+    count: u32,
+    /// Of all together, s.
+    whole: f64,
+}
+
+impl Part {
+    fn dt(self) -> f64 {
+        self.whole / f64::from(self.count)
+    }
+    /// What scripts are told of it in every callback.
+    fn entries(self) -> Vec<(Value, Value)> {
+        vec![
+            of("passCnt", Value::Int(i64::from(self.number) + 1)),
+            of("totalPasses", Value::Int(self.count.into())),
+            of("dt", Value::Float(self.dt())),
+        ]
+    }
+}
+
+fn of(key: &str, value: Value) -> (Value, Value) {
+    (Value::text(key), value)
+}
+
+fn number(map: &Value, keys: &[&str]) -> Option<f64> {
+    keys.iter().find_map(|k| match entry(map, k) {
+        Some(Value::Float(x)) if x.is_finite() => Some(*x),
+        Some(Value::Int(i)) => Some(*i as f64),
+        _ => None,
+    })
+}
+
+/// Lets `dt` pass; objects whose bodies were lost, actuators that failed.
+pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<act::Failed>) {
+    let (mut lost, mut failed) = (Vec::new(), Vec::new());
+    let count = {
+        let (mut scene, mut dynamics) = (world.scene.borrow_mut(), world.dynamics.borrow_mut());
+        dynamics.prepare(&mut scene);
+        dynamics.engine_steps(dt)
+    };
+    let mut touching = pairs(world);
+    for n in 0..count {
+        let part = Part { number: n, count, whole: dt };
+        tell(world, part, false);
+        drive_joints(world, part);
+        let (l, f) = actuated::advance_part(world, dt, n);
+        lost.extend(l);
+        failed.extend(f);
+        let now = pairs(world);
+        for pair in now.difference(&touching) {
+            tell_contact(world, *pair);
+        }
+        touching = now;
+        tell(world, part, true);
+    }
+    (lost, failed)
+}
+
+/// The pairs of shapes that touch.
+fn pairs(world: &WorldCell) -> BTreeSet<(u32, u32)> {
+    world.dynamics.borrow().contacts().map(|(a, b, _)| (a.min(b), a.max(b))).collect()
+}
+
+fn tell(world: &WorldCell, part: Part, after: bool) {
+    let mut map = part.entries();
+    map.push(of("afterStep", Value::Bool(after)));
+    Scripts::tell(world, Callback::Dyn, &Value::Map(map));
+}
+
+/// Asks for the drives of all joints that are controlled by scripts.
+fn drive_joints(world: &WorldCell, part: Part) {
+    let joints: Vec<u32> = {
+        let scene = world.scene.borrow();
+        let controlled = |j: &Joint| j.control == Control::Callback && j.id.is_some();
+        scene.slots().filter(|(_, o)| o.joint().is_some_and(controlled)).map(|(s, _)| s).collect()
+    };
+    for slot in joints {
+        let Some(question) = question(world, slot, part) else { continue };
+        let answer = Scripts::ask(world, Callback::Joint, &question, false);
+        let (scene, mut dynamics) = (world.scene.borrow(), world.dynamics.borrow_mut());
+        let Some(joint) = scene.get(slot).and_then(|o| o.joint()) else { continue };
+        let drive = answer.map_or(Drive::Free, |a| match (number(&a, &["vel", "velocity"]), number(&a, &["force"])) {
+            (Some(target), force) => {
+                let max_force = force.unwrap_or(joint.max_force).abs();
+                Drive::Velocity { target, max_force, slip: joint.slip }
+            }
+            (None, Some(force)) => Drive::Force(force),
+            (None, None) => Drive::Free,
+        });
+        dynamics.drive(joint, drive);
+    }
+}
+
+/// What a script is asked about a joint.
+fn question(world: &WorldCell, slot: u32, part: Part) -> Option<Value> {
+    let scene = world.scene.borrow();
+    let j = scene.get(slot)?.joint()?;
+    let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+    let mut way = j.target_position - j.position;
+    if j.limits.is_none() && j.kind == JointType::Revolute {
+        // The shorter way round.
+        way = nalgebra::wrap(way, -std::f64::consts::PI, std::f64::consts::PI);
+    }
+    let first = part.number == 0 && world.phase.get() == Phase::First;
+    let mut map = part.entries();
+    map.extend([
+        // The number that the field gives to joints that physics moves.
+        of("mode", Value::Int(5)),
+        of("first", Value::Bool(first)),
+        of("handle", Value::Int(slot.into())),
+        of("revolute", Value::Bool(j.kind == JointType::Revolute)),
+        of("cyclic", Value::Bool(j.limits.is_none() && j.kind == JointType::Revolute)),
+        of("lowLimit", Value::Float(low)),
+        of("highLimit", Value::Float(high)),
+        of("pos", Value::Float(j.position)),
+        of("vel", Value::Float(j.velocity)),
+        of("targetPos", Value::Float(j.target_position)),
+        of("targetVel", Value::Float(j.target_velocity)),
+        of("error", Value::Float(way)),
+        of("maxVel", Value::Float(j.max_velocity)),
+        of("force", Value::Float(j.max_force)),
+        of("effort", Value::Float(j.effort)),
+    ]);
+    Some(Value::Map(map))
+}
+
+/// Tells of two shapes that have begun to touch.
+fn tell_contact(world: &WorldCell, (a, b): (u32, u32)) {
+    let map = [("handle1", i64::from(a)), ("handle2", i64::from(b)), ("engine", 0)];
+    let map = Value::Map(map.map(|(k, v)| of(k, Value::Int(v))).to_vec());
+    let Some(answer) = Scripts::ask(world, Callback::Contact, &map, true) else { return };
+    let own = entry(&answer, "bullet");
+    let factor = |key| own.and_then(|m| number(m, &[key])).filter(|x| *x >= 0.0);
+    let rule = PairRule {
+        responds: entry(&answer, "collisionResponse") != Some(&Value::Bool(false)),
+        friction: factor("friction"),
+        restitution: factor("restitution"),
+    };
+    let (scene, mut dynamics) = (world.scene.borrow(), world.dynamics.borrow_mut());
+    if let (Some(a), Some(b)) = (scene.get(a).and_then(|o| o.shape()), scene.get(b).and_then(|o| o.shape())) {
+        dynamics.set_pair(a, b, Some(rule));
+    }
+}

@@ -1,0 +1,97 @@
+//! What a sensor measured last, as its plugin declares it.
+
+use tatu_plugin_api::safe::Value;
+
+use tatu_plugins::FieldInfo;
+
+use super::World;
+use crate::sense::{Edge, edges};
+
+/// A sensor's last reading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// Path of the sensor.
+    pub path: String,
+    /// Its kind.
+    pub kind: String,
+    /// Schemas that its kind fills, such as `range_scan/1`.
+    pub schemas: Vec<String>,
+    /// When it measured, s.
+    pub time: f64,
+    /// How often it has measured; 0: never.
+    pub sequence: u64,
+    /// x y z, quaternion x y z w, world: where it is now.
+    pub pose: [f64; 7],
+    /// The edges of what it sends out, in its own frame.
+    pub edges: Vec<Edge>,
+    /// In the order in which they are declared.
+    pub fields: Vec<Field>,
+}
+
+/// A field of a reading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    /// Its name, `schema.field`.
+    pub name: String,
+    /// Its unit, if it has one.
+    pub unit: Option<String>,
+    /// Elements along each axis, outermost first; unused axes are 1.
+    pub dims: [u32; 3],
+    /// Its numbers.
+    pub value: Value,
+}
+
+impl Reading {
+    /// A field's numbers, if it has any.
+    pub fn floats(&self, name: &str) -> Option<&[f64]> {
+        match self.field(name)? {
+            Field { value: Value::Floats(f), .. } => Some(f),
+            _ => None,
+        }
+    }
+    /// A field by its name.
+    pub fn field(&self, name: &str) -> Option<&Field> {
+        self.fields.iter().find(|f| f.name == name)
+    }
+}
+
+impl World {
+    /// The paths of all sensors, in the order in which they were made.
+    pub fn sensors(&self) -> Vec<String> {
+        let cell = self.cell();
+        let (scene, sensing) = (cell.scene.borrow(), cell.sensing.borrow());
+        sensing.devices.iter().filter(|d| scene.get(d.slot).is_some()).map(|d| scene.path(d.slot)).collect()
+    }
+
+    /// The path of an object by its slot, as fields of readings name it; `None`: there is none.
+    pub fn path_of(&self, slot: i64) -> Option<String> {
+        let scene = self.cell().scene.borrow();
+        let slot = u32::try_from(slot).ok().filter(|s| *s != 0)?;
+        scene.get(slot).map(|_| scene.path(slot))
+    }
+
+    /// What a sensor measured last, by path or unique name; `None`: there is no such sensor.
+    pub fn reading(&self, path: &str) -> Option<Reading> {
+        let cell = self.cell();
+        let (scene, sensing) = (cell.scene.borrow(), cell.sensing.borrow());
+        let slot = scene.find(0, path)?;
+        let device = sensing.device(slot)?;
+        let kind = &cell.registry.sensors[device.kind];
+        let field = |(i, f): (usize, &FieldInfo)| Field {
+            name: f.name.clone(),
+            unit: f.unit.clone(),
+            dims: device.view(kind, i).dims,
+            value: device.value(kind, i),
+        };
+        Some(Reading {
+            path: scene.path(slot),
+            kind: kind.id.clone(),
+            schemas: kind.schemas.clone(),
+            time: device.time,
+            sequence: device.sequence,
+            pose: tatu_scene::pose_to_array(&scene.world(slot)),
+            edges: edges(&device.layout.plan),
+            fields: kind.fields.iter().enumerate().map(field).collect(),
+        })
+    }
+}
