@@ -151,13 +151,7 @@ impl Group {
     /// Copies the states of the places of a list that are its own.
     fn copy_back(&mut self, list: &[Place], part: &mut Part<'_>, engine: &dyn Engine) {
         let list = &list[self.places.clone()];
-        for (i, Place { slot, parent, from }) in list.iter().enumerate() {
-            if let Some(Place { slot, from: From::Joint(_), .. }) = list.get(i + FAR_AHEAD) {
-                part.fetch(*slot);
-            }
-            if let Some(Place { slot, from: From::Joint(_), .. }) = list.get(i + AHEAD) {
-                part.fetch_joint(*slot);
-            }
+        for Place { slot, parent, from } in list {
             let frame = part.frame(*parent);
             let world = match from {
                 From::Body(id) => {
@@ -186,11 +180,6 @@ impl Joint {
         (self.position, self.velocity, self.effort) = (state.position, state.velocity, state.effort);
     }
 }
-
-/// How many places ahead the memory of a joint is asked for,
-const AHEAD: usize = 6;
-/// and before that the memory that tells where it is.
-const FAR_AHEAD: usize = 12;
 
 /// Fewer places are seen to sooner than another thread has come,
 const FEWEST: usize = 1024;

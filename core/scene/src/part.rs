@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use nalgebra::Isometry3;
-use tatu_plugin_api::safe::fetch;
 
 use super::{
     Data, Joint, Scene,
@@ -60,13 +59,5 @@ impl Part<'_> {
     pub fn put(&mut self, slot: u32, world: Isometry3<f64>) -> bool {
         let at = (slot - self.first) as usize;
         self.places.put(at, world) && self.places.links[at].shape
-    }
-    /// Asks for the memory that tells where a joint is,
-    pub fn fetch(&self, slot: u32) {
-        fetch(&raw const self.slots[(slot - self.first) as usize]);
-    }
-    /// and for that of the joint, once the other is there.
-    pub fn fetch_joint(&self, slot: u32) {
-        self.slots[(slot - self.first) as usize].fetch_joint();
     }
 }

@@ -95,11 +95,6 @@ pub trait Language: Sized + 'static {
     /// Whether its scripts may be called on any thread, and several at once, each on one thread at a time: they share nothing
     /// that changes.
     const SIDE_BY_SIDE: bool = false;
-    /// Whether it wants to be told which script is called next.
-    const EXPECTS: bool = false;
-    /// A hint: the script will be called after the one that is called next. The processor may be asked for the memory that
-    /// it will touch; nothing may be changed.
-    fn expect(&self) {}
     /// A number for something callable, or 0: `TATU_FIND_*`.
     fn find(&self, how: u32, name: &[u8]) -> u32;
     /// Calls it; `used` counts instructions.
@@ -172,7 +167,7 @@ pub(crate) fn table<L: Language>(keep: &mut Keep) -> *const tatu_language {
         traits: Some(traits::<L>),
         order: Some(order::<L>),
         place: Some(place::<L>),
-        expect: if L::EXPECTS { Some(expect::<L>) } else { None },
+        expect: None,
     };
     keep.table(raw)
 }
@@ -279,11 +274,6 @@ unsafe extern "C" fn place<L: Language>(data: *mut c_void, error: *mut tatu_erro
         // SAFETY: made by `create`.
         unsafe { (*data.cast::<Data<L>>()).language.place() }.map_or(Ok(TATU_OK), Err)
     });
-}
-
-unsafe extern "C" fn expect<L: Language>(data: *mut c_void) {
-    // SAFETY: made by `create`.
-    guard::quiet(|| unsafe { (*data.cast::<Data<L>>()).language.expect() });
 }
 
 unsafe extern "C" fn find<L: Language>(data: *mut c_void, how: u32, name: tatu_str) -> u32 {

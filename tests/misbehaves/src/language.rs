@@ -206,13 +206,6 @@ unsafe extern "C" fn place(data: *mut c_void, _: *mut tatu_error) {
     });
 }
 
-unsafe extern "C" fn expect(data: *mut c_void) {
-    guarded_quietly(|| {
-        // SAFETY: as above.
-        unsafe { Data::of(data) }.plan().act_quietly("tatu_language.expect", crate::plan::other_mode);
-    });
-}
-
 static SUFFIXES: List<i8, 2> = List([c".misbehaves".as_ptr().cast(), null()]);
 static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
     size: size::<tatu_language>(),
@@ -232,7 +225,7 @@ static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
     traits: Some(traits),
     order: Some(order),
     place: Some(place),
-    expect: Some(expect),
+    expect: None,
 });
 static LANGUAGES: List<tatu_language, 2> = List([&raw const LANGUAGE.0, null()]);
 

@@ -45,16 +45,10 @@ pub(super) fn groups<'a, const ID: bool>(
 #[inline(always)]
 fn groups_with<'a, S: Simd, const ID: bool>(
     simd: S,
-    mut groups: impl Iterator<Item = Group<'a>>,
+    groups: impl Iterator<Item = Group<'a>>,
     mut rows: Raster<'_, ID>,
 ) {
-    let mut next = groups.next();
-    while let Some(Group { mesh, seen }) = next {
-        next = groups.next();
-        // Not all are neighbours: the processor does not guess where the next begins.
-        if let Some(next) = &next {
-            next.mesh.fetch(next.seen.sixteens.0);
-        }
+    for Group { mesh, seen } in groups {
         mesh.draw(simd, seen.sixteens, &mut rows);
     }
 }

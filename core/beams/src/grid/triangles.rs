@@ -8,7 +8,6 @@ use std::ops::Range;
 
 use fearless_simd::{Level, f64x8, mask64x8, prelude::*};
 use nalgebra::Vector3;
-use tatu_plugin_api::safe::fetch_all;
 
 use super::bands::{Cut, Seen};
 use super::camera::{Camera, Line};
@@ -172,14 +171,6 @@ impl<'a> Triangles<'a> {
         let low = low.into_iter().fold(f32::INFINITY, f32::min).max(rows.0 as f32);
         let high = high.into_iter().fold(f32::NEG_INFINITY, f32::max).min(rows.1 as f32);
         (low as u32, high.max(0.0) as u32)
-    }
-
-    /// Asks for the memory of a vector.
-    #[inline]
-    pub fn fetch(&self, sixteen: u32) {
-        if let Some(sixteen) = self.mesh.sixteens.get(sixteen as usize) {
-            fetch_all(sixteen);
-        }
     }
 
     /// Draws the vectors from one to before another.

@@ -14,7 +14,7 @@ use std::{
 
 use tatu_plugin_api::abi::*;
 
-use super::{Callback, Kind, Script, answers::Ask, expect_later, life::turn_of};
+use super::{Callback, Kind, Script, answers::Ask, life::turn_of};
 use crate::{
     calls::Owner,
     world::{Beside, Deed, Lane, WorldCell},
@@ -140,12 +140,6 @@ fn set_drives(world: &WorldCell, deeds: &[Deed]) -> usize {
     };
     for (i, deed) in deeds.iter().enumerate() {
         let Deed::Set(object, row, x) = deed else { return i };
-        if let Some(Deed::Set(later, ..)) = deeds.get(i + 2 * AHEAD) {
-            scene.fetch((later & 0xF_FFFF) as u32);
-        }
-        if let Some(Deed::Set(soon, ..)) = deeds.get(i + AHEAD) {
-            scene.fetch_joint((soon & 0xF_FFFF) as u32);
-        }
         // A script that ran by itself in between may have removed it.
         let Ok(slot) = scene.resolve(*object) else { continue };
         if let Some(Ok(Changed::Drive)) = set_numbers(&mut scene, slot, *row, &[*x]) {
@@ -154,9 +148,6 @@ fn set_drives(world: &WorldCell, deeds: &[Deed]) -> usize {
     }
     deeds.len()
 }
-
-/// How many joints ahead memory is asked for.
-const AHEAD: usize = 4;
 
 impl Stage<'_> {
     /// Runs chunks of scripts in a lane: its own, then those that other lanes have left.
@@ -170,8 +161,6 @@ impl Stage<'_> {
                         lane.begin_chunk(chunk);
                         let end = self.order.len().min((chunk + 1) * CHUNK);
                         for at in chunk * CHUNK..end {
-                            // Those of another chunk may be running.
-                            expect_later(cell, &self.order[..end], at, self.callback);
                             self.one(cell, lane, at);
                         }
                     }

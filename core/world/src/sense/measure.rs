@@ -2,7 +2,7 @@
 
 use std::ffi::c_void;
 
-use tatu_plugin_api::{abi::*, safe::fetch};
+use tatu_plugin_api::abi::*;
 
 use super::{
     Device, Layout, Sensing, Targets,
@@ -186,8 +186,6 @@ fn measure_batch(part: &mut Part<'_>, job: &Job<'_>, around: &Around<'_>) -> Vec
         s.casts.add(plan, look);
         s.looks.push(look);
         s.frames.add(plan, look, targets.beams(plan.visible), inputs, pool);
-        // The plugin reads it when all have been gathered.
-        fetch(d.data);
         s.data.push(d.data);
         s.state.push(d.state.as_mut_ptr().cast());
         s.sensor.push(scene.id(d.slot));

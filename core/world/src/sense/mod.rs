@@ -41,8 +41,6 @@ pub(crate) use words::Words;
 
 use std::rc::Rc;
 
-use tatu_plugin_api::safe::fetch;
-
 use tatu_plugins::Registry;
 use tatu_scene::{Data, Scene};
 
@@ -123,13 +121,6 @@ impl Sensing {
     pub(crate) fn index(&self, slot: u32) -> Option<usize> {
         self.by_slot.get(slot as usize).and_then(|i| (*i as usize).checked_sub(1))
     }
-    /// Readings are mostly looked at one after the other: asks for the one after next.
-    #[inline]
-    pub(crate) fn fetch_after(&self, index: usize) {
-        if let Some(d) = self.devices.get(index + AHEAD) {
-            fetch(d);
-        }
-    }
     /// The device of a sensor.
     pub(crate) fn device(&self, slot: u32) -> Option<&Device> {
         self.index(slot).map(|i| &self.devices[i])
@@ -146,9 +137,6 @@ impl Sensing {
         gone
     }
 }
-
-/// How many readings ahead memory is asked for.
-const AHEAD: usize = 2;
 
 /// Among how many sensors before it one looks for its like: about a robot's.
 const LOOK_BACK: usize = 64;

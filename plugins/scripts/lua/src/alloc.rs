@@ -1,27 +1,23 @@
-//! Memory of a Lua state: a slot of its own, whose addresses have the same low 32 bits in every run.
+//! The allocator of a Lua state: a slot of address space of its own, in which addresses have the same low 32 bits in
+//! every run.
 //!
 //! Lua hashes tables, functions and threads by the low 32 bits of their addresses; the order in which `pairs` visits
-//! such keys is therefore the same in each run only if these bits are. A slot has two parts: a place beside those of other
-//! states (`near`) and, for what does not fit in there, address space that begins at a multiple of 4 GiB. What lies where
-//! depends only on the script and on what it does. The allocator keeps one free list per size class and takes new blocks
-//! from the end; blocks are never split or joined. Where the system reserves no address space the system's allocator takes
-//! over, and only that order is lost.
+//! such keys repeats only if these bits do. Every slot begins at a multiple of 4 GiB, and what lies where in it depends
+//! only on the script. There is one free list per size class; new blocks are taken from the end; blocks are never split or
+//! joined. Where the system reserves no address space the system's allocator takes over, and only that order is lost.
 
-mod near;
 mod region;
 #[cfg(test)]
 mod tests;
 
 use std::{
     alloc::{Layout, alloc, dealloc},
-    cell::{Cell, OnceCell},
+    cell::Cell,
     ffi::c_void,
-    ops::Range,
     ptr::{copy_nonoverlapping, null_mut},
 };
 
 use crate::system;
-use near::{PLACE, Place};
 use region::Region;
 
 /// Bytes of a slot, and the memory limit of a script that is given none.
@@ -31,9 +27,9 @@ const COMMIT: usize = 256 << 10;
 const SMALL: usize = 512;
 /// From this size on filling a block takes longer than the instruction that asked for it.
 const HEAVY: usize = 4096;
-/// Bytes of a cache line, and at how many lines a slot may begin.
+/// Cache lines among which the first block of a slot is placed.
+const FIRST_LINES: u64 = 4096;
 const LINE: usize = 64;
-const COLOURS: u64 = 64;
 const CLASSES: usize = 32 + 4 * 20;
 
 /// A function, and what it is called with.
@@ -41,14 +37,12 @@ pub(crate) type Listener = (unsafe fn(*const c_void), *const c_void);
 
 /// The memory of one state. Boxed: Lua keeps its address.
 pub(crate) struct Slot {
-    /// Where its first bytes are; none: the system's allocator is used.
-    near: Option<Place>,
-    /// The rest, once it is needed; what would lie in its first bytes lies in the place.
-    far: OnceCell<Region>,
-    /// Bytes that are in use, of both parts.
+    /// `None`: the system's allocator is used.
+    region: Option<Region>,
+    /// Offset of the first block.
+    first: usize,
+    /// Offset behind the last block.
     top: Cell<usize>,
-    /// Those of the first part, once it was too small.
-    near_top: Cell<usize>,
     committed: Cell<usize>,
     used: Cell<usize>,
     limit: Cell<usize>,
@@ -63,9 +57,7 @@ pub(crate) struct Slot {
 
 /// A slot as it was.
 pub(crate) struct Backup {
-    near: Vec<u8>,
-    far: Vec<u8>,
-    near_top: usize,
+    content: Vec<u8>,
     used: usize,
     free: Vec<*mut u8>,
 }
@@ -90,17 +82,15 @@ fn size_of_class(c: usize) -> usize {
 }
 
 impl Slot {
-    /// A slot whose use begins at a place that follows from `seed`. If all began alike, the busiest blocks of all states
-    /// would compete for the same few lines of the processor's caches.
+    /// A slot whose first block lies at an offset that follows from `seed`: all slots begin at a multiple of 4 GiB, so the
+    /// same blocks of all states would compete for the same few sets of the processor's caches.
     pub(crate) fn new(seed: u64) -> Box<Slot> {
-        // By other bits of the seed than its place.
-        let colour = (seed >> 32) % COLOURS;
+        let first = (seed % FIRST_LINES) as usize * LINE;
         Box::new(Slot {
-            near: Place::take(seed),
-            far: OnceCell::new(),
-            top: Cell::new(colour as usize * LINE),
-            near_top: Cell::new(0),
-            committed: Cell::new(PLACE),
+            region: Region::new(SLOT_BYTES),
+            first,
+            top: Cell::new(first),
+            committed: Cell::new(0),
             used: Cell::new(0),
             limit: Cell::new(SLOT_BYTES),
             heavy: Cell::new(0),
@@ -111,41 +101,14 @@ impl Slot {
     }
     /// Whether the state can be thrown away without freeing its blocks one by one.
     pub(crate) fn is_mapped(&self) -> bool {
-        self.near.is_some()
+        self.region.is_some()
     }
-    /// Whether some bytes are of what was taken from the slot.
-    pub(crate) fn holds(&self, at: *const u8, bytes: usize) -> bool {
-        let from = self.offset(at);
-        let end = if from < PLACE { self.top.get().min(PLACE) } else { self.top.get() };
-        self.is_mapped() && from.checked_add(bytes).is_some_and(|e| e <= end)
+    fn base(&self) -> *mut u8 {
+        self.region.as_ref().map_or(null_mut(), |region| region.base)
     }
-    /// How far into the slot an address is; beyond its end if it is elsewhere.
-    fn offset(&self, at: *const u8) -> usize {
-        let from = |base: *mut u8| at.addr().wrapping_sub(base.addr());
-        let near = self.near.as_ref().map_or(usize::MAX, |near| from(near.base));
-        let far = from(self.far_base());
-        match near < PLACE {
-            true => near,
-            false if far >= PLACE => far,
-            false => usize::MAX,
-        }
-    }
-    /// The address of a byte of the slot.
-    fn address(&self, offset: usize) -> *mut u8 {
-        let base = match &self.near {
-            Some(near) if offset < PLACE => near.base,
-            _ => self.far_base(),
-        };
-        base.wrapping_add(offset)
-    }
-    /// Null while there is no second part.
-    fn far_base(&self) -> *mut u8 {
-        self.far.get().map_or(null_mut(), |far| far.base)
-    }
-    /// What is in use of the first part and of the other.
-    fn parts(&self) -> [Range<usize>; 2] {
-        let top = self.top.get();
-        [0..top.min(PLACE), PLACE..top.max(PLACE)]
+    /// How far into the slot a block lies.
+    fn offset(&self, block: *const u8) -> usize {
+        block.addr() - self.base().addr()
     }
     /// Sets the memory limit; 0: the whole slot.
     pub(crate) fn set_limit(&self, bytes: u64) {
@@ -169,14 +132,10 @@ impl Slot {
         if !self.is_mapped() {
             return None;
         }
-        let copy = |part: Range<usize>| match part.len() {
-            0 => Vec::new(),
-            // SAFETY: all that was taken from the slot so far is committed.
-            n => unsafe { std::slice::from_raw_parts(self.address(part.start), n) }.to_vec(),
-        };
-        let [near, far] = self.parts().map(copy);
+        // SAFETY: all that was taken from the slot so far is committed.
+        let content = unsafe { std::slice::from_raw_parts(self.base().add(self.first), self.top.get() - self.first) };
         let free = self.free.iter().map(Cell::get).collect();
-        Some(Backup { near, far, near_top: self.near_top.get(), used: self.used.get(), free })
+        Some(Backup { content: content.to_vec(), used: self.used.get(), free })
     }
 
     /// Makes the slot what it was at the time of a backup, bit by bit.
@@ -184,14 +143,9 @@ impl Slot {
     /// # Safety
     /// Nothing outside the slot points to what was taken from it since, and the state in it is idle.
     pub(crate) unsafe fn roll_back(&self, backup: &Backup) {
-        self.top.set(backup.near.len() + backup.far.len());
-        self.near_top.set(backup.near_top);
+        self.top.set(self.first + backup.content.len());
         self.used.set(backup.used);
-        for (part, bytes) in self.parts().into_iter().zip([&backup.near, &backup.far]) {
-            if !bytes.is_empty() {
-                copy_nonoverlapping(bytes.as_ptr(), self.address(part.start), bytes.len());
-            }
-        }
+        copy_nonoverlapping(backup.content.as_ptr(), self.base().add(self.first), backup.content.len());
         for (list, first) in self.free.iter().zip(&backup.free) {
             list.set(*first);
         }
@@ -217,12 +171,11 @@ impl Slot {
         blocks.sort_unstable();
         let mut top = self.top.get();
         while let Some((block, _)) = blocks.pop_if(|(block, c)| *block + size_of_class(*c) == top) {
-            // What the first part could not take is free again.
-            top = if block == PLACE { self.near_top.get() } else { block };
+            top = block;
         }
         self.top.set(top);
         for (block, c) in blocks.into_iter().rev() {
-            let block = self.address(block);
+            let block = self.base().wrapping_add(block);
             // SAFETY: free, and large enough for an address.
             unsafe { *block.cast::<*mut u8>() = self.free[c].get() };
             self.free[c].set(block);
@@ -267,14 +220,7 @@ impl Slot {
     }
 
     fn grow(&self, size: usize) -> *mut u8 {
-        let mut at = self.top.get();
-        if at <= PLACE && at + size > PLACE {
-            if !self.has_far() {
-                return null_mut();
-            }
-            self.near_top.set(at);
-            at = PLACE;
-        }
+        let at = self.top.get();
         let end = at + size;
         if end > SLOT_BYTES {
             return null_mut();
@@ -283,19 +229,13 @@ impl Slot {
         if end > committed {
             let more = (end - committed).next_multiple_of(COMMIT).min(SLOT_BYTES - committed);
             // SAFETY: whole pages of the slot.
-            if !unsafe { system::commit(self.far_base().add(committed), more) } {
+            if !unsafe { system::commit(self.base().add(committed), more) } {
                 return null_mut();
             }
             self.committed.set(committed + more);
         }
         self.top.set(end);
-        self.address(at)
-    }
-
-    /// Gets address space for what the first part cannot take; whether there is some.
-    #[cold]
-    fn has_far(&self) -> bool {
-        self.far.get().is_some() || Region::new(SLOT_BYTES).is_some_and(|new| self.far.set(new).is_ok())
+        self.base().wrapping_add(at)
     }
 
     /// # Safety

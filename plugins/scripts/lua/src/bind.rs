@@ -13,7 +13,6 @@ use crate::{
     errors, functions,
     state::{self, State, border, bytes, push, reg, registry},
     threads,
-    wanted::wanted,
 };
 
 /// Arguments and results of a call that need no memory but the stack's.
@@ -118,14 +117,13 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     if status != TATU_OK {
         return other(l, s, status, &frame, lent);
     }
-    let n = frame.n_results.min(RESULTS as u32);
-    let results = |count: u32| (0..count as usize).map(|i| &*frame.results.add(i));
-    let took = reader.took || results(n).any(|value| value.tag >= TATU_TEXT && value.tag < TATU_FUNC);
-    let wanted = wanted(l, n);
-    if wanted > 8 {
-        luaL_checkstack(l, wanted as i32 + 4, std::ptr::null());
+    let results = std::slice::from_raw_parts(frame.results, frame.n_results.min(RESULTS as u32) as usize);
+    if results.len() > 8 {
+        luaL_checkstack(l, results.len() as i32 + 4, std::ptr::null());
     }
-    for value in results(wanted) {
+    let mut took = reader.took;
+    for value in results {
+        took |= value.tag >= TATU_TEXT && value.tag < TATU_FUNC;
         if single {
             convert::put_single(l, value);
         } else {
@@ -138,7 +136,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     if s.borrowed.get() != lent {
         functions::unlend(l, s, lent);
     }
-    wanted as i32
+    results.len() as i32
 }
 
 /// Room for more arguments than fit on the stack.

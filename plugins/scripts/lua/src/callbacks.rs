@@ -9,7 +9,7 @@ use mlua::ffi::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
-    ahead, bind, budget,
+    bind, budget,
     convert::{put_args, take_results},
     load::Rules,
     state::{Script, State, bytes, push, reg, registry},
@@ -269,9 +269,6 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
     }
     if how == TATU_FIND_CALLBACK && name == CLEANUP {
         s.text.borrow_mut().over = true;
-    }
-    if s.depth.get() == 0 {
-        ahead::learn(s);
     }
     if missing {
         let name = String::from_utf8_lossy(name);

@@ -11,7 +11,6 @@
     reason = "every function over the raw Lua interface has one contract, told at the function"
 )]
 
-mod ahead;
 mod alloc;
 mod allow;
 mod bind;
@@ -44,7 +43,6 @@ mod text;
 mod threads;
 mod time;
 mod traits;
-mod wanted;
 
 use tatu_plugin_api::{abi::TATU_LOG_ERROR, safe::*};
 
@@ -54,7 +52,6 @@ struct Lua;
 impl Plugin for Lua {
     type World = ();
     fn start(host: &Host) -> Result<Self> {
-        wanted::try_out();
         if !seed::pinned() {
             host.log(
                 TATU_LOG_ERROR,
@@ -94,10 +91,6 @@ impl Language for state::Script {
     }
     // A state is its script's alone, and knows of no thread.
     const SIDE_BY_SIDE: bool = true;
-    const EXPECTS: bool = true;
-    fn expect(&self) {
-        self.ahead.fetch();
-    }
     fn traits(&self) -> u32 {
         traits::traits(self)
     }

@@ -10,7 +10,6 @@ use mlua::ffi::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
-    ahead::Ahead,
     alloc::{Slot, lua_alloc},
     budget, collect,
     errors::{self, Errors},
@@ -186,8 +185,6 @@ pub(crate) unsafe fn of<'a>(l: *mut lua_State) -> &'a State {
 /// One script: the instance of the language.
 pub(crate) struct Script {
     state: Box<State>,
-    /// Beside the state, since it is looked at when that is not at hand.
-    pub ahead: Ahead,
 }
 
 impl Deref for Script {
@@ -248,7 +245,7 @@ impl Script {
         // SAFETY: the box's content stays where it is; threads made later copy the main thread's extra space.
         unsafe { *lua_getextraspace(main).cast::<*const State>() = &raw const *state };
         state.slot.full.set(Some((errors::note_memory, (&raw const *state).cast())));
-        let script = Script { state, ahead: Ahead::default() };
+        let script = Script { state };
         // SAFETY: as below.
         unsafe { collect::open(main) };
         // SAFETY: runs in protected mode, on the new state's own stack.

@@ -24,17 +24,6 @@ pub(crate) unsafe fn commit(at: *mut u8, bytes: usize) -> bool {
     libc::mprotect(at.cast(), bytes, libc::PROT_READ | libc::PROT_WRITE) == 0
 }
 
-/// Puts what lies in a range, whole large pages, into large pages; nothing else changes, and it may be refused.
-///
-/// # Safety
-/// The range is committed.
-#[cfg(target_os = "linux")]
-pub(crate) unsafe fn make_large(at: *mut u8, bytes: usize) {
-    libc::madvise(at.cast(), bytes, libc::MADV_COLLAPSE);
-}
-#[cfg(not(target_os = "linux"))]
-pub(crate) unsafe fn make_large(_: *mut u8, _: usize) {}
-
 /// Gives a reservation back.
 ///
 /// # Safety

@@ -11,9 +11,6 @@ pub(super) struct Region {
     pub base: *mut u8,
 }
 
-// SAFETY: address space belongs to no thread.
-unsafe impl Send for Region {}
-
 impl Region {
     /// `None` where the system reserves none.
     pub fn new(bytes: usize) -> Option<Region> {

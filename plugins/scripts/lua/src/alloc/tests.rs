@@ -86,23 +86,14 @@ fn tidying_gives_the_end_back_and_low_addresses_first() {
 }
 
 #[test]
-fn what_the_first_part_cannot_take_goes_elsewhere_and_comes_back() {
+fn a_backup_brings_content_and_order_back() {
     let Some(slot) = Slot::in_test(9) else { return };
-    let size = class(3000).1;
     // SAFETY: blocks are handed back with the sizes they have.
     unsafe {
-        let near = (PLACE - slot.top.get()) / size;
-        let all: Vec<_> = (0..near + 5).map(|_| slot.take(3000, false)).collect();
+        let all: Vec<_> = (0..50).map(|_| slot.take(3000, false)).collect();
         for (i, block) in all.iter().enumerate() {
             block.write_bytes(i as u8, 3000);
-            assert!(slot.holds(*block, 3000));
-            assert_eq!(slot.offset(*block) < PLACE, i < near);
         }
-        assert!(!slot.holds(all[near].wrapping_sub(1), 1), "before the second part");
-        assert!(!slot.holds(all[near + 4].wrapping_add(size), 1), "behind all");
-        let [first, second] = [near - 1, near].map(|i| slot.offset(all[i]));
-        assert!(second == PLACE && first + size <= PLACE);
-
         let backup = slot.backup();
         let top = slot.top.get();
         for (block, i) in all.iter().zip(0..) {
