@@ -7,7 +7,7 @@ use tatu_core::{
     Session, World,
     document::{self, Document, Options, ServiceOverride},
     plugins::{Registry, Search},
-    session::log::replay_to,
+    replay_to,
 };
 
 use crate::{kit::*, service::Client};

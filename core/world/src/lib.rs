@@ -18,29 +18,30 @@
 //! # Ok::<(), tatu_core::errors::Error>(())
 //! ```
 
-mod act;
+mod actuators;
 mod calls;
-pub mod events;
+mod cell;
+mod events;
 pub mod figures;
-mod instance;
+mod instances;
+mod recording;
 pub mod reload;
+mod run;
 mod scripts;
 mod sense;
 mod services;
 pub mod session;
 pub mod state;
-pub mod step;
-mod world;
+mod step;
 
+pub use cell::{LogLine, Phase, ScriptTold, StandIn, Wish};
 pub use figures::Figures;
-pub use scripts::ScriptTold;
+pub use run::{Field, Observed, Reading, Session, World, replay_to};
 pub use sense::Edge;
 pub use services::host_tables;
-pub use session::Session;
 pub use tatu_beams as beams;
 pub use tatu_errors as errors;
 pub use tatu_geometry as geometry;
 pub use tatu_physics as physics;
 pub use tatu_plugins as plugins;
 pub use tatu_scene::{self as scene, document, graph::Graph};
-pub use world::{Field, LogLine, Observed, Phase, Reading, StandIn, Wish, World};

@@ -1,131 +1,371 @@
-//! Calls across the border: commands, scripts' functions, and what they need on the way.
-//!
-//! No Rust borrow of the world is held while a plugin runs: a command may call a script that calls the command.
-//!
-//! - [`Calls`]: per world: the arena, the caller, depth, errors, waits;
-//! - `arena`: memory of values in flight;
-//! - `dispatch`: calling a command;
-//! - `waits`: commands that go on later.
+//! Calling a command: arguments as declared, the frame filled, errors framed.
 
-mod arena;
-mod dispatch;
-mod waits;
+use std::{ffi::c_void, mem::MaybeUninit};
 
-use std::{
-    cell::{Cell, RefCell},
-    collections::BTreeSet,
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Value, ValueRef},
 };
 
-use tatu_plugin_api::abi::*;
-use tatu_plugins::border::ErrorSlot;
+use crate::cell::{Caller, Owner, Wait, WorldCell, parse_wait};
+use tatu_errors::{Fault, FaultKind};
+use tatu_plugins::border::{bytes, say};
+use tatu_plugins::{CommandEntry, Declared, NameEntry, Status, check_value, watchdog::Call};
 
-pub(crate) use arena::Arena;
-pub(crate) use dispatch::{CALL_API, call_command, check_results};
-pub(crate) use waits::{Due, Owner, Wait, Waits};
+/// What a running command may ask about its call.
+pub(crate) static CALL_API: tatu_call_api =
+    tatu_call_api { size: size_of::<tatu_call_api>() as u32, reserved: 0, alloc: Some(alloc), wait: Some(wait) };
 
-/// Border crossings of any kind that may nest.
-pub const MAX_DEPTH: u32 = 64;
-
-/// The state of calls of one world.
-pub(crate) struct Calls {
-    pub arena: RefCell<Arena>,
-    /// Who calls now.
-    pub caller: Cell<Caller>,
-    pub depth: Cell<u32>,
-    /// One per depth, made when first needed; addresses stay.
-    slots: RefCell<Vec<ErrorSlot>>,
-    /// What the last refusal of a service said.
-    pub last: RefCell<ErrorSlot>,
-    pub waits: RefCell<Waits>,
-    /// What the last failed command said, and whose it is: a script may let it through as its own error.
-    pub blame: RefCell<Option<(String, String)>>,
-    /// Ids of the stubs that have been told.
-    pub stubs: RefCell<BTreeSet<u32>>,
+unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
+    // SAFETY: a running call of a living world.
+    let Some(world) = (unsafe { WorldCell::here((*call).world) }) else { return std::ptr::null_mut() };
+    world.calls.arena.borrow_mut().alloc(n as usize).cast()
 }
 
-/// Who calls: filled by the host from its own stack, whatever a plugin wrote.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Caller {
-    pub kind: u32,
-    pub instance: u64,
-    pub object: tatu_object,
-    pub script: tatu_object,
-    pub dialect: tatu_str,
-    /// The service of the session on whose behalf it calls, counted from 1; 0: none.
-    pub service: u32,
-}
-
-impl Caller {
-    pub const HOST: Caller = Caller {
-        kind: TATU_CALLER_HOST,
-        instance: 0,
-        object: 0,
-        script: 0,
-        dialect: tatu_str { ptr: std::ptr::null(), len: 0 },
-        service: 0,
+unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: tatu_str, resume: u64) -> tatu_status {
+    // SAFETY: a running call of a living world; the name is valid during the call.
+    let (Some(world), call, name) = (unsafe { (WorldCell::here((*call).world), &mut *call, bytes(name)) }) else {
+        return TATU_ERR;
     };
-
-    /// A service of the session, counted from 1.
-    pub fn remote(service: u32) -> Caller {
-        Caller { kind: TATU_CALLER_REMOTE, service, ..Caller::HOST }
+    if world.lane.is_some() {
+        return say(call.error, TATU_ERR_BUSY, "cannot wait in a script that runs side by side with others");
+    }
+    if call.wait_token == 0 {
+        let entry = world.registry.commands.get((call.command as usize).wrapping_sub(1));
+        let text = entry.and_then(|e| e.no_wait.clone()).unwrap_or_else(|| {
+            "cannot wait here: call it from a coroutine, or from the script's thread function".into()
+        });
+        return say(call.error, TATU_ERR_BUSY, &text);
+    }
+    if resume == 0 {
+        return say(call.error, TATU_ERR_ARGUMENT, "the resume word of a wait is not 0");
+    }
+    match parse_wait(until, value, name, world.clock.pass.get()) {
+        Ok(due) => {
+            world.calls.waits.borrow_mut().asked = Some((call.wait_token, due, resume));
+            TATU_WAIT
+        }
+        Err(text) => say(call.error, TATU_ERR_ARGUMENT, text),
     }
 }
 
-impl Calls {
-    pub fn new() -> Self {
-        Calls {
-            arena: RefCell::new(Arena::default()),
-            caller: Cell::new(Caller::HOST),
-            depth: Cell::new(0),
-            slots: RefCell::new(Vec::new()),
-            last: RefCell::new(ErrorSlot::new()),
-            waits: RefCell::new(Waits::default()),
-            blame: RefCell::new(None),
-            stubs: RefCell::new(BTreeSet::new()),
-        }
+/// Calls a command. The frame's arrays, command, alias and wait token are the caller's; the rest is filled here.
+/// `resume`: the word of a wait that is over, or 0.
+///
+/// # Safety
+/// The frame and its arrays are valid.
+pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resume: u64) -> tatu_status {
+    // SAFETY: as promised.
+    let f = unsafe { &mut *frame };
+    f.n_results = 0;
+    let calls = &world.calls;
+    let Some(entry) = world.registry.commands.get((f.command as usize).wrapping_sub(1)) else {
+        f.error = calls.error_at(calls.depth.get());
+        return say(f.error, TATU_ERR_UNKNOWN, &format!("there is no command {}", f.command));
+    };
+    let Some(level) = calls.enter() else {
+        f.error = calls.error_at(calls.depth.get());
+        let text = format!(
+            "{}: calls nest more than {} deep; the innermost caller is {}",
+            entry_name(entry, f.alias),
+            crate::cell::MAX_DEPTH,
+            world.caller_name()
+        );
+        return say(f.error, TATU_ERR_BUSY, &text);
+    };
+    let Some(call) = entry.raw.call else { return TATU_ERR_UNSUPPORTED };
+    let caller = level.caller;
+    f.error = calls.error_at(level.depth);
+    f.world = world.raw();
+    f.self_ = world.registry.plugins[entry.plugin].me;
+    (f.instance, f.state) = world.instance(entry.plugin);
+    f.user = entry.raw.user;
+    f.api = &raw const CALL_API;
+    f.resume = resume;
+    f.caller = caller.instance;
+    f.caller_object = caller.object;
+    f.caller_script = caller.script;
+    f.caller_dialect = caller.dialect;
+    f.caller_kind = caller.kind;
+    if world.lane.is_some() && (!entry.side_by_side || entry.status == Status::Stub) {
+        f.error = calls.error_at(level.depth);
+        let status = say(f.error, TATU_ERR_BUSY, "scripts that run side by side with others cannot call it");
+        drop(level);
+        return failed(world, entry, f, status);
     }
-
-    /// The error object of a depth, empty.
-    pub fn error_at(&self, depth: u32) -> *mut tatu_error {
-        let mut slots = self.slots.borrow_mut();
-        while slots.len() <= depth as usize {
-            slots.push(ErrorSlot::new());
-        }
-        slots[depth as usize].fresh()
+    if caller.kind == TATU_CALLER_REMOTE && resume == 0 {
+        crate::cell::remote_call(world, entry, f);
     }
-
-    /// Goes one border crossing deeper; `None` at the limit.
-    pub fn enter(&self) -> Option<Depth<'_>> {
-        let depth = self.depth.get();
-        if depth >= MAX_DEPTH {
-            return None;
-        }
-        self.depth.set(depth + 1);
-        Some(Depth { calls: self, depth, caller: self.caller.get() })
+    let mut room = [const { MaybeUninit::uninit() }; FEW];
+    let status = if entry.raw_args || resume != 0 { TATU_OK } else { check_args(world, entry, f, &mut room) };
+    if entry.status == Status::Stub {
+        tell_stub(world, entry, f.command, f.alias);
     }
-
-    /// Records what a service refused.
-    #[cold]
-    pub fn refuse(&self, status: tatu_status, text: &str) -> tatu_status {
-        if let Ok(mut last) = self.last.try_borrow_mut() {
-            last.set(status, text);
-        }
+    let status = if status < 0 {
         status
+    } else {
+        calls.caller.set(Caller { kind: TATU_CALLER_NATIVE, ..caller });
+        // SAFETY: the plugin's function; no borrow of the world is alive here.
+        world.cross(entry.plugin, Call::Command, (caller.object & 0xF_FFFF) as u32, || unsafe { call(frame) })
+    };
+    drop(level);
+    // SAFETY: the frame again, after the plugin wrote its results.
+    let f = unsafe { &mut *frame };
+    // SAFETY: the error object of this call.
+    match unsafe { tatu_plugins::border::answer(status, true, f.error) } {
+        TATU_WAIT => begin_wait(world, entry, f, caller),
+        TATU_OK => match check_results(f) {
+            Ok(()) => TATU_OK,
+            Err(text) => {
+                f.n_results = 0;
+                say(f.error, TATU_ERR, &text);
+                failed(world, entry, f, TATU_ERR)
+            }
+        },
+        status => failed(world, entry, f, status),
     }
 }
 
-/// One border crossing; leaving it restores depth and caller.
-pub(crate) struct Depth<'a> {
-    calls: &'a Calls,
-    /// Of the call inside, from 0.
-    pub depth: u32,
-    /// Who called before.
-    pub caller: Caller,
+/// Says once per run that a command gives a neutral value only.
+#[cold]
+fn tell_stub(world: &WorldCell, entry: &CommandEntry, id: u32, alias: u32) {
+    if world.calls.stubs.try_borrow_mut().is_ok_and(|mut told| told.insert(id)) {
+        let why = if entry.notes.is_empty() { String::new() } else { format!(": {}", entry.notes) };
+        world.log(TATU_LOG_INFO, &format!("{} does nothing here{why}", entry_name(entry, alias)));
+    }
 }
 
-impl Drop for Depth<'_> {
-    fn drop(&mut self) {
-        self.calls.depth.set(self.depth);
-        self.calls.caller.set(self.caller);
+/// Results as the contract has them: no more than there is room for, each of a type that there is. A span without a
+/// place has no elements. What lies in lists is looked at by who reads them.
+pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
+    if f.n_results > f.results_cap {
+        return Err(format!("broke the contract: {} results where there is room for {}", f.n_results, f.results_cap));
     }
+    for i in 0..f.n_results as usize {
+        // SAFETY: within the caller's array.
+        let v = unsafe { &mut *f.results.add(i) };
+        if v.tag > TATU_OBJECT {
+            return Err(format!("broke the contract: result {} is of type {}, which there is not", i + 1, v.tag));
+        }
+        // SAFETY: the tag says which member is set.
+        if (TATU_TEXT..=TATU_MAP).contains(&v.tag) && unsafe { v.u.s.ptr.is_null() } {
+            v.u.s.len = 0;
+        }
+    }
+    Ok(())
+}
+
+/// The command waits on behalf of the calling script or service.
+fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller: Caller) -> tatu_status {
+    let mut waits = world.calls.waits.borrow_mut();
+    match waits.asked.take() {
+        Some((token, due, resume)) if token == f.wait_token && token != 0 => {
+            let owner = match caller.service {
+                0 => Owner::Script(caller.instance),
+                service => Owner::Service(service),
+            };
+            let (command, alias) = (f.command, f.alias);
+            waits.begin(Wait { owner, token, command, alias, resume, due });
+            TATU_WAIT
+        }
+        _ => {
+            drop(waits);
+            say(f.error, TATU_ERR, "broke the contract: it answered that it waits, but for nothing");
+            failed(world, entry, f, TATU_ERR)
+        }
+    }
+}
+
+/// Arguments as declared: converted where types allow it, defaults filled in; else the error.
+///
+/// `room` takes few arguments that are single numbers; others go into the arena.
+fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: &mut Room) -> tatu_status {
+    // SAFETY: the frame's arguments are valid.
+    let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
+    let as_it_is = |(i, p): (usize, &Declared)| match args.get(i) {
+        Some(a) => is_exact(p, *a),
+        None => p.flags & MAY_LACK != 0 && p.fallback == Value::Nil,
+    };
+    if entry.params.iter().enumerate().all(as_it_is) {
+        return TATU_OK;
+    }
+    if args.len() <= FEW
+        && entry.params.iter().enumerate().all(|(i, p)| as_number(p, args.get(i), &mut room[i.min(FEW - 1)]))
+    {
+        for (i, extra) in args.iter().enumerate().skip(entry.params.len()) {
+            room[i].write(extra.raw());
+        }
+        f.args = room.as_ptr().cast();
+        return TATU_OK;
+    }
+    // Names of old manners cut fractions off, as they did when scripts were written for them.
+    // SAFETY: the dialect lives as long as the caller.
+    let dialect = unsafe { tatu_plugins::border::bytes(f.caller_dialect) };
+    let old = |n: &NameEntry| n.until.is_some() && !dialect.is_empty() && n.instead_of_error(dialect).is_some();
+    let cuts = entry.names.get(f.alias as usize).is_some_and(|n| n.on_error.is_some()) || entry.names.iter().any(old);
+    match convert_args(world, entry, args, cuts) {
+        Ok((args, n)) => {
+            (f.args, f.n_args) = (args, n);
+            TATU_OK
+        }
+        Err(text) => say(f.error, TATU_ERR_ARGUMENT, &text),
+    }
+}
+
+/// Arguments that are converted without memory.
+const FEW: usize = 8;
+type Room = [MaybeUninit<tatu_value>; FEW];
+
+/// Converts an argument that is the right type, or a number that becomes it without doubt; `false`: it needs more.
+fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut MaybeUninit<tatu_value>) -> bool {
+    let Some(a) = a.copied() else { return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil };
+    let raw = a.raw();
+    // SAFETY: the tag tells which member is set.
+    let int = unsafe { raw.u.i };
+    out.write(match (p.kind, a.tag()) {
+        _ if is_exact(p, a) => raw,
+        _ if p.lowest != f64::NEG_INFINITY || p.highest != f64::INFINITY || p.flags & TATU_PARAM_ANY != 0 => {
+            return false;
+        }
+        (TATU_OBJECT, TATU_I64) if int >= 0 => tatu_value { tag: TATU_OBJECT, ..raw },
+        (TATU_F64, TATU_I64) => tatu_value { tag: TATU_F64, reserved: 0, u: tatu_payload { f: int as f64 } },
+        _ => return false,
+    });
+    true
+}
+
+/// Parameters that need no argument.
+const MAY_LACK: u32 = TATU_PARAM_OPTIONAL | TATU_PARAM_REST;
+
+/// Whether an argument can be handed on without a look at its content.
+fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
+    if p.flags & TATU_PARAM_ANY != 0 {
+        return true;
+    }
+    if a.is_nil() {
+        return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil;
+    }
+    let unbounded = p.lowest == f64::NEG_INFINITY && p.highest == f64::INFINITY && p.choices.is_empty();
+    a.tag() == p.kind && unbounded && (p.count == 0 || a.len() == p.count as usize)
+}
+
+fn convert_args(
+    world: &WorldCell,
+    entry: &CommandEntry,
+    args: &[ValueRef<'_>],
+    cuts: bool,
+) -> Result<(*const tatu_value, u32), String> {
+    let mut out: Vec<tatu_value> = args.iter().map(|a| a.raw()).collect();
+    let mut arena = world.calls.arena.borrow_mut();
+    let mut alloc = |n: usize| arena.alloc(n);
+    let space = || "the arguments are too large".to_owned();
+    for (i, p) in entry.params.iter().enumerate() {
+        let given = args.get(i).copied().unwrap_or(ValueRef::NIL);
+        let name = || format!("argument {} `{}`", i + 1, p.key);
+        if given.is_nil() && (p.flags & TATU_PARAM_ANY == 0 || i >= args.len()) {
+            if p.fallback != Value::Nil {
+                while out.len() <= i {
+                    out.push(ValueRef::NIL.raw());
+                }
+                out[i] = p.fallback.to_raw(&mut alloc).ok_or_else(space)?;
+            } else if p.flags & MAY_LACK == 0 {
+                return Err(if i >= args.len() {
+                    format!("{}: expected {}, but only {} were given", name(), p.expectation(), args.len())
+                } else {
+                    format!("{}: expected {}, found nil", name(), p.expectation())
+                });
+            }
+        } else if !is_exact(p, given) {
+            let value = given.to_value().map_err(|e| format!("{}: {}", name(), e.text()))?;
+            let value = match value {
+                Value::Float(x) if cuts && matches!(p.kind, TATU_I64 | TATU_OBJECT) => Value::Float(x.trunc()),
+                // To scripts of old manners every number is true, 0 as well.
+                Value::Float(_) | Value::Int(_) if cuts && p.kind == TATU_BOOL => Value::Bool(true),
+                other => other,
+            };
+            let value = check_value(p, value).map_err(|e| format!("{}: {e}", name()))?;
+            out[i] = value.to_raw(&mut alloc).ok_or_else(space)?;
+        }
+    }
+    let n = out.len();
+    let room = alloc(n * size_of::<tatu_value>()).cast::<tatu_value>();
+    if room.is_null() {
+        return Err(space());
+    }
+    // SAFETY: room for exactly `n` values.
+    unsafe { std::ptr::copy_nonoverlapping(out.as_ptr(), room, n) };
+    Ok((room, n as u32))
+}
+
+/// Frames the error of a command; an old-style name logs it and returns its values instead.
+#[cold]
+fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: tatu_status) -> tatu_status {
+    let plugin = &world.registry.plugins[entry.plugin];
+    let name = entry_name(entry, f.alias);
+    // SAFETY: the host's own error objects.
+    let said = unsafe {
+        if (*f.error).code == TATU_OK {
+            let last = world.calls.last.borrow_mut().raw();
+            if (*last).code == status {
+                tatu_plugins::border::copy_error(last, f.error);
+            }
+        }
+        match (*f.error).code {
+            TATU_OK => "failed and gave no reason".to_owned(),
+            _ => tatu_plugins::border::text((*f.error).text).into_owned(),
+        }
+    };
+    let text = match status {
+        _ if status == TATU_ERR_PANIC || said.starts_with("broke the contract") => {
+            format!("{name}: plugin `{}` {said}", plugin.id)
+        }
+        // A chain of calls of one command names it once.
+        _ if said.starts_with(&format!("{name}: ")) => said,
+        _ => format!("{name}: {said}"),
+    };
+    // SAFETY: as above.
+    let help = unsafe { tatu_plugins::border::text((*f.error).help).into_owned() };
+    // SAFETY: the dialect lives as long as the caller.
+    let dialect = unsafe { tatu_plugins::border::bytes(f.caller_dialect) };
+    let old = entry.names.get(f.alias as usize).and_then(|n| n.instead_of_error(dialect));
+    match old {
+        Some(values) if status != TATU_ERR_PANIC && f.reserved & TATU_CALL_RAISE == 0 => {
+            let mut fault = Fault::new(FaultKind::of(status), text);
+            fault.plugin = Some(plugin.id.clone());
+            fault.help = (!help.is_empty()).then_some(help);
+            world.blame_caller(&mut fault);
+            world.with_caller(|script| script.place(world, &mut fault));
+            world.report(fault);
+            give_back(world, f, values);
+            TATU_OK
+        }
+        _ => {
+            *world.calls.blame.borrow_mut() = Some((text.clone(), plugin.id.clone()));
+            say(f.error, status, &text);
+            if !help.is_empty() {
+                // SAFETY: as above.
+                if let Some(add) = unsafe { (*f.error).add } {
+                    // SAFETY: as above.
+                    unsafe { add(f.error, TATU_PART_HELP, tatu_plugins::border::raw(help.as_bytes()), 0) };
+                }
+            }
+            status
+        }
+    }
+}
+
+fn give_back(world: &WorldCell, f: &mut tatu_call, values: &[Value]) {
+    let mut arena = world.calls.arena.borrow_mut();
+    f.n_results = 0;
+    for v in values.iter().take(f.results_cap as usize) {
+        if let Some(raw) = v.to_raw(&mut |n| arena.alloc(n)) {
+            // SAFETY: within the caller's array.
+            unsafe { *f.results.add(f.n_results as usize) = raw };
+            f.n_results += 1;
+        }
+    }
+}
+
+fn entry_name(entry: &CommandEntry, alias: u32) -> &str {
+    entry.names.get(alias as usize).or(entry.names.first()).map_or("?", |n| n.name.as_str())
 }

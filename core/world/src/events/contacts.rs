@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use tatu_plugin_api::safe::Value;
 
-use super::payload;
-use crate::world::WorldCell;
+use crate::cell::WorldCell;
+use crate::cell::payload;
 use tatu_physics::Contact;
 use tatu_plugins::events::GATHERED;
 use tatu_scene::Scene;

@@ -5,8 +5,8 @@ use std::rc::Rc;
 use tatu_plugin_api::{abi::*, safe::Value, safe::ValueRef};
 
 use crate::{
+    cell::WorldCell,
     scripts::{self, Room},
-    world::WorldCell,
 };
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugins::events::covers;

@@ -1,15 +1,12 @@
 //! What is drawn for people: numbers over time in graphs, and points, lines and faces in space.
 //!
-//! - [`Figures`]: all of a world; `record`: the graphs' part of a step;
-//! - `source`: where a stream finds its numbers in the world;
+//! - [`Figures`]: all of a world;
 //! - [`Drawing`]: items in space, on an object or in the world.
 //!
 //! Nothing of it acts back on objects. Graphs are emptied when a run starts and keep what they have when it stops;
 //! drawings go when it stops, unless they are meant to last.
 
 mod drawing;
-mod record;
-mod source;
 
 use std::collections::BTreeMap;
 
@@ -17,8 +14,6 @@ use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;
 
 pub use drawing::{Drawing, Form};
-pub(crate) use record::{record, record_due};
-pub(crate) use source::check;
 
 use tatu_errors::Refusal;
 use tatu_scene::{Data, Scene, graph::Graph};

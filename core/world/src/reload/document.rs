@@ -9,9 +9,10 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::Told;
 use crate::{
-    instance::filled,
-    scripts::{Handed, Script, Scripts},
-    world::{World, WorldCell},
+    cell::{Script, Scripts, WorldCell},
+    instances::filled,
+    run::World,
+    scripts::Handed,
 };
 use tatu_errors::Error;
 use tatu_scene::{

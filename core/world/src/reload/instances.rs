@@ -6,12 +6,12 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::Told;
 use crate::{
-    act::Actuator,
-    instance::{Living, filled},
-    scripts::{Handed, Script, Scripts, Written},
+    actuators::Actuator,
+    cell::{Instance, Script, Scripts, WorldCell},
+    instances::{Living, filled, load_instance, save_instance},
+    run::World,
+    scripts::{Handed, Written},
     sense::Device,
-    state::{load_instance, save_instance},
-    world::{Instance, World, WorldCell},
 };
 use tatu_errors::{Error, Result};
 use tatu_plugins::{Declared, Registry};

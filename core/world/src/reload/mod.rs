@@ -15,7 +15,7 @@ mod watch;
 
 use std::path::{Path, PathBuf};
 
-use crate::world::World;
+use crate::run::World;
 use tatu_errors::Error;
 use tatu_scene::document::{self as scene, Options, Sources};
 use watch::Watcher;

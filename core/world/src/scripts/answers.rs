@@ -10,18 +10,8 @@ use tatu_plugin_api::{
     safe::{Value, ValueRef},
 };
 
-use super::{Callback, Script};
-use crate::world::WorldCell;
-
-/// What a script has asked for, the weightiest last.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Ask {
-    Nothing,
-    /// It failed: its clean-up, and nothing more.
-    Silence,
-    Restart,
-    End,
-}
+use crate::cell::WorldCell;
+use crate::cell::{Ask, Callback, Script};
 
 /// The value of a key in a map.
 pub(crate) fn entry<'v>(map: &'v Value, key: &str) -> Option<&'v Value> {

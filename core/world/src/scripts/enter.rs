@@ -4,10 +4,10 @@ use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
-use super::Script;
+use crate::cell::Script;
 use crate::{
-    calls::{CALL_API, MAX_DEPTH, check_results},
-    world::WorldCell,
+    calls::{CALL_API, check_results},
+    cell::{MAX_DEPTH, WorldCell},
 };
 use tatu_plugins::{
     border::{answer, name_plugin, say},

@@ -16,11 +16,9 @@ use std::rc::Rc;
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{Callback, Kind, Script, Scripts, answers::entry};
-use crate::{
-    step::{self, Stage},
-    world::{Phase, WorldCell},
-};
+use super::answers::entry;
+use crate::cell::{Callback, Kind, Script, Scripts};
+use crate::cell::{Phase, WorldCell};
 
 impl Scripts {
     /// Makes the states of those that have none yet and loads their texts: of child scripts and the driver, or of others.
@@ -267,7 +265,6 @@ impl Script {
         if world.phase.get() == Phase::Last {
             // It may ask for the others' clean-up itself.
             self.clean_up(world);
-            let _ = step::run(world, Stage::Clean, 0.0, "the last pass");
         }
     }
 }

@@ -1,101 +1,31 @@
-//! Scripts: their states, callbacks, waits and functions.
+//! What scripts do in a step: their callbacks, waits and functions.
 //!
-//! - [`Scripts`]: the world's scripts;
-//! - `kinds`: kinds of scripts, the callbacks that there are; `order`: which script comes first;
 //! - `life`: what is called when, from the first pass of a stopped world to its end;
 //! - `script`: one script's callbacks and waits; `answers`: what its callbacks may ask for;
-//! - `beside`: scripts that run side by side;
+//! - `parallel_scripts`: scripts that run on several threads at once;
 //! - `enter`: one way into a script's language, with budget, caller and errors;
 //! - `reload`: another text in place of one that runs;
-//! - `state`: scripts in snapshots.
+//! - `snapshot`: scripts in snapshots.
 
 mod answers;
-mod beside;
 mod enter;
-mod kinds;
 mod life;
-mod order;
+mod parallel_scripts;
 mod reload;
 mod script;
-mod state;
-mod told;
+mod snapshot;
 
-use std::{cell::Cell, ffi::c_void, rc::Rc};
+use std::rc::Rc;
 
 use tatu_plugin_api::{abi::*, safe::Value};
-
-use answers::Ask;
-pub(crate) use answers::entry;
-pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func, owner_of_func};
-pub use kinds::OUTSIDE_KINDS;
-use kinds::{CALLBACKS, Numbers};
-pub(crate) use kinds::{Callback, Heard, Kind};
-use order::Order;
-pub(crate) use reload::{Handed, Written};
-pub use told::ScriptTold;
-use told::Told;
-
-use crate::world::WorldCell;
-use tatu_plugins::border::raw;
 use tatu_scene::{Data, document::ScriptSpec};
 
-/// One script. The state of a child script exists while the world runs, that of others as long as the world.
-pub(crate) struct Script {
-    pub slot: u32,
-    pub language: usize,
-    pub kind: Kind,
-    /// The same as text.
-    pub kind_name: String,
-    /// Among scripts of one object, or of siblings: 0 first, 1, 2 last.
-    priority: u8,
-    /// The scene lets it run beside others.
-    pub side_by_side: bool,
-    /// For messages: its file, if it has one.
-    pub name: String,
-    text: Rc<[u8]>,
-    wanted_dialect: String,
-    /// Instance number; 0: not made.
-    pub id: Cell<u64>,
-    data: Cell<*mut c_void>,
-    /// The dialect chosen; owned by the instance.
-    pub dialect: Cell<tatu_str>,
-    /// `TATU_SCRIPT_*`, told by its language.
-    traits: Cell<u32>,
-    /// Runs as a thread by itself.
-    threaded: Cell<bool>,
-    initialised: Cell<bool>,
-    /// It was added while the world ran: until it has begun it comes after all others.
-    late: Cell<bool>,
-    /// It had its clean-up.
-    cleaned: Cell<bool>,
-    /// It ended itself.
-    ended: Cell<bool>,
-    /// Its text could not be loaded, it used up its budget, or it failed and is silent from then on.
-    dead: Cell<bool>,
-    /// Of actuation and of sensing: the turn in which it was called last.
-    called_in: [Cell<u64>; 2],
-    /// Calls into it that are running.
-    depth: Cell<u32>,
-    /// What it asked for, to be done when no call of it runs any more.
-    asked: Cell<Ask>,
-    callbacks: Cell<Numbers>,
-    pub calls: Cell<u64>,
-    pub instructions: Cell<u64>,
-    told: Told,
-}
+pub(crate) use answers::entry;
+pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func, owner_of_func};
+pub(crate) use reload::{Handed, Written};
+pub(crate) use snapshot::ScriptImage;
 
-/// All scripts of a world.
-#[derive(Default)]
-pub(crate) struct Scripts {
-    /// In the order in which they were added.
-    list: Vec<Rc<Script>>,
-    /// In the order in which they are called, as of this version of the tree; 0: to be made anew.
-    sorted: Rc<[Rc<Script>]>,
-    sorted_at: u64,
-    /// How often the stages of actuation and of sensing have begun.
-    turns: [Cell<u64>; 2],
-    order: Order,
-}
+use crate::cell::{Callback, Kind, Script, ScriptTold, Scripts, WorldCell};
 
 impl Scripts {
     /// Takes the scripts of the document: each becomes an object that belongs to its owner.
@@ -126,14 +56,6 @@ impl Scripts {
     /// The `i`-th script, copied out so that the list is free while the script runs.
     fn nth(world: &WorldCell, i: usize) -> Option<Rc<Script>> {
         world.scripts.try_borrow().ok()?.list.get(i).cloned()
-    }
-    /// A script by its instance.
-    pub fn by_id(&self, id: u64) -> Option<Rc<Script>> {
-        self.list.iter().find(|s| id != 0 && s.id.get() == id).cloned()
-    }
-    /// A script by its object.
-    pub fn by_slot(&self, slot: u32) -> Option<Rc<Script>> {
-        self.list.iter().find(|s| s.slot == slot).cloned()
     }
     /// Whether a script that comes from outside the document could lift a pause.
     pub fn any_addon_waits(&self) -> bool {
@@ -167,7 +89,7 @@ impl Scripts {
         };
         if scripts.sorted_at != scene.shape_version {
             let mut sorted = scripts.list.clone();
-            order::sort(&mut sorted, &scene, scripts.order);
+            crate::cell::sort(&mut sorted, &scene, scripts.order);
             (scripts.sorted, scripts.sorted_at) = (sorted.into(), scene.shape_version);
         }
         let is_new = |s: &Rc<Script>| s.late.get() && !s.initialised.get();
@@ -208,9 +130,9 @@ impl Scripts {
         let order = Self::in_order(world);
         let mut rest = 0..order.len();
         while let Some(i) = rest.next() {
-            let beside = beside::how_many(world, &order[i..]);
+            let beside = parallel_scripts::how_many(world, &order[i..]);
             if beside > 0 {
-                beside::run(world, &order[i..i + beside], callback, &f);
+                parallel_scripts::run(world, &order[i..i + beside], callback, &f);
                 rest.start = i + beside;
                 continue;
             }
@@ -321,46 +243,22 @@ impl Scripts {
     }
 }
 
+impl Scripts {
+    /// What all scripts did that are there, in the order in which they were added.
+    pub fn told(world: &WorldCell) -> Vec<ScriptTold> {
+        let Ok(scripts) = world.scripts.try_borrow() else { return Vec::new() };
+        scripts.list.iter().map(|s| s.tell(world)).collect()
+    }
+}
+
 impl Script {
-    /// A script that has not begun; `dialect` is the one of scripts that name none.
-    fn new(slot: u32, kind: Kind, spec: &ScriptSpec, dialect: String) -> Self {
-        Script {
-            slot,
-            language: spec.language,
-            kind,
-            kind_name: spec.kind.clone(),
-            priority: spec.priority,
-            side_by_side: spec.side_by_side,
-            name: spec.name.clone(),
-            text: spec.text.clone().into(),
-            // What comes from outside was not written for this scene.
-            wanted_dialect: if spec.dialect.is_empty() && kind < Kind::Addon { dialect } else { spec.dialect.clone() },
-            id: Cell::new(0),
-            data: Cell::new(std::ptr::null_mut()),
-            dialect: Cell::new(raw(&[])),
-            traits: Cell::new(0),
-            threaded: Cell::new(false),
-            initialised: Cell::new(false),
-            late: Cell::new(false),
-            cleaned: Cell::new(false),
-            ended: Cell::new(false),
-            dead: Cell::new(false),
-            called_in: Default::default(),
-            depth: Cell::new(0),
-            asked: Cell::new(Ask::Nothing),
-            callbacks: Cell::new([0; CALLBACKS.len()]),
-            calls: Cell::new(0),
-            instructions: Cell::new(0),
-            told: Told::default(),
+    fn tell(&self, world: &WorldCell) -> ScriptTold {
+        ScriptTold {
+            object: self.owner_path(world),
+            kind: self.kind_name.clone(),
+            dialect: self.told.dialect.borrow().clone(),
+            calls: self.told.calls(),
+            instructions: self.instructions.get(),
         }
-    }
-
-    fn has_loaded(&self) -> bool {
-        !self.data.get().is_null() && !self.dead.get()
-    }
-
-    /// The language's number for a callback; 0: it has none.
-    fn number(&self, callback: Callback) -> u32 {
-        self.callbacks.get()[callback as usize]
     }
 }

@@ -2,11 +2,10 @@
 
 use std::rc::Rc;
 
-use super::{Kind, Script, Scripts};
+use crate::cell::{Kind, Script, Scripts};
 use crate::{
-    instance::Living,
-    state::{InstanceImage, load_instance},
-    world::WorldCell,
+    cell::WorldCell,
+    instances::{InstanceImage, Living, load_instance},
 };
 use tatu_errors::{Error, Place, Result};
 use tatu_scene::document::ScriptSpec;

@@ -4,10 +4,11 @@ use std::rc::Rc;
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{Ask, CALLBACKS, Callback, Kind, Order, Script, enter};
+use super::enter;
+use crate::cell::{Ask, CALLBACKS, Callback, Kind, Order, Script};
 use crate::{
-    calls::{Caller, Owner, call_command},
-    world::WorldCell,
+    calls::call_command,
+    cell::{Caller, Owner, WorldCell},
 };
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugins::{

@@ -7,13 +7,9 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use super::{
     noise::{self, Noise},
     plan::BeamPlan,
-    words::{Shelves, Words},
 };
-use crate::{
-    instance::{Made, make},
-    world::WorldCell,
-};
-use tatu_plugins::{FieldInfo, SensorKind, watchdog::Call};
+use crate::sense::reading_arena::{Shelves, Words};
+use tatu_plugins::{FieldInfo, SensorKind};
 
 /// One sensor's instance and its last reading.
 ///
@@ -50,18 +46,15 @@ pub(crate) struct Device {
 }
 
 impl Device {
-    /// Makes the instance of a sensor and asks for its beams. Must be called without any borrow of the world.
-    pub fn create(
-        world: &WorldCell,
-        kind_index: usize,
+    /// A sensor that has no reading yet; its beams are still to be asked for.
+    pub fn new(
+        kind: usize,
         slot: u32,
-        instance: tatu_instance,
+        seed: u64,
+        (id, data, state): (u64, *mut c_void, Vec<u64>),
         params: Vec<Value>,
-    ) -> Result<Self, String> {
-        let kind = &world.registry.sensors[kind_index];
-        let seed = instance.seed;
-        let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
-        let mut device = Device {
+    ) -> Self {
+        Device {
             fields: Words::default(),
             layout: Rc::default(),
             sequence: 0,
@@ -69,7 +62,7 @@ impl Device {
             slot,
             off: false,
             explicit: false,
-            kind: kind_index,
+            kind,
             data,
             noise: None,
             seed,
@@ -79,15 +72,7 @@ impl Device {
             state,
             id,
             params,
-        };
-        match Layout::ask(world, kind_index, slot, data) {
-            Ok(layout) => device.lay_out(layout),
-            Err(text) => {
-                device.destroy(world);
-                return Err(text);
-            }
         }
-        Ok(device)
     }
 
     /// Takes beams and fields. Where the fields have other sizes now, the last reading is forgotten.
@@ -167,15 +152,6 @@ impl Device {
     pub fn release(&mut self, now: f64) {
         if let Some(r) = self.noise.as_mut().and_then(|n| n.release(now)) {
             (self.time, self.sequence, self.fields) = (r.time, r.sequence, r.fields);
-        }
-    }
-
-    /// Ends the instance. Must be called without any borrow of the world.
-    pub fn destroy(self, world: &WorldCell) {
-        let kind = &world.registry.sensors[self.kind];
-        if let Some(destroy) = kind.life.destroy {
-            // SAFETY: made by `create`, given back once.
-            world.cross_quietly(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
         }
     }
 
@@ -260,11 +236,8 @@ impl Default for Layout {
 }
 
 impl Layout {
-    /// Asks an instance for its beams. Must be called without any borrow of the world.
-    pub fn ask(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Self>, String> {
-        let kind = &world.registry.sensors[kind];
-        let asked = world.cross(kind.plugin, Call::Beams, slot, || BeamPlan::ask(data, kind));
-        let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
+    /// Where the fields of a reading lie, for what an instance sends out.
+    pub fn new(plan: BeamPlan, kind: &SensorKind) -> Result<Self, String> {
         let dims: Vec<_> = kind.fields.iter().map(|f| plan.shape(f.dims)).collect();
         let (mut spans, mut words) = (Vec::new(), 0);
         for (f, dims) in kind.fields.iter().zip(&dims) {
@@ -272,9 +245,7 @@ impl Layout {
             spans.push((words, elements));
             words += (elements * element_size(f.elem)).div_ceil(8).max(1);
         }
-        let layout = Layout { plan, spans, dims, words };
-        let like_it = world.sensing.try_borrow().ok().and_then(|s| s.like(&layout));
-        Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
+        Ok(Layout { plan, spans, dims, words })
     }
 }
 

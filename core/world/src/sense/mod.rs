@@ -4,7 +4,7 @@
 //! - `device`: one sensor's instance and its last reading;
 //! - `due`: who measures by itself in a step;
 //! - `plan`: what a device sends out, as its plugin told;
-//! - `words`: the memory of readings;
+//! - `reading_arena`: the memory of readings;
 //! - `targets`: the scene as beams and images see it;
 //! - `aim`: rays that plugins move and turn before they are cast;
 //! - `draw`: random numbers that depend on nothing but seed, sensor and count;
@@ -24,9 +24,9 @@ mod noise;
 mod normal;
 mod outline;
 mod plan;
+mod reading_arena;
 mod share;
 mod targets;
-mod words;
 
 pub(crate) use cast::Limits;
 pub(crate) use device::{Device, Layout};
@@ -36,8 +36,8 @@ pub(crate) use noise::{Memory, Noise};
 pub use outline::Edge;
 pub(crate) use outline::edges;
 pub(crate) use plan::BeamPlan;
+pub(crate) use reading_arena::Words;
 pub use targets::Targets;
-pub(crate) use words::Words;
 
 use std::rc::Rc;
 
@@ -59,7 +59,7 @@ pub struct Sensing {
     settled: Option<u64>,
     /// Whether `rolls` are of the devices as they are.
     listed: bool,
-    shelves: words::Shelves,
+    shelves: reading_arena::Shelves,
     scratch: measure::Scratch,
     /// Of other threads.
     helpers: Vec<share::Helper>,
@@ -113,7 +113,7 @@ impl Sensing {
         self.by_slot[slot] = index as u32 + 1;
     }
     /// The layout of one of the last sensors, if it is the same.
-    fn like(&self, layout: &Layout) -> Option<Rc<Layout>> {
+    pub(crate) fn like(&self, layout: &Layout) -> Option<Rc<Layout>> {
         let last = self.devices.iter().rev().take(LOOK_BACK).map(|d| &d.layout);
         last.into_iter().find(|l| ***l == *layout).cloned()
     }

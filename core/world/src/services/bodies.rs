@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use tatu_plugin_api::abi::*;
 
 use super::{busy, fill, here, on, slot};
-use crate::world::{WorldCell, wants};
+use crate::cell::{WorldCell, stand_ins};
 use tatu_physics::{BodyId, Twist};
 use tatu_scene::rows::kind_name;
 
@@ -42,7 +42,9 @@ unsafe extern "C" fn twist(w: *mut tatu_world, object: tatu_object, out: *mut f6
 /// The body of a dynamic shape, made now if its shape is new; with its mass and inertia.
 fn body(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
     match body_now(world, object) {
-        Err(TATU_ERR_ARGUMENT) if wants::becomes(world, object, kind_name(TATU_KIND_SHAPE)) => body_now(world, object),
+        Err(TATU_ERR_ARGUMENT) if stand_ins::becomes(world, object, kind_name(TATU_KIND_SHAPE)) => {
+            body_now(world, object)
+        }
         body => body,
     }
 }

@@ -5,7 +5,7 @@ use std::ffi::{CStr, c_char, c_void};
 use tatu_plugin_api::abi::*;
 
 use super::{here, on, passed};
-use crate::{calls::call_command, scripts, world::WorldCell};
+use crate::{calls::call_command, cell::WorldCell, scripts};
 use tatu_plugins::border::{raw, text};
 
 pub static TABLE: tatu_host_commands = tatu_host_commands {

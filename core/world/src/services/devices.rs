@@ -5,10 +5,10 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{Done, busy, slot};
 use crate::{
-    act::Actuator,
-    instance::{Living, configure, takes_changes},
+    actuators::Actuator,
+    cell::WorldCell,
+    instances::{Living, configure, takes_changes},
     sense::{Device, Layout},
-    world::WorldCell,
 };
 use tatu_errors::nearest;
 use tatu_plugins::{Declared, check_value};

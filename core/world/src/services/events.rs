@@ -6,7 +6,7 @@ use tatu_plugin_api::{
 };
 
 use super::{Done, busy, on};
-use crate::{scripts, world::WorldCell};
+use crate::{cell::WorldCell, scripts};
 use tatu_errors::nearest;
 use tatu_plugins::{
     border::{raw, text},

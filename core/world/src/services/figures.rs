@@ -8,8 +8,8 @@ use tatu_plugin_api::{
 
 use super::{Done, busy, fill, give, on, properties::refusal, slot};
 use crate::{
-    figures::{self, Drawing, Figures},
-    world::WorldCell,
+    cell::WorldCell,
+    figures::{Drawing, Figures},
 };
 use tatu_errors::Refusal;
 use tatu_scene::{
@@ -187,8 +187,8 @@ unsafe extern "C" fn record(w: *mut tatu_world, object: tatu_object, time: f64) 
                 return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "the time of a sample is finite"));
             }
             let done = match object {
-                0 => figures::record_due(world, time).map(drop),
-                one => figures::record(world, full(world, one)?, time),
+                0 => crate::recording::record_due(world, time).map(drop),
+                one => crate::recording::record(world, full(world, one)?, time),
             };
             done.map_err(|r| refusal(world, r))
         })

@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use tatu_plugin_api::abi::*;
 
 use super::{busy, on};
-use crate::world::WorldCell;
+use crate::cell::WorldCell;
 use tatu_plugins::border::text;
 
 pub static TABLE: tatu_host_files =

@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::abi::*;
 
-use crate::world::WorldCell;
+use crate::cell::WorldCell;
 use tatu_plugins::{border::text, guard};
 
 pub static TABLE: tatu_host_log = tatu_host_log {

@@ -3,7 +3,7 @@
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{Done, busy, devices, slot};
-use crate::world::{WorldCell, wants};
+use crate::cell::{WorldCell, stand_ins};
 use tatu_errors::Refusal;
 use tatu_plugins::check_value;
 use tatu_scene::{
@@ -20,7 +20,9 @@ pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
 pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
     let value = read_row(world, object, prop);
     match value {
-        Err(TATU_ERR_ARGUMENT) if wants::becomes_by_row(world, object, Row::of(prop)) => read_row(world, object, prop),
+        Err(TATU_ERR_ARGUMENT) if stand_ins::becomes_by_row(world, object, Row::of(prop)) => {
+            read_row(world, object, prop)
+        }
         value => value,
     }
 }
@@ -135,7 +137,7 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         Ok((slot, changed))
     };
     let (slot, changed) = match set() {
-        Err(TATU_ERR_ARGUMENT) if wants::becomes_by_row(world, object, row) => set()?,
+        Err(TATU_ERR_ARGUMENT) if stand_ins::becomes_by_row(world, object, row) => set()?,
         done => done?,
     };
     if matches!(row, Row::GraphStreams | Row::GraphCurves | Row::GraphBuffer) {

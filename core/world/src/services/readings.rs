@@ -9,9 +9,9 @@ use tatu_plugin_api::abi::*;
 
 use super::{Done, busy, fill, here, on, slot};
 use crate::{
+    cell::WorldCell,
     sense::{Ask, Limits},
     step::sense_some,
-    world::WorldCell,
 };
 use ::tatu_beams::Faces;
 use tatu_plugins::tables;

@@ -11,7 +11,7 @@ use super::{
     properties::{after_change, read, read_numbers, write, write_numbers},
     slot,
 };
-use crate::world::{Wish, WorldCell, wants};
+use crate::cell::{Wish, WorldCell, stand_ins};
 use tatu_plugins::border::text;
 use tatu_scene::{
     Changed, Data, Joint, Scene, Shape, pose_from_array, pose_to_array,
@@ -370,12 +370,12 @@ unsafe extern "C" fn wanted(
         let mut found = from;
         if !name.is_empty() {
             let base = world.scene.try_borrow().ok().and_then(|s| s.resolve(from).ok()).unwrap_or(0);
-            match wants::find_or_make(world, base, &name) {
+            match stand_ins::find_or_make(world, base, &name) {
                 Some(id) => found = id,
                 None => return TATU_ERR_MISSING,
             }
         }
-        let is_one = kind.is_empty() || wants::becomes(world, found, &kind);
+        let is_one = kind.is_empty() || stand_ins::becomes(world, found, &kind);
         if let Some(object) = object.as_mut() {
             *object = found;
         }

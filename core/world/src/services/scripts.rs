@@ -71,7 +71,7 @@ unsafe extern "C" fn broadcast(
     unsafe {
         on(w, |world| {
             let args = if n_args == 0 { &[] } else { std::slice::from_raw_parts(args, n_args as usize) };
-            inner::Scripts::broadcast(world, bytes(callback), args, (except & 0xF_FFFF) as u32);
+            crate::cell::Scripts::broadcast(world, bytes(callback), args, (except & 0xF_FFFF) as u32);
             Ok(())
         })
     }
@@ -126,7 +126,7 @@ unsafe extern "C" fn add(
                 name,
                 text,
             };
-            let Some(slot) = inner::Scripts::add(world, owner, &spec) else { return Err(busy(world)) };
+            let Some(slot) = crate::cell::Scripts::add(world, owner, &spec) else { return Err(busy(world)) };
             let id = world.scene.try_borrow().map_err(|_| busy(world))?.id(slot);
             if let Some(out) = out.as_mut() {
                 *out = id;
@@ -152,7 +152,7 @@ unsafe extern "C" fn call_below(
                 slot(world, &scene, above)?
             };
             let args = if n_args == 0 { &[] } else { std::slice::from_raw_parts(args, n_args as usize) };
-            let called = inner::Scripts::call_below(world, above, stage, args);
+            let called = crate::cell::Scripts::call_below(world, above, stage, args);
             if let Some(n) = n.as_mut() {
                 *n = called;
             }

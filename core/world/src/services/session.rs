@@ -4,9 +4,8 @@ use tatu_plugin_api::abi::*;
 
 use super::{busy, fill, on, passed};
 use crate::{
-    session::SessionCell,
+    cell::{Phase, SessionCell, WorldCell},
     step::{self, Stage},
-    world::{Phase, WorldCell},
 };
 
 pub static TABLE: tatu_host_session = tatu_host_session {
@@ -37,7 +36,7 @@ unsafe extern "C" fn request(w: *mut tatu_world, what: u32) -> tatu_status {
                 }
                 _ => return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
             }
-            crate::session::remote_request(world, what);
+            crate::cell::remote_request(world, what);
             crate::session::log::apply(world, what);
             Ok(())
         })

@@ -3,7 +3,7 @@
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::{busy, give, on};
-use crate::world::{Signal, WorldCell};
+use crate::cell::{Signal, WorldCell};
 use tatu_plugins::border::bytes;
 
 pub static TABLE: tatu_host_signals = tatu_host_signals {
@@ -40,7 +40,7 @@ unsafe extern "C" fn set(w: *mut tatu_world, kind: u32, name: tatu_str, value: *
             match ValueRef::new(*value).to_value() {
                 Ok(v) => {
                     let mut signals = world.signals.try_borrow_mut().map_err(|_| busy(world))?;
-                    let of_run = crate::scripts::Scripts::caller_is_of_run(world);
+                    let of_run = crate::cell::Scripts::caller_is_of_run(world);
                     signals.insert((kind, name.to_vec()), Signal { value: v, of_run });
                     Ok(())
                 }

@@ -12,12 +12,13 @@ use std::time::Duration;
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{SessionCell, log};
+use super::log;
+use crate::cell::SessionCell;
 use crate::{
-    calls::{Caller, Owner, Wait, call_command},
+    calls::call_command,
+    cell::{Caller, Owner, Phase, Wait, WorldCell},
     scripts::Room,
     step,
-    world::{Phase, WorldCell},
 };
 use tatu_plugins::border::{ErrorSlot, copy_error};
 
@@ -96,7 +97,7 @@ fn pass(world: &WorldCell, session: &SessionCell) {
 }
 
 /// Turns of services in a stopped world, until a start.
-pub(super) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
+pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
     world.requests.set(world.requests.get() & QUIT);
     while !session.interrupted() && session.any_service() {
         turns(world, session);

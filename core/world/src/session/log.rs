@@ -1,180 +1,17 @@
-//! The input log: everything that came from outside while a world ran, and feeding it again.
-//!
-//! A world is a function of its document and of this log. Each [`Record`] tells at which barrier (step) and at which
-//! place within it something was done; [`World::feed`](crate::World::feed) does it again in another world of the same
-//! document, and [`replay_to`] makes such a world and runs it to a step.
-//!
-//! Recorded are the calls of commands that services make, their requests, and what the program puts in, such as keys. Whether a call succeeded is not: it will
-//! again or not. What a service changes by other tables than `commands` and `session` is not recorded.
+//! Requests, passes while time stands, and feeding an input log to a world again.
 
 use std::sync::Arc;
 
-use tatu_plugin_api::{
-    abi::*,
-    safe::{Value, ValueRef},
-};
+use tatu_plugin_api::{abi::*, safe::ValueRef};
 
+pub use crate::cell::{Input, InputLog, Record};
 use crate::{
-    World,
-    calls::{Caller, call_command},
-    scripts::{Callback, Room, Scripts},
+    calls::call_command,
+    cell::{Callback, Caller, Phase, REPLAY, Replay, Scripts, WorldCell, put_in, record_of, remote_request},
+    scripts::Room,
     step,
-    world::{Phase, WorldCell},
 };
-use tatu_errors::{Fault, FaultKind, Result};
-use tatu_plugins::{CommandEntry, Registry};
-use tatu_scene::document::Document;
-
-/// Who acts in a replay: no service of a session.
-const REPLAY: u32 = u32::MAX;
-
-/// Names of requests, by `TATU_REQUEST_*`.
-pub(crate) const REQUESTS: [(&str, u32); 4] = [
-    ("stop", TATU_REQUEST_STOP),
-    ("pause", TATU_REQUEST_PAUSE),
-    ("start", TATU_REQUEST_START),
-    ("quit", TATU_REQUEST_QUIT),
-];
-
-/// What was done.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Input {
-    /// A command was called.
-    Call {
-        /// By which of its names.
-        name: String,
-        /// With what, before any conversion. Numeric arrays are kept as f64 or i64.
-        args: Vec<Value>,
-        /// Whether the caller could wait.
-        waits: bool,
-    },
-    /// A change of state was asked for: `TATU_REQUEST_*`.
-    Request(u32),
-    /// Something came in, such as a key.
-    Event {
-        /// What: "key".
-        kind: String,
-        /// Which.
-        text: String,
-    },
-    /// Scripts had a pass while time stood.
-    Pass,
-}
-
-/// One thing that came from outside.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Record {
-    /// Steps done before the barrier at which it happened.
-    pub step: u64,
-    /// Its place among what happened at that barrier, from 0.
-    pub at: u64,
-    /// Id of the service.
-    pub service: String,
-    /// For whom the service did it, by its own number.
-    pub client: u64,
-    /// What.
-    pub input: Input,
-}
-
-/// What came from outside since the start, in order.
-#[derive(Default)]
-pub struct InputLog {
-    records: Vec<Record>,
-    /// Step and place of the next record.
-    next: (u64, u64),
-    /// Records are not kept.
-    off: bool,
-    sink: Option<Sink>,
-}
-
-/// Takes each record as it is made.
-type Sink = Box<dyn FnMut(&Record)>;
-
-impl InputLog {
-    /// The records that were kept.
-    pub fn records(&self) -> &[Record] {
-        &self.records
-    }
-    /// Whether records are kept; a new log does. A long run that nobody will replay from memory need not grow.
-    pub fn keep(&mut self, on: bool) {
-        self.off = !on;
-    }
-    /// Hands each record on before what it tells is done, so that not even a crash loses it.
-    pub fn hand_to(&mut self, sink: impl FnMut(&Record) + 'static) {
-        self.sink = Some(Box::new(sink));
-    }
-    /// Takes over what came from outside before a snapshot.
-    pub(crate) fn restore(&mut self, records: Vec<Record>) {
-        self.next = records.last().map_or((0, 0), |r| (r.step, r.at + 1));
-        self.records = records;
-    }
-    fn is_idle(&self) -> bool {
-        self.off && self.sink.is_none()
-    }
-    pub(super) fn clear(&mut self) {
-        self.records.clear();
-        self.next = (0, 0);
-    }
-    fn push(&mut self, step: u64, service: String, client: u64, input: Input) {
-        if self.is_idle() {
-            return;
-        }
-        let at = if self.next.0 == step { self.next.1 } else { 0 };
-        self.next = (step, at + 1);
-        let record = Record { step, at, service, client, input };
-        if let Some(sink) = &mut self.sink {
-            sink(&record);
-        }
-        if !self.off {
-            self.records.push(record);
-        }
-    }
-}
-
-/// A log that is being fed to a world.
-#[derive(Debug)]
-pub struct Replay {
-    records: Arc<[Record]>,
-    next: usize,
-}
-
-impl Replay {
-    pub(super) fn rewind(&mut self) {
-        self.next = 0;
-    }
-    fn next_at(&mut self, step: u64) -> Option<Record> {
-        let record = self.records.get(self.next).filter(|r| r.step <= step)?;
-        self.next += 1;
-        Some(record.clone())
-    }
-}
-
-/// A service is about to call a command: it is written down, and may wait if its service takes answers later.
-pub(crate) fn remote_call(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call) {
-    let caller = world.calls.caller.get();
-    let can_wait = caller.service == REPLAY
-        || world.outside.session().is_some_and(|s| {
-            s.nth((caller.service as usize).wrapping_sub(1)).is_some_and(|s| s.can_wait(&world.registry))
-        });
-    if !can_wait {
-        f.wait_token = 0;
-    }
-    if world.outside.log.borrow().is_idle() {
-        return;
-    }
-    // SAFETY: the frame's arguments are valid.
-    let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
-    let args = args.iter().map(|a| a.to_value().unwrap_or_default()).collect();
-    let name = entry.names.get(f.alias as usize).or(entry.names.first()).map_or(String::new(), |n| n.name.clone());
-    record(world, Input::Call { name, args, waits: f.wait_token != 0 });
-}
-
-/// A service asks for a change of state.
-pub(crate) fn remote_request(world: &WorldCell, what: u32) {
-    if world.calls.caller.get().kind == TATU_CALLER_REMOTE {
-        record(world, Input::Request(what));
-    }
-}
+use tatu_errors::{Fault, FaultKind};
 
 /// Somebody outside any service asks for a change of state.
 pub(crate) fn outside_request(world: &WorldCell, what: u32) {
@@ -213,44 +50,9 @@ pub(crate) fn stand(world: &WorldCell) {
     }
 }
 
-fn record_of(world: &WorldCell, service: String, input: Input) {
-    let (step, client) = (world.clock.step.get(), world.outside.client.get());
-    world.outside.log.borrow_mut().push(step, service, client, input);
-}
-
-fn record(world: &WorldCell, input: Input) {
-    let service = match world.calls.caller.get().service {
-        REPLAY => world.outside.replayed.borrow().clone(),
-        n => world
-            .outside
-            .session()
-            .and_then(|s| s.nth((n as usize).wrapping_sub(1)))
-            .map_or(String::new(), |s| world.registry.services[s.kind].id.clone()),
-    };
-    record_of(world, service, input);
-}
-
-/// Something comes in at the barrier, not from a service.
-pub(crate) fn put_in(world: &WorldCell, kind: &str, text: &str) {
-    world.outside.take_in(kind, text);
-    let (kind, text) = (kind.to_owned(), text.to_owned());
-    let step = world.clock.step.get();
-    world.outside.log.borrow_mut().push(step, String::new(), 0, Input::Event { kind, text });
-}
-
-/// What came in before a snapshot is there again.
-pub(crate) fn restore(world: &WorldCell, records: Vec<Record>) {
-    for record in &records {
-        if let Input::Event { kind, text } = &record.input {
-            world.outside.take_in(kind, text);
-        }
-    }
-    world.outside.log.borrow_mut().restore(records);
-}
-
 /// Attaches a log to a world that has not been started.
 pub(crate) fn attach(world: &WorldCell, records: Arc<[Record]>) {
-    *world.outside.replay.borrow_mut() = Some(Replay { records, next: 0 });
+    *world.outside.replay.borrow_mut() = Some(Replay::new(records));
 }
 
 /// Does again what the attached log has for this barrier.
@@ -298,16 +100,4 @@ fn feed_one(world: &WorldCell, record: Record) {
         },
     }
     drop(level);
-}
-
-/// A new world of a document in which everything of a log happened again, `step` steps after its start. It stands
-/// before the barrier of that step; the rest of the log stays attached and is fed as the world goes on.
-///
-/// A stop in the log ends the way there early: compare [`World::steps`].
-pub fn replay_to(document: Arc<Document>, registry: Arc<Registry>, log: &[Record], step: u64) -> Result<World> {
-    let world = World::new(document, registry)?;
-    world.feed(log.into());
-    world.start();
-    while world.steps() < step && !world.stop_requested() && world.step() {}
-    Ok(world)
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::fingerprint;
+use crate::instances::Missed;
 use tatu_errors::{Error, Result};
 use tatu_plugins::Registry;
 use tatu_scene::document::Document;
@@ -44,26 +45,6 @@ pub struct Head {
     pub missed: Vec<Missed>,
     /// Calls from outside until this step, to be fed back by a replay; empty: there were none.
     pub log: Vec<u8>,
-}
-
-/// An instance that could not be captured.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Missed {
-    /// What it belongs to, such as "the script of /Robot"; empty: the world.
-    pub object: String,
-    /// Its plugin.
-    pub plugin: String,
-    /// Why: what in it cannot be written.
-    pub reason: String,
-}
-
-impl std::fmt::Display for Missed {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.object.as_str() {
-            "" => write!(f, "plugin `{}`: {}", self.plugin, self.reason),
-            object => write!(f, "{object}: {}", self.reason),
-        }
-    }
 }
 
 /// Id and version of every plugin.

@@ -2,7 +2,7 @@
 
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::world::Clock;
+use crate::cell::{Clock, WorldCell};
 use tatu_scene::{Data, Dynamics, Scene};
 
 /// A hash over the dynamic state, and the hash of each object that it is made of, so that a difference can be named.
@@ -55,4 +55,9 @@ pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
         objects.push((scene.path(slot), digest));
     }
     Hash { total: total.digest(), objects }
+}
+
+/// The hash of a world as it is now, all in one.
+pub(crate) fn hash_of(cell: &WorldCell) -> u64 {
+    hash(&cell.scene.borrow(), &cell.dynamics.borrow(), &cell.clock).total
 }

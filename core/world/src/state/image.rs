@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::safe::Value;
 
-use crate::{calls::Wait, sense::Memory};
+use crate::instances::InstanceImage;
+use crate::{cell::Wait, sense::Memory};
 use tatu_errors::{Fault, FaultKind};
 use tatu_scene::{Scene, document::Settings};
 
@@ -70,7 +71,7 @@ pub struct CoreImage {
     pub meshes: Vec<(u32, u32)>,
     pub settings: Settings,
     pub dynamics: Vec<u8>,
-    pub phase: crate::world::Phase,
+    pub phase: crate::cell::Phase,
     /// Time, steps, length of a step, passes.
     pub clock: (f64, u64, f64, u64),
     pub requests: u32,
@@ -79,17 +80,6 @@ pub struct CoreImage {
     pub signals: Vec<(u32, Vec<u8>, ValueImage, bool)>,
     pub waits: Vec<Wait>,
     pub faults: Vec<FaultImage>,
-}
-
-/// What `save` of an instance wrote, and its state block.
-#[derive(Serialize, Deserialize, Default)]
-pub struct InstanceImage {
-    pub state: Vec<u64>,
-    pub saved: Vec<u8>,
-    /// The writer's version of both.
-    pub version: u32,
-    /// It could not be captured: `saved` is not to be loaded.
-    pub missed: bool,
 }
 
 /// A sensor.
@@ -121,24 +111,6 @@ pub struct ActuatorImage {
     pub instance: InstanceImage,
     pub off: bool,
     pub idle_told: bool,
-}
-
-/// A script.
-#[derive(Serialize, Deserialize)]
-pub struct ScriptImage {
-    pub slot: u32,
-    /// 0: its state was not made.
-    pub id: u64,
-    pub initialised: bool,
-    pub dead: bool,
-    pub cleaned: bool,
-    pub ended: bool,
-    pub callbacks: Vec<u32>,
-    pub calls: u64,
-    pub instructions: u64,
-    pub instance: InstanceImage,
-    /// Calls by callback.
-    pub told: std::collections::BTreeMap<String, u64>,
 }
 
 /// A fault told so far.

@@ -12,13 +12,12 @@ mod document;
 mod file;
 mod hash;
 mod image;
-mod restore;
+pub(crate) mod restore;
 mod snapshot;
 
+pub use crate::instances::Missed;
 pub use document::fingerprint;
-pub use file::{Head, Missed, Snapshot};
+pub use file::{Head, Snapshot};
 pub use hash::Hash;
-pub(crate) use hash::hash;
-pub(crate) use image::{InstanceImage, ScriptImage};
-pub(crate) use restore::load_instance;
-pub(crate) use snapshot::save_instance;
+pub(crate) use hash::{hash, hash_of};
+pub(crate) use snapshot::take;

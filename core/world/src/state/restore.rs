@@ -2,120 +2,63 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugin_api::safe::Value;
 
+use super::hash_of;
 use super::{
     Snapshot,
     file::damaged,
-    image::{ActuatorImage, CoreImage, DeviceImage, InstanceImage, ScriptImage},
+    image::{ActuatorImage, CoreImage, DeviceImage},
 };
 use crate::{
-    act::Actuator,
-    instance::Living,
-    scripts::Scripts,
+    actuators::Actuator,
+    cell::{Record, Scripts, Signal, WorldCell, restore_inputs},
+    instances::{InstanceImage, Living, load_instance, state_of},
+    scripts::ScriptImage,
     sense::Noise,
-    session::{self, log::Record},
-    world::{Signal, World, WorldCell},
+    session,
 };
 use tatu_errors::{Error, Result};
-use tatu_plugins::{
-    border::{ErrorSlot, answer, raw},
-    watchdog::Call,
-};
 use tatu_scene::Data;
-
-/// Gives an instance back what it wrote. Must be called without any borrow of the world.
-pub(crate) fn load_instance(
-    world: &WorldCell,
-    of: &Living,
-    life: &tatu_life,
-    image: &InstanceImage,
-) -> Result<(), String> {
-    let Some(load) = life.load else {
-        return if image.saved.is_empty() { Ok(()) } else { Err("it reads no state any more".to_owned()) };
-    };
-    let mut error = ErrorSlot::new();
-    // SAFETY: by the contract; the bytes live through the call.
-    let run = || unsafe { answer(load(of.data, raw(&image.saved), image.version, error.raw()), false, error.raw()) };
-    if world.cross(of.plugin, Call::Restore, of.slot, run) < 0 {
-        let plugin = &world.registry.plugins[of.plugin].id;
-        return Err(format!("{} [{} of `{plugin}`]", error.text(), Call::Restore.text()));
-    }
-    Ok(())
-}
-
-/// The state block of an image, if its writer meant the same by it.
-pub(crate) fn state_of(life: &tatu_life, image: &InstanceImage) -> Vec<u64> {
-    let words = (life.state_bytes as usize).div_ceil(8);
-    if image.version == life.version && image.state.len() == words { image.state.clone() } else { vec![0; words] }
-}
 
 fn refused(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
     Error::new("E503", format!("{what} cannot be restored: {why}"))
         .help("replay the run to that step: a new world of the scene, stepped until then")
 }
 
-impl World {
-    /// Makes a world that has just been made of the snapshot's document go on from the snapshot's step.
-    ///
-    /// An incomplete snapshot is refused, unless `allow_partial`: then what it lacks is as at the start of a run. After
-    /// a failure the world is half one and half the other: drop it.
-    pub fn restore(&self, snapshot: &Snapshot, allow_partial: bool) -> Result {
-        let cell = self.cell();
-        snapshot.check(&cell.document, &cell.registry)?;
-        if let Some(first) = snapshot.head.missed.first().filter(|_| !allow_partial) {
-            let error = Error::new("E503", format!("the snapshot is not complete: {first}"));
-            return Err(error.help("replay the run to its step instead"));
-        }
-        if cell.running() || cell.clock.step.get() != 0 {
-            return Err(Error::new("E503", "a world that has run cannot take a snapshot").help("make a new one"));
-        }
-        self.start_silently();
-        let image: CoreImage = snapshot.get("core")?;
-        scripts(cell, snapshot.get("scripts")?, &image)?;
-        sensors(cell, snapshot.get("sensors")?)?;
-        actuators(cell, snapshot.get("actuators")?)?;
-        core(cell, image)?;
-        *cell.figures.borrow_mut() = snapshot.get("figures")?;
-        plugins(cell, snapshot.get("plugins")?)?;
-        Scripts::load(cell, snapshot.get("scripts")?)?;
-        session::log::restore(cell, records(snapshot)?);
-        let hash = self.hash().total;
-        if hash != snapshot.head.hash {
-            return Err(refused(
-                "the world",
-                format!("its hash is {hash:016x} instead of {:016x}", snapshot.head.hash),
-            ));
-        }
-        Ok(())
+/// What is to be known before a snapshot may be taken up: it fits, it is complete or may be partial, and the world is new.
+pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) -> Result {
+    snapshot.check(&cell.document, &cell.registry)?;
+    if let Some(first) = snapshot.head.missed.first().filter(|_| !allow_partial) {
+        let error = Error::new("E503", format!("the snapshot is not complete: {first}"));
+        return Err(error.help("replay the run to its step instead"));
     }
+    if cell.running() || cell.clock.step.get() != 0 {
+        return Err(Error::new("E503", "a world that has run cannot take a snapshot").help("make a new one"));
+    }
+    Ok(())
+}
 
-    /// Runs a world that has just been made to the snapshot's step, telling nothing of what it told the first time,
-    /// and compares the state hash.
-    pub fn replay(&self, snapshot: &Snapshot) -> Result {
-        let cell = self.cell();
-        snapshot.check(&cell.document, &cell.registry)?;
-        self.feed(records(snapshot)?.into());
-        self.start();
-        while self.steps() < snapshot.head.step && !self.stop_requested() && self.step() {
-            self.take_lines();
-        }
-        self.take_lines();
-        let hash = self.hash().total;
-        if hash == snapshot.head.hash {
-            return Ok(());
-        }
-        let text = format!(
-            "the replay came to another state at step {}: hash {hash:016x}, then {:016x}",
-            snapshot.head.step, snapshot.head.hash
-        );
-        Err(Error::new("E504", text)
-            .help("something in the run depends on more than scene and seed: files that scripts read, or a plugin"))
+/// Makes a world that has just been started silently go on from the snapshot's step.
+pub(crate) fn go_on(cell: &WorldCell, snapshot: &Snapshot) -> Result {
+    let image: CoreImage = snapshot.get("core")?;
+    scripts(cell, snapshot.get("scripts")?, &image)?;
+    sensors(cell, snapshot.get("sensors")?)?;
+    actuators(cell, snapshot.get("actuators")?)?;
+    core(cell, image)?;
+    *cell.figures.borrow_mut() = snapshot.get("figures")?;
+    plugins(cell, snapshot.get("plugins")?)?;
+    Scripts::load(cell, snapshot.get("scripts")?)?;
+    restore_inputs(cell, records(snapshot)?);
+    let hash = hash_of(cell);
+    if hash != snapshot.head.hash {
+        return Err(refused("the world", format!("its hash is {hash:016x} instead of {:016x}", snapshot.head.hash)));
     }
+    Ok(())
 }
 
 /// What came from outside until the snapshot.
-fn records(snapshot: &Snapshot) -> Result<Vec<Record>> {
+pub(crate) fn records(snapshot: &Snapshot) -> Result<Vec<Record>> {
     session::file::from_bytes(&snapshot.head.log).ok_or_else(|| damaged("what came from outside cannot be read"))
 }
 

@@ -1,109 +1,49 @@
 //! Out of a world.
 
-use std::ffi::c_void;
-
-use tatu_plugin_api::abi::*;
-
 use super::{
-    Head, Missed, Snapshot, file, fingerprint,
-    image::{ActuatorImage, CoreImage, DeviceImage, InstanceImage},
+    Head, Snapshot, file, fingerprint, hash_of,
+    image::{ActuatorImage, CoreImage, DeviceImage},
 };
 use crate::{
-    calls::Owner,
-    instance::Living,
-    scripts::Scripts,
+    cell::{Owner, Scripts, WorldCell},
+    instances::{InstanceImage, Living, Missed, save_instance},
     session,
-    world::{World, WorldCell},
 };
-use tatu_errors::{Error, Fault, FaultKind, Result};
-use tatu_plugins::{
-    border::{ErrorSlot, answer},
-    watchdog::Call,
-};
+use tatu_errors::{Error, Result};
 use tatu_scene::Scene;
 
-unsafe extern "C" fn write(writer: *const tatu_writer, bytes: *const c_void, n: u64) {
-    // SAFETY: a writer of `save_instance`, whose vector lives through the call.
-    let out = unsafe { &mut *(*writer).ctx.cast::<Vec<u8>>() };
-    if !bytes.is_null() {
-        // SAFETY: by the contract.
-        out.extend_from_slice(unsafe { std::slice::from_raw_parts(bytes.cast(), n as usize) });
+/// Everything that decides the future, at the boundary between two steps; what could not be captured is named in the
+/// head. The run that goes on does not notice.
+pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
+    if !cell.running() {
+        return Err(Error::new("E503", "a world that does not run has no state to write").help("start it first"));
     }
-}
-
-/// What an instance writes of itself; or why it cannot. That it cannot is no fault, unless it panicked or broke the
-/// contract. Must be called without any borrow of the world.
-pub(crate) fn save_instance(
-    world: &WorldCell,
-    of: &Living,
-    life: &tatu_life,
-    state: &[u64],
-) -> Result<InstanceImage, String> {
-    let mut image = InstanceImage { state: state.to_vec(), saved: Vec::new(), version: life.version, missed: false };
-    let Some(save) = life.save else {
-        // Without data of its own there is nothing but the state block.
-        let why = "its plugin keeps data for it, and offers no way to write them";
-        return if of.data.is_null() { Ok(image) } else { Err(why.to_owned()) };
-    };
-    let writer = tatu_writer {
-        size: size_of::<tatu_writer>() as u32,
-        reserved: 0,
-        ctx: (&raw mut image.saved).cast(),
-        write: Some(write),
-    };
-    let mut error = ErrorSlot::new();
-    // SAFETY: by the contract; the writer lives through the call.
-    let status = world.cross(of.plugin, Call::Save, of.slot, || unsafe { save(of.data, &writer, error.raw()) });
-    // SAFETY: the host's own error object.
-    if unsafe { answer(status, false, error.raw()) } == TATU_OK {
-        return Ok(image);
-    }
-    if status == TATU_ERR_PANIC || !(TATU_ERR_MEMORY..0).contains(&status) {
-        let plugin = &world.registry.plugins[of.plugin].id;
-        let text = format!("plugin `{plugin}` {} [{}]", error.text(), Call::Save.text());
-        let mut fault = Fault::new(FaultKind::Plugin, text);
-        fault.plugin = Some(plugin.clone());
-        fault.object = world.watch.name_of(of.slot);
-        world.report(fault);
-    }
-    Err(error.text())
-}
-
-impl World {
-    /// Everything that decides the future, at the boundary between two steps; what could not be captured is named in
-    /// the head. The run that goes on does not notice.
-    pub fn snapshot(&self) -> Result<Snapshot> {
-        let cell = self.cell();
-        if !cell.running() {
-            return Err(Error::new("E503", "a world that does not run has no state to write").help("start it first"));
-        }
-        let mut snapshot = Snapshot::new(Head {
-            tatu: env!("CARGO_PKG_VERSION").to_owned(),
-            document: fingerprint(&cell.document),
-            plugins: file::plugins(&cell.registry),
-            step: self.steps(),
-            time: self.time(),
-            hash: self.hash().total,
-            missed: Vec::new(),
-            log: session::file::to_bytes(self.input_log().records()),
+    let mut snapshot = Snapshot::new(Head {
+        tatu: env!("CARGO_PKG_VERSION").to_owned(),
+        document: fingerprint(&cell.document),
+        plugins: file::plugins(&cell.registry),
+        step: cell.clock.step.get(),
+        time: cell.clock.time.get(),
+        hash: hash_of(cell),
+        missed: Vec::new(),
+        log: session::file::to_bytes(cell.outside.log.borrow().records()),
+    });
+    let mut missed = clients(cell);
+    snapshot.put("core", &core(cell)?)?;
+    snapshot.put("figures", &*cell.figures.borrow())?;
+    snapshot.put("sensors", &sensors(cell, &mut missed))?;
+    snapshot.put("actuators", &actuators(cell, &mut missed))?;
+    snapshot.put("plugins", &plugins(cell, &mut missed))?;
+    snapshot.put("scripts", &Scripts::images(cell, &mut missed))?;
+    if cell.outside.bus.has_listeners() {
+        missed.push(Missed {
+            object: "the events".into(),
+            plugin: String::new(),
+            reason: "functions that scripts gave for events are not written".into(),
         });
-        let mut missed = clients(cell);
-        snapshot.put("core", &core(cell)?)?;
-        snapshot.put("figures", &*cell.figures.borrow())?;
-        snapshot.put("sensors", &sensors(cell, &mut missed))?;
-        snapshot.put("actuators", &actuators(cell, &mut missed))?;
-        snapshot.put("plugins", &plugins(cell, &mut missed))?;
-        snapshot.put("scripts", &Scripts::images(cell, &mut missed))?;
-        if cell.outside.bus.has_listeners() {
-            missed.push(Missed {
-                object: "the events".into(),
-                plugin: String::new(),
-                reason: "functions that scripts gave for events are not written".into(),
-            });
-        }
-        snapshot.head.missed = missed;
-        Ok(snapshot)
     }
+    snapshot.head.missed = missed;
+    Ok(snapshot)
 }
 
 /// The meshes that shapes use, by their number in the document.

@@ -1,6 +1,6 @@
 //! Physics while actuators push.
 
-use crate::{act, world::WorldCell};
+use crate::{actuators, cell::WorldCell};
 use tatu_scene::{Dynamics, Scene};
 
 /// Lets `dt` pass; objects whose bodies were lost, actuators that failed.
@@ -8,17 +8,18 @@ pub(super) fn advance(
     world: &WorldCell,
     scene: &mut Scene,
     dynamics: &mut Dynamics,
-    acting: &mut act::Acting,
+    acting: &mut actuators::Acting,
     dt: f64,
-) -> (Vec<u32>, Vec<act::Failed>) {
+) -> (Vec<u32>, Vec<actuators::Failed>) {
     dynamics.prepare(scene);
     // Only asked where no body carries an actuator.
     let scene_now: &Scene = scene;
     let twist = |slot: u32| world.twist_by_motion(scene_now, slot);
     let time = world.clock.time.get() + world.clock.so_far();
-    let around = act::Acts { scene: scene_now, registry: &world.registry, twist: &twist, time, watch: &world.watch };
-    let mut failed = act::per_step(acting, dynamics, &around, dt);
-    let lost = match act::SubSteps::new(acting, (&world.registry, &world.watch), dynamics, &around, dt) {
+    let around =
+        actuators::Acts { scene: scene_now, registry: &world.registry, twist: &twist, time, watch: &world.watch };
+    let mut failed = actuators::per_step(acting, dynamics, &around, dt);
+    let lost = match actuators::SubSteps::new(acting, (&world.registry, &world.watch), dynamics, &around, dt) {
         None => world.install(|| dynamics.advance(scene, dt, None)),
         Some(mut substeps) => {
             let lost = world.install(|| {
@@ -33,7 +34,7 @@ pub(super) fn advance(
 }
 
 /// The same for one step of the engine, the `part`-th from 0.
-pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, Vec<act::Failed>) {
+pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, Vec<actuators::Failed>) {
     let (mut scene, mut dynamics, mut acting) =
         (world.scene.borrow_mut(), world.dynamics.borrow_mut(), world.acting.borrow_mut());
     let (scene, dynamics, acting) = (&mut *scene, &mut *dynamics, &mut *acting);
@@ -43,9 +44,10 @@ pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, 
     let scene_now: &Scene = scene;
     let twist = |slot: u32| world.twist_by_motion(scene_now, slot);
     let time = world.clock.time.get() + world.clock.so_far();
-    let around = act::Acts { scene: scene_now, registry: &world.registry, twist: &twist, time, watch: &world.watch };
-    let mut failed = if part == 0 { act::per_step(acting, dynamics, &around, dt) } else { Vec::new() };
-    let lost = match act::SubSteps::new(acting, (&world.registry, &world.watch), dynamics, &around, dt) {
+    let around =
+        actuators::Acts { scene: scene_now, registry: &world.registry, twist: &twist, time, watch: &world.watch };
+    let mut failed = if part == 0 { actuators::per_step(acting, dynamics, &around, dt) } else { Vec::new() };
+    let lost = match actuators::SubSteps::new(acting, (&world.registry, &world.watch), dynamics, &around, dt) {
         None => world.install(|| dynamics.advance_part(scene, dt, part, None)),
         Some(mut substeps) => {
             let lost = world.install(|| {

@@ -26,11 +26,9 @@ pub(crate) use sensors::sense_some;
 pub(crate) use stages::{Stage, run};
 
 use crate::{
-    act,
-    calls::Caller,
-    events, figures,
-    scripts::Scripts,
-    world::{Phase, WorldCell, instance_fault},
+    actuators,
+    cell::{Caller, Phase, Scripts, WorldCell, instance_fault},
+    events, recording,
 };
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::abi::*;
@@ -52,7 +50,7 @@ pub(crate) fn step(world: &WorldCell) {
                 let _ = run(world, stage, dt, "the step");
             }
             // What the step has led to; a driver records by itself.
-            let _ = figures::record_due(world, world.clock.time.get() + world.clock.so_far());
+            let _ = recording::record_due(world, world.clock.time.get() + world.clock.so_far());
         }
     }
     if world.phase.get() == Phase::Last {
@@ -128,7 +126,7 @@ fn physics(world: &WorldCell, dt: f64) {
 }
 
 /// An actuator that failed is named once; one that has nothing to push is told of.
-fn tell_of_actuator(world: &WorldCell, failed: &act::Failed) {
+fn tell_of_actuator(world: &WorldCell, failed: &actuators::Failed) {
     if failed.status < 0 {
         let plugin = world.registry.actuators[failed.kind].plugin;
         let text = format!("{} [{}]", failed.text, Call::Apply.text());

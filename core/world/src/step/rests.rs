@@ -3,10 +3,7 @@
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::barrier;
-use crate::{
-    scripts::{Callback, Scripts},
-    world::{Phase, WorldCell},
-};
+use crate::cell::{Callback, Phase, Scripts, WorldCell};
 
 /// A pass of a stopped world.
 pub(crate) fn idle(world: &WorldCell) {

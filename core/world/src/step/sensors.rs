@@ -1,9 +1,8 @@
 //! The stage in which sensors measure.
 
 use crate::{
-    scripts::{Callback, Scripts},
+    cell::{Callback, Scripts, WorldCell, instance_fault},
     sense::{self, Around, Ask, Job, Moment, Turn},
-    world::{WorldCell, instance_fault},
 };
 use tatu_plugins::watchdog::Call;
 

@@ -6,9 +6,8 @@ use tatu_plugin_api::abi::*;
 
 use super::{actuate, clean, physics, react, sensors::sense};
 use crate::{
-    calls::Caller,
+    cell::{Caller, Phase, WorldCell},
     events,
-    world::{Phase, WorldCell},
 };
 
 /// A part of a step.

@@ -15,9 +15,9 @@ use tatu_plugin_api::safe::Value;
 
 use super::actuated;
 use crate::{
-    act,
-    scripts::{Callback, Scripts, entry},
-    world::{Phase, WorldCell},
+    actuators,
+    cell::{Callback, Phase, Scripts, WorldCell},
+    scripts::entry,
 };
 use tatu_physics::{Drive, PairRule};
 use tatu_scene::{Control, Joint, JointType};
@@ -64,7 +64,7 @@ fn number(map: &Value, keys: &[&str]) -> Option<f64> {
 }
 
 /// Lets `dt` pass; objects whose bodies were lost, actuators that failed.
-pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<act::Failed>) {
+pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::Failed>) {
     let (mut lost, mut failed) = (Vec::new(), Vec::new());
     let count = {
         let (mut scene, mut dynamics) = (world.scene.borrow_mut(), world.dynamics.borrow_mut());

@@ -1,0 +1,59 @@
+//! Actuators: their instances and commands, and what they do to bodies and joints.
+//!
+//! - [`Acting`]: the world's actuators;
+//! - `mount`: the body and the joint that an actuator acts on, and how they move;
+//! - `apply`: one batch per kind: motions and commands in, wrenches and efforts out.
+//!
+//! Actuators act as time passes: a kind is called once per advance of the engine, at its start, or, if it asks for it,
+//! before each engine step. What an actuator is commanded stands in its object of the scene.
+
+mod apply;
+mod mount;
+
+use std::ffi::c_void;
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+pub(crate) use apply::{Acts, Failed, SubSteps, per_step};
+
+/// One actuator's instance.
+pub(crate) struct Actuator {
+    /// Generation and slot: a slot that is used again is another object.
+    pub object: tatu_object,
+    pub slot: u32,
+    pub kind: usize,
+    pub data: *mut c_void,
+    pub state: Vec<u64>,
+    pub params: Vec<Value>,
+    /// Switched off after a fault.
+    pub off: bool,
+    /// Has been told that it pushes nothing.
+    pub idle_told: bool,
+}
+
+/// The actuators of a world.
+#[derive(Default)]
+pub(crate) struct Acting {
+    pub devices: Vec<Actuator>,
+    scratch: apply::Scratch,
+}
+
+impl Acting {
+    /// The actuator of an object.
+    pub fn device(&self, object: tatu_object) -> Option<&Actuator> {
+        self.devices.iter().find(|d| d.object == object)
+    }
+    /// Its place in the list.
+    pub fn index(&self, object: tatu_object) -> Option<usize> {
+        self.devices.iter().position(|d| d.object == object)
+    }
+    /// Takes out the instances of actuators that are gone.
+    pub fn take_gone(&mut self, alive: impl Fn(&Actuator) -> bool) -> Vec<Actuator> {
+        if self.devices.iter().all(&alive) {
+            return Vec::new();
+        }
+        let (keep, gone) = std::mem::take(&mut self.devices).into_iter().partition(alive);
+        self.devices = keep;
+        gone
+    }
+}

@@ -1,0 +1,120 @@
+//! The stack of calls of a world: who calls, how deep, and what they leave in the arena.
+//!
+//! No Rust borrow of the world is held while a plugin runs: a command may call a script that calls the command.
+
+use std::{
+    cell::{Cell, RefCell},
+    collections::BTreeSet,
+};
+
+use tatu_plugin_api::abi::*;
+use tatu_plugins::border::ErrorSlot;
+
+use super::{Arena, Waits};
+
+/// Border crossings of any kind that may nest.
+pub const MAX_DEPTH: u32 = 64;
+
+/// The state of calls of one world.
+pub(crate) struct Calls {
+    pub arena: RefCell<Arena>,
+    /// Who calls now.
+    pub caller: Cell<Caller>,
+    pub depth: Cell<u32>,
+    /// One per depth, made when first needed; addresses stay.
+    slots: RefCell<Vec<ErrorSlot>>,
+    /// What the last refusal of a service said.
+    pub last: RefCell<ErrorSlot>,
+    pub waits: RefCell<Waits>,
+    /// What the last failed command said, and whose it is: a script may let it through as its own error.
+    pub blame: RefCell<Option<(String, String)>>,
+    /// Ids of the stubs that have been told.
+    pub stubs: RefCell<BTreeSet<u32>>,
+}
+
+/// Who calls: filled by the host from its own stack, whatever a plugin wrote.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Caller {
+    pub kind: u32,
+    pub instance: u64,
+    pub object: tatu_object,
+    pub script: tatu_object,
+    pub dialect: tatu_str,
+    /// The service of the session on whose behalf it calls, counted from 1; 0: none.
+    pub service: u32,
+}
+
+impl Caller {
+    pub const HOST: Caller = Caller {
+        kind: TATU_CALLER_HOST,
+        instance: 0,
+        object: 0,
+        script: 0,
+        dialect: tatu_str { ptr: std::ptr::null(), len: 0 },
+        service: 0,
+    };
+
+    /// A service of the session, counted from 1.
+    pub fn remote(service: u32) -> Caller {
+        Caller { kind: TATU_CALLER_REMOTE, service, ..Caller::HOST }
+    }
+}
+
+impl Calls {
+    pub fn new() -> Self {
+        Calls {
+            arena: RefCell::new(Arena::default()),
+            caller: Cell::new(Caller::HOST),
+            depth: Cell::new(0),
+            slots: RefCell::new(Vec::new()),
+            last: RefCell::new(ErrorSlot::new()),
+            waits: RefCell::new(Waits::default()),
+            blame: RefCell::new(None),
+            stubs: RefCell::new(BTreeSet::new()),
+        }
+    }
+
+    /// The error object of a depth, empty.
+    pub fn error_at(&self, depth: u32) -> *mut tatu_error {
+        let mut slots = self.slots.borrow_mut();
+        while slots.len() <= depth as usize {
+            slots.push(ErrorSlot::new());
+        }
+        slots[depth as usize].fresh()
+    }
+
+    /// Goes one border crossing deeper; `None` at the limit.
+    pub fn enter(&self) -> Option<Depth<'_>> {
+        let depth = self.depth.get();
+        if depth >= MAX_DEPTH {
+            return None;
+        }
+        self.depth.set(depth + 1);
+        Some(Depth { calls: self, depth, caller: self.caller.get() })
+    }
+
+    /// Records what a service refused.
+    #[cold]
+    pub fn refuse(&self, status: tatu_status, text: &str) -> tatu_status {
+        if let Ok(mut last) = self.last.try_borrow_mut() {
+            last.set(status, text);
+        }
+        status
+    }
+}
+
+/// One border crossing; leaving it restores depth and caller.
+pub(crate) struct Depth<'a> {
+    calls: &'a Calls,
+    /// Of the call inside, from 0.
+    pub depth: u32,
+    /// Who called before.
+    pub caller: Caller,
+}
+
+impl Drop for Depth<'_> {
+    fn drop(&mut self) {
+        self.calls.depth.set(self.depth);
+        self.calls.caller.set(self.caller);
+    }
+}

@@ -1,0 +1,107 @@
+//! The events of a world that have been published and not been delivered, and who listens.
+
+use std::{
+    cell::{Cell, RefCell},
+    collections::{BTreeSet, VecDeque},
+    rc::Rc,
+};
+
+use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::events::covers;
+
+/// A map of a payload.
+pub(crate) fn payload<const N: usize>(fields: [(&str, Value); N]) -> Value {
+    Value::Map(fields.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
+}
+
+/// A function of a script that is called for an event.
+#[derive(Debug, Clone)]
+pub(crate) struct Subscription {
+    pub id: u64,
+    pub name: Rc<str>,
+    pub handler: tatu_func,
+}
+
+/// The events of one world.
+#[derive(Default)]
+pub(crate) struct Bus {
+    /// Published and not delivered, in order.
+    pub queue: RefCell<VecDeque<(Rc<str>, Value)>>,
+    /// In the order in which they were made.
+    pub subscriptions: RefCell<Vec<Subscription>>,
+    pub last: Cell<u64>,
+    /// The pairs that touched after the physics stage before, by slots, the lower one first.
+    pub touching: RefCell<BTreeSet<(u32, u32)>>,
+    /// The event that is being delivered.
+    pub now: RefCell<Option<Rc<str>>>,
+}
+
+impl Bus {
+    /// A run begins: nothing of the one before is left but who listens.
+    pub fn begin(&self) {
+        self.queue.borrow_mut().clear();
+        self.touching.borrow_mut().clear();
+    }
+    /// Whether a script listens to an event.
+    pub fn wants(&self, name: &str) -> bool {
+        // A handler that prints would be told of its own line, and print again.
+        let own = name == "message" && self.now.try_borrow().is_ok_and(|n| n.as_deref() == Some(name));
+        !own && self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| covers(&s.name, name)))
+    }
+    /// Whether any script listens to anything.
+    pub fn has_listeners(&self) -> bool {
+        self.subscriptions.try_borrow().is_ok_and(|s| !s.is_empty())
+    }
+    /// Whether a script of this instance does.
+    pub fn has_of(&self, instance: u64) -> bool {
+        self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| s.handler >> 32 == instance))
+    }
+    /// Keeps an event until the next delivery.
+    pub fn push(&self, name: &str, payload: Value) {
+        if let Ok(mut queue) = self.queue.try_borrow_mut() {
+            queue.push_back((name.into(), payload));
+        }
+    }
+    /// Adds a listener; its number.
+    pub fn subscribe(&self, name: &str, handler: tatu_func) -> Option<u64> {
+        let mut all = self.subscriptions.try_borrow_mut().ok()?;
+        let id = self.last.get() + 1;
+        self.last.set(id);
+        all.push(Subscription { id, name: name.into(), handler });
+        Some(id)
+    }
+    /// Removes one; its handler, if it was there.
+    pub fn unsubscribe(&self, id: u64) -> Option<tatu_func> {
+        let mut all = self.subscriptions.try_borrow_mut().ok()?;
+        let at = all.iter().position(|s| s.id == id)?;
+        Some(all.remove(at).handler)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tatu_plugins::events::ALL;
+
+    use super::*;
+
+    #[test]
+    fn who_wants_all_does_not_get_what_must_be_gathered() {
+        let bus = Bus::default();
+        assert!(!bus.wants("fault") && !bus.has_listeners());
+        let all = bus.subscribe(ALL, 7).unwrap();
+        assert!(bus.wants("fault") && bus.wants("gripper.closed") && !bus.wants("contact"));
+        let contacts = bus.subscribe("contact", 8).unwrap();
+        assert!(bus.wants("contact") && !bus.wants("collision"));
+        assert_eq!((bus.unsubscribe(all), bus.unsubscribe(all), bus.unsubscribe(contacts)), (Some(7), None, Some(8)));
+        assert!(!bus.wants("fault") && !bus.has_listeners());
+    }
+
+    #[test]
+    fn a_line_that_a_handler_of_lines_prints_is_no_event() {
+        let bus = Bus::default();
+        bus.subscribe("message", 1);
+        assert!(bus.wants("message"));
+        *bus.now.borrow_mut() = Some("message".into());
+        assert!(!bus.wants("message"));
+    }
+}

@@ -1,0 +1,75 @@
+//! A world's cell before anything has been made in it.
+
+use std::{
+    cell::{Cell, RefCell},
+    collections::BTreeMap,
+    sync::Arc,
+};
+
+use tatu_plugin_api::abi::tatu_object;
+
+use super::{clock::Clock, stand_ins::Wants, swap::Swap};
+use crate::cell::WorldCell;
+use crate::{
+    actuators::Acting,
+    cell::{Calls, Heard, Outside, Scripts},
+    figures::Figures,
+    sense::Sensing,
+};
+use tatu_plugins::{Registry, guard::Home};
+use tatu_scene::{
+    Dynamics, Scene,
+    document::{Document, Settings},
+};
+
+impl WorldCell {
+    /// A cell with a scene, and neither devices, scripts nor instances of plugins. `origins`: the object of each in the
+    /// document.
+    pub(crate) fn new(
+        document: Arc<Document>,
+        registry: Arc<Registry>,
+        settings: Settings,
+        scene: Scene,
+        origins: Vec<tatu_object>,
+        pool: Arc<rayon::ThreadPool>,
+    ) -> Self {
+        WorldCell {
+            dynamics: RefCell::new(Dynamics::new(WorldCell::engine_settings(&settings))),
+            clock: Clock::new(settings.dt),
+            settings: RefCell::new(settings),
+            sensing: RefCell::new(Sensing::default()),
+            acting: RefCell::new(Acting::default()),
+            scripts: RefCell::new(Scripts::default()),
+            heard: Heard::default(),
+            signals: RefCell::new(BTreeMap::new()),
+            calls: Calls::new(),
+            phase: Cell::default(),
+            over: Cell::new(false),
+            rested: Cell::new(false),
+            requests: Cell::new(0),
+            stages: RefCell::new(Vec::new()),
+            outside: Outside::default(),
+            wants: Wants::default(),
+            next_instance: Cell::new(1),
+            next_replacement: Cell::new(1 << 31),
+            instances: RefCell::new(Vec::new()),
+            faults: RefCell::new(Vec::new()),
+            lines: RefCell::new(Vec::new()),
+            reaped: Cell::new(0),
+            figures: RefCell::new(Figures::default()),
+            initial: RefCell::new(None),
+            initial_devices: RefCell::new(Vec::new()),
+            pool,
+            watch: registry.watches.watch(),
+            home: Home::now(),
+            called: Cell::new(0),
+            suspicious: Cell::new(false),
+            lanes: RefCell::new(Vec::new()),
+            lane: None,
+            origins: RefCell::new(origins),
+            scene: RefCell::new(scene),
+            registry: Swap::new(registry),
+            document: Swap::new(document),
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! The inside of a world: [`WorldCell`] and the plain structs that it holds. What they do in a step stands above.
+//!
+//! - `world`: all parts, each behind a `RefCell` of its own; `make`: a cell with nothing in it but a scene;
+//! - `clock`, `phase`: time, steps, and what the world is doing; `pool`: its threads;
+//! - `calls`: the stack of calls, their arena and errors; `waits`: commands that go on later;
+//! - `scripts`: the scripts, by `script_kinds` and in `script_order`; `script_counts`: what each did;
+//! - `script_worker`: what a thread sees of the world while it runs scripts in parallel;
+//! - `events`: what has been published; `report`: lines and faults;
+//! - `outside`, `session`, `service`, `input_log`, `wake`: services, and what came in;
+//! - `swap`: what a reload exchanges; `stand_ins`: objects made for scripts that ask for them.
+
+mod arena;
+mod calls;
+mod clock;
+mod events;
+mod input_log;
+mod make;
+mod outside;
+mod phase;
+mod pool;
+mod report;
+mod script_counts;
+mod script_kinds;
+mod script_order;
+mod script_worker;
+mod scripts;
+mod service;
+mod session;
+pub(crate) mod stand_ins;
+mod swap;
+mod waits;
+mod wake;
+mod world;
+
+pub(crate) use arena::Arena;
+pub(crate) use calls::{Caller, Calls, MAX_DEPTH};
+pub(crate) use clock::Clock;
+pub(crate) use events::payload;
+pub use input_log::{Input, InputLog, Record};
+pub(crate) use input_log::{REPLAY, REQUESTS, Replay, put_in, record_of, remote_call, remote_request, restore_inputs};
+pub(crate) use outside::Outside;
+pub use phase::Phase;
+pub(crate) use pool::of as pool_of;
+pub use report::LogLine;
+pub(crate) use report::instance_fault;
+pub use script_counts::ScriptTold;
+pub(crate) use script_counts::Told;
+pub use script_kinds::OUTSIDE_KINDS;
+pub(crate) use script_kinds::{CALLBACKS, Callback, Heard, Kind, Numbers};
+pub(crate) use script_order::{Order, sort};
+pub(crate) use script_worker::{Beside, Deed, Lane};
+pub(crate) use scripts::{Ask, Script, Scripts};
+pub(crate) use service::Running;
+pub(crate) use session::SessionCell;
+pub use stand_ins::{StandIn, Wish};
+pub(crate) use waits::{Due, Owner, Wait, Waits, parse as parse_wait};
+pub(crate) use wake::Wake;
+pub(crate) use world::{Instance, Signal, WorldCell};

@@ -1,0 +1,130 @@
+//! What a world tells: lines, faults, who called.
+
+use serde::Serialize;
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::{Script, payload};
+use crate::cell::{WorldCell, script_worker::Deed};
+use tatu_errors::{Fault, FaultKind};
+use tatu_scene::{Scene, rows::kind_name};
+
+/// A line that something told.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct LogLine {
+    /// `TATU_LOG_*`
+    pub level: u32,
+    /// Of a fault: its stable code.
+    pub code: Option<&'static str>,
+    /// The text.
+    pub text: String,
+}
+
+/// Lines that are kept between two looks at them: a script that prints in an endless loop must not fill the memory.
+pub(crate) const MAX_LINES: usize = 10_000;
+
+impl WorldCell {
+    /// Who calls now, for messages.
+    pub fn caller_name(&self) -> String {
+        let caller = self.calls.caller.get();
+        match self.see(|w| &w.scene) {
+            Some(scene) if caller.object != 0 => scene.path((caller.object & 0xF_FFFF) as u32),
+            _ => "the host".into(),
+        }
+    }
+    /// Adds to a fault whose script it was.
+    pub fn blame_caller(&self, fault: &mut Fault) {
+        let caller = self.calls.caller.get();
+        if let (Some(scene), true) = (self.see(|w| &w.scene), caller.object != 0) {
+            fault.object = Some(scene.path((caller.object & 0xF_FFFF) as u32));
+        }
+        self.with_caller(|script| fault.script = Some(script.name.clone()));
+    }
+    /// Does something with the script that calls, if it is one.
+    pub fn with_caller(&self, f: impl FnOnce(&Script)) {
+        let instance = self.calls.caller.get().instance;
+        let script = self.see(|w| &w.scripts).and_then(|s| s.by_id(instance));
+        if let Some(script) = script {
+            f(&script);
+        }
+    }
+    /// Records a fault: told once, then counted.
+    pub fn report(&self, fault: Fault) {
+        if let Some(lane) = &self.lane {
+            return lane.note(Deed::Fault(Box::new(fault)));
+        }
+        let Ok(mut faults) = self.faults.try_borrow_mut() else { return };
+        if let Some(known) = faults.iter_mut().find(|f| f.same_as(&fault)) {
+            known.count += fault.count;
+            return;
+        }
+        let mut text = fault.message.clone();
+        if let (Some(file), Some(line)) = (&fault.file, fault.line) {
+            text = format!("{file}:{line}: {text}");
+        }
+        if let Some(object) = &fault.object {
+            text += &format!(" [{object}]");
+        }
+        if let Some(help) = &fault.help {
+            text += &format!(" ({help})");
+        }
+        let code = Some(fault.code);
+        self.outside.fault(&fault);
+        self.tell_line(TATU_LOG_ERROR, &text);
+        faults.push(fault);
+        drop(faults);
+        if let Ok(mut lines) = self.lines.try_borrow_mut() {
+            lines.push(LogLine { level: TATU_LOG_ERROR, code, text });
+        }
+    }
+    /// Keeps a line for whoever runs the world.
+    pub fn log(&self, level: u32, text: &str) {
+        if let Some(lane) = &self.lane {
+            return lane.note(Deed::Line(level, text.to_owned()));
+        }
+        self.tell_line(level, text);
+        let Ok(mut lines) = self.lines.try_borrow_mut() else { return };
+        match lines.len() {
+            0..MAX_LINES => lines.push(LogLine { level, code: None, text: text.to_owned() }),
+            MAX_LINES => lines.push(LogLine {
+                level: TATU_LOG_WARNING,
+                code: None,
+                text: format!("more than {MAX_LINES} lines in one step: the rest is left out"),
+            }),
+            _ => {}
+        }
+    }
+    /// Publishes a line, if somebody listens.
+    fn tell_line(&self, level: u32, text: &str) {
+        let level = match level {
+            TATU_LOG_ERROR => "error",
+            TATU_LOG_WARNING => "warning",
+            TATU_LOG_INFO => "info",
+            TATU_LOG_DEBUG => "debug",
+            TATU_LOG_STATUS => "status",
+            _ => return,
+        };
+        self.outside.publish("message", || payload([("level", Value::text(level)), ("text", Value::text(text))]));
+    }
+    /// Publishes that an object is there, or is gone.
+    pub fn tell_object(&self, event: &str, scene: &Scene, slot: u32) {
+        self.outside.publish(event, || {
+            let kind = scene.get(slot).map_or("", |o| kind_name(o.kind()));
+            let path = Value::text(scene.path(slot));
+            payload([("object", Value::Int(slot.into())), ("path", path), ("kind", Value::text(kind))])
+        });
+    }
+}
+
+/// A fault of a plugin's instance, which is switched off.
+pub(crate) fn instance_fault(cell: &WorldCell, plugin: usize, slot: u32, status: tatu_status, text: &str) -> Fault {
+    let id = &cell.registry.plugins[plugin].id;
+    let path = cell.scene.try_borrow().map(|s| s.path(slot)).unwrap_or_default();
+    let what = cell.scene.try_borrow().ok().and_then(|s| s.get(slot).map(|o| kind_name(o.kind()))).unwrap_or("sensor");
+    // What it says begins with a verb where it is the host that says it.
+    let how = if status == TATU_ERR_PANIC || text.starts_with("broke the contract") { "" } else { "failed: " };
+    let mut fault =
+        Fault::new(FaultKind::Plugin, format!("plugin `{id}` {how}{text}; the {what} {path} is switched off"));
+    fault.plugin = Some(id.clone());
+    fault.object = Some(path);
+    fault
+}

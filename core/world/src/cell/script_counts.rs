@@ -1,0 +1,78 @@
+//! What scripts did, for the summary of a run.
+
+use std::{cell::RefCell, collections::BTreeMap};
+
+/// What one script did since its world began.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScriptTold {
+    /// Path of the object that it belongs to.
+    pub object: String,
+    /// "child", "customization", "main", ...
+    pub kind: String,
+    /// The dialect chosen for it; empty: it could not be loaded.
+    pub dialect: String,
+    /// How often each of its callbacks was called.
+    pub calls: BTreeMap<String, u64>,
+    /// Instructions that it used, as its language counts them.
+    pub instructions: u64,
+}
+
+/// Calls by callback.
+#[derive(Debug, Default)]
+pub(crate) struct Told {
+    /// One for each callback; there are few, and the busy ones come first.
+    counts: RefCell<Vec<Count>>,
+    pub dialect: RefCell<String>,
+}
+
+#[derive(Debug)]
+struct Count {
+    /// The language's number; 0: it has none any more.
+    id: u32,
+    calls: u64,
+    name: String,
+}
+
+impl Told {
+    /// Notes the language's number for a callback.
+    pub fn name(&self, id: u32, name: &[u8]) {
+        let mut counts = self.counts.borrow_mut();
+        if id == 0 || counts.iter().any(|c| c.id == id) {
+            return;
+        }
+        let name = String::from_utf8_lossy(name);
+        match counts.iter_mut().find(|c| c.name == name && c.id == 0) {
+            Some(count) => count.id = id,
+            None => counts.push(Count { id, calls: 0, name: name.into_owned() }),
+        }
+    }
+    /// Counts a call of it.
+    pub fn count(&self, id: u32) {
+        if let Some(count) = self.counts.borrow_mut().iter_mut().find(|c| c.id == id) {
+            count.calls += 1;
+        }
+    }
+    /// How often each callback was called.
+    pub fn calls(&self) -> BTreeMap<String, u64> {
+        let mut calls = BTreeMap::new();
+        for count in self.counts.borrow().iter().filter(|c| c.calls > 0) {
+            *calls.entry(count.name.clone()).or_insert(0) += count.calls;
+        }
+        calls
+    }
+    /// Takes that back.
+    pub fn recall(&self, calls: BTreeMap<String, u64>) {
+        let mut counts = self.counts.borrow_mut();
+        counts.iter_mut().for_each(|c| c.calls = 0);
+        for (name, calls) in calls {
+            match counts.iter_mut().find(|c| c.name == name) {
+                Some(count) => count.calls = calls,
+                None => counts.push(Count { id: 0, calls, name }),
+            }
+        }
+    }
+    /// Forgets the numbers: another instance gives its own.
+    pub fn renumber(&self) {
+        self.counts.borrow_mut().iter_mut().for_each(|c| c.id = 0);
+    }
+}

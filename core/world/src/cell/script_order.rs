@@ -1,0 +1,117 @@
+//! The order in which scripts are called.
+//!
+//! | order | rule |
+//! |---|---|
+//! | parents first | down each tree, siblings by their scripts' priority; then customization scripts |
+//! | by kind and tree | threaded child scripts, child scripts, customization scripts; in each kind up each tree, siblings by priority |
+//! | deepest first | child scripts, then customization scripts; in each kind by depth over the whole scene, the deepest first, equal depth in the order of the hierarchy, priority only among those of one object |
+//!
+//! Add-ons and the sandbox come last. Which order a world has is told by the languages of its scripts.
+
+use std::{collections::BTreeMap, rc::Rc};
+
+use tatu_plugin_api::abi::*;
+
+use super::{Kind, Script};
+use tatu_scene::Scene;
+
+/// One of the three.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Order {
+    /// Down the trees.
+    ParentsFirst,
+    /// Up each tree, by kind.
+    ByKind,
+    /// Deepest first over the whole scene.
+    #[default]
+    DeepestFirst,
+}
+
+impl Order {
+    /// By its number at the border.
+    pub fn of(number: u32) -> Option<Self> {
+        match number {
+            TATU_ORDER_PARENTS_FIRST => Some(Order::ParentsFirst),
+            TATU_ORDER_BY_KIND => Some(Order::ByKind),
+            TATU_ORDER_DEEPEST_FIRST => Some(Order::DeepestFirst),
+            _ => None,
+        }
+    }
+}
+
+/// Where scripts stand among others of their class: what comes first compares less.
+type Place = (usize, usize);
+
+/// Puts scripts in order.
+pub(crate) fn sort(scripts: &mut [Rc<Script>], scene: &Scene, order: Order) {
+    let owner = |s: &Script| scene.get(s.slot).map_or(0, |o| o.parent);
+    let class = |s: &Script| match s.kind {
+        // A driver calls the others, and is not called.
+        Kind::Main => 0,
+        Kind::Child if order != Order::DeepestFirst && s.threaded.get() => 1,
+        Kind::Child => 2,
+        Kind::Customization => 3,
+        Kind::Addon => 4,
+        Kind::Sandbox => 5,
+    };
+    let places = match order {
+        Order::DeepestFirst => by_depth(scene),
+        Order::ParentsFirst => by_tree(scripts, scene, &owner, true),
+        Order::ByKind => by_tree(scripts, scene, &owner, false),
+    };
+    scripts.sort_by_cached_key(|s| {
+        let place = places.get(&owner(s)).copied().unwrap_or((usize::MAX, 0));
+        (class(s), place, s.priority, s.slot)
+    });
+}
+
+/// Depth, the greatest first, then the hierarchy.
+fn by_depth(scene: &Scene) -> BTreeMap<u32, Place> {
+    let mut places = BTreeMap::new();
+    let (mut level, mut depth) = (scene.roots().to_vec(), 0);
+    let mut at = 0;
+    while !level.is_empty() {
+        let mut next = Vec::new();
+        for slot in level {
+            places.insert(slot, (usize::MAX - 1 - depth, at));
+            at += 1;
+            next.extend(scene.children(slot));
+        }
+        (level, depth) = (next, depth + 1);
+    }
+    places
+}
+
+/// Each tree by itself, parents before or after what is below them; siblings by priority, then the hierarchy.
+fn by_tree(
+    scripts: &[Rc<Script>],
+    scene: &Scene,
+    owner: &dyn Fn(&Script) -> u32,
+    parents_first: bool,
+) -> BTreeMap<u32, Place> {
+    let mut priority: BTreeMap<u32, u8> = BTreeMap::new();
+    for s in scripts {
+        let known = priority.entry(owner(s)).or_insert(s.priority);
+        *known = s.priority.min(*known);
+    }
+    let sorted = |slots: &[u32]| {
+        let mut slots = slots.to_vec();
+        slots.sort_by_key(|s| priority.get(s).copied().unwrap_or(tatu_scene::document::NORMAL));
+        slots
+    };
+    let mut places = BTreeMap::new();
+    // What is still to be done, the next one last; `true`: what is below it is done.
+    let mut open: Vec<(u32, bool)> = sorted(scene.roots()).into_iter().rev().map(|s| (s, false)).collect();
+    while let Some((slot, below_done)) = open.pop() {
+        if parents_first != below_done {
+            places.insert(slot, (places.len(), 0));
+        }
+        if !below_done {
+            if !parents_first {
+                open.push((slot, true));
+            }
+            open.extend(sorted(scene.children(slot)).into_iter().rev().map(|s| (s, false)));
+        }
+    }
+    places
+}

@@ -1,0 +1,188 @@
+//! One running service, and the calls into it.
+
+use std::{cell::Cell, ffi::c_void};
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Value, ValueRef},
+};
+
+use super::SessionCell;
+use crate::cell::{Caller, WorldCell};
+use tatu_errors::{Error, Fault, FaultKind, Result};
+use tatu_plugins::{
+    Registry, ServiceKind,
+    border::{ErrorSlot, answer, raw},
+    events::covers,
+    watchdog::Call,
+};
+use tatu_scene::document::ServiceSpec;
+
+/// A service that has been started.
+pub(crate) struct Running {
+    /// Index of its kind.
+    pub kind: usize,
+    /// Its number in the session, from 1.
+    pub number: u32,
+    data: *mut c_void,
+    /// How messages call it.
+    subject: String,
+    /// It failed: it has no more turns, and holds nothing.
+    pub off: Cell<bool>,
+}
+
+/// Values in the border form, and the memory that their spans lie in.
+struct Laid(Vec<tatu_value>, #[allow(dead_code, reason = "keeps the spans alive")] Vec<Vec<u64>>);
+
+fn lay<'v>(values: impl IntoIterator<Item = &'v Value>) -> Laid {
+    let mut room: Vec<Vec<u64>> = Vec::new();
+    let mut alloc = |n: usize| {
+        room.push(vec![0; n.div_ceil(8).max(1)]);
+        room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+    };
+    let raw = values.into_iter().map(|v| v.to_raw(&mut alloc).unwrap_or(ValueRef::NIL.raw())).collect();
+    Laid(raw, room)
+}
+
+impl Running {
+    /// Starts a service.
+    pub fn start(session: &SessionCell, spec: &ServiceSpec, number: u32) -> Result<Self> {
+        let registry = &session.registry;
+        let kind = &registry.services[spec.kind];
+        let lacking = |p: &&tatu_plugins::Declared| !p.optional() && !spec.params.iter().any(|(k, _)| *k == p.key);
+        if let Some(p) = kind.params.iter().find(lacking) {
+            return Err(Error::new("E104", format!("the service `{}` lacks its parameter `{}`", kind.id, p.key))
+                .expected(p.expectation())
+                .at(spec.place.clone()));
+        }
+        let given = kind
+            .params
+            .iter()
+            .map(|p| spec.params.iter().rev().find(|(k, _)| *k == p.key).map_or(&p.fallback, |(_, v)| v));
+        let params = lay(given);
+        let plugin = &registry.plugins[kind.plugin];
+        let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
+        // SAFETY: by the contract; the parameters live through the call.
+        let run = || unsafe {
+            let status = match kind.raw.start {
+                Some(f) => f(plugin.me, session.raw(), params.0.as_ptr(), &mut data, error.raw()),
+                None => TATU_ERR_UNSUPPORTED,
+            };
+            answer(status, false, error.raw())
+        };
+        let subject = format!("the service `{}`", kind.id);
+        if registry.watched(kind.plugin, Call::Start, &subject, run).map_err(|e| e.at(spec.place.clone()))? < 0 {
+            let why = format!("plugin `{}`: {} [{}]", plugin.id, error.text(), Call::Start.text());
+            let text = format!("{subject} cannot be started: {why}");
+            return Err(Error::new("E404", text).at(spec.place.clone()));
+        }
+        Ok(Running { kind: spec.kind, number, data, subject, off: Cell::new(false) })
+    }
+
+    /// Ends it; its threads are joined when this returns.
+    pub fn stop(&self, registry: &Registry) -> Result {
+        let kind = self.info(registry);
+        let Some(stop) = kind.raw.stop else { return Ok(()) };
+        // SAFETY: made by `start`, given back once.
+        let run = || unsafe { stop(self.data) };
+        let done = registry.watched(kind.plugin, Call::Stop, &self.subject, run);
+        done.map_err(|e| if e.code == "E111" { Error { code: "E323", ..e } } else { e })
+    }
+
+    fn info<'r>(&self, registry: &'r Registry) -> &'r ServiceKind {
+        &registry.services[self.kind]
+    }
+
+    /// Whether commands that it calls may wait.
+    pub fn can_wait(&self, registry: &Registry) -> bool {
+        !self.off.get() && self.info(registry).raw.resume.is_some()
+    }
+
+    /// Runs a call into it: depth, caller and arena are afterwards as before.
+    fn enter<T>(&self, world: &WorldCell, call: Call, f: impl FnOnce(&tatu_service, *mut c_void) -> T) -> Option<T> {
+        if self.off.get() {
+            return None;
+        }
+        let level = world.calls.enter()?;
+        let mark = world.calls.arena.borrow().mark();
+        world.calls.caller.set(Caller::remote(self.number));
+        world.outside.client.set(0);
+        let kind = self.info(&world.registry);
+        world.watch.subject(&self.subject);
+        let (out, heard) = world.cross_heard(kind.plugin, call, 0, || f(&kind.raw, self.data));
+        world.calls.arena.borrow_mut().release(mark);
+        world.watch.subject("");
+        drop(level);
+        if let Some(said) = heard.first() {
+            self.switch_off(world, call, said);
+            return None;
+        }
+        Some(out)
+    }
+
+    /// Its turn at the barrier; whether it holds the world.
+    pub fn barrier(&self, world: &WorldCell) -> bool {
+        let step = world.clock.step.get();
+        let answer = self.enter(world, Call::Barrier, |raw, data| {
+            // SAFETY: by the contract; no borrow of the world is alive here.
+            raw.barrier.map_or(TATU_GO, |f| unsafe { f(data, world.raw(), step) })
+        });
+        match answer {
+            None | Some(TATU_GO) => false,
+            Some(TATU_HOLD) => true,
+            Some(other) => {
+                self.switch_off(world, Call::Barrier, &breach(other));
+                false
+            }
+        }
+    }
+
+    /// Whether it is told of an event.
+    pub fn wants(&self, registry: &Registry, name: &str) -> bool {
+        self.info(registry).events.iter().any(|wanted| covers(wanted, name))
+    }
+
+    /// Tells it that something happened, if it wants to know.
+    pub fn event(&self, world: &WorldCell, name: &str, payload: &Value) {
+        if !self.wants(&world.registry, name) {
+            return;
+        }
+        let payload = lay([payload]);
+        self.enter(world, Call::Event, |service, data| {
+            if let Some(f) = service.event {
+                // SAFETY: by the contract; name and payload live through the call.
+                unsafe { f(data, world.raw(), raw(name.as_bytes()), payload.0.as_ptr()) };
+            }
+        });
+    }
+
+    /// Hands it the end of a command that waited.
+    pub fn resume(&self, world: &WorldCell, token: u64, status: tatu_status, frame: &tatu_call) {
+        self.enter(world, Call::ServiceResume, |service, data| {
+            if let Some(f) = service.resume {
+                // SAFETY: by the contract; the frame lives through the call.
+                unsafe { f(data, world.raw(), token, status, frame) };
+            }
+        });
+    }
+
+    /// It failed, and has no more turns; `how` begins with a verb.
+    fn switch_off(&self, world: &WorldCell, call: Call, how: &str) {
+        self.off.set(true);
+        let info = self.info(&world.registry);
+        let plugin = &world.registry.plugins[info.plugin].id;
+        let text = format!("plugin `{plugin}`: {} {how} in {}; it is switched off", self.subject, call.text());
+        let mut fault = Fault::new(FaultKind::Plugin, text);
+        fault.plugin = Some(plugin.clone());
+        world.report(fault);
+    }
+}
+
+/// What an answer of a barrier that is neither go nor hold means.
+fn breach(answer: u32) -> String {
+    match answer as i32 {
+        TATU_ERR_PANIC => "panicked".to_owned(),
+        status @ ..0 => format!("failed with status {status}"),
+        n => format!("answered {n}, neither go (0) nor hold (1),"),
+    }
+}

@@ -1,0 +1,108 @@
+//! Commands that go on later.
+
+use serde::{Deserialize, Serialize};
+use tatu_plugin_api::abi::*;
+
+/// When a wait is over.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Due {
+    /// At the beginning of this step.
+    Step(u64),
+    /// At this simulation time, s.
+    Time(f64),
+    /// When this signal exists, of any kind.
+    Signal(Vec<u8>),
+    /// In each step.
+    Poll,
+}
+
+/// For whom a command waits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Owner {
+    /// A script, by its instance id.
+    Script(u64),
+    /// A service of the session, counted from 1.
+    Service(u32),
+}
+
+/// A command that waits on behalf of a script's coroutine or of a service's client.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Wait {
+    /// Who waits.
+    pub owner: Owner,
+    /// The coroutine or client, by the owner's number.
+    pub token: u64,
+    /// The command, to be called again.
+    pub command: u32,
+    /// The name that was used.
+    pub alias: u32,
+    /// The command's own word.
+    pub resume: u64,
+    /// When.
+    pub due: Due,
+}
+
+/// All waits, in order of their beginning.
+#[derive(Debug, Default)]
+pub struct Waits {
+    list: Vec<Wait>,
+    /// What the running command asked for, by its token.
+    pub asked: Option<(u64, Due, u64)>,
+}
+
+impl Waits {
+    /// Begins a wait.
+    pub fn begin(&mut self, wait: Wait) {
+        self.list.push(wait);
+    }
+    /// Whether anybody waits.
+    pub fn any(&self) -> bool {
+        !self.list.is_empty()
+    }
+    /// Whether an owner waits.
+    pub fn any_of(&self, owner: Owner) -> bool {
+        self.list.iter().any(|w| w.owner == owner)
+    }
+    /// Takes out those of an owner that are over.
+    pub fn take_due(&mut self, owner: Owner, over: impl Fn(&Due) -> bool) -> Vec<Wait> {
+        self.take(|w| w.owner == owner && over(&w.due))
+    }
+    /// All, for snapshots.
+    pub fn all(&self) -> Vec<Wait> {
+        self.list.clone()
+    }
+    /// Takes all back.
+    pub fn restore(&mut self, list: Vec<Wait>) {
+        *self = Waits { list, asked: None };
+    }
+    /// Takes out those of services that are over, in order of their beginning.
+    pub fn take_remote(&mut self, over: impl Fn(&Due) -> bool) -> Vec<Wait> {
+        self.take(|w| matches!(w.owner, Owner::Service(_)) && over(&w.due))
+    }
+    fn take(&mut self, which: impl Fn(&Wait) -> bool) -> Vec<Wait> {
+        let mut taken = Vec::new();
+        self.list.retain(|w| {
+            let is = which(w);
+            if is {
+                taken.push(w.clone());
+            }
+            !is
+        });
+        taken
+    }
+    /// Forgets the waits of an owner that has ended.
+    pub fn forget(&mut self, owner: Owner) {
+        self.list.retain(|w| w.owner != owner);
+    }
+}
+
+/// What a command asked `wait` for.
+pub(crate) fn parse(until: u32, value: f64, name: &[u8], step: u64) -> Result<Due, &'static str> {
+    match until {
+        TATU_UNTIL_STEPS if value >= 0.0 => Ok(Due::Step(step + (value.ceil() as u64).max(1))),
+        TATU_UNTIL_TIME if value.is_finite() => Ok(Due::Time(value)),
+        TATU_UNTIL_SIGNAL if !name.is_empty() => Ok(Due::Signal(name.to_vec())),
+        TATU_UNTIL_POLL => Ok(Due::Poll),
+        _ => Err("a wait is for a number of steps, a time, the name of a signal, or a poll"),
+    }
+}

@@ -1,0 +1,47 @@
+//! The word on which a held session sleeps.
+
+use std::{
+    sync::{Condvar, Mutex, PoisonError},
+    time::Duration,
+};
+
+/// A word that any thread may set; who sleeps on it wakes and takes it.
+#[derive(Default)]
+pub(crate) struct Wake {
+    word: Mutex<bool>,
+    bell: Condvar,
+}
+
+impl Wake {
+    /// Sets the word. Set while nobody sleeps, it ends the next sleep at once, so that none is lost.
+    pub fn wake(&self) {
+        *self.word.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        self.bell.notify_all();
+    }
+
+    /// Sleeps until the word is set, at most so long.
+    pub fn sleep(&self, most: Duration) {
+        let word = self.word.lock().unwrap_or_else(PoisonError::into_inner);
+        let slept = self.bell.wait_timeout_while(word, most, |set| !*set);
+        *slept.unwrap_or_else(PoisonError::into_inner).0 = false;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{sync::Arc, thread};
+
+    use super::*;
+
+    #[test]
+    fn a_word_set_before_the_sleep_is_not_lost() {
+        let wake = Arc::new(Wake::default());
+        for _ in 0..100 {
+            let other = wake.clone();
+            let thread = thread::spawn(move || other.wake());
+            // Would hang if the word were lost; the limit is far beyond any delay.
+            wake.sleep(Duration::from_secs(600));
+            thread.join().unwrap();
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The instances of sensors and actuators: made of the document, and made anew when the scene is reset.
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use super::filled;
+use crate::{actuators::Actuator, cell::WorldCell, sense::Device};
+use tatu_errors::{Error, Fault, FaultKind, Place, Result};
+use tatu_plugins::Declared;
+use tatu_scene::{Data, document::DeviceSpec, rows::kind_name};
+
+/// Makes the devices of the document.
+pub(crate) fn make_devices(cell: &WorldCell, slots: &[u32]) -> Result {
+    let document = cell.document.shared();
+    for (spec, slot) in document.objects.iter().zip(slots) {
+        if let Some(device) = &spec.device {
+            make(cell, *slot, device, spec.place.as_ref())?;
+        }
+    }
+    Ok(())
+}
+
+/// Remembers which devices there are, for [`remake_devices`].
+pub(crate) fn note_devices(cell: &WorldCell) {
+    let (sensing, acting) = (cell.sensing.borrow(), cell.acting.borrow());
+    let named = |declared: &[Declared], params: &[Value]| {
+        declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).filter(|(_, v)| *v != Value::Nil).collect()
+    };
+    let sensors = sensing.devices.iter().map(|d| {
+        (d.slot, DeviceSpec { kind: d.kind, params: named(&cell.registry.sensors[d.kind].params, &d.params) })
+    });
+    let actuators = acting.devices.iter().map(|d| {
+        (d.slot, DeviceSpec { kind: d.kind, params: named(&cell.registry.actuators[d.kind].params, &d.params) })
+    });
+    *cell.initial_devices.borrow_mut() = sensors.chain(actuators).collect();
+}
+
+/// Ends all devices and makes those anew that there were at the start: also of objects removed since, and with the
+/// parameters of then. The scene is already what it was.
+pub(crate) fn remake_devices(cell: &WorldCell) {
+    end_devices(cell);
+    for (slot, spec) in std::mem::take(&mut *cell.initial_devices.borrow_mut()) {
+        if let Err(e) = make(cell, slot, &spec, None) {
+            cell.report(Fault::new(FaultKind::Plugin, e.text));
+        }
+    }
+}
+
+/// Ends all devices.
+pub(crate) fn end_devices(cell: &WorldCell) {
+    let sensors = cell.sensing.borrow_mut().take_gone(|_| false);
+    sensors.into_iter().for_each(|d| d.destroy(cell));
+    let actuators = cell.acting.borrow_mut().take_gone(|_| false);
+    actuators.into_iter().for_each(|d| d.destroy(cell));
+}
+
+/// Makes the device of an object.
+fn make(cell: &WorldCell, slot: u32, device: &DeviceSpec, place: Option<&Place>) -> Result {
+    let (owner, name, path, object_kind) = {
+        let scene = cell.scene.borrow();
+        let Some(o) = scene.get(slot) else { return Ok(()) };
+        (scene.id(slot), o.name(), scene.path(slot), o.kind())
+    };
+    cell.watch.name(slot, path.clone());
+    let info = cell.registry.device(object_kind, device.kind);
+    let what = kind_name(object_kind);
+    let (params, commands) = (filled(info.params, &device.params), filled(info.commands, &device.params));
+    let all = info.params.iter().zip(&params).chain(info.commands.iter().zip(&commands));
+    // An actuator that is reset has its commands in the scene already.
+    let known = |d: &Declared| object_kind == TATU_KIND_ACTUATOR && place.is_none() && info.commands.contains(d);
+    if let Some((p, _)) = { all }.find(|(p, v)| **v == Value::Nil && !p.optional() && !known(p)) {
+        let key = tatu_plugins::units::written(&p.key, p.unit.as_deref());
+        let text = format!("the {what} {path} lacks its parameter `{key}`");
+        return Err(Error::new("E104", text).expected(p.expectation()).at(place.cloned()));
+    }
+    let instance = cell.instance_info(owner, &name);
+    for (c, v) in info.commands.iter().zip(&commands) {
+        if matches!(v, Value::Float(x) if !x.is_finite()) {
+            let text = format!("the command `{}` of the {what} {path} is not finite", c.key);
+            return Err(Error::new("E102", text).expected(c.expectation()).at(place.cloned()));
+        }
+    }
+    let refused = |text: String| {
+        let plugin = &cell.registry.plugins[info.plugin].id;
+        Error::new("E402", format!("the {what} {path} cannot be made: plugin `{plugin}`: {text}")).at(place.cloned())
+    };
+    if object_kind == TATU_KIND_SENSOR {
+        let made = Device::create(cell, device.kind, slot, instance, params).map_err(refused)?;
+        cell.sensing.borrow_mut().add(made);
+        return Ok(());
+    }
+    let made = Actuator::create(cell, device.kind, slot, instance, params).map_err(refused)?;
+    cell.acting.borrow_mut().devices.push(made);
+    if let Some(Data::Actuator(a)) = cell.scene.borrow_mut().get_mut(slot).map(|o| &mut o.data)
+        && a.commands.len() != commands.len()
+    {
+        a.commands = commands.iter().map(|v| if let Value::Float(x) = v { *x } else { 0.0 }).collect();
+    }
+    Ok(())
+}

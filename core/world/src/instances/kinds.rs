@@ -1,0 +1,116 @@
+//! Making and ending the instances of sensors, actuators and command plugins.
+
+use std::{ffi::c_void, rc::Rc};
+
+use tatu_errors::{Error, Result};
+use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::{
+    border::{ErrorSlot, answer},
+    watchdog::Call,
+};
+
+use super::{Made, make};
+
+use crate::{
+    actuators::Actuator,
+    cell::{Instance, WorldCell},
+    sense::{BeamPlan, Device, Layout},
+};
+
+impl Device {
+    /// Makes the instance of a sensor and asks for its beams. Must be called without any borrow of the world.
+    pub fn create(
+        world: &WorldCell,
+        kind_index: usize,
+        slot: u32,
+        instance: tatu_instance,
+        params: Vec<Value>,
+    ) -> Result<Self, String> {
+        let kind = &world.registry.sensors[kind_index];
+        let seed = instance.seed;
+        let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
+        let mut device = Device::new(kind_index, slot, seed, (id, data, state), params);
+        match Layout::ask(world, kind_index, slot, device.data) {
+            Ok(layout) => device.lay_out(layout),
+            Err(text) => {
+                device.destroy(world);
+                return Err(text);
+            }
+        }
+        Ok(device)
+    }
+
+    /// Ends the instance. Must be called without any borrow of the world.
+    pub fn destroy(self, world: &WorldCell) {
+        let kind = &world.registry.sensors[self.kind];
+        if let Some(destroy) = kind.life.destroy {
+            // SAFETY: made by `create`, given back once.
+            world.cross_quietly(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
+        }
+    }
+}
+
+impl Layout {
+    /// Asks an instance for its beams. Must be called without any borrow of the world.
+    pub fn ask(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Self>, String> {
+        let kind = &world.registry.sensors[kind];
+        let asked = world.cross(kind.plugin, Call::Beams, slot, || BeamPlan::ask(data, kind));
+        let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
+        let layout = Layout::new(plan, kind)?;
+        let like_it = world.sensing.try_borrow().ok().and_then(|s| s.like(&layout));
+        Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
+    }
+}
+
+impl Actuator {
+    /// Makes the instance of an actuator. Must be called without any borrow of the world.
+    pub fn create(
+        world: &WorldCell,
+        kind: usize,
+        slot: u32,
+        instance: tatu_instance,
+        params: Vec<Value>,
+    ) -> Result<Self, String> {
+        let info = &world.registry.actuators[kind];
+        let object = instance.owner;
+        let Made { data, state, .. } = make(world, info.plugin, &info.life, slot, instance, &params)?;
+        Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_told: false })
+    }
+
+    /// Ends the instance. Must be called without any borrow of the world.
+    pub fn destroy(self, world: &WorldCell) {
+        let kind = &world.registry.actuators[self.kind];
+        if let Some(destroy) = kind.life.destroy {
+            // SAFETY: made by `create`, given back once.
+            world.cross_quietly(kind.plugin, Call::Destroy, self.slot, || unsafe { destroy(self.data) });
+        }
+    }
+}
+
+impl Instance {
+    /// What a command plugin keeps for a world. Must be called without any borrow of the world.
+    pub fn create(cell: &WorldCell, plugin: usize, life: &tatu_life, id: u64) -> Result<Self> {
+        let mut state = vec![0u64; (life.state_bytes as usize).div_ceil(8)];
+        let info = tatu_instance { state: state.as_mut_ptr().cast(), ..cell.instance_again(0, "", id) };
+        let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
+        let p = &cell.registry.plugins[plugin];
+        if let Some(create) = life.create {
+            // SAFETY: by the contract; `info` lives through the call, the state as long as the instance.
+            let made = || unsafe { answer(create(p.me, &info, &mut data, error.raw()), false, error.raw()) };
+            if cell.cross(plugin, Call::Create, 0, made) < 0 {
+                let (why, call) = (error.text(), Call::Create.text());
+                let text = format!("plugin `{}` cannot serve this world: {why} [{call}]", p.id);
+                return Err(Error::new("E403", text));
+            }
+        }
+        Ok(Instance { data, state, destroy: life.destroy })
+    }
+
+    /// Ends it.
+    pub fn end(self, cell: &WorldCell, plugin: usize) {
+        if let Some(destroy) = self.destroy {
+            // SAFETY: made by `create`, given back once.
+            cell.cross_quietly(plugin, Call::Destroy, 0, || unsafe { destroy(self.data) });
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Instances of plugins in a world: made, configured, saved and ended.
+//!
+//! - here: what all have in common; `kinds`: of sensors, actuators and command plugins;
+//! - `devices`: those of the document, and those that a stop goes back to;
+//! - `save`: what an instance writes of itself.
+
+mod devices;
+mod kinds;
+mod save;
+
+use std::ffi::c_void;
+
+use tatu_plugin_api::{abi::*, safe::Value};
+
+use crate::cell::WorldCell;
+use tatu_plugins::border::{ErrorSlot, answer};
+use tatu_plugins::{Declared, watchdog::Call};
+
+pub(crate) use devices::{end_devices, make_devices, note_devices, remake_devices};
+pub use save::Missed;
+pub(crate) use save::{InstanceImage, load_instance, save_instance, state_of};
+
+/// What a plugin keeps for one device, and the state block that the host keeps for it.
+pub(crate) struct Made {
+    pub id: u64,
+    pub data: *mut c_void,
+    /// Its address stays until the instance ends.
+    pub state: Vec<u64>,
+}
+
+/// Values as they cross the border, and the memory that their spans lie in.
+fn laid(params: &[Value]) -> (Vec<tatu_value>, Vec<Vec<u64>>) {
+    let mut room: Vec<Vec<u64>> = Vec::new();
+    let raw = params
+        .iter()
+        .filter_map(|p| {
+            p.to_raw(&mut |n| {
+                room.push(vec![0; n.div_ceil(8).max(1)]);
+                room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+            })
+        })
+        .collect();
+    (raw, room)
+}
+
+/// Makes an instance with the values of its declared parameters. Must be called without any borrow of the world.
+pub(crate) fn make(
+    world: &WorldCell,
+    plugin: usize,
+    life: &tatu_life,
+    slot: u32,
+    instance: tatu_instance,
+    params: &[Value],
+) -> Result<Made, String> {
+    let (raw, _room) = laid(params);
+    let mut state = vec![0u64; (life.state_bytes as usize).div_ceil(8)];
+    let info = tatu_instance {
+        n_params: raw.len() as u32,
+        params: raw.as_ptr(),
+        state: state.as_mut_ptr().cast(),
+        ..instance
+    };
+    let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
+    if let Some(create) = life.create {
+        let me = world.registry.plugins[plugin].me;
+        // SAFETY: by the contract of the extension; `info` and what it points to live through the call.
+        let made = || unsafe { answer(create(me, &info, &mut data, error.raw()), false, error.raw()) };
+        if world.cross(plugin, Call::Create, slot, made) < 0 {
+            return Err(format!("{} [{}]", error.text(), Call::Create.text()));
+        }
+    }
+    Ok(Made { id: info.id, data, state })
+}
+
+/// An instance that lives: whose, of which object, and what its plugin knows it by.
+#[derive(Clone, Copy)]
+pub(crate) struct Living {
+    pub plugin: usize,
+    pub slot: u32,
+    pub data: *mut c_void,
+}
+
+/// Whether a change of a parameter is handed to the living instance, instead of making it anew.
+pub(crate) fn takes_changes(life: &tatu_life, declared: &[Declared], at: usize) -> bool {
+    let rebuilds = declared.get(at).is_none_or(|d| d.flags & TATU_PARAM_REBUILDS != 0);
+    // There is a bit for each of the first 64.
+    life.configure.is_some() && !rebuilds && at < 64
+}
+
+/// Hands an instance its parameters, of which the one at `at` has changed. Must be called without any borrow of the
+/// world.
+pub(crate) fn configure(
+    world: &WorldCell,
+    of: Living,
+    life: &tatu_life,
+    params: &[Value],
+    at: usize,
+) -> Result<(), String> {
+    let Some(configure) = life.configure else { return Ok(()) };
+    // It may set parameters itself.
+    let Some(_level) = world.calls.enter() else { return Err("calls nest too deep".to_owned()) };
+    let (raw, _room) = laid(params);
+    let mut error = ErrorSlot::new();
+    // SAFETY: by the contract; the values live through the call.
+    let run = || unsafe {
+        answer(configure(of.data, raw.as_ptr(), raw.len() as u32, 1 << at, error.raw()), false, error.raw())
+    };
+    if world.cross(of.plugin, Call::Configure, of.slot, run) < 0 {
+        let plugin = &world.registry.plugins[of.plugin].id;
+        return Err(format!("plugin `{plugin}`: {} [{}]", error.text(), Call::Configure.text()));
+    }
+    Ok(())
+}
+
+/// Values of declared parameters from what a document gives, defaults filled in.
+pub(crate) fn filled(declared: &[Declared], given: &[(String, Value)]) -> Vec<Value> {
+    declared
+        .iter()
+        .map(|p| given.iter().rev().find(|(k, _)| *k == p.key).map_or_else(|| p.fallback.clone(), |(_, v)| v.clone()))
+        .collect()
+}

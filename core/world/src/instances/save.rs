@@ -1,0 +1,118 @@
+//! The state of an instance: written by its plugin, and read again.
+
+use std::ffi::c_void;
+
+use serde::{Deserialize, Serialize};
+use tatu_errors::{Fault, FaultKind};
+use tatu_plugin_api::abi::*;
+use tatu_plugins::{
+    border::{ErrorSlot, answer, raw},
+    watchdog::Call,
+};
+
+use super::Living;
+use crate::cell::WorldCell;
+
+/// An instance that could not be captured.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Missed {
+    /// What it belongs to, such as "the script of /Robot"; empty: the world.
+    pub object: String,
+    /// Its plugin.
+    pub plugin: String,
+    /// Why: what in it cannot be written.
+    pub reason: String,
+}
+
+impl std::fmt::Display for Missed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.object.as_str() {
+            "" => write!(f, "plugin `{}`: {}", self.plugin, self.reason),
+            object => write!(f, "{object}: {}", self.reason),
+        }
+    }
+}
+
+/// What `save` of an instance wrote, and its state block.
+#[derive(Serialize, Deserialize, Default)]
+pub struct InstanceImage {
+    pub state: Vec<u64>,
+    pub saved: Vec<u8>,
+    /// The writer's version of both.
+    pub version: u32,
+    /// It could not be captured: `saved` is not to be loaded.
+    pub missed: bool,
+}
+
+unsafe extern "C" fn write(writer: *const tatu_writer, bytes: *const c_void, n: u64) {
+    // SAFETY: a writer of `save_instance`, whose vector lives through the call.
+    let out = unsafe { &mut *(*writer).ctx.cast::<Vec<u8>>() };
+    if !bytes.is_null() {
+        // SAFETY: by the contract.
+        out.extend_from_slice(unsafe { std::slice::from_raw_parts(bytes.cast(), n as usize) });
+    }
+}
+
+/// What an instance writes of itself; or why it cannot. That it cannot is no fault, unless it panicked or broke the
+/// contract. Must be called without any borrow of the world.
+pub(crate) fn save_instance(
+    world: &WorldCell,
+    of: &Living,
+    life: &tatu_life,
+    state: &[u64],
+) -> Result<InstanceImage, String> {
+    let mut image = InstanceImage { state: state.to_vec(), saved: Vec::new(), version: life.version, missed: false };
+    let Some(save) = life.save else {
+        // Without data of its own there is nothing but the state block.
+        let why = "its plugin keeps data for it, and offers no way to write them";
+        return if of.data.is_null() { Ok(image) } else { Err(why.to_owned()) };
+    };
+    let writer = tatu_writer {
+        size: size_of::<tatu_writer>() as u32,
+        reserved: 0,
+        ctx: (&raw mut image.saved).cast(),
+        write: Some(write),
+    };
+    let mut error = ErrorSlot::new();
+    // SAFETY: by the contract; the writer lives through the call.
+    let status = world.cross(of.plugin, Call::Save, of.slot, || unsafe { save(of.data, &writer, error.raw()) });
+    // SAFETY: the host's own error object.
+    if unsafe { answer(status, false, error.raw()) } == TATU_OK {
+        return Ok(image);
+    }
+    if status == TATU_ERR_PANIC || !(TATU_ERR_MEMORY..0).contains(&status) {
+        let plugin = &world.registry.plugins[of.plugin].id;
+        let text = format!("plugin `{plugin}` {} [{}]", error.text(), Call::Save.text());
+        let mut fault = Fault::new(FaultKind::Plugin, text);
+        fault.plugin = Some(plugin.clone());
+        fault.object = world.watch.name_of(of.slot);
+        world.report(fault);
+    }
+    Err(error.text())
+}
+
+/// Gives an instance back what it wrote. Must be called without any borrow of the world.
+pub(crate) fn load_instance(
+    world: &WorldCell,
+    of: &Living,
+    life: &tatu_life,
+    image: &InstanceImage,
+) -> Result<(), String> {
+    let Some(load) = life.load else {
+        return if image.saved.is_empty() { Ok(()) } else { Err("it reads no state any more".to_owned()) };
+    };
+    let mut error = ErrorSlot::new();
+    // SAFETY: by the contract; the bytes live through the call.
+    let run = || unsafe { answer(load(of.data, raw(&image.saved), image.version, error.raw()), false, error.raw()) };
+    if world.cross(of.plugin, Call::Restore, of.slot, run) < 0 {
+        let plugin = &world.registry.plugins[of.plugin].id;
+        return Err(format!("{} [{} of `{plugin}`]", error.text(), Call::Restore.text()));
+    }
+    Ok(())
+}
+
+/// The state block of an image, if its writer meant the same by it.
+pub(crate) fn state_of(life: &tatu_life, image: &InstanceImage) -> Vec<u64> {
+    let words = (life.state_bytes as usize).div_ceil(8);
+    if image.version == life.version && image.state.len() == words { image.state.clone() } else { vec![0; words] }
+}

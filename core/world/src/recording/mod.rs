@@ -1,0 +1,48 @@
+//! Graphs take samples of the world; `source`: where a stream finds its numbers.
+
+mod source;
+
+pub(crate) use source::check;
+use tatu_plugin_api::abi::*;
+
+use crate::cell::WorldCell;
+use crate::recording::source::number;
+use tatu_errors::Refusal;
+use tatu_scene::Data;
+
+fn busy() -> Refusal {
+    Refusal(TATU_ERR_BUSY, "not possible from within this call".into())
+}
+
+/// At the end of a step: all graphs that are not told when to record take a sample of the world as it is now.
+pub(crate) fn record_due(world: &WorldCell, time: f64) -> Result<usize, Refusal> {
+    let due: Vec<tatu_object> = {
+        let scene = world.scene.try_borrow().map_err(|_| busy())?;
+        let figures = world.figures.try_borrow().map_err(|_| busy())?;
+        let is_due = |object: &u64| {
+            let slot = scene.resolve(*object).ok();
+            matches!(slot.and_then(|s| scene.get(s)).map(|o| &o.data), Some(Data::Graph(g)) if !g.explicit)
+        };
+        figures.graphs.keys().copied().filter(is_due).collect()
+    };
+    for graph in &due {
+        record(world, *graph, time)?;
+    }
+    Ok(due.len())
+}
+
+/// A graph takes a sample now, and notes it under `time`, s.
+pub(crate) fn record(world: &WorldCell, object: tatu_object, time: f64) -> Result<(), Refusal> {
+    let scene = world.scene.try_borrow().map_err(|_| busy())?;
+    let mut figures = world.figures.try_borrow_mut().map_err(|_| busy())?;
+    let slot = (object & 0xF_FFFF) as u32;
+    let graph = figures.graph(&scene, object)?;
+    let numbers: Vec<Option<f64>> = (graph.streams.iter_mut())
+        .map(|s| match s.spec.of.is_empty() {
+            true => s.given.take(),
+            false => number(world, &scene, slot, &s.spec.of, &s.spec.data),
+        })
+        .collect();
+    graph.take(time, &numbers);
+    Ok(())
+}

@@ -1,0 +1,77 @@
+//! Where a stream finds its numbers in the world.
+
+use tatu_plugin_api::{abi::TATU_LOG_WARNING, safe::Value};
+
+use crate::cell::WorldCell;
+use tatu_scene::{
+    self, Scene,
+    rows::{ROWS, Row},
+};
+
+/// Short names of what is asked for most.
+const SHORT: &[(&str, &str)] =
+    &[("x", "object.world_pose[0]"), ("y", "object.world_pose[1]"), ("z", "object.world_pose[2]")];
+
+/// Tells of streams in the scene that will never find a number.
+pub(crate) fn check(world: &WorldCell) {
+    let (scene, figures) = (world.scene.borrow(), world.figures.borrow());
+    for (object, graph) in &figures.graphs {
+        for spec in graph.streams.iter().map(|s| &s.spec).filter(|s| !s.of.is_empty()) {
+            let why = if scene.find((object & 0xF_FFFF) as u32, &spec.of).is_none() {
+                format!("there is no object `{}`", spec.of)
+            } else if !is_known(world, &spec.data) {
+                format!("there is no number `{}`", spec.data)
+            } else {
+                continue;
+            };
+            world.log(TATU_LOG_WARNING, &format!("the stream `{}` of {} stays empty: {why}", spec.name, graph.name));
+        }
+    }
+}
+
+/// Whether any object could have such a number.
+fn is_known(world: &WorldCell, data: &str) -> bool {
+    let key = data.split_once('[').map_or(data, |(key, _)| key);
+    ["x", "y", "z", "alpha", "beta", "gamma", "speed", "turning"].contains(&data)
+        || ROWS.iter().any(|r| r.key == key && !key.is_empty())
+        || world.registry.sensors.iter().flat_map(|s| &s.fields).any(|f| f.name == key)
+}
+
+/// The number `data` of an object now; `None`: it has none such, or a sensor has not measured yet.
+pub fn number(world: &WorldCell, scene: &Scene, graph: u32, of: &str, data: &str) -> Option<f64> {
+    let slot = scene.find(graph, of)?;
+    match data {
+        "alpha" | "beta" | "gamma" => {
+            let turns = tatu_scene::to_euler(&scene.world(slot).rotation);
+            return turns.get(["alpha", "beta", "gamma"].iter().position(|n| *n == data)?).copied();
+        }
+        "speed" | "turning" => {
+            let t = world.twist(scene, &*world.dynamics.try_borrow().ok()?, slot);
+            let [x, y, z] = if data == "speed" { [t[0], t[1], t[2]] } else { [t[3], t[4], t[5]] };
+            return Some((x * x + y * y + z * z).sqrt());
+        }
+        _ => {}
+    }
+    let data = SHORT.iter().find(|(short, _)| *short == data).map_or(data, |(_, long)| long);
+    let (key, index) = match data.strip_suffix(']').and_then(|d| d.split_once('[')) {
+        Some((key, index)) => (key, index.parse().ok()?),
+        None => (data, 0),
+    };
+    let value = match ROWS.iter().position(|r| r.key == key && !key.is_empty()) {
+        Some(row) => tatu_scene::get(scene, slot, Row::of(row as u32)).ok()?,
+        None => {
+            let sensing = world.sensing.try_borrow().ok()?;
+            let device = sensing.device(slot).filter(|d| d.sequence > 0)?;
+            let kind = &world.registry.sensors[device.kind];
+            device.value(kind, kind.fields.iter().position(|f| f.name == key)?)
+        }
+    };
+    match value {
+        Value::Float(x) if index == 0 => Some(x),
+        Value::Int(i) if index == 0 => Some(i as f64),
+        Value::Bool(b) if index == 0 => Some(f64::from(u8::from(b))),
+        Value::Floats(v) => v.get(index).copied(),
+        Value::Ints(v) => v.get(index).map(|i| *i as f64),
+        _ => None,
+    }
+}

@@ -1,0 +1,270 @@
+//! A world as whoever runs it sees it: made, started, stepped, stopped and looked at.
+//!
+//! - [`World`]: a scene that runs; `life`: start, step, stop; `addons`: scripts that are part of no document;
+//! - [`Reading`]: what a sensor measured last; `snapshot`: writing its state, and going on from it;
+//! - [`Session`]: services beside worlds; `replay`: doing again what an input log holds.
+
+mod addons;
+mod life;
+mod reading;
+mod replay;
+mod session;
+mod snapshot;
+
+use std::{path::Path, rc::Rc, sync::Arc};
+
+use nalgebra::Vector3;
+use tatu_errors::{Error, Fault, Result};
+use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::Registry;
+use tatu_scene::{Scene, document::Document, pose_to_array};
+
+pub use self::session::Session;
+pub use reading::{Field, Reading};
+pub use replay::replay_to;
+
+use crate::{
+    cell::{self, InputLog, Instance, LogLine, Phase, Record, Scripts, StandIn, Wish, WorldCell, pool_of},
+    figures::Figures,
+    instances::{end_devices, make_devices},
+    session as barrier,
+    state::{self, Hash},
+};
+
+/// A scene that runs. One thread at a time uses it; different worlds run on different threads.
+pub struct World {
+    cell: Rc<WorldCell>,
+}
+
+impl World {
+    /// Makes a world of a document: its objects, devices and command instances.
+    pub fn new(document: Arc<Document>, registry: Arc<Registry>) -> Result<Self> {
+        Self::with_threads(document, registry, 1)
+    }
+
+    /// The same, with so many threads; the results do not depend on their number.
+    pub fn with_threads(document: Arc<Document>, registry: Arc<Registry>, threads: usize) -> Result<Self> {
+        let pool = pool_of(threads)?;
+        let settings = document.settings.clone();
+        let (scene, slots) = document.instantiate();
+        let origins = slots.iter().map(|s| scene.id(*s)).collect();
+        let cell = Rc::new(WorldCell::new(document, registry, settings, scene, origins, pool));
+        let world = World { cell };
+        make_devices(&world.cell, &slots)?;
+        world.make_instances()?;
+        world.cell.look_after("the making of the world");
+        Scripts::declare(&world.cell, &slots);
+        let cell = &world.cell;
+        cell.dynamics.borrow_mut().settle(&mut cell.scene.borrow_mut());
+        for (joint, master) in cell.scene.borrow().lost_followers() {
+            let text = format!("the joint {joint} is to follow `{master}`, but there is no such joint");
+            cell.log(TATU_LOG_WARNING, &text);
+        }
+        Ok(world)
+    }
+
+    /// Calls `f` with what the world shows now: its objects, and its graphs and drawings.
+    pub fn look_at<T>(&self, f: impl FnOnce(&Scene, &Figures) -> T) -> T {
+        f(&self.cell.scene.borrow(), &self.cell.figures.borrow())
+    }
+
+    /// Runs `f` with the world's pool of threads.
+    pub fn install<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
+        self.cell.install(f)
+    }
+
+    fn make_instances(&self) -> Result {
+        let cell = &self.cell;
+        cell.instances.borrow_mut().resize_with(cell.registry.plugins.len(), || None);
+        for (plugin, life) in &cell.registry.world_lives {
+            let made = Instance::create(cell, *plugin, life, cell.new_instance())?;
+            cell.instances.borrow_mut()[*plugin] = Some(made);
+        }
+        Ok(())
+    }
+
+    /// Ends what command plugins keep for this world.
+    fn end_instances(&self) {
+        let instances = std::mem::take(&mut *self.cell.instances.borrow_mut());
+        for (plugin, i) in instances.into_iter().enumerate() {
+            if let Some(i) = i {
+                i.end(&self.cell, plugin);
+            }
+        }
+    }
+
+    /// The folder in which scripts open files, and whose files they may write, instead of the working folder. E105: it
+    /// is no folder.
+    pub fn open_files_in(&self, folder: &Path) -> Result {
+        let folder = match folder.canonicalize() {
+            Ok(folder) if folder.is_dir() => folder,
+            Ok(_) => return Err(Error::new("E105", format!("{} is no folder", folder.display()))),
+            Err(e) => return Err(Error::new("E105", format!("cannot use the folder {}: {e}", folder.display()))),
+        };
+        *self.cell.outside.files.borrow_mut() = Some(folder);
+        Ok(())
+    }
+    /// Makes a stand-in for each object that scripts ask for and that is not there, and lets dummies become what they
+    /// are used as; values of these names, such as parameters of scripts, are there in some neutral form. For runs
+    /// without a scene of their own: before the start.
+    pub fn make_stand_ins(&self, values: &[String]) {
+        let cell = &self.cell;
+        cell.wants.begin(cell, values);
+    }
+    /// Names of values that were asked for in vain, in order.
+    pub fn missed_values(&self) -> Vec<String> {
+        self.cell.wants.missed()
+    }
+    /// The objects of the document, then what was made since, each as what its use showed; empty unless
+    /// [`make_stand_ins`](Self::make_stand_ins) was called.
+    pub fn stand_ins(&self) -> Vec<StandIn> {
+        self.cell.wants.list()
+    }
+
+    /// What was asked for in passing and was not there, by places in [`stand_ins`](Self::stand_ins): the parent of an
+    /// object, or a child by number. Scripts mostly ask so to see where the tree ends.
+    pub fn wishes(&self) -> Vec<(usize, Wish)> {
+        self.cell.wants.wishes()
+    }
+
+    /// What plugins offer, as it is now.
+    pub fn registry(&self) -> Arc<Registry> {
+        self.cell.registry.shared()
+    }
+    /// What the world was made of, as it is now.
+    pub fn document(&self) -> Arc<Document> {
+        self.cell.document.shared()
+    }
+
+    /// What came from outside since the start.
+    pub fn input_log(&self) -> std::cell::Ref<'_, InputLog> {
+        self.cell.outside.log.borrow()
+    }
+    /// The same, to tell whether records are kept and where else they go.
+    pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
+        self.cell.outside.log.borrow_mut()
+    }
+    /// Puts something in from outside at the barrier that the world stands at, before its next step: a key, say, `kind`
+    /// being "key" and `text` its character or name. Plugins that know the kind read it; it stands in the input log.
+    /// "clock" (s since the start) and "epoch" (s since 1970) set what clocks show.
+    pub fn put_in(&self, kind: &str, text: &str) {
+        cell::put_in(&self.cell, kind, text);
+    }
+    /// Feeds an input log: what it holds is done again, each at its barrier. Before the start.
+    pub fn feed(&self, records: Arc<[Record]>) {
+        barrier::log::attach(&self.cell, records);
+    }
+    /// Files that scripts or plugins asked to read since the start, by the names that they gave: what they read is not
+    /// part of the input log.
+    pub fn files_opened(&self) -> Vec<String> {
+        self.cell.outside.opened.borrow().iter().cloned().collect()
+    }
+    pub(crate) fn cell(&self) -> &Rc<WorldCell> {
+        &self.cell
+    }
+
+    /// Simulation time, s.
+    pub fn time(&self) -> f64 {
+        self.cell.clock.time.get()
+    }
+    /// Steps done.
+    pub fn steps(&self) -> u64 {
+        self.cell.clock.step.get()
+    }
+    /// Length of a step, s.
+    pub fn dt(&self) -> f64 {
+        self.cell.clock.dt.get()
+    }
+    /// Hash over the dynamic state, with its table of contents.
+    pub fn hash(&self) -> Hash {
+        state::hash(&self.cell.scene.borrow(), &self.cell.dynamics.borrow(), &self.cell.clock)
+    }
+    /// What its scripts did, in the order in which they were added.
+    pub fn scripts(&self) -> Vec<crate::cell::ScriptTold> {
+        crate::cell::Scripts::told(&self.cell)
+    }
+    /// Everything that went wrong so far.
+    pub fn faults(&self) -> Vec<Fault> {
+        self.cell.faults.borrow().clone()
+    }
+    /// Lines told since the last call.
+    pub fn take_lines(&self) -> Vec<LogLine> {
+        std::mem::take(&mut *self.cell.lines.borrow_mut())
+    }
+    /// The path of every model base, in order of slots.
+    pub fn model_bases(&self) -> Vec<String> {
+        let scene = self.cell.scene.borrow();
+        scene.slots().filter(|(s, _)| scene.is_model_base(*s)).map(|(s, _)| scene.path(s)).collect()
+    }
+    /// What can be seen of an object by path or unique name; `None`: there is none.
+    pub fn observe(&self, path: &str) -> Option<Observed> {
+        let cell = &self.cell;
+        let scene = cell.scene.borrow();
+        let slot = scene.find(0, path)?;
+        let o = scene.get(slot)?;
+        let pose = pose_to_array(&scene.world(slot));
+        let twist = cell.twist(&scene, &cell.dynamics.borrow(), slot);
+        let sensing = cell.sensing.borrow();
+        let reading = sensing.device(slot).map(|d| {
+            let kind = &cell.registry.sensors[d.kind];
+            kind.fields.iter().enumerate().map(|(i, f)| (f.name.clone(), d.value(kind, i))).collect()
+        });
+        let joint = o.joint().map(|j| [j.position, j.velocity, j.effort]);
+        Some(Observed { path: scene.path(slot), pose, twist, joint, reading })
+    }
+    /// The nearest name to one that is not there.
+    pub fn nearest(&self, path: &str) -> Option<String> {
+        self.cell.scene.borrow().nearest(path)
+    }
+    /// Contacts between shapes after the last step, by path, with the normal force in N.
+    pub fn contacts(&self) -> Vec<(String, String, f64)> {
+        let scene = self.cell.scene.borrow();
+        let dynamics = self.cell.dynamics.borrow();
+        dynamics.contacts().map(|(a, b, c)| (scene.path(a), scene.path(b), c.force)).collect()
+    }
+    /// Graphs and drawings; graphs keep what they recorded when the world stops.
+    pub fn figures(&self) -> std::cell::Ref<'_, Figures> {
+        self.cell.figures.borrow()
+    }
+    /// Gravity, m/s^2.
+    pub fn gravity(&self) -> Vector3<f64> {
+        self.cell.settings.borrow().gravity
+    }
+}
+
+/// What can be seen of an object.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observed {
+    /// Its path.
+    pub path: String,
+    /// x y z, quaternion x y z w, world.
+    pub pose: [f64; 7],
+    /// m/s, rad/s, world.
+    pub twist: [f64; 6],
+    /// Of a joint: position, velocity, effort.
+    pub joint: Option<[f64; 3]>,
+    /// Of a sensor: its fields.
+    pub reading: Option<Vec<(String, Value)>>,
+}
+
+impl World {
+    /// Ends all that plugins keep for this world; what goes wrong is still told in [`faults`](Self::faults). Afterwards
+    /// the world can only be looked at. Dropping it does the same.
+    pub fn end(&self) {
+        let cell = &self.cell;
+        Scripts::end(cell);
+        if cell.running() {
+            cell.phase.set(Phase::Stopped);
+            barrier::stopped(cell);
+        }
+        end_devices(cell);
+        self.end_instances();
+        cell.look_after("the end of the world");
+    }
+}
+
+impl Drop for World {
+    fn drop(&mut self) {
+        self.end();
+    }
+}

@@ -1,0 +1,84 @@
+//! A session as whoever runs worlds sees it.
+
+use std::{
+    cell::RefCell,
+    rc::Rc,
+    sync::{Arc, atomic::AtomicBool},
+};
+
+use tatu_errors::{Error, Result};
+use tatu_plugins::Registry;
+use tatu_scene::document::ServiceSpec;
+
+use super::World;
+use crate::{
+    cell::{Running, SessionCell, Wake},
+    session,
+};
+
+/// Services and the worlds that they serve.
+///
+/// Services are started once, in order of their ids, and stopped when the session is dropped; worlds come and go.
+pub struct Session {
+    cell: Rc<SessionCell>,
+}
+
+impl Session {
+    /// Starts services. Fails with E404 when one cannot be started; those before it are stopped again.
+    pub fn new(registry: Arc<Registry>, services: &[ServiceSpec]) -> Result<Self> {
+        let cell = Rc::new(SessionCell {
+            wake: Wake::default(),
+            registry,
+            services: RefCell::default(),
+            worlds: RefCell::default(),
+            interrupt: RefCell::default(),
+        });
+        let session = Session { cell };
+        let mut specs: Vec<&ServiceSpec> = services.iter().collect();
+        specs.sort_by_key(|s| s.kind);
+        for spec in specs {
+            let number = session.cell.services.borrow().len() as u32 + 1;
+            let running = Running::start(&session.cell, spec, number)?;
+            session.cell.services.borrow_mut().push(Rc::new(running));
+        }
+        Ok(session)
+    }
+
+    /// A world joins: from now on services have their turn before each of its steps. It leaves when it is dropped.
+    pub fn join(&self, world: &World) {
+        let mut worlds = self.cell.worlds.borrow_mut();
+        worlds.retain(|w| w.strong_count() > 0 && !std::ptr::eq(w.as_ptr(), Rc::as_ptr(world.cell())));
+        worlds.push(Rc::downgrade(world.cell()));
+        world.cell().outside.join(&self.cell);
+    }
+
+    /// A flag that ends every wait at the barrier when it is set, by a signal for instance. It is looked at ten times
+    /// a second while a world is held.
+    pub fn interrupt_by(&self, flag: Arc<AtomicBool>) {
+        *self.cell.interrupt.borrow_mut() = flag;
+    }
+
+    /// Lets services have their turn in a world that is stopped, until one asks for a start: `true`. `false`: one asked
+    /// to quit, the session was interrupted, or no service is left that could ask.
+    pub fn wait_for_start(&self, world: &World) -> bool {
+        session::rest(world.cell(), &self.cell)
+    }
+
+    /// Whether any service runs.
+    pub fn has_services(&self) -> bool {
+        self.cell.any_service()
+    }
+}
+
+impl Session {
+    /// Ends the services; what went wrong. Dropping the session does the same silently.
+    pub fn end(self) -> Vec<Error> {
+        self.cell.end()
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.cell.end();
+    }
+}

@@ -1,0 +1,47 @@
+//! Writing the state of a world, and going on from it.
+
+use super::World;
+use crate::state::{self, Snapshot};
+use tatu_errors::{Error, Result};
+
+impl World {
+    /// Everything that decides the future, at the boundary between two steps; what could not be captured is named in
+    /// the head. The run that goes on does not notice.
+    pub fn snapshot(&self) -> Result<Snapshot> {
+        state::take(self.cell())
+    }
+
+    /// Makes a world that has just been made of the snapshot's document go on from the snapshot's step.
+    ///
+    /// An incomplete snapshot is refused, unless `allow_partial`: then what it lacks is as at the start of a run. After
+    /// a failure the world is half one and half the other: drop it.
+    pub fn restore(&self, snapshot: &Snapshot, allow_partial: bool) -> Result {
+        let cell = self.cell();
+        state::restore::check(cell, snapshot, allow_partial)?;
+        self.start_silently();
+        state::restore::go_on(cell, snapshot)
+    }
+
+    /// Runs a world that has just been made to the snapshot's step, telling nothing of what it told the first time,
+    /// and compares the state hash.
+    pub fn replay(&self, snapshot: &Snapshot) -> Result {
+        let cell = self.cell();
+        snapshot.check(&cell.document, &cell.registry)?;
+        self.feed(state::restore::records(snapshot)?.into());
+        self.start();
+        while self.steps() < snapshot.head.step && !self.stop_requested() && self.step() {
+            self.take_lines();
+        }
+        self.take_lines();
+        let hash = self.hash().total;
+        if hash == snapshot.head.hash {
+            return Ok(());
+        }
+        let text = format!(
+            "the replay came to another state at step {}: hash {hash:016x}, then {:016x}",
+            snapshot.head.step, snapshot.head.hash
+        );
+        Err(Error::new("E504", text)
+            .help("something in the run depends on more than scene and seed: files that scripts read, or a plugin"))
+    }
+}

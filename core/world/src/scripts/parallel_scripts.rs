@@ -1,0 +1,223 @@
+//! Scripts that run side by side, on all threads of the world.
+//!
+//! A scene may let scripts do so (`side_by_side = true`). Their actuation and sensing then see the world as it stood when
+//! the first of them was called, and what they set takes effect in the order of scripts when all have run; so they may run
+//! in any order, and on several threads. That is so with one thread too: the number of threads changes no bit.
+//!
+//! A script that cannot run so just now (it has not begun, it waits, its language does not allow it) runs by itself when the
+//! others have run.
+
+use std::{
+    rc::Rc,
+    sync::atomic::{AtomicUsize, Ordering::Relaxed},
+};
+
+use tatu_plugin_api::abi::*;
+
+use super::life::turn_of;
+use crate::cell::Ask;
+use crate::cell::{Beside, Deed, Lane, Owner, WorldCell};
+use crate::cell::{Callback, Kind, Script};
+use tatu_plugins::border::{ErrorSlot, copy_error};
+use tatu_scene::{Changed, set_numbers};
+
+/// Scripts that a thread takes at a time: neighbours are in each other's caches.
+const CHUNK: usize = 32;
+
+/// How many of the next scripts may run side by side.
+pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
+    // Stand-ins are made of what scripts do.
+    if world.wants.is_on() {
+        return 0;
+    }
+    order.iter().take_while(|s| s.side_by_side).count()
+}
+
+/// What the threads of a stage share.
+struct Stage<'a> {
+    world: *const WorldCell,
+    order: &'a [Rc<Script>],
+    callback: Callback,
+    /// The stage and its turn, by which a script knows whether it had its own.
+    turn: (usize, u64),
+    /// Whether any command waits for a script.
+    waits: bool,
+    /// Of each lane, its first chunk that nobody has taken, and where the next lane's begin.
+    chunks: Vec<(AtomicUsize, usize)>,
+}
+
+// SAFETY: scripts are looked at by the one thread that has taken their chunk; the world is only looked at, through lanes.
+unsafe impl Sync for Stage<'_> {}
+
+/// Runs scripts side by side; `alone` runs one that cannot.
+pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, alone: &impl Fn(&Rc<Script>)) {
+    let chunks = order.len().div_ceil(CHUNK);
+    let lanes = world.pool().current_num_threads().min(chunks);
+    let taken = {
+        let Ok(mut all) = world.lanes.try_borrow_mut() else { return };
+        while all.len() < lanes {
+            all.push(Lane::of(world));
+        }
+        std::mem::take(&mut *all)
+    };
+    taken[..lanes].iter().for_each(|lane| lane.begin(world));
+    {
+        // Nobody changes the world while it is looked at from all sides.
+        let (_scene, _sensing, _scripts) = (world.scene.borrow(), world.sensing.borrow(), world.scripts.borrow());
+        let (_dynamics, _settings, _instances) =
+            (world.dynamics.borrow(), world.settings.borrow(), world.instances.borrow());
+        let place = turn_of(stage_of(callback));
+        let stage = Stage {
+            world,
+            order,
+            callback,
+            turn: (place, world.scripts.borrow().turns[place].get()),
+            waits: world.calls.waits.borrow().any(),
+            chunks: (0..lanes).map(|i| (AtomicUsize::new(chunks * i / lanes), chunks * (i + 1) / lanes)).collect(),
+        };
+        let stage = &stage;
+        if lanes == 1 {
+            stage.work(0, &taken[0]);
+        } else {
+            world.pool().scope(|scope| {
+                for (i, lane) in taken[..lanes].iter().enumerate().skip(1) {
+                    scope.spawn(move |_| stage.work(i, lane));
+                }
+                stage.work(0, &taken[0]);
+            });
+        }
+    }
+    settle(world, order, &taken[..lanes], alone);
+    world.lanes.replace(taken);
+}
+
+/// Does what the scripts of a stage wanted done, in their order.
+fn settle(world: &WorldCell, order: &[Rc<Script>], lanes: &[Lane], alone: &impl Fn(&Rc<Script>)) {
+    let (mut chunks, mut deeds) = (Vec::new(), Vec::with_capacity(lanes.len()));
+    for (i, lane) in lanes.iter().enumerate() {
+        let (done, begun) = lane.end(world);
+        let ends = begun.iter().skip(1).map(|c| c.1).chain([done.len()]);
+        chunks.extend(begun.iter().zip(ends).map(|((chunk, from), to)| (*chunk, i, *from, to)));
+        deeds.push(done);
+    }
+    chunks.sort_unstable();
+    for (_, lane, from, to) in chunks {
+        let mut rest = &mut deeds[lane][from..to];
+        while !rest.is_empty() {
+            let drives = set_drives(world, rest);
+            if let Some(deed) = rest.get_mut(drives) {
+                settle_one(world, order, std::mem::replace(deed, Deed::Done), alone);
+            }
+            let done = rest.len().min(drives + 1);
+            rest = &mut rest[done..];
+        }
+    }
+    lanes.iter().zip(deeds).for_each(|(lane, deeds)| lane.reuse(deeds));
+}
+
+fn settle_one(world: &WorldCell, order: &[Rc<Script>], deed: Deed, alone: &impl Fn(&Rc<Script>)) {
+    match deed {
+        Deed::Done | Deed::Set(..) => {}
+        Deed::Line(level, text) => world.log(level, &text),
+        Deed::Fault(fault) => world.report(*fault),
+        Deed::Failed(i, status, said) => {
+            let (mut error, blame) = *said;
+            *world.calls.blame.borrow_mut() = blame;
+            order[i].fail(world, status, error.raw());
+            order[i].find_callbacks(world);
+            order[i].settle(world);
+        }
+        Deed::Settle(i) => order[i].settle(world),
+        Deed::Alone(i) => order[i].called(world, alone),
+    }
+}
+
+/// Sets the drives of joints that scripts which ran beside others have set, up to the first deed of another kind; how many.
+fn set_drives(world: &WorldCell, deeds: &[Deed]) -> usize {
+    let (Ok(mut scene), Ok(mut dynamics)) = (world.scene.try_borrow_mut(), world.dynamics.try_borrow_mut()) else {
+        return 0;
+    };
+    for (i, deed) in deeds.iter().enumerate() {
+        let Deed::Set(object, row, x) = deed else { return i };
+        // A script that ran by itself in between may have removed it.
+        let Ok(slot) = scene.resolve(*object) else { continue };
+        if let Some(Ok(Changed::Drive)) = set_numbers(&mut scene, slot, *row, &[*x]) {
+            dynamics.drive_changed(slot);
+        }
+    }
+    deeds.len()
+}
+
+impl Stage<'_> {
+    /// Runs chunks of scripts in a lane: its own, then those that other lanes have left.
+    fn work(&self, own: usize, lane: &Lane) {
+        // SAFETY: as for `Sync`.
+        let run = || unsafe {
+            lane.enter(|cell, lane| {
+                for i in (own..self.chunks.len()).chain(0..own) {
+                    let (next, end) = &self.chunks[i];
+                    while let Some(chunk) = Some(next.fetch_add(1, Relaxed)).filter(|c| c < end) {
+                        lane.begin_chunk(chunk);
+                        let end = self.order.len().min((chunk + 1) * CHUNK);
+                        for at in chunk * CHUNK..end {
+                            self.one(cell, lane, at);
+                        }
+                    }
+                }
+            })
+        };
+        run();
+    }
+
+    /// Runs a script.
+    fn one(&self, cell: &WorldCell, lane: &Beside, at: usize) {
+        let script = &self.order[at];
+        let (place, turn) = self.turn;
+        if script.called_in[place].get() == turn {
+            return;
+        }
+        lane.begin_script();
+        // What others before it in this lane have left must not show.
+        cell.calls.blame.take();
+        cell.calls.last.borrow_mut().fresh();
+        if !self.is_ready(cell, script) {
+            return lane.note(Deed::Alone(at));
+        }
+        script.called_in[place].set(turn);
+        let number = script.number(self.callback);
+        if number == 0 || !script.is_there(cell) {
+            return;
+        }
+        script.ask_and(cell, number, &[], |status, error| {
+            let mut kept = ErrorSlot::new();
+            // SAFETY: both are error objects of the host.
+            unsafe { copy_error(error, kept.fresh()) };
+            let blame = cell.calls.blame.borrow_mut().take();
+            // Its clean-up, which may come next, has the last word.
+            lane.end_script();
+            lane.note(Deed::Failed(at, status, Box::new((kept, blame))));
+        });
+        lane.end_script();
+        if script.asked.get() != Ask::Nothing {
+            lane.note(Deed::Settle(at));
+        }
+    }
+
+    /// Whether a script can run beside others now. One that has ended needs nobody.
+    fn is_ready(&self, cell: &WorldCell, script: &Script) -> bool {
+        // SAFETY: as for `Sync`.
+        let waits = || unsafe { (*(*self.world).calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
+        script.kind != Kind::Main
+            && script.initialised.get()
+            && !script.cleaned.get()
+            && script.raw(&cell.registry).reserved & TATU_LANGUAGE_SIDE_BY_SIDE != 0
+            && script.depth.get() == 0
+            && script.asked.get() == Ask::Nothing
+            && !(self.waits && waits())
+    }
+}
+
+/// The stage that calls a callback.
+fn stage_of(callback: Callback) -> u32 {
+    if callback == Callback::Actuation { TATU_STAGE_ACTUATE } else { TATU_STAGE_REACT }
+}

@@ -1,0 +1,131 @@
+//! Scripts in snapshots: what the host knows of each, and what its language wrote.
+
+use crate::cell::{CALLBACKS, Script, Scripts};
+use crate::{
+    cell::{Owner, WorldCell},
+    instances::{InstanceImage, Living, Missed, load_instance, save_instance},
+};
+use serde::{Deserialize, Serialize};
+use tatu_errors::{Error, Result};
+
+/// A script.
+#[derive(Serialize, Deserialize)]
+pub struct ScriptImage {
+    pub slot: u32,
+    /// 0: its state was not made.
+    pub id: u64,
+    pub initialised: bool,
+    pub dead: bool,
+    pub cleaned: bool,
+    pub ended: bool,
+    pub callbacks: Vec<u32>,
+    pub calls: u64,
+    pub instructions: u64,
+    pub instance: InstanceImage,
+    /// Calls by callback.
+    pub told: std::collections::BTreeMap<String, u64>,
+}
+
+impl Scripts {
+    /// Every script as a snapshot holds it.
+    pub fn images(world: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ScriptImage> {
+        let mut out = Vec::new();
+        while let Some(script) = Self::nth(world, out.len()) {
+            let mut captured = true;
+            let instance = script.save(world).unwrap_or_else(|reason| {
+                captured = false;
+                let plugin = world.registry.languages[script.language].plugin;
+                let plugin = world.registry.plugins[plugin].id.clone();
+                missed.push(Missed { object: format!("the script of {}", script.owner_path(world)), plugin, reason });
+                InstanceImage::default()
+            });
+            out.push(ScriptImage {
+                slot: script.slot,
+                id: script.id.get(),
+                // What cannot be captured begins anew, if it is restored at all.
+                initialised: script.initialised.get() && captured,
+                dead: script.dead.get(),
+                cleaned: script.cleaned.get(),
+                ended: script.ended.get(),
+                callbacks: script.callbacks.get().to_vec(),
+                calls: script.calls.get(),
+                instructions: script.instructions.get(),
+                instance,
+                told: script.told.calls(),
+            });
+        }
+        out
+    }
+
+    /// Ends the scripts that are not in `slots`, without their clean-up, which they have behind them.
+    pub fn end_others(world: &WorldCell, slots: &[u32]) {
+        let (keep, gone) = std::mem::take(&mut world.scripts.borrow_mut().list)
+            .into_iter()
+            .partition::<Vec<_>, _>(|s| slots.contains(&s.slot));
+        {
+            let mut scripts = world.scripts.borrow_mut();
+            (scripts.list, scripts.sorted_at) = (keep, 0);
+        }
+        for script in gone {
+            script.end(world);
+        }
+    }
+
+    /// Takes all back; the scripts have been begun.
+    pub fn load(world: &WorldCell, images: Vec<ScriptImage>) -> Result {
+        for image in images {
+            let Some(script) = world.scripts.borrow().by_slot(image.slot) else { continue };
+            let refused = |why: &str| {
+                let path = script.owner_path(world);
+                Error::new("E503", format!("the script of {path} cannot be restored: {why}"))
+                    .help("replay the run to that step: a new world of the scene, stepped until then")
+            };
+            if script.id.get() != image.id {
+                return Err(refused("it was made anew during the run"));
+            }
+            if image.initialised && !image.dead {
+                let life = &world.registry.languages[script.language].life;
+                let of = Living { plugin: script.plugin(world), slot: script.slot, data: script.data.get() };
+                load_instance(world, &of, life, &image.instance).map_err(|e| refused(&e))?;
+            }
+            if !image.initialised {
+                world.calls.waits.borrow_mut().forget(Owner::Script(image.id));
+            }
+            script.initialised.set(image.initialised);
+            script.dead.set(image.dead);
+            script.cleaned.set(image.cleaned);
+            script.ended.set(image.ended);
+            let mut numbers = [0; CALLBACKS.len()];
+            numbers.iter_mut().zip(&image.callbacks).for_each(|(n, c)| *n = *c);
+            script.callbacks.set(numbers);
+            world.heard.note(&numbers);
+            for (id, name) in numbers.into_iter().zip(CALLBACKS) {
+                script.told.name(id, name.as_bytes());
+            }
+            script.calls.set(image.calls);
+            script.instructions.set(image.instructions);
+            script.told.recall(image.told);
+        }
+        Ok(())
+    }
+}
+
+impl Script {
+    /// What its language writes. A script that has not begun, or never will again, has nothing to tell.
+    pub(super) fn save(&self, world: &WorldCell) -> Result<InstanceImage, String> {
+        if !self.initialised.get() || self.dead.get() || self.data.get().is_null() {
+            return Ok(InstanceImage::default());
+        }
+        let language = &world.registry.languages[self.language];
+        if language.life.save.is_none() {
+            return Err(format!("the language `{}` cannot write the state of a script", language.id));
+        }
+        let of = Living { plugin: language.plugin, slot: self.slot, data: self.data.get() };
+        save_instance(world, &of, &language.life, &[])
+    }
+
+    pub(super) fn owner_path(&self, world: &WorldCell) -> String {
+        let scene = world.scene.borrow();
+        scene.path(scene.get(self.slot).map_or(0, |o| o.parent))
+    }
+}
