@@ -32,7 +32,7 @@ mod tests {
 
     #[test]
     fn eras() {
-        // script-api.md section 0.
+        // tests/facts/script-api.md, 1.
         for (dialect, letter) in
             [("2.6", "A"), ("3.4.0", "A"), ("3.5", "B"), ("4.1", "B"), ("4.2.0", "C"), ("4.10", "C")]
         {

@@ -42,7 +42,7 @@ pub fn of(stem: &str) -> Told {
 mod tests {
     use super::*;
 
-    // script-api.md section 4.1.
+    // tests/facts/script-api.md, 6.
     #[test]
     fn prefixes_of_all_versions() {
         let is =

@@ -32,7 +32,7 @@ fn listed(place: &Place, env: &[(&str, &str)]) -> Vec<Value> {
     run(program(), place.path(), &["list", "addons", "--json"], env).good().json().as_array().unwrap().clone()
 }
 
-// script-api.md section 4.1: names of all versions; section 4.3: `autoStart`.
+// tests/facts/script-api.md, 6: names of all versions, `autoStart`.
 #[test]
 fn names_and_what_they_answer_decide_who_starts_by_itself() {
     let say = |name: &str| format!("-- Says {name}.\nprint('> {name}')\n");
@@ -99,7 +99,7 @@ fn folders_are_searched_in_order_and_the_first_wins_a_name() {
     place.tatu(&["list", "addons"]).good().tells(&["E601", "unknown key `colour`"]);
 }
 
-// call-order-observed.md section 1: `init`, then in each pass of a stopped world `nonSimulation`, `beforeSimulation`, the
+// tests/facts/call-order.md, 1: `init`, then in each pass of a stopped world `nonSimulation`, `beforeSimulation`, the
 // stages after all others, `afterSimulation`, `cleanup` at the end.
 #[test]
 fn an_addon_is_called_as_observed_and_outlives_the_run() {
@@ -122,7 +122,7 @@ fn an_addon_is_called_as_observed_and_outlives_the_run() {
     assert_eq!(lines[expected.len() - 2], "afterSimulation 0");
 }
 
-// script-api.md section 4.2: run modes 0 starting, 1 running, 4 ending; returning 0 ends it.
+// tests/facts/script-api.md, 6: run modes 0 starting, 1 running, 4 ending; returning 0 ends it.
 #[test]
 fn an_old_addon_is_run_as_a_whole_and_ends_by_returning_0() {
     let old = "
@@ -138,7 +138,7 @@ fn an_old_addon_is_run_as_a_whole_and_ends_by_returning_0() {
     assert_eq!(told(&place.run(&["--steps", "10"]).good()), ["begins", "enough 3", "ends"]);
 }
 
-// script-api.md section 1.3, row 15, and 4.2: `sysCall_addOnScriptRun` in each pass, sim.syscb_cleanup (1) ends it.
+// tests/facts/script-api.md, 6: `sysCall_addOnScriptRun` in each pass, sim.syscb_cleanup (1) ends it.
 #[test]
 fn an_addon_of_the_years_between_has_functions_of_its_own() {
     let text = "function sysCall_init() print('> init') n = 0 end
@@ -200,7 +200,8 @@ fn a_failing_addon_is_named_and_suspended_and_nothing_else_changes() {
     let (with, without) = (&done.json()["objects"], &without["objects"]);
     assert_eq!(with, without, "robots are where they were, with the same hashes");
     assert!(errors[0]["object"].is_null(), "an add-on belongs to no object: {errors:?}");
-    // An old one is stopped, too (script-api.md section 4.2), while old scripts of the scene would be called again.
+    // An old one is stopped, too (tests/facts/script-api.md, 6), while old scripts of the scene would be called
+    // again.
     let old = "if sim_call_type == sim_addonscriptcall_run then local x = nil + 1 end
         if sim_call_type == sim_addonscriptcall_cleanup then print('> ends') end";
     let done = place(&[("old.lua", old)]).run(&["--steps", "5"]);
@@ -249,7 +250,8 @@ fn shipped(place: &Place, name: &str, options: &str, args: &[&str]) -> Done {
     place.run(&[&["--addon", addon.as_str()], args].concat())
 }
 
-/// 2 rad/s on wheels of 0.0975 m give 0.195 m/s (README of the Pioneer): after 2 s about 0.38 m, less what starting took.
+/// 2 rad/s on wheels of 0.0975 m give 0.195 m/s (README of the Pioneer): after 2 s about 0.38 m, less what starting
+/// took.
 #[test]
 fn the_pose_logger_writes_what_the_trace_tells() {
     let place = place(&[]);

@@ -8,7 +8,7 @@ fn below(parent: &str, alias: &str, script: &str) -> String {
 
 #[test]
 fn a_script_calls_those_below_it_once_with_its_arguments() {
-    // script-api.md 1.2, point 4 (varargs), and 1.5 (the call runs those below, which are not run again in the pass).
+    // tests/facts/script-api.md, 1: arguments reach those below, which are not run again in the pass.
     let script = |name: &str| {
         format!(
             "if sim_call_type == sim_childscriptcall_actuation then
@@ -36,7 +36,7 @@ fn a_script_calls_those_below_it_once_with_its_arguments() {
 
 #[test]
 fn the_oldest_texts_call_those_below_them() {
-    // script-api.md 1.5; the count of runs begins at 0 (ttt-format.md section 11.4).
+    // tests/facts/script-api.md, 1: the count of runs begins at 0.
     let script = |name: &str| {
         format!(
             "local n = simGetScriptExecutionCount()
@@ -52,7 +52,7 @@ fn the_oldest_texts_call_those_below_them() {
 
 #[test]
 fn a_script_of_kind_threaded_runs_as_a_thread() {
-    // script-api.md 1.1: threaded child scripts are a type of their own. Nothing in this text tells.
+    // tests/facts/script-api.md, 1: threaded child scripts are a type of their own. Nothing in this text shows it.
     let script = "for i = 1, 2 do
             simAddStatusbarMessage('run '..i)
             _G['simSwitch'..'Thread']()

@@ -117,7 +117,7 @@ fn a_script_may_stop_the_run() {
 #[test]
 fn set_changes_properties_and_parameters() {
     let place = scene();
-    // Speeding up, the motor gives what it has: 3 N m (REFERENCES.md's Pioneer), or what the run says.
+    // Speeding up, the motor gives what it has: 3 N m (tests/facts/pioneer.md, 3), or what the run says.
     let torque = |args: &[&str]| {
         let lines = place.trace(&[MOTOR], &[&["--steps", "1"], args].concat());
         lines[0].0["objects"][MOTOR]["joint"]["effort"].as_f64().unwrap()

@@ -1,6 +1,7 @@
 //! The scripts of the 2015 course, unmodified, and what the original program printed for them.
 //!
-//! Source: `../shared/seeds/tutorial.txt` lines 524 to 531, and the scripts beside it.
+//! Source: `tests/facts/pioneer.md`, 4. The scripts are not part of the repository and are read from
+//! `../shared/seeds/scripts`.
 
 use std::{collections::BTreeMap, fmt::Write};
 
@@ -89,7 +90,7 @@ fn the_console_gets_a_line_a_step() {
     let Some(robot) = student("pioneer_console", "") else { return };
     let (_, _, told) = runs(&robot, "").unwrap();
     let lines: Vec<&str> = told.lines().filter_map(|l| l.strip_prefix("[Sensors] ")).collect();
-    // 200 steps, and three passes after the stop was asked for (call-order-observed.md section 1).
+    // 200 steps, and three passes after the stop was asked for (tests/facts/call-order.md, 1).
     assert_eq!(lines.len(), 203, "{told}");
     assert!(lines.iter().all(|l| sonars(l).len() == 16));
 }
@@ -100,7 +101,7 @@ fn the_pose_is_told_as_it_is() {
     let (_, _, told) = runs(&robot, "").unwrap();
     let lines: Vec<&str> = told.lines().filter_map(|l| l.strip_prefix("[Pose] ")).collect();
     assert_eq!(lines.len(), 203);
-    // Where it was put; its base frame is 0.1388 m above the floor (REFERENCES.md section 7).
+    // Where it was put; its base frame is 0.1388 m above the floor (tests/facts/pioneer.md, 1).
     assert!(lines[0].starts_with("0.5000 -0.2500 0.138"), "{}", lines[0]);
 }
 
@@ -110,7 +111,7 @@ fn the_log_file_grows_by_two_lines_a_step() {
     let (place, _, _) = runs(&robot, "").unwrap();
     let log = place.read("usensors-log.log");
     assert_eq!(log.lines().count(), 406);
-    // os.clock() tells simulation time, which stands at 0 in the first step (design.md section 5).
+    // os.clock() returns simulation time, so that runs repeat; it is 0 in the first step.
     assert!(log.lines().nth(1).unwrap().ends_with(" 0.00"), "{log}");
 }
 

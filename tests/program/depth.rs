@@ -2,7 +2,7 @@
 //!
 //! A pinhole's pixel (column, row) of f = half the columns / tan(half the angle) looks along
 //! (-(column - cx) / f, (row - cy) / f, 1): +z ahead, +y up, +x to the left. Depth is what lies along z
-//! (`../shared/reference/datasheets.md` section 1: z, not the range).
+//! (`tests/facts/devices.md`: z, not the range).
 
 use crate::kit::*;
 

@@ -16,7 +16,7 @@ fn says(dialect: &str, text: &str) -> Vec<String> {
 
 #[test]
 fn numbers_are_written_as_their_time_wrote_them() {
-    // Lua 5.1: all numbers are floats, shown with %.14g (script-api.md section 3.2).
+    // Lua 5.1: all numbers are floats, shown with %.14g (tests/facts/script-api.md, 3).
     let text = "local t = {[10/2 .. ''] = 'key'}
         say('v='..10/2) say(tostring(10/2)) say(string.format('%s', 10/2)) say(table.concat({10/2, 0.5, -4/2}, ' '))
         say(t['5'] or 'none') say((10/2)..'|'..2^31) say(''..1e15) say(''..2^53) say(('x'):rep(10/2))
@@ -62,7 +62,7 @@ fn scripts_of_both_eras_stand_side_by_side() {
 
 #[test]
 fn lua_5_1_is_there() {
-    // Lua 5.1 reference manual; script-api.md section 3.2 lists what scripts use of it.
+    // Lua 5.1 reference manual; tests/facts/script-api.md, 3, lists what scripts use of it.
     let cases = [
         ("local goto = 3 say(''..goto)", "3"),
         (r"say('50\% of \/ \.')", "50% of / ."),
@@ -89,12 +89,12 @@ fn lua_5_1_is_there() {
 
 #[test]
 fn numbers_pass_as_32_bit_floats_before_4_5() {
-    // script-api.md trap 20: simGetFloatSignal after 0.1 gives 0.10000000149012.
+    // tests/facts/script-api.md, 1: simGetFloatSignal after 0.1 gives 0.10000000149012.
     let text = "simSetFloatSignal('x', 0.1) say(''..simGetFloatSignal('x'))
         simSetObjectPosition(simGetObjectHandle('a'), -1, {0.1, 2, 0.3})
         local p = simGetObjectPosition(simGetObjectHandle('a'), -1) say(p[1]..' '..p[2]..' '..p[3])";
     assert_eq!(says("3.2", text), ["0.10000000149012", "0.10000000149012 2 0.30000001192093"]);
-    // From 4.5 on all values are doubles (script-api.md section 0).
+    // From 4.5 on all values are doubles (tests/facts/script-api.md, 1).
     assert_eq!(says("4.5", text)[0], "0.1");
     assert_eq!(says("4.4", text)[0], "0.10000000149012");
 }
@@ -174,7 +174,7 @@ fn a_text_of_branches_runs_for_those_it_has() {
 
 #[test]
 fn the_call_type_has_the_numbers_of_its_era() {
-    // script-api.md section 1.2.1: child scripts.
+    // tests/facts/script-api.md, 1: call types of child scripts.
     for (dialect, names, numbers) in [
         ("3.2", "sim_childscriptcall_", ["0 0", "2 2", "3 3"]),
         ("3.6", "sim_childscriptcall_", ["0 0", "5 5", "6 6"]),
@@ -211,7 +211,7 @@ fn no_text_runs_after_its_clean_up() {
 
 #[test]
 fn the_oldest_texts_run_once_a_step() {
-    // script-api.md section 0, first row; ttt-format.md section 11.4: an execution counter from 0, no call types.
+    // tests/facts/script-api.md, 1, first row: an execution counter from 0, no call types.
     let script = "if (simGetScriptExecutionCount()==0) then simAddStatusbarMessage('first') end
         simHandleChildScript(sim_handle_all_except_explicit)
         simAddStatusbarMessage('run '..simGetScriptExecutionCount()..' '..tostring(_G['sim_call_'..'type']))";

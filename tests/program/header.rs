@@ -13,7 +13,6 @@ use crate::{
 };
 
 /// Types that never change within an ABI major, and their sizes on 64-bit systems, counted by hand from their fields.
-/// Source: contract.md sections 1 and 6.
 const FROZEN: [(&str, usize); 5] = [
     ("tatu_str", 16),        // pointer, length
     ("tatu_value", 24),      // tag, reserved, 16 bytes of payload

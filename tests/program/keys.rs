@@ -31,7 +31,7 @@ fn scene() -> Place {
     place
 }
 
-/// Codes: script-api.md 2.13; a message stays until each script has taken its copy.
+/// Codes: tests/facts/script-api.md, 5; a message stays until each script has taken its copy.
 #[test]
 fn keys_enter_before_the_first_step_at_or_after_their_time() {
     let place = scene();

@@ -187,7 +187,7 @@ fn the_velodyne_has_sixteen_layers_all_around() {
     let (angle, elevation) = (field(&line, "angle"), field(&line, "elevation"));
     assert_eq!(angle.len(), 16 * 1808);
     for layer in 0..16 {
-        // Sorted, the data sheet's angles are -15, -13 ... 15 degrees.
+        // tests/facts/devices.md: sorted, the angles are -15, -13 ... 15 degrees.
         let wanted = (2.0 * layer as f64 - 15.0).to_radians();
         assert!((elevation[layer * 1808] - wanted).abs() < 1e-9, "layer {layer}: {}", elevation[layer * 1808]);
         assert_eq!(angle[layer * 1808..][..1808], angle[..1808]);

@@ -1,8 +1,7 @@
 //! Sensors of V-REP's library as models: the objects that scripts ask for are there, and their scripts tell what the
 //! scene's geometry says.
 //!
-//! Sources: names, places and numbers from `../shared/corpus/ttt` (`World-Sick180-Log`, `rover`, `GPS-Compass`) and
-//! `../shared/reference/datasheets.md` sections 2 and 5.
+//! Source: names, places and numbers of V-REP's models and of devices, `tests/facts/devices.md`.
 
 use crate::kit::*;
 
@@ -35,7 +34,8 @@ fn placed(model: &str, at: [f64; 3], more: &str) -> String {
 
 #[test]
 fn the_scanner_tells_its_points_by_tube_signal_graph_and_file() {
-    // 361 points over 180 degrees, 2 a degree; beam i looks to -90 + i / 2 degrees; points are relative to the scanner.
+    // 361 points over 180 degrees, 2 a degree; beam i looks to -90 + i / 2 degrees; points are relative to the
+    // scanner.
     let reader = "
         function sysCall_init()
             scanner = sim.getObjectHandle('LaserScanner_2D')
@@ -222,8 +222,8 @@ fn the_course_shows_a_gps_with_its_error_and_without() {
 #[test]
 fn the_fast_hokuyo_tells_the_walls_in_all_its_pixels() {
     // Two cameras of 256 pixels and 120 degrees each, from -120 to 120 degrees, to 5 m; column k of a camera looks to
-    // atan((2 (k + 0.5) / 256 - 1) tan 60): datasheets.md section 1. The row of pixels has a height of its own, but walls are
-    // upright: points lie on them, whatever they are called.
+    // atan((2 (k + 0.5) / 256 - 1) tan 60): tests/facts/devices.md. The row of pixels has a height of its own, but
+    // walls are upright: points lie on them, whatever they are called.
     let reader = "
         function sysCall_init()
             for _, part in ipairs({ 'body', 'joint1', 'joint2', 'sensor1', 'sensor2', 'ref' }) do
@@ -259,8 +259,8 @@ fn the_fast_hokuyo_tells_the_walls_in_all_its_pixels() {
 
 #[test]
 fn the_kinect_sees_a_plate_in_front_of_it() {
-    // V-REP's kinect-color-point-cloud: the cameras stand 29.2 mm before and 53.0 mm above the ground of the model, look
-    // along +y, 640 x 480 pixels, 57 degrees along the longer side (f 589.4 pixels), 0.01 to 3.5 m.
+    // V-REP's kinect-color-point-cloud: the cameras stand 29.2 mm before and 53.0 mm above the ground of the model,
+    // look along +y, 640 x 480 pixels, 57 degrees along the longer side (f 589.4 pixels), 0.01 to 3.5 m.
     let plate = cuboid("plate", [0.4, 0.1, 0.2], [0.5 - 0.0141, 2.05, 0.5 + 0.053], "color = [1.0, 0.0, 0.0]");
     let reader = "
         function sysCall_init()

@@ -1,5 +1,5 @@
-//! What scripts see of each other, of physics and of the end of a run: call-order-observed.md sections 3 and 4, line by
-//! line, and script-api.md 1.6 and 1.8.
+//! What scripts see of each other, of physics and of the end of a run: tests/facts/call-order.md,
+//! 1, 3 and 4, line by line, and tests/facts/script-api.md, 2.
 
 use tatu_core::{Phase, World};
 
@@ -17,7 +17,7 @@ fn started(scene: &str) -> (Place, World) {
     (place, world)
 }
 
-/// Child scripts on A/B, A and C, a customization script on A, called in this order (section 1).
+/// Child scripts on A/B, A and C, a customization script on A, called in this order (call-order.md, 1).
 fn four(script: impl Fn(&str) -> String) -> String {
     let one = |kind: &str, name: &str| format!("{{ kind = \"{kind}\", text = '''{}''' }}", script(name));
     format!(
@@ -61,9 +61,9 @@ fn signals_are_seen_in_the_step_that_was_observed() {
     let (_place, world) = started(&four(|name| format!("NAME = '{name}'{SIGNALS}")));
     told(&world);
     world.step();
-    // Section 4, "set in actuation by a script that runs earlier": seen in the same actuation by later scripts, and already
-    // by their `init` in step 1; "by a later script": in the sensing of the same step; "set in sensing by an earlier":
-    // the same sensing.
+    // call-order.md, 4: what an earlier script sets in actuation, later ones see in the same actuation, in step 1
+    // already in `init`; what a later one sets is seen in the sensing of the same step; set in sensing by an earlier
+    // one, in the same sensing.
     let wanted = [
         "child init: child=- parent=- sibling=- cust=-",
         "child actuation: child=- parent=- sibling=- cust=-",
@@ -78,15 +78,15 @@ fn signals_are_seen_in_the_step_that_was_observed() {
         "cust sensing: child=11 parent=11 sibling=11 cust=10",
     ];
     assert_eq!(told(&world), wanted);
-    // "set in sensing by a later script": next step's actuation.
+    // Set in sensing by a later script: the next step's actuation.
     world.step();
     assert_eq!(told(&world)[0], "child actuation: child=11 parent=11 sibling=11 cust=11");
     world.stop();
     let lines = told(&world);
     let last: Vec<&str> =
         lines.iter().map(String::as_str).filter(|l| !l.contains("ing:") && !l.contains("uation:")).collect();
-    // "in cleanup of child scripts: all signals still there"; "after the end: signals made by child scripts gone before
-    // afterSimulation"; "made by the customization script: stay". Two steps, then three passes after the request.
+    // In `cleanup` of child scripts all signals exist; those of child scripts are gone before `afterSimulation`,
+    // those of customization scripts stay. Two steps, then three passes after the request.
     let all = "child=51 parent=51 sibling=51 cust=51";
     let wanted = [
         format!("child cleanup: {all}"),
@@ -99,8 +99,8 @@ fn signals_are_seen_in_the_step_that_was_observed() {
 
 #[test]
 fn tubes_carry_packets_in_the_step_that_was_observed() {
-    // Section 4: written in actuation by the child (earlier): read by the parent in the same actuation; by the parent
-    // (later): by the child in the same step's sensing; a packet is read once, then nil.
+    // call-order.md, 4: written in actuation by the child (earlier): read by the parent in the same actuation; by the
+    // parent (later): by the child in the same step's sensing; a packet is read once, then nil.
     let script = |name: &str| {
         format!(
             "local function read(when)
@@ -139,7 +139,7 @@ fn tubes_carry_packets_in_the_step_that_was_observed() {
 
 #[test]
 fn an_error_of_a_modern_script_silences_it_until_the_next_start() {
-    // Section 4, row "a runtime error in actuation of step 2".
+    // call-order.md, 4: a runtime error in actuation.
     let script = |name: &str| {
         format!(
             "local function log(what) sim.addStatusbarMessage('{name} ' .. what) end
@@ -178,7 +178,7 @@ fn an_error_of_a_modern_script_silences_it_until_the_next_start() {
     world.step();
     let lines = status(&world);
     assert!(lines.iter().any(|l| l == "parent init") && lines.iter().any(|l| l == "parent actuation 1"), "{lines:?}");
-    // script-api.md 1.8, to 4.1: "the script is called again in the next step".
+    // script-api.md, 2: to 4.1 the script is called again in the next step.
     let old = "n = 0 function sysCall_actuation() n = n + 1 simAddStatusbarMessage('call '..n) error('mine') end";
     let place = Place::scene(&format!("dialect = \"4.1\"\n{}", watcher("A", old)));
     let done = place.run(&["--steps", "3"]);
@@ -187,7 +187,7 @@ fn an_error_of_a_modern_script_silences_it_until_the_next_start() {
 
 #[test]
 fn what_a_stop_restores_removes_and_leaves() {
-    // Section 4, last row: restored: object position, joint position; removed: objects created during simulation; not
+    // call-order.md, 4: restored: object position, joint position; removed: objects created during simulation; not
     // restored: visibility layer.
     let script = "function sysCall_actuation()
             if made then return end
@@ -217,9 +217,9 @@ fn what_a_stop_restores_removes_and_leaves() {
 
 #[test]
 fn physics_has_its_callbacks_between_its_steps() {
-    // Section 3, with physics steps of 5 ms: a box resting on a floor, a joint that a script controls. There `contact` of a
-    // contact that exists at the start comes before the first `dyn`; here it is told after the physics step in which it
-    // begins, as all others.
+    // call-order.md, 3, with physics steps of 5 ms: a box resting on a floor, a joint that a script controls. There
+    // `contact` of a contact that exists at the start comes before the first `dyn`; here it is told after the physics
+    // step in which it begins, as all others.
     let log = |name: &str, more: &str| {
         format!(
             "local function log(text) sim.addStatusbarMessage('{name} ' .. text) end
@@ -298,7 +298,7 @@ fn the_answer_to_a_contact_holds_from_the_next_physics_step() {
 
 #[test]
 fn a_script_may_end_or_restart_itself_or_hold_a_step_back() {
-    // script-api.md 1.3, "Return convention".
+    // script-api.md, 1: what a callback may return.
     let script = "function sysCall_init() sim.addStatusbarMessage('init') n = 0 end
         function sysCall_actuation() n = n + 1 sim.addStatusbarMessage('n ' .. n) if n == 2 then return {cmd = 'WHAT'} end end
         function sysCall_cleanup() sim.addStatusbarMessage('cleanup') end";
@@ -314,7 +314,7 @@ fn a_script_may_end_or_restart_itself_or_hold_a_step_back() {
         assert_eq!(lines[..wanted.len()], wanted, "{what}: {lines:?}");
         assert!(world.faults().is_empty(), "{:?}", world.faults());
     }
-    // 1.3: `doNotRunMainScript` "skips main script and the time advance".
+    // `doNotRunMainScript`: neither the main script nor time advances.
     let hold = "n = 0 function sysCall_beforeMainScript() n = n + 1 return {doNotRunMainScript = n % 2 == 1} end
         function sysCall_actuation() sim.addStatusbarMessage(string.format('%.2f', sim.getSimulationTime())) end";
     let scene = format!(
@@ -403,8 +403,8 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_
 
 #[test]
 fn a_script_added_in_actuation_begins_in_the_sensing_of_that_step() {
-    // Section 4, row "a script created during actuation of step n": chunk and init in the sensing part of step n, after the
-    // existing scripts; `sensing` in step n, `actuation` from n + 1.
+    // call-order.md, 4, a script created in actuation of step n: chunk and init in the sensing part of step n, after
+    // the existing scripts; `sensing` in step n, `actuation` from n + 1.
     let late = "sim.addStatusbarMessage('late chunk')
         for _, c in ipairs{'init', 'actuation', 'sensing', 'cleanup'} do
             _G['sysCall_' .. c] = function() sim.addStatusbarMessage('late ' .. c) end

@@ -1,8 +1,8 @@
 //! The built program from outside: real plugin libraries, real compilers, real scripts.
 //!
 //! One binary, one module per subject; `kit` runs the program, writes scenes and builds plugins. Expected values name
-//! their source: a measurement of the original program, a data sheet, a formula. Tests that need `../shared` skip with
-//! a printed reason where it is absent. Nothing here looks at how long something takes.
+//! their source: a formula, or a fact restated in `tests/facts/`. Tests that need files which are not part of the
+//! repository skip with a printed reason where these are absent. Nothing here looks at how long something takes.
 
 mod addons;
 mod away;

@@ -19,7 +19,7 @@ fn down(at_0: &str) -> String {
     )
 }
 
-/// Begins in the second step: in the first, b's text has not run yet when a is called (call-order-observed.md).
+/// Begins in the second step: in the first, b's text has not run yet when a is called (tests/facts/call-order.md, 1).
 const START: &str = "
 function sysCall_actuation()
     step = (step or 0) + 1

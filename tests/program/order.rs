@@ -1,5 +1,5 @@
-//! Which script is called when. The tables are those of call-order-observed.md sections 1 and 2, and for older dialects
-//! script-api.md 1.5, line by line; what is called otherwise here stands in docs/guide/coming-from-vrep.md, "Order of calls".
+//! Which script is called when: tests/facts/call-order.md, 1 and 2, line by line; what is called otherwise here
+//! stands in docs/guide/coming-from-vrep.md, "Order of calls".
 
 use std::sync::Arc;
 
@@ -73,7 +73,7 @@ fn calls(names: &[&str], callback: &str, at: &str) -> Vec<String> {
     names.iter().map(|n| format!("{n} {callback} {at}")).collect()
 }
 
-/// The scene of sections 1 to 3: objects A, A/B, C, D.
+/// The scene of call-order.md, 1: objects A, A/B, C, D.
 fn observed_scene() -> (Place, World, Arc<Registry>) {
     let child = |name: &str, more: &str| ("child", "normal", text(&format!("child {name}"), more));
     let cust = |name: &str| ("customization", "normal", text(&format!("cust {name}"), ""));
@@ -202,7 +202,7 @@ fn the_life_of_a_run_is_the_observed_one() {
 
 #[test]
 fn a_stop_while_paused_resumes_first() {
-    // script-api.md 1.6: "stop while paused: state jumps to firstafterpause, then proceeds as above".
+    // call-order.md, 1: a stop while paused goes to state 20 first.
     let (_place, world, _registry) = observed_scene();
     world.start();
     world.step();
@@ -244,20 +244,20 @@ fn order_in(dialect: &str, first: &str) -> Vec<String> {
 
 #[test]
 fn each_dialect_has_its_order() {
-    // call-order-observed.md section 2: "order V, Y, U, W, X, Z, Q2, Q1, Q0". A scene without dialect with modern scripts
+    // call-order.md, 2. A scene without dialect with modern scripts
     // counts as modern.
     for dialect in ["4.4", "4.9", ""] {
         assert_eq!(order_in(dialect, ""), ["V", "Y", "U", "W", "X", "Z", "Q2", "Q1", "Q0"], "`{dialect}`");
     }
-    // The same section: priority has no effect on different objects.
+    // Priority has no effect on different objects.
     assert_eq!(order_in("4.9", "Q0"), order_in("4.9", ""));
-    // script-api.md 1.5: to 3.5 "starting at parentless objects, then towards the leaves"; siblings by execution order.
+    // To 3.5 parents come first, tree by tree; siblings by execution order.
     for dialect in ["3.2", "3.5"] {
         assert_eq!(order_in(dialect, ""), ["X", "Y", "U", "Z", "W", "V", "Q2", "Q1", "Q0"], "`{dialect}`");
     }
     assert_eq!(order_in("3.2", "Q0"), ["Q0", "X", "Y", "U", "Z", "W", "V", "Q2", "Q1"]);
     assert_eq!(order_in("3.2", "U"), ["X", "U", "Y", "Z", "W", "V", "Q2", "Q1", "Q0"]);
-    // 3.6 to 4.3: "descendants first", tree by tree; "siblings by execution priority".
+    // 3.6 to 4.3: descendants first, tree by tree; siblings by priority.
     for dialect in ["3.6", "4.3"] {
         assert_eq!(order_in(dialect, ""), ["Y", "U", "X", "V", "W", "Z", "Q2", "Q1", "Q0"], "`{dialect}`");
     }
@@ -266,7 +266,7 @@ fn each_dialect_has_its_order() {
 
 #[test]
 fn scripts_of_one_object_go_by_priority() {
-    // call-order-observed.md section 2: "three scripts on one object ran first, normal, last".
+    // call-order.md, 2: three scripts on one object ran first, normal, last.
     let script = |p| ("child", p, format!("function sysCall_actuation() sim.addStatusbarMessage('{p}') end"));
     let place = Place::scene(&object("A", "", &["last", "normal", "first"].map(script)));
     let world = world(&place.path().join("scene.toml"), &registry());

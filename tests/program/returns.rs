@@ -1,5 +1,6 @@
-//! What commands return to scripts of the newest era: the rows of the reference's `call-order-observed.md`, section 6, in
-//! their order, and beside them what differs here; each difference stands in the guide, "Coming from V-REP".
+//! What commands return to scripts of the newest era: one row a call, as observed in CoppeliaSim 4.9
+//! (tests/facts/call-order.md, 5), and beside it what differs here; each difference stands in the guide, "Coming from
+//! V-REP".
 //!
 //! Rows about spherical joints and vision sensors, which there are none of, and names that do not exist are left out.
 
@@ -382,7 +383,7 @@ fn each_row_of_the_guide_names_its_test() {
 }
 
 /// Old eras: API errors through flat names are told and give -1 or nil, `sim.` names raise; since 4.2 all raise
-/// (script-api.md sections 0 and 1.8; call-order-observed.md section 6, fact a).
+/// (tests/facts/script-api.md, 2; tests/facts/call-order.md, 5).
 #[test]
 fn errors_of_flat_names_follow_the_era() {
     let script = "
@@ -409,8 +410,8 @@ fn errors_of_flat_names_follow_the_era() {
     }
 }
 
-/// Without a hit: one value before 4.2, -1 in the first actuation and then 0; five values since (script-api.md 2.6;
-/// call-order-observed.md section 6).
+/// Without a hit: one value before 4.2, -1 in the first actuation and then 0; five values since
+/// (tests/facts/script-api.md, 2; tests/facts/call-order.md, 5).
 #[test]
 fn proximity_sensors_answer_as_the_era_expects() {
     let script = "

@@ -39,7 +39,7 @@ fn every_mistake_has_its_kind() {
 
 #[test]
 fn old_scripts_go_on_after_an_error() {
-    // script-api.md section 1.8, left column: the call ends, and the script is called again in the next step.
+    // tests/facts/script-api.md, 2, to 4.1: the call ends, and the script is called again in the next step.
     for dialect in ["3.2", "4.1"] {
         let script = "function sysCall_actuation()
             n = (n or 0) + 1
@@ -69,7 +69,7 @@ fn flat_names_go_on_after_a_refusal_and_new_names_raise() {
         let place = Place::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", script)));
         let done = place.run(&["--steps", "1", "--trace", "t.jsonl"]);
         assert_eq!(done.errors().len(), 2, "{dialect}");
-        // script-api.md section 2.0: -1 for handles, nil for values.
+        // tests/facts/script-api.md, 2: -1 for handles, nil for values.
         let told = place.lines("t.jsonl")[0].status().join(",");
         assert!(told.starts_with("handle -1,value nil,new false"), "{told}");
     }
@@ -81,7 +81,7 @@ fn flat_names_go_on_after_a_refusal_and_new_names_raise() {
     end";
     let lines: Vec<_> = errors(script, "3.2").iter().map(|e| (e["line"].as_u64(), e["file"].is_string())).collect();
     assert_eq!(lines, [(Some(2), true), (Some(3), true), (Some(4), true)]);
-    // From 4.2 on flat names raise too (call-order-observed.md section 6, fact a).
+    // From 4.2 on flat names raise too (tests/facts/call-order.md, 5).
     let script = "function sysCall_init() sim.addStatusbarMessage(tostring(pcall(simGetObjectParent, 9999))) end";
     let lines = Place::scene(&format!("dialect = \"4.9\"\n{}", watcher("a", script))).trace(&[], &["--steps", "1"]);
     assert!(lines[0].status()[0].starts_with("false"), "{:?}", lines[0].status());

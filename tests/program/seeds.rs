@@ -1,8 +1,9 @@
-//! The ten scripts of the 2015 course, unmodified, in the scenes that are made for them: what they tell on the status bar,
-//! on consoles and in files is compared with what geometry says of the poses in the trace.
+//! The ten scripts of the 2015 course, unmodified, in the scenes that are made for them: what they tell on the status
+//! bar, on consoles and in files is compared with what geometry says of the poses in the trace.
 //!
-//! Sources: `../shared/seeds/scripts`; the room is `scenes/course/parts/arena.toml`, the ring's cones are those of the
-//! robot's README (15 degrees to each side, 1 m, at most 72 degrees to a surface's normal).
+//! The scripts are not part of the repository and are read from `../shared/seeds/scripts`; the room is
+//! `scenes/course/parts/arena.toml`, the ring's cones are those of the robot's README (15 degrees to each side, 1 m,
+//! at most 72 degrees to a surface's normal).
 
 use std::path::PathBuf;
 
@@ -28,8 +29,8 @@ fn seed(name: &str) -> Option<PathBuf> {
     shared(&format!("seeds/scripts/{name}.lua"))
 }
 
-/// Runs a scene of the course in a folder of its own, with `more` objects in it and scripts handed in; the trace, and all
-/// that was told beside it.
+/// Runs a scene of the course in a folder of its own, with `more` objects in it and scripts handed in; the trace, and
+/// all that was told beside it.
 struct Ran {
     place: Place,
     lines: Vec<Line>,
@@ -105,8 +106,8 @@ fn ray(block: &Block, from: [f64; 3], along: [f64; 3]) -> Option<(f64, f64)> {
     (enter > 0.0 && enter <= leave).then_some((enter, cosine))
 }
 
-/// What a sonar sees from a pose: the nearest point of any surface in its cone. All surfaces are upright, so that point
-/// lies at the sonar's height: rays fanned out there are enough.
+/// What a sonar sees from a pose: the nearest point of any surface in its cone. All surfaces are upright, so that
+/// point lies at the sonar's height: rays fanned out there are enough.
 fn sonar(at: [f64; 3], q: [f64; 4]) -> Option<f64> {
     let ahead = rotate(q, [0.0, 0.0, 1.0]);
     let heading = ahead[1].atan2(ahead[0]);
@@ -261,7 +262,7 @@ fn signals_are_those_of_the_same_step() {
     let printed = ran.console("Signals").concat();
     let (mut rest, mut slow) = (printed.as_str(), 0);
     for line in &ran.lines {
-        // call-order-observed.md section 4: what actuation sets, sensing of the same step reads.
+        // tests/facts/call-order.md, 4: what actuation sets, sensing of the same step reads.
         let numbers: Vec<f64> = line.status()[0].split(' ').map(|n| n.parse().unwrap()).collect();
         let [l, r, a, b] = numbers[..] else { panic!("{numbers:?}") };
         assert!((l - a).abs() < 1e-6 && (r - b).abs() < 1e-6, "{} s: {numbers:?}", line.time());
@@ -309,7 +310,8 @@ fn the_scan_is_where_rays_meet_the_room_and_steers_the_robot_a_step_later() {
     let mut worst = 0.0_f64;
     for (scan, line) in scans.iter().zip(&ran.lines) {
         let (p, q) = (line.object::<3>(&scanner, "position"), line.object::<4>(&scanner, "quaternion"));
-        // The ray leaves the middle of the model (V-REP's `World-Sick180-Log`: joint and laser stand where the base is).
+        // The ray leaves the middle of the model (V-REP's `World-Sick180-Log`: joint and laser stand where the base
+        // is).
         let from = p;
         assert_eq!(scan.len(), 181, "in a room every ray meets something");
         for (angle, d) in scan {
@@ -333,7 +335,7 @@ fn the_scan_is_where_rays_meet_the_room_and_steers_the_robot_a_step_later() {
     assert!(worst < 2e-4, "off by {worst} m");
     let mut turns = 0;
     for (k, line) in ran.lines.iter().enumerate() {
-        // call-order-observed.md section 4: what sensing sets, actuation of the next step reads.
+        // tests/facts/call-order.md, 4: what sensing sets, actuation of the next step reads.
         let least = if k == 0 { 1000.0 } else { scans[k - 1].iter().map(|s| s.1).fold(1000.0, f64::min) };
         let want = if least < 0.5 { -2.0 } else { 2.0 };
         turns += usize::from(want < 0.0);

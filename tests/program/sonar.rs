@@ -1,6 +1,6 @@
 //! The Pioneer's sonars against geometry written out: a plate in the cone, its nearest point that counts.
 //!
-//! Source of the ring and the cones: `../shared/corpus/ttt/REFERENCES.md` section 7 (30 degrees, tip 5 mm, threshold
+//! Source of the ring and the cones: `tests/facts/pioneer.md`, 1 (30 degrees, tip 5 mm, threshold
 //! 0.05 m, at most 45 degrees between line of sight and surface normal; the model here allows 72 unless a scene says
 //! otherwise, its README tells why). The answer is found here by halving the faces
 //! of the plate until their pieces are too small to matter: nothing of the program's geometry is used.

@@ -121,7 +121,7 @@ fn parents_children_and_parameters_are_made_when_they_are_missed() {
     assert_eq!(kind_of(&done, "child"), "dummy");
 }
 
-/// A model's base tells the scripts of its parts what to do (script-api 2.19 and appendix A, quadricopter).
+/// A model's base tells the scripts of its parts what to do by script parameters, as V-REP's quadricopter does.
 #[test]
 fn scripts_of_other_objects_are_made_when_they_are_missed() {
     let done = stand_ins(
@@ -187,7 +187,7 @@ fn objects_of_a_type_registered_ones_and_models_are_made() {
     }
 }
 
-/// Vision sensors: -1 is "never handled", depths of 1 lie at the far plane (script-api 2.7).
+/// Vision sensors: -1 is "never handled", depths of 1 lie at the far plane (tests/facts/script-api.md, 4).
 #[test]
 fn vision_sensors_are_blind_and_no_error() {
     let done = stand_ins(
@@ -218,7 +218,7 @@ fn vision_sensors_are_blind_and_no_error() {
     assert_eq!(kinds(&stand_ins(old, &[])), Vec::<Value>::new());
 }
 
-/// The stages of script-api 1.4.2: physics runs, so that time goes on.
+/// The default main script's stages (tests/facts/script-api.md, 1): physics runs, so that time goes on.
 #[test]
 fn the_default_main_script_can_be_required() {
     let done = stand_ins("require('defaultMainScript')", &[]);

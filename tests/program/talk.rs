@@ -1,4 +1,4 @@
-//! Messages, and what outlives a run: rows of call-order-observed.md section 4.
+//! Messages, and what outlives a run: tests/facts/call-order.md, 4.
 
 use tatu_core::{World, document::ScriptSpec};
 
@@ -26,8 +26,8 @@ fn status(world: &World) -> Vec<String> {
     told(world).into_iter().filter(|l| l.starts_with("> ")).map(|l| l[2..].to_owned()).collect()
 }
 
-// Section 4: "`sim.broadcastMsg` from a child script: delivered at once (inside the call), to the others in order; not to
-// the sender". The order is that of section 2: child scripts, the deepest first, then customization scripts.
+// A broadcast is delivered within the call, to the other scripts in their order: child scripts, the deepest first,
+// then customization scripts.
 #[test]
 fn a_broadcast_reaches_the_others_within_the_call() {
     let hears = |name: &str| {
@@ -55,7 +55,7 @@ fn a_broadcast_reaches_the_others_within_the_call() {
     assert_eq!(status(&world), ["before", "deep hello 3", "late hello 3", "cust hello 3", "behind"]);
 }
 
-// Section 4, row "at stop": restored: model property; not restored: custom data block.
+// At a stop model properties are restored, custom data blocks are not.
 #[test]
 fn a_stop_leaves_custom_data_and_restores_model_properties() {
     let script = "function sysCall_init()
@@ -79,8 +79,7 @@ fn a_stop_leaves_custom_data_and_restores_model_properties() {
     assert_eq!(stopped.last().map(String::as_str), Some("then 61440"), "0xF000: not a model, as before");
 }
 
-// Section 4: "signals made by the customization script, by the sandbox (before or during simulation): stay"; "signals made
-// by child scripts: gone before `afterSimulation`".
+// Signals of customization scripts and of the sandbox stay; those of child scripts are gone before `afterSimulation`.
 #[test]
 fn signals_of_the_sandbox_stay() {
     let child = "function sysCall_actuation() sim.setInt32Signal('child', 1) end";

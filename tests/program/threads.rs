@@ -10,7 +10,7 @@ fn says(scene: &str, steps: &str) -> Vec<Vec<String>> {
 
 #[test]
 fn an_old_text_is_a_thread() {
-    // script-api.md section 1.2.3: the text runs once, in its thread; the usual form around a thread function.
+    // tests/facts/script-api.md, 1: the text runs once, in its thread; the usual form around a thread function.
     let script = "simSetThreadSwitchTiming(200)
         threadFunction=function()
             local n = 0
@@ -82,7 +82,7 @@ fn slices_have_the_length_that_is_set() {
 
 #[test]
 fn modern_threads_are_cut_unless_they_step() {
-    // script-api.md section 1.3.3: automatic switching, off in stepping mode; the level is told.
+    // tests/facts/script-api.md, 1: automatic switching, off in stepping mode; the level is told.
     let script = "sim = require('sim')
         function sysCall_thread()
             local before = sim.setStepping(true)
@@ -100,7 +100,7 @@ fn modern_threads_are_cut_unless_they_step() {
         end
         function sysCall_actuation() sim.addStatusbarMessage('a') end";
     let said = says(&watcher("a", script), "3");
-    // The thread goes on right before its script's actuation (call-order-observed.md section 1).
+    // The thread goes on right before its script's actuation (tests/facts/call-order.md, 1).
     assert_eq!(said, [vec!["levels 0 1", "a"], vec!["time went on", "a"], vec!["true", "a"]]);
 }
 

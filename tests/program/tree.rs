@@ -127,7 +127,7 @@ fn the_architecture_page_names_every_top_folder() {
 
 #[test]
 fn no_file_is_longer_than_one_reads() {
-    // style.md section 9: files seldom pass 800 lines. The header is the manual, and one file by decision.
+    // A file can be read in one sitting. The C header is the exception: it is the manual.
     for file in files(root()) {
         let name = short(&file).replace('\\', "/");
         let Ok(text) = fs::read_to_string(&file) else { continue };
@@ -158,7 +158,7 @@ fn nothing_depends_on_where_it_lies() {
 
 #[test]
 fn abi_stable_stays_in_one_file() {
-    // contract.md section 1.
+    // docs/decisions: abi_stable guards the layouts of the frozen types, and those only.
     let uses = |f: &PathBuf| {
         f.extension().is_some_and(|e| e == "rs") && fs::read_to_string(f).unwrap().contains("abi_stable::")
     };

@@ -1,6 +1,6 @@
 //! Vision sensors through the names of the V-REP API: what they see of a scene whose geometry is written out.
 //!
-//! Source: `../shared/reference/script-api.md` section 2.7.
+//! Source: `tests/facts/script-api.md`, 4.
 
 use crate::kit::*;
 
@@ -105,7 +105,8 @@ fn one_entity_is_looked_at() {
     .good();
 }
 
-/// Parameters by number: 1000 near, 1001 far, 1002 and 1003 resolution, 1004 angle, 1005 size (script-api 2.7).
+/// Parameters by number: 1000 near, 1001 far, 1002 and 1003 resolution, 1004 angle, 1005 size
+/// (tests/facts/script-api.md, 4).
 #[test]
 fn parameters_by_number() {
     see("function sysCall_sensing()
@@ -202,8 +203,8 @@ fn images_from_elsewhere() {
     .good();
 }
 
-/// A scanner as the 2015 models have it: depths become coordinates (filter 35), read as `r, t, u`. A wall at 1 m ahead of
-/// 16 columns: x = slope * 1 m, z = 1 m, in the middle row of three.
+/// A scanner as the 2015 models have it: depths become coordinates (filter 35), read as `r, t, u`. A wall at 1 m
+/// ahead of 16 columns: x = slope * 1 m, z = 1 m, in the middle row of three.
 #[test]
 fn chains_of_filters_tell_coordinates() {
     let wall = cuboid("wall", [0.02, 6.0, 6.0], [1.01, 0.0, 1.0], "");
@@ -230,8 +231,8 @@ fn chains_of_filters_tell_coordinates() {
     Place::scene(&format!("{eye}{wall}")).run(&["--steps", "3"]).good();
 }
 
-/// A script of 2015 that writes what a Kinect sees when the key w is pressed: 119 is its code (script-api 2.13), 6 the
-/// message of a key. The wall fills the lower half at 0.25 of the way.
+/// A script of 2015 that writes what a Kinect sees when the key w is pressed: 119 is its code, 6 the
+/// message of a key (tests/facts/script-api.md, 5). The wall fills the lower half at 0.25 of the way.
 #[test]
 fn a_key_captures_depths_and_colours() {
     let wall = cuboid("wall", [0.02, 6.0, 3.0], [1.01, 0.0, -0.5], "");

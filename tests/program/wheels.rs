@@ -1,6 +1,6 @@
 //! How the Pioneer drives and rests, against what the original program did.
 //!
-//! Source: `../shared/corpus/ttt/REFERENCES.md` section 5. On the clean floor, both motors at 2 rad/s: 0.19495 m/s, pure
+//! Source: `tests/facts/pioneer.md`, 3. On the clean floor, both motors at 2 rad/s: 0.19495 m/s, pure
 //! rolling being 2 * 0.0975 = 0.195; 1 and 2 rad/s: 0.29465 rad/s, pure rolling 0.0975 / 0.331 = 0.29456; at rest it
 //! creeps by 0.5 to 3 mm in 10 s.
 

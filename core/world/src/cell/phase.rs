@@ -72,7 +72,7 @@ mod tests {
         out
     }
 
-    // call-order-observed.md section 1, rows "stop requested" and "pause requested"; section 4, row "with pause at error on":
+    // tests/facts/call-order.md, 1: stop requested, pause requested, pause at script error:
     // from the first step there is a normal one between.
     #[test]
     fn requests_take_as_many_passes_as_observed() {

@@ -201,7 +201,7 @@ mod tests {
         a.len() == b.len() && a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-12)
     }
 
-    /// The elements as the reference gives them, section 2.3.1.
+    /// The elements as tests/facts/script-api.md, 7, gives them.
     #[test]
     fn matrix_of_euler_angles() {
         let (a, b, g) = (0.3_f64, -0.7_f64, 1.9_f64);

@@ -68,7 +68,7 @@ pub(crate) fn code(key: &str) -> Option<(i64, i64)> {
 mod tests {
     use super::*;
 
-    /// Codes of script-api.md 2.13.
+    /// Codes of tests/facts/script-api.md, 5.
     #[test]
     fn keys_have_their_codes() {
         for (key, wanted) in [

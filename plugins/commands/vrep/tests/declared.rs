@@ -77,7 +77,7 @@ fn every_command_tells_what_it_does() {
     }
 }
 
-/// Old names follow the rule `simAbc` -> `sim.abc`, but for those of the reference's table.
+/// Old names follow the rule `simAbc` -> `sim.abc`, but for those of the API's own table.
 #[test]
 fn old_names_follow_the_rule() {
     let irregular = BTreeMap::from([
@@ -114,7 +114,7 @@ fn old_names_follow_the_rule() {
     }
 }
 
-/// The functions that the scripts of the seeds call.
+/// The functions that the scripts of the 2015 course call.
 #[test]
 fn seeds_find_their_functions() {
     let (commands, constants) = declared();

@@ -1,6 +1,6 @@
 //! The numbers that stand for an image: what every sensor tells, and what filters add.
 
-/// Least, greatest and mean intensity, red, green, blue and depth, all from 0 to 1 (script-api 2.7).
+/// Least, greatest and mean intensity, red, green, blue and depth, all from 0 to 1 (tests/facts/script-api.md, 4).
 pub(crate) type Packet = [f64; 15];
 
 /// Of an image without anything in it: black, and all at the far plane.

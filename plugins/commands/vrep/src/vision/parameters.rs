@@ -29,7 +29,7 @@ pub(super) fn angle(c: &Ctx<'_>, sensor: tatu_object) -> f64 {
     number(c, sensor, "perspective_angle").unwrap_or(1.0)
 }
 
-/// What scripts of a sensor are told of it (script-api 1.4: sysCall_vision).
+/// What scripts of a sensor are told of it (`sysCall_vision`: tests/facts/script-api.md, 4).
 pub(super) fn described(c: &Ctx<'_>, view: &View) -> Result<Value> {
     let get = |key| number(c, view.id, key).unwrap_or(0.0);
     let entries = [

@@ -175,7 +175,7 @@ mod tests {
         View { id: 1, columns, rows, sequence: 1, time: 0.0, planes: [0.5, 2.5], blind: false }
     }
 
-    /// metres = near + d (far - near): script-api 2.7.
+    /// metres = near + d (far - near): tests/facts/script-api.md, 4.
     #[test]
     fn depths_are_linear_between_the_planes() {
         let v = view(1, 1);

@@ -178,7 +178,7 @@ impl Work {
 }
 
 /// The coordinates of points of a depth image: how many along x and y, then x, y, z and distance of each, row by row from the
-/// lowest, each from left to right, in the sensor's frame (script-api 2.7).
+/// lowest, each from left to right, in the sensor's frame.
 ///
 /// The points divide the image, or its angles, evenly; each has the depth of the pixel that it falls on.
 pub(super) fn coordinates(

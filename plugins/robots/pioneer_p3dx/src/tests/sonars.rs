@@ -64,7 +64,8 @@ fn sonars_look_horizontally_along_their_headings() {
     }
 }
 
-/// The world poses that the program itself gave, read from the shared folder where there is one.
+/// The world poses that V-REP's program itself gave (tests/facts/pioneer.md, 1), read from a measurement that is not
+/// part of the repository.
 #[test]
 fn the_ring_is_the_one_measured_in_the_program() {
     let path =
@@ -94,7 +95,7 @@ fn the_ring_is_the_one_measured_in_the_program() {
     assert_eq!(found, 16, "sensors in {path}");
 }
 
-/// ARIA's numbers once more, half of them: the table is its own mirror, left to right.
+/// ARIA's numbers once more, half of them (tests/facts/pioneer.md, 2): the table is its own mirror, left to right.
 #[test]
 fn the_data_sheets_ring_is_aria_s() {
     let robot = sheet();
