@@ -1,6 +1,6 @@
 //! What scripts get only if the run allows it: other programs, and libraries of machine code.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::state::{State, reg, registry};
 

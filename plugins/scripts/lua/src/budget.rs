@@ -2,11 +2,11 @@
 
 use std::cell::{Cell, RefCell};
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::TATU_ERR_BUDGET, safe::*};
 
 use crate::{
-    slices,
+    lua_internals, slices,
     state::{self, push},
 };
 
@@ -90,6 +90,13 @@ impl State {
             }
         })
     }
+    /// Finds where the main thread counts.
+    ///
+    /// # Safety
+    /// A main thread that runs nothing, with its hook armed.
+    pub(crate) unsafe fn find_count(&self, main: *mut lua_State) {
+        self.left.set(lua_internals::hook_count(main));
+    }
     pub(crate) fn is_dead(&self) -> bool {
         self.dead.get()
     }
@@ -114,30 +121,6 @@ pub(crate) fn charge_coroutine(s: &state::State) {
 /// A thread of a state made here.
 pub(crate) unsafe fn arm(l: *mut lua_State) {
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, STEP as i32);
-}
-
-/// Finds where the main thread counts: two numbers side by side, what it counts from and what is left, of which Lua's
-/// interface sets both and shows neither.
-///
-/// # Safety
-/// A main thread that runs nothing.
-pub(crate) unsafe fn find_count(l: *mut lua_State, s: &state::State) {
-    /// Odd enough to stand nowhere else in a thread.
-    const MARKS: [i32; 2] = [0x005A_17C3, 0x0036_E5B1];
-    /// More than a thread's fields take up.
-    const WORDS: usize = 64;
-    let at = |mark: i32| {
-        lua_sethook(l, Some(hook), LUA_MASKCOUNT, mark);
-        let words = std::slice::from_raw_parts(l.cast::<i32>(), WORDS);
-        words.windows(2).position(|w| w == [mark, mark])
-    };
-    let found = (at(MARKS[0]), at(MARKS[1]));
-    arm(l);
-    if let (Some(a), Some(b)) = found
-        && a == b
-    {
-        s.budget.left.set(l.cast::<i32>().add(a + 1));
-    }
 }
 
 /// What is left, instructions.

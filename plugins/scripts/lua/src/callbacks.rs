@@ -5,7 +5,7 @@
 
 use std::rc::Rc;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{

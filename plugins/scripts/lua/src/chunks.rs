@@ -6,7 +6,7 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 /// Texts that are remembered: more than there are preludes. The oldest is forgotten first, such as one of a library that has
 /// been reloaded since.

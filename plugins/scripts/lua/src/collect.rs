@@ -5,7 +5,7 @@
 //! bytes, garbage included, and would tick otherwise in a state that was restored. Calls of the host are the same in
 //! both. Lua's clock stays wound up, for scripts that make much garbage between two collections.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::state::State;
 

@@ -1,6 +1,6 @@
 //! What older Luas had: a few names for all scripts, Lua 5.1 for scripts of old dialects.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use crate::{chunks, errors, state::Script, text};

@@ -2,7 +2,7 @@
 
 use std::ffi::CStr;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::state::{State, bytes};
 

@@ -1,6 +1,6 @@
 //! Functions of the script in other hands: lent during a call, kept, called back.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::abi::*;
 
 use crate::{

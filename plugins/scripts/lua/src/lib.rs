@@ -27,12 +27,11 @@ mod files;
 mod functions;
 mod io;
 mod load;
+mod lua_internals;
 mod modules;
-mod number;
 mod pattern;
 mod rerun;
 mod scan;
-mod seed;
 mod slices;
 mod sort;
 mod state;
@@ -52,20 +51,8 @@ struct Lua;
 impl Plugin for Lua {
     type World = ();
     fn start(host: &Host) -> Result<Self> {
-        if !seed::pinned() {
-            host.log(
-                TATU_LOG_ERROR,
-                "Lua's hash seed is not pinned: `pairs` may give another order in each run. Build from the repository's \
-                 folder, whose .cargo/config.toml sets CFLAGS=-Dluai_makeseed(L)=0x5EED, after `cargo clean -p mlua-sys`",
-            );
-        }
-        if !number::installed() {
-            host.log(
-                TATU_LOG_ERROR,
-                "Lua was built without the plugin's way to write numbers: scripts of old dialects show 5.0 where they \
-                 showed 5. Build from the repository's folder, whose .cargo/config.toml sets \
-                 CFLAGS=-Dstrspn=tatu_lua_strspn, after `cargo clean -p mlua-sys`",
-            );
+        for problem in lua_internals::problems() {
+            host.log(TATU_LOG_ERROR, problem);
         }
         Ok(Lua)
     }

@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, ffi::CString, rc::Rc};
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{

@@ -1,6 +1,6 @@
 //! `require`, `dofile`, `loadfile`: modules of command plugins, tables of names, files in allowed folders.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{

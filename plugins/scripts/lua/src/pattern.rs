@@ -336,7 +336,7 @@ pub(crate) fn is_plain(pattern: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mlua::ffi::*;
+    use mlua_sys::*;
 
     /// What Lua's own `string.find` says: "3 4 a @2", "nil" or "error".
     fn theirs(l: *mut lua_State, src: &[u8], pat: &[u8]) -> String {

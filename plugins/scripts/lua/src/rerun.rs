@@ -1,6 +1,6 @@
 //! Texts that run as a whole for each callback: what preludes tell of them, and for which callbacks one of them runs.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::abi::*;
 
 use crate::{

@@ -6,7 +6,7 @@
 
 use std::cell::Cell;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::{
     bind,

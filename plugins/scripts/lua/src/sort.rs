@@ -1,7 +1,7 @@
 //! `table.sort`. Lua's own picks pivots by the clock when a table is unbalanced, and equal elements then end up in
 //! another order in each run. This is the same algorithm with a fixed choice.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::{budget, errors};
 

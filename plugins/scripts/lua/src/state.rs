@@ -6,7 +6,7 @@ use std::{
     ops::Deref,
 };
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
@@ -15,7 +15,7 @@ use crate::{
     errors::{self, Errors},
     files::Files,
     load::Text,
-    number,
+    lua_internals::NumberFormat,
     slices::Slices,
     stdlib::{self, Originals},
 };
@@ -147,7 +147,7 @@ impl State {
     pub(crate) fn protect(&self, f: &mut dyn FnMut(*mut lua_State)) -> Result {
         let l = self.running.get();
         let mut f = f;
-        let _manner = number::Manner::begin(self.old.get());
+        let _format = NumberFormat::begin(self.old.get());
         // SAFETY: the thread is the one that runs; its stack is left as it was found.
         unsafe {
             let top = lua_gettop(l);
@@ -256,7 +256,7 @@ impl Script {
         // SAFETY: the main thread is idle.
         unsafe {
             budget::arm(main);
-            budget::find_count(main, &script);
+            script.budget.find_count(main);
         }
         Ok(script)
     }

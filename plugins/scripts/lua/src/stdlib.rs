@@ -5,7 +5,7 @@
 
 use std::cell::Cell;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::{
     bind, budget, errors, io, modules,

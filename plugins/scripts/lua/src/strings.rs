@@ -2,7 +2,7 @@
 
 use std::mem::MaybeUninit;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::{
     budget, errors,

@@ -1,6 +1,6 @@
 //! Values as text, without addresses: `tostring`, `print`, `string.format`.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::abi::TATU_LOG_INFO;
 
 use crate::{

@@ -4,13 +4,14 @@
 //! The plugin's own coroutines are then resumed at once. One that a script made is resumed by the script: it finds
 //! the results if they are there, and otherwise goes on waiting.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     callbacks,
     convert::{put_args, take_results},
     errors,
+    lua_internals::lua_closethread,
     state::{self, Script, State, reg, registry},
 };
 

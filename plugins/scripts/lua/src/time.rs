@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::{
     errors,

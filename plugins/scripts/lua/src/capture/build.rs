@@ -2,17 +2,18 @@
 
 use std::ffi::{c_char, c_void};
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use super::{
     image::{Image, Kind, Object, Piece, Val},
-    pieces,
-    raw::{self, Raw},
     tables,
     walk::{compile, fingerprint, natives},
 };
-use crate::state::{State, reg, registry};
+use crate::{
+    lua_internals::{self, RawTable},
+    state::{State, reg, registry},
+};
 
 /// The stack while building, as in `walk`; above them a table that is being filled.
 const OBJECTS: i32 = 1;
@@ -23,7 +24,6 @@ pub(super) struct Build {
     image: Image,
     /// Functions of all texts.
     pieces: Vec<Vec<Vec<u8>>>,
-    dump: Vec<u8>,
     refused: Option<String>,
 }
 
@@ -41,7 +41,7 @@ unsafe extern "C-unwind" fn hand_over(_: *mut lua_State, chunk: *mut c_void, n: 
 
 impl Build {
     pub(super) fn new(image: Image) -> Self {
-        Build { image, pieces: Vec::new(), dump: Vec::new(), refused: None }
+        Build { image, pieces: Vec::new(), refused: None }
     }
 
     /// The image, once the state is built of it.
@@ -64,7 +64,7 @@ impl Build {
     /// Protected; the collector rests, and all that exists is of one colour.
     pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
         luaL_checkstack(l, 40, std::ptr::null());
-        if !raw::is_known(l) {
+        if !lua_internals::knows_tables(l) {
             return self.refuse("this build of Lua lays its tables out in an unknown way");
         }
         lua_createtable(l, self.image.objects.len().min(1 << 24) as i32, 0);
@@ -123,18 +123,16 @@ impl Build {
     }
 
     unsafe fn prepare(&mut self, l: *mut lua_State) {
+        self.pieces.resize(self.image.texts.len() + 1, Vec::new());
         if registry(l, reg::CHUNK) == LUA_TFUNCTION {
-            pieces::dump(l, &mut self.dump);
+            lua_internals::dump_all(l, &mut self.pieces[0]);
         }
         lua_pop(l, 1);
-        self.pieces.push(pieces::cut(&self.dump).unwrap_or_default());
-        for i in 0..self.image.texts.len() {
-            self.dump.clear();
-            if compile(l, &self.image.texts[i]) {
-                pieces::dump(l, &mut self.dump);
+        for (text, pieces) in self.image.texts.iter().zip(&mut self.pieces[1..]) {
+            if compile(l, text) {
+                lua_internals::dump_all(l, pieces);
             }
             lua_pop(l, 1);
-            self.pieces.push(pieces::cut(&self.dump).unwrap_or_default());
         }
     }
 
@@ -247,7 +245,7 @@ impl Build {
         let at = lua_gettop(l);
         let done = tables::fill(l, at, t, &self.image.strings, &mut |l, v| push(l, &self.image, v));
         if fresh.is_some() {
-            Raw::of(l, old).exchange(Raw::of(l, at));
+            RawTable::of(l, old).exchange(RawTable::of(l, at));
         }
         lua_settop(l, FRESH);
         done

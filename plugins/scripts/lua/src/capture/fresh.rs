@@ -6,7 +6,7 @@ use std::{
     hash::{BuildHasherDefault, Hasher},
 };
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use crate::state::{Script, reg};

@@ -6,9 +6,7 @@
 //! in a text; its code is compiled anew from that text, so that no code is taken from a file.
 //!
 //! - `image`: what is written;
-//! - `raw`: the inside of tables, which Lua's interface does not show;
 //! - `fresh`: what was there before the text ran;
-//! - `pieces`: the functions of a text, one by one;
 //! - `walk`: out of a state; `build`: into one; `tables`: keys back to their places;
 //! - `take`: what fits of it, into a state of another text.
 //!
@@ -19,17 +17,16 @@
 mod build;
 pub(crate) mod fresh;
 mod image;
-mod pieces;
-mod raw;
 mod tables;
 mod take;
 mod walk;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     callbacks::Style,
+    lua_internals::{self, Key, RawTable},
     state::{Script, reg, registry},
 };
 use image::{Image, Known};
@@ -48,11 +45,11 @@ pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
     // Walking needs room in the state, and its collector might run: all that is undone.
     let backup = s.slot.backup();
     let mut walk = walk::Walk::new();
-    let (mut code, mut room) = (0, Vec::new());
+    let mut code = 0;
     // SAFETY: protected; what has a destructor belongs to `walk`.
     let done = s.protect(&mut |l| unsafe {
         lua_gc(l, LUA_GCSTOP);
-        code = meaning(l, &mut room);
+        code = hash_of_text(l);
         walk.run(l, s);
     });
     if let Some(backup) = &backup {
@@ -80,9 +77,9 @@ pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
     if s.text.borrow().style != Style::NotRun {
         return take_what_fits(s, image);
     }
-    let (mut code, mut room) = (0, Vec::new());
+    let mut code = 0;
     // SAFETY: protected.
-    s.protect(&mut |l| unsafe { code = meaning(l, &mut room) })?;
+    s.protect(&mut |l| unsafe { code = hash_of_text(l) })?;
     if code != image.code {
         return Err(Fail::unsupported("its text is another one now"));
     }
@@ -113,13 +110,13 @@ fn take_what_fits(s: &Script, image: Image) -> Result<()> {
     take.refused.map_or(Ok(()), |why| Err(Fail::unsupported(why)))
 }
 
-/// A number over what the script's text does; 0: it has none.
+/// A hash of what the script's text does; 0: it has none.
 ///
 /// # Safety
-/// Protected; `room` lies outside of Lua's reach.
-unsafe fn meaning(l: *mut lua_State, room: &mut Vec<u8>) -> u64 {
+/// Protected.
+unsafe fn hash_of_text(l: *mut lua_State) -> u64 {
     let there = registry(l, reg::CHUNK) == LUA_TFUNCTION;
-    let code = if there { pieces::meaning(l, room) } else { 0 };
+    let code = if there { lua_internals::hash_code(l) } else { 0 };
     lua_pop(l, 1);
     code
 }
@@ -133,8 +130,8 @@ pub(crate) unsafe fn watch_order(l: *mut lua_State, idx: i32) {
     if lua_type(l, idx) != LUA_TTABLE {
         return;
     }
-    let t = raw::Raw::of(l, idx);
-    let objects = (0..t.nodes()).filter(|i| t.has_value(*i) && t.key(*i) == raw::Key::Object).count();
+    let t = RawTable::of(l, idx);
+    let objects = (0..t.nodes()).filter(|i| t.node(*i) == (Key::Object, true)).count();
     if objects > 1 {
         let s = crate::state::of(l);
         s.restored.set(false);

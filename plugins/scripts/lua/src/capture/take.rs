@@ -4,7 +4,7 @@
 //! metatables) get the values of the old script, unless the new text has made something of another type of them; so does
 //! the random generator. Functions and local variables are those of the new text.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use super::{
     build::put_bytes,

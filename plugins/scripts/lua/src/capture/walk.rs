@@ -2,17 +2,18 @@
 
 use std::{collections::HashMap, ffi::CStr};
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use super::{
     ROOT_NAMES,
     image::{Image, Kind, Node, Object, Piece, Table, Val},
-    pieces,
-    raw::{self, Key, Raw},
     roots,
 };
-use crate::state::{State, bytes, reg, registry};
+use crate::{
+    lua_internals::{self, Key, RawTable},
+    state::{State, bytes, reg, registry},
+};
 
 /// How something was reached from the object before.
 #[derive(Clone, Copy)]
@@ -81,7 +82,7 @@ impl Walk {
     /// Protected; the collector rests.
     pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
         luaL_checkstack(l, 40, std::ptr::null());
-        if !raw::is_known(l) {
+        if !lua_internals::knows_tables(l) {
             self.refused = Some("this build of Lua lays its tables out in an unknown way".to_owned());
             return;
         }
@@ -134,8 +135,9 @@ impl Walk {
 
     /// Learns the functions of the text on top.
     unsafe fn learn(&mut self, l: *mut lua_State, text: u32) {
-        pieces::dump(l, &mut self.dump);
-        for (i, piece) in pieces::cut(&self.dump).into_iter().flatten().enumerate() {
+        let mut pieces = Vec::new();
+        lua_internals::dump_all(l, &mut pieces);
+        for (i, piece) in pieces.into_iter().enumerate() {
             self.pieces.entry(piece).or_insert(Piece { text, function: i as u32 });
         }
     }
@@ -290,7 +292,7 @@ impl Walk {
     unsafe fn function(&mut self, l: *mut lua_State, id: u32) -> Kind {
         let mut piece = None;
         if self.fresh_number(l, -1).is_none() {
-            pieces::dump(l, &mut self.dump);
+            lua_internals::dump(l, &mut self.dump);
             piece = self.pieces.get(&self.dump).copied();
             if piece.is_none() {
                 return self.refuse(id, "is a function whose text is not known any more");
@@ -323,7 +325,7 @@ impl Walk {
 
     unsafe fn table(&mut self, l: *mut lua_State, id: u32) -> Kind {
         let at = FRESH + 1;
-        let t = Raw::of(l, at);
+        let t = RawTable::of(l, at);
         let mut meta = None;
         if lua_getmetatable(l, at) != 0 {
             lua_pushlstring(l, c"__mode".as_ptr(), 6);
@@ -350,7 +352,7 @@ impl Walk {
     }
 
     /// The hash part: raw places, with the values that Lua's own traversal gives in the same order.
-    unsafe fn places(&mut self, l: *mut lua_State, id: u32, t: Raw) {
+    unsafe fn places(&mut self, l: *mut lua_State, id: u32, t: RawTable) {
         let n = t.nodes();
         self.nodes.clear();
         let mut objects = 0;
@@ -366,7 +368,7 @@ impl Walk {
             }
         }
         for i in 0..n {
-            let node = match (t.key(i), t.has_value(i)) {
+            let node = match t.node(i) {
                 (Key::Nil, _) => Node::Free,
                 (key, true) => {
                     if lua_next(l, FRESH + 1) == 0 {

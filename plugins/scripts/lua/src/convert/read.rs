@@ -2,7 +2,7 @@
 
 use std::{ffi::c_void, fmt::Write, ptr::null};
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use super::MAX_DEPTH;

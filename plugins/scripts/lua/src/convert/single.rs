@@ -1,6 +1,6 @@
 //! Numbers that pass as 32-bit floats, as they did between scripts and commands before version 4.5 of the original.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::abi::*;
 
 use super::put;
