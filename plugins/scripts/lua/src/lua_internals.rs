@@ -197,7 +197,7 @@ impl RawTable {
 /// Whether a table whose content is known is read as such.
 ///
 /// # Safety
-/// Protected; five free places on the stack.
+/// Runs in protected mode; five free stack slots.
 pub(crate) unsafe fn knows_tables(l: *mut lua_State) -> bool {
     lua_createtable(l, 3, 4);
     lua_pushinteger(l, 7);

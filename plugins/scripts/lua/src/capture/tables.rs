@@ -1,16 +1,16 @@
-//! Keys back to their places.
+//! Restores the order of keys in a table.
 //!
-//! Lua puts a key where its hash says, or, if another key stands there that belongs there, in the last place that is
-//! free. So a table of the same size gets first the keys that stand where their hashes say, and then the others from the
-//! last place to the first. Keys without a value are set too, since their places are not free, and taken out again in
-//! the end, when every place is looked at.
+//! Lua inserts a key into its main position, or, if a key with the same main position is there already, into the last
+//! free node. So a table of the same size gets first the keys that stand in their main position, then the others from
+//! the last node to the first. Dead keys occupy nodes, too: they are inserted with a value, which is removed in the
+//! end, when every node is verified.
 
 use mlua_sys::*;
 
 use super::image::{Node, Table, Val};
 use crate::lua_internals::{self, Key, RawTable};
 
-/// Where a key's hash leads to in a table of `n` places; none for objects, of which there is one alone.
+/// Main position of a key in a table of `n` nodes; `None` for objects, of which there is only one.
 fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
     let modulo = ((n - 1) | 1) as u64;
     Some(match key {
@@ -22,7 +22,7 @@ fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
     })
 }
 
-/// A text that stands in for a key that the collector took: its hash leads to `place` of `n`.
+/// A string in place of a collected key, with `place` of `n` as its main position.
 fn stand_in(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
     loop {
         *count += 1;
@@ -34,10 +34,10 @@ fn stand_in(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
     }
 }
 
-/// Fills the table at `at`, which is empty and has room for exactly this; `push` pushes a value. False: it has not.
+/// Fills the table at `at`, which is empty and has exactly the size needed; `push` pushes a value. False: it has not.
 ///
 /// # Safety
-/// Protected, the collector rests, and there is room on the stack.
+/// Runs in protected mode with enough stack; the collector is stopped.
 pub(super) unsafe fn fill(
     l: *mut lua_State,
     at: i32,
@@ -85,10 +85,10 @@ pub(super) unsafe fn fill(
     true
 }
 
-/// Takes out the values of keys that have none, and looks at every place. False: a key stands elsewhere than it did.
+/// Removes the values of dead keys and verifies every node. False: a key is not in its original node.
 ///
 /// # Safety
-/// As `fill`, except that the collector may have run.
+/// Runs in protected mode with enough stack.
 pub(super) unsafe fn settle(
     l: *mut lua_State,
     at: i32,
@@ -111,7 +111,7 @@ pub(super) unsafe fn settle(
     t.set_limit(table.limit, table.is_hint) && (0..table.nodes.len()).all(|i| is_there(l, t, table, i, push))
 }
 
-/// Takes out the value in a place.
+/// Removes the value of a node.
 unsafe fn clear(l: *mut lua_State, at: i32, t: RawTable, i: usize) -> bool {
     match t.node(i).0 {
         Key::Bool(b) => lua_pushboolean(l, i32::from(b)),
@@ -125,7 +125,7 @@ unsafe fn clear(l: *mut lua_State, at: i32, t: RawTable, i: usize) -> bool {
     true
 }
 
-/// Whether a place holds what it should.
+/// Whether a node holds what it should.
 unsafe fn is_there(
     l: *mut lua_State,
     t: RawTable,
@@ -146,7 +146,7 @@ unsafe fn is_there(
         Key::Int(x) => key == Val::Int(x),
         Key::Float(x) => key == Val::Float(x),
         Key::Text(x) => lua_type(l, -1) == LUA_TSTRING && crate::state::bytes(l, -1) == x,
-        // One of its kind: see `walk`.
+        // The only object key of its table: `walk` refuses others.
         Key::Object => matches!(key, Val::Object(_)) && table.nodes.len() == 1,
         Key::Nil | Key::Dead => false,
     };
