@@ -20,49 +20,49 @@ use std::{
 use crate::system;
 use region::Region;
 
-/// Bytes of a slot, and the memory limit of a script that is given none.
+/// Size of a slot, and default memory limit of a script.
 pub(crate) const SLOT_BYTES: usize = 256 << 20;
 /// Below the size of a huge page, so that a small state does not get one.
 const COMMIT: usize = 256 << 10;
 const SMALL: usize = 512;
-/// From this size on filling a block takes longer than the instruction that asked for it.
+/// From this size on, filling a block takes longer than the instruction that allocated it.
 const HEAVY: usize = 4096;
-/// Cache lines among which the first block of a slot is placed.
+/// Number of cache lines among which the first block of a slot is placed.
 const FIRST_LINES: u64 = 4096;
 const LINE: usize = 64;
 const CLASSES: usize = 32 + 4 * 20;
 
-/// A function, and what it is called with.
+/// A callback and its argument.
 pub(crate) type Listener = (unsafe fn(*const c_void), *const c_void);
 
-/// The memory of one state. Boxed: Lua keeps its address.
+/// Memory of one state. Boxed, since Lua keeps its address.
 pub(crate) struct Slot {
     /// `None`: the system's allocator is used.
     region: Option<Region>,
     /// Offset of the first block.
     first: usize,
-    /// Offset behind the last block.
+    /// Offset of the end of the last block.
     top: Cell<usize>,
     committed: Cell<usize>,
     used: Cell<usize>,
     limit: Cell<usize>,
-    /// Bytes of large blocks taken since somebody asked: filling them takes time that no instruction shows.
+    /// Bytes of large blocks allocated since the last query: filling them takes time that no instruction counts.
     heavy: Cell<u64>,
-    /// Told when the limit is reached: whom, and what with.
+    /// Called when memory runs out.
     pub full: Cell<Option<Listener>>,
     free: [Cell<*mut u8>; CLASSES],
-    /// Whether free blocks may be out of order, or some of them at the end.
+    /// Whether the free lists may be unsorted, or free blocks lie at the end.
     untidy: Cell<bool>,
 }
 
-/// A slot as it was.
+/// Saved content of a slot.
 pub(crate) struct Backup {
     content: Vec<u8>,
     used: usize,
     free: Vec<*mut u8>,
 }
 
-/// The class of a size, and the size of its blocks: steps of 16 bytes, then four per doubling.
+/// Size class and block size: steps of 16 bytes, then four classes per power of two.
 fn class(bytes: usize) -> (usize, usize) {
     if bytes <= SMALL {
         let c = bytes.div_ceil(16).max(1);
@@ -73,7 +73,7 @@ fn class(bytes: usize) -> (usize, usize) {
     (32 + (k - 9) * 4 + quarter, (1 << k) + ((quarter + 1) << (k - 2)))
 }
 
-/// The size of the blocks of a class.
+/// Block size of a class.
 fn size_of_class(c: usize) -> usize {
     match c.checked_sub(32) {
         None => (c + 1) * 16,
@@ -82,8 +82,8 @@ fn size_of_class(c: usize) -> usize {
 }
 
 impl Slot {
-    /// A slot whose first block lies at an offset that follows from `seed`: all slots begin at a multiple of 4 GiB, so the
-    /// same blocks of all states would compete for the same few sets of the processor's caches.
+    /// Creates a slot whose first block lies at an offset derived from `seed`. All slots begin at a multiple of 4 GiB;
+    /// without the offset, the same blocks of all states would compete for the same cache sets.
     pub(crate) fn new(seed: u64) -> Box<Slot> {
         let first = (seed % FIRST_LINES) as usize * LINE;
         Box::new(Slot {
@@ -99,14 +99,14 @@ impl Slot {
             untidy: Cell::new(false),
         })
     }
-    /// Whether the state can be thrown away without freeing its blocks one by one.
+    /// Whether a state can be discarded without freeing its blocks one by one.
     pub(crate) fn is_mapped(&self) -> bool {
         self.region.is_some()
     }
     fn base(&self) -> *mut u8 {
         self.region.as_ref().map_or(null_mut(), |region| region.base)
     }
-    /// How far into the slot a block lies.
+    /// Offset of a block in the slot.
     fn offset(&self, block: *const u8) -> usize {
         block.addr() - self.base().addr()
     }
@@ -118,30 +118,30 @@ impl Slot {
             n => n.min(SLOT_BYTES),
         });
     }
-    /// Bytes of large blocks that were taken since the last call.
+    /// Bytes of large blocks allocated since the last call.
     pub(crate) fn heavy(&self) -> u64 {
         self.heavy.replace(0)
     }
-    /// The limit, bytes.
+    /// Memory limit, bytes.
     pub(crate) fn limit(&self) -> usize {
         self.limit.get()
     }
 
-    /// Everything in the slot; `None` where the system's allocator is used.
+    /// Copies the content; `None` if the system's allocator is used.
     pub(crate) fn backup(&self) -> Option<Backup> {
         if !self.is_mapped() {
             return None;
         }
-        // SAFETY: all that was taken from the slot so far is committed.
+        // SAFETY: everything below `top` is committed.
         let content = unsafe { std::slice::from_raw_parts(self.base().add(self.first), self.top.get() - self.first) };
         let free = self.free.iter().map(Cell::get).collect();
         Some(Backup { content: content.to_vec(), used: self.used.get(), free })
     }
 
-    /// Makes the slot what it was at the time of a backup, bit by bit.
+    /// Restores a backup, bit by bit.
     ///
     /// # Safety
-    /// Nothing outside the slot points to what was taken from it since, and the state in it is idle.
+    /// Nothing outside the slot points to blocks allocated since the backup, and the state is idle.
     pub(crate) unsafe fn roll_back(&self, backup: &Backup) {
         self.top.set(self.first + backup.content.len());
         self.used.set(backup.used);
@@ -152,10 +152,10 @@ impl Slot {
         self.untidy.set(true);
     }
 
-    /// Brings the free blocks into order: those of low addresses are used first, those at the end of what is used are not
-    /// used at all. So what a script works with stays close together, and so does what it throws away.
+    /// Sorts the free lists so that low addresses are reused first, and gives free blocks at the end back. This keeps
+    /// the working set of a script compact.
     pub(crate) fn tidy(&self) {
-        // A script that makes no garbage gives back what it took, in order.
+        // A script without garbage frees blocks in order.
         if !self.is_mapped() || !self.untidy.replace(false) {
             return;
         }
@@ -176,7 +176,7 @@ impl Slot {
         self.top.set(top);
         for (block, c) in blocks.into_iter().rev() {
             let block = self.base().wrapping_add(block);
-            // SAFETY: free, and large enough for an address.
+            // SAFETY: the block is free and large enough for an address.
             unsafe { *block.cast::<*mut u8>() = self.free[c].get() };
             self.free[c].set(block);
         }
@@ -206,7 +206,7 @@ impl Slot {
                 self.heavy.set(self.heavy.get() + size as u64);
             }
         } else if !force {
-            // What free blocks of other sizes hold is lost to this one.
+            // Free blocks of other size classes cannot be used for this one.
             self.tell_full();
         }
         block
@@ -214,7 +214,7 @@ impl Slot {
 
     fn tell_full(&self) {
         if let Some((tell, whom)) = self.full.get() {
-            // SAFETY: set by the state whose memory this is, which lives longer.
+            // SAFETY: the callback was set by the owner of this slot, which is alive.
             unsafe { tell(whom) };
         }
     }
@@ -228,7 +228,7 @@ impl Slot {
         let committed = self.committed.get();
         if end > committed {
             let more = (end - committed).next_multiple_of(COMMIT).min(SLOT_BYTES - committed);
-            // SAFETY: whole pages of the slot.
+            // SAFETY: whole pages of the reserved region.
             if !unsafe { system::commit(self.base().add(committed), more) } {
                 return null_mut();
             }
@@ -239,7 +239,7 @@ impl Slot {
     }
 
     /// # Safety
-    /// `block` was taken with this size and is not used any more.
+    /// `block` was allocated with this size and is not used any more.
     unsafe fn give(&self, block: *mut u8, bytes: usize) {
         let (c, size) = class(bytes);
         self.used.set(self.used.get() - size);
@@ -261,7 +261,7 @@ impl Slot {
 /// Lua's allocation function.
 ///
 /// # Safety
-/// `slot` is the state's; `block` and `old` are what Lua got from here.
+/// `slot` is the state's slot; `block` and `old` come from this function.
 pub(crate) unsafe extern "C" fn lua_alloc(
     slot: *mut c_void,
     block: *mut c_void,
@@ -289,7 +289,7 @@ pub(crate) unsafe extern "C" fn lua_alloc(
         if !shrinks {
             return null_mut();
         }
-        // Lua relies on shrinking: the block goes on as a smaller one, its tail is lost until the state ends.
+        // Lua relies on shrinking to succeed: the block keeps its place under the smaller size, its tail is lost.
         if slot.is_mapped() {
             slot.used.set(slot.used.get() - from.1 + to.1);
         }
@@ -302,7 +302,7 @@ pub(crate) unsafe extern "C" fn lua_alloc(
 
 #[cfg(test)]
 impl Slot {
-    /// A slot with addresses of its own; `None`, and it is said, where there are none.
+    /// A mapped slot; `None`, with a message, where the system reserves no address space.
     pub(crate) fn in_test(seed: u64) -> Option<Box<Slot>> {
         let slot = Slot::new(seed);
         if !slot.is_mapped() {

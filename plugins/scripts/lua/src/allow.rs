@@ -1,10 +1,10 @@
-//! What scripts get only if the run allows it: other programs, and libraries of machine code.
+//! Functions that need permission of the run: other programs, and native libraries.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::state::{State, reg, registry};
 
-/// Makes `package.loadlib` and `require` of libraries out of two functions of Lua's own `package`.
+/// Implements `package.loadlib` and `require` of native libraries with two functions of Lua's `package`.
 const NATIVE: &[u8] = b"
 local loadlib, searchpath = ...
 package.loadlib, package.searchpath, package.cpath = loadlib, searchpath, './?.so;./?.dll'
@@ -13,10 +13,10 @@ setmetatable(package.preload, {__index = function(_, name)
     return path and assert(loadlib(path, 'luaopen_' .. name:gsub('%.', '_')))
 end})";
 
-/// Adds what the run allows.
+/// Installs what the run allows.
 ///
 /// # Safety
-/// Protected, once the library is open.
+/// Runs in protected mode, after the library was opened.
 pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
     let allows = |what: &str| {
         let all = s.world().get(0, s.host.prop("scene.allow"));
@@ -30,7 +30,7 @@ pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
         take(l, luaopen_io, c"popen", c"io");
     }
     if native {
-        // Lua's `package` puts its own `require` in the place of ours.
+        // Lua's `package` replaces `require`: restore ours.
         lua_getglobal(l, c"require".as_ptr());
         lua_pushcclosure(l, luaopen_package, 0);
         lua_call(l, 0, 1);
@@ -47,7 +47,7 @@ pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
     }
 }
 
-/// Opens a library of Lua's own, and moves one function into ours of that name.
+/// Opens a library of Lua, and moves one of its functions into this plugin's library of that name.
 unsafe fn take(l: *mut lua_State, open: lua_CFunction, name: &std::ffi::CStr, ours: &std::ffi::CStr) {
     lua_pushcclosure(l, open, 0);
     lua_call(l, 0, 1);

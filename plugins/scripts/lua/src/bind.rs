@@ -1,11 +1,11 @@
-//! Commands, constants and name spaces: found when a script first uses their names.
+//! Binding of commands, constants and name spaces to Lua names, resolved when a script first uses them.
 //!
-//! The globals, and each table of names such as that of "gripper.", look into a cache table, which asks the host for
-//! what it lacks. The script's own tables stay as the script made them.
+//! The globals and each name space table (such as that of "gripper.") fall back to a cache table, which asks the host
+//! for names it lacks. Tables of the script are never changed.
 
 use std::{mem::MaybeUninit, ptr::null_mut};
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
@@ -15,14 +15,14 @@ use crate::{
     threads,
 };
 
-/// Arguments and results of a call that need no memory but the stack's.
+/// Number of arguments and results that fit on the native stack.
 const ARGS: usize = 16;
 const RESULTS: usize = 64;
 
-/// A frame with room for results; what it does not say is the host's to fill.
+/// A call frame with space for results; the host fills the other fields.
 #[inline(always)]
 fn frame(results: &mut MaybeUninit<[tatu_value; RESULTS]>) -> tatu_call {
-    // SAFETY: numbers and pointers, for which zero is a value. To copy a constant of this size would be a call.
+    // SAFETY: numbers and pointers, for which zero is a valid value. Copying a constant of this size would be a call.
     let mut frame: tatu_call = unsafe { std::mem::zeroed() };
     frame.size = size_of::<tatu_call>() as u32;
     frame.results = results.as_mut_ptr().cast();
@@ -30,21 +30,21 @@ fn frame(results: &mut MaybeUninit<[tatu_value; RESULTS]>) -> tatu_call {
     frame
 }
 
-/// Of a command's number in Lua: it takes and gives floats as they are.
+/// Flag in a command's upvalue: floats pass unrounded, see `single`.
 const EXACT: i64 = 1 << 40;
 
-/// What is called.
+/// The callee.
 #[derive(Clone, Copy)]
 pub(crate) enum Target {
     /// A command: id << 8 | alias.
     Command(u32),
-    /// Likewise, and numbers lose what a 32-bit float does not hold.
+    /// The same, with numbers rounded to 32-bit floats.
     Single(u32),
     /// A function of another script.
     Function(u64),
 }
 
-/// A command as a Lua function; upvalue 1: id << 8 | alias.
+/// Lua function of a command; upvalue 1: id << 8 | alias.
 pub(crate) unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
     let packed = lua_tointegerx(l, lua_upvalueindex(1), null_mut());
     if packed < EXACT && state::of(l).single.get() {
@@ -53,10 +53,10 @@ pub(crate) unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
     run(l, Target::Command(packed as u32))
 }
 
-/// Calls a command without arguments that waits, on behalf of the thread `l`: the token of the wait; 0: it did not wait.
+/// Calls a waiting command without arguments on behalf of thread `l`. Returns the wait's token, 0 if it did not wait.
 ///
 /// # Safety
-/// `l` runs, and can yield.
+/// `l` is running and can yield.
 pub(crate) unsafe fn wait(l: *mut lua_State, s: &State, packed: u32) -> u64 {
     if packed == 0 {
         return 0;
@@ -75,7 +75,7 @@ pub(crate) unsafe fn wait(l: *mut lua_State, s: &State, packed: u32) -> u64 {
 /// Calls a command with the arguments on the stack.
 ///
 /// # Safety
-/// Called as the whole of a C function of Lua.
+/// The caller is a C function of Lua that does nothing else.
 #[inline(always)]
 pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     let s = state::of(l);
@@ -94,7 +94,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     let mut frame = frame(&mut results);
     frame.n_args = n as u32;
     frame.args = first;
-    // In modern scripts names of old manners raise errors like all others.
+    // In modern scripts, commands of old dialects raise errors as all others do.
     frame.reserved = if s.old.get() { 0 } else { TATU_CALL_RAISE };
     if l != s.main && lua_isyieldable(l) != 0 {
         frame.wait_token = s.token.get() + 1;
@@ -139,7 +139,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     results.len() as i32
 }
 
-/// Room for more arguments than fit on the stack.
+/// Memory for more arguments than fit on the native stack.
 #[cold]
 unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
     reader.took = true;
@@ -151,7 +151,7 @@ unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
     room.cast()
 }
 
-/// A call that waits, or that failed.
+/// A call that waits or failed.
 #[cold]
 unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_call, lent: u32) -> i32 {
     if s.borrowed.get() != lent {
@@ -169,14 +169,14 @@ fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
         return Fail::unsupported("this command waits, which is not possible here")
             .help("call it from a thread callback or a coroutine, not inside a sort or a metamethod");
     }
-    // SAFETY: the host's error lives until its next refusal.
+    // SAFETY: the host's error lives until its next error.
     let fail = unsafe { Fail::read(status, frame.error) };
-    // SAFETY: reading ended above; the arena goes back to where this call began.
+    // SAFETY: the error was copied above; the arena is released back to where this call began.
     unsafe { (s.commands.release)(s.world, s.mark.get()) };
     fail
 }
 
-/// Asks the host for a name; upvalue 1: its prefix.
+/// `__index` of the caches: looks a name up at the host. Upvalue 1: the prefix.
 pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     if lua_type(l, 2) != LUA_TSTRING {
         return 0;
@@ -186,7 +186,7 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     lua_pushvalue(l, lua_upvalueindex(1));
     lua_pushvalue(l, 2);
     lua_concat(l, 2); // 3: the full name
-    // What preludes tell comes first: its numbers may be others in other dialects.
+    // Constants of preludes take precedence: their values differ between dialects.
     let told = if registry(l, reg::CONSTANTS) == LUA_TTABLE {
         lua_pushvalue(l, 3);
         lua_rawget(l, 4) == LUA_TNUMBER
@@ -222,19 +222,19 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     1
 }
 
-/// So many names that nothing was found for are remembered.
+/// How many unresolved names are remembered for error messages.
 const MISSED: usize = 32;
 
 fn missed(s: &State, name: &[u8]) {
     let missed = &mut s.errors.borrow_mut().missed;
-    // Between the look at a function's name and its call lie the looks at its arguments.
+    // Between the lookup of a function and its call, its arguments are looked up.
     if missed.len() == MISSED {
         missed.pop_front();
     }
     missed.push_back(name.to_vec());
 }
 
-/// Pushes the table of names of the prefix at `prefix`; the same one each time.
+/// Pushes the name space table of the prefix at `prefix`; always the same table.
 unsafe fn scope(l: *mut lua_State, prefix: i32) {
     registry(l, reg::SCOPES);
     lua_pushvalue(l, prefix);
@@ -252,7 +252,7 @@ unsafe fn scope(l: *mut lua_State, prefix: i32) {
 /// Gives the table on top a metatable whose `__index` is a cache of names with the prefix at `prefix`.
 ///
 /// # Safety
-/// Six free places on the stack; may raise.
+/// Six free stack slots; may raise.
 unsafe fn attach(l: *mut lua_State, prefix: i32) {
     lua_newtable(l); // metatable
     lua_newtable(l); // cache
@@ -265,7 +265,7 @@ unsafe fn attach(l: *mut lua_State, prefix: i32) {
     lua_setmetatable(l, -2);
 }
 
-/// Makes the globals find names.
+/// Connects the globals to the host's names.
 ///
 /// # Safety
 /// Called once, while the state is made; may raise.
@@ -281,7 +281,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_settop(l, prefix - 1);
 }
 
-/// Forgets found names when commands were added or removed; tables of names stay the same tables.
+/// Clears the name caches after commands were added or removed; name space tables keep their identity.
 ///
 /// # Safety
 /// May raise.

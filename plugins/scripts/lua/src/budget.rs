@@ -1,36 +1,36 @@
-//! How much a script may use up: a hook that counts instructions, and cannot be outlived.
+//! Instruction budget: a count hook that neither protected calls nor coroutines can escape.
 
 use std::cell::{Cell, RefCell};
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::TATU_ERR_BUDGET, safe::*};
 
 use crate::{
-    slices,
+    lua_internals, slices,
     state::{self, push},
 };
 
-/// Instructions between two looks at the budget. Scripts pay for the hook being there, not for how often it runs.
+/// Instructions between two runs of the hook. The cost lies in having a hook, not in how often it runs.
 pub(crate) const STEP: u64 = 1000;
-/// Bytes of a large block that count as one instruction.
+/// Bytes of a large allocation that count as one instruction.
 const FILLED: u64 = 64;
-/// What making a coroutine counts, since its own count begins anew.
+/// Instructions charged for a new coroutine, since its hook starts a count of its own.
 const COROUTINE: u64 = 500;
 
-/// The running call's budget.
+/// Budget of the running call.
 pub(crate) struct State {
     used: Cell<u64>,
-    /// The part of it that calls within this one used, and told.
+    /// The part of `used` that nested calls have reported already.
     told: Cell<u64>,
     limit: Cell<u64>,
     dead: Cell<bool>,
-    /// Where Lua counts what is left until the hook runs next on the main thread; null: not found.
+    /// Lua's countdown to the next hook run on the main thread; null: not accessible.
     left: Cell<*mut i32>,
-    /// Where it ran out.
+    /// File and line at which the budget ran out.
     place: RefCell<Option<(String, u64)>>,
 }
 
-/// The budget of the call around a call.
+/// Budget of the surrounding call.
 #[derive(Clone, Copy)]
 pub(crate) struct Outer {
     used: u64,
@@ -52,25 +52,25 @@ impl Default for State {
 }
 
 impl State {
-    /// Counts what the main thread did since the hook ran last, so that each call begins with a full count: what one
-    /// call uses depends on no other, and a state that was restored counts on like the one that was saved.
+    /// Charges what the main thread executed since the last hook run and restarts the countdown, so that the usage of a
+    /// call does not depend on earlier calls, and a restored state counts like the saved one.
     fn settle(&self) {
         let left = self.left.get();
         if left.is_null() || self.dead.get() {
             return;
         }
-        // SAFETY: a place in the main thread, which lives as long as this.
+        // SAFETY: a field of the main thread, which lives as long as this state.
         unsafe {
             self.used.set(self.used.get() + STEP.saturating_sub((*left).max(0) as u64));
             *left = STEP as i32;
         }
     }
-    /// Begins a call; gives back what `end` needs.
+    /// Begins a call; returns what `end` needs.
     pub(crate) fn begin(&self, limit: u64) -> Outer {
         self.settle();
         Outer { used: self.used.replace(0), told: self.told.replace(0), limit: self.limit.replace(limit) }
     }
-    /// Ends it: how much it used itself. What a call within a call uses counts against the budget of both.
+    /// Ends a call and returns its own usage. A nested call also counts against the budget of the outer one.
     pub(crate) fn end(&self, outer: Outer) -> u64 {
         self.settle();
         let used = self.used.replace(0);
@@ -79,7 +79,7 @@ impl State {
         self.limit.set(outer.limit);
         own
     }
-    /// The refusal that a script gets once it has used up its budget.
+    /// The error of a script that has exhausted its budget.
     pub(crate) fn refusal(&self) -> Option<Fail> {
         self.dead.get().then(|| {
             let fail = Fail::with_code(TATU_ERR_BUDGET, self.sentence())
@@ -90,6 +90,13 @@ impl State {
             }
         })
     }
+    /// Locates the main thread's countdown.
+    ///
+    /// # Safety
+    /// The main thread runs nothing, and its hook is armed.
+    pub(crate) unsafe fn find_count(&self, main: *mut lua_State) {
+        self.left.set(lua_internals::hook_count(main));
+    }
     pub(crate) fn is_dead(&self) -> bool {
         self.dead.get()
     }
@@ -98,49 +105,25 @@ impl State {
     }
 }
 
-/// Counts what filling large blocks took, at the begin and the end of a call, so that none pays for another.
+/// Charges large allocations at the begin and the end of a call, so that no call pays for another.
 pub(crate) fn charge_blocks(s: &state::State) {
     s.budget.used.set(s.budget.used.get() + s.slot.heavy() / FILLED);
 }
 
-/// Counts what a new coroutine may do before its own hook runs.
+/// Charges a new coroutine for instructions before its own hook runs.
 pub(crate) fn charge_coroutine(s: &state::State) {
     s.budget.used.set(s.budget.used.get() + COROUTINE);
 }
 
-/// Arms the hook of a thread; threads that it makes inherit it.
+/// Arms the hook of a thread; coroutines it creates inherit the hook.
 ///
 /// # Safety
-/// A thread of a state made here.
+/// A thread of a state created by this plugin.
 pub(crate) unsafe fn arm(l: *mut lua_State) {
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, STEP as i32);
 }
 
-/// Finds where the main thread counts: two numbers side by side, what it counts from and what is left, of which Lua's
-/// interface sets both and shows neither.
-///
-/// # Safety
-/// A main thread that runs nothing.
-pub(crate) unsafe fn find_count(l: *mut lua_State, s: &state::State) {
-    /// Odd enough to stand nowhere else in a thread.
-    const MARKS: [i32; 2] = [0x005A_17C3, 0x0036_E5B1];
-    /// More than a thread's fields take up.
-    const WORDS: usize = 64;
-    let at = |mark: i32| {
-        lua_sethook(l, Some(hook), LUA_MASKCOUNT, mark);
-        let words = std::slice::from_raw_parts(l.cast::<i32>(), WORDS);
-        words.windows(2).position(|w| w == [mark, mark])
-    };
-    let found = (at(MARKS[0]), at(MARKS[1]));
-    arm(l);
-    if let (Some(a), Some(b)) = found
-        && a == b
-    {
-        s.budget.left.set(l.cast::<i32>().add(a + 1));
-    }
-}
-
-/// What is left, instructions.
+/// Remaining instructions.
 pub(crate) fn left(s: &state::State) -> u64 {
     match s.budget.limit.get() {
         0 => u64::MAX,
@@ -148,10 +131,10 @@ pub(crate) fn left(s: &state::State) -> u64 {
     }
 }
 
-/// Counts the work of a library function that may take long.
+/// Charges the work of a library function that can take long.
 ///
 /// # Safety
-/// Raises when the budget is used up.
+/// Raises a Lua error when the budget is exhausted.
 pub(crate) unsafe fn charge(l: *mut lua_State, instructions: u64) {
     let b = &state::of(l).budget;
     let used = b.used.get().saturating_add(instructions);
@@ -176,11 +159,11 @@ unsafe extern "C-unwind" fn hook(l: *mut lua_State, _: *mut lua_Debug) {
     end(l);
 }
 
-/// Ends the script's life, and the call.
+/// Ends the call, and disables the script.
 unsafe fn end(l: *mut lua_State) {
     let s = state::of(l);
     if !s.budget.dead.replace(true) {
-        // The place in a file, even if it ran out in a text that the file made.
+        // Prefer a position in a file over one in text that the file generated.
         let mut ar = std::mem::zeroed::<lua_Debug>();
         let mut level = 0;
         while lua_getstack(l, level, &mut ar) != 0 {
@@ -195,7 +178,7 @@ unsafe fn end(l: *mut lua_State) {
             level += 1;
         }
     }
-    // Poison: from now on every instruction fails, so that no protected call and no coroutine goes on.
+    // From now on the hook fails at every instruction, so that no protected call and no coroutine continues.
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, 1);
     lua_sethook(s.main, Some(hook), LUA_MASKCOUNT, 1);
     luaL_checkstack(l, 2, std::ptr::null());
@@ -204,7 +187,7 @@ unsafe fn end(l: *mut lua_State) {
 }
 
 fn note(s: &state::State, ar: &lua_Debug) {
-    // SAFETY: filled by Lua just now.
+    // SAFETY: `ar` was filled by Lua just before.
     let source = unsafe { std::slice::from_raw_parts(ar.source.cast::<u8>(), ar.srclen) };
     let text = String::from_utf8_lossy(source);
     let file = text.strip_prefix(['@', '=']).unwrap_or(&text).to_owned();

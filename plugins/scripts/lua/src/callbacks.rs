@@ -1,11 +1,11 @@
-//! The life of a script: which callbacks it has, and how each is run.
+//! Callbacks of a script: which ones it has, and how each is run.
 //!
-//! A script is of one of two styles, seen after its text has run once, in the callback `init`: with functions, one
-//! for each callback; or as a whole, run again for each callback with a global that tells which.
+//! The style is decided after the text has run once, in the callback `init`: either there is a function per callback,
+//! or the whole text is run again for each callback with a global that names it.
 
 use std::rc::Rc;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
@@ -16,24 +16,24 @@ use crate::{
     threads,
 };
 
-/// How a script's callbacks are run.
+/// How callbacks are run.
 #[derive(Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Style {
-    /// Its text has not run yet.
+    /// The text has not run yet.
     #[default]
     NotRun,
-    /// By functions; also a text without any.
+    /// One function per callback; also texts without any.
     Functions,
-    /// By running the text again.
+    /// The text is run again for each callback.
     Rerun,
-    /// The text runs once a step, and nothing else is called.
+    /// The text runs once per step; nothing else is called.
     Step,
     /// The text runs once, as a coroutine.
     Thread,
 }
 
 impl Style {
-    /// The callback at which a text of this style runs first.
+    /// The callback in which a text of this style runs first.
     fn first(self) -> &'static [u8] {
         match self {
             Style::Step => ACTUATION,
@@ -43,18 +43,18 @@ impl Style {
     }
 }
 
-/// The callback in which the text runs for the first time.
+/// The callback of the first run of the text.
 const INIT: &[u8] = b"init";
-/// The callback that comes between the text's first run and `init`.
+/// The callback between the first run and `init`.
 const INFO: &[u8] = b"info";
-/// The callback in which a text runs that runs once a step.
+/// The callback of texts that run once per step.
 const ACTUATION: &[u8] = b"actuation";
 /// The callback that runs even after an error.
 const CLEANUP: &[u8] = b"cleanup";
 /// The callback that runs as a coroutine.
 const THREAD: &[u8] = b"thread";
 
-/// One call of the host, from its begin to its end, however it ends.
+/// Scope of one call from the host, however it ends.
 struct Entry<'a> {
     s: &'a State,
     outer: budget::Outer,
@@ -67,7 +67,7 @@ impl<'a> Entry<'a> {
         s.depth.set(s.depth.get() + 1);
         s.slot.set_limit(budget.memory);
         budget::charge_blocks(s);
-        // SAFETY: the world lives, and this is a call of its.
+        // SAFETY: the world is alive, since it makes this call.
         let now = unsafe { (s.commands.mark)(s.world) };
         Entry { s, outer: s.budget.begin(budget.instructions), mark: s.mark.replace(now), done: false }
     }
@@ -83,13 +83,13 @@ impl Drop for Entry<'_> {
         self.s.mark.set(self.mark);
         self.s.depth.set(self.s.depth.get() - 1);
         if !self.done {
-            // A panic went through Lua's frames: nothing there can be trusted any more.
+            // A panic unwound through Lua's frames: the state is no longer consistent.
             self.s.broken.set(true);
         }
     }
 }
 
-/// Runs `body` as one call of the host: budget, arena, names, errors.
+/// Runs `body` as one call from the host: sets up budget, arena, names and error handling.
 pub(crate) fn enter(
     s: &Script,
     frame: &mut Frame<'_>,
@@ -111,7 +111,7 @@ pub(crate) fn enter(
     }
     let entry = Entry::begin(s, budget);
     let mut flow = Flow::Done;
-    // SAFETY: protected.
+    // SAFETY: runs in a protected call.
     let result = s.protect(&mut |l| unsafe {
         bind::refresh(l, s);
         if s.depth.get() == 1 {
@@ -127,7 +127,7 @@ pub(crate) fn enter(
 /// Calls the function on top of the stack with the frame's arguments.
 ///
 /// # Safety
-/// Protected; the frame is valid.
+/// Runs in protected mode; the frame is valid.
 pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
     let base = lua_gettop(l) - 1;
     let n = put_args(l, frame);
@@ -136,7 +136,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) ->
     Flow::Done
 }
 
-/// A number for something callable, or 0.
+/// Returns the number of a callable, 0 if there is none.
 pub(crate) fn find(s: &Script, how: u32, name: &[u8]) -> u32 {
     let (style, rules, over) = {
         let text = s.text.borrow();
@@ -154,12 +154,12 @@ pub(crate) fn find(s: &Script, how: u32, name: &[u8]) -> u32 {
             Style::NotRun | Style::Step | Style::Thread => {}
             Style::Rerun => there = rules.rerun.as_ref().is_some_and(|r| r.has(name)),
             Style::Functions => {
-                // SAFETY: protected.
+                // SAFETY: runs in a protected call.
                 let _ = s.protect(&mut |l| unsafe { there = callback(l, &rules, name) });
             }
         },
         TATU_FIND_FUNCTION => {
-            // SAFETY: protected.
+            // SAFETY: runs in a protected call.
             let _ = s.protect(&mut |l| unsafe { there = function(l, name) });
         }
         _ => {}
@@ -178,7 +178,7 @@ pub(crate) fn find(s: &Script, how: u32, name: &[u8]) -> u32 {
 /// Pushes the function of a callback; false, with nil pushed, if there is none.
 ///
 /// # Safety
-/// Protected.
+/// Runs in protected mode.
 pub(crate) unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> bool {
     luaL_checkstack(l, 8, std::ptr::null());
     let top = lua_gettop(l);
@@ -207,7 +207,7 @@ pub(crate) unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> 
     false
 }
 
-/// Pushes a function by its own name, dots included; false, with something else pushed, if there is none.
+/// Pushes a function by its qualified name; false, with some other value pushed, if there is none.
 unsafe fn function(l: *mut lua_State, name: &[u8]) -> bool {
     luaL_checkstack(l, 4, std::ptr::null());
     lua_pushglobaltable(l);
@@ -222,7 +222,7 @@ unsafe fn function(l: *mut lua_State, name: &[u8]) -> bool {
     lua_type(l, -1) == LUA_TFUNCTION
 }
 
-/// Calls something found.
+/// Calls a callable by its number.
 pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow> {
     let (how, name, style, rules, may_rerun) = {
         let text = s.text.borrow();
@@ -234,7 +234,8 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
     let name: &[u8] = &name;
     let rules: &Rc<Rules> = &rules;
     let mut missing = false;
-    // SAFETY: protected; what has a destructor belongs to this function, which no Lua error leaves.
+    // SAFETY: runs in a protected call; everything with a destructor belongs to this function, which no Lua error
+    // unwinds.
     let result = enter(s, frame, budget, used, &mut |l, frame| unsafe {
         luaL_checkstack(l, 12, std::ptr::null());
         if how == TATU_FIND_FUNCTION {
@@ -261,8 +262,8 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
     });
     let begun = s.text.borrow().style != Style::NotRun;
     if style == Style::NotRun && !begun && result.is_err() && how == TATU_FIND_CALLBACK {
-        // The text failed: its callbacks, above all the last one, are those that it has so far.
-        // SAFETY: protected.
+        // The text failed: the callbacks defined so far are kept, above all `cleanup`.
+        // SAFETY: runs in a protected call.
         let _ = s.protect(&mut |l| unsafe {
             settle(l, s, rules, may_rerun);
         });
@@ -281,7 +282,7 @@ unsafe fn go(l: *mut lua_State, s: &State, name: &[u8], frame: *mut tatu_call) -
     if name == THREAD { threads::start(l, s, frame) } else { ask(l, s, frame) }
 }
 
-/// Runs a text that is nothing but a step, or nothing but a thread.
+/// Runs a text of style `Step` or `Thread`.
 unsafe fn whole(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu_call) -> Flow {
     let style = rules.style.unwrap_or_default();
     s.text.borrow_mut().style = style;
@@ -295,7 +296,7 @@ unsafe fn whole(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu_ca
     go(l, s, style.first(), frame)
 }
 
-/// The first run of the text, which is also the callback `init`, or comes before `info`.
+/// First run of the text, followed by the callbacks `info` and `init`.
 unsafe fn first(
     l: *mut lua_State,
     s: &State,
@@ -322,7 +323,7 @@ unsafe fn first(
     if let Some(rerun) = &rules.rerun {
         rerun.tell(l, s, None);
     }
-    // What it tells of itself is asked between its text and its start.
+    // Metadata is requested between the text's first run and its start.
     if name != INFO && callback(l, rules, INFO) {
         lua_call(l, 0, 0);
     }
@@ -333,7 +334,7 @@ unsafe fn first(
     Flow::Done
 }
 
-/// Runs a callback, which may ask for its script's end.
+/// Runs a callback, whose result may request the end of the script.
 unsafe fn ask(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
     let base = lua_gettop(l) - 1;
     let n = put_args(l, frame);
@@ -343,7 +344,7 @@ unsafe fn ask(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
     Flow::Done
 }
 
-/// Some scripts ask for their end by a number: it becomes what all others say, `{cmd = 'cleanup'}`.
+/// Converts a numeric request to end the script to `{cmd = 'cleanup'}`.
 unsafe fn end_by_number(l: *mut lua_State, s: &State, base: i32) {
     let Some(ends) = s.text.borrow().rules.ends else { return };
     if lua_gettop(l) > base && lua_type(l, base + 1) == LUA_TNUMBER && lua_tonumber(l, base + 1) == ends {
@@ -354,7 +355,7 @@ unsafe fn end_by_number(l: *mut lua_State, s: &State, base: i32) {
     }
 }
 
-/// Decides the style, once the text has run.
+/// Decides the style once the text has run.
 unsafe fn settle(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool) -> Style {
     let style = match rules.style {
         Some(style) => style,
@@ -365,7 +366,7 @@ unsafe fn settle(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool) -
     style
 }
 
-/// Whether some global function has the name of a callback.
+/// Whether a global function has the name of a callback.
 unsafe fn any_callback(l: *mut lua_State, rules: &Rules) -> bool {
     luaL_checkstack(l, 6, std::ptr::null());
     let top = lua_gettop(l);

@@ -1,15 +1,14 @@
-//! Texts that the state of every script loads, compiled once for all: reading the code takes a fraction of the time, and
-//! leaves nothing behind in the state.
+//! Cache of compiled chunks that every state loads: loading bytecode takes a fraction of the time and leaves no
+//! garbage.
 
 use std::{
     ffi::{CStr, c_void},
     sync::{Arc, Mutex, PoisonError},
 };
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
-/// Texts that are remembered: more than there are preludes. The oldest is forgotten first, such as one of a library that has
-/// been reloaded since.
+/// Capacity: more than there are preludes. The oldest entry is dropped first.
 const MOST: usize = 16;
 
 struct Chunk {
@@ -20,17 +19,17 @@ struct Chunk {
 
 static CHUNKS: Mutex<Vec<Chunk>> = Mutex::new(Vec::new());
 
-/// As `luaL_loadbufferx` with a text: pushes the function or a message.
+/// Like `luaL_loadbufferx` for text: pushes the function or a message.
 ///
 /// # Safety
-/// A live state with two free places.
+/// A live state with two free stack slots.
 pub(crate) unsafe fn load(l: *mut lua_State, text: &[u8], name: &'static CStr) -> i32 {
     if let Some(code) = known(text, name) {
         return luaL_loadbufferx(l, code.as_ptr().cast(), code.len(), name.as_ptr(), c"b".as_ptr());
     }
     let status = luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name.as_ptr(), c"t".as_ptr());
     let mut code = Vec::<u8>::new();
-    // With names and lines, for messages and snapshots.
+    // With debug information, for messages and snapshots.
     if status == LUA_OK && lua_dump(l, write, (&raw mut code).cast(), 0) == 0 {
         let mut chunks = CHUNKS.lock().unwrap_or_else(PoisonError::into_inner);
         if chunks.len() == MOST {
@@ -56,9 +55,9 @@ unsafe extern "C-unwind" fn write(_: *mut lua_State, part: *const c_void, size: 
 mod tests {
     use super::*;
 
-    /// What a text gives in a state of its own, or the message.
+    /// Result of a text in a new state, or the message.
     fn run(text: &str) -> String {
-        // SAFETY: a state of this function, asked for within its room.
+        // SAFETY: the state belongs to this function and has enough stack.
         unsafe {
             let l = luaL_newstate();
             luaL_requiref(l, c"_G".as_ptr(), luaopen_base, 1);

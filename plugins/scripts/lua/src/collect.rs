@@ -1,50 +1,50 @@
-//! When garbage is collected: at fixed numbers of calls.
+//! Garbage collection at fixed numbers of calls.
 //!
-//! A text that was a key of a table finds its old place again if it comes back before the collector has run, and gets
-//! another one afterwards; so the order in which `pairs` visits keys depends on when that is. Lua's own clock counts
-//! bytes, garbage included, and would tick otherwise in a state that was restored. Calls of the host are the same in
-//! both. Lua's clock stays wound up, for scripts that make much garbage between two collections.
+//! A string key that was removed from a table returns to its old node if it is set again before a collection, and to
+//! another one after it; so collections influence the order of `pairs`. Lua's own pacing counts allocated bytes and
+//! would differ in a restored state, whereas calls from the host are the same. Lua's pacing remains only for scripts
+//! that make much garbage between two collections.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::state::State;
 
-/// Calls of the host between two collections.
+/// Calls from the host between two collections.
 pub(crate) const EVERY: u64 = 64;
 /// Garbage, KiB, at which Lua collects by itself.
 const MUCH: i32 = 4 << 10;
 
-/// Stops Lua's own clock while the library is made.
+/// Stops the collector while the library is loaded.
 ///
 /// # Safety
-/// A new state.
+/// The state is new.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_gc(l, LUA_GCSTOP);
 }
 
-/// Collects everything, and brings what is left of the slot into order.
+/// Runs a full collection and sorts the slot's free lists.
 ///
 /// # Safety
-/// A state of ours that runs nothing, or nothing but protected code of ours.
+/// The state runs nothing, or only protected code of this plugin.
 pub(crate) unsafe fn tidy(l: *mut lua_State, s: &State) {
     lua_gc(l, LUA_GCCOLLECT);
     s.slot.tidy();
 }
 
-/// Winds the clock up, as if everything had just been collected.
+/// Restarts Lua's pacing, as after a full collection.
 ///
 /// # Safety
-/// A state of ours.
+/// A state of this plugin.
 pub(crate) unsafe fn wind(l: *mut lua_State) {
     lua_gc(l, LUA_GCRESTART);
-    // A step of a negative size is credit.
+    // A step of negative size is a credit.
     lua_gc(l, LUA_GCSTEP, -MUCH);
 }
 
-/// Counts a call, and collects if it is time. Scripts take turns, so that not all collect in one step.
+/// Counts a call, and collects when due. Scripts collect in different steps.
 ///
 /// # Safety
-/// Protected; the outermost call.
+/// Runs in protected mode, in the outermost call.
 pub(crate) unsafe fn tick(l: *mut lua_State, s: &State) {
     s.entries.set(s.entries.get() + 1);
     if is_time(s) {
@@ -53,8 +53,8 @@ pub(crate) unsafe fn tick(l: *mut lua_State, s: &State) {
     }
 }
 
-/// Whether the running call is one that garbage is collected before.
+/// Whether a collection is due before the running call.
 pub(crate) fn is_time(s: &State) -> bool {
-    // By the seed, which follows from the owner's name: how many others there are must not matter.
+    // Derived from the seed, that is, from the owner's name: the number of other scripts must not matter.
     s.entries.get().wrapping_add(s.instance.seed).is_multiple_of(EVERY)
 }

@@ -1,15 +1,15 @@
-//! What older Luas had: a few names for all scripts, Lua 5.1 for scripts of old dialects.
+//! Compatibility with older versions: a few functions for all scripts, Lua 5.1 for old dialects.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use crate::{chunks, errors, state::Script, text};
 
 const TEXT: &[u8] = include_bytes!("compat.lua");
 
-/// Adds the names to the state of a script.
+/// Installs the compatibility functions.
 pub(crate) fn open(s: &Script, old: bool) -> Result {
-    // SAFETY: protected.
+    // SAFETY: runs in a protected call.
     s.protect(&mut |l| unsafe {
         luaL_checkstack(l, 12, std::ptr::null());
         if chunks::load(l, TEXT, c"=compat") != LUA_OK {
@@ -24,7 +24,7 @@ pub(crate) fn open(s: &Script, old: bool) -> Result {
     })
 }
 
-/// Wraps a library function: floats with fractions among its arguments, from a given one on, are cut to integers.
+/// Wraps a library function: its arguments from a given one on are truncated to integers.
 unsafe extern "C-unwind" fn truncating(l: *mut lua_State) -> i32 {
     luaL_checktype(l, 1, LUA_TFUNCTION);
     lua_settop(l, 2);
@@ -44,7 +44,7 @@ unsafe extern "C-unwind" fn truncated(l: *mut lua_State) -> i32 {
     lua_gettop(l)
 }
 
-/// Pushes the function that argument 1 tells: itself, or a level of the calls.
+/// Pushes the function given by argument 1: a function, or a call level.
 unsafe fn function_of(l: *mut lua_State) {
     if lua_type(l, 1) == LUA_TFUNCTION {
         lua_pushvalue(l, 1);
@@ -58,7 +58,7 @@ unsafe fn function_of(l: *mut lua_State) {
     lua_getinfo(l, c"f".as_ptr(), &mut ar);
 }
 
-/// The upvalue of the function on top that holds its globals; 0: it uses none.
+/// Upvalue of the function on top that holds its globals; 0: none.
 unsafe fn environment(l: *mut lua_State) -> i32 {
     for n in 1..=255 {
         let name = lua_getupvalue(l, -1, n);
@@ -96,7 +96,7 @@ unsafe extern "C-unwind" fn setfenv(l: *mut lua_State) -> i32 {
     function_of(l);
     let n = environment(l);
     if n != 0 {
-        // The function gets an upvalue of its own: the old one is shared with the rest of its text.
+        // The function gets an upvalue of its own: the old one is shared with the rest of its chunk.
         luaL_loadbufferx(l, c"".as_ptr(), 0, c"=env".as_ptr(), c"t".as_ptr());
         lua_pushvalue(l, 2);
         lua_setupvalue(l, -2, 1);

@@ -1,8 +1,8 @@
-//! Errors, from the host into Lua and from Lua to the host.
+//! Errors: from the host into Lua, and from Lua to the host.
 
 use std::collections::VecDeque;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
@@ -10,29 +10,29 @@ use crate::{
     state::{self, State, bytes, push},
 };
 
-/// What is remembered about errors while they travel through a script.
+/// Errors on their way through a script.
 #[derive(Default)]
 pub(crate) struct Errors {
-    /// The last failure of a command, and its text as the script sees it.
+    /// The last error of a command, and its text as the script sees it.
     raised: Option<(Fail, Vec<u8>)>,
-    /// The error that the handler saw last.
+    /// The error that the message handler saw last.
     caught: Option<Caught>,
-    /// The last names that nothing was found for, with their prefixes.
+    /// The last unresolved names, with their prefixes.
     pub missed: VecDeque<Vec<u8>>,
 }
 
-/// An error on its way out of the script.
+/// A Lua error.
 struct Caught {
     text: Vec<u8>,
     traceback: Vec<u8>,
-    /// Sources of the running functions, innermost first: as messages show them, in full, and their line.
+    /// Running functions, innermost first: short source, full source, line.
     places: Vec<(Vec<u8>, Vec<u8>, i64)>,
 }
 
-/// Raises a failure as a Lua error: position of the calling line, text, help. Its code is remembered.
+/// Raises a failure as a Lua error: position of the calling line, text, help. The failure is recorded with its code.
 ///
 /// # Safety
-/// Called from a C function of Lua whose frames keep nothing with a destructor.
+/// The calling C function of Lua keeps nothing with a destructor.
 pub(crate) unsafe fn raise(l: *mut lua_State, fail: Fail) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
     luaL_where(l, 1);
@@ -41,7 +41,7 @@ pub(crate) unsafe fn raise(l: *mut lua_State, fail: Fail) -> i32 {
     lua_error(l)
 }
 
-/// Keeps a failure; its text as the script sees it, valid until the next one.
+/// Records a failure and returns its text as the script sees it, valid until the next one.
 fn remember<'a>(s: &'a State, place: &[u8], fail: Fail) -> &'a [u8] {
     let mut text = place.to_vec();
     text.extend_from_slice(fail.text().as_bytes());
@@ -56,10 +56,10 @@ fn remember<'a>(s: &'a State, place: &[u8], fail: Fail) -> &'a [u8] {
     unsafe { std::slice::from_raw_parts(ptr, len) }
 }
 
-/// Raises a text of our own with the position of the calling line.
+/// Raises a plain message with the position of the calling line.
 ///
 /// # Safety
-/// As `raise`.
+/// The calling C function of Lua keeps nothing with a destructor.
 pub(crate) unsafe fn raise_text(l: *mut lua_State, text: &str) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
     luaL_where(l, 1);
@@ -68,7 +68,7 @@ pub(crate) unsafe fn raise_text(l: *mut lua_State, text: &str) -> i32 {
     lua_error(l)
 }
 
-/// The message handler of every call from the host: notes text, places and the chain of calls.
+/// Message handler of every call from the host: records message, positions and traceback.
 pub(crate) unsafe extern "C-unwind" fn handler(l: *mut lua_State) -> i32 {
     let s = state::of(l);
     if s.errors.borrow().caught.is_none() {
@@ -77,7 +77,7 @@ pub(crate) unsafe extern "C-unwind" fn handler(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Notes the error value on top of `l`, raised in the thread `from`.
+/// Records the error value on top of `l`, raised in the thread `from`.
 ///
 /// # Safety
 /// May raise when memory is short.
@@ -111,7 +111,7 @@ unsafe fn keep(s: &State, from: *mut lua_State, text: &[u8], traceback: &[u8], i
     s.errors.borrow_mut().caught = Some(Caught { text: text.to_vec(), traceback: traceback.to_vec(), places });
 }
 
-/// The file, or the name, of a source as Lua keeps it.
+/// File or name of a Lua source.
 fn file_of(source: &[u8]) -> &[u8] {
     match source {
         [b'@' | b'=', rest @ ..] => rest,
@@ -119,7 +119,7 @@ fn file_of(source: &[u8]) -> &[u8] {
     }
 }
 
-/// The failure that a protected call ended with.
+/// Converts the error that ended a protected call.
 ///
 /// # Safety
 /// The error value is on top of the stack.
@@ -143,10 +143,10 @@ pub(crate) unsafe fn take(s: &State, l: *mut lua_State, status: i32) -> Fail {
     describe(s, caught, globals)
 }
 
-/// Notes where the script is while its memory runs out: there is no room for a message handler then.
+/// Records the script's position while it runs out of memory: there is no memory for a message handler then.
 ///
 /// # Safety
-/// A state of ours.
+/// `s` is a state of this plugin.
 pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void) {
     let s = &*s.cast::<State>();
     if let Ok(mut places) = s.full_at.try_borrow_mut() {
@@ -154,7 +154,7 @@ pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void) {
     }
 }
 
-/// Files and lines of the calls that run, innermost first; takes no memory of the script. Of a coroutine of the script, the
+/// Files and lines of the running calls, innermost first, without allocating in Lua. For a coroutine of the script: the
 /// line that resumed it.
 unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
     let l = s.running.get();
@@ -175,9 +175,9 @@ unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
     places
 }
 
-/// Where the script is, while a command that it called runs.
+/// Position of the script while a command that it called runs.
 pub(crate) fn place(s: &State) -> Option<Fail> {
-    // SAFETY: a state of ours, whose running thread is in a call of a command.
+    // SAFETY: the running thread of this state is inside a command call.
     let places = unsafe { running_at(s) };
     (!places.is_empty()).then(|| at_places(Fail::new("here"), &places))
 }
@@ -200,7 +200,7 @@ fn memory_fail(s: &State) -> Fail {
 }
 
 fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
-    // A script that told its traceback with the message: the message is what comes before.
+    // The script appended a traceback to the message: split it off.
     const TRACE: &[u8] = b"\nstack traceback:\n";
     if let Some(at) = caught.text.windows(TRACE.len()).position(|w| w == TRACE) {
         caught.traceback = joined(std::str::from_utf8(&caught.text[at + TRACE.len()..]).ok(), &caught.traceback);
@@ -208,7 +208,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
     }
     let errors = s.errors.borrow();
     let chunk = s.text.borrow().name();
-    // A failure of a command keeps its code and its text.
+    // A command's failure keeps its code and text.
     if let Some((fail, text)) = &errors.raised
         && caught.text.ends_with(text)
     {
@@ -248,7 +248,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
     with_traceback(located(fail, place, &caught), Some(&caught))
 }
 
-/// The sentence about a name that nobody offers.
+/// Message about a name that no plugin offers.
 fn unknown(message: &str, name: &str) -> String {
     if message.starts_with("attempt to index") {
         return format!("there is no `{name}` here: no plugin offers commands of that name");
@@ -283,7 +283,7 @@ fn with_traceback(fail: Fail, caught: Option<&Caught>) -> Fail {
     }
 }
 
-/// Takes leading `file:line: ` marks of known sources off a text; the last one is the place.
+/// Strips leading `file:line: ` of known sources; the last one is the position.
 fn strip<'a>(text: &'a [u8], caught: &Caught, chunk: &str) -> (&'a [u8], Option<(String, u64)>) {
     let (mut text, mut place) = (text, None);
     'again: loop {

@@ -1,12 +1,12 @@
-//! What to do about an error, for people who have not seen it often: a sentence beside Lua's own.
+//! Hints for frequent errors, in addition to Lua's own messages.
 
 use std::ffi::CStr;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::state::{State, bytes};
 
-/// About a text that is not Lua.
+/// Hint for a syntax error.
 pub(crate) fn syntax(message: &str) -> Option<String> {
     let opened = || {
         let (_, rest) = message.split_once("(to close '")?;
@@ -41,7 +41,7 @@ pub(crate) fn syntax(message: &str) -> Option<String> {
     })
 }
 
-/// About an error of a running script; `near` finds a global or command of a similar name.
+/// Hint for a runtime error; `near` finds a global or command with a similar name.
 pub(crate) fn runtime(message: &str, near: impl Fn(&str) -> Option<String>) -> Option<String> {
     let variable = || {
         let (_, rest) = message.rsplit_once(" (")?;
@@ -72,9 +72,9 @@ pub(crate) fn runtime(message: &str, near: impl Fn(&str) -> Option<String>) -> O
     ))
 }
 
-/// The name in `all` that a misspelt one is nearest to, if it is near at all.
+/// The most similar name in `all`, if any is similar.
 pub(crate) fn nearest(name: &str, all: impl Iterator<Item = String>) -> Option<String> {
-    // Short names are near with two slips at most: `simROS` is no misspelt `simRMLPos`.
+    // At most two differences in short names: `simROS` is no misspelt `simRMLPos`.
     let most = |known: &str| match name.len() {
         n @ ..=8 => n.div_ceil(4),
         n => 1 + n.max(known.len()) / 4,
@@ -86,12 +86,12 @@ pub(crate) fn nearest(name: &str, all: impl Iterator<Item = String>) -> Option<S
         .map(|(_, known)| known)
 }
 
-/// All names of all commands.
+/// Names of all commands.
 pub(crate) fn commands(s: &State) -> Vec<String> {
     let Some(table) = s.host.commands_table() else { return Vec::new() };
     let (Some(count), Some(describe)) = (table.count, table.describe) else { return Vec::new() };
     let mut out = Vec::new();
-    // SAFETY: the world lives; lists of names end with null, and texts with zero.
+    // SAFETY: the world is alive; lists of names end with null, and names with zero.
     unsafe {
         for id in 1..=count(s.world) {
             let Some(command) = describe(s.world, id).as_ref() else { continue };
@@ -107,10 +107,10 @@ pub(crate) fn commands(s: &State) -> Vec<String> {
     out
 }
 
-/// The names of the script's globals.
+/// Names of the script's globals.
 ///
 /// # Safety
-/// Three free places on the stack of an idle thread.
+/// Three free stack slots of an idle thread.
 pub(crate) unsafe fn globals(l: *mut lua_State) -> Vec<String> {
     let mut out = Vec::new();
     lua_pushglobaltable(l);

@@ -1,4 +1,4 @@
-//! The open files of a script. They live beside the Lua state, so that they are closed when it ends in whatever way.
+//! Open files of a script, kept outside of the Lua state so that they are closed however it ends.
 
 use std::{
     fs::{File, OpenOptions},
@@ -7,12 +7,12 @@ use std::{
 
 const BLOCK: usize = 8 << 10;
 
-/// A script's files, by number.
+/// Files by number.
 #[derive(Default)]
 pub(crate) struct Files(Vec<Option<Open>>);
 
 impl Files {
-    /// Adds a file; its number.
+    /// Adds a file and returns its number.
     pub(crate) fn add(&mut self, file: Open) -> usize {
         match self.0.iter().position(Option::is_none) {
             Some(free) => {
@@ -25,11 +25,11 @@ impl Files {
             }
         }
     }
-    /// The file of a number.
+    /// Returns the file of a number.
     pub(crate) fn get(&mut self, number: usize) -> Option<&mut Open> {
         self.0.get_mut(number)?.as_mut()
     }
-    /// Closes it, writing what is left.
+    /// Flushes and closes a file.
     pub(crate) fn close(&mut self, number: usize) -> io::Result<()> {
         match self.0.get_mut(number).and_then(Option::take) {
             Some(mut file) => file.flush(),
@@ -41,16 +41,16 @@ impl Files {
 /// An open file.
 pub(crate) struct Open {
     file: File,
-    /// Written, not yet in the file.
+    /// Written, but not flushed yet.
     unwritten: Vec<u8>,
-    /// Read ahead, and how much of it was handed out.
+    /// Read buffer, and how much of it was consumed.
     ahead: Vec<u8>,
     at: usize,
     /// The last result.
     pub out: Vec<u8>,
 }
 
-/// How to open a file: Lua's mode text.
+/// Parses Lua's mode string.
 pub(crate) fn options(mode: &[u8]) -> Option<(OpenOptions, bool)> {
     let (kind, rest) = mode.split_first()?;
     let plus = rest.contains(&b'+');
@@ -89,7 +89,7 @@ impl Open {
         self.unwritten.clear();
         done
     }
-    /// Moves; the new place, from the start.
+    /// Seeks; returns the new position from the start.
     pub(crate) fn seek(&mut self, whence: u8, offset: i64) -> io::Result<u64> {
         self.flush()?;
         let back = (self.ahead.len() - self.at) as i64;
@@ -101,7 +101,7 @@ impl Open {
             _ => SeekFrom::Current(offset - back),
         })
     }
-    /// Reads ahead; false at the end of the file.
+    /// Fills the read buffer; false at the end of the file.
     fn fill(&mut self) -> io::Result<bool> {
         if self.at < self.ahead.len() {
             return Ok(true);
@@ -115,7 +115,7 @@ impl Open {
         self.ahead.truncate(*n.as_ref().unwrap_or(&0));
         Ok(n? > 0)
     }
-    /// A line into `out`; false at the end.
+    /// Reads a line into `out`; false at the end.
     pub(crate) fn read_line(&mut self, keep_end: bool) -> io::Result<bool> {
         self.out.clear();
         while self.fill()? {
@@ -132,7 +132,7 @@ impl Open {
         }
         Ok(!self.out.is_empty())
     }
-    /// At most `n` bytes into `out`; false at the end.
+    /// Reads at most `n` bytes into `out`; false at the end.
     pub(crate) fn read_bytes(&mut self, n: usize) -> io::Result<bool> {
         self.out.clear();
         let mut more = self.fill()?;
@@ -145,7 +145,7 @@ impl Open {
         }
         Ok(!self.out.is_empty() || (n == 0 && more))
     }
-    /// What looks like a number into `out`.
+    /// Reads the characters of a number into `out`.
     pub(crate) fn read_number(&mut self) -> io::Result<bool> {
         self.out.clear();
         while self.fill()? {

@@ -1,6 +1,6 @@
-//! Functions of the script in other hands: lent during a call, kept, called back.
+//! Functions of the script that are passed out: borrowed for a call, kept, and called back.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
@@ -8,13 +8,13 @@ use crate::{
     state::{self, Script, State, reg, registry},
 };
 
-/// Ids from here on are kept ones.
+/// Ids from here on are of kept functions.
 const KEPT: u32 = 1 << 31;
 
-/// Lends the function at `idx`: its id, good until `unlend` of an earlier one.
+/// Registers the function at `idx` as borrowed; the id is valid until `unlend` of an earlier one.
 ///
 /// # Safety
-/// Two free places on the stack; may raise.
+/// Two free stack slots; may raise.
 pub(crate) unsafe fn lend(l: *mut lua_State, s: &State, idx: i32) -> u32 {
     let id = s.borrowed.get() % (KEPT - 1) + 1;
     s.borrowed.set(id);
@@ -25,10 +25,10 @@ pub(crate) unsafe fn lend(l: *mut lua_State, s: &State, idx: i32) -> u32 {
     id
 }
 
-/// Takes back what was lent since `before`.
+/// Removes the functions borrowed since `before`.
 ///
 /// # Safety
-/// Two free places on the stack; raises nothing, since the entries exist.
+/// Two free stack slots; raises nothing, since the entries exist.
 pub(crate) unsafe fn unlend(l: *mut lua_State, s: &State, before: u32) {
     let now = s.borrowed.get();
     if now == before {
@@ -44,7 +44,7 @@ pub(crate) unsafe fn unlend(l: *mut lua_State, s: &State, before: u32) {
     lua_pop(l, 1);
 }
 
-/// Takes back all that was lent and outlived its call: results, and arguments of calls that failed.
+/// Removes borrowed functions that outlived their call: results, and arguments of calls that failed.
 ///
 /// # Safety
 /// May raise.
@@ -56,10 +56,10 @@ pub(crate) unsafe fn unlend_all(l: *mut lua_State, s: &State) {
     }
 }
 
-/// Pushes a function as a value: one of ours as it is, one of another script as something that calls it.
+/// Pushes a function value: the function itself if it is this script's, else a closure that calls the other script.
 ///
 /// # Safety
-/// Two free places on the stack; may raise.
+/// Two free stack slots; may raise.
 pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
     let s = state::of(l);
     if func >> 32 == s.instance.id {
@@ -83,10 +83,10 @@ pub(crate) unsafe extern "C-unwind" fn foreign(l: *mut lua_State) -> i32 {
     bind::run(l, bind::Target::Function(func))
 }
 
-/// Makes a lent function last.
+/// Turns a borrowed function into a kept one.
 pub(crate) fn keep(s: &Script, local: u32) -> u32 {
     let mut id = 0;
-    // SAFETY: protected; the stack is left as it was.
+    // SAFETY: runs in a protected call, which restores the stack.
     let done = s.protect(&mut |l| unsafe {
         look(l, local);
         if lua_type(l, -1) != LUA_TFUNCTION {
@@ -105,12 +105,12 @@ pub(crate) fn keep(s: &Script, local: u32) -> u32 {
     if done.is_err() { 0 } else { id }
 }
 
-/// Gives a kept function up.
+/// Releases a kept function.
 pub(crate) fn drop(s: &Script, local: u32) {
     if local < KEPT {
         return;
     }
-    // SAFETY: protected; the stack is left as it was.
+    // SAFETY: runs in a protected call, which restores the stack.
     let _ = s.protect(&mut |l| unsafe {
         registry(l, reg::KEPT);
         lua_pushnil(l);
@@ -121,7 +121,7 @@ pub(crate) fn drop(s: &Script, local: u32) {
 /// Calls a function by its id.
 pub(crate) fn call(s: &Script, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow> {
     let mut gone = false;
-    // SAFETY: as in `callbacks::call`.
+    // SAFETY: runs in a protected call; nothing with a destructor is alive in the closure.
     callbacks::enter(s, frame, budget, used, &mut |l, frame| unsafe {
         look(l, local);
         if lua_type(l, -1) != LUA_TFUNCTION {

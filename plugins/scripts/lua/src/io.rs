@@ -1,8 +1,8 @@
-//! `io`: files in the folders that the run allows; what goes to the standard output goes to the log.
+//! `io`: files in the folders that the run allows. Standard output goes to the log.
 
 use std::path::PathBuf;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::abi::*;
 
 use crate::{
@@ -12,13 +12,13 @@ use crate::{
     stdlib::set,
 };
 
-/// The number in a file's userdata: closed, the log, or a file of the state's plus `FIRST`.
+/// Number in a file's userdata: closed, the log, or the index of an open file plus `FIRST`.
 const CLOSED: usize = 0;
 const CONSOLE: usize = 1;
 const FIRST: usize = 2;
 
 /// # Safety
-/// Protected, while the state is made.
+/// Runs in protected mode, while the state is made.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_createtable(l, 0, 8); // metatable
     push(l, b"FILE*");
@@ -63,7 +63,7 @@ unsafe fn push_file(l: *mut lua_State, number: usize) {
     lua_setmetatable(l, -2);
 }
 
-/// The place of the number in the file at `idx`; null if it is none.
+/// Address of the number in the file userdata at `idx`; null if it is none.
 unsafe fn place(l: *mut lua_State, idx: i32) -> *mut usize {
     let data = lua_touserdata(l, idx).cast::<usize>();
     if data.is_null() || lua_getmetatable(l, idx) == 0 {
@@ -75,7 +75,7 @@ unsafe fn place(l: *mut lua_State, idx: i32) -> *mut usize {
     if same { data } else { std::ptr::null_mut() }
 }
 
-/// The number of the open file at `idx`; raises if it is none.
+/// Number of the open file at `idx`; raises an error otherwise.
 unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
     let place = place(l, idx);
     if place.is_null() {
@@ -84,14 +84,14 @@ unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
     if *place == CLOSED {
         errors::raise_text(l, "attempt to use a closed file");
     }
-    // Which of several comes first would depend on threads.
+    // The order among parallel scripts would depend on threads.
     if *place >= FIRST && state::of(l).beside.get() {
         errors::raise_text(l, "files cannot be used in a script that runs side by side with others");
     }
     *place
 }
 
-/// Opens a file: its number, or a text in the scratch room and an error number.
+/// Opens a file: returns its number, or an error number with a message in the scratch buffer.
 fn open_file(s: &State, name: &[u8], mode: &[u8]) -> Result<usize, i64> {
     let Some((options, writes)) = files::options(mode) else {
         say(s, name, "invalid mode");
@@ -125,7 +125,7 @@ fn say(s: &State, name: &[u8], text: &str) {
     scratch.extend_from_slice(text.as_bytes());
 }
 
-/// nil, text, number: how Lua tells that a file operation failed.
+/// Returns nil, message, number, as Lua reports failed file operations.
 unsafe fn refused(l: *mut lua_State, s: &State, code: i64) -> i32 {
     lua_pushnil(l);
     push_scratch(l, s);
@@ -220,7 +220,7 @@ unsafe extern "C-unwind" fn io_read(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Lines of `io.write` go to the log once they are whole.
+/// Text of `io.write` is logged in whole lines.
 fn to_log(s: &State, bytes: &[u8]) {
     let mut line = s.line.borrow_mut();
     for byte in bytes {
@@ -323,7 +323,7 @@ unsafe extern "C-unwind" fn read(l: *mut lua_State) -> i32 {
     n
 }
 
-/// Reads by a format into the file's own room. `None`: no such format.
+/// Reads by a format into the file's buffer. `None`: unknown format.
 fn read_one(s: &State, number: usize, kind: u8, count: usize) -> Option<Result<bool, i64>> {
     let mut files = s.files.borrow_mut();
     let Some(file) = files.get(number) else {

@@ -1,10 +1,9 @@
 //! Lua 5.4 as a script language, with a layer for scripts written for Lua 5.1.
 //!
-//! One Lua state per script, spoken to through Lua's own C interface: a command call costs no allocation. Begin with
-//! `state` (what a script's state holds) and `callbacks` (how the host's calls run); `README.md` tells what
-//! scripts get.
+//! Each script has a Lua state of its own, used through Lua's C interface: a command call allocates nothing. Begin with
+//! `state` (data of a script) and `callbacks` (calls from the host); `README.md` describes what scripts get.
 //!
-//! Rule of the whole crate: Lua errors and yields are jumps that skip destructors. A function that Lua calls keeps
+//! Rule for the whole crate: Lua errors and yields are long jumps that skip destructors. A function called by Lua keeps
 //! nothing with a destructor, and no `RefCell` guard, alive across a Lua function that may raise.
 #![allow(
     unsafe_op_in_unsafe_fn,
@@ -27,12 +26,11 @@ mod files;
 mod functions;
 mod io;
 mod load;
+mod lua_internals;
 mod modules;
-mod number;
 mod pattern;
 mod rerun;
 mod scan;
-mod seed;
 mod slices;
 mod sort;
 mod state;
@@ -46,26 +44,14 @@ mod traits;
 
 use tatu_plugin_api::{abi::TATU_LOG_ERROR, safe::*};
 
-/// The plugin: it keeps nothing, every script is an instance of the language.
+/// The plugin has no data; every script is an instance of the language.
 struct Lua;
 
 impl Plugin for Lua {
     type World = ();
     fn start(host: &Host) -> Result<Self> {
-        if !seed::pinned() {
-            host.log(
-                TATU_LOG_ERROR,
-                "Lua's hash seed is not pinned: `pairs` may give another order in each run. Build from the repository's \
-                 folder, whose .cargo/config.toml sets CFLAGS=-Dluai_makeseed(L)=0x5EED, after `cargo clean -p mlua-sys`",
-            );
-        }
-        if !number::installed() {
-            host.log(
-                TATU_LOG_ERROR,
-                "Lua was built without the plugin's way to write numbers: scripts of old dialects show 5.0 where they \
-                 showed 5. Build from the repository's folder, whose .cargo/config.toml sets \
-                 CFLAGS=-Dstrspn=tatu_lua_strspn, after `cargo clean -p mlua-sys`",
-            );
+        for problem in lua_internals::problems() {
+            host.log(TATU_LOG_ERROR, problem);
         }
         Ok(Lua)
     }
@@ -89,7 +75,7 @@ impl Language for state::Script {
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
         load::load(self, text, chunk, dialect)
     }
-    // A state is its script's alone, and knows of no thread.
+    // A state belongs to its script alone and to no thread.
     const SIDE_BY_SIDE: bool = true;
     fn traits(&self) -> u32 {
         traits::traits(self)

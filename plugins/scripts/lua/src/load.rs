@@ -1,8 +1,8 @@
-//! Taking a script's text: preludes, dialect, compilation.
+//! Loading of a script's text: preludes, dialect, compilation.
 
 use std::{collections::VecDeque, ffi::CString, rc::Rc};
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
@@ -13,46 +13,46 @@ use crate::{
     state::{self, Script, border, bytes, push, reg},
 };
 
-/// What preludes tell about the scripts of their commands.
+/// Rules that preludes declare for scripts.
 #[derive(Default)]
 pub(crate) struct Rules {
-    /// What stands before and after a callback's name in its function's name.
+    /// Prefix and suffix of callback functions.
     pub functions: Vec<(Vec<u8>, Vec<u8>)>,
-    /// Other names of callbacks' functions: callback, function.
+    /// Further names of callback functions: (callback, function).
     pub also: Vec<(Vec<u8>, Vec<u8>)>,
     pub rerun: Option<Rerun>,
-    /// The number by which a callback asks for the script's end.
+    /// The number that a callback returns to end its script.
     pub ends: Option<f64>,
-    /// The style, where the text alone tells it.
+    /// The style, if the preludes decide it.
     pub style: Option<Style>,
-    /// Commands that take and give floats as they are, where others round them.
+    /// Commands whose floats are not rounded.
     pub exact: Vec<Vec<u8>>,
-    /// Modules that scripts ask for and nobody offers.
+    /// Known modules that no plugin offers.
     pub lacking: Vec<Vec<u8>>,
     api: Vec<Vec<u8>>,
-    /// The dialect, by the text.
+    /// The dialect found from the text.
     dialect: Option<String>,
-    /// What a world counts as that names no dialect and has old scripts, or modern ones.
+    /// Dialects of worlds that name none, with old and with modern scripts.
     pub old_dialect: Option<String>,
     pub new_dialect: Option<String>,
-    /// The command that lets a thread wait for the next step.
+    /// The command that waits for the next step.
     switch: Vec<u8>,
     single: bool,
-    /// From which version on scripts have which order, oldest first.
+    /// Script orders by dialect: (first version, order), oldest first.
     pub orders: Vec<(String, String)>,
 }
 
-/// What is known of a script's text.
+/// Properties of the loaded text.
 #[derive(Default)]
 pub(crate) struct Text {
     chunk: String,
     pub rules: Rc<Rules>,
     pub style: Style,
-    /// Whether the text can be one that runs as a whole.
+    /// Whether the text may have the style `Rerun`.
     pub may_rerun: bool,
-    /// The clean-up has run: nothing is called any more.
+    /// The clean-up has run; nothing is called any more.
     pub over: bool,
-    /// Callables that were asked for: how, name.
+    /// Callables that were looked up: (`TATU_FIND_*`, name).
     pub names: Vec<(u32, Rc<[u8]>)>,
 }
 
@@ -61,8 +61,7 @@ impl Text {
     pub(crate) fn name(&self) -> String {
         self.chunk.clone()
     }
-    /// The command that a message complains about, if a script called one that does not exist, or looked into a table
-    /// of commands that does not exist.
+    /// The unknown command that a message complains about, if the script called it or indexed an unknown name space.
     pub(crate) fn unknown(&self, message: &str, missed: &VecDeque<Vec<u8>>) -> Option<String> {
         let call = message.strip_prefix("attempt to call a nil value (");
         let rest = call.or_else(|| message.strip_prefix("attempt to index a nil value ("))?;
@@ -82,17 +81,17 @@ impl Text {
     }
 }
 
-/// Takes a script's text; the dialect chosen.
+/// Loads a script's text and returns its dialect.
 pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
     *s.words.borrow_mut() = scan::words(text);
     let mut rules = Rules::default();
     let dialect = if dialect.is_empty() {
-        // The rules are needed before the dialect is known: a first pass, whose errors show up in the second.
+        // The dialect is found by the preludes: a first pass, whose errors show up in the second.
         let mut first = Rules::default();
         let before = s.slot.backup();
         let _ = preludes(s, None, &mut first);
         if let Some(before) = before {
-            // SAFETY: the main thread is idle, and what was gathered holds nothing of Lua's.
+            // SAFETY: the main thread is idle, and `first` refers to nothing in the state.
             unsafe { s.slot.roll_back(&before) };
         }
         first.dialect.unwrap_or_default()
@@ -102,14 +101,14 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     let old = version(&dialect).is_some_and(|v| v < (4, 2));
     s.old.set(old);
     compat::open(s, old)?;
-    // What is left behind here, and by preludes, would scatter the script's own objects.
+    // Garbage of this phase and of the preludes would scatter the script's own objects.
     // SAFETY: the main thread is idle.
     unsafe { crate::collect::tidy(s.main, s) };
     preludes(s, Some(&dialect), &mut rules)?;
     let words = s.words.take();
     s.single.set(rules.single);
     if !rules.switch.is_empty() {
-        // SAFETY: the world lives; the name is valid during the call.
+        // SAFETY: the world is alive; the name is valid during the call.
         s.slices.switch.set(unsafe { (s.commands.find)(s.world, border(&rules.switch)) });
     }
     if rules.functions.is_empty() {
@@ -128,18 +127,18 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
         over: false,
         names: Vec::new(),
     };
-    // SAFETY: as above.
+    // SAFETY: the main thread is idle.
     unsafe { crate::collect::tidy(s.main, s) };
     compile(s, text, chunk)?;
     crate::capture::fresh::record(s)?;
-    // SAFETY: as above.
+    // SAFETY: the main thread is idle.
     unsafe { crate::collect::wind(s.main) };
     Ok(dialect)
 }
 
 fn compile(s: &Script, text: &[u8], chunk: &str) -> Result {
     let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
-    // A first line such as "#!/usr/bin/lua" is skipped; its line break stays, for the numbers of the others.
+    // A first line such as "#!/usr/bin/lua" is skipped; its line break stays, for the line numbers.
     let skip = match text.first() {
         Some(b'#') => text.iter().position(|b| *b == b'\n').unwrap_or(text.len()),
         _ => 0,
@@ -149,7 +148,7 @@ fn compile(s: &Script, text: &[u8], chunk: &str) -> Result {
     let text: &[u8] = &modern;
     let name = CString::new(format!("@{chunk}").replace('\0', "")).unwrap_or_default();
     let mut message = None;
-    // SAFETY: protected; text and name outlive the call.
+    // SAFETY: runs in a protected call; text and name outlive it.
     s.protect(&mut |l| unsafe {
         let status = luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name.as_ptr(), c"t".as_ptr());
         if status == LUA_OK {
@@ -164,7 +163,7 @@ fn compile(s: &Script, text: &[u8], chunk: &str) -> Result {
     }
 }
 
-/// An error of the compiler: "file:12: '=' expected near 'x'".
+/// Converts an error of the compiler: "file:12: '=' expected near 'x'".
 fn syntax(message: &[u8], chunk: &str) -> Fail {
     // Lua shortens long names from the left.
     let tail = message.windows(2).position(|w| w[0] == b':' && w[1].is_ascii_digit()).unwrap_or(0);
@@ -179,13 +178,13 @@ fn syntax(message: &[u8], chunk: &str) -> Fail {
 
 /// The script's kind: "child", "main", ...
 fn kind(s: &Script) -> Vec<u8> {
-    // SAFETY: the world lives, and this is a call of its.
+    // SAFETY: the world is alive, since it makes this call.
     let world = unsafe { World::from_raw(s.world, &s.host) };
     let kind = world.get(s.instance.owner, s.host.prop("script.kind"));
     kind.ok().and_then(|v| v.as_bytes().map(<[u8]>::to_vec)).unwrap_or_default()
 }
 
-/// Runs all preludes without a module name; gathers what they return.
+/// Runs all preludes without a module name, and collects the rules they return.
 fn preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
     let Some(next) = s.host.commands_table().and_then(|t| t.prelude) else {
         return Ok(());
@@ -203,7 +202,7 @@ fn preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
         if !module.is_empty() {
             continue;
         }
-        // SAFETY: protected; what is gathered belongs to the caller.
+        // SAFETY: runs in a protected call; the rules belong to the caller.
         s.protect(&mut |l| unsafe {
             luaL_checkstack(l, 20, std::ptr::null());
             if crate::chunks::load(l, text, c"=prelude") != LUA_OK {
@@ -229,7 +228,7 @@ fn preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
 }
 
 /// # Safety
-/// A text of the host that lives for `'a`.
+/// The host's string lives for `'a`.
 pub(crate) unsafe fn slice<'a>(s: tatu_str) -> &'a [u8] {
     if s.ptr.is_null() {
         return b"";
@@ -237,7 +236,7 @@ pub(crate) unsafe fn slice<'a>(s: tatu_str) -> &'a [u8] {
     std::slice::from_raw_parts(s.ptr.cast(), s.len as usize)
 }
 
-/// Reads the texts of the list on top.
+/// Reads the list of strings on top.
 pub(crate) unsafe fn texts(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
     for i in 1..=lua_rawlen(l, -1) {
         lua_rawgeti(l, -1, i as i64);
@@ -246,7 +245,7 @@ pub(crate) unsafe fn texts(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
     }
 }
 
-/// Reads the table of a prelude, which is on top.
+/// Reads the rules of a prelude from the table on top.
 unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
     unsafe fn field(l: *mut lua_State, name: &std::ffi::CStr) -> bool {
         lua_getfield(l, -1, name.as_ptr()) != LUA_TNIL
@@ -335,7 +334,7 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
     lua_pop(l, 1);
 }
 
-/// For preludes, `has(...)`: whether the script's text speaks of one of these words.
+/// For preludes, `has(...)`: whether the script's text contains one of these names or operators.
 unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
     let found = {
         let words = state::of(l).words.borrow();
@@ -345,8 +344,8 @@ unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
     1
 }
 
-/// For preludes, `between(from, to)`: the first word that the script's text speaks of and that sorts at or after `from`
-/// and before `to`, byte by byte; or nothing.
+/// For preludes, `between(from, to)`: the first name in the script's text that sorts at or after `from` and before
+/// `to`, byte by byte; or nil.
 unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
     let word = {
         let words = state::of(l).words.borrow();
@@ -354,7 +353,7 @@ unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
         words.get(at).filter(|w| w.as_slice() < bytes(l, 2)).map(|w| (w.as_ptr(), w.len()))
     };
     match word {
-        // SAFETY: the words stay while the prelude runs.
+        // SAFETY: the list is not changed while the prelude runs.
         Some((ptr, len)) => {
             lua_pushlstring(l, ptr.cast(), len);
         }
@@ -363,7 +362,7 @@ unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Dialects are versions of the program that a script was written for.
+/// Checks a dialect: the version of the program that a script was written for.
 pub(crate) fn knows(dialect: &str) -> Result {
     let digits = |p: &str| !p.is_empty() && p.len() < 5 && p.bytes().all(|b| b.is_ascii_digit());
     match dialect.split('.').all(digits) && dialect.split('.').count() <= 3 {

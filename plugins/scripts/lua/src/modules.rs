@@ -1,6 +1,6 @@
-//! `require`, `dofile`, `loadfile`: modules of command plugins, tables of names, files in allowed folders.
+//! `require`, `dofile`, `loadfile`: modules of command plugins, name spaces, files in allowed folders.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// # Safety
-/// Protected, while the state is made.
+/// Runs in protected mode, while the state is made.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_pushglobaltable(l);
     set(l, c"require", require);
@@ -30,7 +30,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_pop(l, 1);
 }
 
-/// The text of a module of a command plugin.
+/// Text of a command plugin's module.
 fn prelude(s: &State, name: &[u8]) -> Option<&'static [u8]> {
     let next = s.host.commands_table()?.prelude?;
     for index in 0.. {
@@ -48,7 +48,7 @@ fn prelude(s: &State, name: &[u8]) -> Option<&'static [u8]> {
     None
 }
 
-/// Reads a file into the scratch room; false, with the reason there, if that is refused.
+/// Reads a file into the scratch buffer; on failure false, with the reason there.
 fn read(s: &State, name: &[u8]) -> bool {
     let read = s
         .world()
@@ -66,12 +66,11 @@ fn read(s: &State, name: &[u8]) -> bool {
     done
 }
 
-/// Texts, and bytes of them, that are kept for snapshots: a script that loads a new text in each step must not fill the
-/// memory.
+/// Limits of the texts kept for snapshots: a script may load a new text in each step.
 const TEXTS: usize = 64;
 const TEXT_BYTES: usize = 1 << 20;
 
-/// Keeps a text that is about to be loaded, so that a snapshot can name the functions in it.
+/// Keeps a text that is about to be loaded, so that a snapshot can refer to its functions.
 pub(crate) fn remember(s: &State, name: &[u8], text: &[u8]) {
     let mut texts = s.texts.borrow_mut();
     if texts.iter().any(|(n, t)| n == name && t == text) {
@@ -153,7 +152,7 @@ unsafe extern "C-unwind" fn require(l: *mut lua_State) -> i32 {
     if !find(l) {
         return missing(l);
     }
-    // 3: what was found; a function is the module's text.
+    // Slot 3: what was found; a function is the module's chunk.
     if lua_type(l, 3) == LUA_TFUNCTION {
         lua_pushvalue(l, 1);
         lua_call(l, 1, 1);
@@ -172,10 +171,10 @@ unsafe extern "C-unwind" fn require(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Pushes at 3 what a module's name stands for: a text of a plugin, a table of names, a file.
+/// Pushes at slot 3 what a module name stands for: chunk of a plugin, name space, file.
 unsafe fn find(l: *mut lua_State) -> bool {
     let s = state::of(l);
-    // What the script put into package.preload comes first.
+    // `package.preload` takes precedence.
     lua_getglobal(l, c"package".as_ptr());
     if lua_type(l, 3) == LUA_TTABLE {
         lua_getfield(l, 3, c"preload".as_ptr());
@@ -216,7 +215,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
     if !s.scratch.borrow().starts_with(b"cannot open ") {
         lua_error(l); // a file that is there, with an error of its own
     }
-    // Files come first: a user's module may have the name of one that a plugin brings.
+    // After files: a module of the user may have the name of a plugin's module.
     lua_settop(l, 2);
     if let Some(text) = prelude(s, bytes(l, 1)) {
         push(l, b"=");
@@ -238,7 +237,7 @@ unsafe fn missing(l: *mut lua_State) -> i32 {
 }
 
 fn not_found(s: &State, name: &[u8]) -> Fail {
-    // "arm-2" and "arm.tools" are of the module "arm".
+    // "arm-2" and "arm.tools" belong to the module "arm".
     let root = name.split(|b| b"-.".contains(b)).next().unwrap_or_default();
     let lacking = s.text.borrow().rules.lacking.iter().any(|m| m == root);
     let name = String::from_utf8_lossy(name);

@@ -1,17 +1,17 @@
-//! Lua's pattern matching (after lstrlib.c of Lua 5.4), counted: a pattern can take for ever on a short text, and C
-//! code does not look at the budget.
+//! Lua's pattern matching (after lstrlib.c of Lua 5.4) with a step limit: a short pattern can take exponential time,
+//! and C code does not check the budget.
 
-/// Nested tries, as in Lua.
+/// Recursion limit, as in Lua.
 const MAX_DEPTH: u32 = 200;
-/// Captures, as in Lua.
+/// Capture limit, as in Lua.
 const MAX_CAPTURES: usize = 32;
 
-/// Why there is no answer.
+/// Reason for a failed match attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Fault {
-    /// The pattern is wrong, or too complex.
+    /// The pattern is malformed or too complex.
     Pattern(&'static str),
-    /// The steps are used up.
+    /// The step limit was reached.
     Steps,
 }
 
@@ -22,23 +22,23 @@ enum Length {
     Bytes(usize),
 }
 
-/// What a capture caught.
+/// A capture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Capture {
-    /// A place in the subject, from 0.
+    /// A position in the subject, 0-based.
     Position(usize),
-    /// A part of the subject.
+    /// A range of the subject.
     Part(usize, usize),
 }
 
-/// A match in work. Plain data: a Lua error may jump over it.
+/// State of a match. Plain data, since a Lua error may jump over it.
 pub(crate) struct Matcher<'a> {
     src: &'a [u8],
     pat: &'a [u8],
     captures: [(usize, Length); MAX_CAPTURES],
     level: usize,
     depth: u32,
-    /// Steps done, over all matches.
+    /// Steps done over all matches.
     pub steps: u64,
     most: u64,
 }
@@ -46,16 +46,16 @@ pub(crate) struct Matcher<'a> {
 type Found = Result<Option<usize>, Fault>;
 
 impl<'a> Matcher<'a> {
-    /// For a pattern without its anchor; `most`: steps that may be done.
+    /// Creates a matcher for a pattern without its anchor; `most`: step limit.
     pub(crate) fn new(src: &'a [u8], pat: &'a [u8], most: u64) -> Self {
         Matcher { src, pat, captures: [(0, Length::Open); MAX_CAPTURES], level: 0, depth: 0, steps: 0, most }
     }
-    /// Where a match that begins at `s` ends.
+    /// End of the match that begins at `s`.
     pub(crate) fn at(&mut self, s: usize) -> Found {
         (self.level, self.depth) = (0, 0);
         self.go(s, 0)
     }
-    /// How many captures there are; a pattern without any has the whole match as one, if `whole`.
+    /// Number of captures; without any, the whole match is one if `whole` is set.
     pub(crate) fn count(&self, whole: bool) -> usize {
         if self.level == 0 && whole { 1 } else { self.level }
     }
@@ -151,7 +151,7 @@ impl<'a> Matcher<'a> {
         Ok(())
     }
 
-    /// As many as possible, then fewer.
+    /// Greedy repetition.
     fn most(&mut self, s: usize, p: usize, end: usize) -> Found {
         let mut i = 0;
         while self.single(s + i, p, end) {
@@ -169,7 +169,7 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    /// As few as possible, then more.
+    /// Lazy repetition.
     fn least(&mut self, mut s: usize, p: usize, end: usize) -> Found {
         loop {
             if let Some(e) = self.go(s, end + 1)? {
@@ -208,7 +208,7 @@ impl<'a> Matcher<'a> {
         Ok(found)
     }
 
-    /// The text of an earlier capture.
+    /// Matches the text of an earlier capture.
     fn again(&mut self, s: usize, digit: u8) -> Found {
         let i = usize::from(digit).wrapping_sub(usize::from(b'1'));
         let (start, n) = match self.captures[..self.level].get(i) {
@@ -244,7 +244,7 @@ impl<'a> Matcher<'a> {
         Ok(None)
     }
 
-    /// Where the class that begins at `p` ends.
+    /// End of the class that begins at `p`.
     fn class_end(&self, p: usize) -> Result<usize, Fault> {
         let n = self.pat.len();
         match self.p(p) {
@@ -281,7 +281,7 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    /// Whether a byte is in the set between `[` at `p` and `]` at `end`.
+    /// Whether a byte is in the set from `[` at `p` to `]` at `end`.
     fn set(&self, c: u8, mut p: usize, end: usize) -> bool {
         let mut inside = true;
         if self.p(p + 1) == b'^' {
@@ -309,7 +309,7 @@ impl<'a> Matcher<'a> {
     }
 }
 
-/// Whether a byte is of a class such as `%d`.
+/// Whether a byte is in a class such as `%d`.
 fn class(c: u8, class: u8) -> bool {
     let member = match class.to_ascii_lowercase() {
         b'a' => c.is_ascii_alphabetic(),
@@ -336,11 +336,11 @@ pub(crate) fn is_plain(pattern: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mlua::ffi::*;
+    use mlua_sys::*;
 
-    /// What Lua's own `string.find` says: "3 4 a @2", "nil" or "error".
+    /// Result of Lua's own `string.find`: "3 4 a @2", "nil" or "error".
     fn theirs(l: *mut lua_State, src: &[u8], pat: &[u8]) -> String {
-        // SAFETY: the test's own state, with the function to be called on place 1.
+        // SAFETY: the state belongs to the test; the function is in slot 1.
         unsafe {
             lua_settop(l, 1);
             lua_pushvalue(l, 1);
@@ -393,7 +393,7 @@ mod tests {
 
     #[test]
     fn agrees_with_lua() {
-        // SAFETY: a state of the test's own.
+        // SAFETY: the state belongs to the test.
         let l = unsafe {
             let l = luaL_newstate();
             luaL_requiref(l, c"string".as_ptr(), luaopen_string, 1);
@@ -419,7 +419,7 @@ mod tests {
             matches += u32::from(theirs.starts_with(|c: char| c.is_ascii_digit()));
         }
         assert!(matches > 20_000, "{matches}");
-        // SAFETY: nothing uses it any more.
+        // SAFETY: the state is not used any more.
         unsafe { lua_close(l) };
     }
 

@@ -1,6 +1,6 @@
-//! Texts that run as a whole for each callback: what preludes tell of them, and for which callbacks one of them runs.
+//! Texts that are run again for each callback: their rules, and the callbacks for which a text has to run.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::abi::*;
 
 use crate::{
@@ -9,24 +9,24 @@ use crate::{
     state::{Script, State, border, bytes, push, reg, registry},
 };
 
-/// How a text is called that runs as a whole for each callback.
+/// Rules of texts that are run again for each callback.
 #[derive(Default)]
 pub(crate) struct Rerun {
-    /// The global that tells which callback it is.
+    /// The global that names the callback.
     pub variable: Vec<u8>,
-    /// Its value for each callback that there is.
+    /// Its value per callback.
     pub values: Vec<(Vec<u8>, i64)>,
-    /// Words of which a text must have one for a callback to be run, where there are such.
+    /// Callbacks that run only in texts with one of these names.
     needs: Vec<(Vec<u8>, Vec<Vec<u8>>)>,
     /// Globals that hold the script's own handle.
     pub script: Vec<Vec<u8>>,
 }
 
 impl Rerun {
-    /// Reads the table of a prelude, which is on top.
+    /// Reads the rules from the table on top.
     ///
     /// # Safety
-    /// Protected; a few free places on the stack.
+    /// Runs in protected mode; a few free stack slots.
     pub(crate) unsafe fn gather(&mut self, l: *mut lua_State) {
         lua_getfield(l, -1, c"variable".as_ptr());
         self.variable.extend_from_slice(bytes(l, -1));
@@ -70,14 +70,14 @@ impl Rerun {
     pub(crate) fn has(&self, callback: &[u8]) -> bool {
         self.value(callback).is_some()
     }
-    /// Drops the callbacks that a text lacks the words for.
+    /// Removes the callbacks whose required names are missing from the text.
     pub(crate) fn fit(&mut self, words: &[Vec<u8>]) {
         let needs = std::mem::take(&mut self.needs);
         let has = |w: &Vec<u8>| words.binary_search(w).is_ok();
         self.values
             .retain(|(callback, _)| needs.iter().filter(|(name, _)| name == callback).all(|(_, w)| w.iter().any(has)));
     }
-    /// Drops the callbacks for which a text of nothing but branches does nothing.
+    /// Removes the callbacks for which a text that consists of branches does nothing.
     pub(crate) fn prune(&mut self, s: &Script, text: &[u8]) {
         let Some(branches) = scan::branches(text, &self.variable) else { return };
         let values: Option<Vec<i64>> = branches.iter().map(|name| number(s, name)).collect();
@@ -85,10 +85,10 @@ impl Rerun {
             self.values.retain(|(callback, value)| callback == b"init" || values.contains(value));
         }
     }
-    /// Sets the globals that tell a text which callback it runs for.
+    /// Sets the globals for a run of the text.
     ///
     /// # Safety
-    /// Protected; a few free places on the stack.
+    /// Runs in protected mode; a few free stack slots.
     pub(crate) unsafe fn tell(&self, l: *mut lua_State, s: &State, value: Option<i64>) {
         if registry(l, reg::TOLD) != LUA_TTABLE {
             lua_pop(l, 1);
@@ -108,7 +108,7 @@ impl Rerun {
         }
         lua_pop(l, 2);
     }
-    /// Pushes the list of the names of these globals, and keeps it: to make a text anew takes longer than to look it up.
+    /// Pushes the list of these globals' names, and caches it: creating the strings anew takes longer than a lookup.
     unsafe fn remember(&self, l: *mut lua_State) {
         lua_createtable(l, 1 + self.script.len() as i32, 0);
         push(l, &self.variable);
@@ -126,13 +126,13 @@ impl Rerun {
     }
 }
 
-/// The whole number that a text means by a numeral, or by the name of a constant.
+/// The integer that a numeral or the name of a constant stands for.
 fn number(s: &Script, word: &[u8]) -> Option<i64> {
     if let Some(n) = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok()) {
         return Some(n);
     }
     let mut found = None;
-    // SAFETY: protected; the world lives, the name is valid during the call.
+    // SAFETY: runs in a protected call; the world is alive, the name is valid during the call.
     s.protect(&mut |l| unsafe {
         if registry(l, reg::CONSTANTS) == LUA_TTABLE {
             push(l, word);

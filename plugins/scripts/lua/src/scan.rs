@@ -1,38 +1,38 @@
-//! Lua text, token by token, without loss: what tells its dialect, and what Lua 5.4 would refuse of Lua 5.1.
+//! Lossless tokenizer for Lua: finds the dialect of a text, and converts Lua 5.1 to Lua 5.4.
 
 use std::borrow::Cow;
 
-/// What a token is.
+/// Kind of a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// White space, comments, and bytes that are no Lua.
+    /// White space, comments, and invalid bytes.
     Space,
     /// A name or a keyword.
     Name,
     /// A number.
     Number,
-    /// A text between quotes.
+    /// A quoted string.
     Text,
-    /// A text between long brackets.
+    /// A string in long brackets.
     Long,
     /// An operator or separator.
     Sign,
 }
 
-/// All tokens in order; their parts of the text, put together, are the text.
+/// Tokens in order; concatenated, they are the text.
 pub(crate) struct Tokens<'a> {
     text: &'a [u8],
     at: usize,
 }
 
-/// Operators of more than one sign, the longer ones first.
+/// Operators of several characters, longest first.
 const SIGNS: [&[u8]; 10] = [b"...", b"..", b"==", b"~=", b"<=", b">=", b"//", b"::", b"<<", b">>"];
 
 impl<'a> Tokens<'a> {
     pub(crate) fn new(text: &'a [u8]) -> Self {
         Tokens { text, at: 0 }
     }
-    /// The length of `--[==[ ... ]==]` without the dashes, if one begins at `at`.
+    /// Length of `[==[ ... ]==]`, if one begins at `at`.
     fn long(&self, at: usize) -> Option<usize> {
         let rest = self.text[at..].strip_prefix(b"[")?;
         let level = rest.iter().take_while(|c| **c == b'=').count();
@@ -102,8 +102,8 @@ impl<'a> Iterator for Tokens<'a> {
     }
 }
 
-/// What a text speaks of, in order and each once: names and keywords; names with the dots between them (`robot.arm.grip`,
-/// and its beginnings); operators; `require NAME`. Comments and texts do not count.
+/// Names and operators in a text, sorted and unique: names, keywords, qualified names with their prefixes
+/// (`robot.arm.grip`), operators, `require NAME`. Comments and strings do not count.
 pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
     let mut out: Vec<Vec<u8>> = Vec::new();
     let (mut path, mut open, mut require) = (Vec::new(), false, false);
@@ -141,8 +141,8 @@ pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
     out
 }
 
-/// What a text compares a global with, if it is nothing but a row of `if variable == X then ... end`, one after the other:
-/// the `X` of those that do something. For any other value the text does nothing. `None`: it may be more than that.
+/// If a text consists only of `if variable == X then ... end` blocks: the `X` of those that are not empty. For any
+/// other value the text has no effect. `None`: the text has another form.
 pub(crate) fn branches<'a>(text: &'a [u8], variable: &[u8]) -> Option<Vec<&'a [u8]>> {
     let tokens: Vec<&[u8]> =
         Tokens::new(text).filter(|(kind, _)| *kind != Kind::Space).map(|(_, token)| token).collect();
@@ -166,13 +166,13 @@ pub(crate) fn branches<'a>(text: &'a [u8], variable: &[u8]) -> Option<Vec<&'a [u
         }
         rest = &body[n + 1..];
     }
-    // Who sets the global, or a value that it is compared with, may do so to get into another branch.
+    // Other uses of the global or of these values might lead into another branch.
     let said = |name: &[u8]| tokens.iter().filter(|t| **t == name).count();
     let once = |name: &&[u8]| said(name) == all.iter().filter(|n| *n == name).count() || name[0].is_ascii_digit();
     (!all.is_empty() && said(variable) == all.len() && all.iter().all(once)).then_some(busy)
 }
 
-/// The number of tokens before the `end` of a block; `None`: it has none, or there is an `else` before it.
+/// Number of tokens before the `end` of a block; `None`: missing, or preceded by an `else`.
 fn end_of_block(tokens: &[&[u8]]) -> Option<usize> {
     let mut depth = 0;
     for (i, token) in tokens.iter().enumerate() {
@@ -180,7 +180,7 @@ fn end_of_block(tokens: &[&[u8]]) -> Option<usize> {
             b"end" | b"until" if depth > 0 => depth -= 1,
             b"end" => return Some(i),
             b"else" | b"elseif" if depth == 0 => return None,
-            // `for` and `while` have their `do`.
+            // `for` and `while` are counted by their `do`.
             b"if" | b"function" | b"do" | b"repeat" => depth += 1,
             _ => {}
         }
@@ -188,19 +188,19 @@ fn end_of_block(tokens: &[&[u8]]) -> Option<usize> {
     None
 }
 
-/// A text of Lua 5.1 as Lua 5.4 understands it; lines stay where they are. `goto` was a name, an unknown escape was the
-/// letter itself, integers had no more digits than a float holds, and functions with `...` had a table `arg`.
+/// Converts Lua 5.1 to Lua 5.4, keeping line numbers. In 5.1 `goto` was a name, an unknown escape meant the letter
+/// itself, all numbers were floats, and functions with `...` had a table `arg`.
 pub(crate) fn modern(text: &[u8]) -> Cow<'_, [u8]> {
     let mut out = Vec::new();
     let mut same = true;
-    // A label can only be in a text that knows `goto`.
+    // A label occurs only in texts that use `goto`.
     let labels = Tokens::new(text).any(|t| t == (Kind::Sign, b"::"));
     for (kind, token) in Tokens::new(text) {
         let before = out.len();
         match kind {
             Kind::Name if token == b"goto" && !labels => out.extend_from_slice(b"goto_"),
             Kind::Text => escapes(token, &mut out),
-            // Digits beyond these a float has not, and 5.1 had floats only.
+            // More digits than a float can hold.
             Kind::Number if token.len() > 15 && token.iter().all(u8::is_ascii_digit) => {
                 out.extend_from_slice(token);
                 out.extend_from_slice(b".0");
@@ -234,23 +234,23 @@ fn escapes(quoted: &[u8], out: &mut Vec<u8>) {
     }
 }
 
-/// A function that is open, on the way through a text.
+/// A function whose `end` has not been reached.
 struct Function {
-    /// Blocks that are open in it.
+    /// Number of open blocks.
     depth: u32,
-    /// Where its body begins, if its parameters end in `...`.
+    /// Start of the body, if the parameters end in `...`.
     varargs: Option<usize>,
     says_arg: bool,
     says_dots: bool,
 }
 
-/// Where the bodies of functions begin that take `...`, do not say it, and speak of `arg`.
+/// Start of the bodies of vararg functions that use `arg` but not `...`.
 fn arguments(text: &[u8]) -> Vec<usize> {
     if !text.windows(3).any(|w| w == b"arg") {
         return Vec::new();
     }
     let (mut found, mut functions, mut at) = (Vec::new(), Vec::<Function>::new(), 0);
-    // Within the parameters of a function; whether they had dots.
+    // Whether the position is in a parameter list, and whether that contained `...`.
     let (mut head, mut dots) = (false, false);
     for (kind, token) in Tokens::new(text) {
         at += token.len();
@@ -299,7 +299,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Nothing is lost, of any bytes.
+        /// For arbitrary bytes, nothing is lost.
         #[test]
         fn tokens_are_the_text(text in prop::collection::vec(prop::sample::select(
             b"ab_1.0eE+-[]=\"'\\\n\r -~/<>:{}()gotoarg\xff".to_vec()), 0..60))

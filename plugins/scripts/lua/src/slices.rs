@@ -1,32 +1,32 @@
-//! Slices: a thread that does not let go by itself is switched out after a number of instructions, and goes on in the
-//! next step.
+//! Time slices: a thread that does not yield by itself is preempted after a number of instructions, and continues in
+//! the next step.
 //!
-//! Threads of the original ran for some milliseconds at a time; here time is counted in instructions, so that every run
-//! is the same. Only the plugin's own coroutines (callback "thread") are cut in slices, never those that scripts make.
+//! Threads of the original ran for some milliseconds at a time; here slices are counted in instructions, so that every
+//! run is the same. Only the plugin's own coroutines (callback "thread") are preempted, never those of scripts.
 
 use std::cell::Cell;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::{
     bind,
     state::{self, State, reg, registry},
 };
 
-/// Instructions of one millisecond.
+/// Instructions per millisecond.
 const PER_MS: f64 = 20_000.0;
-/// Length of a slice that nobody has set, instructions: 2 ms.
+/// Default slice length, instructions: 2 ms.
 const DEFAULT: u64 = 40_000;
 
-/// How a script's threads are cut.
+/// Preemption of a script's threads.
 pub(crate) struct Slices {
-    /// The command that lets a thread wait for the next step: id << 8 | alias; 0: threads are never cut.
+    /// The command that waits for the next step: id << 8 | alias; 0: no preemption.
     pub switch: Cell<u32>,
-    /// Length of a slice, instructions; 0: threads let go by themselves.
+    /// Slice length, instructions; 0: no preemption.
     length: Cell<u64>,
-    /// What the running thread has used of it.
+    /// Instructions used of the current slice.
     used: Cell<u64>,
-    /// The own thread that runs, if one does.
+    /// The plugin's coroutine that is running, or null.
     own: Cell<*mut lua_State>,
 }
 
@@ -42,25 +42,25 @@ impl Default for Slices {
 }
 
 impl Slices {
-    /// A thread of ours goes on; gives back what `leave` needs.
+    /// Resumes a thread; returns what `leave` needs.
     pub(crate) fn enter(&self, thread: *mut lua_State) -> (*mut lua_State, u64) {
         (self.own.replace(thread), self.used.replace(0))
     }
-    /// It let go.
+    /// The thread yielded or ended.
     pub(crate) fn leave(&self, outer: (*mut lua_State, u64)) {
         self.own.set(outer.0);
         self.used.set(outer.1);
     }
-    /// Whether a thread of ours runs.
+    /// Whether one of the plugin's coroutines is running.
     pub(crate) fn in_thread(&self) -> bool {
         !self.own.get().is_null()
     }
 }
 
-/// Called for every thousand instructions of whatever runs; switches the thread out if its slice is over.
+/// Called by the count hook; preempts the running thread when its slice is over.
 ///
 /// # Safety
-/// The last thing in the hook that counts.
+/// Last action of the hook.
 #[inline]
 pub(crate) unsafe fn tick(l: *mut lua_State, s: &State, instructions: u64) {
     let slices = &s.slices;
@@ -71,13 +71,13 @@ pub(crate) unsafe fn tick(l: *mut lua_State, s: &State, instructions: u64) {
     let used = slices.used.get() + instructions;
     slices.used.set(used);
     let length = slices.length.get();
-    // A coroutine of the script within the thread, or a comparison within a sort, ends first.
+    // Nested coroutines of the script and comparisons of a sort finish first.
     if length != 0 && used >= length && l == own && lua_isyieldable(l) != 0 {
         cut(l, s);
     }
 }
 
-/// Lets the thread `l` wait for the next step, and yields out of the hook.
+/// Makes thread `l` wait for the next step, yielding from the hook.
 #[cold]
 unsafe fn cut(l: *mut lua_State, s: &State) {
     let token = bind::wait(l, s, s.slices.switch.get());
@@ -93,10 +93,10 @@ unsafe fn cut(l: *mut lua_State, s: &State) {
     lua_yield(l, 0);
 }
 
-/// Whether a suspended thread was cut, and not suspended by a command, which takes results.
+/// Whether a suspended thread was preempted, rather than suspended by a command that expects results.
 ///
 /// # Safety
-/// A suspended thread of a state of ours.
+/// A suspended thread of a state of this plugin.
 pub(crate) unsafe fn was_cut(thread: *mut lua_State) -> bool {
     let mut ar = std::mem::zeroed::<lua_Debug>();
     if lua_getstack(thread, 0, &mut ar) == 0 {
@@ -106,8 +106,8 @@ pub(crate) unsafe fn was_cut(thread: *mut lua_State) -> bool {
     *ar.what != b'C' as _
 }
 
-/// For preludes, `slice(ms)`: sets the length of slices, 0: no switching but by the thread itself; without an argument
-/// nothing is set. Tells whether it was called in a thread.
+/// For preludes, `slice(ms)`: sets the slice length (0: no preemption) if given, and returns whether it is called in a
+/// thread.
 pub(crate) unsafe extern "C-unwind" fn slice(l: *mut lua_State) -> i32 {
     let s = state::of(l);
     if lua_type(l, 1) == LUA_TNUMBER {
@@ -118,5 +118,5 @@ pub(crate) unsafe extern "C-unwind" fn slice(l: *mut lua_State) -> i32 {
     1
 }
 
-// The hook counts so many at a time; a slice cannot be shorter.
+// The hook runs at this interval; a slice cannot be shorter.
 const _: () = assert!(DEFAULT as f64 == 2.0 * PER_MS && DEFAULT >= crate::budget::STEP);

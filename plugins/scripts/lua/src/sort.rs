@@ -1,7 +1,7 @@
-//! `table.sort`. Lua's own picks pivots by the clock when a table is unbalanced, and equal elements then end up in
-//! another order in each run. This is the same algorithm with a fixed choice.
+//! `table.sort`. Lua's own picks pivots by the clock in unbalanced ranges, so that the order of equal elements differs
+//! between runs. This is the same algorithm with deterministic pivots.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::{budget, errors};
 
@@ -16,7 +16,7 @@ pub(crate) unsafe extern "C-unwind" fn sort(l: *mut lua_State) -> i32 {
             luaL_checktype(l, 2, LUA_TFUNCTION);
         }
         lua_settop(l, 2);
-        // Comparisons without a function run no instructions: count them beforehand.
+        // Comparisons without a function run no instructions: charge them in advance.
         budget::charge(l, n as u64 * u64::from(n.ilog2()) / 4);
         luaL_checkstack(l, 40, std::ptr::null());
         quick(l, 1, n, 0);
@@ -24,7 +24,7 @@ pub(crate) unsafe extern "C-unwind" fn sort(l: *mut lua_State) -> i32 {
     0
 }
 
-/// Whether the value at `a` comes before the one at `b`; both relative to the top.
+/// Whether the value at `a` sorts before the one at `b`; both relative to the top.
 unsafe fn before(l: *mut lua_State, a: i32, b: i32) -> bool {
     if lua_type(l, 2) == LUA_TNIL {
         return lua_compare(l, a, b, LUA_OPLT) != 0;
@@ -43,7 +43,7 @@ unsafe fn set2(l: *mut lua_State, i: i64, j: i64) {
     lua_seti(l, 1, j);
 }
 
-/// Splits by the pivot on top, which is also at `up - 1`; where it ends up.
+/// Partitions by the pivot on top, which is also at `up - 1`; returns its final index.
 unsafe fn partition(l: *mut lua_State, lo: i64, up: i64) -> i64 {
     let (mut i, mut j) = (lo, up - 1);
     loop {
@@ -89,7 +89,7 @@ unsafe fn quick(l: *mut lua_State, mut lo: i64, mut up: i64, mut turn: i64) {
         if up - lo == 1 {
             return;
         }
-        // The middle; in large ranges that turned out unbalanced, somewhere near it.
+        // The middle; in large unbalanced ranges, an index near it.
         let quarter = (up - lo) / 4;
         let mut p = if up - lo < 100 || turn == 0 { (lo + up) / 2 } else { turn % (quarter * 2) + lo + quarter };
         lua_geti(l, 1, p);

@@ -1,4 +1,4 @@
-//! What belongs to one script: its Lua state, and what the plugin knows about it.
+//! The state of one script: its Lua state, and what the plugin keeps about it.
 
 use std::{
     cell::{Cell, RefCell},
@@ -6,7 +6,7 @@ use std::{
     ops::Deref,
 };
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
@@ -15,44 +15,44 @@ use crate::{
     errors::{self, Errors},
     files::Files,
     load::Text,
-    number,
+    lua_internals::NumberFormat,
     slices::Slices,
     stdlib::{self, Originals},
 };
 
-/// Places in Lua's registry. 1 and 2 are Lua's own.
+/// Keys in Lua's registry; 1 and 2 are reserved by Lua.
 pub(crate) mod reg {
-    /// The compiled text of the script.
+    /// The compiled text.
     pub const CHUNK: i64 = 10;
-    /// Functions lent during a call: id -> function.
+    /// Functions passed out during a call: id -> function.
     pub const BORROWED: i64 = 11;
     /// Functions kept by the host: id -> function.
     pub const KEPT: i64 = 12;
-    /// Coroutines that wait: token -> coroutine.
+    /// Waiting coroutines: token -> coroutine.
     pub const WAITS: i64 = 13;
-    /// Results of waits that are over: token -> packed results.
+    /// Results of finished waits: token -> packed results.
     pub const DONE: i64 = 14;
-    /// Numbers of what has been shown as text: object -> number.
+    /// Numbers that stand for addresses in text: object -> number.
     pub const NUMBERS: i64 = 15;
-    /// Tables of command names: prefix -> table ("" is the one of the globals).
+    /// Name space tables: prefix -> table ("" for the globals).
     pub const SCOPES: i64 = 16;
     /// Metatable of files.
     pub const FILE: i64 = 17;
-    /// Coroutines of the plugin: coroutine -> true.
+    /// Coroutines created by the plugin: coroutine -> true.
     pub const THREADS: i64 = 18;
-    /// What `require` has loaded.
+    /// Modules loaded by `require`.
     pub const LOADED: i64 = 19;
-    /// What was there before the text ran: number -> object.
+    /// Objects that existed before the text ran: number -> object.
     pub const FRESH: i64 = 20;
-    /// Objects of a snapshot, while it is taken back.
+    /// Objects of a snapshot, while it is restored.
     pub const BUILT: i64 = 21;
-    /// Constants that preludes tell: name -> value.
+    /// Constants of preludes: name -> value.
     pub const CONSTANTS: i64 = 22;
-    /// Names of the globals that tell a text which callback it runs for, and its script.
+    /// Names of the globals that a rerun text reads: the callback, and the script's handle.
     pub const TOLD: i64 = 23;
 }
 
-/// The functions of the commands service that the bindings call.
+/// Functions of the commands service.
 #[derive(Clone, Copy)]
 pub(crate) struct Commands {
     pub find: unsafe extern "C" fn(WorldPtr, tatu_str) -> u32,
@@ -65,90 +65,90 @@ pub(crate) struct Commands {
     pub call_func: unsafe extern "C" fn(WorldPtr, tatu_func, *mut tatu_call) -> tatu_status,
 }
 
-/// A script's state. Its address stays: Lua keeps it in the extra space of every thread.
+/// State of a script. Its address is stable: every Lua thread stores it in its extra space.
 pub(crate) struct State {
     /// The main thread.
     pub main: *mut lua_State,
-    /// The thread that runs now: where a call that comes in runs on.
+    /// The running thread, on which nested calls run.
     pub running: Cell<*mut lua_State>,
     pub world: *mut tatu_world,
     pub host: Host,
     pub instance: Instance,
     pub commands: Commands,
     pub time: Prop,
-    /// The date of the start.
+    /// The start date of the run.
     pub epoch: Prop,
-    /// Whether the state was restored, and no doubtful order of keys has been told since.
+    /// Whether the state was restored and no warning about key order has been logged since.
     pub restored: Cell<bool>,
-    /// How many calls of the host have come in.
+    /// Number of calls from the host.
     pub entries: Cell<u64>,
-    /// How many calls into the state are running.
+    /// Nesting depth of calls into the state.
     pub depth: Cell<u32>,
-    /// The place in the world's arena at which the running call began.
+    /// Position in the world's arena at which the running call began.
     pub mark: Cell<u64>,
-    /// Of the commands, when names were last bound.
+    /// Generation of the commands for which the name caches are valid.
     pub generation: Cell<u64>,
     pub budget: budget::State,
-    /// The last token given to a call that may wait, and the thread of the last one that did.
+    /// The last token issued, and the thread of the last wait.
     pub token: Cell<u64>,
     pub waiting: Cell<(u64, *mut lua_State)>,
-    /// The last ids of lent and kept functions.
+    /// The last ids of borrowed and kept functions.
     pub borrowed: Cell<u32>,
     pub returned: Cell<u32>,
     pub kept: Cell<u32>,
-    /// The last number given to something shown as text.
+    /// The last number issued in place of an address.
     pub numbers: Cell<i64>,
-    /// Whether the text is of a dialect that ran on Lua 5.1.
+    /// Whether the dialect is based on Lua 5.1.
     pub old: Cell<bool>,
-    /// Whether numbers lose what a 32-bit float does not hold when they pass to commands and back.
+    /// Whether numbers are rounded to 32-bit floats at commands.
     pub single: Cell<bool>,
-    /// The running call is one of several that run side by side.
+    /// Whether the running call is one of several parallel ones.
     pub beside: Cell<bool>,
-    /// What the text speaks of, while it is loaded.
+    /// Names and operators in the text, while it is loaded.
     pub words: RefCell<Vec<Vec<u8>>>,
     pub slices: Slices,
     pub errors: RefCell<Errors>,
     pub text: RefCell<Text>,
-    /// Texts that the script loaded, chunk name and text, so that a snapshot can name their functions.
+    /// Texts that the script loaded (chunk name, text), so that a snapshot can refer to their functions.
     pub texts: RefCell<Vec<(Vec<u8>, Vec<u8>)>>,
     pub files: RefCell<Files>,
-    /// A line begun with `io.write`.
+    /// Line begun with `io.write`.
     pub line: RefCell<Vec<u8>>,
-    /// Room for texts on their way into Lua.
+    /// Buffer for text on its way into Lua.
     pub scratch: RefCell<Vec<u8>>,
-    /// Library functions that ours call.
+    /// Library functions that this plugin wraps.
     pub originals: Originals,
-    /// Failures of waits that coroutines have not seen yet.
+    /// Errors of waits that their coroutines have not received yet.
     pub failed: RefCell<BTreeMap<u64, Fail>>,
-    /// Where the script was when its memory was last used up: files and lines, innermost first.
+    /// Files and lines at which memory last ran out, innermost first.
     pub full_at: RefCell<Vec<(String, u64)>>,
-    /// Whether a panic went through the state.
+    /// Whether a panic unwound through the state.
     pub broken: Cell<bool>,
     pub slot: Box<Slot>,
 }
 
 impl State {
-    /// The world, as the safe door shows it.
+    /// The world, as the safe API shows it.
     pub(crate) fn world(&self) -> World<'_> {
         // SAFETY: the world outlives its scripts, and every call here comes from a call of the host.
         unsafe { World::from_raw(self.world, &self.host) }
     }
-    /// A log line.
+    /// Writes a log line.
     pub(crate) fn log(&self, level: u32, text: &[u8]) {
         self.world().log(level, text);
     }
-    /// What clocks show since the start, s.
+    /// Simulation time, s.
     pub(crate) fn now(&self) -> f64 {
         self.world().f64(0, self.time).unwrap_or(0.0)
     }
 
-    /// Runs `f` on the running thread; a Lua error in it becomes a `Fail`. `f` keeps nothing with a destructor of its
-    /// own across Lua functions that raise.
+    /// Runs `f` in protected mode on the running thread; a Lua error becomes a `Fail`. `f` must not keep anything with
+    /// a destructor across Lua functions that raise.
     pub(crate) fn protect(&self, f: &mut dyn FnMut(*mut lua_State)) -> Result {
         let l = self.running.get();
         let mut f = f;
-        let _manner = number::Manner::begin(self.old.get());
-        // SAFETY: the thread is the one that runs; its stack is left as it was found.
+        let _format = NumberFormat::begin(self.old.get());
+        // SAFETY: this is the running thread, and its stack is restored to `top`.
         unsafe {
             let top = lua_gettop(l);
             if lua_checkstack(l, 8) == 0 {
@@ -165,7 +165,7 @@ impl State {
     }
 }
 
-/// The body of `protect`.
+/// Body of `protect`.
 unsafe extern "C-unwind" fn run(l: *mut lua_State) -> i32 {
     let f = &mut *lua_touserdata(l, 1).cast::<&mut dyn FnMut(*mut lua_State)>();
     lua_settop(l, 0);
@@ -176,13 +176,13 @@ unsafe extern "C-unwind" fn run(l: *mut lua_State) -> i32 {
 /// The state that a thread belongs to.
 ///
 /// # Safety
-/// `l` is a thread of a state made here; the result is not used beyond the running call.
+/// `l` is a thread of a state created by this plugin; the reference is not used beyond the running call.
 #[inline(always)]
 pub(crate) unsafe fn of<'a>(l: *mut lua_State) -> &'a State {
     &**lua_getextraspace(l).cast::<*const State>()
 }
 
-/// One script: the instance of the language.
+/// A script: an instance of the language.
 pub(crate) struct Script {
     state: Box<State>,
 }
@@ -242,21 +242,21 @@ impl Script {
             broken: Cell::new(false),
             slot,
         });
-        // SAFETY: the box's content stays where it is; threads made later copy the main thread's extra space.
+        // SAFETY: the box's content does not move; threads created later copy the main thread's extra space.
         unsafe { *lua_getextraspace(main).cast::<*const State>() = &raw const *state };
         state.slot.full.set(Some((errors::note_memory, (&raw const *state).cast())));
         let script = Script { state };
-        // SAFETY: as below.
+        // SAFETY: the state is new and runs nothing.
         unsafe { collect::open(main) };
         // SAFETY: runs in protected mode, on the new state's own stack.
         script.protect(&mut |l| unsafe {
             stdlib::open(l);
             crate::allow::open(l, &script);
         })?;
-        // SAFETY: the main thread is idle.
+        // SAFETY: the main thread runs nothing.
         unsafe {
             budget::arm(main);
-            budget::find_count(main, &script);
+            script.budget.find_count(main);
         }
         Ok(script)
     }
@@ -268,9 +268,9 @@ impl Drop for Script {
         if !line.is_empty() {
             self.log(TATU_LOG_INFO, &line);
         }
-        // In a slot all that Lua made vanishes with it; files are kept, and closed, outside of Lua.
+        // In a mapped slot all Lua objects vanish with it; files are owned and closed outside of Lua.
         if !self.slot.is_mapped() {
-            // SAFETY: the host ends an instance only when none of its calls runs.
+            // SAFETY: the host ends an instance only while none of its calls runs.
             unsafe { lua_close(self.main) };
         }
     }
@@ -290,15 +290,15 @@ fn table(host: &Host) -> Option<Commands> {
     })
 }
 
-/// A text at the border.
+/// A string of the ABI.
 pub(crate) fn border(bytes: &[u8]) -> tatu_str {
     tatu_str { ptr: bytes.as_ptr().cast(), len: bytes.len() as u64 }
 }
 
-/// The bytes of the text or number at `idx`; numbers are turned into text there. Empty if it is neither.
+/// The bytes of the string or number at `idx`; converts a number in place. Empty for other types.
 ///
 /// # Safety
-/// The slice lives as long as the value stays on the stack.
+/// The slice is used only while the value stays on the stack.
 pub(crate) unsafe fn bytes<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
     let mut len = 0;
     let ptr = lua_tolstring(l, idx, &mut len);
@@ -308,26 +308,26 @@ pub(crate) unsafe fn bytes<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
     std::slice::from_raw_parts(ptr.cast(), len)
 }
 
-/// Pushes a text.
+/// Pushes a string.
 ///
 /// # Safety
-/// One free place on the stack; may raise.
+/// One free stack slot; may raise.
 pub(crate) unsafe fn push(l: *mut lua_State, text: &[u8]) {
     lua_pushlstring(l, text.as_ptr().cast(), text.len());
 }
 
-/// Pushes the value of a registry place; its type.
+/// Pushes a registry value and returns its type.
 ///
 /// # Safety
-/// One free place on the stack.
+/// One free stack slot.
 pub(crate) unsafe fn registry(l: *mut lua_State, place: i64) -> i32 {
     lua_rawgeti(l, LUA_REGISTRYINDEX, place)
 }
 
-/// Pushes what stands in the state's scratch room.
+/// Pushes the content of the scratch buffer.
 ///
 /// # Safety
-/// One free place on the stack; may raise.
+/// One free stack slot; may raise.
 pub(crate) unsafe fn push_scratch(l: *mut lua_State, s: &State) {
     let (ptr, len) = {
         let scratch = s.scratch.borrow();

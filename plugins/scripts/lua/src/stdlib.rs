@@ -1,11 +1,11 @@
-//! What scripts may use of Lua's library, and what stands in for the rest.
+//! The standard library of scripts: permitted functions, and replacements for the others.
 //!
-//! Every C function is registered with one upvalue: without one it is a bare address of the library, which differs
-//! from run to run and would decide the place of such a function as a key of a table.
+//! Every C function is registered with an upvalue. Without one it would be a bare code address, which differs between
+//! runs and would decide the order of such functions as table keys.
 
 use std::cell::Cell;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::{
     bind, budget, errors, io, modules,
@@ -13,7 +13,7 @@ use crate::{
     strings, text, time,
 };
 
-/// Library functions that ours end in.
+/// Library functions that this plugin wraps.
 #[derive(Default)]
 pub(crate) struct Originals([Cell<Option<lua_CFunction>>; 8]);
 
@@ -27,10 +27,10 @@ const CONCAT: usize = 6;
 const REP: usize = 7;
 
 impl Originals {
-    /// Goes on in the library's function.
+    /// Tail-calls the library's function.
     ///
     /// # Safety
-    /// The last thing that a C function of Lua does.
+    /// Last action of a C function of Lua.
     pub(crate) unsafe fn call(&self, l: *mut lua_State, which: usize) -> i32 {
         match self.0[which].get() {
             Some(f) => f(l),
@@ -42,7 +42,7 @@ impl Originals {
 /// Opens the library in a new state.
 ///
 /// # Safety
-/// Protected.
+/// Runs in protected mode.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     luaL_checkstack(l, 20, std::ptr::null());
     for place in [reg::BORROWED, reg::KEPT, reg::WAITS, reg::DONE, reg::NUMBERS, reg::SCOPES, reg::THREADS, reg::LOADED]
@@ -50,7 +50,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
         lua_newtable(l);
         lua_rawseti(l, LUA_REGISTRYINDEX, place);
     }
-    // Numbers of objects shown as text do not keep them alive.
+    // Weak keys: being numbered does not keep an object alive.
     registry(l, reg::NUMBERS);
     lua_newtable(l);
     push(l, b"k");
@@ -93,10 +93,10 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     bind::open(l);
 }
 
-/// Sets a function of ours in the table on top.
+/// Sets a function in the table on top.
 ///
 /// # Safety
-/// Two free places on the stack; may raise.
+/// Two free stack slots; may raise.
 pub(crate) unsafe fn set(l: *mut lua_State, name: &std::ffi::CStr, f: lua_CFunction) {
     lua_pushinteger(l, 0);
     lua_pushcclosure(l, f, 1);
@@ -108,7 +108,7 @@ unsafe fn remove(l: *mut lua_State, name: &std::ffi::CStr) {
     lua_setfield(l, -2, name.as_ptr());
 }
 
-/// Keeps the address of a library function of the table on top.
+/// Stores the address of a library function of the table on top.
 unsafe fn original(l: *mut lua_State, name: &std::ffi::CStr, which: usize) {
     lua_getfield(l, -1, name.as_ptr());
     state::of(l).originals.0[which].set(lua_tocfunction(l, -1));
@@ -247,7 +247,7 @@ unsafe extern "C-unwind" fn ipairs_next(l: *mut lua_State) -> i32 {
     if lua_geti(l, 1, i) == LUA_TNIL { 1 } else { 2 }
 }
 
-/// Text only: compiled chunks can break the machine.
+/// Only text: malformed bytecode can crash the process.
 unsafe extern "C-unwind" fn load(l: *mut lua_State) -> i32 {
     if lua_gettop(l) < 3 {
         lua_settop(l, 3);
@@ -261,7 +261,7 @@ unsafe extern "C-unwind" fn load(l: *mut lua_State) -> i32 {
     state::of(l).originals.call(l, LOAD)
 }
 
-/// Without finalizers: they would run at a time of the collector's choice, where no budget holds.
+/// Disables finalizers: they would run at a time of the collector's choice, outside any budget.
 unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
     luaL_checktype(l, 1, LUA_TTABLE);
     if lua_type(l, 2) != LUA_TNIL {
@@ -275,7 +275,7 @@ unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
         lua_setmetatable(l, 1);
         return 1;
     }
-    // A table is marked for its finalizer when it gets the metatable: hide it for that moment.
+    // Lua checks for `__gc` when a metatable is set: hide it for that moment.
     push(l, b"__gc");
     if lua_rawget(l, 2) != LUA_TNIL {
         push(l, b"__gc");
@@ -311,7 +311,7 @@ unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
     1
 }
 
-/// A handler of the script does not run once the budget is used up: there it would have no limit.
+/// The script's handler is skipped once the budget is exhausted, since no limit would hold in it.
 unsafe extern "C-unwind" fn xpcall(l: *mut lua_State) -> i32 {
     let n = lua_gettop(l);
     luaL_checktype(l, 2, LUA_TFUNCTION);
@@ -356,14 +356,14 @@ unsafe extern "C-unwind" fn wrap(l: *mut lua_State) -> i32 {
     s.originals.call(l, WRAP)
 }
 
-// C functions run without a look at the budget: those whose work grows with their arguments count it beforehand.
+// C functions run without budget checks: those whose work grows with their arguments charge it in advance.
 
-/// Elements that move in the time of one instruction.
+/// Elements moved in the time of one instruction.
 const MOVES: u64 = 4;
-/// Bytes that are copied in the time of one instruction.
+/// Bytes copied in the time of one instruction.
 const COPIES: u64 = 64;
 
-/// Counts the elements of the table at 1 from the place at 2 on.
+/// Charges the elements of the table in slot 1 from the index in slot 2 on.
 unsafe fn charge_tail(l: *mut lua_State) {
     if lua_type(l, 1) == LUA_TTABLE {
         let n = lua_rawlen(l, 1) as u64;
@@ -396,7 +396,7 @@ unsafe extern "C-unwind" fn concat(l: *mut lua_State) -> i32 {
 unsafe extern "C-unwind" fn rep(l: *mut lua_State) -> i32 {
     let times = u64::try_from(lua_tointeger(l, 2)).unwrap_or(0);
     let bytes = times.saturating_mul(lua_rawlen(l, 1) as u64);
-    // What does not fit fails at once.
+    // What exceeds memory fails at once.
     if bytes <= crate::alloc::SLOT_BYTES as u64 {
         budget::charge(l, bytes / COPIES);
     }
@@ -416,12 +416,12 @@ unsafe extern "C-unwind" fn table_move(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Without a number the script's own seed, never the clock.
+/// Without a number: the script's own seed, never the clock.
 unsafe extern "C-unwind" fn randomseed(l: *mut lua_State) -> i32 {
     if lua_gettop(l) == 0 {
         lua_pushinteger(l, state::of(l).instance.seed as i64);
     }
-    // Fractions were cut off by all Luas but the newest.
+    // Older versions of Lua truncated fractions.
     for i in 1..=lua_gettop(l) {
         text::truncate_at(l, i);
     }

@@ -1,8 +1,8 @@
-//! `string.find`, `match`, `gmatch` and `gsub`, over the counted matcher.
+//! `string.find`, `match`, `gmatch` and `gsub`, based on a matcher that counts its steps.
 
 use std::mem::MaybeUninit;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::{
     budget, errors,
@@ -11,7 +11,7 @@ use crate::{
     text::truncate_at,
 };
 
-/// Steps of the matcher that count as one instruction.
+/// Matcher steps that count as one instruction.
 const STEPS: u64 = 4;
 
 unsafe fn arg<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
@@ -23,13 +23,13 @@ fn matcher<'a>(s: &State, src: &'a [u8], pat: &'a [u8]) -> Matcher<'a> {
     Matcher::new(src, pat, budget::left(s).saturating_mul(STEPS))
 }
 
-/// Counts the steps done so far.
+/// Charges the steps since the last call.
 unsafe fn charge(l: *mut lua_State, m: &mut Matcher<'_>) {
     let steps = std::mem::take(&mut m.steps);
     budget::charge(l, steps / STEPS);
 }
 
-/// The answer, or the error.
+/// Returns the result, or raises the error.
 unsafe fn check<T>(l: *mut lua_State, m: &mut Matcher<'_>, found: Result<T, Fault>) -> Option<T> {
     match found {
         Ok(found) => Some(found),
@@ -45,7 +45,7 @@ unsafe fn check<T>(l: *mut lua_State, m: &mut Matcher<'_>, found: Result<T, Faul
     }
 }
 
-/// The place where to begin: argument 3, from 0.
+/// Start position from argument 3, 0-based.
 unsafe fn start(l: *mut lua_State, len: usize) -> usize {
     if state::of(l).old.get() {
         truncate_at(l, 3);
@@ -126,7 +126,7 @@ pub(crate) unsafe extern "C-unwind" fn match_(l: *mut lua_State) -> i32 {
     search(l, false)
 }
 
-/// Upvalues of the iterator: subject, pattern, next place, end of the last match (-1: none).
+/// Upvalues of the iterator: subject, pattern, next position, end of the last match (-1: none).
 pub(crate) unsafe extern "C-unwind" fn gmatch(l: *mut lua_State) -> i32 {
     let src = arg(l, 1);
     arg(l, 2);
@@ -205,7 +205,7 @@ pub(crate) unsafe extern "C-unwind" fn gsub(l: *mut lua_State) -> i32 {
     2
 }
 
-/// Adds what stands in place of a match; whether that is something else.
+/// Adds the replacement of a match; returns whether it differs.
 unsafe fn replace(
     l: *mut lua_State,
     b: *mut luaL_Buffer,
@@ -242,7 +242,7 @@ unsafe fn replace(
     true
 }
 
-/// Adds a replacement text, with its `%1`.
+/// Adds a replacement string with `%1` and the like expanded.
 unsafe fn template(l: *mut lua_State, b: *mut luaL_Buffer, m: &mut Matcher<'_>, src: &[u8], s: usize, e: usize) {
     let news = bytes(l, 3);
     let mut i = 0;

@@ -1,6 +1,6 @@
-//! Values as text, without addresses: `tostring`, `print`, `string.format`.
+//! Conversion to text without addresses: `tostring`, `print`, `string.format`.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::abi::TATU_LOG_INFO;
 
 use crate::{
@@ -8,10 +8,11 @@ use crate::{
     state::{self, bytes, push, reg, registry},
 };
 
-/// Pushes the text of a value. Tables, functions and the like are numbered in the order in which they are first shown.
+/// Pushes the text of a value. Tables, functions and other objects are numbered in the order in which they are first
+/// shown.
 ///
 /// # Safety
-/// May raise, and may call the value's own `__tostring`.
+/// May raise, and may call `__tostring`.
 pub(crate) unsafe fn to_text(l: *mut lua_State, idx: i32) {
     let idx = lua_absindex(l, idx);
     luaL_checkstack(l, 8, std::ptr::null());
@@ -43,7 +44,7 @@ pub(crate) unsafe fn to_text(l: *mut lua_State, idx: i32) {
     }
 }
 
-/// Pushes "0x00000001" and so on: the number of the object at `idx`.
+/// Pushes the number of the object at `idx` in the form of an address, "0x00000001".
 unsafe fn address(l: *mut lua_State, idx: i32) {
     let s = state::of(l);
     registry(l, reg::NUMBERS);
@@ -73,7 +74,7 @@ pub(crate) unsafe extern "C-unwind" fn tostring(l: *mut lua_State) -> i32 {
     1
 }
 
-/// A line of the log.
+/// `print`: writes a log line.
 pub(crate) unsafe extern "C-unwind" fn print(l: *mut lua_State) -> i32 {
     let n = lua_gettop(l);
     luaL_checkstack(l, 2 * n + 8, std::ptr::null());
@@ -92,7 +93,7 @@ pub(crate) unsafe extern "C-unwind" fn print(l: *mut lua_State) -> i32 {
     0
 }
 
-/// `string.format`: values are made presentable, then Lua's own function does the rest.
+/// `string.format`: prepares arguments, then calls Lua's own function.
 pub(crate) unsafe extern "C-unwind" fn format(l: *mut lua_State) -> i32 {
     let s = state::of(l);
     let format = {
@@ -162,8 +163,8 @@ pub(crate) unsafe extern "C-unwind" fn format(l: *mut lua_State) -> i32 {
     s.originals.call(l, crate::stdlib::FORMAT)
 }
 
-/// Makes a float, or a text that is one, an integer, as Lua 5.1 did where it wanted one: fractions are cut off, and what
-/// no integer can hold became the least one.
+/// Converts a float, or a string that is one, to an integer as Lua 5.1 did: truncated, and the least integer if out of
+/// range.
 ///
 /// # Safety
 /// `idx` is absolute.

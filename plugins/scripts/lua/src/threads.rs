@@ -1,23 +1,24 @@
-//! Coroutines that wait in commands: the plugin's own, for the callback "thread", and those that scripts make.
+//! Coroutines that wait in commands: those of the plugin, for the callback "thread", and those of scripts.
 //!
-//! A command that waits suspends the coroutine that called it, and the host is told by a token which wait is over.
-//! The plugin's own coroutines are then resumed at once. One that a script made is resumed by the script: it finds
-//! the results if they are there, and otherwise goes on waiting.
+//! A waiting command suspends its coroutine; the host later reports the end of the wait by a token. The plugin's own
+//! coroutines are then resumed at once. A coroutine of a script is resumed by the script: it returns the results if
+//! they are there, and else waits on.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     callbacks,
     convert::{put_args, take_results},
     errors,
+    lua_internals::lua_closethread,
     state::{self, Script, State, reg, registry},
 };
 
 /// Suspends the running coroutine until the host resumes `token`.
 ///
 /// # Safety
-/// The last thing that a C function of Lua does, in a thread that can yield.
+/// Last action of a C function of Lua, in a thread that can yield.
 pub(crate) unsafe fn suspend(l: *mut lua_State, s: &State, token: u64) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
     registry(l, reg::WAITS);
@@ -28,7 +29,7 @@ pub(crate) unsafe fn suspend(l: *mut lua_State, s: &State, token: u64) -> i32 {
     lua_yieldk(l, 0, token as lua_KContext, Some(go_on))
 }
 
-/// Runs when the coroutine is resumed: results, error, or more waiting.
+/// Continuation after a resume: returns results, raises the error, or waits on.
 unsafe extern "C-unwind" fn go_on(l: *mut lua_State, _: i32, token: lua_KContext) -> i32 {
     let s = state::of(l);
     lua_settop(l, 0);
@@ -58,10 +59,10 @@ unsafe fn failed(l: *mut lua_State, s: &State, token: u64) -> i32 {
     errors::raise(l, fail.unwrap_or_else(|| Fail::new("the wait failed")))
 }
 
-/// Starts a coroutine of the plugin's own with the function on top.
+/// Starts a coroutine of the plugin with the function on top.
 ///
 /// # Safety
-/// Protected; the frame is valid.
+/// Runs in protected mode; the frame is valid.
 pub(crate) unsafe fn start(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
     let function = lua_gettop(l);
     let thread = lua_newthread(l);
@@ -79,7 +80,7 @@ pub(crate) unsafe fn start(l: *mut lua_State, s: &State, frame: *mut tatu_call) 
     go(l, s, function + 1, n, frame)
 }
 
-/// A wait is over.
+/// Ends a wait.
 pub(crate) fn resume(
     s: &Script,
     token: u64,
@@ -89,7 +90,7 @@ pub(crate) fn resume(
     used: &mut u64,
 ) -> Result<Flow> {
     let (mut gone, mut failed) = (false, failed);
-    // SAFETY: protected; the failure belongs to this function, or to the state.
+    // SAFETY: runs in a protected call; the failure belongs to this function or to the state.
     let flow = callbacks::enter(s, frame, budget, used, &mut |l, frame| unsafe {
         luaL_checkstack(l, 12, std::ptr::null());
         registry(l, reg::WAITS);
@@ -139,7 +140,7 @@ unsafe fn pack(l: *mut lua_State, frame: *mut tatu_call) {
     lua_setfield(l, table, c"n".as_ptr());
 }
 
-/// Runs the coroutine at `at`, one of the plugin's own, until it ends or waits.
+/// Runs the plugin's coroutine at `at` until it ends or waits.
 unsafe fn go(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *mut tatu_call) -> Flow {
     let thread = lua_tothread(l, at);
     s.waiting.set((0, std::ptr::null_mut()));

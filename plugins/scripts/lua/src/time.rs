@@ -1,8 +1,8 @@
-//! `os`: the clock of the run, which is simulation time unless it runs in real time, and nothing of the machine.
+//! `os`: date and time of the run (simulation time, unless it runs in real time), and nothing of the machine.
 
 use std::fmt::Write;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use crate::{
     errors,
@@ -10,7 +10,7 @@ use crate::{
     stdlib::set,
 };
 
-/// The start as a date, unless the run tells another: the first second of 2015, in universal time.
+/// Default start date: the first second of 2015, UTC.
 const EPOCH: i64 = 1_420_070_400;
 
 const DAYS: [&str; 7] = ["Sunday", "Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday"];
@@ -30,7 +30,7 @@ const MONTHS: [&str; 12] = [
 ];
 
 /// # Safety
-/// Protected, while the state is made.
+/// Runs in protected mode, while the state is made.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_createtable(l, 0, 6);
     set(l, c"clock", clock);
@@ -99,8 +99,8 @@ unsafe extern "C-unwind" fn time(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Days since 1970-01-01 of a date of the Gregorian calendar, and back (H. Hinnant, chrono-compatible date
-/// algorithms).
+/// Days since 1970-01-01 of a date of the Gregorian calendar, and back (H. Hinnant, "chrono-compatible low-level date
+/// algorithms").
 fn days_from_civil(year: i64, month: i64, day: i64) -> i64 {
     let y = if month <= 2 { year - 1 } else { year };
     let era = y.div_euclid(400);
@@ -128,9 +128,9 @@ struct Date {
     hour: i64,
     min: i64,
     sec: i64,
-    /// From Sunday, 0.
+    /// 0: Sunday.
     weekday: i64,
-    /// From January 1st, 1.
+    /// 1: January 1st.
     yearday: i64,
 }
 
@@ -149,7 +149,7 @@ impl Date {
             yearday: days - days_from_civil(year, 1, 1) + 1,
         }
     }
-    /// Adds a conversion of `strftime`; false if there is none.
+    /// Adds a `strftime` conversion; false if it is unknown.
     fn add(&self, conversion: char, out: &mut String) -> bool {
         let (day, month) = (DAYS[self.weekday as usize], MONTHS[self.month as usize - 1]);
         let _ = match conversion {

@@ -1,4 +1,4 @@
-//! What the host must know of a script: how it goes on after an error, and the order that its world's dialect had.
+//! Properties of a script that the host asks for: behaviour after errors, and the script order of its dialect.
 
 use tatu_plugin_api::abi::*;
 
@@ -11,7 +11,7 @@ pub(crate) fn traits(s: &Script) -> u32 {
     if text.rules.style == Some(Style::Thread) { modern | TATU_SCRIPT_THREADED } else { modern }
 }
 
-/// `TATU_ORDER_*` of a dialect: that of the last version in the preludes' list that is not later.
+/// `TATU_ORDER_*` of a dialect: that of the latest listed version that is not newer.
 pub(crate) fn order(s: &Script, dialect: &str, modern: bool) -> u32 {
     let rules = s.text.borrow().rules.clone();
     let counts_as = if modern { &rules.new_dialect } else { &rules.old_dialect };

@@ -4,7 +4,7 @@ use crate::system;
 
 const ALIGN: usize = 4 << 30;
 
-/// Address space that begins at a multiple of 4 GiB, until it is dropped. It costs no memory until it is committed.
+/// Reserved address space that begins at a multiple of 4 GiB. It uses no memory until committed.
 pub(super) struct Region {
     mapped: *mut u8,
     bytes: usize,
@@ -12,7 +12,7 @@ pub(super) struct Region {
 }
 
 impl Region {
-    /// `None` where the system reserves none.
+    /// `None` if the system refuses.
     pub fn new(bytes: usize) -> Option<Region> {
         let mapped = system::reserve(ALIGN + bytes);
         (!mapped.is_null()).then(|| Region { mapped, bytes, base: mapped.wrapping_add(mapped.align_offset(ALIGN)) })
@@ -21,7 +21,7 @@ impl Region {
 
 impl Drop for Region {
     fn drop(&mut self) {
-        // SAFETY: who holds the region has nothing in it any more.
+        // SAFETY: the owner has dropped everything inside the region.
         unsafe { system::free(self.mapped, ALIGN + self.bytes) };
     }
 }

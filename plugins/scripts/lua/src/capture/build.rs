@@ -1,33 +1,33 @@
-//! Into a state: objects first, then what is in them.
+//! Restores a state: first the objects, then their contents.
 
 use std::ffi::{c_char, c_void};
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use super::{
     image::{Image, Kind, Object, Piece, Val},
-    pieces,
-    raw::{self, Raw},
     tables,
     walk::{compile, fingerprint, natives},
 };
-use crate::state::{State, reg, registry};
+use crate::{
+    lua_internals::{self, RawTable},
+    state::{State, reg, registry},
+};
 
-/// The stack while building, as in `walk`; above them a table that is being filled.
+/// Stack layout, as in `walk`; above it, the table that is being filled.
 const OBJECTS: i32 = 1;
 const FRESH: i32 = 2;
 
-/// The build and all that it needs; outside of Lua's reach.
+/// A restore in progress; outside of Lua, so that a Lua error leaks nothing.
 pub(super) struct Build {
     image: Image,
-    /// Functions of all texts.
+    /// Functions of all texts, as binary chunks.
     pieces: Vec<Vec<Vec<u8>>>,
-    dump: Vec<u8>,
     refused: Option<String>,
 }
 
-/// A chunk on its way into Lua.
+/// Source of `lua_load`.
 struct Chunk {
     bytes: *const u8,
     len: usize,
@@ -41,10 +41,10 @@ unsafe extern "C-unwind" fn hand_over(_: *mut lua_State, chunk: *mut c_void, n: 
 
 impl Build {
     pub(super) fn new(image: Image) -> Self {
-        Build { image, pieces: Vec::new(), dump: Vec::new(), refused: None }
+        Build { image, pieces: Vec::new(), refused: None }
     }
 
-    /// The image, once the state is built of it.
+    /// Returns the image once the state is restored.
     pub(super) fn finish(self) -> Result<Image> {
         match self.refused {
             None => Ok(self.image),
@@ -58,13 +58,13 @@ impl Build {
         }
     }
 
-    /// Builds the state.
+    /// First half: creates and fills all objects.
     ///
     /// # Safety
-    /// Protected; the collector rests, and all that exists is of one colour.
+    /// Runs in protected mode; the collector is stopped, and all objects have one color.
     pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
         luaL_checkstack(l, 40, std::ptr::null());
-        if !raw::is_known(l) {
+        if !lua_internals::knows_tables(l) {
             return self.refuse("this build of Lua lays its tables out in an unknown way");
         }
         lua_createtable(l, self.image.objects.len().min(1 << 24) as i32, 0);
@@ -78,7 +78,7 @@ impl Build {
             }
             lua_rawseti(l, OBJECTS, id as i64 + 1);
         }
-        // Metatables are set while they are empty: a finalizer in one is never to be found by Lua.
+        // Metatables are set while they are empty, so that Lua never sees a finalizer in them.
         for id in 0..self.image.objects.len() {
             self.set_meta(l, id);
         }
@@ -94,15 +94,15 @@ impl Build {
             lua_pushinteger(l, *number);
             lua_rawset(l, FRESH + 1);
         }
-        // The objects stay where the second half finds them, and where the collector does not take them.
+        // Keep the objects for the second half, and from the collector.
         lua_settop(l, OBJECTS);
         lua_rawseti(l, LUA_REGISTRYINDEX, reg::BUILT);
     }
 
-    /// The second half, which makes nothing new: keys without values, and a look at every place.
+    /// Second half, without allocations: removes the values of dead keys and verifies every node.
     ///
     /// # Safety
-    /// Protected.
+    /// Runs in protected mode.
     pub(super) unsafe fn settle(&mut self, l: *mut lua_State) {
         if self.refused.is_some() {
             return;
@@ -123,22 +123,20 @@ impl Build {
     }
 
     unsafe fn prepare(&mut self, l: *mut lua_State) {
+        self.pieces.resize(self.image.texts.len() + 1, Vec::new());
         if registry(l, reg::CHUNK) == LUA_TFUNCTION {
-            pieces::dump(l, &mut self.dump);
+            lua_internals::dump_all(l, &mut self.pieces[0]);
         }
         lua_pop(l, 1);
-        self.pieces.push(pieces::cut(&self.dump).unwrap_or_default());
-        for i in 0..self.image.texts.len() {
-            self.dump.clear();
-            if compile(l, &self.image.texts[i]) {
-                pieces::dump(l, &mut self.dump);
+        for (text, pieces) in self.image.texts.iter().zip(&mut self.pieces[1..]) {
+            if compile(l, text) {
+                lua_internals::dump_all(l, pieces);
             }
             lua_pop(l, 1);
-            self.pieces.push(pieces::cut(&self.dump).unwrap_or_default());
         }
     }
 
-    /// Pushes an object, empty.
+    /// Pushes a new empty object.
     unsafe fn make(&mut self, l: *mut lua_State, s: &State, id: usize) -> bool {
         let Object { fresh, kind } = &self.image.objects[id];
         if let Some(k) = fresh {
@@ -173,7 +171,7 @@ impl Build {
         true
     }
 
-    /// Pushes a function of one of the texts; its bytes come from the compiler, not from the image.
+    /// Pushes a function of one of the texts; its bytecode comes from the compiler, not from the image.
     unsafe fn make_function(&self, l: *mut lua_State, piece: Piece, cells: i32) -> bool {
         let text = self.pieces.get(piece.text as usize);
         let Some(code) = text.and_then(|t| t.get(piece.function as usize)) else { return false };
@@ -198,7 +196,7 @@ impl Build {
         lua_pop(l, 1);
     }
 
-    /// Outer variables: the first function that has one owns it, the others share it.
+    /// Upvalues: the first function that refers to one owns it, the others share it.
     unsafe fn join(&mut self, l: *mut lua_State) {
         lua_createtable(l, self.image.cells.len().min(1 << 24) as i32, 0);
         let owners = lua_gettop(l);
@@ -209,7 +207,7 @@ impl Build {
                 Kind::Function { cells, .. } => {
                     for (i, cell) in cells.iter().enumerate() {
                         let n = i as i32 + 1;
-                        // Of each cell: the object that owns it, and the number of the variable there.
+                        // Per upvalue: the object that owns it, and its number there.
                         if lua_rawgeti(l, owners, i64::from(*cell) + 1) == LUA_TNUMBER {
                             let owner = lua_tointeger(l, -1);
                             lua_rawgeti(l, OBJECTS, owner >> 8);
@@ -236,7 +234,7 @@ impl Build {
         lua_settop(l, FRESH);
     }
 
-    /// Fills a table. One that was there before the text keeps its identity and gets the content of a new one.
+    /// Fills a table. A table that existed before the text ran keeps its identity and gets the content of a new one.
     unsafe fn fill(&self, l: *mut lua_State, id: usize) -> bool {
         let Object { fresh, kind: Kind::Table(t) } = &self.image.objects[id] else { return true };
         lua_rawgeti(l, OBJECTS, id as i64 + 1);
@@ -247,7 +245,7 @@ impl Build {
         let at = lua_gettop(l);
         let done = tables::fill(l, at, t, &self.image.strings, &mut |l, v| push(l, &self.image, v));
         if fresh.is_some() {
-            Raw::of(l, old).exchange(Raw::of(l, at));
+            RawTable::of(l, old).exchange(RawTable::of(l, at));
         }
         lua_settop(l, FRESH);
         done
@@ -268,7 +266,7 @@ unsafe fn push(l: *mut lua_State, image: &Image, v: Val) {
     }
 }
 
-/// Whether the function on top has exactly `n` outer variables.
+/// Whether the function on top has exactly `n` upvalues.
 unsafe fn has_upvalues(l: *mut lua_State, n: i32) -> bool {
     let has = |k: i32| {
         let there = !lua_getupvalue(l, -1, k).is_null();

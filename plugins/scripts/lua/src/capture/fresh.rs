@@ -1,17 +1,17 @@
-//! What was there before a script's text ran: listed once, in an order that is the same in every state that is made in
-//! the same way, so that a number in the list is a name.
+//! List of the objects that existed before a script's text ran. Its order is the same in every state created in the
+//! same way, so that indices identify objects.
 
 use std::{
     collections::HashSet,
     hash::{BuildHasherDefault, Hasher},
 };
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use crate::state::{Script, reg};
 
-/// Addresses that were seen. They are asked for only, never walked, so the cheapest hash will do.
+/// Visited addresses. The set is never iterated, so the cheapest hash will do.
 type Seen = HashSet<usize, BuildHasherDefault<Address>>;
 
 #[derive(Default)]
@@ -29,10 +29,10 @@ impl Hasher for Address {
     }
 }
 
-/// Makes the list, after the text has been loaded and before it runs.
+/// Creates the list, after the text was loaded and before it runs.
 pub(crate) fn record(s: &Script) -> Result {
     let mut seen = Seen::with_capacity_and_hasher(512, BuildHasherDefault::default());
-    // SAFETY: protected; what has a destructor belongs to this function.
+    // SAFETY: runs in a protected call; everything with a destructor belongs to this function.
     s.protect(&mut |l| unsafe {
         luaL_checkstack(l, 32, std::ptr::null());
         lua_createtable(l, 256, 0); // 1
@@ -52,7 +52,7 @@ pub(crate) fn record(s: &Script) -> Result {
     })
 }
 
-/// Adds the object at `idx` to the list at 1.
+/// Adds the object at `idx` to the list in slot 1.
 unsafe fn note(l: *mut lua_State, idx: i32, seen: &mut Seen) {
     if matches!(lua_type(l, idx), LUA_TTABLE | LUA_TFUNCTION | LUA_TUSERDATA)
         && seen.insert(lua_topointer(l, idx) as usize)
@@ -62,7 +62,7 @@ unsafe fn note(l: *mut lua_State, idx: i32, seen: &mut Seen) {
     }
 }
 
-/// Adds what the object on top leads to.
+/// Adds the objects that the one on top refers to.
 unsafe fn spread(l: *mut lua_State, seen: &mut Seen) {
     let top = lua_gettop(l);
     match lua_type(l, top) {

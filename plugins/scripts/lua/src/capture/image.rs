@@ -1,48 +1,48 @@
-//! What is written of a state.
+//! Data of a snapshot.
 
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::safe::*;
 
-/// A value; texts and objects by their numbers.
+/// A value; strings and objects by index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Val {
     Nil,
     Bool(bool),
     Int(i64),
-    /// The bits of a float.
+    /// Bits of a float.
     Float(u64),
     Text(u32),
     Object(u32),
 }
 
-/// One place of a table's hash part.
+/// A node of a table's hash part.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) enum Node {
     /// Never used.
     Free,
     /// A key with a value.
     Live { key: Val, value: Val },
-    /// A key whose value was taken out; none: the collector has taken the key too.
+    /// A key whose value was removed; `None`: the key was collected, too.
     Dead { key: Option<Val> },
 }
 
-/// A table, place by place.
+/// A table with its memory layout.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Table {
     pub array: Vec<Val>,
-    /// What Lua takes for the array's size when it looks for the length; often its size.
+    /// Lua's limit of the array part, often its size.
     pub limit: u32,
-    /// Whether `limit` is not the array's size.
+    /// Whether `limit` is only a hint for the length operator.
     pub is_hint: bool,
-    /// None, or a power of two.
+    /// Empty, or a power of two of nodes.
     pub nodes: Vec<Node>,
     pub meta: Option<u32>,
 }
 
-/// Where a function stands: the text, and the number of the function in it, in order of appearance.
+/// Position of a function: text, and index of the function in it, in order of appearance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Piece {
-    /// 0: the script's own text; else [`Image::texts`], from 1.
+    /// 0: the script's own text; else an index into [`Image::texts`], from 1.
     pub text: u32,
     pub function: u32,
 }
@@ -50,17 +50,17 @@ pub(super) struct Piece {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) enum Kind {
     Table(Table),
-    /// A function in Lua and the cells of its outer variables; of a fresh one the piece is not needed.
+    /// A Lua function and its upvalues; the position is missing if it existed before the text ran.
     Function {
         piece: Option<Piece>,
         cells: Vec<u32>,
     },
-    /// A function of the plugin, by its number; of a fresh one none is needed.
+    /// A function of the plugin and its upvalues; the number is missing if it existed before the text ran.
     Native {
         function: Option<u8>,
         upvalues: Vec<Val>,
     },
-    /// A fresh block of bytes, such as the state of the random generator.
+    /// Userdata that existed before the text ran, such as the state of the random generator.
     Bytes(Vec<u8>),
     /// A coroutine that has ended.
     Ended,
@@ -68,12 +68,12 @@ pub(super) enum Kind {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Object {
-    /// Its number among what was there before the text ran.
+    /// Index among the objects that existed before the text ran.
     pub fresh: Option<u32>,
     pub kind: Kind,
 }
 
-/// What the plugin knows of a script beside its Lua state.
+/// The plugin's own data about a script.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Known {
     pub token: u64,
@@ -88,26 +88,26 @@ pub(super) struct Known {
     pub line: Vec<u8>,
 }
 
-/// The whole state.
+/// A snapshot.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Image {
-    /// Over what was there before the text ran.
+    /// Hash of the objects that existed before the text ran.
     pub fresh: u64,
-    /// Over the code of the script's own text.
+    /// Hash of the code of the script's text.
     pub code: u64,
     pub objects: Vec<Object>,
-    /// Outer variables, each shared by all functions that name it.
+    /// Upvalues, each shared by all functions that refer to it.
     pub cells: Vec<Val>,
     pub strings: Vec<Vec<u8>>,
     /// Texts that the script loaded: chunk name and text.
     pub texts: Vec<(Vec<u8>, Vec<u8>)>,
-    /// Numbers that objects were shown by.
+    /// Numbers shown in place of addresses.
     pub numbers: Vec<(u32, i64)>,
     pub known: Known,
 }
 
 impl Image {
-    /// Refuses what points to nothing: bytes may come from anywhere.
+    /// Checks all indices: the bytes may come from anywhere.
     pub(super) fn check(&self) -> Result<()> {
         let value = |v: &Val| match v {
             Val::Text(n) => (*n as usize) < self.strings.len(),

@@ -1,43 +1,40 @@
-//! The state of a script as bytes, and back.
+//! Snapshots: the state of a script as bytes, and back.
 //!
-//! Everything that a script can reach is walked from its globals: tables with their sharing, cycles and metatables,
-//! functions with their variables, counters, the random generator. What was there before the script's text ran (the
-//! library, preludes, commands) is named by its place in a list and keeps its identity. A function is named by its place
-//! in a text; its code is compiled anew from that text, so that no code is taken from a file.
+//! Everything reachable from the globals is saved: tables with sharing, cycles and metatables, functions with their
+//! upvalues, counters, the random generator. Objects that existed before the script's text ran (library, preludes,
+//! commands) are referred to by their index in a list and keep their identity. A function is referred to by its index
+//! in a text and compiled anew from that text, so that no bytecode is read from a file.
 //!
-//! - `image`: what is written;
-//! - `raw`: the inside of tables, which Lua's interface does not show;
-//! - `fresh`: what was there before the text ran;
-//! - `pieces`: the functions of a text, one by one;
-//! - `walk`: out of a state; `build`: into one; `tables`: keys back to their places;
-//! - `take`: what fits of it, into a state of another text.
+//! - `image`: the saved data;
+//! - `fresh`: the objects that existed before the text ran;
+//! - `walk`: saves a state; `build`: restores one; `tables`: restores the order of keys;
+//! - `take`: transfers plain data to a state with a changed text.
 //!
-//! The order in which `pairs` visits keys belongs to the state: every key comes back to its place in its table, and
-//! what cannot be brought back so is refused by name. A suspended coroutine, an open file, a weak table and keys that
-//! are objects are refused too; the host then replays the run.
+//! The order in which `pairs` visits keys is part of the state: every key returns to its node, and whatever cannot be
+//! restored is refused by name. Suspended coroutines, open files, weak tables and tables with object keys are refused
+//! too; the host then replays the run.
 
 mod build;
 pub(crate) mod fresh;
 mod image;
-mod pieces;
-mod raw;
 mod tables;
 mod take;
 mod walk;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     callbacks::Style,
+    lua_internals::{self, Key, RawTable},
     state::{Script, reg, registry},
 };
 use image::{Image, Known};
 
-/// Version of the bytes.
+/// Version of the format.
 pub(crate) const VERSION: u32 = 3;
 
-/// The state as bytes; a failure names the variable that cannot be written. The script does not notice.
+/// Saves the state; the error names the variable that cannot be saved. The script is not affected.
 pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
     if s.depth.get() != 0 {
         return Err(Fail::with_code(TATU_ERR_BUSY, "the script is running"));
@@ -45,18 +42,18 @@ pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
     if s.broken.get() {
         return Err(Fail::unsupported("its state was damaged by a panic"));
     }
-    // Walking needs room in the state, and its collector might run: all that is undone.
+    // The walk allocates in the state, and may trigger its collector: the slot is rolled back afterwards.
     let backup = s.slot.backup();
     let mut walk = walk::Walk::new();
-    let (mut code, mut room) = (0, Vec::new());
-    // SAFETY: protected; what has a destructor belongs to `walk`.
+    let mut code = 0;
+    // SAFETY: runs in a protected call; everything with a destructor belongs to `walk`.
     let done = s.protect(&mut |l| unsafe {
         lua_gc(l, LUA_GCSTOP);
-        code = meaning(l, &mut room);
+        code = hash_of_text(l);
         walk.run(l, s);
     });
     if let Some(backup) = &backup {
-        // SAFETY: no call is running, so nothing outside the slot depends on what happened in it since.
+        // SAFETY: no call is running, so nothing outside the slot refers to what was allocated since.
         unsafe { s.slot.roll_back(backup) };
     } else {
         // SAFETY: the main thread is idle.
@@ -69,8 +66,8 @@ pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
     postcard::to_stdvec(&image).map_err(|e| Fail::new(format!("the script's state cannot be written: {e}")))
 }
 
-/// Takes back what `save` wrote: all of it into a state whose text means the same, has been loaded and has not run; what
-/// fits into one whose text has run.
+/// Restores what `save` wrote. If the text has been loaded and has not run, all of it, provided that the text is
+/// equivalent; if it has run, plain data only.
 pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
     if version != VERSION {
         return Err(Fail::unsupported(format!("its state has version {version}, this plugin reads version {VERSION}")));
@@ -80,25 +77,25 @@ pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
     if s.text.borrow().style != Style::NotRun {
         return take_what_fits(s, image);
     }
-    let (mut code, mut room) = (0, Vec::new());
-    // SAFETY: protected.
-    s.protect(&mut |l| unsafe { code = meaning(l, &mut room) })?;
+    let mut code = 0;
+    // SAFETY: runs in a protected call.
+    s.protect(&mut |l| unsafe { code = hash_of_text(l) })?;
     if code != image.code {
         return Err(Fail::unsupported("its text is another one now"));
     }
     let mut build = build::Build::new(image);
-    // SAFETY: protected; what has a destructor belongs to `build`.
+    // SAFETY: runs in a protected call; everything with a destructor belongs to `build`.
     let done = s.protect(&mut |l| unsafe {
-        // Nothing is collected on the way, and all that is made is of one colour.
+        // Nothing is collected meanwhile, and all new objects have one color.
         lua_gc(l, LUA_GCCOLLECT);
         lua_gc(l, LUA_GCSTOP);
         build.run(l, s);
-        // The next collection is the one that the run would have made.
+        // The next collection is the one that the original run would have made.
         lua_gc(l, LUA_GCCOLLECT);
         crate::collect::wind(l);
         build.settle(l);
     });
-    // After a failure the host ends the instance: nothing has to be tidied up.
+    // After a failure the host ends the instance: no cleanup is needed.
     done?;
     let image = build.finish()?;
     recall(s, image.known);
@@ -108,33 +105,33 @@ pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
 
 fn take_what_fits(s: &Script, image: Image) -> Result<()> {
     let mut take = take::Take::new(image);
-    // SAFETY: protected; what has a destructor belongs to `take`.
+    // SAFETY: runs in a protected call; everything with a destructor belongs to `take`.
     s.protect(&mut |l| unsafe { take.run(l) })?;
     take.refused.map_or(Ok(()), |why| Err(Fail::unsupported(why)))
 }
 
-/// A number over what the script's text does; 0: it has none.
+/// Hash of the code of the script's text; 0: it has none.
 ///
 /// # Safety
-/// Protected; `room` lies outside of Lua's reach.
-unsafe fn meaning(l: *mut lua_State, room: &mut Vec<u8>) -> u64 {
+/// Runs in protected mode.
+unsafe fn hash_of_text(l: *mut lua_State) -> u64 {
     let there = registry(l, reg::CHUNK) == LUA_TFUNCTION;
-    let code = if there { pieces::meaning(l, room) } else { 0 };
+    let code = if there { lua_internals::hash_code(l) } else { 0 };
     lua_pop(l, 1);
     code
 }
 
-/// Tells, once, when a restored script walks through keys whose order follows their addresses: the table was made since,
-/// and in the run that wrote the snapshot such keys lay elsewhere.
+/// Warns once if a restored script traverses a table whose order depends on addresses: the table was created since, and
+/// the addresses differ from those in the run that wrote the snapshot.
 ///
 /// # Safety
-/// A state that was restored.
+/// The state was restored.
 pub(crate) unsafe fn watch_order(l: *mut lua_State, idx: i32) {
     if lua_type(l, idx) != LUA_TTABLE {
         return;
     }
-    let t = raw::Raw::of(l, idx);
-    let objects = (0..t.nodes()).filter(|i| t.has_value(*i) && t.key(*i) == raw::Key::Object).count();
+    let t = RawTable::of(l, idx);
+    let objects = (0..t.nodes()).filter(|i| t.node(*i) == (Key::Object, true)).count();
     if objects > 1 {
         let s = crate::state::of(l);
         s.restored.set(false);
@@ -146,7 +143,7 @@ pub(crate) unsafe fn watch_order(l: *mut lua_State, idx: i32) {
     }
 }
 
-/// What the plugin knows beside the Lua state.
+/// The plugin's own data about the script.
 fn known(s: &Script) -> Known {
     let text = s.text.borrow();
     Known {
@@ -190,10 +187,10 @@ fn recall(s: &Script, known: Known) {
     text.names = known.names.into_iter().map(|(how, name)| (how, name.into())).collect();
 }
 
-/// Pushes the objects from which everything is reached, each of them older than the text. Their number.
+/// Pushes the objects from which everything is reached, all of which existed before the text ran; returns their number.
 ///
 /// # Safety
-/// Room on the stack for all.
+/// Enough stack for all of them.
 unsafe fn roots(l: *mut lua_State) -> i32 {
     lua_pushglobaltable(l);
     lua_pushlstring(l, c"".as_ptr(), 0);
@@ -205,9 +202,9 @@ unsafe fn roots(l: *mut lua_State) -> i32 {
     2 + ROOT_PLACES.len() as i32
 }
 
-/// Places of the registry whose content belongs to the script.
+/// Registry values that belong to the script.
 const ROOT_PLACES: [i64; 5] = [reg::KEPT, reg::SCOPES, reg::LOADED, reg::FILE, reg::CHUNK];
-/// How messages call the roots.
+/// Names of the roots in messages.
 const ROOT_NAMES: [&str; 7] = [
     "",
     "the methods of text",

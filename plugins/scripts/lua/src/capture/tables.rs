@@ -1,61 +1,43 @@
-//! Keys back to their places.
+//! Restores the order of keys in a table.
 //!
-//! Lua puts a key where its hash says, or, if another key stands there that belongs there, in the last place that is
-//! free. So a table of the same size gets first the keys that stand where their hashes say, and then the others from the
-//! last place to the first. Keys without a value are set too, since their places are not free, and taken out again in
-//! the end, when every place is looked at.
+//! Lua inserts a key into its main position, or, if a key with the same main position is there already, into the last
+//! free node. So a table of the same size gets first the keys that stand in their main position, then the others from
+//! the last node to the first. Dead keys occupy nodes, too: they are inserted with a value, which is removed in the
+//! end, when every node is verified.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
-use super::{
-    image::{Node, Table, Val},
-    raw::{Key, Raw},
-};
-use crate::seed;
+use super::image::{Node, Table, Val};
+use crate::lua_internals::{self, Key, RawTable};
 
-/// Where a key's hash leads to in a table of `n` places; none for objects, of which there is one alone.
+/// Main position of a key in a table of `n` nodes; `None` for objects, of which there is only one.
 fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
     let modulo = ((n - 1) | 1) as u64;
     Some(match key {
         Val::Bool(b) => usize::from(b) & (n - 1),
         Val::Int(i) => (i as u64 % modulo) as usize,
-        Val::Float(bits) => (u64::from(hash_of_float(f64::from_bits(bits))) % modulo) as usize,
-        Val::Text(t) => seed::hash(&strings[t as usize]) as usize & (n - 1),
+        Val::Float(bits) => (u64::from(lua_internals::hash_float(f64::from_bits(bits))) % modulo) as usize,
+        Val::Text(t) => lua_internals::hash_text(&strings[t as usize]) as usize & (n - 1),
         Val::Nil | Val::Object(_) => return None,
     })
 }
 
-/// Lua's `l_hashfloat`: mantissa and exponent.
-fn hash_of_float(x: f64) -> u32 {
-    if !x.is_finite() {
-        return 0;
-    }
-    // Numbers below the normal range are lifted into it.
-    let (y, lift) = if x != 0.0 && x.abs() < f64::MIN_POSITIVE { (x * 2f64.powi(64), 64) } else { (x, 0) };
-    let (mantissa, exponent) = match y.to_bits() >> 52 & 0x7FF {
-        0 => (0.0, 0),
-        e => (f64::from_bits(y.to_bits() & !(0x7FF << 52) | 1022 << 52), e as i32 - 1022 - lift),
-    };
-    let u = (exponent as u32).wrapping_add((mantissa * 2_147_483_648.0) as i64 as u32);
-    if u <= i32::MAX as u32 { u } else { !u }
-}
-
-/// A text that stands in for a key that the collector took: its hash leads to `place` of `n`.
+/// A string in place of a collected key, with `place` of `n` as its main position.
 fn stand_in(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
     loop {
         *count += 1;
         let mut text = *b"\0\0gone....";
         text[6..].copy_from_slice(&count.to_le_bytes());
-        if seed::hash(&text) as usize & (n - 1) == place {
+        if lua_internals::hash_text(&text) as usize & (n - 1) == place {
             return text;
         }
     }
 }
 
-/// Fills the table at `at`, which is empty and has room for exactly this; `push` pushes a value. False: it has not.
+/// Fills the table at `at`, which is empty and has exactly the size needed; `push` pushes a value. False: it has not.
 ///
 /// # Safety
-/// Protected, the collector rests, and there is room on the stack.
+/// Runs in protected mode with enough stack; the collector is stopped.
 pub(super) unsafe fn fill(
     l: *mut lua_State,
     at: i32,
@@ -63,7 +45,7 @@ pub(super) unsafe fn fill(
     strings: &[Vec<u8>],
     push: &mut dyn FnMut(*mut lua_State, Val),
 ) -> bool {
-    let t = Raw::of(l, at);
+    let t = RawTable::of(l, at);
     if t.array() != table.array.len() || t.nodes() != table.nodes.len() {
         return false;
     }
@@ -103,17 +85,17 @@ pub(super) unsafe fn fill(
     true
 }
 
-/// Takes out the values of keys that have none, and looks at every place. False: a key stands elsewhere than it did.
+/// Removes the values of dead keys and verifies every node. False: a key is not in its original node.
 ///
 /// # Safety
-/// As `fill`, except that the collector may have run.
+/// Runs in protected mode with enough stack.
 pub(super) unsafe fn settle(
     l: *mut lua_State,
     at: i32,
     table: &Table,
     push: &mut dyn FnMut(*mut lua_State, Val),
 ) -> bool {
-    let t = Raw::of(l, at);
+    let t = RawTable::of(l, at);
     if t.array() != table.array.len() || t.nodes() != table.nodes.len() {
         return false;
     }
@@ -123,50 +105,51 @@ pub(super) unsafe fn settle(
             return false;
         }
         if key.is_none() {
-            t.forget(i);
+            t.kill_key(i);
         }
     }
     t.set_limit(table.limit, table.is_hint) && (0..table.nodes.len()).all(|i| is_there(l, t, table, i, push))
 }
 
-/// Takes out the value in a place.
-unsafe fn clear(l: *mut lua_State, at: i32, t: Raw, i: usize) -> bool {
-    match t.key(i) {
+/// Removes the value of a node.
+unsafe fn clear(l: *mut lua_State, at: i32, t: RawTable, i: usize) -> bool {
+    match t.node(i).0 {
         Key::Bool(b) => lua_pushboolean(l, i32::from(b)),
         Key::Int(x) => lua_pushinteger(l, x),
         Key::Float(x) => lua_pushnumber(l, f64::from_bits(x)),
         Key::Text(x) => crate::state::push(l, x),
-        Key::Object | Key::Nil | Key::Gone => return false,
+        Key::Object | Key::Nil | Key::Dead => return false,
     }
     lua_pushnil(l);
     lua_rawset(l, at);
     true
 }
 
-/// Whether a place holds what it should.
+/// Whether a node holds what it should.
 unsafe fn is_there(
     l: *mut lua_State,
-    t: Raw,
+    t: RawTable,
     table: &Table,
     i: usize,
     push: &mut dyn FnMut(*mut lua_State, Val),
 ) -> bool {
+    let found = t.node(i);
     let (key, has_value) = match table.nodes[i] {
-        Node::Free => return t.key(i) == Key::Nil,
-        Node::Dead { key: None } => return !t.has_value(i) && t.key(i) == Key::Gone,
+        Node::Free => return found.0 == Key::Nil,
+        Node::Dead { key: None } => return found == (Key::Dead, false),
         Node::Dead { key: Some(key) } => (key, false),
         Node::Live { key, .. } => (key, true),
     };
     push(l, key);
-    let same = match t.key(i) {
+    let same = match found.0 {
         Key::Bool(b) => key == Val::Bool(b),
         Key::Int(x) => key == Val::Int(x),
         Key::Float(x) => key == Val::Float(x),
         Key::Text(x) => lua_type(l, -1) == LUA_TSTRING && crate::state::bytes(l, -1) == x,
-        // One of its kind: see `walk`.
+        // The only object key of its table: `walk` refuses others.
         Key::Object => matches!(key, Val::Object(_)) && table.nodes.len() == 1,
-        Key::Nil | Key::Gone => false,
+        Key::Nil | Key::Dead => false,
     };
     lua_pop(l, 1);
-    same && t.has_value(i) == has_value
+    same && found.1 == has_value
 }

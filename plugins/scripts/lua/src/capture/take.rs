@@ -1,10 +1,10 @@
-//! What fits of a state, for a script whose text is another one now.
+//! Transfers plain data of a snapshot to a script whose text has changed.
 //!
-//! The new text has run. Global variables that hold plain data (numbers, texts, truth values, tables of these without
-//! metatables) get the values of the old script, unless the new text has made something of another type of them; so does
-//! the random generator. Functions and local variables are those of the new text.
+//! The new text has run. Globals that hold plain data (numbers, strings, booleans, tables of these without metatables)
+//! get the values of the old script, unless the new text has set them to another type; so does the random generator.
+//! Functions and local variables are those of the new text.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 
 use super::{
     build::put_bytes,
@@ -13,15 +13,15 @@ use super::{
 };
 use crate::state::{reg, registry};
 
-/// The stack: tables made, by their numbers in the image; what was there before any text ran; the globals.
+/// Stack layout: created tables by object index; objects that existed before the text ran; the globals.
 const OBJECTS: i32 = 1;
 const FRESH: i32 = 2;
 const GLOBALS: i32 = 3;
 
-/// The hand-over; outside of Lua's reach.
+/// A transfer in progress; outside of Lua, so that a Lua error leaks nothing.
 pub(super) struct Take {
     image: Image,
-    /// Tables that hold nothing but plain data, by object.
+    /// Per object, whether it is a table of plain data.
     plain: Vec<bool>,
     pub(super) refused: Option<&'static str>,
 }
@@ -36,10 +36,10 @@ impl Take {
         if let Val::Object(n) = v { self.plain[n as usize] } else { true }
     }
 
-    /// Takes what fits.
+    /// Runs the transfer.
     ///
     /// # Safety
-    /// Protected, with an empty stack.
+    /// Runs in protected mode, with an empty stack.
     pub(super) unsafe fn run(&mut self, l: *mut lua_State) {
         luaL_checkstack(l, 20, std::ptr::null());
         lua_createtable(l, 0, 0);
@@ -90,7 +90,7 @@ impl Take {
         }
     }
 
-    /// Sets a global variable, if it is plain data and the new text has made nothing else of it.
+    /// Sets a global variable if it is plain data and the new text has not set it to another type.
     unsafe fn global(&self, l: *mut lua_State, node: &Node) {
         let Node::Live { key: key @ Val::Text(_), value } = node else { return };
         if !self.is_plain(*value) {
@@ -123,11 +123,11 @@ impl Take {
     }
 }
 
-/// Of each object, whether it is a table of plain data, however deep.
+/// Per object, whether it is a table of plain data at any depth.
 fn plain(image: &Image) -> Vec<bool> {
     let own = |o: &Object| o.fresh.is_none() && matches!(&o.kind, Kind::Table(t) if t.meta.is_none());
     let mut plain: Vec<bool> = image.objects.iter().map(own).collect();
-    // Who holds whom: what is not plain makes its holders so.
+    // A table is not plain if it refers to an object that is not.
     let mut holders: Vec<Vec<u32>> = vec![Vec::new(); image.objects.len()];
     for (id, object) in image.objects.iter().enumerate() {
         let Kind::Table(t) = &object.kind else { continue };

@@ -1,36 +1,37 @@
-//! Out of a state: everything that can be reached, each object once.
+//! Saves a state: everything reachable, each object once.
 
 use std::{collections::HashMap, ffi::CStr};
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use super::{
     ROOT_NAMES,
     image::{Image, Kind, Node, Object, Piece, Table, Val},
-    pieces,
-    raw::{self, Key, Raw},
     roots,
 };
-use crate::state::{State, bytes, reg, registry};
+use crate::{
+    lua_internals::{self, Key, RawTable},
+    state::{State, bytes, reg, registry},
+};
 
-/// How something was reached from the object before.
+/// How an object was reached from another one.
 #[derive(Clone, Copy)]
 enum Step {
     Root(usize),
     Key(Val),
-    /// As an outer variable of this name.
+    /// As an upvalue of this name.
     Variable(u32),
     Metatable,
     /// As a key.
     Among,
 }
 
-/// The stack while walking: objects by number plus one, what was there before the text.
+/// Stack layout: objects by index plus one; objects that existed before the text ran.
 const OBJECTS: i32 = 1;
 const FRESH: i32 = 2;
 
-/// The walk and all that it gathers; outside of Lua's reach, so that an error in Lua leaks nothing.
+/// A walk in progress; outside of Lua, so that a Lua error leaks nothing.
 pub(super) struct Walk {
     image: Image,
     ids: HashMap<usize, u32>,
@@ -41,11 +42,11 @@ pub(super) struct Walk {
     fresh: HashMap<usize, u32>,
     pieces: HashMap<Vec<u8>, Piece>,
     dump: Vec<u8>,
-    /// The object at hand, while it is gathered.
+    /// Buffers for the object that is being described.
     array: Vec<Val>,
     nodes: Vec<Node>,
     list: Vec<u32>,
-    /// Why the state cannot be written.
+    /// Why the state cannot be saved.
     refused: Option<String>,
 }
 
@@ -67,7 +68,7 @@ impl Walk {
         }
     }
 
-    /// The image, or the reason why there is none.
+    /// Returns the image, or the reason why there is none.
     pub(super) fn finish(self) -> Result<Image> {
         match self.refused {
             None => Ok(self.image),
@@ -78,10 +79,10 @@ impl Walk {
     /// Walks the state.
     ///
     /// # Safety
-    /// Protected; the collector rests.
+    /// Runs in protected mode; the collector is stopped.
     pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
         luaL_checkstack(l, 40, std::ptr::null());
-        if !raw::is_known(l) {
+        if !lua_internals::knows_tables(l) {
             self.refused = Some("this build of Lua lays its tables out in an unknown way".to_owned());
             return;
         }
@@ -111,7 +112,7 @@ impl Walk {
         }
     }
 
-    /// Lists what was there before the text, and the functions of all texts.
+    /// Indexes the objects that existed before the text ran, and the functions of all texts.
     unsafe fn prepare(&mut self, l: *mut lua_State, s: &State) {
         for k in 0..lua_rawlen(l, FRESH) {
             lua_rawgeti(l, FRESH, k as i64 + 1);
@@ -132,10 +133,11 @@ impl Walk {
         }
     }
 
-    /// Learns the functions of the text on top.
+    /// Indexes the functions of the text on top.
     unsafe fn learn(&mut self, l: *mut lua_State, text: u32) {
-        pieces::dump(l, &mut self.dump);
-        for (i, piece) in pieces::cut(&self.dump).into_iter().flatten().enumerate() {
+        let mut pieces = Vec::new();
+        lua_internals::dump_all(l, &mut pieces);
+        for (i, piece) in pieces.into_iter().enumerate() {
             self.pieces.entry(piece).or_insert(Piece { text, function: i as u32 });
         }
     }
@@ -144,7 +146,7 @@ impl Walk {
         self.fresh.get(&(lua_topointer(l, idx) as usize)).copied()
     }
 
-    /// What stands outside of the walk: waits, numbers of objects shown as text.
+    /// Data besides the reachable objects: waits, numbers shown in place of addresses.
     unsafe fn rest(&mut self, l: *mut lua_State) {
         for (place, what) in [(reg::THREADS, "its thread function waits"), (reg::WAITS, "a coroutine of it waits")] {
             if self.refused.is_some() {
@@ -168,7 +170,7 @@ impl Walk {
         lua_settop(l, FRESH);
     }
 
-    /// The value on top, reached from `id` by `step`.
+    /// Describes the value on top, reached from `id` by `step`.
     unsafe fn value(&mut self, l: *mut lua_State, id: u32, step: Step) -> Val {
         match lua_type(l, -1) {
             LUA_TNIL => Val::Nil,
@@ -190,7 +192,7 @@ impl Walk {
         number
     }
 
-    /// The object on top: its number, and its place among those yet to be described.
+    /// Registers the object on top for a description and returns its index.
     unsafe fn object(&mut self, l: *mut lua_State, id: u32, step: Step) -> Val {
         let pointer = lua_topointer(l, -1) as usize;
         if let Some(known) = self.ids.get(&pointer) {
@@ -211,7 +213,7 @@ impl Walk {
         Kind::Ended
     }
 
-    /// How a script would call an object.
+    /// How the script refers to an object.
     fn name(&self, id: u32) -> String {
         let mut tail = String::new();
         let mut at = id;
@@ -235,7 +237,7 @@ impl Walk {
         format!("something deep in its variables, at `{tail}`")
     }
 
-    /// Describes the object on top, which stands at `FRESH + 1`.
+    /// Describes the object on top, which is also in slot `FRESH + 1`.
     unsafe fn describe(&mut self, l: *mut lua_State, id: u32) -> Kind {
         match lua_type(l, -1) {
             LUA_TTABLE => self.table(l, id),
@@ -243,7 +245,7 @@ impl Walk {
             LUA_TFUNCTION => self.function(l, id),
             LUA_TUSERDATA if self.fresh_number(l, -1).is_some() => {
                 if lua_getmetatable(l, -1) != 0 {
-                    // A file of the library: it has no state in Lua.
+                    // A file of the library, without state in Lua.
                     lua_pop(l, 1);
                     return Kind::Bytes(Vec::new());
                 }
@@ -290,7 +292,7 @@ impl Walk {
     unsafe fn function(&mut self, l: *mut lua_State, id: u32) -> Kind {
         let mut piece = None;
         if self.fresh_number(l, -1).is_none() {
-            pieces::dump(l, &mut self.dump);
+            lua_internals::dump(l, &mut self.dump);
             piece = self.pieces.get(&self.dump).copied();
             if piece.is_none() {
                 return self.refuse(id, "is a function whose text is not known any more");
@@ -323,7 +325,7 @@ impl Walk {
 
     unsafe fn table(&mut self, l: *mut lua_State, id: u32) -> Kind {
         let at = FRESH + 1;
-        let t = Raw::of(l, at);
+        let t = RawTable::of(l, at);
         let mut meta = None;
         if lua_getmetatable(l, at) != 0 {
             lua_pushlstring(l, c"__mode".as_ptr(), 6);
@@ -349,14 +351,14 @@ impl Walk {
         Kind::Table(Table { array, limit, is_hint, nodes, meta })
     }
 
-    /// The hash part: raw places, with the values that Lua's own traversal gives in the same order.
-    unsafe fn places(&mut self, l: *mut lua_State, id: u32, t: Raw) {
+    /// Hash part: nodes as they lie in memory, with the values of Lua's own traversal, which has the same order.
+    unsafe fn places(&mut self, l: *mut lua_State, id: u32, t: RawTable) {
         let n = t.nodes();
         self.nodes.clear();
         let mut objects = 0;
         lua_pushnil(l);
         if n > 0 {
-            // Traversal visits the array first: go on behind its last value.
+            // Traversal visits the array first: continue behind its last value.
             for i in (1..=t.array() as i64).rev() {
                 if self.array[i as usize - 1] != Val::Nil {
                     lua_pop(l, 1);
@@ -366,7 +368,7 @@ impl Walk {
             }
         }
         for i in 0..n {
-            let node = match (t.key(i), t.has_value(i)) {
+            let node = match t.node(i) {
                 (Key::Nil, _) => Node::Free,
                 (key, true) => {
                     if lua_next(l, FRESH + 1) == 0 {
@@ -401,17 +403,17 @@ impl Walk {
     }
 }
 
-/// Functions of the plugin that are made while a script runs.
+/// Functions that the plugin creates while a script runs.
 pub(super) fn natives() -> [lua_CFunction; 4] {
     [crate::bind::command, crate::bind::index, crate::functions::foreign, crate::strings::gmatch_next]
 }
 
-/// Pushes a compiled text; or an error.
+/// Pushes a compiled text or an error.
 ///
 /// # Safety
-/// Protected.
+/// Runs in protected mode.
 pub(super) unsafe fn compile(l: *mut lua_State, text: &(Vec<u8>, Vec<u8>)) -> bool {
-    // The name is handed over as a text of Lua's own, which ends in a zero.
+    // As a Lua string the name ends in a zero.
     lua_pushlstring(l, text.0.as_ptr().cast(), text.0.len());
     let name = lua_tolstring(l, -1, std::ptr::null_mut());
     let status = luaL_loadbufferx(l, text.1.as_ptr().cast(), text.1.len(), name, c"t".as_ptr());
@@ -419,10 +421,10 @@ pub(super) unsafe fn compile(l: *mut lua_State, text: &(Vec<u8>, Vec<u8>)) -> bo
     status == LUA_OK
 }
 
-/// A number over the kinds of the objects in the list at `idx`.
+/// Hash of the kinds of the objects in the list at `idx`.
 ///
 /// # Safety
-/// A list; one free place on the stack.
+/// A list at `idx`; one free stack slot.
 pub(super) unsafe fn fingerprint(l: *mut lua_State, idx: i32) -> u64 {
     let mut h = 0xcbf2_9ce4_8422_2325_u64;
     for k in 1..=lua_rawlen(l, idx) as i64 {

@@ -1,4 +1,4 @@
-//! Values across the border, both ways.
+//! Conversion of values between Lua and the ABI.
 
 mod put;
 mod read;
@@ -8,5 +8,5 @@ pub(crate) use put::{put, put_args};
 pub(crate) use read::{Reader, Room, take_results, word};
 pub(crate) use single::{put_single, to_single};
 
-/// Lists and maps nest at most this deep.
+/// Nesting limit of lists and maps.
 const MAX_DEPTH: u32 = 32;

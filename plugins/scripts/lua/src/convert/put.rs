@@ -1,8 +1,8 @@
-//! Values of the border for Lua.
+//! Conversion of ABI values to Lua.
 
 use std::ptr::null;
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use super::MAX_DEPTH;
@@ -11,7 +11,7 @@ use crate::{errors, functions, state::push};
 /// Pushes a value.
 ///
 /// # Safety
-/// One free place on the stack; the value's spans are valid. May raise.
+/// One free stack slot; the value's spans are valid. May raise.
 #[inline(always)]
 pub(crate) unsafe fn put(l: *mut lua_State, v: &tatu_value) {
     match v.tag {
@@ -26,7 +26,7 @@ pub(crate) unsafe fn put(l: *mut lua_State, v: &tatu_value) {
 
 #[inline(never)]
 unsafe fn put_deep(l: *mut lua_State, v: &tatu_value, depth: u32) {
-    /// Pushes a table of numbers.
+    /// Pushes an array of numbers as a table.
     unsafe fn numbers<T: Copy>(l: *mut lua_State, v: &tatu_value, push: unsafe fn(*mut lua_State, T)) {
         let (ptr, n) = (v.u.s.ptr.cast::<T>(), v.u.s.len as usize);
         lua_createtable(l, n.min(i32::MAX as usize) as i32, 0);
@@ -84,7 +84,7 @@ unsafe fn put_deep(l: *mut lua_State, v: &tatu_value, depth: u32) {
     }
 }
 
-/// Pushes the arguments of a call from the host; how many.
+/// Pushes the arguments of a call from the host and returns their number.
 ///
 /// # Safety
 /// The frame's arguments are valid. May raise.

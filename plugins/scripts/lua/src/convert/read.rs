@@ -1,8 +1,8 @@
-//! Lua values for the border.
+//! Conversion of Lua values to the ABI.
 
 use std::{ffi::c_void, fmt::Write, ptr::null};
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use super::MAX_DEPTH;
@@ -11,7 +11,7 @@ use crate::{
     state::{State, bytes},
 };
 
-/// Where the memory of converted tables comes from.
+/// Where converted tables are allocated.
 #[derive(Clone, Copy)]
 pub(crate) enum Room {
     /// The world's arena: arguments of a command.
@@ -20,18 +20,18 @@ pub(crate) enum Room {
     Frame(*mut tatu_call),
 }
 
-/// Reads Lua values.
+/// Converter of Lua values.
 pub(crate) struct Reader<'a> {
     pub l: *mut lua_State,
     pub s: &'a State,
     pub room: Room,
     /// "argument" or "result", for messages.
     pub what: &'static str,
-    /// Whether memory was taken.
+    /// Whether memory was allocated.
     pub took: bool,
 }
 
-/// The way to the value that is being read, from the inside out.
+/// Path to the value that is being converted, innermost first.
 struct Step<'a> {
     up: Option<&'a Step<'a>>,
     table: *const c_void,
@@ -47,7 +47,7 @@ enum Key {
     Other,
 }
 
-/// A value that holds an integer, or nothing.
+/// A value with an integer payload.
 pub(crate) const fn word(tag: u32, i: i64) -> tatu_value {
     tatu_value { tag, reserved: 0, u: tatu_payload { i } }
 }
@@ -61,10 +61,11 @@ const fn span(tag: u32, ptr: *const c_void, len: usize) -> tatu_value {
 }
 
 impl Reader<'_> {
-    /// Reads the value at `idx`, the `n`-th (from 1) of its call, into `*out`. Raises what cannot cross.
+    /// Converts the value at `idx`, the `n`-th (from 1) of its call, into `*out`. Raises an error for values that
+    /// cannot be passed.
     ///
     /// # Safety
-    /// `idx` is absolute; text stays valid as long as the value is on the stack.
+    /// `idx` is absolute; a string stays valid as long as the value is on the stack.
     #[inline(always)]
     pub(crate) unsafe fn read(&mut self, idx: i32, n: u32, out: *mut tatu_value) {
         let l = self.l;
@@ -90,7 +91,7 @@ impl Reader<'_> {
             LUA_TNIL => word(TATU_NIL, 0),
             LUA_TBOOLEAN => word(TATU_BOOL, i64::from(lua_toboolean(l, idx))),
             LUA_TSTRING => {
-                // Copied: the table that holds it may change while the other side still reads.
+                // Copied: the table that holds it may change while the callee still reads.
                 let text = bytes(l, idx);
                 let room = self.take::<u8>(text.len());
                 std::ptr::copy_nonoverlapping(text.as_ptr(), room, text.len());
@@ -138,7 +139,7 @@ impl Reader<'_> {
             }
             lua_pop(l, 2);
         }
-        // Count the entries: a sequence has the keys 1 to n and no other.
+        // A sequence has the keys 1 to n and no others.
         let (mut count, mut sequence, mut numeric, mut floats) = (0, true, true, false);
         lua_pushnil(l);
         while lua_next(l, idx) != 0 {
@@ -159,7 +160,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The quick way for a table that holds the numbers 1 to n in order, which is what almost all are.
+    /// Fast path for tables that hold the numbers 1 to n in order, which almost all do.
     unsafe fn numbers(&mut self, idx: i32, n: usize) -> Option<tatu_value> {
         let l = self.l;
         lua_rawgeti(l, idx, 1);
@@ -195,7 +196,7 @@ impl Reader<'_> {
         (i == n).then(|| span(tag, room.cast(), n))
     }
 
-    /// Numbers 1 to n that Lua visits in another order.
+    /// Numbers 1 to n that Lua traverses in another order.
     unsafe fn scattered(&mut self, idx: i32, n: usize, floats: bool) -> tatu_value {
         let l = self.l;
         let room = self.take::<u64>(n);
@@ -244,7 +245,7 @@ impl Reader<'_> {
             lua_pop(l, 1);
             i += 1;
         }
-        // The last key, which nobody took: a table around this one goes on with its own.
+        // The last key may be left on the stack, and an outer traversal needs its own.
         lua_settop(l, top);
         span(TATU_MAP, room.cast(), i)
     }
@@ -269,7 +270,7 @@ impl Reader<'_> {
         room.cast()
     }
 
-    /// Raises; never returns, but Lua's C interface does not say so.
+    /// Raises an error; never returns, although the signature of Lua's function does not say so.
     #[cold]
     unsafe fn fail(&self, at: &Step<'_>, what: &str, text: &str) -> tatu_value {
         errors::raise(self.l, refusal(self.what, at, what, text));
@@ -296,7 +297,7 @@ fn refusal(call: &str, at: &Step<'_>, what: &str, text: &str) -> Fail {
         let _ = match key {
             Key::Int(i) => write!(path, "[{i}]"),
             Key::Text(ptr, len) => {
-                // SAFETY: keys are held by the tables that are being read.
+                // SAFETY: keys are held by the tables that are being converted.
                 let name = unsafe { std::slice::from_raw_parts(ptr, len) };
                 write!(path, ".{}", String::from_utf8_lossy(name))
             }
@@ -308,10 +309,10 @@ fn refusal(call: &str, at: &Step<'_>, what: &str, text: &str) -> Fail {
     Fail::argument(format!("{call} {top}{place}: {what}{text}"))
 }
 
-/// Takes the `n` values on top of the stack as the frame's results, and pops them.
+/// Stores the `n` values on top of the stack as the frame's results, and pops them.
 ///
 /// # Safety
-/// The frame has room for `results_cap` results. May raise.
+/// The frame has space for `results_cap` results. May raise.
 pub(crate) unsafe fn take_results(l: *mut lua_State, s: &State, frame: *mut tatu_call, n: i32) {
     let frame = &mut *frame;
     let first = lua_gettop(l) - n + 1;

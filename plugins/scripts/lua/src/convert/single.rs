@@ -1,19 +1,19 @@
-//! Numbers that pass as 32-bit floats, as they did between scripts and commands before version 4.5 of the original.
+//! Rounding to 32-bit floats, as between scripts and commands before version 4.5 of the original.
 
-use mlua::ffi::*;
+use mlua_sys::*;
 use tatu_plugin_api::abi::*;
 
 use super::put;
 
-/// The number that a 32-bit float makes of `x`. Whole numbers stay: they may be handles.
+/// Rounds to a 32-bit float. Whole numbers are kept: they may be handles.
 fn single(x: f64) -> f64 {
     if x.fract() == 0.0 { x } else { f64::from(x as f32) }
 }
 
-/// Rounds arguments: numbers, and arrays of them, which lie in memory of this call.
+/// Rounds arguments: numbers, and arrays of numbers, which lie in memory of this call.
 ///
 /// # Safety
-/// `n` values that `Reader` made, valid to write.
+/// `n` values converted by `Reader`, valid for writes.
 pub(crate) unsafe fn to_single(first: *mut tatu_value, n: usize) {
     for i in 0..n {
         let v = &mut *first.add(i);
@@ -30,7 +30,7 @@ pub(crate) unsafe fn to_single(first: *mut tatu_value, n: usize) {
     }
 }
 
-/// Pushes a result, rounded.
+/// Pushes a rounded result.
 ///
 /// # Safety
 /// As `put`.

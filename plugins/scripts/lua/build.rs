@@ -1,0 +1,76 @@
+//! Compiles Lua from the sources of the crate `lua-src`, together with `src/lua_internals.c`.
+//!
+//! `lua-src` compiles Lua itself, too, but takes no flags, and flags by the variable `CFLAGS` would reach all C code of
+//! the build.
+
+use std::{
+    env,
+    error::Error,
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+/// The version of `lua-src` in Cargo.toml, and the folder in it.
+const LUA_SRC: &str = "=551.0.2";
+const LUA: &str = "lua-5.4.9";
+const OURS: &str = "src/lua_internals.c";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed={OURS}");
+    let lua = sources()?.join(LUA);
+    let mut build = cc::Build::new();
+    build.include(&lua).warnings(false).opt_level(3).file(OURS);
+    for entry in fs::read_dir(&lua)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|e| e == "c") {
+            build.file(path);
+        }
+    }
+    if let Some(system) = match env::var("CARGO_CFG_TARGET_OS")?.as_str() {
+        "linux" | "freebsd" | "netbsd" | "openbsd" | "dragonfly" => Some("LUA_USE_LINUX"),
+        "macos" => Some("LUA_USE_MACOSX"),
+        "windows" => Some("LUA_USE_WINDOWS"),
+        _ => None,
+    } {
+        build.define(system, None);
+    }
+    if env::var("PROFILE")? == "debug" {
+        build.define("LUA_USE_APICHECK", None);
+    }
+    build
+        .define("LUA_COMPAT_5_3", None)
+        // `src/lua_internals.rs` says what each of these is for.
+        .define("luai_makeseed(L)", "0x5EED")
+        .define("STRCACHE_N", "1")
+        .define("STRCACHE_M", "1")
+        .define("strspn", "tatu_lua_strspn")
+        // One rounding per operation on every processor.
+        .flag_if_supported("-ffp-contract=off")
+        .flag_if_supported("-fno-common")
+        .try_compile("tatu_lua")?;
+    Ok(())
+}
+
+/// The folder of `lua-src`. Cargo is asked about a package that depends on nothing else: without the network it could not
+/// answer for the whole workspace, some of whose dependencies need not be there.
+fn sources() -> Result<PathBuf, Box<dyn Error>> {
+    let package = Path::new(&env::var("OUT_DIR")?).join("find-lua");
+    fs::create_dir_all(package.join("src"))?;
+    fs::write(package.join("src/lib.rs"), "")?;
+    let manifest = package.join("Cargo.toml");
+    let text = format!("[package]\nname = \"find-lua\"\n[dependencies]\nlua-src = \"{LUA_SRC}\"\n[workspace]\n");
+    fs::write(&manifest, text)?;
+    let mut cargo = Command::new(env::var("CARGO")?);
+    cargo.args(["metadata", "--offline", "--format-version", "1", "--manifest-path"]).arg(&manifest);
+    let answer = cargo.output()?;
+    if !answer.status.success() {
+        return Err(format!("cannot find lua-src {LUA_SRC}: {}", String::from_utf8_lossy(&answer.stderr)).into());
+    }
+    let answer: serde_json::Value = serde_json::from_slice(&answer.stdout)?;
+    let packages = answer["packages"].as_array().into_iter().flatten();
+    let manifest = packages.filter(|p| p["name"] == "lua-src").find_map(|p| p["manifest_path"].as_str());
+    let folder = manifest.and_then(|m| Path::new(m).parent());
+    Ok(folder.ok_or_else(|| format!("cargo does not say where lua-src {LUA_SRC} is"))?.to_owned())
+}

@@ -1,0 +1,324 @@
+//! Everything that reaches past Lua's C interface, together with `lua_internals.c`, which is compiled against Lua's own
+//! headers, and with the definitions that `build.rs` gives to Lua's files.
+//!
+//! | what | why | check | if it fails |
+//! |---|---|---|---|
+//! | `luai_makeseed(L)=0x5EED` | Lua seeds its hashes from addresses and the clock: `pairs` would visit text keys in another order in each run | [`problems`], at start | error in the log |
+//! | `STRCACHE_N=1`, `STRCACHE_M=1` | Lua caches C strings by address: when a string is collected would differ between runs | none: it changes no result | |
+//! | `strspn=tatu_lua_strspn` | floats of scripts written for Lua 5.1 become text without ".0", see [`NumberFormat`] | [`problems`], at start | error in the log |
+//! | `lua_State.hookcount` | the instructions since the last hook count against the call that ran them | [`hook_count`], in each state | budgets are counted in whole thousands |
+//! | `Table`, `Node` | a snapshot brings keys back to their places, so that `pairs` goes on in the same order | [`knows_tables`], before each snapshot | snapshots are refused, the run is replayed |
+//! | hashes of texts and floats | where a key belongs in its table | every place is read again after a restore | the snapshot is refused |
+//! | functions in functions | a snapshot names a function by its place in a text | a function that is not found | the snapshot is refused |
+//!
+//! Lua also hashes objects by the low 32 bits of their addresses; `alloc` makes these repeat.
+
+use std::{
+    ffi::{CStr, c_int, c_void},
+    ptr::null_mut,
+};
+
+use mlua_sys::*;
+
+/// The seed of `build.rs`.
+const SEED: u32 = 0x5EED;
+
+/// A node of a table as the C file gives it.
+#[repr(C)]
+struct RawNode {
+    kind: u8,
+    has_value: u8,
+    bits: u64,
+    text: *const u8,
+}
+
+const KEY_NIL: u8 = 0;
+const KEY_BOOL: u8 = 1;
+const KEY_INT: u8 = 2;
+const KEY_FLOAT: u8 = 3;
+const KEY_TEXT: u8 = 4;
+const KEY_DEAD: u8 = 6;
+
+unsafe extern "C" {
+    fn tatu_lua_set_plain_floats(plain: c_int) -> c_int;
+    fn tatu_lua_hook_count(l: *mut lua_State) -> *mut c_int;
+    fn tatu_lua_seed(l: *mut lua_State) -> u32;
+    fn tatu_lua_hash_text(text: *const u8, len: usize) -> u32;
+    fn tatu_lua_hash_float(x: f64) -> u32;
+    fn tatu_lua_nodes(t: *const c_void) -> usize;
+    fn tatu_lua_array_size(t: *const c_void) -> usize;
+    fn tatu_lua_limit(t: *const c_void, is_hint: *mut c_int) -> u32;
+    fn tatu_lua_set_limit(t: *const c_void, limit: u32, is_hint: c_int) -> c_int;
+    fn tatu_lua_node_at(t: *const c_void, i: usize, out: *mut RawNode);
+    fn tatu_lua_kill_key(t: *const c_void, i: usize);
+    fn tatu_lua_exchange(a: *const c_void, b: *const c_void);
+    fn tatu_lua_dump_nested(l: *mut lua_State, n: u32, writer: lua_Writer, out: *mut c_void) -> c_int;
+    fn tatu_lua_hash_code(l: *mut lua_State) -> u64;
+}
+
+unsafe extern "C-unwind" {
+    /// Public in Lua since 5.4.6; `mlua-sys` declares it only when it compiles Lua itself.
+    pub(crate) fn lua_closethread(l: *mut lua_State, from: *mut lua_State) -> c_int;
+}
+
+/// What is not as this plugin expects, each with its consequence; asked at start.
+pub(crate) fn problems() -> Vec<&'static str> {
+    let mut problems = Vec::new();
+    // SAFETY: a state of our own; nothing in it raises but for lack of memory.
+    unsafe {
+        let l = luaL_newstate();
+        if l.is_null() {
+            return problems;
+        }
+        if tatu_lua_seed(l) != SEED {
+            problems.push("Lua's hash seed is not fixed: `pairs` may give another order in each run");
+        }
+        let _plain = NumberFormat::begin(true);
+        lua_pushnumber(l, 5.0);
+        let text = lua_tolstring(l, -1, null_mut());
+        if text.is_null() || CStr::from_ptr(text) != c"5" {
+            problems.push("Lua's number format cannot be set: scripts of old dialects show 5.0 where they showed 5");
+        }
+        lua_close(l);
+    }
+    problems
+}
+
+/// How floats with an integer value become text on this thread, from its making to its end: `5`, as Lua 5.1 wrote them, or
+/// `5.0`. It covers every way from number to text, `..` and `string.format` included, at no cost.
+pub(crate) struct NumberFormat(c_int);
+
+impl NumberFormat {
+    /// `plain`: without ".0".
+    pub(crate) fn begin(plain: bool) -> Self {
+        // SAFETY: sets a number of this thread.
+        NumberFormat(unsafe { tatu_lua_set_plain_floats(c_int::from(plain)) })
+    }
+}
+
+impl Drop for NumberFormat {
+    fn drop(&mut self) {
+        // SAFETY: sets a number of this thread.
+        unsafe { tatu_lua_set_plain_floats(self.0) };
+    }
+}
+
+/// Where a thread counts the instructions left until its hook runs; null if that is not found.
+///
+/// # Safety
+/// The thread runs nothing, and has just been given a hook.
+pub(crate) unsafe fn hook_count(l: *mut lua_State) -> *mut c_int {
+    let left = tatu_lua_hook_count(l);
+    if *left == lua_gethookcount(l) { left } else { null_mut() }
+}
+
+/// Lua's hash of a text.
+pub(crate) fn hash_text(text: &[u8]) -> u32 {
+    // SAFETY: reads so many bytes.
+    unsafe { tatu_lua_hash_text(text.as_ptr(), text.len()) }
+}
+
+/// Lua's hash of a float that has no integer value.
+pub(crate) fn hash_float(x: f64) -> u32 {
+    // SAFETY: calculates.
+    unsafe { tatu_lua_hash_float(x) }
+}
+
+/// The key of a node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Key<'a> {
+    Nil,
+    Bool(bool),
+    Int(i64),
+    Float(u64),
+    Text(&'a [u8]),
+    /// A table, function, coroutine or userdata.
+    Object,
+    /// It had no value, and was collected.
+    Dead,
+}
+
+/// A table's content as it lies in memory.
+#[derive(Clone, Copy)]
+pub(crate) struct RawTable(*const c_void);
+
+impl RawTable {
+    /// # Safety
+    /// There is a table at `idx`, which lives while this is used.
+    pub(crate) unsafe fn of(l: *mut lua_State, idx: i32) -> Self {
+        RawTable(lua_topointer(l, idx))
+    }
+    /// Nodes of the hash part.
+    pub(crate) unsafe fn nodes(self) -> usize {
+        tatu_lua_nodes(self.0)
+    }
+    /// Values of the array part.
+    pub(crate) unsafe fn array(self) -> usize {
+        tatu_lua_array_size(self.0)
+    }
+    /// Lua's limit of the array, and whether that is only a hint about the table's length.
+    pub(crate) unsafe fn limit(self) -> (u32, bool) {
+        let mut is_hint = 0;
+        let limit = tatu_lua_limit(self.0, &mut is_hint);
+        (limit, is_hint != 0)
+    }
+    /// Sets both. Refused if the array would get another size.
+    pub(crate) unsafe fn set_limit(self, limit: u32, is_hint: bool) -> bool {
+        tatu_lua_set_limit(self.0, limit, c_int::from(is_hint)) != 0
+    }
+    /// The key of a node, and whether it has a value.
+    pub(crate) unsafe fn node<'a>(self, i: usize) -> (Key<'a>, bool) {
+        let mut node = RawNode { kind: KEY_NIL, has_value: 0, bits: 0, text: std::ptr::null() };
+        tatu_lua_node_at(self.0, i, &mut node);
+        let key = match node.kind {
+            KEY_NIL => Key::Nil,
+            KEY_BOOL => Key::Bool(node.bits != 0),
+            KEY_INT => Key::Int(node.bits.cast_signed()),
+            KEY_FLOAT => Key::Float(node.bits),
+            KEY_TEXT => Key::Text(std::slice::from_raw_parts(node.text, node.bits as usize)),
+            KEY_DEAD => Key::Dead,
+            _ => Key::Object,
+        };
+        (key, node.has_value != 0)
+    }
+    /// Makes the key of a node, a text whose value has been taken out, one that was collected.
+    pub(crate) unsafe fn kill_key(self, i: usize) {
+        tatu_lua_kill_key(self.0, i);
+    }
+    /// Exchanges the contents of two tables; metatables stay.
+    ///
+    /// # Safety
+    /// The collector is stopped, and both are of one colour.
+    pub(crate) unsafe fn exchange(self, other: RawTable) {
+        tatu_lua_exchange(self.0, other.0);
+    }
+}
+
+/// Whether a table whose content is known is read as such.
+///
+/// # Safety
+/// Runs in protected mode; five free stack slots.
+pub(crate) unsafe fn knows_tables(l: *mut lua_State) -> bool {
+    lua_createtable(l, 3, 4);
+    lua_pushinteger(l, 7);
+    lua_rawseti(l, -2, 1000);
+    lua_pushboolean(l, 1);
+    lua_setfield(l, -2, c"key".as_ptr());
+    let t = RawTable::of(l, -1);
+    let mut found = [0; 3];
+    let right = t.nodes() == 4 && t.limit() == (3, false);
+    for i in 0..if right { 4 } else { 0 } {
+        match t.node(i) {
+            (Key::Int(1000), true) => found[0] += 1,
+            (Key::Text(b"key"), true) => found[1] += 1,
+            (Key::Nil, false) => found[2] += 1,
+            _ => {}
+        }
+    }
+    lua_pop(l, 1);
+    found == [1, 1, 2]
+}
+
+unsafe extern "C-unwind" fn extend(_: *mut lua_State, bytes: *const c_void, n: usize, out: *mut c_void) -> c_int {
+    if n > 0 {
+        (*out.cast::<Vec<u8>>()).extend_from_slice(std::slice::from_raw_parts(bytes.cast::<u8>(), n));
+    }
+    0
+}
+
+/// The function on top as a binary chunk; empty if it is not a Lua function.
+///
+/// # Safety
+/// There is a value on top.
+pub(crate) unsafe fn dump(l: *mut lua_State, out: &mut Vec<u8>) {
+    out.clear();
+    tatu_lua_dump_nested(l, 0, extend, (&raw mut *out).cast());
+}
+
+/// The function on top and all functions in it, depth first, each as `dump` gives a living function that was made there.
+///
+/// # Safety
+/// There is a value on top.
+pub(crate) unsafe fn dump_all(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
+    loop {
+        let mut chunk = Vec::new();
+        if tatu_lua_dump_nested(l, out.len() as u32, extend, (&raw mut chunk).cast()) == 0 {
+            return;
+        }
+        out.push(chunk);
+    }
+}
+
+/// A hash of what the Lua function on top does, all functions in it included: the same wherever in its text it stands, and
+/// whatever is said in comments. 0: it is not a Lua function.
+///
+/// # Safety
+/// There is a value on top.
+pub(crate) unsafe fn hash_code(l: *mut lua_State) -> u64 {
+    tatu_lua_hash_code(l)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The order in which `pairs` visits the keys k1..k16 when texts are hashed with the seed of `build.rs`.
+    const ORDER: &str = "k1k2k3k4k6k5k8k7k11k9k13k15k14k12k10k16";
+
+    /// What a text returns in a fresh state, as text.
+    fn run(text: &str) -> String {
+        // SAFETY: a state of our own; a failed call leaves a text, too.
+        unsafe {
+            let l = luaL_newstate();
+            luaL_openlibs(l);
+            luaL_loadbuffer(l, text.as_ptr().cast(), text.len(), c"=test".as_ptr());
+            lua_pcall(l, 0, 1, 0);
+            let text = CStr::from_ptr(lua_tolstring(l, -1, null_mut())).to_str().unwrap().to_owned();
+            lua_close(l);
+            text
+        }
+    }
+
+    #[test]
+    fn all_is_as_expected() {
+        assert_eq!(problems(), [""; 0]);
+    }
+
+    #[test]
+    fn text_keys_have_one_order() {
+        let text =
+            "local t, s = {}, '' for i = 1, 16 do t['k' .. i] = i end for k in pairs(t) do s = s .. k end return s";
+        assert_eq!(run(text), ORDER);
+    }
+
+    #[test]
+    fn number_formats_nest() {
+        let text = "return 5.0 .. ' ' .. 5 .. ' ' .. -2.5 .. string.format(' %05.1f %s', 1, 2.0)";
+        assert_eq!(run(text), "5.0 5 -2.5 001.0 2.0");
+        let _plain = NumberFormat::begin(true);
+        assert_eq!(run(text), "5 5 -2.5 001.0 2");
+        {
+            let _modern = NumberFormat::begin(false);
+            assert_eq!(run("return 1e15 .. ''"), "1e+15");
+            assert_eq!(run("return 3.0 .. ''"), "3.0");
+        }
+        assert_eq!(run("return 3.0 .. ''"), "3");
+    }
+
+    #[test]
+    fn float_keys_stand_where_their_hashes_say() {
+        // SAFETY: a state of our own.
+        unsafe {
+            let l = luaL_newstate();
+            for x in [0.5, -3.25, 1e300, 5e-324, f64::INFINITY, -1.0 / 3.0] {
+                lua_createtable(l, 0, 8);
+                lua_pushnumber(l, x);
+                lua_pushboolean(l, 1);
+                lua_rawset(l, -3);
+                let home = hash_float(x) as usize % 7;
+                assert_eq!(RawTable::of(l, -1).node(home), (Key::Float(x.to_bits()), true), "{x}");
+            }
+            lua_close(l);
+        }
+    }
+}
