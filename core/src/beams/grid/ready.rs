@@ -15,10 +15,10 @@ use super::{Clusters, GridCast};
 use crate::beams::BeamScene;
 use crate::geometry::Form;
 
-/// Rows of groups that a task looks at, some microseconds.
-const ROWS: usize = 128;
+/// Rows of groups that a task looks at: fewer are looked at sooner than another thread has come.
+const ROWS: usize = 256;
 /// Surfaces that it makes ready.
-const SURFACES: usize = 16;
+const SURFACES: usize = 256;
 
 /// What may be seen, ready to be drawn.
 pub(super) struct Ready<'a> {
@@ -89,10 +89,9 @@ impl<'a> Ready<'a> {
             .collect();
         let look =
             |(mesh, groups): (usize, Range<usize>)| Found { mesh, groups: meshes[mesh].look(level, groups, bands) };
-        let (found, solids) = rayon::join(
-            || parts_of_meshes.into_par_iter().map(look).collect(),
-            || surfaces.par_chunks(SURFACES).map(|surfaces| Solids::new(scene, cast, camera, surfaces)).collect(),
-        );
+        let found = parts_of_meshes.into_par_iter().map(look).collect();
+        let solid = |surfaces| Solids::new(scene, cast, camera, surfaces);
+        let solids = surfaces.par_chunks(SURFACES).map(solid).collect();
         Self { surfaces, solids, meshes, found }
     }
 
