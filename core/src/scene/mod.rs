@@ -18,7 +18,6 @@ mod forms;
 mod moves;
 mod names;
 mod object;
-mod part;
 mod places;
 mod poses;
 mod props;

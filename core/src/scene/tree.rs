@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
-use tatu_plugin_api::{abi::tatu_object, safe::fetch};
+use tatu_plugin_api::abi::tatu_object;
 
 use super::{Data, Object, moves::Moves, names::NameIndex, places::Places};
 
@@ -29,16 +29,6 @@ pub(super) struct Slot {
     pub object: Option<Object>,
     /// Unique name of the last object here, for messages about stale ids.
     last: String,
-}
-
-impl Slot {
-    /// Asks for the memory of a joint.
-    #[inline]
-    pub fn fetch_joint(&self) {
-        if let Some(Object { data: Data::Joint(j), .. }) = &self.object {
-            fetch(&raw const **j);
-        }
-    }
 }
 
 /// The live tree.
@@ -284,20 +274,6 @@ impl Scene {
     /// Whether an object is a joint.
     pub(crate) fn is_joint(&self, slot: u32) -> bool {
         self.places.links.get(slot as usize).is_some_and(|link| link.there && link.joint)
-    }
-    /// Asks for an object's memory.
-    #[inline]
-    pub(crate) fn fetch(&self, slot: u32) {
-        if let Some(there) = self.slots.get(slot as usize) {
-            fetch(there);
-        }
-    }
-    /// Asks for a joint's memory, once that of its object is there.
-    #[inline]
-    pub(crate) fn fetch_joint(&self, slot: u32) {
-        if let Some(there) = self.slots.get(slot as usize) {
-            there.fetch_joint();
-        }
     }
     /// The object in a slot.
     pub fn get_mut(&mut self, slot: u32) -> Option<&mut Object> {
