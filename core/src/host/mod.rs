@@ -8,6 +8,7 @@
 //! - `declared`: declarations (parameters, commands) in Rust's words; `checks`: those that make no sense;
 //! - [`schemas`]: what readings mean;
 //! - `instance`: making the instance of a device;
+//! - `thread_grant`: instances on several threads;
 //! - `services`: the host's side of the border, one file per table.
 
 mod checks;
@@ -22,6 +23,7 @@ pub mod schemas;
 mod search;
 pub(crate) mod services;
 mod tables;
+pub(crate) mod thread_grant;
 pub mod watchdog;
 
 pub use declared::{Declared, check_value};

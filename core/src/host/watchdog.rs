@@ -58,7 +58,6 @@ calls! {
     ScriptTraits = "tatu_language.traits",
     ScriptOrder = "tatu_language.order",
     ScriptPlace = "tatu_language.place",
-    ScriptExpect = "tatu_language.expect",
     Start = "tatu_service.start",
     Stop = "tatu_service.stop",
     Barrier = "tatu_service.barrier",

@@ -14,9 +14,10 @@ use std::{
 
 use tatu_plugin_api::abi::*;
 
-use super::{Callback, Kind, Script, answers::Ask, expect_later, life::turn_of};
+use super::{Callback, Kind, Script, answers::Ask, life::turn_of};
 use crate::{
     calls::{ErrorSlot, Owner, copy_error},
+    host::thread_grant::ThreadGrant,
     scene::{Changed, set_numbers},
     world::{Beside, Deed, Lane, WorldCell},
 };
@@ -35,7 +36,7 @@ pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
 
 /// What the threads of a stage share.
 struct Stage<'a> {
-    world: *const WorldCell,
+    world: &'a WorldCell,
     order: &'a [Rc<Script>],
     callback: Callback,
     /// The stage and its turn, by which a script knows whether it had its own.
@@ -45,9 +46,6 @@ struct Stage<'a> {
     /// Of each lane, its first chunk that nobody has taken, and where the next lane's begin.
     chunks: Vec<(AtomicUsize, usize)>,
 }
-
-// SAFETY: scripts are looked at by the one thread that has taken their chunk; the world is only looked at, through lanes.
-unsafe impl Sync for Stage<'_> {}
 
 /// Runs scripts side by side; `alone` runs one that cannot.
 pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, alone: &impl Fn(&Rc<Script>)) {
@@ -79,9 +77,16 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
         if lanes == 1 {
             stage.work(0, &taken[0]);
         } else {
-            world.pool().scope(|scope| {
+            world.pool().in_place_scope(|scope| {
                 for (i, lane) in taken[..lanes].iter().enumerate().skip(1) {
-                    scope.spawn(move |_| stage.work(i, lane));
+                    // SAFETY: only scripts are called whose language declares `TATU_LANGUAGE_SIDE_BY_SIDE` (`is_ready`), and from
+                    // a lane only commands that declare `TATU_COMMAND_SIDE_BY_SIDE`. A script is used by the one thread that has
+                    // taken its chunk, a lane by the one that it is handed to; the borrows above keep the world as it is.
+                    let mut granted = unsafe { ThreadGrant::new((stage, lane)) };
+                    scope.spawn(move |_| {
+                        let (stage, lane) = granted.get();
+                        stage.work(i, lane);
+                    });
                 }
                 stage.work(0, &taken[0]);
             });
@@ -139,12 +144,6 @@ fn set_drives(world: &WorldCell, deeds: &[Deed]) -> usize {
     };
     for (i, deed) in deeds.iter().enumerate() {
         let Deed::Set(object, row, x) = deed else { return i };
-        if let Some(Deed::Set(later, ..)) = deeds.get(i + 2 * AHEAD) {
-            scene.fetch((later & 0xF_FFFF) as u32);
-        }
-        if let Some(Deed::Set(soon, ..)) = deeds.get(i + AHEAD) {
-            scene.fetch_joint((soon & 0xF_FFFF) as u32);
-        }
         // A script that ran by itself in between may have removed it.
         let Ok(slot) = scene.resolve(*object) else { continue };
         if let Some(Ok(Changed::Drive)) = set_numbers(&mut scene, slot, *row, &[*x]) {
@@ -154,13 +153,10 @@ fn set_drives(world: &WorldCell, deeds: &[Deed]) -> usize {
     deeds.len()
 }
 
-/// How many joints ahead memory is asked for.
-const AHEAD: usize = 4;
-
 impl Stage<'_> {
     /// Runs chunks of scripts in a lane: its own, then those that other lanes have left.
     fn work(&self, own: usize, lane: &Lane) {
-        // SAFETY: as for `Sync`.
+        // SAFETY: `run` borrows all parts of the world that lanes look at.
         let run = || unsafe {
             lane.enter(|cell, lane| {
                 for i in (own..self.chunks.len()).chain(0..own) {
@@ -169,8 +165,6 @@ impl Stage<'_> {
                         lane.begin_chunk(chunk);
                         let end = self.order.len().min((chunk + 1) * CHUNK);
                         for at in chunk * CHUNK..end {
-                            // Those of another chunk may be running.
-                            expect_later(cell, &self.order[..end], at, self.callback);
                             self.one(cell, lane, at);
                         }
                     }
@@ -216,8 +210,9 @@ impl Stage<'_> {
 
     /// Whether a script can run beside others now. One that has ended needs nobody.
     fn is_ready(&self, cell: &WorldCell, script: &Script) -> bool {
-        // SAFETY: as for `Sync`.
-        let waits = || unsafe { (*(*self.world).calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
+        // SAFETY: nobody begins or ends a wait while scripts run side by side: several threads look at once, for which the
+        // cell's count of borrows is not made.
+        let waits = || unsafe { (*self.world.calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
         script.kind != Kind::Main
             && script.initialised.get()
             && !script.cleaned.get()

@@ -22,10 +22,7 @@ mod told;
 
 use std::{cell::Cell, ffi::c_void, rc::Rc};
 
-use tatu_plugin_api::{
-    abi::*,
-    safe::{Value, fetch, fetch_all},
-};
+use tatu_plugin_api::{abi::*, safe::Value};
 
 use answers::Ask;
 pub(crate) use answers::entry;
@@ -218,7 +215,6 @@ impl Scripts {
                 rest.start = i + beside;
                 continue;
             }
-            expect_later(world, &order, i, callback);
             order[i].called(world, &f);
         }
     }
@@ -323,20 +319,6 @@ impl Scripts {
             }
             script.end(world);
         }
-    }
-}
-
-/// While a script runs, the memory of those after it is on its way: first that of the script, then its instance, then what
-/// its language knows of.
-fn expect_later(world: &WorldCell, order: &[Rc<Script>], i: usize, callback: Callback) {
-    if let Some(later) = order.get(i + 3) {
-        fetch_all(&**later);
-    }
-    if let Some(later) = order.get(i + 2) {
-        fetch(later.data.get());
-    }
-    if let Some(next) = order.get(i + 1).filter(|s| s.number(callback) != 0) {
-        next.expect(world);
     }
 }
 

@@ -130,16 +130,6 @@ impl Script {
         }
     }
 
-    /// Tells its language that it will be called after the next.
-    pub(super) fn expect(&self, world: &WorldCell) {
-        let Some(expect) = self.raw(&world.registry).expect.filter(|_| !self.data.get().is_null() && !self.dead.get())
-        else {
-            return;
-        };
-        // SAFETY: by the contract.
-        world.cross_quietly(self.plugin(world), Call::ScriptExpect, self.slot, || unsafe { expect(self.data.get()) });
-    }
-
     /// Where it is, while a command that it called runs.
     pub fn place(&self, world: &WorldCell, fault: &mut Fault) {
         let Some(place) = self.raw(&world.registry).place.filter(|_| !self.data.get().is_null()) else { return };

@@ -10,8 +10,7 @@
 //! - `draw`: random numbers that depend on nothing but seed, sensor and count;
 //! - `normal`: those of the normal distribution;
 //! - `noise`: what a scene declares for the fields of a sensor, done after each measure;
-//! - `measure`: batches by kind: beams cast together, one call of the plugin;
-//! - `share`: the same by several threads.
+//! - `measure`: batches by kind: beams cast together, one call of the plugin.
 
 mod aim;
 mod cast;
@@ -23,7 +22,6 @@ mod measure;
 mod noise;
 mod normal;
 mod plan;
-mod share;
 mod targets;
 mod words;
 
@@ -38,8 +36,6 @@ pub use targets::Targets;
 pub(crate) use words::Words;
 
 use std::rc::Rc;
-
-use tatu_plugin_api::safe::fetch;
 
 use crate::{
     host::Registry,
@@ -63,10 +59,6 @@ pub struct Sensing {
     listed: bool,
     shelves: words::Shelves,
     scratch: measure::Scratch,
-    /// Of other threads.
-    helpers: Vec<share::Helper>,
-    /// What plugins told while several threads were at work.
-    pub(crate) lines: Vec<crate::host::guard::Line>,
 }
 
 impl Sensing {
@@ -123,13 +115,6 @@ impl Sensing {
     pub(crate) fn index(&self, slot: u32) -> Option<usize> {
         self.by_slot.get(slot as usize).and_then(|i| (*i as usize).checked_sub(1))
     }
-    /// Readings are mostly looked at one after the other: asks for the one after next.
-    #[inline]
-    pub(crate) fn fetch_after(&self, index: usize) {
-        if let Some(d) = self.devices.get(index + AHEAD) {
-            fetch(d);
-        }
-    }
     /// The device of a sensor.
     pub(crate) fn device(&self, slot: u32) -> Option<&Device> {
         self.index(slot).map(|i| &self.devices[i])
@@ -146,9 +131,6 @@ impl Sensing {
         gone
     }
 }
-
-/// How many readings ahead memory is asked for.
-const AHEAD: usize = 2;
 
 /// Among how many sensors before it one looks for its like: about a robot's.
 const LOOK_BACK: usize = 64;

@@ -2,6 +2,7 @@
 
 use crate::{
     act,
+    host::thread_grant::ThreadGrant,
     scene::{Dynamics, Scene},
     world::WorldCell,
 };
@@ -24,8 +25,10 @@ pub(super) fn advance(
     let lost = match act::SubSteps::new(acting, (&world.registry, &world.watch), dynamics, &around, dt) {
         None => world.install(|| dynamics.advance(scene, dt, None)),
         Some(mut substeps) => {
+            // SAFETY: `apply` is tagged `[parallel]` in the header; this thread waits while a thread of the pool advances.
+            let mut granted = unsafe { ThreadGrant::new(&mut substeps) };
             let lost = world.install(|| {
-                let substeps = &mut substeps;
+                let substeps = granted.get();
                 dynamics.advance(scene, dt, Some(&mut |engine, step, out| substeps.before(engine, step, out)))
             });
             failed.append(&mut substeps.failed);
@@ -51,8 +54,10 @@ pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, 
     let lost = match act::SubSteps::new(acting, (&world.registry, &world.watch), dynamics, &around, dt) {
         None => world.install(|| dynamics.advance_part(scene, dt, part, None)),
         Some(mut substeps) => {
+            // SAFETY: `apply` is tagged `[parallel]` in the header; this thread waits while a thread of the pool advances.
+            let mut granted = unsafe { ThreadGrant::new(&mut substeps) };
             let lost = world.install(|| {
-                let substeps = &mut substeps;
+                let substeps = granted.get();
                 let ask = &mut |engine: &dyn crate::physics::Engine, step, out: &mut Vec<_>| {
                     substeps.before(engine, step, out);
                 };

@@ -50,7 +50,6 @@ unsafe extern "C" fn field(
         here(w, |world| {
             let i = device(world, sensor)?;
             let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
-            sensing.fetch_after(i);
             let d = &sensing.devices[i];
             let kind = &world.registry.sensors[d.kind];
             match kind.field_props.iter().position(|p| *p == field) {
