@@ -8,7 +8,6 @@
 use std::{
     cell::RefCell,
     ffi::{CStr, CString},
-    thread::LocalKey,
 };
 
 /// The floating-point mode of this thread: rounding, subnormal numbers, traps; not the flags of past operations.
@@ -101,52 +100,27 @@ impl Mode {
     }
 }
 
-/// A line that was logged, and its level.
-pub type Line = (u32, String);
-
-/// What is kept while somebody asks for it; `None`: nobody does.
-type Kept<T> = RefCell<Option<Vec<T>>>;
-
 thread_local! {
     /// Errors that are logged without a world during [`hear`]: how functions that cannot fail tell that they did.
-    static SAID: Kept<String> = const { RefCell::new(None) };
-    /// Lines that are logged during [`collect`].
-    static LINES: Kept<Line> = const { RefCell::new(None) };
-}
-
-fn during<T, R>(place: &'static LocalKey<Kept<T>>, f: impl FnOnce() -> R) -> (R, Vec<T>) {
-    let outer = place.replace(Some(Vec::new()));
-    let done = f();
-    (done, place.replace(outer).unwrap_or_default())
-}
-/// Keeps something, up to so many: a plugin that logs for ever must not fill the memory. Whether somebody asks for it.
-fn keep_in<T>(place: &'static LocalKey<Kept<T>>, most: usize, what: impl FnOnce() -> T) -> bool {
-    place.with_borrow_mut(|kept| {
-        let Some(kept) = kept else { return false };
-        if kept.len() < most {
-            kept.push(what());
-        }
-        true
-    })
+    static SAID: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
 }
 
 /// Calls a function that has no error object, and gives the errors that were logged on this thread meanwhile: the host
 /// tells them, with the name of the function.
 pub fn hear<T>(f: impl FnOnce() -> T) -> (T, Vec<String>) {
-    during(&SAID, f)
+    let outer = SAID.replace(Some(Vec::new()));
+    let done = f();
+    (done, SAID.replace(outer).unwrap_or_default())
 }
-/// Notes an error that a plugin logs; whether somebody hears it.
+/// Notes an error that a plugin logs; whether somebody hears it. A plugin that logs for ever must not fill the memory.
 pub fn say(text: &str) -> bool {
-    keep_in(&SAID, 64, || text.to_owned())
-}
-
-/// Calls something beside other threads; lines that are logged on this one meanwhile are given back, to be told in order.
-pub fn collect<T>(f: impl FnOnce() -> T) -> (T, Vec<Line>) {
-    during(&LINES, f)
-}
-/// Keeps a line for [`collect`]; whether somebody collects.
-pub fn keep(level: u32, text: &str) -> bool {
-    keep_in(&LINES, 10_000, || (level, text.to_owned()))
+    SAID.with_borrow_mut(|said| {
+        let Some(said) = said else { return false };
+        if said.len() < 64 {
+            said.push(text.to_owned());
+        }
+        true
+    })
 }
 
 /// Calls a plugin; whether it left another floating-point mode behind, which has been restored then.

@@ -4,6 +4,7 @@
 //! - `load`: opens one and copies its tables; `elf`, `drafts`: what it cannot be loaded for;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
 //! - [`HostTables`]: the host's functions that plugins ask for by id, and the keys that they interned;
+//! - [`thread_grant`]: instances on several threads;
 //! - [`guard`]: floating-point mode and locale, which plugins must leave alone;
 //! - [`watchdog`]: which plugin call is running, and for how long;
 //! - `declared`: declarations (parameters, commands) as Rust types; `checks`: those that contradict themselves;
@@ -25,6 +26,7 @@ mod registry;
 pub mod schemas;
 mod search;
 pub mod tables;
+pub mod thread_grant;
 pub mod units;
 pub mod watchdog;
 

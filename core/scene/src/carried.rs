@@ -1,11 +1,9 @@
 //! Copying states of the engine back: to bodies and joints, and to what they carry.
 
-use std::{collections::BTreeMap, ops::Range};
+use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
-use super::{Data, Dynamics, Joint, Scene, part::Part};
-use tatu_physics::{BodyId, Engine, JointId, JointState};
+use super::{Data, Dynamics, Joint, Scene};
+use tatu_physics::{BodyId, JointId, JointState};
 
 /// An object that moves with the engine.
 struct Place {
@@ -24,24 +22,11 @@ enum From {
     Frame,
 }
 
-/// Objects that a thread can see to while another one sees to others.
-#[derive(Default)]
-struct Group {
-    /// Places in the list.
-    places: Range<usize>,
-    /// Slots of theirs, and of their parents.
-    slots: Range<u32>,
-    /// Shapes that have moved, in order.
-    moved: Vec<u32>,
-}
-
 /// The objects that move with the engine. All others are where they were put.
 #[derive(Default)]
 pub(super) struct Carried {
     /// Robot by robot, parents before children, without those that hang.
     list: Vec<Place>,
-    /// Ascending and apart, all of the list.
-    groups: Vec<Group>,
     /// The version of the tree that it was made of; 0: of none.
     listed: u64,
     /// The version at which all objects were gone through last: a change of the tree leaves places that do not follow
@@ -69,17 +54,23 @@ impl Dynamics {
         if self.carried.listed != scene.shape_version {
             self.list_carried(scene);
         }
-        let Dynamics { engine, carried: Carried { list, groups, .. }, .. } = self;
-        let (engine, list) = (&**engine, &*list);
-        let (parts, moves) = scene.parts(groups.iter().map(|group| group.slots.clone()));
-        let alone = list.len() < FEWEST || rayon::current_num_threads() == 1;
-        let work = |(group, mut part): (&mut Group, Part<'_>)| group.copy_back(list, &mut part, engine);
-        match alone {
-            true => groups.iter_mut().zip(parts).for_each(work),
-            false => groups.par_iter_mut().zip(parts).for_each(work),
-        }
-        for slot in groups.iter_mut().flat_map(|group| group.moved.drain(..)) {
-            moves.note(slot);
+        for Place { slot, parent, from } in &self.carried.list {
+            let frame = scene.frame(*parent);
+            let world = match from {
+                From::Body(id) => {
+                    let world = self.engine.pose(*id);
+                    scene.places.local[*slot as usize] = frame.inverse() * world;
+                    world
+                }
+                From::Joint(id) => {
+                    if let Some(Data::Joint(joint)) = scene.get_mut(*slot).map(|o| &mut o.data) {
+                        joint.take(&self.engine.joint_state(*id));
+                    }
+                    frame * scene.places.local[*slot as usize]
+                }
+                From::Frame => frame * scene.places.local[*slot as usize],
+            };
+            scene.put(*slot, world);
         }
     }
 
@@ -126,51 +117,7 @@ impl Dynamics {
                 list.push(Place { slot, parent, from });
             }
         }
-        self.carried.groups = groups(&self.carried.list);
         self.carried.listed = scene.shape_version;
-    }
-}
-
-/// Cuts a list between robots, where slots ascend.
-fn groups(list: &[Place]) -> Vec<Group> {
-    let mut groups: Vec<Group> = Vec::new();
-    for (i, place) in list.iter().enumerate() {
-        let low = if place.parent == 0 { place.slot } else { place.slot.min(place.parent) };
-        let mut slots = low..place.slot.max(place.parent) + 1;
-        let mut places = i..i + 1;
-        while let Some(last) = groups.pop_if(|last| slots.start < last.slots.end || last.places.len() < LEAST) {
-            slots = slots.start.min(last.slots.start)..slots.end.max(last.slots.end);
-            places.start = last.places.start;
-        }
-        groups.push(Group { places, slots, moved: Vec::new() });
-    }
-    groups
-}
-
-impl Group {
-    /// Copies the states of the places of a list that are its own.
-    fn copy_back(&mut self, list: &[Place], part: &mut Part<'_>, engine: &dyn Engine) {
-        let list = &list[self.places.clone()];
-        for Place { slot, parent, from } in list {
-            let frame = part.frame(*parent);
-            let world = match from {
-                From::Body(id) => {
-                    let world = engine.pose(*id);
-                    *part.local(*slot) = frame.inverse() * world;
-                    world
-                }
-                From::Joint(id) => {
-                    if let Some(joint) = part.joint(*slot) {
-                        joint.take(&engine.joint_state(*id));
-                    }
-                    frame * *part.local(*slot)
-                }
-                From::Frame => frame * *part.local(*slot),
-            };
-            if part.put(*slot, world) {
-                self.moved.push(*slot);
-            }
-        }
     }
 }
 
@@ -178,46 +125,5 @@ impl Joint {
     /// Takes over what the engine tells of it.
     fn take(&mut self, state: &JointState) {
         (self.position, self.velocity, self.effort) = (state.position, state.velocity, state.effort);
-    }
-}
-
-/// Fewer places are seen to sooner than another thread has come,
-const FEWEST: usize = 1024;
-/// and so many at least are one thread's.
-const LEAST: usize = 64;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn list(places: impl IntoIterator<Item = (u32, u32)>) -> Vec<Place> {
-        places.into_iter().map(|(slot, parent)| Place { slot, parent, from: From::Frame }).collect()
-    }
-
-    #[track_caller]
-    fn check(list: &[Place], expected: usize) {
-        let groups = groups(list);
-        assert_eq!(groups.len(), expected);
-        let places: Vec<usize> = groups.iter().flat_map(|g| g.places.clone()).collect();
-        assert!(places.into_iter().eq(0..list.len()), "all of the list, in order");
-        assert!(groups.windows(2).all(|w| w[0].slots.end <= w[1].slots.start), "apart");
-        for group in &groups {
-            for place in &list[group.places.clone()] {
-                assert!(group.slots.contains(&place.slot));
-                assert!(place.parent == 0 || group.slots.contains(&place.parent));
-            }
-        }
-    }
-
-    #[test]
-    fn robots_are_cut_apart_where_their_slots_are() {
-        // Each a body on a base that stands still, with three objects on it.
-        let robot = |r: u32| [(2, 1), (3, 2), (4, 2), (5, 3)].map(|(slot, parent)| (5 * r + slot, 5 * r + parent));
-        check(&list((0..64).flat_map(robot)), 4);
-        check(&list((0..64).rev().flat_map(robot)), 1);
-        // The last object of each robot was made after all others.
-        let late = |r: u32| robot(r).map(|(slot, parent)| (if slot % 5 == 0 { 1000 + slot } else { slot }, parent));
-        check(&list((0..64).flat_map(late)), 1);
-        check(&[], 0);
     }
 }

@@ -23,7 +23,6 @@ mod moves;
 mod names;
 pub mod noise;
 mod object;
-mod part;
 mod places;
 mod poses;
 mod props;

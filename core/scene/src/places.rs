@@ -130,44 +130,7 @@ impl Places {
     /// Keeps where an object is in the world; whether it is elsewhere now. Nothing, for one that hangs.
     #[inline]
     pub fn put(&mut self, slot: u32, world: Isometry3<f64>) -> bool {
-        self.rows().put(slot as usize, world)
-    }
-
-    /// The tables, which can be split.
-    #[inline]
-    pub fn rows(&mut self) -> Rows<'_> {
-        let Places { links, local, world, before, now, known: _ } = self;
-        Rows { links, local, world, before, now: *now }
-    }
-}
-
-/// Rows of all tables, from some slot on.
-#[derive(Default)]
-pub(super) struct Rows<'a> {
-    pub links: &'a mut [Link],
-    pub local: &'a mut [Isometry3<f64>],
-    pub world: &'a mut [Isometry3<f64>],
-    before: &'a mut [Isometry3<f64>],
-    now: u32,
-}
-
-impl<'a> Rows<'a> {
-    /// Some rows after so many others, and the rest.
-    pub fn split(self, from: usize, count: usize) -> (Self, Self) {
-        fn cut<T>(all: &mut [T], from: usize, count: usize) -> (&mut [T], &mut [T]) {
-            all[from..].split_at_mut(count)
-        }
-        let (links, local) = (cut(self.links, from, count), cut(self.local, from, count));
-        let (world, before) = (cut(self.world, from, count), cut(self.before, from, count));
-        let now = self.now;
-        let some = Rows { links: links.0, local: local.0, world: world.0, before: before.0, now };
-        (some, Rows { links: links.1, local: local.1, world: world.1, before: before.1, now })
-    }
-
-    /// As [`Places::put`], by row.
-    #[inline]
-    pub fn put(&mut self, at: usize, world: Isometry3<f64>) -> bool {
-        let link = &mut self.links[at];
+        let (at, link) = (slot as usize, &mut self.links[slot as usize]);
         if link.hangs {
             return false;
         }

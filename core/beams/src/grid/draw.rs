@@ -4,77 +4,37 @@ use fearless_simd::{Level, prelude::*};
 
 use super::camera::Camera;
 use super::raster::{F, Raster, WIDE};
-use super::ready::{Group, Ready};
+use super::ready::Ready;
 use crate::simd::dispatch;
 
-/// Draws all but the groups that are drawn once, from one row to before another.
-pub(super) fn surfaces<const ID: bool>(
-    level: Level,
-    ready: &Ready<'_>,
-    rows: (usize, usize),
-    raster: &mut Raster<'_, ID>,
-) {
-    dispatch!(level, simd => surfaces_with(simd, ready, raster.view(rows.0, rows.1)));
+/// Draws a band of rows.
+pub(super) fn draw<const ID: bool>(level: Level, ready: &Ready<'_>, band: usize, raster: &mut Raster<'_, ID>) {
+    dispatch!(level, simd => draw_with(simd, ready, band, raster));
 }
 
 #[inline(always)]
-fn surfaces_with<S: Simd, const ID: bool>(simd: S, ready: &Ready<'_>, mut rows: Raster<'_, ID>) {
+fn draw_with<S: Simd, const ID: bool>(simd: S, ready: &Ready<'_>, band: usize, raster: &mut Raster<'_, ID>) {
     for polygon in ready.solids.iter().flat_map(|solids| &solids.polygons) {
-        polygon.draw(simd, &mut rows);
+        polygon.draw(simd, raster);
     }
     for round in ready.solids.iter().flat_map(|solids| &solids.rounds) {
-        round.draw(simd, &mut rows);
+        round.draw(simd, raster);
     }
-    for Group { mesh, seen } in ready.tall() {
-        if (seen.rows.0 as usize) < rows.end && seen.rows.1 as usize > rows.first {
-            mesh.draw(simd, seen.sixteens, &mut rows);
-        }
+    for (mesh, sixteens) in ready.groups(band) {
+        mesh.draw(simd, sixteens, raster);
     }
 }
 
-/// Draws groups of triangles, from one row to before another.
-pub(super) fn groups<'a, const ID: bool>(
-    level: Level,
-    groups: impl Iterator<Item = Group<'a>>,
-    rows: (usize, usize),
-    raster: &mut Raster<'_, ID>,
-) {
-    dispatch!(level, simd => groups_with(simd, groups, raster.view(rows.0, rows.1)));
+/// The depth of the pixels of a band, when all of it is drawn.
+pub(super) fn finish<const ID: bool>(level: Level, camera: &Camera, raster: &Raster<'_, ID>, depth: &mut [f32]) {
+    dispatch!(level, simd => finish_with(simd, camera, raster, depth));
 }
 
 #[inline(always)]
-fn groups_with<'a, S: Simd, const ID: bool>(
-    simd: S,
-    groups: impl Iterator<Item = Group<'a>>,
-    mut rows: Raster<'_, ID>,
-) {
-    for Group { mesh, seen } in groups {
-        mesh.draw(simd, seen.sixteens, &mut rows);
-    }
-}
-
-/// The depth of pixels from a row on.
-pub(super) fn finish<const ID: bool>(
-    level: Level,
-    camera: &Camera,
-    raster: &Raster<'_, ID>,
-    first: usize,
-    depth: &mut [f32],
-) {
-    dispatch!(level, simd => finish_with(simd, camera, raster, first, depth));
-}
-
-#[inline(always)]
-fn finish_with<S: Simd, const ID: bool>(
-    simd: S,
-    camera: &Camera,
-    raster: &Raster<'_, ID>,
-    first: usize,
-    depth: &mut [f32],
-) {
+fn finish_with<S: Simd, const ID: bool>(simd: S, camera: &Camera, raster: &Raster<'_, ID>, depth: &mut [f32]) {
     let nothing = F::splat(simd, f32::INFINITY);
     for (row, out) in depth.chunks_exact_mut(camera.columns).enumerate() {
-        let w = &raster.w[(first - raster.first + row) * raster.stride..];
+        let w = &raster.w[row * raster.stride..];
         for (out, w) in out.chunks_mut(WIDE).zip(w.chunks_exact(WIDE)) {
             let w = F::from_slice(simd, w);
             let depth = if camera.perspective { F::splat(simd, 1.0) / w } else { -w };

@@ -21,7 +21,7 @@ pub struct GridImage {
     pub cosine: Vec<f32>,
     /// The surface normal on the side of the camera, in the sensor's frame, of length 1; zero where nothing is seen.
     pub normal: Vec<[f32; 3]>,
-    buffers: Vec<[Buffer; 2]>,
+    buffers: Vec<Buffer>,
 }
 
 /// Some rows of an image.
@@ -49,10 +49,10 @@ impl GridImage {
         self.normal.resize(room(want.normal), [0.0; 3]);
     }
 
-    /// All pixels, and buffers for the threads of so many segments.
-    pub(super) fn parts(&mut self, segments: usize) -> (Part<'_>, &mut [[Buffer; 2]]) {
+    /// All pixels, and buffers for so many bands.
+    pub(super) fn parts(&mut self, bands: usize) -> (Part<'_>, &mut [Buffer]) {
         let Self { depth, object, primitive, color, cosine, normal, buffers } = self;
-        buffers.resize_with(segments, Default::default);
+        buffers.resize_with(bands, Default::default);
         (Part { depth, object, primitive, color, cosine, normal }, buffers)
     }
 }

@@ -6,16 +6,14 @@
 //! blocks of 4 x 4 pixels, round forms exactly by their equation. What was seen where is noted as one number per
 //! pixel; colours, normals and names are computed from it afterwards, once per pixel.
 //!
-//! Begin with [`GridCast`]; then `render`, a frame: `ready` makes ready what is in sight, `bands` cuts the rows for the threads,
-//! `crew` calls them, `work` is what they share, `draw` draws.
+//! Begin with [`GridCast`]; then `render`, a frame: `ready` makes ready what is in sight and sorts it into `bands` of rows, and
+//! each band is drawn by one task (`draw`).
 
 mod bands;
 mod camera;
 mod clusters;
-mod crew;
 mod draw;
 mod image;
-mod jobs;
 mod polygon;
 mod raster;
 mod ready;
@@ -25,7 +23,6 @@ mod shade;
 mod small;
 mod span;
 mod triangles;
-mod work;
 
 #[cfg(test)]
 mod tests;

@@ -1,9 +1,8 @@
 //! The pixels of a band of rows while they are drawn.
 
-use fearless_simd::{Level, f32x4, f32x16, mask32x16, prelude::*, u32x4, u32x16};
+use fearless_simd::{f32x4, f32x16, mask32x16, prelude::*, u32x4, u32x16};
 
 use super::camera::Camera;
-use crate::simd::dispatch;
 
 /// Pixels drawn at once.
 pub(super) const WIDE: usize = 16;
@@ -18,7 +17,7 @@ const SPARE_ROWS: usize = 8;
 /// The number of no surface.
 pub(super) const NOBODY: u32 = u32::MAX;
 
-/// Buffers of a thread, used again from frame to frame.
+/// Buffers of a band, used again from frame to frame.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Buffer {
     w: Vec<f32>,
@@ -47,76 +46,18 @@ pub(super) struct Offer<S: Simd> {
 }
 
 impl<'a, const ID: bool> Raster<'a, ID> {
-    /// Rows from one to before another, with what is left in the buffer.
+    /// Rows from one to before another, in which nothing is seen yet.
     pub fn new(buffer: &'a mut Buffer, camera: &Camera, (first, end): (usize, usize)) -> Self {
         let stride = camera.columns.next_multiple_of(WIDE) + WIDE;
-        let size = (end - first + SPARE_ROWS) * stride;
+        let (used, size) = ((end - first) * stride, (end - first + SPARE_ROWS) * stride);
         buffer.w.resize(size, camera.w_nothing);
+        buffer.w[..used].fill(camera.w_nothing);
         if ID {
             buffer.id.resize(size, NOBODY);
+            buffer.id[..used].fill(NOBODY);
         }
         let (w, id) = (&mut buffer.w[..], &mut buffer.id[..]);
         Self { first, end, columns: camera.columns, stride, w_near: camera.w_near, w, id }
-    }
-
-    /// Empties rows from one to before another.
-    pub fn clear(&mut self, camera: &Camera, (first, end): (usize, usize)) {
-        let places = (first - self.first) * self.stride..(end - self.first) * self.stride;
-        self.w[places.clone()].fill(camera.w_nothing);
-        if ID {
-            self.id[places].fill(NOBODY);
-        }
-    }
-
-    /// Rows from one to before another.
-    pub fn view(&mut self, first: usize, end: usize) -> Raster<'_, ID> {
-        let place = (first - self.first) * self.stride;
-        let (w, id) = (&mut self.w[place..], if ID { &mut self.id[place..] } else { &mut self.id[..] });
-        Raster { first, end, w, id, ..*self }
-    }
-
-    /// Rows from one to before another, and nothing else any more.
-    pub fn part(self, first: usize, end: usize) -> Self {
-        let places = (first - self.first) * self.stride..(end - self.first) * self.stride;
-        let Self { columns, stride, w_near, w, id, .. } = self;
-        let id = if ID { &mut id[places.clone()] } else { id };
-        Self { first, end, columns, stride, w_near, w: &mut w[places], id }
-    }
-
-    /// The rows before one, and those from it on.
-    pub fn split(self, row: usize) -> (Self, Self) {
-        let Self { first, end, columns, stride, w_near, w, id } = self;
-        let place = (row - first) * stride;
-        let (w, w_rest) = w.split_at_mut(place);
-        let (id, id_rest) = id.split_at_mut(if ID { place } else { 0 });
-        let before = Self { first, end: row, columns, stride, w_near, w, id };
-        (before, Self { first: row, end, columns, stride, w_near, w: w_rest, id: id_rest })
-    }
-
-    /// Leaves out the last rows as far as nothing is seen in them.
-    pub fn trimmed(self, camera: &Camera) -> Self {
-        let is_empty = |row: &[f32]| row.iter().fold(true, |empty, w| empty & (*w == camera.w_nothing));
-        let empty = self.w.rchunks(self.stride).take_while(|row| is_empty(row)).count();
-        let (first, end) = (self.first, self.end - empty);
-        self.part(first, end)
-    }
-
-    /// Takes over what another sees in the same rows, as far as it goes; the other begins before it or with it.
-    pub fn merge(&mut self, level: Level, other: &Self) {
-        dispatch!(level, simd => self.merge_with(simd, other));
-    }
-
-    #[inline(always)]
-    fn merge_with<S: Simd>(&mut self, simd: S, other: &Self) {
-        let from = ((self.first - other.first) * self.stride).min(other.w.len());
-        let to = (from + self.w.len()).min(other.w.len());
-        // Rows are whole vectors.
-        for place in (0..to - from).step_by(WIDE) {
-            let there = from + place..from + place + WIDE;
-            let (inside, id) = (M::splat(simd, true), U::splat(simd, 0));
-            let id = if ID { U::from_slice(simd, &other.id[there.clone()]) } else { id };
-            self.offer(simd, place, Offer { w: F::from_slice(simd, &other.w[there]), inside, id });
-        }
     }
 
     /// Offers 16 neighbouring pixels of a row a surface.

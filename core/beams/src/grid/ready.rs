@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use fearless_simd::Level;
+use rayon::prelude::*;
 
-use super::bands::{Band, Cut, Found, Reaches, Seen, Segment};
+use super::bands::Bands;
 use super::camera::Camera;
-use super::jobs::Jobs;
 use super::polygon::{Polygon, ViewFrom, cuboid, plane};
 use super::round::{Ends, Round};
 use super::shade::Surface;
@@ -15,28 +15,21 @@ use super::{Clusters, GridCast};
 use crate::BeamScene;
 use tatu_geometry::Form;
 
-/// Rows of groups that a thread looks at in one go, some microseconds; each part is one more place where bands look for
-/// theirs.
-const ROWS: usize = 128;
-/// Surfaces that it makes ready in one go.
-const SURFACES: usize = 16;
+/// Rows of groups that a task looks at: fewer are looked at sooner than another thread has come.
+const ROWS: usize = 256;
+/// Surfaces that it makes ready.
+const SURFACES: usize = 256;
 
-/// What may be seen, and what is still to be done before it can be drawn.
-pub(super) struct Sketch<'a> {
-    scene: &'a BeamScene,
-    cast: &'a GridCast<'a>,
-    camera: &'a Camera,
-    level: Level,
+/// What may be seen, ready to be drawn.
+pub(super) struct Ready<'a> {
     /// What numbers stand for.
     pub surfaces: Vec<Surface>,
-    /// Meshes, and which of their groups may be seen.
-    meshes: Vec<Triangles<'a>>,
-    groups: Jobs<(u32, Range<usize>), Found>,
-    /// How rows are cut for threads.
-    cut: Cut,
-    reaches: Reaches,
     /// All that is no mesh.
-    solids: Jobs<Range<usize>, Solids>,
+    pub solids: Vec<Solids>,
+    /// Meshes.
+    meshes: Vec<Triangles<'a>>,
+    /// Parts of them.
+    found: Vec<Found>,
 }
 
 /// Surfaces that are ready.
@@ -45,40 +38,17 @@ pub(super) struct Solids {
     pub rounds: Vec<Round>,
 }
 
-/// All that may be seen.
-pub(super) struct Ready<'a> {
-    pub solids: Vec<&'a Solids>,
-    found: Vec<(&'a Triangles<'a>, &'a Found)>,
-    pub segments: Vec<Segment>,
-}
-
-/// A group that may be seen.
-#[derive(Clone, Copy)]
-pub(super) struct Group<'a> {
-    pub mesh: &'a Triangles<'a>,
-    pub seen: &'a Seen,
+/// Groups of a mesh that may be seen.
+struct Found {
+    mesh: usize,
+    /// Of each band, in the order in memory: first vector, and the one after the last.
+    groups: Vec<Vec<(u32, u32)>>,
 }
 
 impl<'a> Ready<'a> {
-    /// The groups that each band draws as far as its rows go.
-    pub fn tall(&self) -> impl Iterator<Item = Group<'a>> {
-        self.of_meshes(|found| found.tall.iter())
-    }
-
-    /// Those that are drawn once, with a band.
-    pub fn of_band(&self, band: &'a Band) -> impl Iterator<Item = Group<'a>> {
-        self.of_meshes(|found| found.of_band(band))
-    }
-
-    fn of_meshes<I: Iterator<Item = &'a Seen>>(&self, of: impl Fn(&'a Found) -> I) -> impl Iterator<Item = Group<'a>> {
-        self.found.iter().flat_map(move |(mesh, found)| of(found).map(|seen| Group { mesh, seen }))
-    }
-}
-
-impl<'a> Sketch<'a> {
     /// What may be seen. Numbers grow with the tag, then the place of the target, then the primitive: the order in which equal
     /// depths are decided.
-    pub fn new(scene: &'a BeamScene, cast: &'a GridCast<'a>, camera: &'a Camera, level: Level, cut: Cut) -> Self {
+    pub fn new(scene: &'a BeamScene, cast: &'a GridCast<'a>, camera: &'a Camera, level: Level, bands: Bands) -> Self {
         let targets = scene.targets();
         let mut wanted: Vec<u32> = (0..targets.len() as u32)
             .filter(|i| {
@@ -112,40 +82,35 @@ impl<'a> Sketch<'a> {
             // Beyond four thousand million triangles names would no longer be right; depths are.
             id = id.saturating_add(primitives);
         }
-        let groups = meshes
+        let parts_of_meshes: Vec<(usize, Range<usize>)> = meshes
             .iter()
-            .zip(0..)
-            .flat_map(|(triangles, mesh)| parts(triangles.groups(), ROWS).map(move |groups| (mesh, groups)));
-        let (groups, solids) = (Jobs::new(groups), Jobs::new(parts(surfaces.len(), SURFACES)));
-        let reaches = cut.reaches();
-        Self { scene, cast, camera, level, surfaces, meshes, groups, cut, reaches, solids }
+            .enumerate()
+            .flat_map(|(mesh, triangles)| parts(triangles.groups(), ROWS).map(move |groups| (mesh, groups)))
+            .collect();
+        let look =
+            |(mesh, groups): (usize, Range<usize>)| Found { mesh, groups: meshes[mesh].look(level, groups, bands) };
+        let found = parts_of_meshes.into_par_iter().map(look).collect();
+        let solid = |surfaces| Solids::new(scene, cast, camera, surfaces);
+        let solids = surfaces.par_chunks(SURFACES).map(solid).collect();
+        Self { surfaces, solids, meshes, found }
     }
 
-    /// Does something that nobody has begun, the first or the last; `false`: there is nothing.
-    pub fn assist(&self, last: bool) -> bool {
-        self.groups.take(last, |groups| self.look(groups)) || self.solids.take(last, |surfaces| self.make(surfaces))
+    /// The groups of triangles that may be in a band.
+    pub fn groups(&self, band: usize) -> impl Iterator<Item = (&Triangles<'a>, (u32, u32))> {
+        self.found.iter().flat_map(move |found| {
+            let mesh = &self.meshes[found.mesh];
+            found.groups[band].iter().map(move |sixteens| (mesh, *sixteens))
+        })
     }
+}
 
-    /// All of it, when there is nothing that nobody has begun.
-    pub fn ready(&'a self) -> Ready<'a> {
-        let solids = self.solids.made(|surfaces| self.make(surfaces)).map(|(_, solids)| solids).collect();
-        let found = self.groups.made(|groups| self.look(groups));
-        let found = found.map(|((mesh, _), found)| (&self.meshes[*mesh as usize], found)).collect();
-        Ready { solids, found, segments: self.cut.cut(&self.reaches) }
-    }
-
-    /// Which triangles of a mesh may be seen.
-    fn look(&self, (mesh, groups): &(u32, Range<usize>)) -> Found {
-        let (seen, tall) = self.meshes[*mesh as usize].look(self.level, groups.clone(), &self.cut);
-        self.cut.sort(seen, tall, &self.reaches)
-    }
-
+impl Solids {
     /// Makes surfaces ready that are no meshes.
-    fn make(&self, surfaces: &Range<usize>) -> Solids {
+    fn new(scene: &BeamScene, cast: &GridCast<'_>, camera: &Camera, surfaces: &[Surface]) -> Self {
         let (mut polygons, mut rounds) = (Vec::new(), Vec::new());
-        let (camera, faces) = (self.camera, self.cast.faces);
-        for Surface { first: id, target } in &self.surfaces[surfaces.clone()] {
-            let target = &self.scene.targets()[*target as usize];
+        let faces = cast.faces;
+        for Surface { first: id, target } in surfaces {
+            let target = &scene.targets()[*target as usize];
             if matches!(target.form, Form::Mesh { .. }) {
                 continue;
             }
@@ -165,7 +130,7 @@ impl<'a> Sketch<'a> {
                 Form::Mesh { .. } => {}
             }
         }
-        Solids { polygons, rounds }
+        Self { polygons, rounds }
     }
 }
 

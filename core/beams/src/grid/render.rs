@@ -1,15 +1,14 @@
 //! A frame: what is in sight is made ready, then bands of rows are drawn side by side.
 
-use std::sync::OnceLock;
-
 use fearless_simd::Level;
+use rayon::prelude::*;
 
-use super::bands::{Cut, LEAST_ROWS};
+use super::bands::Bands;
 use super::camera::Camera;
-use super::crew;
-use super::ready::Sketch;
+use super::draw::{draw, finish};
+use super::raster::Raster;
+use super::ready::Ready;
 use super::shade::Shader;
-use super::work::{Sight, Work};
 use super::{GridCast, GridImage};
 use crate::{BeamScene, simd};
 
@@ -51,31 +50,26 @@ impl BeamScene {
         level: Level,
         rows: Option<usize>,
     ) {
-        let threads = rayon::current_num_threads();
-        let cut = match rows {
-            Some(height) => Cut::into_bands(camera.rows, threads, height),
-            None => Cut::new(camera.rows, threads),
+        let bands = match rows {
+            Some(height) => Bands::of_height(camera.rows, height),
+            None => Bands::new(camera.rows, rayon::current_num_threads()),
         };
-        let (mut rest, buffers) = image.parts(cut.segments());
-        // Made by the thread that leads, for all.
-        let (sketch, ready, shader, work) = (OnceLock::new(), OnceLock::new(), OnceLock::new(), OnceLock::new());
-        let assist = |thread: usize| sketch.get().is_some_and(|sketch: &Sketch<'_>| sketch.assist(thread % 2 == 1));
-        let helpers = (threads - 1).min(camera.rows / LEAST_ROWS);
-        crew::run::<ID>(helpers, &work, &assist, || {
-            let sketch = sketch.get_or_init(|| Sketch::new(self, cast, camera, level, cut));
-            while assist(0) {}
-            let ready = ready.get_or_init(|| sketch.ready());
-            let shader = shader.get_or_init(|| Shader::new(cast, camera, self.targets(), &sketch.surfaces));
-            let sight = Sight { ready, camera, shader, level };
-            work.get_or_init(|| {
-                let parts = ready.segments.iter().zip(buffers).map(|(segment, buffers)| {
-                    let pixels = (segment.rows.1 - segment.rows.0) * camera.columns;
-                    let (part, after) = std::mem::take(&mut rest).split(pixels);
-                    rest = after;
-                    Work::new(sight, segment, part, buffers.each_mut())
-                });
-                parts.collect()
-            })
+        let ready = &Ready::new(self, cast, camera, level, bands);
+        let shader = &Shader::new(cast, camera, self.targets(), &ready.surfaces);
+        let (mut rest, buffers) = image.parts(bands.count());
+        let mut tasks = Vec::with_capacity(bands.count());
+        for ((band, rows), buffer) in bands.rows().enumerate().zip(buffers) {
+            let (part, after) = rest.split((rows.1 - rows.0) * camera.columns);
+            rest = after;
+            tasks.push((band, rows, part, buffer));
+        }
+        tasks.into_par_iter().with_max_len(1).for_each(|(band, rows, mut part, buffer)| {
+            let mut raster = Raster::<ID>::new(buffer, camera, rows);
+            draw(level, ready, band, &mut raster);
+            finish(level, camera, &raster, part.depth);
+            if ID {
+                shader.shade(&raster, &mut part);
+            }
         });
     }
 }

@@ -124,15 +124,15 @@ impl<'a> Shader<'a> {
         Self { cast, camera, targets, surfaces, views: shaded.iter().map(view).collect(), sun }
     }
 
-    /// Fills in rows from one to before another.
-    pub fn shade<const ID: bool>(&self, raster: &Raster<'_, ID>, rows: (usize, usize), part: &mut Part<'_>) {
+    /// Fills in the rows of a band.
+    pub fn shade<const ID: bool>(&self, raster: &Raster<'_, ID>, part: &mut Part<'_>) {
         let want = self.cast.want;
         let columns = raster.columns;
         let some = || [0; 3].map(|_| vec![0.0; columns]);
         let mut line = Strip { normal: some(), color: some(), there: vec![0.0; columns] };
         let mut seen = None;
-        for row in rows.0..rows.1 {
-            let first = (row - rows.0) * columns;
+        for row in raster.first..raster.end {
+            let first = (row - raster.first) * columns;
             let ids = &raster.id[(row - raster.first) * raster.stride..][..columns];
             self.look_up(ids, row, first, part, &mut line, &mut seen);
             if want.cosine || want.normal || want.color {

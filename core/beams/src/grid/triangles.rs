@@ -9,7 +9,7 @@ use std::ops::Range;
 use fearless_simd::{Level, f64x8, mask64x8, prelude::*};
 use nalgebra::Vector3;
 
-use super::bands::{Cut, Seen};
+use super::bands::Bands;
 use super::camera::{Camera, Line};
 use super::clusters::{Clusters, Groups, ROW, Sixteen};
 use super::polygon::ViewFrom;
@@ -81,15 +81,15 @@ impl<'a> Triangles<'a> {
         self.mesh.groups.len()
     }
 
-    /// Which of some rows of groups may be seen: those drawn once, and high ones.
-    pub fn look(&self, level: Level, groups: Range<usize>, cut: &Cut) -> (Vec<Seen>, Vec<Seen>) {
-        let (mut seen, mut tall) = (Vec::with_capacity(groups.len() * ROW), Vec::new());
-        dispatch!(level, simd => self.look_with(simd, &self.mesh.groups[groups], cut, &mut seen, &mut tall));
-        (seen, tall)
+    /// Which of some rows of groups may be seen, band by band: first vector, and the one after the last.
+    pub fn look(&self, level: Level, groups: Range<usize>, bands: Bands) -> Vec<Vec<(u32, u32)>> {
+        let mut seen = vec![Vec::with_capacity(groups.len() * ROW / bands.count()); bands.count()];
+        dispatch!(level, simd => self.look_with(simd, &self.mesh.groups[groups], bands, &mut seen));
+        seen
     }
 
     #[inline(always)]
-    fn look_with<S: Simd>(&self, simd: S, groups: &[Groups], cut: &Cut, seen: &mut Vec<Seen>, tall: &mut Vec<Seen>) {
+    fn look_with<S: Simd>(&self, simd: S, groups: &[Groups], bands: Bands, seen: &mut [Vec<(u32, u32)>]) {
         let (camera, eye) = (self.camera, &self.eye);
         let ViewFrom { rotation: m, translation: t } = &self.view_from_mesh;
         let number = |x: f64| D::splat(simd, x);
@@ -139,38 +139,13 @@ impl<'a> Triangles<'a> {
                 let lane = left.trailing_zeros() as usize % ROW;
                 left &= left - 1;
                 let sixteens = groups.sixteens[lane];
-                let mut rows = (low[lane] as u32, high[lane] as u32);
-                // The ball is often much higher than what it holds.
-                if cut.is_tall(rows) {
-                    rows = self.narrowed(simd, sixteens, rows);
-                }
-                if sixteens.0 < sixteens.1 && rows.0 < rows.1 {
-                    let all = if cut.is_tall(rows) { &mut *tall } else { &mut *seen };
-                    all.push(Seen { sixteens, rows });
+                if sixteens.0 < sixteens.1 {
+                    for band in bands.reached((low[lane] as u32, high[lane] as u32)) {
+                        seen[band].push(sixteens);
+                    }
                 }
             }
         }
-    }
-
-    /// The rows among some that vectors may be in, by their corners.
-    #[inline(always)]
-    fn narrowed<S: Simd>(&self, simd: S, sixteens: (u32, u32), rows: (u32, u32)) -> (u32, u32) {
-        let mut low = F::splat(simd, f32::INFINITY);
-        let (mut high, mut placed) = (-low, M::splat(simd, true));
-        for sixteen in &self.mesh.sixteens[sixteens.0 as usize..sixteens.1 as usize] {
-            for corner in &sixteen.corners {
-                let y = self.place(simd, corner).y;
-                (low, high) = (least(y, low), greatest(y, high));
-                placed &= y.simd_eq(y);
-            }
-        }
-        if !placed.all_true() {
-            return rows;
-        }
-        let (low, high) = (stored(up(low)), stored(down(high) + 1.0));
-        let low = low.into_iter().fold(f32::INFINITY, f32::min).max(rows.0 as f32);
-        let high = high.into_iter().fold(f32::NEG_INFINITY, f32::max).min(rows.1 as f32);
-        (low as u32, high.max(0.0) as u32)
     }
 
     /// Draws the vectors from one to before another.

@@ -111,10 +111,6 @@ pub(crate) struct SubSteps<'a> {
     pub failed: Vec<Failed>,
 }
 
-// SAFETY: the pointers are instances of plugins, which `apply` may use on any thread; the advance, which runs on a thread
-// of the world's pool while the world waits, has them for itself.
-unsafe impl Send for SubSteps<'_> {}
-
 impl<'a> SubSteps<'a> {
     /// Those of a world; `None`: there are none, and the engine need not ask.
     pub fn new(

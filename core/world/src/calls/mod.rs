@@ -1,6 +1,6 @@
 //! Calling a command: arguments as declared, the frame filled, errors framed.
 
-use std::{ffi::c_void, mem::MaybeUninit};
+use std::ffi::c_void;
 
 use tatu_plugin_api::{
     abi::*,
@@ -96,7 +96,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     if caller.kind == TATU_CALLER_REMOTE && resume == 0 {
         crate::cell::remote_call(world, entry, f);
     }
-    let mut room = [const { MaybeUninit::uninit() }; FEW];
+    let mut room = [ValueRef::NIL.raw(); FEW];
     let status = if entry.raw_args || resume != 0 { TATU_OK } else { check_args(world, entry, f, &mut room) };
     if entry.status == Status::Stub {
         tell_stub(world, entry, f.command, f.alias);
@@ -193,9 +193,9 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
         && entry.params.iter().enumerate().all(|(i, p)| as_number(p, args.get(i), &mut room[i.min(FEW - 1)]))
     {
         for (i, extra) in args.iter().enumerate().skip(entry.params.len()) {
-            room[i].write(extra.raw());
+            room[i] = extra.raw();
         }
-        f.args = room.as_ptr().cast();
+        f.args = room.as_ptr();
         return TATU_OK;
     }
     // Names of old manners cut fractions off, as they did when scripts were written for them.
@@ -214,15 +214,15 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
 
 /// Arguments that are converted without memory.
 const FEW: usize = 8;
-type Room = [MaybeUninit<tatu_value>; FEW];
+type Room = [tatu_value; FEW];
 
 /// Converts an argument that is the right type, or a number that becomes it without doubt; `false`: it needs more.
-fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut MaybeUninit<tatu_value>) -> bool {
+fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bool {
     let Some(a) = a.copied() else { return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil };
     let raw = a.raw();
     // SAFETY: the tag tells which member is set.
     let int = unsafe { raw.u.i };
-    out.write(match (p.kind, a.tag()) {
+    *out = match (p.kind, a.tag()) {
         _ if is_exact(p, a) => raw,
         _ if p.lowest != f64::NEG_INFINITY || p.highest != f64::INFINITY || p.flags & TATU_PARAM_ANY != 0 => {
             return false;
@@ -230,7 +230,7 @@ fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut MaybeUninit<tatu_
         (TATU_OBJECT, TATU_I64) if int >= 0 => tatu_value { tag: TATU_OBJECT, ..raw },
         (TATU_F64, TATU_I64) => tatu_value { tag: TATU_F64, reserved: 0, u: tatu_payload { f: int as f64 } },
         _ => return false,
-    });
+    };
     true
 }
 

@@ -53,13 +53,6 @@ pub(crate) enum Deed {
 /// A lane of a world; its cell stays where it is.
 pub(crate) struct Lane(Box<WorldCell>);
 
-// SAFETY: a lane is used by one thread at a time. What it shares with the world is only looked at, and the world is not
-// changed meanwhile; scripts and plugins that say so (`TATU_LANGUAGE_SIDE_BY_SIDE`, `TATU_COMMAND_SIDE_BY_SIDE`) are called from
-// any thread.
-unsafe impl Sync for Lane {}
-// SAFETY: as above.
-unsafe impl Send for Lane {}
-
 /// The part of a cell that makes it a lane.
 pub(crate) struct Beside {
     world: Cell<*const WorldCell>,

@@ -15,10 +15,9 @@ use std::{
 use tatu_plugin_api::abi::*;
 
 use super::life::turn_of;
-use crate::cell::Ask;
-use crate::cell::{Beside, Deed, Lane, Owner, WorldCell};
-use crate::cell::{Callback, Kind, Script};
+use crate::cell::{Ask, Beside, Callback, Deed, Kind, Lane, Owner, Script, WorldCell};
 use tatu_plugins::border::{ErrorSlot, copy_error};
+use tatu_plugins::thread_grant::ThreadGrant;
 use tatu_scene::{Changed, set_numbers};
 
 /// Scripts that a thread takes at a time: neighbours are in each other's caches.
@@ -35,7 +34,7 @@ pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
 
 /// What the threads of a stage share.
 struct Stage<'a> {
-    world: *const WorldCell,
+    world: &'a WorldCell,
     order: &'a [Rc<Script>],
     callback: Callback,
     /// The stage and its turn, by which a script knows whether it had its own.
@@ -45,9 +44,6 @@ struct Stage<'a> {
     /// Of each lane, its first chunk that nobody has taken, and where the next lane's begin.
     chunks: Vec<(AtomicUsize, usize)>,
 }
-
-// SAFETY: scripts are looked at by the one thread that has taken their chunk; the world is only looked at, through lanes.
-unsafe impl Sync for Stage<'_> {}
 
 /// Runs scripts side by side; `alone` runs one that cannot.
 pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, alone: &impl Fn(&Rc<Script>)) {
@@ -79,9 +75,16 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
         if lanes == 1 {
             stage.work(0, &taken[0]);
         } else {
-            world.pool().scope(|scope| {
+            world.pool().in_place_scope(|scope| {
                 for (i, lane) in taken[..lanes].iter().enumerate().skip(1) {
-                    scope.spawn(move |_| stage.work(i, lane));
+                    // SAFETY: only scripts are called whose language declares `TATU_LANGUAGE_SIDE_BY_SIDE` (`is_ready`), and from
+                    // a lane only commands that declare `TATU_COMMAND_SIDE_BY_SIDE`. A script is used by the one thread that has
+                    // taken its chunk, a lane by the one that it is handed to; the borrows above keep the world as it is.
+                    let mut granted = unsafe { ThreadGrant::new((stage, lane)) };
+                    scope.spawn(move |_| {
+                        let (stage, lane) = granted.get();
+                        stage.work(i, lane);
+                    });
                 }
                 stage.work(0, &taken[0]);
             });
@@ -151,7 +154,7 @@ fn set_drives(world: &WorldCell, deeds: &[Deed]) -> usize {
 impl Stage<'_> {
     /// Runs chunks of scripts in a lane: its own, then those that other lanes have left.
     fn work(&self, own: usize, lane: &Lane) {
-        // SAFETY: as for `Sync`.
+        // SAFETY: `run` borrows all parts of the world that lanes look at.
         let run = || unsafe {
             lane.enter(|cell, lane| {
                 for i in (own..self.chunks.len()).chain(0..own) {
@@ -205,8 +208,9 @@ impl Stage<'_> {
 
     /// Whether a script can run beside others now. One that has ended needs nobody.
     fn is_ready(&self, cell: &WorldCell, script: &Script) -> bool {
-        // SAFETY: as for `Sync`.
-        let waits = || unsafe { (*(*self.world).calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
+        // SAFETY: nobody begins or ends a wait while scripts run side by side: several threads look at once, for which the
+        // cell's count of borrows is not made.
+        let waits = || unsafe { (*self.world.calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
         script.kind != Kind::Main
             && script.initialised.get()
             && !script.cleaned.get()

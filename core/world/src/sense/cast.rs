@@ -161,7 +161,7 @@ impl Casts {
         targets: &Targets,
         scene: &Scene,
         plan: impl Fn(usize) -> &'a BeamPlan,
-        pool: Option<&rayon::ThreadPool>,
+        pool: &rayon::ThreadPool,
     ) {
         let n = self.first.last().copied().unwrap_or(0) as usize;
         let sized = |flags: u32| if inputs & flags != 0 { n } else { 0 };
@@ -179,17 +179,14 @@ impl Casts {
         }
     }
 
-    fn cast_singles(&mut self, set: usize, targets: &Targets, pool: Option<&rayon::ThreadPool>) {
+    fn cast_singles(&mut self, set: usize, targets: &Targets, pool: &rayon::ThreadPool) {
         let (Singles { sees, beams, frames, places, occluded, short }, hits) = (&self.singles[set], &mut self.hits);
         if beams.is_empty() {
             return;
         }
         let seen = targets.seen(sees.0, sees.1);
         hits.resize(beams.len(), Hit::NONE);
-        match pool {
-            Some(pool) => pool.install(|| seen.cast(beams, hits)),
-            None => seen.cast_here(beams, hits),
-        }
+        pool.install(|| seen.cast(beams, hits));
         for (i, reach) in short {
             let hit = &mut hits[*i as usize];
             if hit.distance > *reach {
@@ -215,7 +212,7 @@ impl Casts {
         }
     }
 
-    fn fans<'a>(&mut self, targets: &Targets, plan: impl Fn(usize) -> &'a BeamPlan, pool: Option<&rayon::ThreadPool>) {
+    fn fans<'a>(&mut self, targets: &Targets, plan: impl Fn(usize) -> &'a BeamPlan, pool: &rayon::ThreadPool) {
         if self.bundles.is_empty() {
             return;
         }
@@ -256,10 +253,7 @@ impl Casts {
             }
         }
         for (seen, casts) in jobs {
-            match pool {
-                Some(pool) => pool.install(|| seen.cast_bundles(casts)),
-                None => seen.cast_bundles(casts),
-            }
+            pool.install(|| seen.cast_bundles(casts));
         }
     }
 }

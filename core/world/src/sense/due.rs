@@ -5,7 +5,7 @@
 
 use std::rc::Rc;
 
-use super::{Device, Sensing, cast::FEWEST};
+use super::{Device, Sensing};
 
 /// Sensors of a kind that are handled together, and what must be known of them before.
 #[derive(Debug, Default)]
@@ -16,8 +16,6 @@ pub(crate) struct Turn {
     pub cuts: Vec<usize>,
     /// What they look at: visible things or not, and by which waves; each once.
     pub sees: Vec<(bool, u16)>,
-    /// Whether a thread may handle some of them while another handles others: all have but a few rays.
-    pub few: bool,
 }
 
 /// The sensors of a kind.
@@ -38,11 +36,10 @@ const FOR_MANY: usize = 8;
 
 impl Turn {
     fn clear(&mut self) {
-        let Turn { devices, cuts, sees, few } = self;
+        let Turn { devices, cuts, sees } = self;
         devices.clear();
         cuts.clear();
         sees.clear();
-        *few = true;
     }
 
     fn add(&mut self, index: usize, device: &Device) {
@@ -51,8 +48,6 @@ impl Turn {
         if !self.sees.contains(&sees) {
             self.sees.push(sees);
         }
-        // Delayed readings are of memory that sensors share.
-        self.few &= plan.image.is_none() && !plan.aimed && plan.directions.len() < FEWEST && !device.is_delayed();
         self.devices.push(index);
     }
 
@@ -66,9 +61,7 @@ impl Roll {
         if !device.is_steady() {
             return self.others.push(index);
         }
-        if self.steady.devices.is_empty() {
-            self.steady.few = true;
-        } else if self.steady.devices.len().is_multiple_of(TOGETHER) {
+        if !self.steady.devices.is_empty() && self.steady.devices.len().is_multiple_of(TOGETHER) {
             self.steady.cut();
         }
         self.steady.add(index, device);

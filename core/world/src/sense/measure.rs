@@ -5,13 +5,12 @@ use std::ffi::c_void;
 use tatu_plugin_api::abi::*;
 
 use super::{
-    Device, Layout, Sensing, Targets,
+    Device, Layout, Sensing,
     aim::Aims,
     cast::{Casts, Limits, Look},
     draw::{self, Key},
     image::Frames,
     noise::Reading,
-    share,
 };
 use tatu_plugins::{
     Registry,
@@ -75,8 +74,6 @@ pub struct Job<'a> {
     /// Places in `devices` at which another batch begins, however many threads there are: what fails as a batch does so on
     /// any number of them.
     pub cuts: &'a [usize],
-    /// All have but a few rays, and none is delayed.
-    pub few: bool,
     /// How.
     pub ask: &'a Ask,
     /// When.
@@ -104,24 +101,6 @@ pub struct Around<'a> {
     pub(crate) watch: &'a Watch,
     /// Threads for the beams.
     pub pool: &'a rayon::ThreadPool,
-    /// The other threads of the pool are busy: the beams are this thread's.
-    pub alone: bool,
-}
-
-impl Around<'_> {
-    /// Threads to cast beams with; `None`: this one alone.
-    fn beams(&self) -> Option<&rayon::ThreadPool> {
-        (!self.alone).then_some(self.pool)
-    }
-}
-
-/// Sensors that a thread handles.
-pub(super) struct Part<'a> {
-    pub devices: &'a mut [Device],
-    /// The index of the first of them.
-    pub first: usize,
-    pub targets: &'a Targets,
-    pub scratch: &'a mut Scratch,
 }
 
 /// Rays and pixels of sensors that are measured in one batch: what they met then still stands in the processor's caches
@@ -130,53 +109,47 @@ const BATCH: usize = 1 << 14;
 
 /// Handles sensors of one kind; those that failed.
 pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
-    if share::pays(job, around) {
-        return share::measure(sensing, job, around);
-    }
-    let Sensing { devices, targets, scratch, .. } = sensing;
-    let mut part = Part { devices, first: 0, targets, scratch };
-    job.shares().flat_map(|devices| in_batches(&mut part, &Job { devices, cuts: &[], ..*job }, around)).collect()
+    job.shares().flat_map(|devices| in_batches(sensing, &Job { devices, cuts: &[], ..*job }, around)).collect()
 }
 
 impl<'a> Job<'a> {
     /// The devices from cut to cut.
-    pub(super) fn shares(&self) -> impl Iterator<Item = &'a [usize]> {
+    fn shares(&self) -> impl Iterator<Item = &'a [usize]> {
         let ends = self.cuts.iter().copied().chain([self.devices.len()]);
         let (devices, mut begin) = (self.devices, 0);
         ends.map(move |end| &devices[std::mem::replace(&mut begin, end)..end]).filter(|share| !share.is_empty())
     }
 }
 
-/// The same on one thread.
-pub(super) fn in_batches(part: &mut Part<'_>, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
+/// The same for the devices between two cuts.
+fn in_batches(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
     let mut failed = Vec::new();
     let mut rest = job.devices;
     while !rest.is_empty() {
         let mut room = BATCH;
         let fits = |i: &&usize| {
             let had = room;
-            room = room.saturating_sub(part.devices[**i - part.first].layout.plan.count());
+            room = room.saturating_sub(sensing.devices[**i].layout.plan.count());
             had == BATCH || room > 0
         };
         let n = rest.iter().take_while(fits).count();
         let (devices, after) = rest.split_at(n);
-        failed.extend(measure_batch(part, &Job { devices, ..*job }, around));
+        failed.extend(measure_batch(sensing, &Job { devices, ..*job }, around));
         rest = after;
     }
     failed
 }
 
 /// Handles a batch.
-fn measure_batch(part: &mut Part<'_>, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
+fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
     let Job { kind, devices, ask, moment, .. } = *job;
     let Around { scene, registry, twist, pool, .. } = *around;
     let kind_info = &registry.sensors[kind];
     let inputs = kind_info.raw.inputs;
-    let Part { devices: all, first, targets, scratch: s } = part;
-    let first = *first;
+    let Sensing { devices: all, targets, scratch: s, .. } = sensing;
     s.clear();
     for i in devices {
-        let d = &mut all[*i - first];
+        let d = &mut all[*i];
         s.shown.push(d.keep_shown());
         let Layout { plan, spans, .. } = &*d.layout;
         let world = scene.world(d.slot);
@@ -206,36 +179,36 @@ fn measure_batch(part: &mut Part<'_>, job: &Job<'_>, around: &Around<'_>) -> Vec
     let random = draw::table(&s.keys);
     let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
     let mut failed = Vec::new();
-    if s.aims.lay(devices.iter().map(|i| &all[*i - first].layout.plan)) {
+    if s.aims.lay(devices.iter().map(|i| &all[*i].layout.plan)) {
         let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
         batch.random = &random;
-        failed = hand_over(Call::Aim, &batch, (all, first), job, around, &mut error);
-        failed.extend(take_aim(s, (all, first), job));
+        failed = hand_over(Call::Aim, &batch, all, job, around, &mut error);
+        failed.extend(take_aim(s, all, job));
     }
-    s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor] - first].layout.plan, around.beams());
+    s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor]].layout.plan, pool);
     let mut batch = s.batch(devices.len(), kind_info.fields.len(), moment);
     batch.random = &random;
-    failed.extend(hand_over(Call::Measure, &batch, (all, first), job, around, &mut error));
+    failed.extend(hand_over(Call::Measure, &batch, all, job, around, &mut error));
     for (i, status) in devices.iter().zip(&s.status) {
         if *status >= 0 {
-            all[*i - first].add_noise(kind_info, pool);
+            all[*i].add_noise(kind_info, pool);
         }
     }
-    if devices.iter().any(|i| all[*i - first].noise.is_some()) {
-        failed.extend(hand_over(Call::Finish, &batch, (all, first), job, around, &mut error));
+    if devices.iter().any(|i| all[*i].noise.is_some()) {
+        failed.extend(hand_over(Call::Finish, &batch, all, job, around, &mut error));
     }
     for (i, shown) in devices.iter().zip(s.shown.drain(..)) {
-        all[*i - first].put_back(shown);
+        all[*i].put_back(shown);
     }
     s.error = Some(error);
     failed
 }
 
 /// Adds the rays that were aimed to those that are cast. Sensors whose rays are none fail, and look along none.
-fn take_aim(s: &mut Scratch, (all, first): (&[Device], usize), job: &Job<'_>) -> Vec<Failed> {
+fn take_aim(s: &mut Scratch, all: &[Device], job: &Job<'_>) -> Vec<Failed> {
     let mut failed = Vec::new();
     for (sensor, i) in job.devices.iter().enumerate() {
-        let d = &all[*i - first];
+        let d = &all[*i];
         let plan = &d.layout.plan;
         if !plan.aimed {
             continue;
@@ -259,7 +232,7 @@ fn take_aim(s: &mut Scratch, (all, first): (&[Device], usize), job: &Job<'_>) ->
 fn hand_over(
     call: Call,
     batch: &tatu_sensor_batch,
-    (all, base): (&[Device], usize),
+    all: &[Device],
     job: &Job<'_>,
     around: &Around<'_>,
     error: &mut ErrorSlot,
@@ -277,7 +250,7 @@ fn hand_over(
     let before = unsafe { std::slice::from_raw_parts(batch.status, batch.n as usize) };
     // Who failed in an earlier call; hardly ever anybody.
     let known = if before.iter().any(|s| *s < 0) { before.to_vec() } else { Vec::new() };
-    let first = job.devices.first().map_or(0, |i| all[*i - base].slot);
+    let first = job.devices.first().map_or(0, |i| all[*i].slot);
     let before = around.watch.enter(call, kind_info.plugin, first);
     // Here and not around all of this: the mode belongs to the thread that measures.
     // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
@@ -291,7 +264,7 @@ fn hand_over(
     }
     let mut failed = Vec::new();
     for (i, index) in job.devices.iter().enumerate() {
-        let d = &all[*index - base];
+        let d = &all[*index];
         // SAFETY: one status per instance.
         let status = unsafe { &mut *batch.status.add(i) };
         if known.get(i).is_some_and(|s| *s < 0) {

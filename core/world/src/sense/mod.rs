@@ -10,8 +10,7 @@
 //! - `draw`: random numbers that depend on nothing but seed, sensor and count;
 //! - `normal`: those of the normal distribution;
 //! - `noise`: what a scene declares for the fields of a sensor, done after each measure;
-//! - `measure`: batches by kind: beams cast together, one call of the plugin;
-//! - `share`: the same by several threads.
+//! - `measure`: batches by kind: beams cast together, one call of the plugin.
 
 mod aim;
 mod cast;
@@ -25,7 +24,6 @@ mod normal;
 mod outline;
 mod plan;
 mod reading_arena;
-mod share;
 mod targets;
 
 pub(crate) use cast::Limits;
@@ -61,10 +59,6 @@ pub struct Sensing {
     listed: bool,
     shelves: reading_arena::Shelves,
     scratch: measure::Scratch,
-    /// Of other threads.
-    helpers: Vec<share::Helper>,
-    /// What plugins told while several threads were at work.
-    pub(crate) lines: Vec<tatu_plugins::guard::Line>,
 }
 
 impl Sensing {

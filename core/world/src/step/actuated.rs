@@ -1,6 +1,7 @@
 //! Physics while actuators push.
 
 use crate::{actuators, cell::WorldCell};
+use tatu_plugins::thread_grant::ThreadGrant;
 use tatu_scene::{Dynamics, Scene};
 
 /// Lets `dt` pass; objects whose bodies were lost, actuators that failed.
@@ -22,8 +23,10 @@ pub(super) fn advance(
     let lost = match actuators::SubSteps::new(acting, (&world.registry, &world.watch), dynamics, &around, dt) {
         None => world.install(|| dynamics.advance(scene, dt, None)),
         Some(mut substeps) => {
+            // SAFETY: `apply` is tagged `[parallel]` in the header; this thread waits while a thread of the pool advances.
+            let mut granted = unsafe { ThreadGrant::new(&mut substeps) };
             let lost = world.install(|| {
-                let substeps = &mut substeps;
+                let substeps = granted.get();
                 dynamics.advance(scene, dt, Some(&mut |engine, step, out| substeps.before(engine, step, out)))
             });
             failed.append(&mut substeps.failed);
@@ -50,8 +53,10 @@ pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, 
     let lost = match actuators::SubSteps::new(acting, (&world.registry, &world.watch), dynamics, &around, dt) {
         None => world.install(|| dynamics.advance_part(scene, dt, part, None)),
         Some(mut substeps) => {
+            // SAFETY: `apply` is tagged `[parallel]` in the header; this thread waits while a thread of the pool advances.
+            let mut granted = unsafe { ThreadGrant::new(&mut substeps) };
             let lost = world.install(|| {
-                let substeps = &mut substeps;
+                let substeps = granted.get();
                 let ask = &mut |engine: &dyn tatu_physics::Engine, step, out: &mut Vec<_>| {
                     substeps.before(engine, step, out);
                 };

@@ -49,7 +49,7 @@ pub(super) fn sense(world: &WorldCell) {
 /// Handles some sensors of one kind now; whoever fails is switched off and named once.
 pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, ask: &Ask) {
     let moment = Moment { time: world.clock.time.get(), step: world.clock.step.get() };
-    let Turn { devices, cuts, sees, few } = turn;
+    let Turn { devices, cuts, sees } = turn;
     let failed = {
         let (mut sensing, scene, dynamics) =
             (world.sensing.borrow_mut(), world.scene.borrow(), world.dynamics.borrow());
@@ -62,17 +62,13 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, ask: &Ask)
         }
         let twist = |slot| world.twist(&scene, &dynamics, slot);
         let (watch, pool) = (&*world.watch, world.pool());
-        let around = Around { scene: &scene, registry: &world.registry, twist: &twist, watch, pool, alone: false };
-        let job = Job { kind, devices, cuts, few: *few, ask, moment };
+        let around = Around { scene: &scene, registry: &world.registry, twist: &twist, watch, pool };
+        let job = Job { kind, devices, cuts, ask, moment };
         let plugin = world.registry.sensors[kind].plugin;
         let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
         let run = || sense::measure(&mut sensing, &job, &around);
         world.cross(plugin, Call::Measure, first, run)
     };
-    let lines = std::mem::take(&mut world.sensing.borrow_mut().lines);
-    for (level, text) in lines {
-        world.log(level, &text);
-    }
     for f in failed {
         let mut sensing = world.sensing.borrow_mut();
         if let Some(d) = sensing.devices.iter_mut().find(|d| d.slot == f.slot) {

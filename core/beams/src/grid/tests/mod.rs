@@ -122,7 +122,7 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
 }
 
 #[test]
-fn threads_that_meet_within_a_mesh_give_the_same_bytes() {
+fn every_number_of_threads_gives_the_same_bytes_of_a_mesh() {
     // Groups of all heights, from a part of a row to the whole image; frame after frame in the same buffers.
     let light = Light::default();
     let pools: Vec<_> =
