@@ -26,7 +26,7 @@ pub(crate) const SLOT_BYTES: usize = 256 << 20;
 const COMMIT: usize = 256 << 10;
 const SMALL: usize = 512;
 /// From this size on, filling a block takes longer than the instruction that allocated it.
-const HEAVY: usize = 4096;
+const LARGE: usize = 4096;
 /// Number of cache lines among which the first block of a slot is placed.
 const FIRST_LINES: u64 = 4096;
 const LINE: usize = 64;
@@ -47,12 +47,12 @@ pub(crate) struct Slot {
     used: Cell<usize>,
     limit: Cell<usize>,
     /// Bytes of large blocks allocated since the last query: filling them takes time that no instruction counts.
-    heavy: Cell<u64>,
+    large_bytes: Cell<u64>,
     /// Called when memory runs out.
     pub full: Cell<Option<Listener>>,
     free: [Cell<*mut u8>; CLASSES],
     /// Whether the free lists may be unsorted, or free blocks lie at the end.
-    untidy: Cell<bool>,
+    unsorted: Cell<bool>,
 }
 
 /// Saved content of a slot.
@@ -93,10 +93,10 @@ impl Slot {
             committed: Cell::new(0),
             used: Cell::new(0),
             limit: Cell::new(SLOT_BYTES),
-            heavy: Cell::new(0),
+            large_bytes: Cell::new(0),
             full: Cell::new(None),
             free: [const { Cell::new(null_mut()) }; CLASSES],
-            untidy: Cell::new(false),
+            unsorted: Cell::new(false),
         })
     }
     /// Whether a state can be discarded without freeing its blocks one by one.
@@ -119,8 +119,8 @@ impl Slot {
         });
     }
     /// Bytes of large blocks allocated since the last call.
-    pub(crate) fn heavy(&self) -> u64 {
-        self.heavy.replace(0)
+    pub(crate) fn take_large_bytes(&self) -> u64 {
+        self.large_bytes.replace(0)
     }
     /// Memory limit, bytes.
     pub(crate) fn limit(&self) -> usize {
@@ -149,14 +149,14 @@ impl Slot {
         for (list, first) in self.free.iter().zip(&backup.free) {
             list.set(*first);
         }
-        self.untidy.set(true);
+        self.unsorted.set(true);
     }
 
     /// Sorts the free lists so that low addresses are reused first, and gives free blocks at the end back. This keeps
     /// the working set of a script compact.
-    pub(crate) fn tidy(&self) {
+    pub(crate) fn sort_free_lists(&self) {
         // A script without garbage frees blocks in order.
-        if !self.is_mapped() || !self.untidy.replace(false) {
+        if !self.is_mapped() || !self.unsorted.replace(false) {
             return;
         }
         let mut blocks = Vec::new();
@@ -182,11 +182,11 @@ impl Slot {
         }
     }
 
-    fn take(&self, bytes: usize, force: bool) -> *mut u8 {
+    fn allocate(&self, bytes: usize, force: bool) -> *mut u8 {
         let (c, size) = class(bytes);
         let used = self.used.get() + size;
         if used > self.limit.get() && !force {
-            self.tell_full();
+            self.report_full();
             return null_mut();
         }
         let block = if !self.is_mapped() {
@@ -198,28 +198,28 @@ impl Slot {
             self.free[c].set(unsafe { *block.cast::<*mut u8>() });
             block
         } else {
-            self.grow(size)
+            self.extend(size)
         };
         if !block.is_null() {
             self.used.set(used);
-            if size >= HEAVY {
-                self.heavy.set(self.heavy.get() + size as u64);
+            if size >= LARGE {
+                self.large_bytes.set(self.large_bytes.get() + size as u64);
             }
         } else if !force {
             // Free blocks of other size classes cannot be used for this one.
-            self.tell_full();
+            self.report_full();
         }
         block
     }
 
-    fn tell_full(&self) {
+    fn report_full(&self) {
         if let Some((tell, whom)) = self.full.get() {
             // SAFETY: the callback was set by the owner of this slot, which is alive.
             unsafe { tell(whom) };
         }
     }
 
-    fn grow(&self, size: usize) -> *mut u8 {
+    fn extend(&self, size: usize) -> *mut u8 {
         let at = self.top.get();
         let end = at + size;
         if end > SLOT_BYTES {
@@ -240,7 +240,7 @@ impl Slot {
 
     /// # Safety
     /// `block` was allocated with this size and is not used any more.
-    unsafe fn give(&self, block: *mut u8, bytes: usize) {
+    unsafe fn free_block(&self, block: *mut u8, bytes: usize) {
         let (c, size) = class(bytes);
         self.used.set(self.used.get() - size);
         if self.is_mapped() {
@@ -248,7 +248,7 @@ impl Slot {
             let at = self.offset(block);
             let last = at + size == self.top.get();
             if last || (!next.is_null() && self.offset(next) < at) {
-                self.untidy.set(true);
+                self.unsorted.set(true);
             }
             *block.cast::<*mut u8>() = next;
             self.free[c].set(block);
@@ -272,19 +272,19 @@ pub(crate) unsafe extern "C" fn lua_alloc(
     let block = block.cast::<u8>();
     if new == 0 {
         if !block.is_null() {
-            slot.give(block, old);
+            slot.free_block(block, old);
         }
         return null_mut();
     }
     if block.is_null() {
-        return slot.take(new, false).cast();
+        return slot.allocate(new, false).cast();
     }
     let (from, to) = (class(old), class(new));
     if from.0 == to.0 {
         return block.cast();
     }
     let shrinks = new < old;
-    let fresh = slot.take(new, shrinks);
+    let fresh = slot.allocate(new, shrinks);
     if fresh.is_null() {
         if !shrinks {
             return null_mut();
@@ -296,7 +296,7 @@ pub(crate) unsafe extern "C" fn lua_alloc(
         return block.cast();
     }
     copy_nonoverlapping(block, fresh, old.min(new));
-    slot.give(block, old);
+    slot.free_block(block, old);
     fresh.cast()
 }
 

@@ -9,9 +9,9 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
-    convert::{self, Reader, Room, word},
+    convert::{self, Allocator, Reader, int_value},
     errors, functions,
-    state::{self, State, border, bytes, push, reg, registry},
+    state::{self, State, abi_str, bytes, push, reg, registry},
     threads,
 };
 
@@ -82,8 +82,8 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     let n = lua_gettop(l);
     let mut args = MaybeUninit::<[tatu_value; ARGS]>::uninit();
     let mut results = MaybeUninit::<[tatu_value; RESULTS]>::uninit();
-    let lent = s.borrowed.get();
-    let mut reader = Reader { l, s, room: Room::World, what: "argument", took: false };
+    let borrowed_before = s.borrowed.get();
+    let mut reader = Reader { l, s, allocator: Allocator::World, what: "argument", allocated: false };
     let mut first = args.as_mut_ptr().cast::<tatu_value>();
     if n as usize > ARGS {
         first = many(&mut reader, n as usize);
@@ -115,26 +115,26 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     };
     s.running.set(outer);
     if status != TATU_OK {
-        return other(l, s, status, &frame, lent);
+        return other(l, s, status, &frame, borrowed_before);
     }
     let results = std::slice::from_raw_parts(frame.results, frame.n_results.min(RESULTS as u32) as usize);
     if results.len() > 8 {
         luaL_checkstack(l, results.len() as i32 + 4, std::ptr::null());
     }
-    let mut took = reader.took;
+    let mut allocated = reader.allocated;
     for value in results {
-        took |= value.tag >= TATU_TEXT && value.tag < TATU_FUNC;
+        allocated |= value.tag >= TATU_TEXT && value.tag < TATU_FUNC;
         if single {
             convert::put_single(l, value);
         } else {
             convert::put(l, value);
         }
     }
-    if took {
+    if allocated {
         (s.commands.release)(s.world, s.mark.get());
     }
-    if s.borrowed.get() != lent {
-        functions::unlend(l, s, lent);
+    if s.borrowed.get() != borrowed_before {
+        functions::release_borrowed_since(l, s, borrowed_before);
     }
     results.len() as i32
 }
@@ -142,21 +142,21 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
 /// Memory for more arguments than fit on the native stack.
 #[cold]
 unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
-    reader.took = true;
-    let room = (reader.s.commands.alloc)(reader.s.world, (n * size_of::<tatu_value>()) as u64);
-    if room.is_null() {
+    reader.allocated = true;
+    let memory = (reader.s.commands.alloc)(reader.s.world, (n * size_of::<tatu_value>()) as u64);
+    if memory.is_null() {
         errors::raise(reader.l, Fail::with_code(TATU_ERR_SPACE, format!("{n} arguments are too many")));
     }
     luaL_checkstack(reader.l, 8, std::ptr::null());
-    room.cast()
+    memory.cast()
 }
 
 /// A call that waits or failed.
 #[cold]
-unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_call, lent: u32) -> i32 {
-    if s.borrowed.get() != lent {
+unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_call, borrowed_before: u32) -> i32 {
+    if s.borrowed.get() != borrowed_before {
         luaL_checkstack(l, 4, std::ptr::null());
-        functions::unlend(l, s, lent);
+        functions::release_borrowed_since(l, s, borrowed_before);
     }
     if status == TATU_WAIT && frame.wait_token != 0 {
         return threads::suspend(l, s, frame.wait_token);
@@ -197,21 +197,21 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
         lua_copy(l, 5, 4);
     }
     lua_settop(l, if told { 4 } else { 3 });
-    let found = if told { 0 } else { (s.commands.find)(s.world, border(bytes(l, 3))) };
-    let mut value = word(TATU_NIL, 0);
+    let found = if told { 0 } else { (s.commands.find)(s.world, abi_str(bytes(l, 3))) };
+    let mut value = int_value(TATU_NIL, 0);
     if told {
     } else if found != 0 {
         let exact = s.single.get() && s.text.borrow().rules.exact.iter().any(|e| e == bytes(l, 3));
         lua_pushinteger(l, i64::from(found) | if exact { EXACT } else { 0 });
         lua_pushcclosure(l, command, 1);
-    } else if (s.commands.constant)(s.world, border(bytes(l, 3)), &mut value) == TATU_OK {
+    } else if (s.commands.constant)(s.world, abi_str(bytes(l, 3)), &mut value) == TATU_OK {
         convert::put(l, &value);
     } else {
         lua_pushvalue(l, 3);
         push(l, b".");
         lua_concat(l, 2); // 4: the name as a prefix
-        if (s.commands.find)(s.world, border(bytes(l, 4))) == 0 {
-            missed(s, bytes(l, 3));
+        if (s.commands.find)(s.world, abi_str(bytes(l, 4))) == 0 {
+            unresolved(s, bytes(l, 3));
             return 0;
         }
         scope(l, 4);
@@ -223,15 +223,15 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
 }
 
 /// How many unresolved names are remembered for error messages.
-const MISSED: usize = 32;
+const MAX_UNRESOLVED: usize = 32;
 
-fn missed(s: &State, name: &[u8]) {
-    let missed = &mut s.errors.borrow_mut().missed;
+fn unresolved(s: &State, name: &[u8]) {
+    let unresolved = &mut s.errors.borrow_mut().unresolved;
     // Between the lookup of a function and its call, its arguments are looked up.
-    if missed.len() == MISSED {
-        missed.pop_front();
+    if unresolved.len() == MAX_UNRESOLVED {
+        unresolved.pop_front();
     }
-    missed.push_back(name.to_vec());
+    unresolved.push_back(name.to_vec());
 }
 
 /// Pushes the name space table of the prefix at `prefix`; always the same table.

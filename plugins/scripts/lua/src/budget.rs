@@ -6,26 +6,27 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::TATU_ERR_BUDGET, safe::*};
 
 use crate::{
-    lua_internals, slices,
+    lua_internals,
     state::{self, push},
+    time_slices,
 };
 
 /// Instructions between two runs of the hook. The cost lies in having a hook, not in how often it runs.
-pub(crate) const STEP: u64 = 1000;
+pub(crate) const HOOK_INTERVAL: u64 = 1000;
 /// Bytes of a large allocation that count as one instruction.
-const FILLED: u64 = 64;
+const BYTES_PER_INSTRUCTION: u64 = 64;
 /// Instructions charged for a new coroutine, since its hook starts a count of its own.
-const COROUTINE: u64 = 500;
+const COROUTINE_COST: u64 = 500;
 
 /// Budget of the running call.
 pub(crate) struct State {
     used: Cell<u64>,
     /// The part of `used` that nested calls have reported already.
-    told: Cell<u64>,
+    reported: Cell<u64>,
     limit: Cell<u64>,
-    dead: Cell<bool>,
+    exhausted: Cell<bool>,
     /// Lua's countdown to the next hook run on the main thread; null: not accessible.
-    left: Cell<*mut i32>,
+    countdown: Cell<*mut i32>,
     /// File and line at which the budget ran out.
     place: RefCell<Option<(String, u64)>>,
 }
@@ -34,7 +35,7 @@ pub(crate) struct State {
 #[derive(Clone, Copy)]
 pub(crate) struct Outer {
     used: u64,
-    told: u64,
+    reported: u64,
     limit: u64,
 }
 
@@ -42,10 +43,10 @@ impl Default for State {
     fn default() -> Self {
         State {
             used: Cell::new(0),
-            told: Cell::new(0),
+            reported: Cell::new(0),
             limit: Cell::new(0),
-            dead: Cell::new(false),
-            left: Cell::new(std::ptr::null_mut()),
+            exhausted: Cell::new(false),
+            countdown: Cell::new(std::ptr::null_mut()),
             place: RefCell::new(None),
         }
     }
@@ -54,35 +55,35 @@ impl Default for State {
 impl State {
     /// Charges what the main thread executed since the last hook run and restarts the countdown, so that the usage of a
     /// call does not depend on earlier calls, and a restored state counts like the saved one.
-    fn settle(&self) {
-        let left = self.left.get();
-        if left.is_null() || self.dead.get() {
+    fn charge_main_thread(&self) {
+        let countdown = self.countdown.get();
+        if countdown.is_null() || self.exhausted.get() {
             return;
         }
         // SAFETY: a field of the main thread, which lives as long as this state.
         unsafe {
-            self.used.set(self.used.get() + STEP.saturating_sub((*left).max(0) as u64));
-            *left = STEP as i32;
+            self.used.set(self.used.get() + HOOK_INTERVAL.saturating_sub((*countdown).max(0) as u64));
+            *countdown = HOOK_INTERVAL as i32;
         }
     }
     /// Begins a call; returns what `end` needs.
     pub(crate) fn begin(&self, limit: u64) -> Outer {
-        self.settle();
-        Outer { used: self.used.replace(0), told: self.told.replace(0), limit: self.limit.replace(limit) }
+        self.charge_main_thread();
+        Outer { used: self.used.replace(0), reported: self.reported.replace(0), limit: self.limit.replace(limit) }
     }
     /// Ends a call and returns its own usage. A nested call also counts against the budget of the outer one.
     pub(crate) fn end(&self, outer: Outer) -> u64 {
-        self.settle();
+        self.charge_main_thread();
         let used = self.used.replace(0);
-        let own = used - self.told.replace(outer.told + used);
+        let own = used - self.reported.replace(outer.reported + used);
         self.used.set(outer.used + used);
         self.limit.set(outer.limit);
         own
     }
     /// The error of a script that has exhausted its budget.
     pub(crate) fn refusal(&self) -> Option<Fail> {
-        self.dead.get().then(|| {
-            let fail = Fail::with_code(TATU_ERR_BUDGET, self.sentence())
+        self.exhausted.get().then(|| {
+            let fail = Fail::with_code(TATU_ERR_BUDGET, self.message())
                 .help("look for a loop without an end, or give scripts more instructions");
             match self.place.borrow().clone() {
                 Some((file, line)) => fail.at(file, line),
@@ -94,25 +95,25 @@ impl State {
     ///
     /// # Safety
     /// The main thread runs nothing, and its hook is armed.
-    pub(crate) unsafe fn find_count(&self, main: *mut lua_State) {
-        self.left.set(lua_internals::hook_count(main));
+    pub(crate) unsafe fn locate_countdown(&self, main: *mut lua_State) {
+        self.countdown.set(lua_internals::hook_count(main));
     }
-    pub(crate) fn is_dead(&self) -> bool {
-        self.dead.get()
+    pub(crate) fn is_exhausted(&self) -> bool {
+        self.exhausted.get()
     }
-    fn sentence(&self) -> String {
+    fn message(&self) -> String {
         format!("the script used up its {} instructions of one call", self.limit.get())
     }
 }
 
 /// Charges large allocations at the begin and the end of a call, so that no call pays for another.
 pub(crate) fn charge_blocks(s: &state::State) {
-    s.budget.used.set(s.budget.used.get() + s.slot.heavy() / FILLED);
+    s.budget.used.set(s.budget.used.get() + s.slot.take_large_bytes() / BYTES_PER_INSTRUCTION);
 }
 
 /// Charges a new coroutine for instructions before its own hook runs.
 pub(crate) fn charge_coroutine(s: &state::State) {
-    s.budget.used.set(s.budget.used.get() + COROUTINE);
+    s.budget.used.set(s.budget.used.get() + COROUTINE_COST);
 }
 
 /// Arms the hook of a thread; coroutines it creates inherit the hook.
@@ -120,11 +121,11 @@ pub(crate) fn charge_coroutine(s: &state::State) {
 /// # Safety
 /// A thread of a state created by this plugin.
 pub(crate) unsafe fn arm(l: *mut lua_State) {
-    lua_sethook(l, Some(hook), LUA_MASKCOUNT, STEP as i32);
+    lua_sethook(l, Some(hook), LUA_MASKCOUNT, HOOK_INTERVAL as i32);
 }
 
 /// Remaining instructions.
-pub(crate) fn left(s: &state::State) -> u64 {
+pub(crate) fn remaining(s: &state::State) -> u64 {
     match s.budget.limit.get() {
         0 => u64::MAX,
         limit => limit.saturating_sub(s.budget.used.get()),
@@ -143,26 +144,26 @@ pub(crate) unsafe fn charge(l: *mut lua_State, instructions: u64) {
         return;
     }
     b.used.set(b.limit.get());
-    end(l);
+    stop_script(l);
 }
 
 unsafe extern "C-unwind" fn hook(l: *mut lua_State, _: *mut lua_Debug) {
     let s = state::of(l);
     let b = &s.budget;
-    if !b.dead.get() {
-        let used = b.used.get() + STEP + s.slot.heavy() / FILLED;
+    if !b.exhausted.get() {
+        let used = b.used.get() + HOOK_INTERVAL + s.slot.take_large_bytes() / BYTES_PER_INSTRUCTION;
         b.used.set(used);
         if b.limit.get() == 0 || used < b.limit.get() {
-            return slices::tick(l, s, STEP);
+            return time_slices::count(l, s, HOOK_INTERVAL);
         }
     }
-    end(l);
+    stop_script(l);
 }
 
 /// Ends the call, and disables the script.
-unsafe fn end(l: *mut lua_State) {
+unsafe fn stop_script(l: *mut lua_State) {
     let s = state::of(l);
-    if !s.budget.dead.replace(true) {
+    if !s.budget.exhausted.replace(true) {
         // Prefer a position in a file over one in text that the file generated.
         let mut ar = std::mem::zeroed::<lua_Debug>();
         let mut level = 0;

@@ -107,7 +107,7 @@ pub(crate) fn enter(
     // SAFETY: the host's frame, valid during the call.
     unsafe {
         (*frame).n_results = 0;
-        s.beside.set((*frame).reserved & TATU_CALL_SIDE_BY_SIDE != 0);
+        s.parallel.set((*frame).reserved & TATU_CALL_SIDE_BY_SIDE != 0);
     }
     let entry = Entry::begin(s, budget);
     let mut flow = Flow::Done;
@@ -115,8 +115,8 @@ pub(crate) fn enter(
     let result = s.protect(&mut |l| unsafe {
         bind::refresh(l, s);
         if s.depth.get() == 1 {
-            crate::functions::unlend_all(l, s);
-            crate::collect::tick(l, s);
+            crate::functions::release_borrowed(l, s);
+            crate::gc::count_call(l, s);
         }
         flow = body(l, frame);
     });
@@ -194,7 +194,7 @@ pub(crate) unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> 
         }
         lua_pop(l, 1);
     }
-    for (_, function) in rules.also.iter().filter(|(callback, _)| callback == name) {
+    for (_, function) in rules.aliases.iter().filter(|(callback, _)| callback == name) {
         push(l, function);
         if lua_rawget(l, top + 1) == LUA_TFUNCTION {
             lua_replace(l, top + 1);
@@ -247,16 +247,16 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
         }
         match (style, &rules.rerun) {
             (Style::NotRun, _) if rules.style.is_some_and(|s| s.first() == name) && name != INIT => {
-                whole(l, s, rules, frame)
+                run_text(l, s, rules, frame)
             }
-            (Style::Step, _) => whole(l, s, rules, frame),
-            (Style::NotRun, _) => first(l, s, rules, may_rerun, name, frame),
+            (Style::Step, _) => run_text(l, s, rules, frame),
+            (Style::NotRun, _) => first_run(l, s, rules, may_rerun, name, frame),
             (Style::Rerun, Some(rerun)) => {
-                rerun.tell(l, s, rerun.value(name));
+                rerun.set_globals(l, s, rerun.value(name));
                 registry(l, reg::CHUNK);
-                go(l, s, name, frame)
+                start_or_call(l, s, name, frame)
             }
-            _ if callback(l, rules, name) => go(l, s, name, frame),
+            _ if callback(l, rules, name) => start_or_call(l, s, name, frame),
             _ => Flow::Done,
         }
     });
@@ -265,7 +265,7 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
         // The text failed: the callbacks defined so far are kept, above all `cleanup`.
         // SAFETY: runs in a protected call.
         let _ = s.protect(&mut |l| unsafe {
-            settle(l, s, rules, may_rerun);
+            decide_style(l, s, rules, may_rerun);
         });
     }
     if how == TATU_FIND_CALLBACK && name == CLEANUP {
@@ -278,26 +278,26 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
     result
 }
 
-unsafe fn go(l: *mut lua_State, s: &State, name: &[u8], frame: *mut tatu_call) -> Flow {
-    if name == THREAD { threads::start(l, s, frame) } else { ask(l, s, frame) }
+unsafe fn start_or_call(l: *mut lua_State, s: &State, name: &[u8], frame: *mut tatu_call) -> Flow {
+    if name == THREAD { threads::start(l, s, frame) } else { call_callback(l, s, frame) }
 }
 
 /// Runs a text of style `Step` or `Thread`.
-unsafe fn whole(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu_call) -> Flow {
+unsafe fn run_text(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu_call) -> Flow {
     let style = rules.style.unwrap_or_default();
     s.text.borrow_mut().style = style;
     if let Some(rerun) = &rules.rerun {
         let value = if style == Style::Thread { rerun.value(THREAD) } else { None };
-        rerun.tell(l, s, value);
+        rerun.set_globals(l, s, value);
     }
     if registry(l, reg::CHUNK) != LUA_TFUNCTION {
         return Flow::Done;
     }
-    go(l, s, style.first(), frame)
+    start_or_call(l, s, style.first(), frame)
 }
 
 /// First run of the text, followed by the callbacks `info` and `init`.
-unsafe fn first(
+unsafe fn first_run(
     l: *mut lua_State,
     s: &State,
     rules: &Rules,
@@ -307,21 +307,21 @@ unsafe fn first(
 ) -> Flow {
     let base = lua_gettop(l);
     if let Some(rerun) = &rules.rerun {
-        rerun.tell(l, s, rerun.value(name));
+        rerun.set_globals(l, s, rerun.value(name));
     }
     if registry(l, reg::CHUNK) != LUA_TFUNCTION {
         return Flow::Done;
     }
     let n = put_args(l, frame);
     lua_call(l, n, LUA_MULTRET);
-    if settle(l, s, rules, may_rerun) == Style::Rerun {
+    if decide_style(l, s, rules, may_rerun) == Style::Rerun {
         end_by_number(l, s, base);
         take_results(l, s, frame, lua_gettop(l) - base);
         return Flow::Done;
     }
     lua_settop(l, base);
     if let Some(rerun) = &rules.rerun {
-        rerun.tell(l, s, None);
+        rerun.set_globals(l, s, None);
     }
     // Metadata is requested between the text's first run and its start.
     if name != INFO && callback(l, rules, INFO) {
@@ -329,13 +329,13 @@ unsafe fn first(
     }
     lua_settop(l, base);
     if callback(l, rules, name) {
-        return go(l, s, name, frame);
+        return start_or_call(l, s, name, frame);
     }
     Flow::Done
 }
 
 /// Runs a callback, whose result may request the end of the script.
-unsafe fn ask(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
+unsafe fn call_callback(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
     let base = lua_gettop(l) - 1;
     let n = put_args(l, frame);
     lua_call(l, n, LUA_MULTRET);
@@ -356,7 +356,7 @@ unsafe fn end_by_number(l: *mut lua_State, s: &State, base: i32) {
 }
 
 /// Decides the style once the text has run.
-unsafe fn settle(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool) -> Style {
+unsafe fn decide_style(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool) -> Style {
     let style = match rules.style {
         Some(style) => style,
         None if may_rerun && !any_callback(l, rules) => Style::Rerun,
@@ -378,7 +378,7 @@ unsafe fn any_callback(l: *mut lua_State, rules: &Rules) -> bool {
             let name = bytes(l, -2);
             found = rules.functions.iter().any(|(before, after)| {
                 name.len() > before.len() + after.len() && name.starts_with(before) && name.ends_with(after)
-            }) || rules.also.iter().any(|(_, function)| function == name);
+            }) || rules.aliases.iter().any(|(_, function)| function == name);
         }
         lua_pop(l, 1);
     }

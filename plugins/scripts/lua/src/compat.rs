@@ -3,7 +3,7 @@
 use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
-use crate::{chunks, errors, state::Script, text};
+use crate::{chunk_cache, errors, state::Script, tostring};
 
 const TEXT: &[u8] = include_bytes!("compat.lua");
 
@@ -12,7 +12,7 @@ pub(crate) fn open(s: &Script, old: bool) -> Result {
     // SAFETY: runs in a protected call.
     s.protect(&mut |l| unsafe {
         luaL_checkstack(l, 12, std::ptr::null());
-        if chunks::load(l, TEXT, c"=compat") != LUA_OK {
+        if chunk_cache::load(l, TEXT, c"=compat") != LUA_OK {
             lua_error(l);
         }
         lua_pushboolean(l, i32::from(old));
@@ -36,7 +36,7 @@ unsafe extern "C-unwind" fn truncated(l: *mut lua_State) -> i32 {
     let n = lua_gettop(l);
     luaL_checkstack(l, 4, std::ptr::null());
     for i in lua_tointeger(l, lua_upvalueindex(2)) as i32..=n {
-        text::truncate_at(l, i);
+        tostring::truncate_at(l, i);
     }
     lua_pushvalue(l, lua_upvalueindex(1));
     lua_insert(l, 1);

@@ -6,7 +6,7 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
-    explain,
+    hints,
     state::{self, State, bytes, push},
 };
 
@@ -18,7 +18,7 @@ pub(crate) struct Errors {
     /// The error that the message handler saw last.
     caught: Option<Caught>,
     /// The last unresolved names, with their prefixes.
-    pub missed: VecDeque<Vec<u8>>,
+    pub unresolved: VecDeque<Vec<u8>>,
 }
 
 /// A Lua error.
@@ -72,7 +72,7 @@ pub(crate) unsafe fn raise_text(l: *mut lua_State, text: &str) -> i32 {
 pub(crate) unsafe extern "C-unwind" fn handler(l: *mut lua_State) -> i32 {
     let s = state::of(l);
     if s.errors.borrow().caught.is_none() {
-        note(l, l, s);
+        record(l, l, s);
     }
     1
 }
@@ -81,21 +81,21 @@ pub(crate) unsafe extern "C-unwind" fn handler(l: *mut lua_State) -> i32 {
 ///
 /// # Safety
 /// May raise when memory is short.
-pub(crate) unsafe fn note(l: *mut lua_State, from: *mut lua_State, s: &State) {
+pub(crate) unsafe fn record(l: *mut lua_State, from: *mut lua_State, s: &State) {
     if lua_checkstack(l, 10) == 0 {
         return;
     }
     lua_pushvalue(l, -1);
     if lua_type(l, -1) != LUA_TSTRING {
-        crate::text::to_text(l, -1);
+        crate::tostring::to_text(l, -1);
         lua_replace(l, -2);
     }
     luaL_traceback(l, from, std::ptr::null(), i32::from(from == l));
-    keep(s, from, bytes(l, -2), bytes(l, -1), from == l);
+    record_error(s, from, bytes(l, -2), bytes(l, -1), from == l);
     lua_pop(l, 2);
 }
 
-unsafe fn keep(s: &State, from: *mut lua_State, text: &[u8], traceback: &[u8], in_handler: bool) {
+unsafe fn record_error(s: &State, from: *mut lua_State, text: &[u8], traceback: &[u8], in_handler: bool) {
     let mut places = Vec::new();
     let mut ar = std::mem::zeroed::<lua_Debug>();
     let mut level = i32::from(in_handler);
@@ -123,7 +123,7 @@ fn file_of(source: &[u8]) -> &[u8] {
 ///
 /// # Safety
 /// The error value is on top of the stack.
-pub(crate) unsafe fn take(s: &State, l: *mut lua_State, status: i32) -> Fail {
+pub(crate) unsafe fn from_lua(s: &State, l: *mut lua_State, status: i32) -> Fail {
     let caught = s.errors.borrow_mut().caught.take();
     if let Some(fail) = s.budget.refusal() {
         return with_traceback(fail, caught.as_ref());
@@ -139,7 +139,7 @@ pub(crate) unsafe fn take(s: &State, l: *mut lua_State, status: i32) -> Fail {
         traceback: Vec::new(),
         places: Vec::new(),
     });
-    let globals = if lua_checkstack(l, 4) == 0 { Vec::new() } else { explain::globals(l) };
+    let globals = if lua_checkstack(l, 4) == 0 { Vec::new() } else { hints::globals(l) };
     describe(s, caught, globals)
 }
 
@@ -149,7 +149,7 @@ pub(crate) unsafe fn take(s: &State, l: *mut lua_State, status: i32) -> Fail {
 /// `s` is a state of this plugin.
 pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void) {
     let s = &*s.cast::<State>();
-    if let Ok(mut places) = s.full_at.try_borrow_mut() {
+    if let Ok(mut places) = s.memory_positions.try_borrow_mut() {
         *places = running_at(s);
     }
 }
@@ -183,7 +183,7 @@ pub(crate) fn place(s: &State) -> Option<Fail> {
 }
 
 fn no_memory(s: &State) -> Fail {
-    let places = s.full_at.take();
+    let places = s.memory_positions.take();
     at_places(memory_fail(s), &places)
 }
 
@@ -203,7 +203,8 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
     // The script appended a traceback to the message: split it off.
     const TRACE: &[u8] = b"\nstack traceback:\n";
     if let Some(at) = caught.text.windows(TRACE.len()).position(|w| w == TRACE) {
-        caught.traceback = joined(std::str::from_utf8(&caught.text[at + TRACE.len()..]).ok(), &caught.traceback);
+        caught.traceback =
+            join_tracebacks(std::str::from_utf8(&caught.text[at + TRACE.len()..]).ok(), &caught.traceback);
         caught.text.truncate(at);
     }
     let errors = s.errors.borrow();
@@ -212,24 +213,24 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
     if let Some((fail, text)) = &errors.raised
         && caught.text.ends_with(text)
     {
-        let (_, place) = strip(&caught.text, &caught, &chunk);
+        let (_, place) = strip_positions(&caught.text, &caught, &chunk);
         let mut out = Fail::with_code(fail.code(), fail.text());
         if let Some(help) = fail.help_text() {
             out = out.help(help);
         }
         return with_traceback(
             located(out, place, &caught),
-            Some(&Caught { traceback: joined(fail.traceback_text(), &caught.traceback), ..caught }),
+            Some(&Caught { traceback: join_tracebacks(fail.traceback_text(), &caught.traceback), ..caught }),
         );
     }
-    let (text, place) = strip(&caught.text, &caught, &chunk);
+    let (text, place) = strip_positions(&caught.text, &caught, &chunk);
     if text == b"not enough memory" {
         return with_traceback(located(memory_fail(s), place, &caught), Some(&caught));
     }
     let text = String::from_utf8_lossy(text).into_owned();
-    let fail = match s.text.borrow().unknown(&text, &errors.missed) {
+    let fail = match s.text.borrow().unknown(&text, &errors.unresolved) {
         Some(name) => {
-            let near = explain::nearest(&name, explain::commands(s).into_iter());
+            let near = hints::nearest(&name, hints::commands(s).into_iter());
             let help = near.map_or_else(
                 || "`tatu list commands` shows the commands of all plugins".to_owned(),
                 |near| format!("did you mean `{near}`?"),
@@ -237,9 +238,9 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
             Fail::with_code(TATU_ERR_UNKNOWN, unknown(&text, &name)).help(help)
         }
         None => {
-            let near = |name: &str| explain::nearest(name, globals.iter().cloned());
+            let near = |name: &str| hints::nearest(name, globals.iter().cloned());
             let fail = Fail::with_code(TATU_ERR_SCRIPT, text.clone());
-            match explain::runtime(&text, near) {
+            match hints::runtime(&text, near) {
                 Some(help) => fail.help(help),
                 None => fail,
             }
@@ -266,7 +267,7 @@ fn located(fail: Fail, place: Option<(String, u64)>, caught: &Caught) -> Fail {
     }
 }
 
-fn joined(inner: Option<&str>, outer: &[u8]) -> Vec<u8> {
+fn join_tracebacks(inner: Option<&str>, outer: &[u8]) -> Vec<u8> {
     let mut all = inner.map_or_else(Vec::new, |t| format!("{t}\n").into_bytes());
     all.extend_from_slice(outer);
     all
@@ -284,7 +285,7 @@ fn with_traceback(fail: Fail, caught: Option<&Caught>) -> Fail {
 }
 
 /// Strips leading `file:line: ` of known sources; the last one is the position.
-fn strip<'a>(text: &'a [u8], caught: &Caught, chunk: &str) -> (&'a [u8], Option<(String, u64)>) {
+fn strip_positions<'a>(text: &'a [u8], caught: &Caught, chunk: &str) -> (&'a [u8], Option<(String, u64)>) {
     let (mut text, mut place) = (text, None);
     'again: loop {
         let known = caught
@@ -293,7 +294,7 @@ fn strip<'a>(text: &'a [u8], caught: &Caught, chunk: &str) -> (&'a [u8], Option<
             .map(|(short, file, _)| (short.as_slice(), file.as_slice()))
             .chain([(chunk.as_bytes(), chunk.as_bytes())]);
         for (short, file) in known {
-            if let Some((line, rest)) = mark(text, short) {
+            if let Some((line, rest)) = split_position(text, short) {
                 place = Some((String::from_utf8_lossy(file).into_owned(), line));
                 text = rest;
                 continue 'again;
@@ -304,7 +305,7 @@ fn strip<'a>(text: &'a [u8], caught: &Caught, chunk: &str) -> (&'a [u8], Option<
 }
 
 /// Splits "source:12: rest".
-pub(crate) fn mark<'a>(text: &'a [u8], source: &[u8]) -> Option<(u64, &'a [u8])> {
+pub(crate) fn split_position<'a>(text: &'a [u8], source: &[u8]) -> Option<(u64, &'a [u8])> {
     if source.is_empty() {
         return None;
     }

@@ -11,11 +11,11 @@ use crate::{
 /// Ids from here on are of kept functions.
 const KEPT: u32 = 1 << 31;
 
-/// Registers the function at `idx` as borrowed; the id is valid until `unlend` of an earlier one.
+/// Registers the function at `idx` as borrowed; the id is valid until `release_borrowed_since` of an earlier one.
 ///
 /// # Safety
 /// Two free stack slots; may raise.
-pub(crate) unsafe fn lend(l: *mut lua_State, s: &State, idx: i32) -> u32 {
+pub(crate) unsafe fn borrow(l: *mut lua_State, s: &State, idx: i32) -> u32 {
     let id = s.borrowed.get() % (KEPT - 1) + 1;
     s.borrowed.set(id);
     registry(l, reg::BORROWED);
@@ -29,7 +29,7 @@ pub(crate) unsafe fn lend(l: *mut lua_State, s: &State, idx: i32) -> u32 {
 ///
 /// # Safety
 /// Two free stack slots; raises nothing, since the entries exist.
-pub(crate) unsafe fn unlend(l: *mut lua_State, s: &State, before: u32) {
+pub(crate) unsafe fn release_borrowed_since(l: *mut lua_State, s: &State, before: u32) {
     let now = s.borrowed.get();
     if now == before {
         return;
@@ -48,7 +48,7 @@ pub(crate) unsafe fn unlend(l: *mut lua_State, s: &State, before: u32) {
 ///
 /// # Safety
 /// May raise.
-pub(crate) unsafe fn unlend_all(l: *mut lua_State, s: &State) {
+pub(crate) unsafe fn release_borrowed(l: *mut lua_State, s: &State) {
     if s.borrowed.get() != s.returned.get() {
         s.returned.set(s.borrowed.get());
         lua_newtable(l);

@@ -85,7 +85,7 @@ unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
         errors::raise_text(l, "attempt to use a closed file");
     }
     // The order among parallel scripts would depend on threads.
-    if *place >= FIRST && state::of(l).beside.get() {
+    if *place >= FIRST && state::of(l).parallel.get() {
         errors::raise_text(l, "files cannot be used in a script that runs side by side with others");
     }
     *place
@@ -238,7 +238,7 @@ unsafe fn write_to(l: *mut lua_State, number: usize, first: i32) -> Result<(), i
     for i in first..=lua_gettop(l) {
         match lua_type(l, i) {
             LUA_TNUMBER => {
-                crate::text::to_text(l, i);
+                crate::tostring::to_text(l, i);
                 lua_replace(l, i);
             }
             LUA_TSTRING => {}

@@ -11,35 +11,35 @@
 )]
 
 mod alloc;
-mod allow;
 mod bind;
 mod budget;
 mod callbacks;
-mod capture;
-mod chunks;
-mod collect;
+mod chunk_cache;
 mod compat;
 mod convert;
 mod errors;
-mod explain;
 mod files;
 mod functions;
+mod gc;
+mod hints;
 mod io;
+mod lexer;
 mod load;
 mod lua_internals;
 mod modules;
 mod pattern;
+mod permissions;
 mod rerun;
-mod scan;
-mod slices;
+mod snapshot;
 mod sort;
 mod state;
 mod stdlib;
 mod strings;
 mod system;
-mod text;
 mod threads;
 mod time;
+mod time_slices;
+mod tostring;
 mod traits;
 
 use tatu_plugin_api::{abi::TATU_LOG_ERROR, safe::*};
@@ -102,12 +102,12 @@ impl Language for state::Script {
     ) -> Result<Flow> {
         threads::resume(self, token, failed, frame, budget, used)
     }
-    const STATE_VERSION: u32 = capture::VERSION;
+    const STATE_VERSION: u32 = snapshot::VERSION;
     fn save(&self) -> Result<Vec<u8>> {
-        capture::save(self)
+        snapshot::save(self)
     }
     fn restore(&self, bytes: &[u8], version: u32) -> Result<()> {
-        capture::restore(self, bytes, version)
+        snapshot::restore(self, bytes, version)
     }
     fn keep_func(&self, local: u32) -> u32 {
         functions::keep(self, local)
@@ -119,7 +119,7 @@ impl Language for state::Script {
         functions::call(self, local, frame, budget, used)
     }
     fn knows_dialect(dialect: &str) -> Result {
-        load::knows(dialect)
+        load::check_dialect(dialect)
     }
 }
 

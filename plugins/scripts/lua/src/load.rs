@@ -7,10 +7,9 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     callbacks::Style,
-    compat, errors, explain,
+    compat, errors, hints, lexer,
     rerun::Rerun,
-    scan,
-    state::{self, Script, border, bytes, push, reg},
+    state::{self, Script, State, abi_str, bytes, push, reg},
 };
 
 /// Rules that preludes declare for scripts.
@@ -19,7 +18,7 @@ pub(crate) struct Rules {
     /// Prefix and suffix of callback functions.
     pub functions: Vec<(Vec<u8>, Vec<u8>)>,
     /// Further names of callback functions: (callback, function).
-    pub also: Vec<(Vec<u8>, Vec<u8>)>,
+    pub aliases: Vec<(Vec<u8>, Vec<u8>)>,
     pub rerun: Option<Rerun>,
     /// The number that a callback returns to end its script.
     pub ends: Option<f64>,
@@ -28,7 +27,7 @@ pub(crate) struct Rules {
     /// Commands whose floats are not rounded.
     pub exact: Vec<Vec<u8>>,
     /// Known modules that no plugin offers.
-    pub lacking: Vec<Vec<u8>>,
+    pub missing_modules: Vec<Vec<u8>>,
     api: Vec<Vec<u8>>,
     /// The dialect found from the text.
     dialect: Option<String>,
@@ -62,7 +61,7 @@ impl Text {
         self.chunk.clone()
     }
     /// The unknown command that a message complains about, if the script called it or indexed an unknown name space.
-    pub(crate) fn unknown(&self, message: &str, missed: &VecDeque<Vec<u8>>) -> Option<String> {
+    pub(crate) fn unknown(&self, message: &str, unresolved: &VecDeque<Vec<u8>>) -> Option<String> {
         let call = message.strip_prefix("attempt to call a nil value (");
         let rest = call.or_else(|| message.strip_prefix("attempt to index a nil value ("))?;
         let (what, rest) = rest.split_once(" '")?;
@@ -70,7 +69,7 @@ impl Text {
         let name = match what {
             "global" | "local" | "upvalue" => name.to_owned(),
             "field" | "method" => {
-                let full = missed.iter().rev().map(|m| String::from_utf8_lossy(m));
+                let full = unresolved.iter().rev().map(|m| String::from_utf8_lossy(m));
                 full.filter(|m| m.rsplit_once('.').is_some_and(|(_, last)| last == name))
                     .map(|m| m.into_owned())
                     .next()?
@@ -83,13 +82,13 @@ impl Text {
 
 /// Loads a script's text and returns its dialect.
 pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
-    *s.words.borrow_mut() = scan::words(text);
+    *s.words.borrow_mut() = lexer::words(text);
     let mut rules = Rules::default();
     let dialect = if dialect.is_empty() {
         // The dialect is found by the preludes: a first pass, whose errors show up in the second.
         let mut first = Rules::default();
         let before = s.slot.backup();
-        let _ = preludes(s, None, &mut first);
+        let _ = run_preludes(s, None, &mut first);
         if let Some(before) = before {
             // SAFETY: the main thread is idle, and `first` refers to nothing in the state.
             unsafe { s.slot.roll_back(&before) };
@@ -103,20 +102,20 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     compat::open(s, old)?;
     // Garbage of this phase and of the preludes would scatter the script's own objects.
     // SAFETY: the main thread is idle.
-    unsafe { crate::collect::tidy(s.main, s) };
-    preludes(s, Some(&dialect), &mut rules)?;
+    unsafe { crate::gc::full(s.main, s) };
+    run_preludes(s, Some(&dialect), &mut rules)?;
     let words = s.words.take();
     s.single.set(rules.single);
     if !rules.switch.is_empty() {
         // SAFETY: the world is alive; the name is valid during the call.
-        s.slices.switch.set(unsafe { (s.commands.find)(s.world, border(&rules.switch)) });
+        s.slices.switch.set(unsafe { (s.commands.find)(s.world, abi_str(&rules.switch)) });
     }
     if rules.functions.is_empty() {
         rules.functions.push((Vec::new(), Vec::new()));
     }
     if let Some(rerun) = &mut rules.rerun {
-        rerun.fit(&words);
-        rerun.prune(s, text);
+        rerun.require_words(&words);
+        rerun.drop_empty_branches(s, text);
     }
     let may_rerun = rules.rerun.as_ref().is_some_and(|r| old || words.binary_search(&r.variable).is_ok());
     *s.text.borrow_mut() = Text {
@@ -128,11 +127,11 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
         names: Vec::new(),
     };
     // SAFETY: the main thread is idle.
-    unsafe { crate::collect::tidy(s.main, s) };
+    unsafe { crate::gc::full(s.main, s) };
     compile(s, text, chunk)?;
-    crate::capture::fresh::record(s)?;
+    crate::snapshot::baseline::record(s)?;
     // SAFETY: the main thread is idle.
-    unsafe { crate::collect::wind(s.main) };
+    unsafe { crate::gc::restart(s.main) };
     Ok(dialect)
 }
 
@@ -144,7 +143,7 @@ fn compile(s: &Script, text: &[u8], chunk: &str) -> Result {
         _ => 0,
     };
     let text = &text[skip..];
-    let modern = if s.old.get() { scan::modern(text) } else { text.into() };
+    let modern = if s.old.get() { lexer::to_lua54(text) } else { text.into() };
     let text: &[u8] = &modern;
     let name = CString::new(format!("@{chunk}").replace('\0', "")).unwrap_or_default();
     let mut message = None;
@@ -167,10 +166,10 @@ fn compile(s: &Script, text: &[u8], chunk: &str) -> Result {
 fn syntax(message: &[u8], chunk: &str) -> Fail {
     // Lua shortens long names from the left.
     let tail = message.windows(2).position(|w| w[0] == b':' && w[1].is_ascii_digit()).unwrap_or(0);
-    let (line, text) = errors::mark(message, &message[..tail]).unwrap_or((0, message));
+    let (line, text) = errors::split_position(message, &message[..tail]).unwrap_or((0, message));
     let text = String::from_utf8_lossy(text);
     let mut fail = Fail::with_code(TATU_ERR_SCRIPT, text.clone());
-    if let Some(help) = explain::syntax(&text) {
+    if let Some(help) = hints::syntax(&text) {
         fail = fail.help(help);
     }
     if line > 0 { fail.at(chunk, line) } else { fail }
@@ -184,28 +183,27 @@ fn kind(s: &Script) -> Vec<u8> {
     kind.ok().and_then(|v| v.as_bytes().map(<[u8]>::to_vec)).unwrap_or_default()
 }
 
-/// Runs all preludes without a module name, and collects the rules they return.
-fn preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
-    let Some(next) = s.host.commands_table().and_then(|t| t.prelude) else {
-        return Ok(());
-    };
-    let kind = kind(s);
-    for index in 0.. {
-        let (mut module, mut text) = (crate::state::border(b""), crate::state::border(b""));
+/// Module names and texts of all preludes.
+pub(crate) fn preludes(s: &State) -> impl Iterator<Item = (&'static [u8], &'static [u8])> {
+    let next = s.host.commands_table().and_then(|t| t.prelude);
+    (0..).map_while(move |index| {
+        let (mut module, mut text) = (abi_str(b""), abi_str(b""));
         // SAFETY: valid pointers; texts of preludes live as long as their plugin.
-        let (module, text) = unsafe {
-            if next(s.world, c"lua".as_ptr(), index, &mut module, &mut text) != TATU_OK {
-                break;
-            }
-            (slice(module), slice(text))
-        };
-        if !module.is_empty() {
-            continue;
+        unsafe {
+            let status = next?(s.world, c"lua".as_ptr(), index, &mut module, &mut text);
+            (status == TATU_OK).then(|| (bytes_of(module), bytes_of(text)))
         }
+    })
+}
+
+/// Runs all preludes without a module name, and collects the rules they return.
+fn run_preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
+    let kind = kind(s);
+    for (_, text) in preludes(s).filter(|(module, _)| module.is_empty()) {
         // SAFETY: runs in a protected call; the rules belong to the caller.
         s.protect(&mut |l| unsafe {
             luaL_checkstack(l, 20, std::ptr::null());
-            if crate::chunks::load(l, text, c"=prelude") != LUA_OK {
+            if crate::chunk_cache::load(l, text, c"=prelude") != LUA_OK {
                 lua_error(l);
             }
             lua_newtable(l);
@@ -217,10 +215,10 @@ fn preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
             }
             crate::stdlib::set(l, c"has", has);
             crate::stdlib::set(l, c"between", between);
-            crate::stdlib::set(l, c"slice", crate::slices::slice);
+            crate::stdlib::set(l, c"slice", crate::time_slices::slice);
             lua_call(l, 1, 1);
             if lua_type(l, -1) == LUA_TTABLE {
-                gather(l, rules);
+                read_rules(l, rules);
             }
         })?;
     }
@@ -229,7 +227,7 @@ fn preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result {
 
 /// # Safety
 /// The host's string lives for `'a`.
-pub(crate) unsafe fn slice<'a>(s: tatu_str) -> &'a [u8] {
+unsafe fn bytes_of<'a>(s: tatu_str) -> &'a [u8] {
     if s.ptr.is_null() {
         return b"";
     }
@@ -237,7 +235,7 @@ pub(crate) unsafe fn slice<'a>(s: tatu_str) -> &'a [u8] {
 }
 
 /// Reads the list of strings on top.
-pub(crate) unsafe fn texts(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
+pub(crate) unsafe fn read_strings(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
     for i in 1..=lua_rawlen(l, -1) {
         lua_rawgeti(l, -1, i as i64);
         out.push(bytes(l, -1).to_vec());
@@ -246,7 +244,7 @@ pub(crate) unsafe fn texts(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
 }
 
 /// Reads the rules of a prelude from the table on top.
-unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
+unsafe fn read_rules(l: *mut lua_State, rules: &mut Rules) {
     unsafe fn field(l: *mut lua_State, name: &std::ffi::CStr) -> bool {
         lua_getfield(l, -1, name.as_ptr()) != LUA_TNIL
     }
@@ -263,12 +261,12 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
     }
     lua_pop(l, 1);
     if field(l, c"api") && lua_type(l, -1) == LUA_TTABLE {
-        texts(l, &mut rules.api);
+        read_strings(l, &mut rules.api);
     }
     lua_pop(l, 1);
-    for (name, list) in [(c"exact", &mut rules.exact), (c"lacking", &mut rules.lacking)] {
+    for (name, list) in [(c"exact", &mut rules.exact), (c"lacking", &mut rules.missing_modules)] {
         if field(l, name) && lua_type(l, -1) == LUA_TTABLE {
-            texts(l, list);
+            read_strings(l, list);
         }
         lua_pop(l, 1);
     }
@@ -276,11 +274,11 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
         lua_pushnil(l);
         while lua_next(l, -2) != 0 {
             if lua_type(l, -2) == LUA_TSTRING && lua_type(l, -1) == LUA_TSTRING {
-                rules.also.push((bytes(l, -2).to_vec(), bytes(l, -1).to_vec()));
+                rules.aliases.push((bytes(l, -2).to_vec(), bytes(l, -1).to_vec()));
             }
             lua_pop(l, 1);
         }
-        rules.also.sort();
+        rules.aliases.sort();
     }
     lua_pop(l, 1);
     for (name, place) in [
@@ -297,7 +295,7 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
         for i in 1..=lua_rawlen(l, -1) {
             let mut pair = Vec::new();
             if lua_rawgeti(l, -1, i as i64) == LUA_TTABLE {
-                texts(l, &mut pair);
+                read_strings(l, &mut pair);
             }
             lua_pop(l, 1);
             let text = |b: &Vec<u8>| String::from_utf8_lossy(b).into_owned();
@@ -329,7 +327,7 @@ unsafe fn gather(l: *mut lua_State, rules: &mut Rules) {
     }
     lua_pop(l, 1);
     if field(l, c"rerun") && lua_type(l, -1) == LUA_TTABLE && rules.rerun.is_none() {
-        rules.rerun.insert(Rerun::default()).gather(l);
+        rules.rerun.insert(Rerun::default()).read_rules(l);
     }
     lua_pop(l, 1);
 }
@@ -363,7 +361,7 @@ unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
 }
 
 /// Checks a dialect: the version of the program that a script was written for.
-pub(crate) fn knows(dialect: &str) -> Result {
+pub(crate) fn check_dialect(dialect: &str) -> Result {
     let digits = |p: &str| !p.is_empty() && p.len() < 5 && p.bytes().all(|b| b.is_ascii_digit());
     match dialect.split('.').all(digits) && dialect.split('.').count() <= 3 {
         true => Ok(()),
@@ -389,7 +387,7 @@ mod tests {
         assert!(version("3.2") < version("4.2"));
         assert!(version("4.10") > version("4.2"));
         assert_eq!(version("modern"), None);
-        assert!(["3.2", "4.10.1", "4"].iter().all(|d| knows(d).is_ok()));
-        assert!(["3,2", "modern", "3.x", "", "3.", "1.2.3.4"].iter().all(|d| knows(d).is_err()));
+        assert!(["3.2", "4.10.1", "4"].iter().all(|d| check_dialect(d).is_ok()));
+        assert!(["3,2", "modern", "3.x", "", "3.", "1.2.3.4"].iter().all(|d| check_dialect(d).is_err()));
     }
 }

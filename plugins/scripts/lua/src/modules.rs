@@ -5,8 +5,8 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     errors,
-    load::slice,
-    state::{self, State, border, bytes, push, push_scratch, reg, registry},
+    load::preludes,
+    state::{self, State, abi_str, bytes, push, push_scratch, reg, registry},
     stdlib::set,
 };
 
@@ -28,24 +28,6 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     }
     lua_setfield(l, -2, c"package".as_ptr());
     lua_pop(l, 1);
-}
-
-/// Text of a command plugin's module.
-fn prelude(s: &State, name: &[u8]) -> Option<&'static [u8]> {
-    let next = s.host.commands_table()?.prelude?;
-    for index in 0.. {
-        let (mut module, mut text) = (border(b""), border(b""));
-        // SAFETY: valid pointers; texts of preludes live as long as their plugin.
-        unsafe {
-            if next(s.world, c"lua".as_ptr(), index, &mut module, &mut text) != TATU_OK {
-                return None;
-            }
-            if !name.is_empty() && slice(module) == name {
-                return Some(slice(text));
-            }
-        }
-    }
-    None
 }
 
 /// Reads a file into the scratch buffer; on failure false, with the reason there.
@@ -191,7 +173,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
     lua_pushvalue(l, 1);
     push(l, b".");
     lua_concat(l, 2);
-    if (s.commands.find)(s.world, border(bytes(l, 3))) != 0 {
+    if (s.commands.find)(s.world, abi_str(bytes(l, 3))) != 0 {
         lua_settop(l, 2);
         lua_pushglobaltable(l);
         lua_pushvalue(l, 1);
@@ -217,7 +199,8 @@ unsafe fn find(l: *mut lua_State) -> bool {
     }
     // After files: a module of the user may have the name of a plugin's module.
     lua_settop(l, 2);
-    if let Some(text) = prelude(s, bytes(l, 1)) {
+    let module = bytes(l, 1);
+    if let Some((_, text)) = preludes(s).find(|(name, _)| !name.is_empty() && *name == module) {
         push(l, b"=");
         lua_pushvalue(l, 1);
         lua_concat(l, 2);
@@ -239,7 +222,7 @@ unsafe fn missing(l: *mut lua_State) -> i32 {
 fn not_found(s: &State, name: &[u8]) -> Fail {
     // "arm-2" and "arm.tools" belong to the module "arm".
     let root = name.split(|b| b"-.".contains(b)).next().unwrap_or_default();
-    let lacking = s.text.borrow().rules.lacking.iter().any(|m| m == root);
+    let lacking = s.text.borrow().rules.missing_modules.iter().any(|m| m == root);
     let name = String::from_utf8_lossy(name);
     if lacking {
         return Fail::unsupported(format!("the module `{name}` of the original is not here"))

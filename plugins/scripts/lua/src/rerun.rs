@@ -4,9 +4,9 @@ use mlua_sys::*;
 use tatu_plugin_api::abi::*;
 
 use crate::{
-    load::texts,
-    scan,
-    state::{Script, State, border, bytes, push, reg, registry},
+    lexer,
+    load::read_strings,
+    state::{Script, State, abi_str, bytes, push, reg, registry},
 };
 
 /// Rules of texts that are run again for each callback.
@@ -27,7 +27,7 @@ impl Rerun {
     ///
     /// # Safety
     /// Runs in protected mode; a few free stack slots.
-    pub(crate) unsafe fn gather(&mut self, l: *mut lua_State) {
+    pub(crate) unsafe fn read_rules(&mut self, l: *mut lua_State) {
         lua_getfield(l, -1, c"variable".as_ptr());
         self.variable.extend_from_slice(bytes(l, -1));
         lua_pop(l, 1);
@@ -48,7 +48,7 @@ impl Rerun {
                 if lua_type(l, -2) == LUA_TSTRING && lua_type(l, -1) == LUA_TTABLE {
                     self.needs.push((bytes(l, -2).to_vec(), Vec::new()));
                     if let Some((_, words)) = self.needs.last_mut() {
-                        texts(l, words);
+                        read_strings(l, words);
                     }
                 }
                 lua_pop(l, 1);
@@ -71,15 +71,15 @@ impl Rerun {
         self.value(callback).is_some()
     }
     /// Removes the callbacks whose required names are missing from the text.
-    pub(crate) fn fit(&mut self, words: &[Vec<u8>]) {
+    pub(crate) fn require_words(&mut self, words: &[Vec<u8>]) {
         let needs = std::mem::take(&mut self.needs);
         let has = |w: &Vec<u8>| words.binary_search(w).is_ok();
         self.values
             .retain(|(callback, _)| needs.iter().filter(|(name, _)| name == callback).all(|(_, w)| w.iter().any(has)));
     }
     /// Removes the callbacks for which a text that consists of branches does nothing.
-    pub(crate) fn prune(&mut self, s: &Script, text: &[u8]) {
-        let Some(branches) = scan::branches(text, &self.variable) else { return };
+    pub(crate) fn drop_empty_branches(&mut self, s: &Script, text: &[u8]) {
+        let Some(branches) = lexer::branches(text, &self.variable) else { return };
         let values: Option<Vec<i64>> = branches.iter().map(|name| number(s, name)).collect();
         if let Some(values) = values {
             self.values.retain(|(callback, value)| callback == b"init" || values.contains(value));
@@ -89,10 +89,10 @@ impl Rerun {
     ///
     /// # Safety
     /// Runs in protected mode; a few free stack slots.
-    pub(crate) unsafe fn tell(&self, l: *mut lua_State, s: &State, value: Option<i64>) {
-        if registry(l, reg::TOLD) != LUA_TTABLE {
+    pub(crate) unsafe fn set_globals(&self, l: *mut lua_State, s: &State, value: Option<i64>) {
+        if registry(l, reg::RERUN_GLOBALS) != LUA_TTABLE {
             lua_pop(l, 1);
-            self.remember(l);
+            self.cache_names(l);
         }
         lua_pushglobaltable(l);
         lua_rawgeti(l, -2, 1);
@@ -109,7 +109,7 @@ impl Rerun {
         lua_pop(l, 2);
     }
     /// Pushes the list of these globals' names, and caches it: creating the strings anew takes longer than a lookup.
-    unsafe fn remember(&self, l: *mut lua_State) {
+    unsafe fn cache_names(&self, l: *mut lua_State) {
         lua_createtable(l, 1 + self.script.len() as i32, 0);
         push(l, &self.variable);
         lua_rawseti(l, -2, 1);
@@ -118,7 +118,7 @@ impl Rerun {
             lua_rawseti(l, -2, i);
         }
         lua_pushvalue(l, -1);
-        lua_rawseti(l, LUA_REGISTRYINDEX, reg::TOLD);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::RERUN_GLOBALS);
     }
     /// The value of a callback.
     pub(crate) fn value(&self, callback: &[u8]) -> Option<i64> {
@@ -141,8 +141,8 @@ fn number(s: &Script, word: &[u8]) -> Option<i64> {
                 return;
             }
         }
-        let mut value = crate::convert::word(TATU_NIL, 0);
-        if (s.commands.constant)(s.world, border(word), &mut value) == TATU_OK && value.tag == TATU_I64 {
+        let mut value = crate::convert::int_value(TATU_NIL, 0);
+        if (s.commands.constant)(s.world, abi_str(word), &mut value) == TATU_OK && value.tag == TATU_I64 {
             found = Some(value.u.i);
         }
     })

@@ -11,13 +11,14 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     alloc::{Slot, lua_alloc},
-    budget, collect,
+    budget,
     errors::{self, Errors},
     files::Files,
+    gc,
     load::Text,
     lua_internals::NumberFormat,
-    slices::Slices,
     stdlib::{self, Originals},
+    time_slices::Slices,
 };
 
 /// Keys in Lua's registry; 1 and 2 are reserved by Lua.
@@ -43,13 +44,13 @@ pub(crate) mod reg {
     /// Modules loaded by `require`.
     pub const LOADED: i64 = 19;
     /// Objects that existed before the text ran: number -> object.
-    pub const FRESH: i64 = 20;
+    pub const BASELINE: i64 = 20;
     /// Objects of a snapshot, while it is restored.
     pub const BUILT: i64 = 21;
     /// Constants of preludes: name -> value.
     pub const CONSTANTS: i64 = 22;
     /// Names of the globals that a rerun text reads: the callback, and the script's handle.
-    pub const TOLD: i64 = 23;
+    pub const RERUN_GLOBALS: i64 = 23;
 }
 
 /// Functions of the commands service.
@@ -103,7 +104,7 @@ pub(crate) struct State {
     /// Whether numbers are rounded to 32-bit floats at commands.
     pub single: Cell<bool>,
     /// Whether the running call is one of several parallel ones.
-    pub beside: Cell<bool>,
+    pub parallel: Cell<bool>,
     /// Names and operators in the text, while it is loaded.
     pub words: RefCell<Vec<Vec<u8>>>,
     pub slices: Slices,
@@ -121,7 +122,7 @@ pub(crate) struct State {
     /// Errors of waits that their coroutines have not received yet.
     pub failed: RefCell<BTreeMap<u64, Fail>>,
     /// Files and lines at which memory last ran out, innermost first.
-    pub full_at: RefCell<Vec<(String, u64)>>,
+    pub memory_positions: RefCell<Vec<(String, u64)>>,
     /// Whether a panic unwound through the state.
     pub broken: Cell<bool>,
     pub slot: Box<Slot>,
@@ -158,7 +159,7 @@ impl State {
             lua_pushcclosure(l, run, 0);
             lua_pushlightuserdata(l, (&raw mut f).cast());
             let status = lua_pcall(l, 1, 0, top + 1);
-            let result = if status == LUA_OK { Ok(()) } else { Err(errors::take(self, l, status)) };
+            let result = if status == LUA_OK { Ok(()) } else { Err(errors::from_lua(self, l, status)) };
             lua_settop(l, top);
             result
         }
@@ -227,7 +228,7 @@ impl Script {
             numbers: Cell::new(0),
             old: Cell::new(false),
             single: Cell::new(false),
-            beside: Cell::new(false),
+            parallel: Cell::new(false),
             words: RefCell::default(),
             slices: Slices::default(),
             errors: RefCell::default(),
@@ -238,7 +239,7 @@ impl Script {
             scratch: RefCell::default(),
             originals: Originals::default(),
             failed: RefCell::default(),
-            full_at: RefCell::default(),
+            memory_positions: RefCell::default(),
             broken: Cell::new(false),
             slot,
         });
@@ -247,16 +248,16 @@ impl Script {
         state.slot.full.set(Some((errors::note_memory, (&raw const *state).cast())));
         let script = Script { state };
         // SAFETY: the state is new and runs nothing.
-        unsafe { collect::open(main) };
+        unsafe { gc::open(main) };
         // SAFETY: runs in protected mode, on the new state's own stack.
         script.protect(&mut |l| unsafe {
             stdlib::open(l);
-            crate::allow::open(l, &script);
+            crate::permissions::open(l, &script);
         })?;
         // SAFETY: the main thread runs nothing.
         unsafe {
             budget::arm(main);
-            script.budget.find_count(main);
+            script.budget.locate_countdown(main);
         }
         Ok(script)
     }
@@ -291,7 +292,7 @@ fn table(host: &Host) -> Option<Commands> {
 }
 
 /// A string of the ABI.
-pub(crate) fn border(bytes: &[u8]) -> tatu_str {
+pub(crate) fn abi_str(bytes: &[u8]) -> tatu_str {
     tatu_str { ptr: bytes.as_ptr().cast(), len: bytes.len() as u64 }
 }
 

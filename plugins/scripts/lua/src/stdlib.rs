@@ -10,7 +10,7 @@ use mlua_sys::*;
 use crate::{
     bind, budget, errors, io, modules,
     state::{self, push, reg, registry},
-    strings, text, time,
+    strings, time, tostring,
 };
 
 /// Library functions that this plugin wraps.
@@ -75,7 +75,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     others(l);
     for (name, _) in libraries {
         lua_getglobal(l, name.as_ptr());
-        enclose(l);
+        add_upvalues(l);
         registry(l, reg::LOADED);
         lua_pushvalue(l, -2);
         lua_setfield(l, -2, name.as_ptr());
@@ -83,7 +83,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     }
     push(l, b"");
     if lua_getmetatable(l, -1) != 0 {
-        enclose(l);
+        add_upvalues(l);
         lua_pop(l, 1);
     }
     lua_pop(l, 1);
@@ -116,7 +116,7 @@ unsafe fn original(l: *mut lua_State, name: &std::ffi::CStr, which: usize) {
 }
 
 /// Registers the bare C functions of the table on top again, with an upvalue.
-unsafe fn enclose(l: *mut lua_State) {
+unsafe fn add_upvalues(l: *mut lua_State) {
     lua_pushnil(l);
     while lua_next(l, -2) != 0 {
         match lua_tocfunction(l, -1) {
@@ -141,7 +141,7 @@ unsafe fn debug(l: *mut lua_State) {
         lua_getfield(l, -2, name.as_ptr());
         lua_setfield(l, -2, name.as_ptr());
     }
-    enclose(l);
+    add_upvalues(l);
     lua_setglobal(l, c"debug".as_ptr());
     lua_pop(l, 1);
 }
@@ -149,8 +149,8 @@ unsafe fn debug(l: *mut lua_State) {
 unsafe fn base(l: *mut lua_State) {
     lua_pushglobaltable(l);
     original(l, c"load", LOAD);
-    set(l, c"print", text::print);
-    set(l, c"tostring", text::tostring);
+    set(l, c"print", tostring::print);
+    set(l, c"tostring", tostring::tostring);
     set(l, c"load", load);
     set(l, c"setmetatable", setmetatable);
     set(l, c"collectgarbage", collectgarbage);
@@ -175,7 +175,7 @@ unsafe fn base(l: *mut lua_State) {
 unsafe fn others(l: *mut lua_State) {
     lua_getglobal(l, c"string".as_ptr());
     original(l, c"format", FORMAT);
-    set(l, c"format", text::format);
+    set(l, c"format", tostring::format);
     remove(l, c"dump");
     original(l, c"rep", REP);
     set(l, c"rep", rep);
@@ -216,7 +216,7 @@ unsafe extern "C-unwind" fn nothing(_: *mut lua_State) -> i32 {
 unsafe extern "C-unwind" fn pairs(l: *mut lua_State) -> i32 {
     luaL_checkany(l, 1);
     if state::of(l).restored.get() {
-        crate::capture::watch_order(l, 1);
+        crate::snapshot::watch_order(l, 1);
     }
     if luaL_getmetafield(l, 1, c"__pairs".as_ptr()) != LUA_TNIL {
         lua_pushvalue(l, 1);
@@ -336,7 +336,7 @@ unsafe extern "C-unwind" fn xpcall_done(l: *mut lua_State, status: i32, extra: l
 
 unsafe extern "C-unwind" fn handle(l: *mut lua_State) -> i32 {
     lua_settop(l, 1);
-    if !state::of(l).budget.is_dead() {
+    if !state::of(l).budget.is_exhausted() {
         lua_pushvalue(l, lua_upvalueindex(1));
         lua_insert(l, 1);
         lua_call(l, 1, 1);
@@ -423,7 +423,7 @@ unsafe extern "C-unwind" fn randomseed(l: *mut lua_State) -> i32 {
     }
     // Older versions of Lua truncated fractions.
     for i in 1..=lua_gettop(l) {
-        text::truncate_at(l, i);
+        tostring::truncate_at(l, i);
     }
     lua_pushvalue(l, lua_upvalueindex(1));
     lua_insert(l, 1);

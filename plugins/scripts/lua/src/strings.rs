@@ -8,7 +8,7 @@ use crate::{
     budget, errors,
     pattern::{Capture, Fault, Matcher, is_plain},
     state::{self, State, bytes, push},
-    text::truncate_at,
+    tostring::truncate_at,
 };
 
 /// Matcher steps that count as one instruction.
@@ -20,7 +20,7 @@ unsafe fn arg<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
 }
 
 fn matcher<'a>(s: &State, src: &'a [u8], pat: &'a [u8]) -> Matcher<'a> {
-    Matcher::new(src, pat, budget::left(s).saturating_mul(STEPS))
+    Matcher::new(src, pat, budget::remaining(s).saturating_mul(STEPS))
 }
 
 /// Charges the steps since the last call.
@@ -226,7 +226,7 @@ unsafe fn replace(
             lua_gettable(l, 3);
         }
         _ => {
-            template(l, b, m, src, s, e);
+            expand_template(l, b, m, src, s, e);
             return true;
         }
     }
@@ -243,7 +243,7 @@ unsafe fn replace(
 }
 
 /// Adds a replacement string with `%1` and the like expanded.
-unsafe fn template(l: *mut lua_State, b: *mut luaL_Buffer, m: &mut Matcher<'_>, src: &[u8], s: usize, e: usize) {
+unsafe fn expand_template(l: *mut lua_State, b: *mut luaL_Buffer, m: &mut Matcher<'_>, src: &[u8], s: usize, e: usize) {
     let news = bytes(l, 3);
     let mut i = 0;
     while i < news.len() {

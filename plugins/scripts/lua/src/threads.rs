@@ -26,11 +26,11 @@ pub(crate) unsafe fn suspend(l: *mut lua_State, s: &State, token: u64) -> i32 {
     lua_rawseti(l, -2, token as i64);
     lua_settop(l, 0);
     s.waiting.set((token, l));
-    lua_yieldk(l, 0, token as lua_KContext, Some(go_on))
+    lua_yieldk(l, 0, token as lua_KContext, Some(continue_wait))
 }
 
 /// Continuation after a resume: returns results, raises the error, or waits on.
-unsafe extern "C-unwind" fn go_on(l: *mut lua_State, _: i32, token: lua_KContext) -> i32 {
+unsafe extern "C-unwind" fn continue_wait(l: *mut lua_State, _: i32, token: lua_KContext) -> i32 {
     let s = state::of(l);
     lua_settop(l, 0);
     registry(l, reg::DONE);
@@ -38,7 +38,7 @@ unsafe extern "C-unwind" fn go_on(l: *mut lua_State, _: i32, token: lua_KContext
     if kind == LUA_TNIL {
         lua_settop(l, 0);
         s.waiting.set((token as u64, l));
-        return lua_yieldk(l, 0, token, Some(go_on));
+        return lua_yieldk(l, 0, token, Some(continue_wait));
     }
     lua_pushnil(l);
     lua_rawseti(l, 1, token as i64);
@@ -77,7 +77,7 @@ pub(crate) unsafe fn start(l: *mut lua_State, s: &State, frame: *mut tatu_call) 
         errors::raise_text(l, "too many arguments");
     }
     lua_xmove(l, thread, n + 1);
-    go(l, s, function + 1, n, frame)
+    run_coroutine(l, s, function + 1, n, frame)
 }
 
 /// Ends a wait.
@@ -101,7 +101,7 @@ pub(crate) fn resume(
         }
         lua_pushnil(l);
         lua_rawseti(l, waits, token as i64);
-        if !crate::slices::was_cut(lua_tothread(l, waits + 1)) {
+        if !crate::time_slices::was_preempted(lua_tothread(l, waits + 1)) {
             registry(l, reg::DONE);
             match failed.take() {
                 Some(fail) => {
@@ -119,7 +119,7 @@ pub(crate) fn resume(
         if !own || lua_status(thread) != LUA_YIELD {
             return Flow::Done;
         }
-        go(l, s, waits + 1, 0, frame)
+        run_coroutine(l, s, waits + 1, 0, frame)
     })?;
     if gone {
         return Err(Fail::with_code(TATU_ERR_GONE, "nothing in the script waits under this number"));
@@ -141,7 +141,7 @@ unsafe fn pack(l: *mut lua_State, frame: *mut tatu_call) {
 }
 
 /// Runs the plugin's coroutine at `at` until it ends or waits.
-unsafe fn go(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *mut tatu_call) -> Flow {
+unsafe fn run_coroutine(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *mut tatu_call) -> Flow {
     let thread = lua_tothread(l, at);
     s.waiting.set((0, std::ptr::null_mut()));
     let mut results = 0;
@@ -173,7 +173,7 @@ unsafe fn go(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *mut tatu_cal
     }
     luaL_checkstack(l, 8, std::ptr::null());
     lua_xmove(thread, l, 1);
-    errors::note(l, thread, s);
+    errors::record(l, thread, s);
     lua_closethread(thread, l);
     lua_error(l)
 }

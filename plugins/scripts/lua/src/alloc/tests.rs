@@ -48,23 +48,26 @@ fn what_needs_no_tidying_is_left_alone() {
     let free = || slot.free.each_ref().map(Cell::get);
     // SAFETY: blocks are handed back with the sizes they have.
     unsafe {
-        let all: Vec<_> = (0..6).map(|_| slot.take(100, false)).collect();
-        assert!(!slot.untidy.get());
+        let all: Vec<_> = (0..6).map(|_| slot.allocate(100, false)).collect();
+        assert!(!slot.unsorted.get());
         // In order, and not at the end.
-        slot.give(all[2], 100);
-        slot.give(all[1], 100);
-        assert!(!slot.untidy.get());
+        slot.free_block(all[2], 100);
+        slot.free_block(all[1], 100);
+        assert!(!slot.unsorted.get());
         let before = (free(), slot.top.get());
-        slot.untidy.set(true);
-        slot.tidy();
+        slot.unsorted.set(true);
+        slot.sort_free_lists();
         assert_eq!((free(), slot.top.get()), before);
-        slot.give(all[3], 100);
-        assert!(slot.untidy.get(), "a higher one before a lower one");
-        slot.tidy();
-        assert_eq!([slot.take(100, false), slot.take(100, false), slot.take(100, false)], [all[1], all[2], all[3]]);
-        assert!(!slot.untidy.get());
-        slot.give(all[5], 100);
-        assert!(slot.untidy.get(), "the last one");
+        slot.free_block(all[3], 100);
+        assert!(slot.unsorted.get(), "a higher one before a lower one");
+        slot.sort_free_lists();
+        assert_eq!(
+            [slot.allocate(100, false), slot.allocate(100, false), slot.allocate(100, false)],
+            [all[1], all[2], all[3]]
+        );
+        assert!(!slot.unsorted.get());
+        slot.free_block(all[5], 100);
+        assert!(slot.unsorted.get(), "the last one");
     }
 }
 
@@ -73,14 +76,17 @@ fn tidying_gives_the_end_back_and_low_addresses_first() {
     let Some(slot) = Slot::in_test(0) else { return };
     // SAFETY: blocks are handed back with the sizes they have.
     unsafe {
-        let all: Vec<_> = (0..6).map(|_| slot.take(100, false)).collect();
+        let all: Vec<_> = (0..6).map(|_| slot.allocate(100, false)).collect();
         let end = slot.top.get();
         for i in [1, 0, 5, 4] {
-            slot.give(all[i], 100);
+            slot.free_block(all[i], 100);
         }
-        slot.tidy();
+        slot.sort_free_lists();
         assert_eq!(slot.top.get(), end - 2 * class(100).1);
-        assert_eq!([slot.take(100, false), slot.take(100, false), slot.take(100, false)], [all[0], all[1], all[4]]);
+        assert_eq!(
+            [slot.allocate(100, false), slot.allocate(100, false), slot.allocate(100, false)],
+            [all[0], all[1], all[4]]
+        );
         assert_eq!(slot.used.get(), 5 * class(100).1);
     }
 }
@@ -90,7 +96,7 @@ fn a_backup_brings_content_and_order_back() {
     let Some(slot) = Slot::in_test(9) else { return };
     // SAFETY: blocks are handed back with the sizes they have.
     unsafe {
-        let all: Vec<_> = (0..50).map(|_| slot.take(3000, false)).collect();
+        let all: Vec<_> = (0..50).map(|_| slot.allocate(3000, false)).collect();
         for (i, block) in all.iter().enumerate() {
             block.write_bytes(i as u8, 3000);
         }
@@ -100,10 +106,10 @@ fn a_backup_brings_content_and_order_back() {
             block.write_bytes(0xAA, 3000);
             // The first ones stay.
             if i >= 3 {
-                slot.give(*block, 3000);
+                slot.free_block(*block, 3000);
             }
         }
-        slot.tidy();
+        slot.sort_free_lists();
         assert_eq!(slot.top.get(), slot.offset(all[3]));
         // Twice, so that the way is gone again.
         for _ in 0..2 {
@@ -112,9 +118,9 @@ fn a_backup_brings_content_and_order_back() {
             for (i, block) in all.iter().enumerate() {
                 assert!(std::slice::from_raw_parts(*block, 3000).iter().all(|b| *b == i as u8));
             }
-            let more = slot.take(3000, false);
+            let more = slot.allocate(3000, false);
             assert_eq!(slot.offset(more), top);
-            slot.give(more, 3000);
+            slot.free_block(more, 3000);
         }
     }
 }

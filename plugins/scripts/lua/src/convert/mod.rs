@@ -1,12 +1,12 @@
 //! Conversion of values between Lua and the ABI.
 
-mod put;
-mod read;
-mod single;
+mod float32;
+mod from_lua;
+mod to_lua;
 
-pub(crate) use put::{put, put_args};
-pub(crate) use read::{Reader, Room, take_results, word};
-pub(crate) use single::{put_single, to_single};
+pub(crate) use float32::{put_single, to_single};
+pub(crate) use from_lua::{Allocator, Reader, int_value, take_results};
+pub(crate) use to_lua::{put, put_args};
 
 /// Nesting limit of lists and maps.
 const MAX_DEPTH: u32 = 32;

@@ -7,29 +7,29 @@
 use mlua_sys::*;
 
 use super::{
-    build::put_bytes,
     image::{Image, Kind, Node, Object, Val},
-    walk::fingerprint,
+    restore::put_bytes,
+    save::fingerprint,
 };
 use crate::state::{reg, registry};
 
 /// Stack layout: created tables by object index; objects that existed before the text ran; the globals.
 const OBJECTS: i32 = 1;
-const FRESH: i32 = 2;
+const BASELINE: i32 = 2;
 const GLOBALS: i32 = 3;
 
 /// A transfer in progress; outside of Lua, so that a Lua error leaks nothing.
-pub(super) struct Take {
+pub(super) struct Transfer {
     image: Image,
     /// Per object, whether it is a table of plain data.
     plain: Vec<bool>,
     pub(super) refused: Option<&'static str>,
 }
 
-impl Take {
+impl Transfer {
     pub(super) fn new(image: Image) -> Self {
         let plain = plain(&image);
-        Take { image, plain, refused: None }
+        Transfer { image, plain, refused: None }
     }
 
     fn is_plain(&self, v: Val) -> bool {
@@ -43,15 +43,15 @@ impl Take {
     pub(super) unsafe fn run(&mut self, l: *mut lua_State) {
         luaL_checkstack(l, 20, std::ptr::null());
         lua_createtable(l, 0, 0);
-        if registry(l, reg::FRESH) != LUA_TTABLE || fingerprint(l, FRESH) != self.image.fresh {
+        if registry(l, reg::BASELINE) != LUA_TTABLE || fingerprint(l, BASELINE) != self.image.baseline {
             self.refused = Some("the library and the preludes are not those that it was written with");
             return;
         }
         lua_pushglobaltable(l);
         for (id, object) in self.image.objects.iter().enumerate() {
             match object {
-                Object { fresh: Some(k), kind: Kind::Bytes(bytes) } => {
-                    if lua_rawgeti(l, FRESH, i64::from(*k) + 1) == LUA_TUSERDATA {
+                Object { baseline: Some(k), kind: Kind::Bytes(bytes) } => {
+                    if lua_rawgeti(l, BASELINE, i64::from(*k) + 1) == LUA_TUSERDATA {
                         put_bytes(l, bytes);
                     }
                     lua_settop(l, GLOBALS);
@@ -78,8 +78,8 @@ impl Take {
                         lua_rawset(l, -3);
                     }
                 }
-            } else if let Some(k) = object.fresh {
-                lua_rawgeti(l, FRESH, i64::from(k) + 1);
+            } else if let Some(k) = object.baseline {
+                lua_rawgeti(l, BASELINE, i64::from(k) + 1);
                 if lua_rawequal(l, -1, GLOBALS) != 0 {
                     for node in &t.nodes {
                         self.global(l, node);
@@ -125,10 +125,10 @@ impl Take {
 
 /// Per object, whether it is a table of plain data at any depth.
 fn plain(image: &Image) -> Vec<bool> {
-    let own = |o: &Object| o.fresh.is_none() && matches!(&o.kind, Kind::Table(t) if t.meta.is_none());
+    let own = |o: &Object| o.baseline.is_none() && matches!(&o.kind, Kind::Table(t) if t.meta.is_none());
     let mut plain: Vec<bool> = image.objects.iter().map(own).collect();
     // A table is not plain if it refers to an object that is not.
-    let mut holders: Vec<Vec<u32>> = vec![Vec::new(); image.objects.len()];
+    let mut referrers: Vec<Vec<u32>> = vec![Vec::new(); image.objects.len()];
     for (id, object) in image.objects.iter().enumerate() {
         let Kind::Table(t) = &object.kind else { continue };
         let of_nodes = t.nodes.iter().flat_map(|n| match n {
@@ -137,13 +137,13 @@ fn plain(image: &Image) -> Vec<bool> {
         });
         for v in t.array.iter().copied().chain(of_nodes) {
             if let Val::Object(n) = v {
-                holders[n as usize].push(id as u32);
+                referrers[n as usize].push(id as u32);
             }
         }
     }
     let mut others: Vec<usize> = (0..plain.len()).filter(|i| !plain[*i]).collect();
     while let Some(id) = others.pop() {
-        for holder in &holders[id] {
+        for holder in &referrers[id] {
             if std::mem::take(&mut plain[*holder as usize]) {
                 others.push(*holder as usize);
             }

@@ -41,7 +41,7 @@ pub(super) struct Table {
 
 /// Position of a function: text, and index of the function in it, in order of appearance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Piece {
+pub(super) struct FunctionRef {
     /// 0: the script's own text; else an index into [`Image::texts`], from 1.
     pub text: u32,
     pub function: u32,
@@ -52,7 +52,7 @@ pub(super) enum Kind {
     Table(Table),
     /// A Lua function and its upvalues; the position is missing if it existed before the text ran.
     Function {
-        piece: Option<Piece>,
+        piece: Option<FunctionRef>,
         cells: Vec<u32>,
     },
     /// A function of the plugin and its upvalues; the number is missing if it existed before the text ran.
@@ -63,19 +63,19 @@ pub(super) enum Kind {
     /// Userdata that existed before the text ran, such as the state of the random generator.
     Bytes(Vec<u8>),
     /// A coroutine that has ended.
-    Ended,
+    DeadCoroutine,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Object {
     /// Index among the objects that existed before the text ran.
-    pub fresh: Option<u32>,
+    pub baseline: Option<u32>,
     pub kind: Kind,
 }
 
 /// The plugin's own data about a script.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub(super) struct Known {
+pub(super) struct PluginData {
     pub token: u64,
     pub borrowed: u32,
     pub returned: u32,
@@ -92,7 +92,7 @@ pub(super) struct Known {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Image {
     /// Hash of the objects that existed before the text ran.
-    pub fresh: u64,
+    pub baseline: u64,
     /// Hash of the code of the script's text.
     pub code: u64,
     pub objects: Vec<Object>,
@@ -103,7 +103,7 @@ pub(super) struct Image {
     pub texts: Vec<(Vec<u8>, Vec<u8>)>,
     /// Numbers shown in place of addresses.
     pub numbers: Vec<(u32, i64)>,
-    pub known: Known,
+    pub plugin_data: PluginData,
 }
 
 impl Image {
@@ -133,7 +133,7 @@ impl Image {
                 known && cells.len() < 256 && cells.iter().all(|c| (*c as usize) < self.cells.len())
             }
             Kind::Native { upvalues, .. } => upvalues.len() < 256 && upvalues.iter().all(value),
-            Kind::Bytes(_) | Kind::Ended => true,
+            Kind::Bytes(_) | Kind::DeadCoroutine => true,
         };
         let numbers = self.numbers.iter().all(|(n, _)| (*n as usize) < self.objects.len());
         if self.objects.iter().all(object) && self.cells.iter().all(value) && numbers {

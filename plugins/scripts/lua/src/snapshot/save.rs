@@ -7,7 +7,7 @@ use tatu_plugin_api::safe::*;
 
 use super::{
     ROOT_NAMES,
-    image::{Image, Kind, Node, Object, Piece, Table, Val},
+    image::{FunctionRef, Image, Kind, Node, Object, Table, Val},
     roots,
 };
 use crate::{
@@ -24,23 +24,23 @@ enum Step {
     Variable(u32),
     Metatable,
     /// As a key.
-    Among,
+    AsKey,
 }
 
 /// Stack layout: objects by index plus one; objects that existed before the text ran.
 const OBJECTS: i32 = 1;
-const FRESH: i32 = 2;
+const BASELINE: i32 = 2;
 
 /// A walk in progress; outside of Lua, so that a Lua error leaks nothing.
-pub(super) struct Walk {
+pub(super) struct Saver {
     image: Image,
     ids: HashMap<usize, u32>,
     /// How each object was reached.
     from: Vec<(u32, Step)>,
     cells: HashMap<usize, u32>,
     strings: HashMap<Vec<u8>, u32>,
-    fresh: HashMap<usize, u32>,
-    pieces: HashMap<Vec<u8>, Piece>,
+    baseline: HashMap<usize, u32>,
+    pieces: HashMap<Vec<u8>, FunctionRef>,
     dump: Vec<u8>,
     /// Buffers for the object that is being described.
     array: Vec<Val>,
@@ -50,15 +50,15 @@ pub(super) struct Walk {
     refused: Option<String>,
 }
 
-impl Walk {
+impl Saver {
     pub(super) fn new() -> Self {
-        Walk {
+        Saver {
             image: Image::default(),
             ids: HashMap::new(),
             from: Vec::new(),
             cells: HashMap::new(),
             strings: HashMap::new(),
-            fresh: HashMap::new(),
+            baseline: HashMap::new(),
             pieces: HashMap::new(),
             dump: Vec::new(),
             array: Vec::new(),
@@ -87,24 +87,24 @@ impl Walk {
             return;
         }
         lua_newtable(l);
-        if registry(l, reg::FRESH) != LUA_TTABLE {
+        if registry(l, reg::BASELINE) != LUA_TTABLE {
             self.refused = Some("its text has not been loaded".to_owned());
             return;
         }
         self.prepare(l, s);
         let n = roots(l) as usize;
         for i in 0..n {
-            lua_pushvalue(l, FRESH + 1 + i as i32);
+            lua_pushvalue(l, BASELINE + 1 + i as i32);
             self.object(l, 0, Step::Root(i));
             lua_pop(l, 1);
         }
-        lua_settop(l, FRESH);
+        lua_settop(l, BASELINE);
         let mut id = 0;
         while id < self.from.len() && self.refused.is_none() {
             lua_rawgeti(l, OBJECTS, id as i64 + 1);
             let kind = self.describe(l, id as u32);
-            self.image.objects.push(Object { fresh: self.fresh_number(l, FRESH + 1), kind });
-            lua_settop(l, FRESH);
+            self.image.objects.push(Object { baseline: self.baseline_index(l, BASELINE + 1), kind });
+            lua_settop(l, BASELINE);
             id += 1;
         }
         if self.refused.is_none() {
@@ -114,36 +114,36 @@ impl Walk {
 
     /// Indexes the objects that existed before the text ran, and the functions of all texts.
     unsafe fn prepare(&mut self, l: *mut lua_State, s: &State) {
-        for k in 0..lua_rawlen(l, FRESH) {
-            lua_rawgeti(l, FRESH, k as i64 + 1);
-            self.fresh.insert(lua_topointer(l, -1) as usize, k as u32);
+        for k in 0..lua_rawlen(l, BASELINE) {
+            lua_rawgeti(l, BASELINE, k as i64 + 1);
+            self.baseline.insert(lua_topointer(l, -1) as usize, k as u32);
             lua_pop(l, 1);
         }
-        self.image.fresh = fingerprint(l, FRESH);
+        self.image.baseline = fingerprint(l, BASELINE);
         if registry(l, reg::CHUNK) == LUA_TFUNCTION {
-            self.learn(l, 0);
+            self.index_functions(l, 0);
         }
         lua_pop(l, 1);
         self.image.texts.clone_from(&s.texts.borrow());
         for i in 0..self.image.texts.len() {
             if compile(l, &self.image.texts[i]) {
-                self.learn(l, i as u32 + 1);
+                self.index_functions(l, i as u32 + 1);
             }
             lua_pop(l, 1);
         }
     }
 
     /// Indexes the functions of the text on top.
-    unsafe fn learn(&mut self, l: *mut lua_State, text: u32) {
+    unsafe fn index_functions(&mut self, l: *mut lua_State, text: u32) {
         let mut pieces = Vec::new();
         lua_internals::dump_all(l, &mut pieces);
         for (i, piece) in pieces.into_iter().enumerate() {
-            self.pieces.entry(piece).or_insert(Piece { text, function: i as u32 });
+            self.pieces.entry(piece).or_insert(FunctionRef { text, function: i as u32 });
         }
     }
 
-    unsafe fn fresh_number(&self, l: *mut lua_State, idx: i32) -> Option<u32> {
-        self.fresh.get(&(lua_topointer(l, idx) as usize)).copied()
+    unsafe fn baseline_index(&self, l: *mut lua_State, idx: i32) -> Option<u32> {
+        self.baseline.get(&(lua_topointer(l, idx) as usize)).copied()
     }
 
     /// Data besides the reachable objects: waits, numbers shown in place of addresses.
@@ -157,17 +157,17 @@ impl Walk {
             if lua_next(l, -2) != 0 {
                 self.refused = Some(what.to_owned());
             }
-            lua_settop(l, FRESH);
+            lua_settop(l, BASELINE);
         }
         registry(l, reg::NUMBERS);
         lua_pushnil(l);
-        while lua_next(l, FRESH + 1) != 0 {
+        while lua_next(l, BASELINE + 1) != 0 {
             if let Some(id) = self.ids.get(&(lua_topointer(l, -2) as usize)) {
                 self.image.numbers.push((*id, lua_tointeger(l, -1)));
             }
             lua_pop(l, 1);
         }
-        lua_settop(l, FRESH);
+        lua_settop(l, BASELINE);
     }
 
     /// Describes the value on top, reached from `id` by `step`.
@@ -210,7 +210,7 @@ impl Walk {
         if self.refused.is_none() {
             self.refused = Some(format!("{} {what}", self.name(id)));
         }
-        Kind::Ended
+        Kind::DeadCoroutine
     }
 
     /// How the script refers to an object.
@@ -230,20 +230,20 @@ impl Walk {
                 Step::Key(Val::Float(bits)) => tail = format!("[{}]{tail}", f64::from_bits(bits)),
                 Step::Key(_) => tail = format!("[...]{tail}"),
                 Step::Metatable => tail = format!(" (its metatable){tail}"),
-                Step::Among => tail = format!(" (a key){tail}"),
+                Step::AsKey => tail = format!(" (a key){tail}"),
             }
             at = from;
         }
         format!("something deep in its variables, at `{tail}`")
     }
 
-    /// Describes the object on top, which is also in slot `FRESH + 1`.
+    /// Describes the object on top, which is also in slot `BASELINE + 1`.
     unsafe fn describe(&mut self, l: *mut lua_State, id: u32) -> Kind {
         match lua_type(l, -1) {
             LUA_TTABLE => self.table(l, id),
             LUA_TFUNCTION if lua_iscfunction(l, -1) != 0 => self.native(l, id),
             LUA_TFUNCTION => self.function(l, id),
-            LUA_TUSERDATA if self.fresh_number(l, -1).is_some() => {
+            LUA_TUSERDATA if self.baseline_index(l, -1).is_some() => {
                 if lua_getmetatable(l, -1) != 0 {
                     // A file of the library, without state in Lua.
                     lua_pop(l, 1);
@@ -258,7 +258,7 @@ impl Walk {
                 match lua_status(thread) {
                     LUA_YIELD => self.refuse(id, "is a suspended coroutine"),
                     LUA_OK if lua_gettop(thread) > 0 => self.refuse(id, "is a coroutine that has yet to begin"),
-                    _ => Kind::Ended,
+                    _ => Kind::DeadCoroutine,
                 }
             }
             _ => self.refuse(id, "is of a type that cannot be written"),
@@ -269,7 +269,7 @@ impl Walk {
         let f = lua_tocfunction(l, -1);
         self.array.clear();
         let mut n = 1;
-        while !lua_getupvalue(l, FRESH + 1, n).is_null() {
+        while !lua_getupvalue(l, BASELINE + 1, n).is_null() {
             if lua_type(l, -1) == LUA_TTHREAD {
                 return self.refuse(id, "is a coroutine, made by `coroutine.wrap`");
             }
@@ -279,7 +279,7 @@ impl Walk {
             n += 1;
         }
         let upvalues = std::mem::take(&mut self.array);
-        if self.fresh_number(l, FRESH + 1).is_some() {
+        if self.baseline_index(l, BASELINE + 1).is_some() {
             return Kind::Native { function: None, upvalues };
         }
         let known = natives();
@@ -291,7 +291,7 @@ impl Walk {
 
     unsafe fn function(&mut self, l: *mut lua_State, id: u32) -> Kind {
         let mut piece = None;
-        if self.fresh_number(l, -1).is_none() {
+        if self.baseline_index(l, -1).is_none() {
             lua_internals::dump(l, &mut self.dump);
             piece = self.pieces.get(&self.dump).copied();
             if piece.is_none() {
@@ -300,11 +300,11 @@ impl Walk {
         }
         self.list.clear();
         for n in 1..=255 {
-            let name = lua_getupvalue(l, FRESH + 1, n);
+            let name = lua_getupvalue(l, BASELINE + 1, n);
             if name.is_null() {
                 break;
             }
-            let cell = lua_upvalueid(l, FRESH + 1, n) as usize;
+            let cell = lua_upvalueid(l, BASELINE + 1, n) as usize;
             let number = match self.cells.get(&cell) {
                 Some(known) => *known,
                 None => {
@@ -324,7 +324,7 @@ impl Walk {
     }
 
     unsafe fn table(&mut self, l: *mut lua_State, id: u32) -> Kind {
-        let at = FRESH + 1;
+        let at = BASELINE + 1;
         let t = RawTable::of(l, at);
         let mut meta = None;
         if lua_getmetatable(l, at) != 0 {
@@ -371,13 +371,13 @@ impl Walk {
             let node = match t.node(i) {
                 (Key::Nil, _) => Node::Free,
                 (key, true) => {
-                    if lua_next(l, FRESH + 1) == 0 {
+                    if lua_next(l, BASELINE + 1) == 0 {
                         self.refuse(id, "is a table that cannot be traversed");
                         return;
                     }
                     objects += usize::from(key == Key::Object);
                     lua_pushvalue(l, -2);
-                    let key = self.value(l, id, Step::Among);
+                    let key = self.value(l, id, Step::AsKey);
                     lua_pop(l, 1);
                     let value = self.value(l, id, Step::Key(key));
                     lua_pop(l, 1);
@@ -396,7 +396,7 @@ impl Walk {
             };
             self.nodes.push(node);
         }
-        lua_settop(l, FRESH + 1);
+        lua_settop(l, BASELINE + 1);
         if objects > 0 && n > 1 {
             self.refuse(id, "has keys that are tables or functions, whose order cannot be kept");
         }

@@ -23,7 +23,7 @@ fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
 }
 
 /// A string in place of a collected key, with `place` of `n` as its main position.
-fn stand_in(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
+fn placeholder(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
     loop {
         *count += 1;
         let mut text = *b"\0\0gone....";
@@ -66,7 +66,7 @@ pub(super) unsafe fn fill(
                     push(l, key);
                 }
                 Node::Dead { key: None } if at_home => {
-                    let text = stand_in(i, n, &mut count);
+                    let text = placeholder(i, n, &mut count);
                     lua_pushlstring(l, text.as_ptr().cast(), text.len());
                 }
                 _ => continue,
@@ -89,7 +89,7 @@ pub(super) unsafe fn fill(
 ///
 /// # Safety
 /// Runs in protected mode with enough stack.
-pub(super) unsafe fn settle(
+pub(super) unsafe fn verify(
     l: *mut lua_State,
     at: i32,
     table: &Table,
@@ -108,7 +108,7 @@ pub(super) unsafe fn settle(
             t.kill_key(i);
         }
     }
-    t.set_limit(table.limit, table.is_hint) && (0..table.nodes.len()).all(|i| is_there(l, t, table, i, push))
+    t.set_limit(table.limit, table.is_hint) && (0..table.nodes.len()).all(|i| is_restored(l, t, table, i, push))
 }
 
 /// Removes the value of a node.
@@ -126,7 +126,7 @@ unsafe fn clear(l: *mut lua_State, at: i32, t: RawTable, i: usize) -> bool {
 }
 
 /// Whether a node holds what it should.
-unsafe fn is_there(
+unsafe fn is_restored(
     l: *mut lua_State,
     t: RawTable,
     table: &Table,
@@ -146,7 +146,7 @@ unsafe fn is_there(
         Key::Int(x) => key == Val::Int(x),
         Key::Float(x) => key == Val::Float(x),
         Key::Text(x) => lua_type(l, -1) == LUA_TSTRING && crate::state::bytes(l, -1) == x,
-        // The only object key of its table: `walk` refuses others.
+        // The only object key of its table: `save` refuses others.
         Key::Object => matches!(key, Val::Object(_)) && table.nodes.len() == 1,
         Key::Nil | Key::Dead => false,
     };

@@ -26,8 +26,8 @@ pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
     let (exec, native) = (allows("exec"), allows("native"));
     luaL_checkstack(l, 8, std::ptr::null());
     if exec {
-        take(l, luaopen_os, c"execute", c"os");
-        take(l, luaopen_io, c"popen", c"io");
+        install(l, luaopen_os, c"execute", c"os");
+        install(l, luaopen_io, c"popen", c"io");
     }
     if native {
         // Lua's `package` replaces `require`: restore ours.
@@ -36,7 +36,7 @@ pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
         lua_call(l, 0, 1);
         lua_insert(l, -2);
         lua_setglobal(l, c"require".as_ptr());
-        if crate::chunks::load(l, NATIVE, c"=native") != LUA_OK {
+        if crate::chunk_cache::load(l, NATIVE, c"=native") != LUA_OK {
             lua_error(l);
         }
         for name in [c"loadlib", c"searchpath"] {
@@ -48,7 +48,7 @@ pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
 }
 
 /// Opens a library of Lua, and moves one of its functions into this plugin's library of that name.
-unsafe fn take(l: *mut lua_State, open: lua_CFunction, name: &std::ffi::CStr, ours: &std::ffi::CStr) {
+unsafe fn install(l: *mut lua_State, open: lua_CFunction, name: &std::ffi::CStr, ours: &std::ffi::CStr) {
     lua_pushcclosure(l, open, 0);
     lua_call(l, 0, 1);
     lua_getfield(l, -1, name.as_ptr());

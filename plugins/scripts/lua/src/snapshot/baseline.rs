@@ -38,22 +38,22 @@ pub(crate) fn record(s: &Script) -> Result {
         lua_createtable(l, 256, 0); // 1
         let n = super::roots(l);
         for i in 2..2 + n {
-            note(l, i, &mut seen);
+            add(l, i, &mut seen);
         }
         lua_settop(l, 1);
         let mut at = 0;
         while at < seen.len() {
             at += 1;
             lua_rawgeti(l, 1, at as i64);
-            spread(l, &mut seen);
+            add_references(l, &mut seen);
             lua_settop(l, 1);
         }
-        lua_rawseti(l, LUA_REGISTRYINDEX, reg::FRESH);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::BASELINE);
     })
 }
 
 /// Adds the object at `idx` to the list in slot 1.
-unsafe fn note(l: *mut lua_State, idx: i32, seen: &mut Seen) {
+unsafe fn add(l: *mut lua_State, idx: i32, seen: &mut Seen) {
     if matches!(lua_type(l, idx), LUA_TTABLE | LUA_TFUNCTION | LUA_TUSERDATA)
         && seen.insert(lua_topointer(l, idx) as usize)
     {
@@ -63,21 +63,21 @@ unsafe fn note(l: *mut lua_State, idx: i32, seen: &mut Seen) {
 }
 
 /// Adds the objects that the one on top refers to.
-unsafe fn spread(l: *mut lua_State, seen: &mut Seen) {
+unsafe fn add_references(l: *mut lua_State, seen: &mut Seen) {
     let top = lua_gettop(l);
     match lua_type(l, top) {
         LUA_TTABLE => {
             lua_pushnil(l);
             while lua_next(l, top) != 0 {
-                note(l, top + 1, seen);
-                note(l, top + 2, seen);
+                add(l, top + 1, seen);
+                add(l, top + 2, seen);
                 lua_settop(l, top + 1);
             }
         }
         LUA_TFUNCTION => {
             let mut n = 1;
             while !lua_getupvalue(l, top, n).is_null() {
-                note(l, top + 1, seen);
+                add(l, top + 1, seen);
                 lua_settop(l, top);
                 n += 1;
             }
@@ -85,6 +85,6 @@ unsafe fn spread(l: *mut lua_State, seen: &mut Seen) {
         _ => {}
     }
     if lua_getmetatable(l, top) != 0 {
-        note(l, top + 1, seen);
+        add(l, top + 1, seen);
     }
 }

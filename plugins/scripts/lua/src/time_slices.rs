@@ -62,7 +62,7 @@ impl Slices {
 /// # Safety
 /// Last action of the hook.
 #[inline]
-pub(crate) unsafe fn tick(l: *mut lua_State, s: &State, instructions: u64) {
+pub(crate) unsafe fn count(l: *mut lua_State, s: &State, instructions: u64) {
     let slices = &s.slices;
     let own = slices.own.get();
     if own.is_null() {
@@ -73,13 +73,13 @@ pub(crate) unsafe fn tick(l: *mut lua_State, s: &State, instructions: u64) {
     let length = slices.length.get();
     // Nested coroutines of the script and comparisons of a sort finish first.
     if length != 0 && used >= length && l == own && lua_isyieldable(l) != 0 {
-        cut(l, s);
+        preempt(l, s);
     }
 }
 
 /// Makes thread `l` wait for the next step, yielding from the hook.
 #[cold]
-unsafe fn cut(l: *mut lua_State, s: &State) {
+unsafe fn preempt(l: *mut lua_State, s: &State) {
     let token = bind::wait(l, s, s.slices.switch.get());
     if token == 0 {
         return;
@@ -97,7 +97,7 @@ unsafe fn cut(l: *mut lua_State, s: &State) {
 ///
 /// # Safety
 /// A suspended thread of a state of this plugin.
-pub(crate) unsafe fn was_cut(thread: *mut lua_State) -> bool {
+pub(crate) unsafe fn was_preempted(thread: *mut lua_State) -> bool {
     let mut ar = std::mem::zeroed::<lua_Debug>();
     if lua_getstack(thread, 0, &mut ar) == 0 {
         return false;
@@ -119,4 +119,4 @@ pub(crate) unsafe extern "C-unwind" fn slice(l: *mut lua_State) -> i32 {
 }
 
 // The hook runs at this interval; a slice cannot be shorter.
-const _: () = assert!(DEFAULT as f64 == 2.0 * PER_MS && DEFAULT >= crate::budget::STEP);
+const _: () = assert!(DEFAULT as f64 == 2.0 * PER_MS && DEFAULT >= crate::budget::HOOK_INTERVAL);

@@ -10,9 +10,9 @@ use mlua_sys::*;
 use crate::state::State;
 
 /// Calls from the host between two collections.
-pub(crate) const EVERY: u64 = 64;
+pub(crate) const INTERVAL: u64 = 64;
 /// Garbage, KiB, at which Lua collects by itself.
-const MUCH: i32 = 4 << 10;
+const THRESHOLD_KIB: i32 = 4 << 10;
 
 /// Stops the collector while the library is loaded.
 ///
@@ -26,35 +26,35 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 ///
 /// # Safety
 /// The state runs nothing, or only protected code of this plugin.
-pub(crate) unsafe fn tidy(l: *mut lua_State, s: &State) {
+pub(crate) unsafe fn full(l: *mut lua_State, s: &State) {
     lua_gc(l, LUA_GCCOLLECT);
-    s.slot.tidy();
+    s.slot.sort_free_lists();
 }
 
 /// Restarts Lua's pacing, as after a full collection.
 ///
 /// # Safety
 /// A state of this plugin.
-pub(crate) unsafe fn wind(l: *mut lua_State) {
+pub(crate) unsafe fn restart(l: *mut lua_State) {
     lua_gc(l, LUA_GCRESTART);
     // A step of negative size is a credit.
-    lua_gc(l, LUA_GCSTEP, -MUCH);
+    lua_gc(l, LUA_GCSTEP, -THRESHOLD_KIB);
 }
 
 /// Counts a call, and collects when due. Scripts collect in different steps.
 ///
 /// # Safety
 /// Runs in protected mode, in the outermost call.
-pub(crate) unsafe fn tick(l: *mut lua_State, s: &State) {
+pub(crate) unsafe fn count_call(l: *mut lua_State, s: &State) {
     s.entries.set(s.entries.get() + 1);
-    if is_time(s) {
-        tidy(l, s);
-        wind(l);
+    if is_due(s) {
+        full(l, s);
+        restart(l);
     }
 }
 
 /// Whether a collection is due before the running call.
-pub(crate) fn is_time(s: &State) -> bool {
+pub(crate) fn is_due(s: &State) -> bool {
     // Derived from the seed, that is, from the owner's name: the number of other scripts must not matter.
-    s.entries.get().wrapping_add(s.instance.seed).is_multiple_of(EVERY)
+    s.entries.get().wrapping_add(s.instance.seed).is_multiple_of(INTERVAL)
 }

@@ -6,20 +6,20 @@
 //! in a text and compiled anew from that text, so that no bytecode is read from a file.
 //!
 //! - `image`: the saved data;
-//! - `fresh`: the objects that existed before the text ran;
-//! - `walk`: saves a state; `build`: restores one; `tables`: restores the order of keys;
-//! - `take`: transfers plain data to a state with a changed text.
+//! - `baseline`: the objects that existed before the text ran;
+//! - `save`: saves a state; `restore`: restores one; `key_order`: restores the order of keys;
+//! - `transfer`: transfers plain data to a state with a changed text.
 //!
 //! The order in which `pairs` visits keys is part of the state: every key returns to its node, and whatever cannot be
 //! restored is refused by name. Suspended coroutines, open files, weak tables and tables with object keys are refused
 //! too; the host then replays the run.
 
-mod build;
-pub(crate) mod fresh;
+pub(crate) mod baseline;
 mod image;
-mod tables;
-mod take;
-mod walk;
+mod key_order;
+mod restore;
+mod save;
+mod transfer;
 
 use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
@@ -29,7 +29,7 @@ use crate::{
     lua_internals::{self, Key, RawTable},
     state::{Script, reg, registry},
 };
-use image::{Image, Known};
+use image::{Image, PluginData};
 
 /// Version of the format.
 pub(crate) const VERSION: u32 = 3;
@@ -42,15 +42,15 @@ pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
     if s.broken.get() {
         return Err(Fail::unsupported("its state was damaged by a panic"));
     }
-    // The walk allocates in the state, and may trigger its collector: the slot is rolled back afterwards.
+    // Saving allocates in the state, and may trigger its collector: the slot is rolled back afterwards.
     let backup = s.slot.backup();
-    let mut walk = walk::Walk::new();
+    let mut saver = save::Saver::new();
     let mut code = 0;
-    // SAFETY: runs in a protected call; everything with a destructor belongs to `walk`.
+    // SAFETY: runs in a protected call; everything with a destructor belongs to `saver`.
     let done = s.protect(&mut |l| unsafe {
         lua_gc(l, LUA_GCSTOP);
         code = hash_of_text(l);
-        walk.run(l, s);
+        saver.run(l, s);
     });
     if let Some(backup) = &backup {
         // SAFETY: no call is running, so nothing outside the slot refers to what was allocated since.
@@ -60,8 +60,8 @@ pub(crate) fn save(s: &Script) -> Result<Vec<u8>> {
         unsafe { lua_gc(s.main, LUA_GCRESTART) };
     }
     done?;
-    let mut image = walk.finish()?;
-    image.known = known(s);
+    let mut image = saver.finish()?;
+    image.plugin_data = plugin_data(s);
     image.code = code;
     postcard::to_stdvec(&image).map_err(|e| Fail::new(format!("the script's state cannot be written: {e}")))
 }
@@ -75,7 +75,7 @@ pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
     let image: Image = postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("its state cannot be read: {e}")))?;
     image.check()?;
     if s.text.borrow().style != Style::NotRun {
-        return take_what_fits(s, image);
+        return transfer(s, image);
     }
     let mut code = 0;
     // SAFETY: runs in a protected call.
@@ -83,31 +83,31 @@ pub(crate) fn restore(s: &Script, bytes: &[u8], version: u32) -> Result<()> {
     if code != image.code {
         return Err(Fail::unsupported("its text is another one now"));
     }
-    let mut build = build::Build::new(image);
-    // SAFETY: runs in a protected call; everything with a destructor belongs to `build`.
+    let mut restorer = restore::Restorer::new(image);
+    // SAFETY: runs in a protected call; everything with a destructor belongs to `restorer`.
     let done = s.protect(&mut |l| unsafe {
         // Nothing is collected meanwhile, and all new objects have one color.
         lua_gc(l, LUA_GCCOLLECT);
         lua_gc(l, LUA_GCSTOP);
-        build.run(l, s);
+        restorer.run(l, s);
         // The next collection is the one that the original run would have made.
         lua_gc(l, LUA_GCCOLLECT);
-        crate::collect::wind(l);
-        build.settle(l);
+        crate::gc::restart(l);
+        restorer.verify(l);
     });
     // After a failure the host ends the instance: no cleanup is needed.
     done?;
-    let image = build.finish()?;
-    recall(s, image.known);
+    let image = restorer.finish()?;
+    set_plugin_data(s, image.plugin_data);
     *s.texts.borrow_mut() = image.texts;
     Ok(())
 }
 
-fn take_what_fits(s: &Script, image: Image) -> Result<()> {
-    let mut take = take::Take::new(image);
-    // SAFETY: runs in a protected call; everything with a destructor belongs to `take`.
-    s.protect(&mut |l| unsafe { take.run(l) })?;
-    take.refused.map_or(Ok(()), |why| Err(Fail::unsupported(why)))
+fn transfer(s: &Script, image: Image) -> Result<()> {
+    let mut transfer = transfer::Transfer::new(image);
+    // SAFETY: runs in a protected call; everything with a destructor belongs to `transfer`.
+    s.protect(&mut |l| unsafe { transfer.run(l) })?;
+    transfer.refused.map_or(Ok(()), |why| Err(Fail::unsupported(why)))
 }
 
 /// Hash of the code of the script's text; 0: it has none.
@@ -144,9 +144,9 @@ pub(crate) unsafe fn watch_order(l: *mut lua_State, idx: i32) {
 }
 
 /// The plugin's own data about the script.
-fn known(s: &Script) -> Known {
+fn plugin_data(s: &Script) -> PluginData {
     let text = s.text.borrow();
-    Known {
+    PluginData {
         token: s.token.get(),
         borrowed: s.borrowed.get(),
         returned: s.returned.get(),
@@ -166,7 +166,7 @@ fn known(s: &Script) -> Known {
     }
 }
 
-fn recall(s: &Script, known: Known) {
+fn set_plugin_data(s: &Script, known: PluginData) {
     s.token.set(known.token);
     s.borrowed.set(known.borrowed);
     s.returned.set(known.returned);

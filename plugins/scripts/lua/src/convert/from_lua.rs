@@ -13,7 +13,7 @@ use crate::{
 
 /// Where converted tables are allocated.
 #[derive(Clone, Copy)]
-pub(crate) enum Room {
+pub(crate) enum Allocator {
     /// The world's arena: arguments of a command.
     World,
     /// The caller's frame: results of a call into the script.
@@ -24,11 +24,11 @@ pub(crate) enum Room {
 pub(crate) struct Reader<'a> {
     pub l: *mut lua_State,
     pub s: &'a State,
-    pub room: Room,
+    pub allocator: Allocator,
     /// "argument" or "result", for messages.
     pub what: &'static str,
     /// Whether memory was allocated.
-    pub took: bool,
+    pub allocated: bool,
 }
 
 /// Path to the value that is being converted, innermost first.
@@ -48,7 +48,7 @@ enum Key {
 }
 
 /// A value with an integer payload.
-pub(crate) const fn word(tag: u32, i: i64) -> tatu_value {
+pub(crate) const fn int_value(tag: u32, i: i64) -> tatu_value {
     tatu_value { tag, reserved: 0, u: tatu_payload { i } }
 }
 
@@ -70,35 +70,37 @@ impl Reader<'_> {
     pub(crate) unsafe fn read(&mut self, idx: i32, n: u32, out: *mut tatu_value) {
         let l = self.l;
         *out = match lua_type(l, idx) {
-            LUA_TNUMBER if lua_isinteger(l, idx) != 0 => word(TATU_I64, lua_tointegerx(l, idx, std::ptr::null_mut())),
+            LUA_TNUMBER if lua_isinteger(l, idx) != 0 => {
+                int_value(TATU_I64, lua_tointegerx(l, idx, std::ptr::null_mut()))
+            }
             LUA_TNUMBER => float(lua_tonumberx(l, idx, std::ptr::null_mut())),
-            LUA_TNIL | LUA_TNONE => word(TATU_NIL, 0),
-            LUA_TBOOLEAN => word(TATU_BOOL, i64::from(lua_toboolean(l, idx))),
-            LUA_TSTRING if matches!(self.room, Room::World) => {
+            LUA_TNIL | LUA_TNONE => int_value(TATU_NIL, 0),
+            LUA_TBOOLEAN => int_value(TATU_BOOL, i64::from(lua_toboolean(l, idx))),
+            LUA_TSTRING if matches!(self.allocator, Allocator::World) => {
                 let text = bytes(l, idx);
                 span(TATU_TEXT, text.as_ptr().cast(), text.len())
             }
-            _ => self.deep(idx, &Step { up: None, table: null(), depth: 0, key: Key::Top(n) }),
+            _ => self.nested(idx, &Step { up: None, table: null(), depth: 0, key: Key::Top(n) }),
         };
     }
 
     #[inline(never)]
-    unsafe fn deep(&mut self, idx: i32, at: &Step<'_>) -> tatu_value {
+    unsafe fn nested(&mut self, idx: i32, at: &Step<'_>) -> tatu_value {
         let l = self.l;
         match lua_type(l, idx) {
-            LUA_TNUMBER if lua_isinteger(l, idx) != 0 => word(TATU_I64, lua_tointeger(l, idx)),
+            LUA_TNUMBER if lua_isinteger(l, idx) != 0 => int_value(TATU_I64, lua_tointeger(l, idx)),
             LUA_TNUMBER => float(lua_tonumber(l, idx)),
-            LUA_TNIL => word(TATU_NIL, 0),
-            LUA_TBOOLEAN => word(TATU_BOOL, i64::from(lua_toboolean(l, idx))),
+            LUA_TNIL => int_value(TATU_NIL, 0),
+            LUA_TBOOLEAN => int_value(TATU_BOOL, i64::from(lua_toboolean(l, idx))),
             LUA_TSTRING => {
                 // Copied: the table that holds it may change while the callee still reads.
                 let text = bytes(l, idx);
-                let room = self.take::<u8>(text.len());
-                std::ptr::copy_nonoverlapping(text.as_ptr(), room, text.len());
-                span(TATU_TEXT, room.cast(), text.len())
+                let memory = self.allocate::<u8>(text.len());
+                std::ptr::copy_nonoverlapping(text.as_ptr(), memory, text.len());
+                span(TATU_TEXT, memory.cast(), text.len())
             }
             LUA_TFUNCTION => {
-                let local = functions::lend(l, self.s, idx);
+                let local = functions::borrow(l, self.s, idx);
                 tatu_value {
                     tag: TATU_FUNC,
                     reserved: 0,
@@ -154,7 +156,7 @@ impl Reader<'_> {
             lua_pop(l, 1);
         }
         match (sequence && count == n, numeric) {
-            (true, true) => self.scattered(idx, n, floats),
+            (true, true) => self.unordered_numbers(idx, n, floats),
             (true, false) => self.list(idx, n, at, here),
             (false, _) => self.map(idx, count, at, here),
         }
@@ -169,7 +171,7 @@ impl Reader<'_> {
         if !number {
             return None;
         }
-        let room = self.take::<u64>(n);
+        let memory = self.allocate::<u64>(n);
         let (mut i, mut floats) = (0, false);
         lua_pushnil(l);
         while lua_next(l, idx) != 0 {
@@ -185,45 +187,45 @@ impl Reader<'_> {
             if !floats && lua_isinteger(l, -1) == 0 {
                 floats = true;
                 for k in 0..i {
-                    *room.add(k) = (*room.add(k) as i64 as f64).to_bits();
+                    *memory.add(k) = (*memory.add(k) as i64 as f64).to_bits();
                 }
             }
-            *room.add(i) = if floats { lua_tonumber(l, -1).to_bits() } else { lua_tointeger(l, -1) as u64 };
+            *memory.add(i) = if floats { lua_tonumber(l, -1).to_bits() } else { lua_tointeger(l, -1) as u64 };
             lua_pop(l, 1);
             i += 1;
         }
         let tag = if floats { TATU_F64S } else { TATU_I64S };
-        (i == n).then(|| span(tag, room.cast(), n))
+        (i == n).then(|| span(tag, memory.cast(), n))
     }
 
     /// Numbers 1 to n that Lua traverses in another order.
-    unsafe fn scattered(&mut self, idx: i32, n: usize, floats: bool) -> tatu_value {
+    unsafe fn unordered_numbers(&mut self, idx: i32, n: usize, floats: bool) -> tatu_value {
         let l = self.l;
-        let room = self.take::<u64>(n);
+        let memory = self.allocate::<u64>(n);
         for i in 0..n {
             lua_rawgeti(l, idx, i as i64 + 1);
-            *room.add(i) = if floats { lua_tonumber(l, -1).to_bits() } else { lua_tointeger(l, -1) as u64 };
+            *memory.add(i) = if floats { lua_tonumber(l, -1).to_bits() } else { lua_tointeger(l, -1) as u64 };
             lua_pop(l, 1);
         }
-        span(if floats { TATU_F64S } else { TATU_I64S }, room.cast(), n)
+        span(if floats { TATU_F64S } else { TATU_I64S }, memory.cast(), n)
     }
 
     unsafe fn list(&mut self, idx: i32, n: usize, at: &Step<'_>, here: *const c_void) -> tatu_value {
         let l = self.l;
-        let room = self.take::<tatu_value>(n);
+        let memory = self.allocate::<tatu_value>(n);
         for i in 0..n {
             let key = i as i64 + 1;
             lua_rawgeti(l, idx, key);
             let value = lua_gettop(l);
-            *room.add(i) = self.deep(value, &step(at, here, Key::Int(key)));
+            *memory.add(i) = self.nested(value, &step(at, here, Key::Int(key)));
             lua_pop(l, 1);
         }
-        span(TATU_LIST, room.cast(), n)
+        span(TATU_LIST, memory.cast(), n)
     }
 
     unsafe fn map(&mut self, idx: i32, n: usize, at: &Step<'_>, here: *const c_void) -> tatu_value {
         let l = self.l;
-        let room = self.take::<tatu_pair>(n);
+        let memory = self.allocate::<tatu_pair>(n);
         let (mut i, top) = (0, lua_gettop(l));
         lua_pushnil(l);
         while i < n && lua_next(l, idx) != 0 {
@@ -241,40 +243,40 @@ impl Reader<'_> {
                 }
             };
             let inner = step(at, here, key);
-            *room.add(i) = tatu_pair { key: self.deep(value - 1, &inner), value: self.deep(value, &inner) };
+            *memory.add(i) = tatu_pair { key: self.nested(value - 1, &inner), value: self.nested(value, &inner) };
             lua_pop(l, 1);
             i += 1;
         }
         // The last key may be left on the stack, and an outer traversal needs its own.
         lua_settop(l, top);
-        span(TATU_MAP, room.cast(), i)
+        span(TATU_MAP, memory.cast(), i)
     }
 
-    unsafe fn take<T>(&mut self, n: usize) -> *mut T {
+    unsafe fn allocate<T>(&mut self, n: usize) -> *mut T {
         let bytes = (n * size_of::<T>()).max(8) as u64;
-        self.took = true;
-        let frame_alloc = match self.room {
-            Room::Frame(frame) => (*frame).api.as_ref().and_then(|a| a.alloc).map(|f| (f, frame)),
-            Room::World => None,
+        self.allocated = true;
+        let frame_alloc = match self.allocator {
+            Allocator::Frame(frame) => (*frame).api.as_ref().and_then(|a| a.alloc).map(|f| (f, frame)),
+            Allocator::World => None,
         };
-        let room = match frame_alloc {
+        let memory = match frame_alloc {
             Some((alloc, frame)) => alloc(frame, bytes),
             None => (self.s.commands.alloc)(self.s.world, bytes),
         };
-        if room.is_null() {
+        if memory.is_null() {
             errors::raise(
                 self.l,
                 Fail::with_code(TATU_ERR_SPACE, "a value is too large for the world's memory of one call"),
             );
         }
-        room.cast()
+        memory.cast()
     }
 
     /// Raises an error; never returns, although the signature of Lua's function does not say so.
     #[cold]
     unsafe fn fail(&self, at: &Step<'_>, what: &str, text: &str) -> tatu_value {
         errors::raise(self.l, refusal(self.what, at, what, text));
-        word(TATU_NIL, 0)
+        int_value(TATU_NIL, 0)
     }
 }
 
@@ -323,7 +325,7 @@ pub(crate) unsafe fn take_results(l: *mut lua_State, s: &State, frame: *mut tatu
         );
     }
     let n = (n as u32).min(frame.results_cap);
-    let mut reader = Reader { l, s, room: Room::Frame(frame), what: "result", took: false };
+    let mut reader = Reader { l, s, allocator: Allocator::Frame(frame), what: "result", allocated: false };
     for i in 0..n {
         reader.read(first + i as i32, i + 1, frame.results.add(i as usize));
     }

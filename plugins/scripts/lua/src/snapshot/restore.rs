@@ -6,21 +6,21 @@ use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use super::{
-    image::{Image, Kind, Object, Piece, Val},
-    tables,
-    walk::{compile, fingerprint, natives},
+    image::{FunctionRef, Image, Kind, Object, Val},
+    key_order,
+    save::{compile, fingerprint, natives},
 };
 use crate::{
     lua_internals::{self, RawTable},
     state::{State, reg, registry},
 };
 
-/// Stack layout, as in `walk`; above it, the table that is being filled.
+/// Stack layout, as in `save`; above it, the table that is being filled.
 const OBJECTS: i32 = 1;
-const FRESH: i32 = 2;
+const BASELINE: i32 = 2;
 
 /// A restore in progress; outside of Lua, so that a Lua error leaks nothing.
-pub(super) struct Build {
+pub(super) struct Restorer {
     image: Image,
     /// Functions of all texts, as binary chunks.
     pieces: Vec<Vec<Vec<u8>>>,
@@ -33,15 +33,15 @@ struct Chunk {
     len: usize,
 }
 
-unsafe extern "C-unwind" fn hand_over(_: *mut lua_State, chunk: *mut c_void, n: *mut usize) -> *const c_char {
+unsafe extern "C-unwind" fn read_chunk(_: *mut lua_State, chunk: *mut c_void, n: *mut usize) -> *const c_char {
     let chunk = &mut *chunk.cast::<Chunk>();
     *n = std::mem::take(&mut chunk.len);
     chunk.bytes.cast()
 }
 
-impl Build {
+impl Restorer {
     pub(super) fn new(image: Image) -> Self {
-        Build { image, pieces: Vec::new(), refused: None }
+        Restorer { image, pieces: Vec::new(), refused: None }
     }
 
     /// Returns the image once the state is restored.
@@ -68,7 +68,7 @@ impl Build {
             return self.refuse("this build of Lua lays its tables out in an unknown way");
         }
         lua_createtable(l, self.image.objects.len().min(1 << 24) as i32, 0);
-        if registry(l, reg::FRESH) != LUA_TTABLE || fingerprint(l, FRESH) != self.image.fresh {
+        if registry(l, reg::BASELINE) != LUA_TTABLE || fingerprint(l, BASELINE) != self.image.baseline {
             return self.refuse("the library and the preludes are not those that it was written with");
         }
         self.prepare(l);
@@ -92,7 +92,7 @@ impl Build {
         for (id, number) in &self.image.numbers {
             lua_rawgeti(l, OBJECTS, i64::from(*id) + 1);
             lua_pushinteger(l, *number);
-            lua_rawset(l, FRESH + 1);
+            lua_rawset(l, BASELINE + 1);
         }
         // Keep the objects for the second half, and from the collector.
         lua_settop(l, OBJECTS);
@@ -103,7 +103,7 @@ impl Build {
     ///
     /// # Safety
     /// Runs in protected mode.
-    pub(super) unsafe fn settle(&mut self, l: *mut lua_State) {
+    pub(super) unsafe fn verify(&mut self, l: *mut lua_State) {
         if self.refused.is_some() {
             return;
         }
@@ -112,7 +112,7 @@ impl Build {
         for (id, object) in self.image.objects.iter().enumerate() {
             let Kind::Table(t) = &object.kind else { continue };
             lua_rawgeti(l, OBJECTS, id as i64 + 1);
-            if !tables::settle(l, OBJECTS + 1, t, &mut |l, v| push(l, &self.image, v)) {
+            if !key_order::verify(l, OBJECTS + 1, t, &mut |l, v| push(l, &self.image, v)) {
                 self.refused = Some("the keys of a table cannot be put back into their order".to_owned());
                 break;
             }
@@ -138,9 +138,9 @@ impl Build {
 
     /// Pushes a new empty object.
     unsafe fn make(&mut self, l: *mut lua_State, s: &State, id: usize) -> bool {
-        let Object { fresh, kind } = &self.image.objects[id];
-        if let Some(k) = fresh {
-            let there = lua_rawgeti(l, FRESH, i64::from(*k) + 1);
+        let Object { baseline, kind } = &self.image.objects[id];
+        if let Some(k) = baseline {
+            let there = lua_rawgeti(l, BASELINE, i64::from(*k) + 1);
             return match kind {
                 Kind::Table(_) => there == LUA_TTABLE,
                 Kind::Function { cells, .. } => {
@@ -149,7 +149,7 @@ impl Build {
                 }
                 Kind::Native { .. } => there == LUA_TFUNCTION && lua_iscfunction(l, -1) != 0,
                 Kind::Bytes(bytes) => there == LUA_TUSERDATA && put_bytes(l, bytes),
-                Kind::Ended => false,
+                Kind::DeadCoroutine => false,
             };
         }
         match kind {
@@ -162,7 +162,7 @@ impl Build {
                 }
                 lua_pushcclosure(l, f, upvalues.len() as i32);
             }
-            Kind::Ended => {
+            Kind::DeadCoroutine => {
                 crate::budget::charge_coroutine(s);
                 lua_newthread(l);
             }
@@ -172,17 +172,17 @@ impl Build {
     }
 
     /// Pushes a function of one of the texts; its bytecode comes from the compiler, not from the image.
-    unsafe fn make_function(&self, l: *mut lua_State, piece: Piece, cells: i32) -> bool {
+    unsafe fn make_function(&self, l: *mut lua_State, piece: FunctionRef, cells: i32) -> bool {
         let text = self.pieces.get(piece.text as usize);
         let Some(code) = text.and_then(|t| t.get(piece.function as usize)) else { return false };
         let mut chunk = Chunk { bytes: code.as_ptr(), len: code.len() };
-        lua_load(l, hand_over, (&raw mut chunk).cast(), c"=text".as_ptr(), c"b".as_ptr()) == LUA_OK
+        lua_load(l, read_chunk, (&raw mut chunk).cast(), c"=text".as_ptr(), c"b".as_ptr()) == LUA_OK
             && has_upvalues(l, cells)
     }
 
     unsafe fn set_meta(&self, l: *mut lua_State, id: usize) {
         let Kind::Table(t) = &self.image.objects[id].kind else { return };
-        if t.meta.is_none() && self.image.objects[id].fresh.is_none() {
+        if t.meta.is_none() && self.image.objects[id].baseline.is_none() {
             return;
         }
         lua_rawgeti(l, OBJECTS, id as i64 + 1);
@@ -231,23 +231,23 @@ impl Build {
             }
             lua_settop(l, owners);
         }
-        lua_settop(l, FRESH);
+        lua_settop(l, BASELINE);
     }
 
     /// Fills a table. A table that existed before the text ran keeps its identity and gets the content of a new one.
     unsafe fn fill(&self, l: *mut lua_State, id: usize) -> bool {
-        let Object { fresh, kind: Kind::Table(t) } = &self.image.objects[id] else { return true };
+        let Object { baseline, kind: Kind::Table(t) } = &self.image.objects[id] else { return true };
         lua_rawgeti(l, OBJECTS, id as i64 + 1);
         let old = lua_gettop(l);
-        if fresh.is_some() {
+        if baseline.is_some() {
             lua_createtable(l, t.array.len() as i32, t.nodes.len() as i32);
         }
         let at = lua_gettop(l);
-        let done = tables::fill(l, at, t, &self.image.strings, &mut |l, v| push(l, &self.image, v));
-        if fresh.is_some() {
+        let done = key_order::fill(l, at, t, &self.image.strings, &mut |l, v| push(l, &self.image, v));
+        if baseline.is_some() {
             RawTable::of(l, old).exchange(RawTable::of(l, at));
         }
-        lua_settop(l, FRESH);
+        lua_settop(l, BASELINE);
         done
     }
 }

@@ -12,11 +12,11 @@ pub(crate) enum Kind {
     /// A number.
     Number,
     /// A quoted string.
-    Text,
+    String,
     /// A string in long brackets.
-    Long,
+    LongString,
     /// An operator or separator.
-    Sign,
+    Operator,
 }
 
 /// Tokens in order; concatenated, they are the text.
@@ -26,7 +26,7 @@ pub(crate) struct Tokens<'a> {
 }
 
 /// Operators of several characters, longest first.
-const SIGNS: [&[u8]; 10] = [b"...", b"..", b"==", b"~=", b"<=", b">=", b"//", b"::", b"<<", b">>"];
+const OPERATORS: [&[u8]; 10] = [b"...", b"..", b"==", b"~=", b"<=", b">=", b"//", b"::", b"<<", b">>"];
 
 impl<'a> Tokens<'a> {
     pub(crate) fn new(text: &'a [u8]) -> Self {
@@ -90,10 +90,10 @@ impl<'a> Iterator for Tokens<'a> {
                 (Kind::Number, self.number())
             }
             c if word(&c) => (Kind::Name, rest.iter().take_while(|c| word(c)).count()),
-            c @ (b'"' | b'\'') => (Kind::Text, self.quoted(c)),
-            b'[' if self.long(self.at).is_some() => (Kind::Long, self.long(self.at).unwrap_or(1)),
+            c @ (b'"' | b'\'') => (Kind::String, self.quoted(c)),
+            b'[' if self.long(self.at).is_some() => (Kind::LongString, self.long(self.at).unwrap_or(1)),
             c if c.is_ascii_graphic() => {
-                (Kind::Sign, SIGNS.iter().find(|s| rest.starts_with(s)).map_or(1, |s| s.len()))
+                (Kind::Operator, OPERATORS.iter().find(|s| rest.starts_with(s)).map_or(1, |s| s.len()))
             }
             _ => (Kind::Space, 1),
         };
@@ -109,7 +109,7 @@ pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
     let (mut path, mut open, mut require) = (Vec::new(), false, false);
     for (kind, token) in Tokens::new(text).filter(|(kind, _)| *kind != Kind::Space) {
         match (kind, token) {
-            (Kind::Sign, b".") if !path.is_empty() => open = true,
+            (Kind::Operator, b".") if !path.is_empty() => open = true,
             (Kind::Name, name) => {
                 if !open {
                     path.clear();
@@ -123,12 +123,12 @@ pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
                 require = path == b"require";
                 continue;
             }
-            (Kind::Text, quoted) if require => {
+            (Kind::String, quoted) if require => {
                 out.push(
                     [b"require ", quoted.trim_ascii()].concat().into_iter().filter(|c| !b"\"'".contains(c)).collect(),
                 );
             }
-            (Kind::Sign, sign) => {
+            (Kind::Operator, sign) => {
                 path.clear();
                 out.push(sign.to_vec());
             }
@@ -146,30 +146,31 @@ pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
 pub(crate) fn branches<'a>(text: &'a [u8], variable: &[u8]) -> Option<Vec<&'a [u8]>> {
     let tokens: Vec<&[u8]> =
         Tokens::new(text).filter(|(kind, _)| *kind != Kind::Space).map(|(_, token)| token).collect();
-    let (mut rest, mut all, mut busy) = (tokens.as_slice(), Vec::new(), Vec::new());
+    let (mut rest, mut all, mut nonempty) = (tokens.as_slice(), Vec::new(), Vec::new());
     while let Some((first, after)) = rest.split_first() {
         rest = after;
         if *first == b";" {
             continue;
         }
         let open = rest.iter().take_while(|t| **t == b"(").count();
-        let [said, b"==", value, closed @ ..] = rest.get(open..)? else { return None };
+        let [tested, b"==", value, closed @ ..] = rest.get(open..)? else { return None };
         let then = closed.get(open)?;
-        if *first != b"if" || *said != variable || closed[..open].iter().any(|t| *t != b")") || *then != b"then" {
+        if *first != b"if" || *tested != variable || closed[..open].iter().any(|t| *t != b")") || *then != b"then" {
             return None;
         }
         let body = &closed[open + 1..];
         let n = end_of_block(body)?;
         all.push(*value);
         if n > 0 {
-            busy.push(*value);
+            nonempty.push(*value);
         }
         rest = &body[n + 1..];
     }
     // Other uses of the global or of these values might lead into another branch.
-    let said = |name: &[u8]| tokens.iter().filter(|t| **t == name).count();
-    let once = |name: &&[u8]| said(name) == all.iter().filter(|n| *n == name).count() || name[0].is_ascii_digit();
-    (!all.is_empty() && said(variable) == all.len() && all.iter().all(once)).then_some(busy)
+    let occurrences = |name: &[u8]| tokens.iter().filter(|t| **t == name).count();
+    let once =
+        |name: &&[u8]| occurrences(name) == all.iter().filter(|n| *n == name).count() || name[0].is_ascii_digit();
+    (!all.is_empty() && occurrences(variable) == all.len() && all.iter().all(once)).then_some(nonempty)
 }
 
 /// Number of tokens before the `end` of a block; `None`: missing, or preceded by an `else`.
@@ -190,16 +191,16 @@ fn end_of_block(tokens: &[&[u8]]) -> Option<usize> {
 
 /// Converts Lua 5.1 to Lua 5.4, keeping line numbers. In 5.1 `goto` was a name, an unknown escape meant the letter
 /// itself, all numbers were floats, and functions with `...` had a table `arg`.
-pub(crate) fn modern(text: &[u8]) -> Cow<'_, [u8]> {
+pub(crate) fn to_lua54(text: &[u8]) -> Cow<'_, [u8]> {
     let mut out = Vec::new();
     let mut same = true;
     // A label occurs only in texts that use `goto`.
-    let labels = Tokens::new(text).any(|t| t == (Kind::Sign, b"::"));
+    let labels = Tokens::new(text).any(|t| t == (Kind::Operator, b"::"));
     for (kind, token) in Tokens::new(text) {
         let before = out.len();
         match kind {
             Kind::Name if token == b"goto" && !labels => out.extend_from_slice(b"goto_"),
-            Kind::Text => escapes(token, &mut out),
+            Kind::String => escapes(token, &mut out),
             // More digits than a float can hold.
             Kind::Number if token.len() > 15 && token.iter().all(u8::is_ascii_digit) => {
                 out.extend_from_slice(token);
@@ -240,8 +241,8 @@ struct Function {
     depth: u32,
     /// Start of the body, if the parameters end in `...`.
     varargs: Option<usize>,
-    says_arg: bool,
-    says_dots: bool,
+    uses_arg: bool,
+    uses_dots: bool,
 }
 
 /// Start of the bodies of vararg functions that use `arg` but not `...`.
@@ -256,20 +257,20 @@ fn arguments(text: &[u8]) -> Vec<usize> {
         at += token.len();
         match (kind, token) {
             (Kind::Name, b"function") => (head, dots) = (true, false),
-            (Kind::Sign, b"...") if head => dots = true,
-            (Kind::Sign, b")") if head => {
+            (Kind::Operator, b"...") if head => dots = true,
+            (Kind::Operator, b")") if head => {
                 head = false;
                 let varargs = dots.then_some(at);
-                functions.push(Function { depth: 1, varargs, says_arg: false, says_dots: false });
+                functions.push(Function { depth: 1, varargs, uses_arg: false, uses_dots: false });
             }
-            (Kind::Sign, b"...") => {
+            (Kind::Operator, b"...") => {
                 if let Some(f) = functions.last_mut() {
-                    f.says_dots = true;
+                    f.uses_dots = true;
                 }
             }
             (Kind::Name, b"arg") => {
                 if let Some(f) = functions.last_mut() {
-                    f.says_arg = true;
+                    f.uses_arg = true;
                 }
             }
             (Kind::Name, b"do" | b"if" | b"repeat") => {
@@ -282,7 +283,7 @@ fn arguments(text: &[u8]) -> Vec<usize> {
                     f.depth -= 1;
                     if f.depth == 0 {
                         let done = functions.pop();
-                        found.extend(done.filter(|f| f.says_arg && !f.says_dots).and_then(|f| f.varargs));
+                        found.extend(done.filter(|f| f.uses_arg && !f.uses_dots).and_then(|f| f.varargs));
                     }
                 }
             }
@@ -307,7 +308,7 @@ mod tests {
             let all: Vec<u8> = Tokens::new(&text).flat_map(|(_, t)| t.to_vec()).collect();
             prop_assert_eq!(all, text.clone());
             let lines = |t: &[u8]| t.iter().filter(|c| **c == b'\n').count();
-            prop_assert_eq!(lines(&modern(&text)), lines(&text));
+            prop_assert_eq!(lines(&to_lua54(&text)), lines(&text));
             words(&text);
         }
     }
@@ -352,9 +353,9 @@ mod tests {
             ),
         ];
         for (old, new) in cases {
-            assert_eq!(String::from_utf8_lossy(&modern(old.as_bytes())), new);
+            assert_eq!(String::from_utf8_lossy(&to_lua54(old.as_bytes())), new);
         }
-        assert!(matches!(modern(b"x = 1"), Cow::Borrowed(_)));
+        assert!(matches!(to_lua54(b"x = 1"), Cow::Borrowed(_)));
     }
 
     #[test]

@@ -2,14 +2,16 @@
 //! garbage.
 
 use std::{
-    ffi::{CStr, c_void},
+    ffi::CStr,
     sync::{Arc, Mutex, PoisonError},
 };
 
 use mlua_sys::*;
 
+use crate::lua_internals;
+
 /// Capacity: more than there are preludes. The oldest entry is dropped first.
-const MOST: usize = 16;
+const CAPACITY: usize = 16;
 
 struct Chunk {
     name: &'static CStr,
@@ -24,15 +26,16 @@ static CHUNKS: Mutex<Vec<Chunk>> = Mutex::new(Vec::new());
 /// # Safety
 /// A live state with two free stack slots.
 pub(crate) unsafe fn load(l: *mut lua_State, text: &[u8], name: &'static CStr) -> i32 {
-    if let Some(code) = known(text, name) {
+    if let Some(code) = cached(text, name) {
         return luaL_loadbufferx(l, code.as_ptr().cast(), code.len(), name.as_ptr(), c"b".as_ptr());
     }
     let status = luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name.as_ptr(), c"t".as_ptr());
-    let mut code = Vec::<u8>::new();
-    // With debug information, for messages and snapshots.
-    if status == LUA_OK && lua_dump(l, write, (&raw mut code).cast(), 0) == 0 {
+    if status == LUA_OK {
+        // With debug information, for messages and snapshots.
+        let mut code = Vec::new();
+        lua_internals::dump(l, &mut code);
         let mut chunks = CHUNKS.lock().unwrap_or_else(PoisonError::into_inner);
-        if chunks.len() == MOST {
+        if chunks.len() == CAPACITY {
             chunks.remove(0);
         }
         chunks.push(Chunk { name, text: text.into(), code: code.into() });
@@ -40,15 +43,9 @@ pub(crate) unsafe fn load(l: *mut lua_State, text: &[u8], name: &'static CStr) -
     status
 }
 
-fn known(text: &[u8], name: &CStr) -> Option<Arc<[u8]>> {
+fn cached(text: &[u8], name: &CStr) -> Option<Arc<[u8]>> {
     let chunks = CHUNKS.lock().unwrap_or_else(PoisonError::into_inner);
     chunks.iter().find(|chunk| chunk.name == name && *chunk.text == *text).map(|chunk| chunk.code.clone())
-}
-
-unsafe extern "C-unwind" fn write(_: *mut lua_State, part: *const c_void, size: usize, code: *mut c_void) -> i32 {
-    let code: &mut Vec<u8> = &mut *code.cast();
-    code.extend_from_slice(std::slice::from_raw_parts(part.cast(), size));
-    0
 }
 
 #[cfg(test)]
@@ -74,9 +71,9 @@ mod tests {
     #[test]
     fn a_text_of_before_gives_what_it_gave() {
         let text = "local n = 40\nlocal function f() n = n + 2 return n end\nreturn f()";
-        assert!(known(text.as_bytes(), c"=chunk").is_none());
+        assert!(cached(text.as_bytes(), c"=chunk").is_none());
         assert_eq!(run(text), "42");
-        assert!(known(text.as_bytes(), c"=chunk").is_some());
+        assert!(cached(text.as_bytes(), c"=chunk").is_some());
         assert_eq!(run(text), "42");
         assert_eq!(run("return 7"), "7", "another text of the same name");
     }
@@ -93,6 +90,6 @@ mod tests {
     fn what_cannot_be_compiled_is_not_kept() {
         let text = "return return";
         assert!(run(text).starts_with("chunk:1:"));
-        assert!(known(text.as_bytes(), c"=chunk").is_none());
+        assert!(cached(text.as_bytes(), c"=chunk").is_none());
     }
 }
