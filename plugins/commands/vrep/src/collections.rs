@@ -167,7 +167,7 @@ pub(crate) fn objects(c: &Ctx<'_>, which: i64) -> Result<Vec<tatu_object>> {
         let mut meant = match part.what {
             HANDLE_ALL => w.list(0, 0, 0)?,
             -6 => w.list(part.object, 0, 0)?,
-            -7 => what::chain(c, part.object)?,
+            -7 => handle_sets::chain(c, part.object)?,
             _ => vec![part.object],
         };
         if part.exclude {

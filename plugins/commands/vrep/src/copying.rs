@@ -7,7 +7,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         "Sensors, actuators and scripts are made with the scene only: an object that has one is copied without it.";
     offer.command(
         both("copyPasteObjects", NIL, |c| {
-            let ids = what::list(c, 0)?;
+            let ids = handle_sets::list(c, 0)?;
             let options = int_or(c, 1, 0)?;
             let out = copy(c, &ids, options & 1 != 0)?;
             c.ret::<[i64]>(&out[..]);
@@ -88,7 +88,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both("scaleObjects", MINUS, |c| {
-            let (ids, f, places) = (what::list(c, 0)?, c.f64(1)?, c.arg(2).truthy());
+            let (ids, f, places) = (handle_sets::list(c, 0)?, c.f64(1)?, c.arg(2).truthy());
             if f <= 0.0 {
                 return Err(Fail::argument("argument 2: a scale is greater than 0"));
             }

@@ -18,12 +18,12 @@ mod examples;
 mod flags;
 mod forces;
 mod graphs;
+mod handle_sets;
 mod joints;
 mod keys;
 mod kinds;
 mod kit;
 mod looks;
-mod mail;
 mod main_script;
 mod making;
 mod math;
@@ -58,7 +58,7 @@ mod tree;
 mod tubes;
 mod views;
 mod vision;
-mod what;
+mod wireless;
 
 use tatu_plugin_api::safe::{Fail, Host, Offer, Plugin, Result, World};
 
@@ -129,7 +129,7 @@ impl Plugin for Vrep {
         vision::module::offer(offer);
         signals::offer(offer);
         tubes::offer(offer);
-        mail::offer(offer);
+        wireless::offer(offer);
         offer.subject("signals");
         packing::offer(offer);
         tables::offer(offer);

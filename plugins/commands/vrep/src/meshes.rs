@@ -104,7 +104,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both("groupShapes", MINUS, |c| {
-            let shapes = what::list(c, 0)?;
+            let shapes = handle_sets::list(c, 0)?;
             let group = group(c, &shapes)?;
             c.ret(handle(group));
             Ok(())

@@ -25,7 +25,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         modern("setObjectSel", |c| {
-            let ids = what::list(c, 0)?;
+            let ids = handle_sets::list(c, 0)?;
             state(c)?.selection = ids;
             Ok(())
         })
@@ -75,11 +75,11 @@ fn selected(c: &Ctx<'_>) -> Result<Vec<i64>> {
 
 fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     if is_table(c.arg(0)) {
-        return what::list(c, 0);
+        return handle_sets::list(c, 0);
     }
     // What getObjectSelection gave when nothing was selected.
     if c.arg(0).is_nil() {
         return Ok(Vec::new());
     }
-    what::of(c, c.i64(0)?, 1)
+    handle_sets::of(c, c.i64(0)?, 1)
 }

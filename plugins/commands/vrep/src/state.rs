@@ -12,12 +12,12 @@ use crate::{
     console::Consoles,
     dialogs::Dialogs,
     kit::*,
-    mail::Mail,
     messages::Messages,
     motion::Motion,
     profiles::Profiles,
     tubes::Tubes,
     vision::{AllSeen, AllWork},
+    wireless::InTransit,
 };
 
 /// The instance of a world. Commands may enter each other: borrow it briefly, never across a call to the host.
@@ -43,7 +43,7 @@ pub(crate) struct Inner {
     pub(crate) error_report_mode: i64,
     pub(crate) selection: Vec<tatu_object>,
     pub(crate) collections: Collections,
-    pub(crate) mail: Mail,
+    pub(crate) wireless: InTransit,
     pub(crate) dialogs: Dialogs,
     pub(crate) profiles: Profiles,
     pub(crate) last_error: Vec<u8>,
@@ -95,7 +95,7 @@ impl Inner {
             error_report_mode: 1,
             selection: Vec::new(),
             collections: Collections::default(),
-            mail: Mail::default(),
+            wireless: InTransit::default(),
             dialogs: Dialogs::default(),
             profiles: Profiles::default(),
             last_error: Vec::new(),

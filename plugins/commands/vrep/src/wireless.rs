@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Vrep, kit::*, state::state};
 
-/// Data on its way.
+/// Data that was sent and has not faded.
 #[derive(Serialize, Deserialize, Clone)]
-struct Letter {
+struct WirelessMessage {
     from: tatu_object,
     antenna: tatu_object,
     target: i64,
@@ -20,10 +20,10 @@ struct Letter {
     read: BTreeSet<tatu_object>,
 }
 
-/// What was sent and has not faded.
+/// All messages in transit.
 #[derive(Serialize, Deserialize, Default)]
-pub(crate) struct Mail {
-    letters: Vec<Letter>,
+pub(crate) struct InTransit {
+    messages: Vec<WirelessMessage>,
 }
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("sendData", MINUS, |c| {
             let (w, p) = (c.world(), &c.plugin().p);
             let (now, dt) = (w.f64(0, p.time)?, w.f64(0, p.dt)?);
-            let letter = Letter {
+            let message = WirelessMessage {
                 from: c.caller_script(),
                 antenna: antenna(c, 4)?,
                 target: c.i64(0)?,
@@ -42,7 +42,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 until: now + (if c.has(8) { c.f64(8)? } else { 0.0 }).max(dt),
                 read: BTreeSet::new(),
             };
-            state(c)?.mail.letters.push(letter);
+            state(c)?.wireless.messages.push(message);
             c.ret(1_i64);
             Ok(())
         })
@@ -103,31 +103,31 @@ fn receive(c: &mut Ctx<'_>) -> Result {
     let here = antenna(c, 2)?;
     let place = |o: tatu_object| if o == 0 { Ok([0.0; 7]) } else { w.pose(o, 0) };
     let at = place(here)?;
-    let letters = {
+    let messages = {
         let mut state = state(c)?;
-        state.mail.letters.retain(|l| l.until > now - 1e-9);
-        state.mail.letters.clone()
+        state.wireless.messages.retain(|l| l.until > now - 1e-9);
+        state.wireless.messages.clone()
     };
-    let mine = |l: &Letter| {
+    let mine = |l: &WirelessMessage| {
         let reach =
             || place(l.antenna).is_ok_and(|p| (0..3).map(|k| (p[k] - at[k]).powi(2)).sum::<f64>().sqrt() <= l.radius);
         let target = l.target == HANDLE_ALL || l.target == handle(me) || l.target == handle(c.caller_object());
         (header == -1 || l.header == header) && name.is_none_or(|n| n == l.name) && target && l.from != me && reach()
     };
-    let mut found = letters.iter().enumerate().filter(|(_, l)| mine(l));
+    let mut found = messages.iter().enumerate().filter(|(_, l)| mine(l));
     let found = match usize::try_from(index) {
         Ok(n) => found.nth(n),
         Err(_) => found.find(|(_, l)| !l.read.contains(&me)),
     };
-    let Some((at, letter)) = found else { return Ok(()) };
+    let Some((at, message)) = found else { return Ok(()) };
     if index < 0
-        && let Some(l) = state(c)?.mail.letters.get_mut(at)
+        && let Some(l) = state(c)?.wireless.messages.get_mut(at)
     {
         l.read.insert(me);
     }
-    c.ret::<[u8]>(letter.data.as_slice());
-    c.ret(handle(letter.from));
-    c.ret(letter.header);
-    c.ret::<[u8]>(letter.name.as_slice());
+    c.ret::<[u8]>(message.data.as_slice());
+    c.ret(handle(message.from));
+    c.ret(message.header);
+    c.ret::<[u8]>(message.name.as_slice());
     Ok(())
 }
