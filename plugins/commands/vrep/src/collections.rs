@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Vrep, kit::*, state::state, what};
+use crate::{Vrep, handle_sets, kit::*, state::state};
 
 /// Handles of collections lie above those of objects that a scene is likely to have.
 const FIRST: i64 = 0xE_0000;

@@ -1,6 +1,6 @@
 //! Copies, sizes and scale of objects; models from files.
 
-use crate::{Vrep, kit::*, notes, what};
+use crate::{Vrep, handle_sets, kit::*, notes};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let devices =

@@ -1,6 +1,6 @@
 //! Shapes of triangles: making them, reading the triangles of any shape, joining shapes, mass and inertia.
 
-use crate::{Vrep, algebra as al, kit::*, what};
+use crate::{Vrep, algebra as al, handle_sets, kit::*};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for (name, flat) in [("createMeshShape", true), ("createShape", false)] {

@@ -1,6 +1,6 @@
 //! The selection of objects; nothing shows it, and scripts agree on it.
 
-use crate::{Vrep, kit::*, state::state, what};
+use crate::{Vrep, handle_sets, kit::*, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
