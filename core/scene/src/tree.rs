@@ -329,18 +329,7 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use std::mem::{offset_of, size_of};
-
     use super::*;
-    use crate::Joint;
-
-    // What a step touches of each object: see `Object` and `Joint`.
-    #[test]
-    fn what_each_step_asks_for_lies_in_one_cache_line() {
-        assert!(offset_of!(Object, data) == 0 && size_of::<Data>() <= 48, "{}", size_of::<Data>());
-        assert_eq!((size_of::<Option<Object>>(), size_of::<Slot>()), (size_of::<Object>(), 192));
-        assert_eq!(offset_of!(Joint, target_position), 64);
-    }
 
     #[test]
     fn each_tree_comes_as_a_whole_and_parents_come_before_children() {

@@ -31,9 +31,6 @@ pub(crate) struct Roll {
 /// the last one at what they measured.
 const TOGETHER: usize = 256;
 
-/// With several threads so many times as many, or waking them up would take longer than what they do.
-const FOR_MANY: usize = 8;
-
 impl Turn {
     fn clear(&mut self) {
         let Turn { devices, cuts, sees } = self;
@@ -103,17 +100,11 @@ impl Sensing {
 
     /// Of the next devices of a roll that are asked, from the `from`-th on, those that measure at this time; how many were
     /// looked at. What they measured before may be seen now, whether they measure now or not.
-    ///
-    /// `threads`: how many will work on them.
-    pub(crate) fn due(&mut self, roll: &Roll, from: usize, time: f64, threads: usize, turn: &mut Turn) -> usize {
+    pub(crate) fn due(&mut self, roll: &Roll, from: usize, time: f64, turn: &mut Turn) -> usize {
         turn.clear();
-        let together = if threads > 1 { TOGETHER * FOR_MANY } else { TOGETHER };
         let some = roll.others.get(from..).unwrap_or_default();
-        let some = &some[..some.len().min(together)];
-        for (place, i) in some.iter().enumerate() {
-            if place > 0 && place % TOGETHER == 0 {
-                turn.cut();
-            }
+        let some = &some[..some.len().min(TOGETHER)];
+        for i in some {
             let d = &mut self.devices[*i];
             if !d.off {
                 d.release(time);

@@ -11,7 +11,6 @@ pub(super) fn sense(world: &WorldCell) {
     let mut measured = Scripts::any_has(world, Callback::Measured).then(Vec::new);
     let mut asked = Turn::default();
     let time = world.clock.time.get();
-    let threads = world.pool().current_num_threads();
     {
         let mut sensing = world.sensing.borrow_mut();
         sensing.settle(&world.scene.borrow(), &world.registry);
@@ -32,7 +31,7 @@ pub(super) fn sense(world: &WorldCell) {
         measure(&roll.steady);
         let mut from = 0;
         loop {
-            let n = world.sensing.borrow_mut().due(&roll, from, time, threads, &mut asked);
+            let n = world.sensing.borrow_mut().due(&roll, from, time, &mut asked);
             if n == 0 {
                 break;
             }
