@@ -1,6 +1,6 @@
--- Names that left the language. Arguments: whether the script is of an old dialect, and three helpers.
+-- Functions removed from the language. Arguments: whether the dialect is old, and three helpers.
 local old, truncating, getfenv51, setfenv51 = ...
--- Scripts may use these names for something of their own.
+-- Scripts may redefine these names.
 local type, pairs, tonumber, math = type, pairs, tonumber, math
 
 unpack = unpack or table.unpack
@@ -10,13 +10,13 @@ math.log10 = math.log10 or function(x) return math.log(x, 10) end
 
 if not old then return end
 
--- A number without its fraction.
+-- Truncates a number.
 local function integer(x)
   x = tonumber(x)
   return x and (x < 0 and math.ceil(x) or math.floor(x))
 end
 
--- Lua 5.1, and what it still had of 5.0.
+-- Lua 5.1, including its remains of 5.0.
 loadstring = load
 getfenv, setfenv = getfenv51, setfenv51
 math.cosh = math.cosh or function(x) return (math.exp(x) + math.exp(-x)) / 2 end
@@ -53,14 +53,14 @@ function table.foreachi(t, f)
   end
 end
 
--- Fractions where an integer is wanted were cut off.
+-- Fractions were truncated where an integer is expected.
 math.random = truncating(math.random, 1)
 string.char = truncating(string.char, 1)
 string.rep = truncating(string.rep, 2)
 string.sub = truncating(string.sub, 2)
 string.byte = truncating(string.byte, 2)
 
--- Floats only: a remainder of a division by 0 is not a number, and no error.
+-- Floats only: the remainder of a division by 0 is NaN, not an error.
 local fmod = math.fmod
 function math.fmod(x, y)
   if tonumber(y) == 0 and tonumber(x) then return 0 / 0 end
@@ -68,7 +68,7 @@ function math.fmod(x, y)
 end
 math.mod = math.fmod
 
--- Places outside of a list were no errors.
+-- Positions outside of a list were not errors.
 local insert, remove = table.insert, table.remove
 function table.insert(t, ...)
   local at, value = ...

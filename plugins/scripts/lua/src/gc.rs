@@ -7,7 +7,7 @@
 
 use mlua_sys::*;
 
-use crate::state::State;
+use crate::{lua_internals, state::State};
 
 /// Calls from the host between two collections.
 pub(crate) const INTERVAL: u64 = 64;
@@ -36,9 +36,7 @@ pub(crate) unsafe fn full(l: *mut lua_State, s: &State) {
 /// # Safety
 /// A state of this plugin.
 pub(crate) unsafe fn restart(l: *mut lua_State) {
-    lua_gc(l, LUA_GCRESTART);
-    // A step of negative size is a credit.
-    lua_gc(l, LUA_GCSTEP, -THRESHOLD_KIB);
+    lua_internals::defer_gc(l, THRESHOLD_KIB);
 }
 
 /// Counts a call, and collects when due. Scripts collect in different steps.

@@ -10,6 +10,7 @@
 
 #include <limits.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -47,16 +48,26 @@ size_t tatu_lua_strspn(const char *text, const char *set) {
   return strspn(text, set);
 }
 
-/* ---- budgets ---- */
+/* ---- budgets, collector ---- */
 
 int *tatu_lua_hook_count(lua_State *L) {
   return &L->hookcount;
+}
+
+ptrdiff_t tatu_lua_gc_debt(lua_State *L) {
+  return G(L)->GCdebt;
 }
 
 /* ---- hashes ---- */
 
 unsigned int tatu_lua_seed(lua_State *L) {
   return G(L)->seed;
+}
+
+/* Whether the cache of C strings has one entry. The field behind the cache shows that Lua was compiled with the same size. */
+int tatu_lua_has_small_string_cache(lua_State *L) {
+  lua_setwarnf(L, NULL, L);
+  return STRCACHE_N * STRCACHE_M == 1 && G(L)->ud_warn == L;
 }
 
 unsigned int tatu_lua_hash_text(const char *text, size_t len) {
@@ -134,7 +145,7 @@ void tatu_lua_node_at(const Table *t, size_t i, tatu_lua_node *out) {
   }
 }
 
-/* What the collector does with the key of an entry that has no value. */
+/* Marks the key of an empty node as the collector does. */
 void tatu_lua_kill_key(Table *t, size_t i) {
   setdeadkey(gnode(t, i));
 }
@@ -167,8 +178,8 @@ static const Proto *on_top(lua_State *L) {
   return ttisLclosure(o) ? clLvalue(o)->p : NULL;
 }
 
-/* Writes the n-th function in the one on top, which is its own first, as `lua_dump` writes a closure of it. 0: there are
- * not so many. */
+/* Writes the n-th function of the one on top, depth first from itself, as `lua_dump` writes a closure of it. 0: there is no
+ * such function. */
 int tatu_lua_dump_nested(lua_State *L, unsigned int n, lua_Writer writer, void *data) {
   const Proto *p = on_top(L);
   if (p) p = find(p, &n);
@@ -230,7 +241,8 @@ static void hash_function(uint64_t *h, const Proto *f) {
   for (i = 0; i < 4; i++) hash_size(h, 0); /* no debug information */
 }
 
-/* Of the function on top: FNV-1a of what `lua_dump` writes of it without debug information and lines. 0: it is none of Lua. */
+/* FNV-1a hash of what `lua_dump` writes of the function on top without debug information and line numbers. 0: it is not a
+ * Lua function. */
 uint64_t tatu_lua_hash_code(lua_State *L) {
   const Proto *p = on_top(L);
   const lua_Integer an_integer = LUAC_INT;

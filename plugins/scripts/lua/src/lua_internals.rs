@@ -1,17 +1,20 @@
-//! Everything that reaches past Lua's C interface, together with `lua_internals.c`, which is compiled against Lua's own
-//! headers, and with the definitions that `build.rs` gives to Lua's files.
+//! Everything that this plugin uses of Lua beyond its C interface, for determinism, budgets and snapshots.
 //!
-//! | what | why | check | if it fails |
+//! The accessors are in `lua_internals.c`, which is compiled against Lua's own headers. `build.rs` gives the definitions to
+//! Lua's files.
+//!
+//! | item | purpose | check | if it fails |
 //! |---|---|---|---|
-//! | `luai_makeseed(L)=0x5EED` | Lua seeds its hashes from addresses and the clock: `pairs` would visit text keys in another order in each run | [`problems`], at start | error in the log |
-//! | `STRCACHE_N=1`, `STRCACHE_M=1` | Lua caches C strings by address: when a string is collected would differ between runs | none: it changes no result | |
-//! | `strspn=tatu_lua_strspn` | floats of scripts written for Lua 5.1 become text without ".0", see [`NumberFormat`] | [`problems`], at start | error in the log |
-//! | `lua_State.hookcount` | the instructions since the last hook count against the call that ran them | [`hook_count`], in each state | budgets are counted in whole thousands |
-//! | `Table`, `Node` | a snapshot brings keys back to their places, so that `pairs` goes on in the same order | [`knows_tables`], before each snapshot | snapshots are refused, the run is replayed |
-//! | hashes of texts and floats | where a key belongs in its table | every place is read again after a restore | the snapshot is refused |
-//! | functions in functions | a snapshot names a function by its place in a text | a function that is not found | the snapshot is refused |
+//! | `luai_makeseed(L)=0x5EED` | Lua derives its hash seed from addresses and the clock, and `pairs` would visit string keys in another order in each run | [`problems`], at start | error in the log |
+//! | `STRCACHE_N=1`, `STRCACHE_M=1` | Lua caches C strings by their address, which would decide when a string is collected | [`problems`], at start | error in the log |
+//! | `strspn=tatu_lua_strspn` | text of floats in scripts for Lua 5.1, see [`NumberFormat`] | [`problems`], at start | error in the log |
+//! | `lua_gc` with a negative step | collections at fixed numbers of calls, see `gc` | [`problems`], at start | error in the log |
+//! | `lua_State.hookcount` | exact instruction counts per call | [`hook_count`], in each state | budgets count whole thousands |
+//! | `Table`, `Node` | snapshots restore keys to their nodes, so that `pairs` continues in the same order | [`knows_tables`], before each snapshot | snapshots are refused, and the run is replayed |
+//! | hashes of strings and floats | main positions of keys in a restored table | all nodes are verified after a restore | the snapshot is refused |
+//! | `Proto` | snapshots refer to functions by their index in a text | a function is looked up by its bytecode | the snapshot is refused |
 //!
-//! Lua also hashes objects by the low 32 bits of their addresses; `alloc` makes these repeat.
+//! Lua also hashes objects by the low 32 bits of their addresses; `alloc` makes these repeat in every run.
 
 use std::{
     ffi::{CStr, c_int, c_void},
@@ -20,10 +23,10 @@ use std::{
 
 use mlua_sys::*;
 
-/// The seed of `build.rs`.
+/// The hash seed that `build.rs` sets.
 const SEED: u32 = 0x5EED;
 
-/// A node of a table as the C file gives it.
+/// `tatu_lua_node` of the C file.
 #[repr(C)]
 struct RawNode {
     kind: u8,
@@ -43,6 +46,8 @@ unsafe extern "C" {
     fn tatu_lua_set_plain_floats(plain: c_int) -> c_int;
     fn tatu_lua_hook_count(l: *mut lua_State) -> *mut c_int;
     fn tatu_lua_seed(l: *mut lua_State) -> u32;
+    fn tatu_lua_has_small_string_cache(l: *mut lua_State) -> c_int;
+    fn tatu_lua_gc_debt(l: *mut lua_State) -> isize;
     fn tatu_lua_hash_text(text: *const u8, len: usize) -> u32;
     fn tatu_lua_hash_float(x: f64) -> u32;
     fn tatu_lua_nodes(t: *const c_void) -> usize;
@@ -61,10 +66,10 @@ unsafe extern "C-unwind" {
     pub(crate) fn lua_closethread(l: *mut lua_State, from: *mut lua_State) -> c_int;
 }
 
-/// What is not as this plugin expects, each with its consequence; asked at start.
+/// Failed checks, each with its consequence.
 pub(crate) fn problems() -> Vec<&'static str> {
     let mut problems = Vec::new();
-    // SAFETY: a state of our own; nothing in it raises but for lack of memory.
+    // SAFETY: the state belongs to this function; nothing raises, except for lack of memory.
     unsafe {
         let l = luaL_newstate();
         if l.is_null() {
@@ -72,6 +77,13 @@ pub(crate) fn problems() -> Vec<&'static str> {
         }
         if tatu_lua_seed(l) != SEED {
             problems.push("Lua's hash seed is not fixed: `pairs` may give another order in each run");
+        }
+        if tatu_lua_has_small_string_cache(l) == 0 {
+            problems.push("Lua caches strings by address: runs may collect garbage at other times");
+        }
+        defer_gc(l, 1);
+        if tatu_lua_gc_debt(l) != -1024 {
+            problems.push("Lua's collector cannot be deferred: `pairs` may give another order after a snapshot");
         }
         let _plain = NumberFormat::begin(true);
         lua_pushnumber(l, 5.0);
@@ -84,8 +96,18 @@ pub(crate) fn problems() -> Vec<&'static str> {
     problems
 }
 
-/// How floats with an integer value become text on this thread, from its making to its end: `5`, as Lua 5.1 wrote them, or
-/// `5.0`. It covers every way from number to text, `..` and `string.format` included, at no cost.
+/// Restarts the collector, with its next collection after `kib` more have been allocated.
+///
+/// # Safety
+/// A live state.
+pub(crate) unsafe fn defer_gc(l: *mut lua_State, kib: c_int) {
+    lua_gc(l, LUA_GCRESTART);
+    lua_gc(l, LUA_GCSTEP, -kib);
+}
+
+/// Number format of this thread while the value lives: whether a float with an integer value becomes `5`, as in Lua 5.1,
+/// or `5.0`. Lua converts numbers in one place, which asks `strspn` whether ".0" must follow; the build replaces that
+/// function, so that the format applies to `..` and `string.format` as well as to `tostring`, at no cost.
 pub(crate) struct NumberFormat(c_int);
 
 impl NumberFormat {
@@ -103,7 +125,7 @@ impl Drop for NumberFormat {
     }
 }
 
-/// Where a thread counts the instructions left until its hook runs; null if that is not found.
+/// Address of a thread's countdown of instructions to the next run of its hook; null if the check fails.
 ///
 /// # Safety
 /// The thread runs nothing, and has just been given a hook.
@@ -112,7 +134,7 @@ pub(crate) unsafe fn hook_count(l: *mut lua_State) -> *mut c_int {
     if *left == lua_gethookcount(l) { left } else { null_mut() }
 }
 
-/// Lua's hash of a text.
+/// Lua's hash of a string.
 pub(crate) fn hash_text(text: &[u8]) -> u32 {
     // SAFETY: reads so many bytes.
     unsafe { tatu_lua_hash_text(text.as_ptr(), text.len()) }
@@ -134,11 +156,11 @@ pub(crate) enum Key<'a> {
     Text(&'a [u8]),
     /// A table, function, coroutine or userdata.
     Object,
-    /// It had no value, and was collected.
+    /// A collected key without a value.
     Dead,
 }
 
-/// A table's content as it lies in memory.
+/// A table's memory layout.
 #[derive(Clone, Copy)]
 pub(crate) struct RawTable(*const c_void);
 
@@ -156,7 +178,7 @@ impl RawTable {
     pub(crate) unsafe fn array(self) -> usize {
         tatu_lua_array_size(self.0)
     }
-    /// Lua's limit of the array, and whether that is only a hint about the table's length.
+    /// Lua's limit of the array part, and whether it is only a hint for the length operator.
     pub(crate) unsafe fn limit(self) -> (u32, bool) {
         let mut is_hint = 0;
         let limit = tatu_lua_limit(self.0, &mut is_hint);
@@ -181,7 +203,7 @@ impl RawTable {
         };
         (key, node.has_value != 0)
     }
-    /// Makes the key of a node, a text whose value has been taken out, one that was collected.
+    /// Marks the key of a node, a string whose value was removed, as collected.
     pub(crate) unsafe fn kill_key(self, i: usize) {
         tatu_lua_kill_key(self.0, i);
     }
@@ -194,7 +216,7 @@ impl RawTable {
     }
 }
 
-/// Whether a table whose content is known is read as such.
+/// Whether the nodes of a table with known content are read correctly.
 ///
 /// # Safety
 /// Runs in protected mode; five free stack slots.
@@ -235,7 +257,7 @@ pub(crate) unsafe fn dump(l: *mut lua_State, out: &mut Vec<u8>) {
     tatu_lua_dump_nested(l, 0, extend, (&raw mut *out).cast());
 }
 
-/// The function on top and all functions in it, depth first, each as `dump` gives a living function that was made there.
+/// The function on top and all functions nested in it, depth first, each as `dump` writes a closure of it.
 ///
 /// # Safety
 /// There is a value on top.
@@ -249,8 +271,8 @@ pub(crate) unsafe fn dump_all(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
     }
 }
 
-/// A hash of what the Lua function on top does, all functions in it included: the same wherever in its text it stands, and
-/// whatever is said in comments. 0: it is not a Lua function.
+/// Hash of the bytecode of the Lua function on top, nested functions included; independent of line numbers and comments.
+/// 0: it is not a Lua function.
 ///
 /// # Safety
 /// There is a value on top.
@@ -262,12 +284,12 @@ pub(crate) unsafe fn hash_code(l: *mut lua_State) -> u64 {
 mod tests {
     use super::*;
 
-    /// The order in which `pairs` visits the keys k1..k16 when texts are hashed with the seed of `build.rs`.
+    /// Order in which `pairs` visits the keys k1..k16 with the seed of `build.rs`.
     const ORDER: &str = "k1k2k3k4k6k5k8k7k11k9k13k15k14k12k10k16";
 
-    /// What a text returns in a fresh state, as text.
+    /// Result of a chunk in a new state, as text.
     fn run(text: &str) -> String {
-        // SAFETY: a state of our own; a failed call leaves a text, too.
+        // SAFETY: the state belongs to this function; a failed call leaves a message.
         unsafe {
             let l = luaL_newstate();
             luaL_openlibs(l);
@@ -307,7 +329,7 @@ mod tests {
 
     #[test]
     fn float_keys_stand_where_their_hashes_say() {
-        // SAFETY: a state of our own.
+        // SAFETY: the state belongs to this test.
         unsafe {
             let l = luaL_newstate();
             for x in [0.5, -3.25, 1e300, 5e-324, f64::INFINITY, -1.0 / 3.0] {
