@@ -5,7 +5,7 @@ use tatu_core::World;
 
 /// An array of `{object, kind, era, calls, instructions}`.
 pub fn told(world: &World) -> Value {
-    let one = |s: tatu_core::ScriptTold| {
+    let one = |s: tatu_core::ScriptSummary| {
         json!({
             "object": s.object, "kind": s.kind, "era": era(&s.dialect), "calls": s.calls,
             "instructions": s.instructions,

@@ -28,7 +28,7 @@ use tatu_core::{
     Phase, Session, World,
     errors::{Error, Fault},
     plugins::{Copies, Registry},
-    reload::{Reload, Told},
+    reload::{Reload, ReloadReport},
     session::file,
     state::Hash,
 };
@@ -344,7 +344,7 @@ fn tell(args: &Run, line: &tatu_core::LogLine) {
 }
 
 /// What became of changed files.
-fn tell_reload(told: &Told) {
+fn tell_reload(told: &ReloadReport) {
     told.notes.iter().for_each(|n| report::note(n));
     told.warnings.iter().for_each(report::warning);
 }

@@ -8,7 +8,7 @@
 //! point: the result is the global minimum to within [`TOLERANCE`].
 //!
 //! The common case, a convex cone and a solid seen from outside, is settled before that by a tangent plane
-//! ([`Side::proven`]).
+//! ([`CylinderSide::proven`]).
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -29,7 +29,7 @@ const WIDEST: usize = 256;
 const DEEPEST: usize = 44;
 
 /// A cylinder's side as seen from a cone's apex, in the cylinder's frame.
-pub(super) struct Side {
+pub(super) struct CylinderSide {
     cone: Cone,
     radius: f64,
     half_length: f64,
@@ -37,19 +37,19 @@ pub(super) struct Side {
 }
 
 /// A point of the side: distance, place relative to the apex, outward normal.
-pub(super) type OnSide = (f64, Vector3<f64>, Vector3<f64>);
+pub(super) type OnCylinderSide = (f64, Vector3<f64>, Vector3<f64>);
 
 /// What tangent planes say about a convex solid.
 pub(super) enum Proof {
     /// No point of the solid counts.
     Nothing,
     /// This is its nearest point.
-    Nearest(OnSide),
+    Nearest(OnCylinderSide),
     /// Nothing certain.
     Open,
 }
 
-impl Side {
+impl CylinderSide {
     /// With `skip_back`, surface facing away is passed over, because something nearer always covers it.
     pub fn new(cone: &Cone, radius: f64, half_length: f64, skip_back: bool) -> Self {
         let mut cone = *cone;
@@ -59,7 +59,7 @@ impl Side {
     }
 
     /// The nearest point that counts.
-    pub fn nearest(&self) -> Option<OnSide> {
+    pub fn nearest(&self) -> Option<OnCylinderSide> {
         let mut level = [0.0; WIDEST];
         let mut next = [0.0; WIDEST];
         // The front first: it usually holds the answer.
@@ -149,7 +149,7 @@ impl Side {
     }
 
     /// Takes the nearest point on the straight line at one angle.
-    fn sample(&self, angle: f64, best: &mut OnSide) {
+    fn sample(&self, angle: f64, best: &mut OnCylinderSide) {
         let sight = &self.cone.sight;
         let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
         let foot = normal * self.radius - sight.origin.coords;

@@ -29,7 +29,7 @@ mod aabb;
 mod beam;
 mod binary;
 mod bundle;
-mod company;
+mod candidates;
 mod convex;
 mod cylinder;
 mod disc;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::aabb::Aabb;
 use super::beam::{Beam, Hit};
-use super::company::{self, Company};
+use super::candidates::{self, Candidates};
 use super::mesh::MeshTree;
 use super::sight::{Found, Probe};
 use super::tree::Tree;
@@ -169,7 +169,7 @@ impl BeamScene {
     pub fn cast_here(&self, beams: &[Beam], hits: &mut [Hit]) {
         let mut done = 0;
         while done < beams.len() {
-            let Some((n, space)) = company::group(&beams[done..]) else {
+            let Some((n, space)) = candidates::group(&beams[done..]) else {
                 hits[done] = self.cast_one(&beams[done]);
                 done += 1;
                 continue;
@@ -183,8 +183,8 @@ impl BeamScene {
     }
 
     /// What is in a space but of one group; `None` if that is much.
-    fn near(&self, space: &Aabb, skip_group: Option<u32>) -> Option<Company> {
-        Company::of(&self.top, &self.boxes, space, |index| skip_group != Some(self.targets[index as usize].group))
+    fn near(&self, space: &Aabb, skip_group: Option<u32>) -> Option<Candidates> {
+        Candidates::of(&self.top, &self.boxes, space, |index| skip_group != Some(self.targets[index as usize].group))
     }
 
     /// Casts one beam.
@@ -193,7 +193,7 @@ impl BeamScene {
     }
 
     /// Casts a beam, among the targets that are near it where they are known.
-    fn cast_among(&self, beam: &Beam, near: Option<&Company>) -> Hit {
+    fn cast_among(&self, beam: &Beam, near: Option<&Candidates>) -> Hit {
         let mut best: Option<(Found, u32)> = None;
         for piece in 0..convex::pieces(&beam.volume) {
             if let Some(probe) = Probe::new(beam, piece) {
@@ -204,7 +204,7 @@ impl BeamScene {
     }
 
     /// Takes what a piece of a beam sees nearest.
-    fn cast_probe(&self, beam: &Beam, probe: &Probe, near: Option<&Company>, best: &mut Option<(Found, u32)>) {
+    fn cast_probe(&self, beam: &Beam, probe: &Probe, near: Option<&Candidates>, best: &mut Option<(Found, u32)>) {
         let mut limit = best.as_ref().map_or(probe.far(), |(found, _)| found.distance.min(probe.far()));
         let mut visit = |index: u32, limit: f64| {
             let target = &self.targets[index as usize];

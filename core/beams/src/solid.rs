@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::cylinder::{OnSide, Proof, Side};
+use super::cylinder::{CylinderSide, OnCylinderSide, Proof};
 use super::disc::disc;
 use super::planar::{plane, polygon};
 use super::sight::{Cone, Found};
@@ -145,9 +145,9 @@ fn capsule(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
 
 /// The nearest of the point found on the ends of a cylinder or capsule, which is at distance `least`, and its side.
 fn with_side(cone: &Cone, radius: f64, half_length: f64, least: f64, ends: Option<Found>) -> Option<Found> {
-    let on_side = |(distance, point, normal): OnSide| Found { distance, point, normal, primitive: 0 };
+    let on_side = |(distance, point, normal): OnCylinderSide| Found { distance, point, normal, primitive: 0 };
     let covered = covered(cone, least);
-    let side = Side::new(cone, radius, half_length, covered);
+    let side = CylinderSide::new(cone, radius, half_length, covered);
     if covered && !cone.wide() {
         // The solid is behind the plane that touches it at the point found: is that point the plane's nearest too?
         if let Some(found) = &ends {

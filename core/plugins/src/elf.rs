@@ -10,7 +10,7 @@ pub struct Unfit {
     /// What is wrong.
     pub text: String,
     /// What to do.
-    pub mend: &'static str,
+    pub help: &'static str,
 }
 
 const AGAIN: &str = "build or copy it again";
@@ -21,8 +21,8 @@ const HEADER: usize = 64;
 
 /// Looks at a file's headers. Formats other than ELF are left to their loaders: these fail in order.
 pub fn check(path: &Path) -> Result<(), Unfit> {
-    let no = |text: String, mend| Err(Unfit { text, mend });
-    let unread = |e: std::io::Error| Unfit { text: format!("it cannot be read: {e}"), mend: AGAIN };
+    let no = |text: String, help| Err(Unfit { text, help });
+    let unread = |e: std::io::Error| Unfit { text: format!("it cannot be read: {e}"), help: AGAIN };
     let mut file = File::open(path).map_err(unread)?;
     let have = file.metadata().map_err(unread)?.len();
     let mut header = Vec::with_capacity(HEADER);

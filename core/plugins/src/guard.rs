@@ -3,7 +3,7 @@
 //! The mode belongs to a thread: after a library built with `-ffast-math` has been loaded, everything else on that
 //! thread computes other results. The locale belongs to the process: with a decimal comma no number can be read any
 //! more. Both are restored and the plugin is named. The mode is a read of one register and is looked at around
-//! every outermost call; the rest ([`Home`]) after loading, after making instances, and once per stage.
+//! every outermost call; the rest ([`ProcessState`]) after loading, after making instances, and once per stage.
 
 use std::{
     cell::RefCell,
@@ -101,13 +101,13 @@ impl Mode {
 }
 
 thread_local! {
-    /// Errors that are logged without a world during [`hear`]: how functions that cannot fail tell that they did.
+    /// Errors that are logged without a world during [`capture_errors`]: how functions that cannot fail tell that they did.
     static SAID: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
 }
 
 /// Calls a function that has no error object, and gives the errors that were logged on this thread meanwhile: the host
 /// tells them, with the name of the function.
-pub fn hear<T>(f: impl FnOnce() -> T) -> (T, Vec<String>) {
+pub fn capture_errors<T>(f: impl FnOnce() -> T) -> (T, Vec<String>) {
     let outer = SAID.replace(Some(Vec::new()));
     let done = f();
     (done, SAID.replace(outer).unwrap_or_default())
@@ -133,16 +133,16 @@ pub fn watched<T>(f: impl FnOnce() -> T) -> (T, bool) {
 
 /// Mode and locale at a time when all was well.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Home {
+pub struct ProcessState {
     mode: Mode,
     old: u16,
     locale: Option<CString>,
 }
 
-impl Home {
+impl ProcessState {
     /// As it is now.
     pub fn now() -> Self {
-        Home { mode: Mode::now(), old: register::read_old(), locale: with_locale(|l| l.map(CStr::to_owned)) }
+        ProcessState { mode: Mode::now(), old: register::read_old(), locale: with_locale(|l| l.map(CStr::to_owned)) }
     }
     /// Goes back to it; what had been changed, in words.
     pub fn restore(&self) -> Option<&'static str> {
@@ -168,7 +168,7 @@ impl Home {
 pub const MODE: &str = "the floating-point mode";
 const BOTH: &str = "the floating-point mode and the locale of the process";
 /// What to do about it, for messages.
-pub const MEND: &str =
+pub const HELP: &str =
     "it was put back; build the plugin without `-ffast-math`, and without calls of setlocale, fesetround and the like";
 
 #[cfg(unix)]
@@ -211,10 +211,10 @@ mod tests {
 
     #[test]
     fn home_knows_the_old_unit_too() {
-        let home = Home::now();
+        let home = ProcessState::now();
         assert_eq!(home.restore(), None);
         register::write_old(home.old & !0x300);
         assert_eq!(home.restore(), Some(MODE));
-        assert_eq!(Home::now(), home);
+        assert_eq!(ProcessState::now(), home);
     }
 }

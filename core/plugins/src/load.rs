@@ -11,7 +11,7 @@ use tatu_plugin_api::abi::*;
 
 use super::{
     Copies, drafts,
-    guard::{self, Home},
+    guard::{self, ProcessState},
     tables,
     watchdog::{Call, Watch},
 };
@@ -67,7 +67,7 @@ impl Loaded {
         watch: &Watch,
         remarks: &mut Remarks,
     ) -> Result<Self> {
-        let home = Home::now();
+        let home = ProcessState::now();
         watch.subject(&path.display().to_string());
         // Beyond any index: the plugin has none yet.
         let outside = watch.enter(Call::Load, usize::MAX, 0);
@@ -76,7 +76,7 @@ impl Loaded {
         watch.subject("");
         if let Some(what) = home.restore() {
             let text = format!("the plugin {} changes {what} when it is loaded or started", path.display());
-            remarks.warnings.push(Error::new("E321", text).help(guard::MEND));
+            remarks.warnings.push(Error::new("E321", text).help(guard::HELP));
         }
         opened
     }
@@ -88,13 +88,13 @@ impl Loaded {
         watch: &Watch,
         remarks: &mut Remarks,
     ) -> Result<Self> {
-        let fail = |text: String, mend: &str| {
-            Error::new("E301", format!("cannot load the plugin {}: {text}", path.display())).help(mend)
+        let fail = |text: String, help: &str| {
+            Error::new("E301", format!("cannot load the plugin {}: {text}", path.display())).help(help)
         };
         let copy = copies.map(|c| c.copy(path)).transpose();
         let copy = copy.map_err(|e| fail(format!("it cannot be copied: {e}"), "free some space, or set TMPDIR"))?;
         let file = copy.as_deref().unwrap_or(path);
-        super::elf::check(file).map_err(|unfit| fail(unfit.text, unfit.mend))?;
+        super::elf::check(file).map_err(|unfit| fail(unfit.text, unfit.help))?;
         // SAFETY: running a library's constructors is what loading a plugin means.
         let library = unsafe { Library::new(file) }.map_err(|e| {
             // The loader's own words are behind libloading's.
@@ -125,7 +125,7 @@ impl Loaded {
         }
         let needed = tables::required!(raw, tatu_plugin_t: id, extension);
         if let Some(lack) = tables::lacking(raw.size, &needed) {
-            return Err(fail(format!("its descriptor `tatu_plugin` {lack}"), tables::MEND));
+            return Err(fail(format!("its descriptor `tatu_plugin` {lack}"), tables::HELP));
         }
         // SAFETY: strings of the descriptor live as long as the library.
         let text = |p| unsafe { tables::text(p) };
@@ -172,7 +172,7 @@ impl Loaded {
             _host: host.clone(),
         };
         loaded.check_layouts().map_err(|text| fail(text, REBUILD))?;
-        let (others, heard) = guard::hear(|| drafts::offered(|id| !loaded.extension::<u8>(id).is_null()));
+        let (others, heard) = guard::capture_errors(|| drafts::offered(|id| !loaded.extension::<u8>(id).is_null()));
         if let Some(said) = heard.first() {
             return Err(fail(
                 format!("{} of `{}` {said}", Call::Extension.text(), loaded.id),
@@ -221,9 +221,9 @@ impl Loaded {
     /// Ends it, once; what went wrong. No instance is left, since worlds hold the registry that holds this.
     pub fn end(&mut self) -> Vec<Error> {
         let Some(shutdown) = self.raw.shutdown.take() else { return Vec::new() };
-        let home = Home::now();
+        let home = ProcessState::now();
         // SAFETY: by the contract; once.
-        let ((), heard) = guard::hear(|| unsafe { shutdown(self.me) });
+        let ((), heard) = guard::capture_errors(|| unsafe { shutdown(self.me) });
         let changed = home.restore().map(|what| format!("changed {what}"));
         let told = heard.into_iter().chain(changed);
         let whose = format!("the plugin `{}` ({})", self.id, self.path.display());

@@ -92,7 +92,7 @@ pub fn is_zero<T: Copy>(field: &T) -> bool {
 }
 
 /// What to do about a field that is not there.
-pub const MEND: &str = "set `size` to sizeof, and fill what is required";
+pub const HELP: &str = "set `size` to sizeof, and fill what is required";
 
 /// The first required field that is not there, in words; `size` is what the table tells of itself.
 pub fn lacking(size: u32, required: &[Required]) -> Option<String> {

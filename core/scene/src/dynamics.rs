@@ -2,7 +2,7 @@
 //!
 //! The rule (V-REP's): a dynamic shape below a joint or force sensor that is below a shape is tied to that shape, by
 //! the joint or rigidly; any other dynamic shape is free, wherever it hangs. A respondable static shape collides; it
-//! is carried along when something above it can move.
+//! is pose_writeback along when something above it can move.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Control, Data, Scene, Shape,
-    carried::Carried,
+    body_rules::{motion_of, tie_of, top_shape},
     collision_parts, default_inertia, default_mass, is_endless,
-    ties::{motion_of, tie_of, top_shape},
+    pose_writeback::Carried,
 };
 use tatu_physics::{
     BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointId, JointKind, MassProps, Motion,
@@ -55,7 +55,7 @@ pub struct Dynamics {
     built: u64,
     moved: Vec<u32>,
     /// What poses are copied back to.
-    pub(super) carried: Carried,
+    pub(super) pose_writeback: Carried,
     /// Joints that follow others, and whom.
     followers: Vec<(u32, u32)>,
     settings: EngineSettings,
@@ -74,7 +74,7 @@ impl Dynamics {
             drives: Vec::new(),
             built: 0,
             moved: Vec::new(),
-            carried: Carried::default(),
+            pose_writeback: Carried::default(),
             followers: Vec::new(),
             settings,
             step: settings.step,
@@ -88,7 +88,7 @@ impl Dynamics {
             return;
         }
         self.built = scene.shape_version;
-        self.carried = Carried::default();
+        self.pose_writeback = Carried::default();
         self.followers = super::follow::followers(scene);
         let twists: BTreeMap<u32, Twist> = self.bodies.iter().map(|b| (b.slot, self.engine.twist(b.id))).collect();
         let kept = |b: &BodyRecord| {
@@ -330,9 +330,31 @@ impl Dynamics {
 
     /// Everything as bytes, for [`Dynamics::restore`].
     pub fn snapshot(&self) -> Vec<u8> {
-        let Dynamics { engine, bodies, kinematic: _, joints, drives, built, moved, carried, followers, settings, step } =
-            self;
-        let all = (engine.snapshot(), bodies, joints, drives, built, moved, carried.whole(), followers, settings, step);
+        let Dynamics {
+            engine,
+            bodies,
+            kinematic: _,
+            joints,
+            drives,
+            built,
+            moved,
+            pose_writeback,
+            followers,
+            settings,
+            step,
+        } = self;
+        let all = (
+            engine.snapshot(),
+            bodies,
+            joints,
+            drives,
+            built,
+            moved,
+            pose_writeback.whole(),
+            followers,
+            settings,
+            step,
+        );
         postcard::to_stdvec(&all).unwrap_or_default()
     }
 
@@ -344,7 +366,7 @@ impl Dynamics {
             postcard::from_bytes(bytes).map_err(|e| format!("the table of bodies: {e}"))?;
         self.engine.restore(&engine)?;
         (self.bodies, self.joints, self.drives, self.built) = (bodies, joints, drives, built);
-        (self.moved, self.carried) = (moved, Carried::after(whole));
+        (self.moved, self.pose_writeback) = (moved, Carried::after(whole));
         (self.followers, self.settings, self.step) = (followers, settings, step);
         self.list_kinematic();
         Ok(())

@@ -6,14 +6,14 @@
 //! - `names`: paths and old-style names;
 //! - [`rows`]: the property rows of the core;
 //! - `props`: reading and setting them;
-//! - `dynamics`: bodies and joints of the engine; `ties`: which objects they are made of; `carried`: how their states come
+//! - `dynamics`: bodies and joints of the engine; `ties`: which objects they are made of; `pose_writeback`: how their states come
 //!   back;
 //! - `follow`: joints that follow others;
 //! - `forms`: the solids of a shape;
 //! - `moves`: which shapes have moved; `part`: some slots, for a thread of its own;
 //! - `places`: where objects are, by slot, and where they were at the last barrier; `poses`: asking for it, setting it.
 
-mod carried;
+mod body_rules;
 pub mod document;
 mod dynamics;
 mod follow;
@@ -23,11 +23,11 @@ mod moves;
 mod names;
 pub mod noise;
 mod object;
-mod places;
+mod pose_writeback;
 mod poses;
 mod props;
 pub mod rows;
-mod ties;
+mod transforms;
 mod tree;
 
 pub use dynamics::Dynamics;

@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
-use super::{Data, Object, moves::Moves, names::NameIndex, places::Places};
+use super::{Data, Object, moves::Moves, names::NameIndex, transforms::Transforms};
 
 /// An object's id at the border: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -37,7 +37,7 @@ pub struct Scene {
     /// Slot 0 is the world itself and always empty.
     pub(super) slots: Vec<Slot>,
     /// Where they are.
-    pub(super) places: Places,
+    pub(super) places: Transforms,
     free: VecDeque<u32>,
     roots: Vec<u32>,
     /// All objects, parents before children, one tree after the other; made anew when the tree changes.
@@ -70,7 +70,7 @@ impl Default for Scene {
     fn default() -> Self {
         Scene {
             slots: vec![Slot { object: None, last: String::new() }],
-            places: Places::default(),
+            places: Transforms::default(),
             free: VecDeque::new(),
             roots: Vec::new(),
             order: Vec::new(),

@@ -9,7 +9,7 @@ use super::{
     forms::{Ball, Cuboid, Drum, Pill, Plane, Shape},
     lanes::{F, M, U, V, rows, short, splat},
     mesh,
-    pack::{Cones, GROUPS, LANES, Lanes, Part},
+    pack::{Cones, GROUPS, LANES, Lanes, PacketGroup},
 };
 use crate::{BeamScene, simd::dispatch, tree::Quad};
 use tatu_geometry::Form;
@@ -42,7 +42,7 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    fn new(part: &Part, far: f32) -> Self {
+    fn new(part: &PacketGroup, far: f32) -> Self {
         let nothing =
             Best { t: Lanes([far; LANES]), margin: Lanes([0.0; LANES]), target: [NONE; LANES], primitive: [0; LANES] };
         let nothing_yet = Lanes([-1.0; LANES]);
@@ -112,7 +112,7 @@ pub(super) fn part(scene: &BeamScene, level: Level, cast: &BundleCast<'_>, index
 struct Walk<'a> {
     scene: &'a BeamScene,
     cast: &'a BundleCast<'a>,
-    part: &'a Part,
+    part: &'a PacketGroup,
     limits: &'a Limits,
     sensor_from_world: Matrix3<f64>,
     origin: Vector3<f64>,
@@ -154,7 +154,14 @@ impl Disc {
 }
 
 #[inline(always)]
-fn walk<S: Simd>(simd: S, scene: &BeamScene, cast: &BundleCast<'_>, part: &Part, limits: &Limits, seen: &mut Seen) {
+fn walk<S: Simd>(
+    simd: S,
+    scene: &BeamScene,
+    cast: &BundleCast<'_>,
+    part: &PacketGroup,
+    limits: &Limits,
+    seen: &mut Seen,
+) {
     let pose = &cast.world_from_sensor;
     let walk = Walk {
         scene,

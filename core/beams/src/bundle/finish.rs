@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::{
     BundleCast, BundleHits,
     cast::{NONE, Seen},
-    pack::{LANES, Part},
+    pack::{LANES, PacketGroup},
 };
 use crate::{BeamScene, Faces, mesh::triangle, ray, sight::Sight, solid::unit};
 use tatu_geometry::Form;
@@ -20,7 +20,7 @@ pub(super) fn nothing(hits: BundleHits<'_>) {
 }
 
 /// Writes the answers of a part.
-pub(super) fn finish(scene: &BeamScene, cast: &BundleCast<'_>, part: &Part, seen: &Seen, hits: BundleHits<'_>) {
+pub(super) fn finish(scene: &BeamScene, cast: &BundleCast<'_>, part: &PacketGroup, seen: &Seen, hits: BundleHits<'_>) {
     let directions = &cast.bundle.directions()[part.first..part.first + part.rays()];
     let (near, far) = (cast.near.max(0.0), cast.far);
     for (slot, &ray) in part.order[..part.rays()].iter().enumerate() {

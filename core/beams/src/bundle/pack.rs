@@ -34,7 +34,7 @@ pub(super) struct Cones {
 
 /// Up to 2048 rays that follow one another.
 #[derive(Debug, Clone)]
-pub(super) struct Part {
+pub(super) struct PacketGroup {
     /// First ray.
     pub first: usize,
     /// Of each lane of each packet, its ray, counted from the first. Lanes that are left over repeat a ray.
@@ -53,7 +53,7 @@ pub(super) struct Part {
 #[derive(Debug, Clone)]
 pub struct RayBundle {
     directions: Vec<Vector3<f64>>,
-    parts: Vec<Part>,
+    parts: Vec<PacketGroup>,
 }
 
 impl RayBundle {
@@ -68,7 +68,7 @@ impl RayBundle {
         let parts = directions.len().div_ceil(PART);
         let parts = (0..parts).map(|i| {
             let at = |i: usize| (directions.len() * i / parts).next_multiple_of(LANES).min(directions.len());
-            Part::new(at(i), &directions[at(i)..at(i + 1)])
+            PacketGroup::new(at(i), &directions[at(i)..at(i + 1)])
         });
         Self { parts: parts.collect(), directions }
     }
@@ -88,12 +88,12 @@ impl RayBundle {
         &self.directions
     }
 
-    pub(super) fn parts(&self) -> &[Part] {
+    pub(super) fn parts(&self) -> &[PacketGroup] {
         &self.parts
     }
 }
 
-impl Part {
+impl PacketGroup {
     fn new(first: usize, directions: &[Vector3<f64>]) -> Self {
         let given: Vec<u16> = (0..directions.len() as u16).collect();
         let mut sorted = given.clone();

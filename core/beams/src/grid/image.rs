@@ -26,7 +26,7 @@ pub struct GridImage {
 
 /// Some rows of an image.
 #[derive(Default)]
-pub(super) struct Part<'a> {
+pub(super) struct ImageBand<'a> {
     pub depth: &'a mut [f32],
     pub object: &'a mut [u64],
     pub primitive: &'a mut [u32],
@@ -50,14 +50,14 @@ impl GridImage {
     }
 
     /// All pixels, and buffers for so many bands.
-    pub(super) fn parts(&mut self, bands: usize) -> (Part<'_>, &mut [Buffer]) {
+    pub(super) fn parts(&mut self, bands: usize) -> (ImageBand<'_>, &mut [Buffer]) {
         let Self { depth, object, primitive, color, cosine, normal, buffers } = self;
         buffers.resize_with(bands, Default::default);
-        (Part { depth, object, primitive, color, cosine, normal }, buffers)
+        (ImageBand { depth, object, primitive, color, cosine, normal }, buffers)
     }
 }
 
-impl Part<'_> {
+impl ImageBand<'_> {
     /// The first pixels, and the rest.
     pub fn split(self, pixels: usize) -> (Self, Self) {
         fn halves<T>(all: &mut [T], pixels: usize) -> (&mut [T], &mut [T]) {

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use super::GridCast;
 use super::camera::Camera;
-use super::image::Part;
+use super::image::ImageBand;
 use super::polygon::ViewFrom;
 use super::raster::{NOBODY, Raster};
 use crate::Target;
@@ -125,7 +125,7 @@ impl<'a> Shader<'a> {
     }
 
     /// Fills in the rows of a band.
-    pub fn shade<const ID: bool>(&self, raster: &Raster<'_, ID>, part: &mut Part<'_>) {
+    pub fn shade<const ID: bool>(&self, raster: &Raster<'_, ID>, part: &mut ImageBand<'_>) {
         let want = self.cast.want;
         let columns = raster.columns;
         let some = || [0; 3].map(|_| vec![0.0; columns]);
@@ -147,7 +147,7 @@ impl<'a> Shader<'a> {
         ids: &[u32],
         row: usize,
         first: usize,
-        part: &mut Part<'_>,
+        part: &mut ImageBand<'_>,
         line: &mut Strip,
         seen: &mut Option<Seen<'b>>,
     ) {
@@ -179,7 +179,7 @@ impl<'a> Shader<'a> {
     }
 
     /// Cosines, normals and colours of a row; loops without branches, which compilers put side by side.
-    fn shine(&self, row: usize, pixels: Range<usize>, line: &Strip, part: &mut Part<'_>) {
+    fn shine(&self, row: usize, pixels: Range<usize>, line: &Strip, part: &mut ImageBand<'_>) {
         let (want, light) = (self.cast.want, self.cast.light);
         let middle = self.camera.middle();
         let (size, perspective) = ((1.0 / self.camera.scale) as f32, self.camera.perspective);

@@ -2,7 +2,7 @@
 
 mod brute;
 mod bundles;
-mod company;
+mod candidates;
 mod convex;
 mod flat;
 mod library;

@@ -41,8 +41,8 @@ impl Registry {
             plugin(second),
             file(second)
         );
-        let mend = format!("say whose is meant: [providers] \"{id}\" = \"{}\"", plugin(first));
-        Err(Error::new("E322", text).expected("one plugin, named in [providers]").help(mend))
+        let help = format!("say whose is meant: [providers] \"{id}\" = \"{}\"", plugin(first));
+        Err(Error::new("E322", text).expected("one plugin, named in [providers]").help(help))
     }
     /// A model by id.
     pub fn model(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {

@@ -23,7 +23,7 @@ mod types;
 pub use super::load::Loaded as Plugin;
 use super::{
     Search, Source,
-    guard::{self, Home},
+    guard::{self, ProcessState},
     load::Remarks,
     watchdog::{Call, Watch, Watches},
 };
@@ -212,25 +212,25 @@ impl Registry {
         &self.host
     }
 
-    fn refuse(&mut self, plugin: usize, text: String, mend: &str) {
+    fn refuse(&mut self, plugin: usize, text: String, help: &str) {
         let p = &self.plugins[plugin];
         let text = format!("plugin `{}` ({}): {text}", p.id, p.path.display());
         self.closest.push((p.path.clone(), text.clone()));
-        self.refused.push(Error::new("E303", text).help(mend));
+        self.refused.push(Error::new("E303", text).help(help));
     }
     /// Tells that a name is claimed twice; whether the second claim counts. Of two in one plugin only the first does; of
     /// two plugins a scene says whose it means.
     fn is_own(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
         if claimed.contains(&plugin) {
-            let mend = "give each an id of its own";
-            self.refuse(plugin, format!("it offers the {what} `{id}` twice; the first one is used"), mend);
+            let help = "give each an id of its own";
+            self.refuse(plugin, format!("it offers the {what} `{id}` twice; the first one is used"), help);
             return false;
         }
         if let Some(other) = claimed.first() {
             let other = &self.plugins[*other].id;
             let text = format!("its {what} `{id}` is offered by `{other}` too");
-            let mend = format!("a scene that uses it says whose it means: [providers] \"{id}\" = \"{other}\"");
-            self.refuse(plugin, text, &mend);
+            let help = format!("a scene that uses it says whose it means: [providers] \"{id}\" = \"{other}\"");
+            self.refuse(plugin, text, &help);
         }
         true
     }
@@ -238,14 +238,14 @@ impl Registry {
     /// Calls a plugin where there is no world: noted for the watchdog, with floating-point mode and locale put back;
     /// whoever changed them is told so. `subject` is what is built.
     pub fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
-        let home = Home::now();
+        let home = ProcessState::now();
         self.setup.subject(subject);
         let before = self.setup.enter(call, plugin, 0);
-        let (done, heard) = guard::hear(f);
+        let (done, heard) = guard::capture_errors(f);
         self.setup.leave(before);
         let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
         if let Some(what) = home.restore() {
-            return Err(Error::new("E321", format!("{} changes {what} in {}", who(), call.text())).help(guard::MEND));
+            return Err(Error::new("E321", format!("{} changes {what} in {}", who(), call.text())).help(guard::HELP));
         }
         match heard.first() {
             None => Ok(done),

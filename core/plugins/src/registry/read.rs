@@ -34,7 +34,7 @@ impl Registry {
             None => id,
             Some(lack) => {
                 let name = id.map_or(String::new(), |id| format!(" `{id}`"));
-                self.refuse(plugin, format!("its {what}{name} {lack}"), tables::MEND);
+                self.refuse(plugin, format!("its {what}{name} {lack}"), tables::HELP);
                 None
             }
         }
@@ -45,7 +45,7 @@ impl Registry {
         if let Some(lack) = tables::lacking(size, needed) {
             let text =
                 format!("the table that {} gives for `{}` {lack}", Call::Extension.text(), extension.to_string_lossy());
-            self.refuse(plugin, text, tables::MEND);
+            self.refuse(plugin, text, tables::HELP);
         }
     }
 
@@ -56,7 +56,7 @@ impl Registry {
         let Some(lack) = tables::lacking(life.size, &tables::required!(life, tatu_life: create, destroy)) else {
             return Some(life);
         };
-        self.refuse(plugin, format!("the `life` of its {whose} {lack}"), tables::MEND);
+        self.refuse(plugin, format!("the `life` of its {whose} {lack}"), tables::HELP);
         None
     }
 
@@ -211,7 +211,7 @@ impl Registry {
                     names.push(NameEntry { name: name.clone(), on_error, until });
                     if let Some((other, _)) = self.names.get(&name) {
                         let owner = self.commands.get(*other as usize - 1).map_or(plugin, |c| c.plugin);
-                        let (text, mend) = match owner == plugin {
+                        let (text, help) = match owner == plugin {
                             true => (
                                 format!("it offers the command `{name}` twice; the first one is used"),
                                 "give each a name of its own",
@@ -221,7 +221,7 @@ impl Registry {
                                 "give the command a name space of its own: `mine.name`",
                             ),
                         };
-                        self.refuse(plugin, text, mend);
+                        self.refuse(plugin, text, help);
                     } else {
                         self.names.insert(name, (id, alias as u32));
                     }
@@ -230,7 +230,7 @@ impl Registry {
                 let lack = tables::lacking(raw.size, &needed);
                 if let Some(lack) = lack.or_else(|| names.is_empty().then(|| "has no name".to_owned())) {
                     let name = names.first().map_or(String::new(), |n| format!(" `{}`", n.name));
-                    self.refuse(plugin, format!("its command{name} {lack}"), tables::MEND);
+                    self.refuse(plugin, format!("its command{name} {lack}"), tables::HELP);
                     for n in &names {
                         self.names.remove(&n.name);
                     }

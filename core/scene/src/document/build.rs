@@ -285,7 +285,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Places a model: builds it with these parameters; the index of its base.
+    /// Transforms a model: builds it with these parameters; the index of its base.
     pub fn model(
         &mut self,
         model: usize,
@@ -296,7 +296,7 @@ impl<'a> Builder<'a> {
         let first = self.document.objects.len();
         let group = self.document.objects.iter().map(|o| o.group).max().unwrap_or(0) + 1;
         let outer = std::mem::replace(&mut self.group, group);
-        let built = super::border::run_model(self, model, params, parent);
+        let built = super::plugin_builder::run_model(self, model, params, parent);
         self.group = outer;
         built?;
         let id = &self.registry.models[model].id;

@@ -7,8 +7,8 @@ use tatu_plugin_api::safe::Value;
 
 use super::{
     Builder, Made,
-    beside::{MOST_BYTES, Source},
-    border::{Asked, Failed, run},
+    import_files::{MOST_BYTES, Source},
+    plugin_builder::{Asked, Failed, run},
     sources::Sources,
 };
 use tatu_errors::{Error, Place, Result};

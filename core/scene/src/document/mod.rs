@@ -10,13 +10,13 @@
 //! - `overrides`: `[set]`, `--set`, `--script`;
 //! - [`Sources`]: the files that a document is made of.
 
-mod beside;
-mod border;
 mod build;
 mod import;
+mod import_files;
 mod keys;
 mod names;
 mod overrides;
+mod plugin_builder;
 mod presets;
 mod scripts;
 mod services;

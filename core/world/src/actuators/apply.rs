@@ -4,7 +4,7 @@ use std::ffi::c_void;
 
 use tatu_plugin_api::abi::*;
 
-use super::{Acting, Actuator, mount::Mount};
+use super::{Actuator, Actuators, mount::Mount};
 use tatu_physics::{Engine, Push};
 use tatu_plugins::{
     Registry,
@@ -16,7 +16,7 @@ use tatu_scene::{Data, Dynamics, Scene, pose_to_array};
 
 /// Buffers used again in every batch.
 #[derive(Default)]
-pub(crate) struct Scratch {
+pub(crate) struct ApplyScratch {
     data: Vec<*mut c_void>,
     state: Vec<*mut c_void>,
     actuator: Vec<tatu_object>,
@@ -30,7 +30,7 @@ pub(crate) struct Scratch {
 }
 
 /// An actuator that failed, or that has nothing to push.
-pub(crate) struct Failed {
+pub(crate) struct ApplyFailure {
     pub slot: u32,
     pub kind: usize,
     /// What the plugin said, or what is wrong with what it gave.
@@ -52,7 +52,7 @@ pub(crate) struct Acts<'a> {
     pub watch: &'a Watch,
 }
 
-/// One actuator of a batch: its place in [`Acting::devices`], where it sits, and its commands.
+/// One actuator of a batch: its place in [`Actuators::devices`], where it sits, and its commands.
 struct Seat {
     device: usize,
     mount: Mount,
@@ -66,7 +66,7 @@ struct Batch {
 }
 
 /// Kinds in order, and in each the actuators in the order of the scene.
-fn batches(acting: &Acting, dynamics: &Dynamics, around: &Acts<'_>, every_substep: bool) -> Vec<Batch> {
+fn batches(actuators: &Actuators, dynamics: &Dynamics, around: &Acts<'_>, every_substep: bool) -> Vec<Batch> {
     let mut out = Vec::new();
     for (kind, info) in around.registry.actuators.iter().enumerate() {
         if info.every_substep != every_substep {
@@ -78,7 +78,7 @@ fn batches(acting: &Acting, dynamics: &Dynamics, around: &Acts<'_>, every_subste
             let mount = Mount::of(around.scene, dynamics, d.slot, around.twist);
             Some(Seat { device, mount, commands: a.commands.clone() })
         };
-        let own = acting.devices.iter().enumerate().filter(|(_, d)| d.kind == kind && !d.off);
+        let own = actuators.devices.iter().enumerate().filter(|(_, d)| d.kind == kind && !d.off);
         let seats: Vec<Seat> = own.filter_map(seat).collect();
         if !seats.is_empty() {
             out.push(Batch { kind, seats });
@@ -88,11 +88,16 @@ fn batches(acting: &Acting, dynamics: &Dynamics, around: &Acts<'_>, every_subste
 }
 
 /// Lets the kinds act that are asked once per advance: their pushes act in all of its `dt`.
-pub(crate) fn per_step(acting: &mut Acting, dynamics: &mut Dynamics, around: &Acts<'_>, dt: f64) -> Vec<Failed> {
+pub(crate) fn per_step(
+    actuators: &mut Actuators,
+    dynamics: &mut Dynamics,
+    around: &Acts<'_>,
+    dt: f64,
+) -> Vec<ApplyFailure> {
     let (mut failed, mut pushes) = (Vec::new(), Vec::new());
-    for batch in batches(acting, dynamics, around, false) {
+    for batch in batches(actuators, dynamics, around, false) {
         let asked = Asked { registry: around.registry, watch: around.watch, engine: dynamics.engine() };
-        apply(acting, &batch, &asked, (around.time, dt), &mut pushes, &mut failed);
+        apply(actuators, &batch, &asked, (around.time, dt), &mut pushes, &mut failed);
     }
     for p in pushes {
         dynamics.push(p.body, p.force, p.torque);
@@ -102,30 +107,30 @@ pub(crate) fn per_step(acting: &mut Acting, dynamics: &mut Dynamics, around: &Ac
 
 /// The kinds that are asked before each engine step, for one advance.
 pub(crate) struct SubSteps<'a> {
-    acting: &'a mut Acting,
+    actuators: &'a mut Actuators,
     registry: &'a Registry,
     watch: &'a Watch,
     batches: Vec<Batch>,
     time: f64,
     dt: f64,
-    pub failed: Vec<Failed>,
+    pub failed: Vec<ApplyFailure>,
 }
 
 impl<'a> SubSteps<'a> {
     /// Those of a world; `None`: there are none, and the engine need not ask.
     pub fn new(
-        acting: &'a mut Acting,
+        actuators: &'a mut Actuators,
         (registry, watch): (&'a Registry, &'a Watch),
         dynamics: &Dynamics,
         around: &Acts<'_>,
         dt: f64,
     ) -> Option<Self> {
-        let batches = batches(acting, dynamics, around, true);
+        let batches = batches(actuators, dynamics, around, true);
         if batches.is_empty() {
             return None;
         }
         let dt = dt / f64::from(dynamics.engine_steps(dt).max(1));
-        Some(SubSteps { acting, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
+        Some(SubSteps { actuators, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
     }
 
     /// Before one engine step.
@@ -133,8 +138,8 @@ impl<'a> SubSteps<'a> {
         let when = (self.time + f64::from(step) * self.dt, self.dt);
         for batch in &mut self.batches {
             let asked = Asked { registry: self.registry, watch: self.watch, engine };
-            apply(self.acting, batch, &asked, when, out, &mut self.failed);
-            batch.seats.retain(|s| !self.acting.devices[s.device].off);
+            apply(self.actuators, batch, &asked, when, out, &mut self.failed);
+            batch.seats.retain(|s| !self.actuators.devices[s.device].off);
         }
     }
 }
@@ -148,19 +153,19 @@ struct Asked<'a> {
 
 /// Calls a kind once, and turns what it gives into pushes. `when`: time, and how long until the next call, s.
 fn apply(
-    acting: &mut Acting,
+    actuators: &mut Actuators,
     batch: &Batch,
     &Asked { registry, watch, engine }: &Asked<'_>,
     when: (f64, f64),
     pushes: &mut Vec<Push>,
-    failed: &mut Vec<Failed>,
+    failed: &mut Vec<ApplyFailure>,
 ) {
     let Batch { kind, seats } = batch;
     if seats.is_empty() {
         return;
     }
     let info = &registry.actuators[*kind];
-    let Acting { devices, scratch: s } = acting;
+    let Actuators { devices, scratch: s } = actuators;
     s.clear();
     let motions: Vec<_> = seats.iter().map(|seat| seat.mount.motion(engine)).collect();
     for (seat, m) in seats.iter().zip(&motions) {
@@ -197,11 +202,11 @@ fn apply(
             },
         };
         (d.off, d.idle_told) = (status < 0, true);
-        failed.push(Failed { slot: d.slot, kind: *kind, text, status });
+        failed.push(ApplyFailure { slot: d.slot, kind: *kind, text, status });
     }
 }
 
-impl Scratch {
+impl ApplyScratch {
     fn clear(&mut self) {
         self.data.clear();
         self.state.clear();

@@ -1,6 +1,6 @@
 //! Actuators: their instances and commands, and what they do to bodies and joints.
 //!
-//! - [`Acting`]: the world's actuators;
+//! - [`Actuators`]: the world's actuators;
 //! - `mount`: the body and the joint that an actuator acts on, and how they move;
 //! - `apply`: one batch per kind: motions and commands in, wrenches and efforts out.
 //!
@@ -14,7 +14,7 @@ use std::ffi::c_void;
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-pub(crate) use apply::{Acts, Failed, SubSteps, per_step};
+pub(crate) use apply::{Acts, ApplyFailure, SubSteps, per_step};
 
 /// One actuator's instance.
 pub(crate) struct Actuator {
@@ -33,12 +33,12 @@ pub(crate) struct Actuator {
 
 /// The actuators of a world.
 #[derive(Default)]
-pub(crate) struct Acting {
+pub(crate) struct Actuators {
     pub devices: Vec<Actuator>,
-    scratch: apply::Scratch,
+    scratch: apply::ApplyScratch,
 }
 
-impl Acting {
+impl Actuators {
     /// The actuator of an object.
     pub fn device(&self, object: tatu_object) -> Option<&Actuator> {
         self.devices.iter().find(|d| d.object == object)

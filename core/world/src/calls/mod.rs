@@ -27,7 +27,7 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
     let (Some(world), call, name) = (unsafe { (WorldCell::here((*call).world), &mut *call, bytes(name)) }) else {
         return TATU_ERR;
     };
-    if world.lane.is_some() {
+    if world.worker.is_some() {
         return say(call.error, TATU_ERR_BUSY, "cannot wait in a script that runs side by side with others");
     }
     if call.wait_token == 0 {
@@ -87,7 +87,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     f.caller_script = caller.script;
     f.caller_dialect = caller.dialect;
     f.caller_kind = caller.kind;
-    if world.lane.is_some() && (!entry.side_by_side || entry.status == Status::Stub) {
+    if world.worker.is_some() && (!entry.side_by_side || entry.status == Status::Stub) {
         f.error = calls.error_at(level.depth);
         let status = say(f.error, TATU_ERR_BUSY, "scripts that run side by side with others cannot call it");
         drop(level);

@@ -8,15 +8,15 @@ use std::{
 
 use tatu_plugin_api::abi::tatu_object;
 
-use super::{clock::Clock, stand_ins::Wants, swap::Swap};
+use super::{clock::Clock, stand_ins::StandIns, swap::Swap};
 use crate::cell::WorldCell;
 use crate::{
-    actuators::Acting,
-    cell::{Calls, Heard, Outside, Scripts},
+    actuators::Actuators,
+    cell::{CallbackMask, Calls, Outside, Scripts},
     figures::Figures,
     sense::Sensing,
 };
-use tatu_plugins::{Registry, guard::Home};
+use tatu_plugins::{Registry, guard::ProcessState};
 use tatu_scene::{
     Dynamics, Scene,
     document::{Document, Settings},
@@ -38,9 +38,9 @@ impl WorldCell {
             clock: Clock::new(settings.dt),
             settings: RefCell::new(settings),
             sensing: RefCell::new(Sensing::default()),
-            acting: RefCell::new(Acting::default()),
+            actuators: RefCell::new(Actuators::default()),
             scripts: RefCell::new(Scripts::default()),
-            heard: Heard::default(),
+            callback_mask: CallbackMask::default(),
             signals: RefCell::new(BTreeMap::new()),
             calls: Calls::new(),
             phase: Cell::default(),
@@ -49,7 +49,7 @@ impl WorldCell {
             requests: Cell::new(0),
             stages: RefCell::new(Vec::new()),
             outside: Outside::default(),
-            wants: Wants::default(),
+            stand_ins: StandIns::default(),
             next_instance: Cell::new(1),
             next_replacement: Cell::new(1 << 31),
             instances: RefCell::new(Vec::new()),
@@ -61,11 +61,11 @@ impl WorldCell {
             initial_devices: RefCell::new(Vec::new()),
             pool,
             watch: registry.watches.watch(),
-            home: Home::now(),
+            home: ProcessState::now(),
             called: Cell::new(0),
             suspicious: Cell::new(false),
-            lanes: RefCell::new(Vec::new()),
-            lane: None,
+            workers: RefCell::new(Vec::new()),
+            worker: None,
             origins: RefCell::new(origins),
             scene: RefCell::new(scene),
             registry: Swap::new(registry),

@@ -25,7 +25,7 @@ pub(crate) struct Outside {
     pub options: RefCell<BTreeMap<u32, Value>>,
     /// What happens, for scripts.
     pub bus: Bus,
-    /// Told to services at the next barrier.
+    /// CallCounts to services at the next barrier.
     events: RefCell<Vec<(Rc<str>, Value)>>,
     pub log: RefCell<InputLog>,
     pub replay: RefCell<Option<Replay>>,

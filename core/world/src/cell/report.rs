@@ -4,7 +4,7 @@ use serde::Serialize;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{Script, payload};
-use crate::cell::{WorldCell, script_worker::Deed};
+use crate::cell::{WorldCell, script_worker::DeferredEffect};
 use tatu_errors::{Fault, FaultKind};
 use tatu_scene::{Scene, rows::kind_name};
 
@@ -49,8 +49,8 @@ impl WorldCell {
     }
     /// Records a fault: told once, then counted.
     pub fn report(&self, fault: Fault) {
-        if let Some(lane) = &self.lane {
-            return lane.note(Deed::Fault(Box::new(fault)));
+        if let Some(worker) = &self.worker {
+            return worker.note(DeferredEffect::Fault(Box::new(fault)));
         }
         let Ok(mut faults) = self.faults.try_borrow_mut() else { return };
         if let Some(known) = faults.iter_mut().find(|f| f.same_as(&fault)) {
@@ -78,8 +78,8 @@ impl WorldCell {
     }
     /// Keeps a line for whoever runs the world.
     pub fn log(&self, level: u32, text: &str) {
-        if let Some(lane) = &self.lane {
-            return lane.note(Deed::Line(level, text.to_owned()));
+        if let Some(worker) = &self.worker {
+            return worker.note(DeferredEffect::Line(level, text.to_owned()));
         }
         self.tell_line(level, text);
         let Ok(mut lines) = self.lines.try_borrow_mut() else { return };

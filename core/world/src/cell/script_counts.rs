@@ -4,7 +4,7 @@ use std::{cell::RefCell, collections::BTreeMap};
 
 /// What one script did since its world began.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ScriptTold {
+pub struct ScriptSummary {
     /// Path of the object that it belongs to.
     pub object: String,
     /// "child", "customization", "main", ...
@@ -19,7 +19,7 @@ pub struct ScriptTold {
 
 /// Calls by callback.
 #[derive(Debug, Default)]
-pub(crate) struct Told {
+pub(crate) struct CallCounts {
     /// One for each callback; there are few, and the busy ones come first.
     counts: RefCell<Vec<Count>>,
     pub dialect: RefCell<String>,
@@ -33,7 +33,7 @@ struct Count {
     name: String,
 }
 
-impl Told {
+impl CallCounts {
     /// Notes the language's number for a callback.
     pub fn name(&self, id: u32, name: &[u8]) {
         let mut counts = self.counts.borrow_mut();

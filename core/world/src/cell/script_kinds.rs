@@ -66,14 +66,14 @@ callbacks! {
 
 /// Which callbacks any script of a world has had, and what else there has been: a first look, before one at all scripts.
 #[derive(Default)]
-pub(crate) struct Heard(Cell<u32>);
+pub(crate) struct CallbackMask(Cell<u32>);
 
-impl Heard {
+impl CallbackMask {
     const DRIVER: u32 = 1 << 31;
     const LATE: u32 = 1 << 30;
 
     /// A script has these callbacks.
-    pub(crate) fn note(&self, numbers: &Numbers) {
+    pub(crate) fn note(&self, numbers: &CallbackIds) {
         let bits = numbers.iter().enumerate().filter(|(_, n)| **n != 0).map(|(i, _)| 1 << i);
         self.0.set(bits.fold(self.0.get(), |all, bit| all | bit));
     }
@@ -96,4 +96,4 @@ impl Heard {
 const _: () = assert!(CALLBACKS.len() <= 30);
 
 /// The language's numbers for a script's callbacks, by [`Callback`]; 0: it has none.
-pub(crate) type Numbers = [u32; CALLBACKS.len()];
+pub(crate) type CallbackIds = [u32; CALLBACKS.len()];

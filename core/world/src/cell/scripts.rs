@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::border::raw;
 use tatu_scene::document::ScriptSpec;
 
-use super::{CALLBACKS, Callback, Kind, Numbers, Order, Told};
+use super::{CALLBACKS, CallCounts, Callback, CallbackIds, Kind, Order};
 
 /// One script. The state of a child script exists while the world runs, that of others as long as the world.
 pub(crate) struct Script {
@@ -46,11 +46,11 @@ pub(crate) struct Script {
     /// Calls into it that are running.
     pub depth: Cell<u32>,
     /// What it asked for, to be done when no call of it runs any more.
-    pub asked: Cell<Ask>,
-    pub callbacks: Cell<Numbers>,
+    pub asked: Cell<ExitRequest>,
+    pub callbacks: Cell<CallbackIds>,
     pub calls: Cell<u64>,
     pub instructions: Cell<u64>,
-    pub told: Told,
+    pub told: CallCounts,
 }
 
 /// All scripts of a world.
@@ -68,7 +68,7 @@ pub(crate) struct Scripts {
 
 /// What a script has asked for, the weightiest last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Ask {
+pub(crate) enum ExitRequest {
     Nothing,
     /// It failed: its clean-up, and nothing more.
     Silence,
@@ -113,11 +113,11 @@ impl Script {
             dead: Cell::new(false),
             called_in: Default::default(),
             depth: Cell::new(0),
-            asked: Cell::new(Ask::Nothing),
+            asked: Cell::new(ExitRequest::Nothing),
             callbacks: Cell::new([0; CALLBACKS.len()]),
             calls: Cell::new(0),
             instructions: Cell::new(0),
-            told: Told::default(),
+            told: CallCounts::default(),
         }
     }
 

@@ -109,7 +109,7 @@ impl Running {
         world.outside.client.set(0);
         let kind = self.info(&world.registry);
         world.watch.subject(&self.subject);
-        let (out, heard) = world.cross_heard(kind.plugin, call, 0, || f(&kind.raw, self.data));
+        let (out, heard) = world.cross_capturing(kind.plugin, call, 0, || f(&kind.raw, self.data));
         world.calls.arena.borrow_mut().release(mark);
         world.watch.subject("");
         drop(level);

@@ -60,7 +60,7 @@ pub enum Wish {
 
 /// The stand-ins of a world.
 #[derive(Default)]
-pub(crate) struct Wants {
+pub(crate) struct StandIns {
     on: Cell<bool>,
     list: RefCell<Vec<(tatu_object, StandIn)>>,
     wishes: RefCell<BTreeSet<(tatu_object, Wish)>>,
@@ -69,7 +69,7 @@ pub(crate) struct Wants {
     values: RefCell<BTreeSet<String>>,
 }
 
-impl Wants {
+impl StandIns {
     pub fn is_on(&self) -> bool {
         self.on.get()
     }
@@ -155,13 +155,13 @@ pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<t
     if let Some(slot) = scene.find(from, name) {
         return Some(scene.id(slot));
     }
-    let wants = &world.wants;
+    let stand_ins = &world.stand_ins;
     if name.starts_with(['/', '.', ':']) {
         let (mut at, rest) = scene.start_of(from, name)?;
         for part in rest.split('/').filter(|p| !p.is_empty()) {
             at = match scene.below(at, part) {
                 Some(slot) => slot,
-                None => make_part(wants, scene, at, part)?,
+                None => make_part(stand_ins, scene, at, part)?,
             };
         }
         return (at != 0).then(|| scene.id(at));
@@ -172,7 +172,7 @@ pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<t
     };
     // The smaller numbers come first, as they did when the object got its own.
     for _ in -1..suffix.clamp(-1, 63) + 1 {
-        wants.add(scene, from, &alias.replace('/', "_"))?;
+        stand_ins.add(scene, from, &alias.replace('/', "_"))?;
         if let Some(slot) = scene.find_name(name) {
             return Some(scene.id(slot));
         }
@@ -181,10 +181,10 @@ pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<t
 }
 
 /// Makes what a part of a path means, with those that stand before it by its index.
-fn make_part(wants: &Wants, scene: &mut Scene, at: u32, part: &str) -> Option<u32> {
+fn make_part(stand_ins: &StandIns, scene: &mut Scene, at: u32, part: &str) -> Option<u32> {
     let alias = part.split(['[', '{']).next()?.replace(['*', '?'], "x");
     for _ in 0..64 {
-        let made = wants.add(scene, at, &alias)?;
+        let made = stand_ins.add(scene, at, &alias)?;
         if let Some(slot) = scene.below(at, part) {
             return Some(slot);
         }
@@ -198,10 +198,10 @@ fn make_part(wants: &Wants, scene: &mut Scene, at: u32, part: &str) -> Option<u3
 
 /// An object was used as one of a kind, or as a sensor that fills a schema; whether it is one now.
 pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> bool {
-    if !world.wants.is_on() {
+    if !world.stand_ins.is_on() {
         return false;
     }
-    let (Ok(mut scene), Ok(mut list)) = (world.scene.try_borrow_mut(), world.wants.list.try_borrow_mut()) else {
+    let (Ok(mut scene), Ok(mut list)) = (world.scene.try_borrow_mut(), world.stand_ins.list.try_borrow_mut()) else {
         return false;
     };
     let Ok(slot) = scene.resolve(object) else { return false };
@@ -223,7 +223,7 @@ pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> boo
 /// A row was asked for that belongs to another kind of object; whether the object is of that kind now.
 pub(crate) fn becomes_by_row(world: &WorldCell, object: tatu_object, row: Row) -> bool {
     match row.info().of {
-        Of::Kind(kind) if world.wants.is_on() => becomes(world, object, kind_name(kind)),
+        Of::Kind(kind) if world.stand_ins.is_on() => becomes(world, object, kind_name(kind)),
         _ => false,
     }
 }

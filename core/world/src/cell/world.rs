@@ -13,14 +13,14 @@ use std::{
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{clock::Clock, phase::Phase, stand_ins::Wants, swap::Swap};
+use super::{clock::Clock, phase::Phase, stand_ins::StandIns, swap::Swap};
 use crate::cell::{
     report::LogLine,
-    script_worker::{self, Beside, Lane},
+    script_worker::{self, ScriptWorker, WorkerView},
 };
 use crate::{
-    actuators::Acting,
-    cell::{Calls, Due, Heard, Outside, Scripts},
+    actuators::Actuators,
+    cell::{CallbackMask, Calls, Due, Outside, Scripts},
     figures::Figures,
     sense::Sensing,
 };
@@ -28,7 +28,7 @@ use tatu_errors::{Fault, FaultKind};
 use tatu_physics::EngineSettings;
 use tatu_plugins::{
     Registry,
-    guard::{self, Home},
+    guard::{self, ProcessState},
     watchdog::{Call, Watch},
 };
 use tatu_scene::{
@@ -60,10 +60,10 @@ pub(crate) struct WorldCell {
     pub scene: RefCell<Scene>,
     pub dynamics: RefCell<Dynamics>,
     pub sensing: RefCell<Sensing>,
-    pub acting: RefCell<Acting>,
+    pub actuators: RefCell<Actuators>,
     pub scripts: RefCell<Scripts>,
     /// What there has been among its scripts, so that nobody looks for the rest in all of them.
-    pub heard: Heard,
+    pub callback_mask: CallbackMask,
     pub signals: RefCell<BTreeMap<(u32, Vec<u8>), Signal>>,
     pub calls: Calls,
     pub clock: Clock,
@@ -79,7 +79,7 @@ pub(crate) struct WorldCell {
     /// What comes from outside: services, the log of what they did, what is replayed.
     pub outside: Outside,
     /// Stand-ins for what scripts ask for, in runs without a scene.
-    pub wants: Wants,
+    pub stand_ins: StandIns,
     pub(crate) next_instance: Cell<u64>,
     pub(crate) next_replacement: Cell<u64>,
     pub(crate) instances: RefCell<Vec<Option<Instance>>>,
@@ -97,15 +97,15 @@ pub(crate) struct WorldCell {
     /// Which plugin call is running.
     pub watch: Arc<Watch>,
     /// Floating-point mode and locale as they are to be.
-    pub(crate) home: Home,
+    pub(crate) home: ProcessState,
     /// Plugins that were called since `home` was last looked at: one bit each, the last for all beyond.
     pub(crate) called: Cell<u64>,
     /// Somebody has changed the floating-point mode: from then on every call is looked at.
     pub(crate) suspicious: Cell<bool>,
     /// Cells of threads that run scripts side by side, made when they are needed first.
-    pub lanes: RefCell<Vec<Lane>>,
+    pub workers: RefCell<Vec<ScriptWorker>>,
     /// This is such a cell: what its thread sees of the world.
-    pub lane: Option<Box<Beside>>,
+    pub worker: Option<Box<WorkerView>>,
 }
 
 impl WorldCell {
@@ -115,7 +115,7 @@ impl WorldCell {
     /// `ptr` is null or a living world that this host gave out.
     pub unsafe fn of<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
         // SAFETY: as promised.
-        unsafe { Self::here(ptr).filter(|cell| cell.lane.is_none()) }
+        unsafe { Self::here(ptr).filter(|cell| cell.worker.is_none()) }
     }
     /// The same; on a thread that runs scripts beside others, its cell.
     ///
@@ -140,7 +140,7 @@ impl WorldCell {
     }
     /// The pointer that plugins get.
     pub fn raw(&self) -> *mut tatu_world {
-        self.lane.as_ref().map_or(&raw const *self, |lane| lane.world()).cast_mut().cast()
+        self.worker.as_ref().map_or(&raw const *self, |worker| worker.world()).cast_mut().cast()
     }
     /// Calls a function of a plugin on behalf of an object (0: of none). Every call into a plugin goes through here: it is
     /// noted for the watchdog, and after the outermost one the floating-point mode is put back.
@@ -174,12 +174,12 @@ impl WorldCell {
         done
     }
     /// The same for a function that has no error object; what it logged as an error comes with it.
-    pub fn cross_heard<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> (T, Vec<String>) {
-        guard::hear(|| self.cross_watched(plugin, call, slot, f))
+    pub fn cross_capturing<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> (T, Vec<String>) {
+        guard::capture_errors(|| self.cross_watched(plugin, call, slot, f))
     }
     /// The same: what it logs as an error, a panic for instance, is its fault.
     pub fn cross_quietly<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
-        let (done, heard) = self.cross_heard(plugin, call, slot, f);
+        let (done, heard) = self.cross_capturing(plugin, call, slot, f);
         for said in heard {
             let id = &self.registry.plugins[plugin].id;
             let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{id}` {said} in {}", call.text()));
@@ -191,7 +191,7 @@ impl WorldCell {
     }
     /// Looks, after a stage, at what a look at each call would take too long: the locale, and the old floating-point
     /// unit. Who was called meanwhile is suspected.
-    pub fn look_after(&self, stage: &str) {
+    pub fn restore_process_state(&self, stage: &str) {
         let called = self.called.take();
         if let Some(what) = self.home.restore() {
             self.blame(called, what, stage, None);
@@ -209,7 +209,7 @@ impl WorldCell {
         let mut fault = Fault::new(FaultKind::Plugin, format!("{who} changed {what} in {place}"));
         fault.plugin = ids.first().filter(|_| ids.len() == 1).map(|id| (*id).to_owned());
         fault.object = object;
-        fault.help = Some(guard::MEND.into());
+        fault.help = Some(guard::HELP.into());
         self.report(fault);
     }
     /// A number for a new instance.
@@ -250,8 +250,8 @@ impl WorldCell {
     /// The data and the state block of a plugin's instance in this world.
     #[inline]
     pub fn instance(&self, plugin: usize) -> (*mut c_void, *mut c_void) {
-        if let Some(lane) = &self.lane {
-            return lane.instance(plugin);
+        if let Some(worker) = &self.worker {
+            return worker.instance(plugin);
         }
         let all = self.instances.try_borrow();
         let one = all.as_ref().ok().and_then(|all| all.get(plugin)?.as_ref());

@@ -65,7 +65,7 @@ impl Figures {
         Ok(self.last_drawing)
     }
     /// Forgets drawings on objects that are gone.
-    pub fn look_after(&mut self, scene: &Scene) {
+    pub fn remove_orphans(&mut self, scene: &Scene) {
         self.drawings.retain(|_, d| d.parent == 0 || scene.resolve(d.parent).is_ok());
     }
 }

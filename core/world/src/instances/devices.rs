@@ -21,14 +21,14 @@ pub(crate) fn make_devices(cell: &WorldCell, slots: &[u32]) -> Result {
 
 /// Remembers which devices there are, for [`remake_devices`].
 pub(crate) fn note_devices(cell: &WorldCell) {
-    let (sensing, acting) = (cell.sensing.borrow(), cell.acting.borrow());
+    let (sensing, actuators) = (cell.sensing.borrow(), cell.actuators.borrow());
     let named = |declared: &[Declared], params: &[Value]| {
         declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).filter(|(_, v)| *v != Value::Nil).collect()
     };
     let sensors = sensing.devices.iter().map(|d| {
         (d.slot, DeviceSpec { kind: d.kind, params: named(&cell.registry.sensors[d.kind].params, &d.params) })
     });
-    let actuators = acting.devices.iter().map(|d| {
+    let actuators = actuators.devices.iter().map(|d| {
         (d.slot, DeviceSpec { kind: d.kind, params: named(&cell.registry.actuators[d.kind].params, &d.params) })
     });
     *cell.initial_devices.borrow_mut() = sensors.chain(actuators).collect();
@@ -49,7 +49,7 @@ pub(crate) fn remake_devices(cell: &WorldCell) {
 pub(crate) fn end_devices(cell: &WorldCell) {
     let sensors = cell.sensing.borrow_mut().take_gone(|_| false);
     sensors.into_iter().for_each(|d| d.destroy(cell));
-    let actuators = cell.acting.borrow_mut().take_gone(|_| false);
+    let actuators = cell.actuators.borrow_mut().take_gone(|_| false);
     actuators.into_iter().for_each(|d| d.destroy(cell));
 }
 
@@ -89,7 +89,7 @@ fn make(cell: &WorldCell, slot: u32, device: &DeviceSpec, place: Option<&Place>)
         return Ok(());
     }
     let made = Actuator::create(cell, device.kind, slot, instance, params).map_err(refused)?;
-    cell.acting.borrow_mut().devices.push(made);
+    cell.actuators.borrow_mut().devices.push(made);
     if let Some(Data::Actuator(a)) = cell.scene.borrow_mut().get_mut(slot).map(|o| &mut o.data)
         && a.commands.len() != commands.len()
     {

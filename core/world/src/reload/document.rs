@@ -7,7 +7,7 @@ use std::{collections::BTreeMap, path::PathBuf, rc::Rc, sync::Arc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::Told;
+use super::ReloadReport;
 use crate::{
     cell::{Script, Scripts, WorldCell},
     instances::filled,
@@ -78,13 +78,13 @@ fn same_kind(a: &ObjectSpec, b: &ObjectSpec) -> bool {
 impl World {
     /// Takes what differs between a document and the one that the world was made of, between two steps: properties,
     /// parameters, scripts. Names what needs another start.
-    pub fn take_document(&self, new: Arc<Document>) -> Told {
+    pub fn take_document(&self, new: Arc<Document>) -> ReloadReport {
         let cell: &WorldCell = self.cell();
         let old = cell.document.shared();
         let (was, is) = (Described::new(&old), Described::new(&new));
         let pairs = pairs(&was, &is);
         let origins = std::mem::take(&mut *cell.origins.borrow_mut());
-        let mut told = Told::default();
+        let mut told = ReloadReport::default();
         let mut restart: Vec<String> = Vec::new();
         let origin = |i: usize| pairs[i].and_then(|j| origins.get(j)).copied().unwrap_or(0);
         *cell.origins.borrow_mut() = (0..pairs.len()).map(origin).collect();
@@ -213,7 +213,7 @@ impl World {
     }
 
     /// Parameters and commands of a sensor or actuator that differ; their keys.
-    fn take_parameters(&self, slot: u32, old: &ObjectSpec, new: &ObjectSpec, told: &mut Told) -> Vec<String> {
+    fn take_parameters(&self, slot: u32, old: &ObjectSpec, new: &ObjectSpec, told: &mut ReloadReport) -> Vec<String> {
         let cell: &WorldCell = self.cell();
         let (Some(was), Some(is)) = (&old.device, &new.device) else { return Vec::new() };
         if was.params == is.params {
@@ -243,7 +243,7 @@ impl World {
         let object = cell.scene.borrow().id(slot);
         let live = match new.kind {
             TATU_KIND_SENSOR => cell.sensing.borrow().device(slot).map(|d| d.params.clone()),
-            _ => cell.acting.borrow().device(object).map(|d| d.params.clone()),
+            _ => cell.actuators.borrow().device(object).map(|d| d.params.clone()),
         };
         let Some(mut live) = live else { return keys };
         for (at, value) in &params {
@@ -268,7 +268,14 @@ impl World {
     }
 
     /// Scripts that differ.
-    fn take_scripts(&self, slot: u32, old: &ObjectSpec, new: &ObjectSpec, told: &mut Told, restart: &mut Vec<String>) {
+    fn take_scripts(
+        &self,
+        slot: u32,
+        old: &ObjectSpec,
+        new: &ObjectSpec,
+        told: &mut ReloadReport,
+        restart: &mut Vec<String>,
+    ) {
         let cell: &WorldCell = self.cell();
         let kinds = |o: &ObjectSpec| o.scripts.iter().map(|s| s.kind.clone()).collect::<Vec<_>>();
         if kinds(old) != kinds(new) {
@@ -284,12 +291,12 @@ impl World {
             let Some(script) = script else { continue };
             self.exchange(&script, is, &format!("the script {} of {}", is.name, script.owner(cell)), told);
         }
-        cell.look_after("the reload of scripts");
+        cell.restore_process_state("the reload of scripts");
     }
 
     /// Scripts from outside the document whose files have changed.
-    pub(super) fn take_outside(&self, changed: &[PathBuf]) -> Told {
-        let (cell, mut told): (&WorldCell, Told) = (self.cell(), Told::default());
+    pub(super) fn take_outside(&self, changed: &[PathBuf]) -> ReloadReport {
+        let (cell, mut told): (&WorldCell, ReloadReport) = (self.cell(), ReloadReport::default());
         for script in Scripts::from_outside(cell) {
             let Some(file) = changed.iter().find(|f| f.display().to_string() == script.name) else { continue };
             // One that cannot be read just now goes on as it is.
@@ -297,12 +304,12 @@ impl World {
             let spec = script.spec(text);
             self.exchange(&script, &spec, &format!("the {} {}", spec.kind, spec.name), &mut told);
         }
-        cell.look_after("the reload of scripts");
+        cell.restore_process_state("the reload of scripts");
         told
     }
 
     /// Puts a new text in the place of a script's.
-    fn exchange(&self, script: &Rc<Script>, spec: &ScriptSpec, what: &str, told: &mut Told) {
+    fn exchange(&self, script: &Rc<Script>, spec: &ScriptSpec, what: &str, told: &mut ReloadReport) {
         let cell: &WorldCell = self.cell();
         match script.renewed(cell, Some(spec)) {
             Err(e) => told.warnings.push(e),

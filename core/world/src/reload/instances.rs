@@ -4,7 +4,7 @@ use std::{rc::Rc, sync::Arc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::Told;
+use super::ReloadReport;
 use crate::{
     actuators::Actuator,
     cell::{Instance, Script, Scripts, WorldCell},
@@ -98,7 +98,7 @@ impl World {
     /// over the state of the old ones where both agree. `Err`: the new version is refused, and nothing has changed.
     ///
     /// What holds addresses within the plugin stands in its way: a service that runs.
-    pub fn reload_plugin(&self, plugin: usize) -> Result<Told> {
+    pub fn reload_plugin(&self, plugin: usize) -> Result<ReloadReport> {
         let cell: &WorldCell = self.cell();
         let old = cell.registry.shared();
         let file = old.plugins[plugin].path.display().to_string();
@@ -107,7 +107,7 @@ impl World {
             return Err(Error::new("E305", text).help("start the run again to take the new version"));
         }
         let new = Arc::new(old.renewed(plugin)?);
-        let mut told = Told::default();
+        let mut told = ReloadReport::default();
         told.warnings.extend(new.refused.iter().cloned());
         told.notes.extend(new.notes.iter().cloned());
         let name = &new.plugins[plugin];
@@ -116,7 +116,7 @@ impl World {
             e.text = format!("the new version of {file} is refused: {}", e.text);
             e
         })?;
-        cell.look_after("the exchange of a plugin");
+        cell.restore_process_state("the exchange of a plugin");
         told.taken = 1;
         told.notes.push(format!("reloaded the plugin {version} from {file}"));
         told.notes.extend(resets);
@@ -137,7 +137,7 @@ impl World {
             gone.into_iter().for_each(|d| d.destroy(cell));
             return Ok(why);
         }
-        let actuator = cell.acting.borrow().index(object);
+        let actuator = cell.actuators.borrow().index(object);
         let Some(i) = actuator else { return Err("it has no instance".into()) };
         let mut moving = moving_actuator(cell, i);
         moving.params = params;
@@ -229,8 +229,8 @@ fn moving_sensor(cell: &WorldCell, i: usize) -> Moving {
 
 fn moving_actuator(cell: &WorldCell, i: usize) -> Moving {
     let (slot, kind, data, state, params) = {
-        let acting = cell.acting.borrow();
-        let d = &acting.devices[i];
+        let actuators = cell.actuators.borrow();
+        let d = &actuators.devices[i];
         (d.slot, d.kind, d.data, d.state.clone(), d.params.clone())
     };
     let entry = &cell.registry.actuators[kind];
@@ -250,8 +250,8 @@ fn written(
         (0..sensing.devices.len()).filter(|i| old.sensors[sensing.devices[*i].kind].plugin == plugin).collect()
     };
     let actuators: Vec<usize> = {
-        let acting = cell.acting.borrow();
-        (0..acting.devices.len()).filter(|i| old.actuators[acting.devices[*i].kind].plugin == plugin).collect()
+        let actuators = cell.actuators.borrow();
+        (0..actuators.devices.len()).filter(|i| old.actuators[actuators.devices[*i].kind].plugin == plugin).collect()
     };
     let moved = |mut m: Moving, declared: &dyn Fn(&Registry) -> Vec<Declared>| {
         (m.params, m.dropped) = moved_params(&declared(old), &declared(new), &m.params);
@@ -362,21 +362,21 @@ fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuat
     let kind = &cell.registry.actuators[m.kind];
     let (object, of) = (new.object, Living { plugin: kind.plugin, slot: m.slot, data: new.data });
     let old = {
-        let mut acting = cell.acting.borrow_mut();
-        acting.index(object).map(|i| std::mem::replace(&mut acting.devices[i], new))
+        let mut actuators = cell.actuators.borrow_mut();
+        actuators.index(object).map(|i| std::mem::replace(&mut actuators.devices[i], new))
     };
     let mut block = |state: &[u64]| {
-        let mut acting = cell.acting.borrow_mut();
-        if let Some(i) = acting.index(object) {
-            acting.devices[i].state.copy_from_slice(state);
+        let mut actuators = cell.actuators.borrow_mut();
+        if let Some(i) = actuators.index(object) {
+            actuators.devices[i].state.copy_from_slice(state);
         }
     };
     let why = hand_over(cell, &of, &kind.life, &m.image, &mut block).err();
     if why.is_some() && m.image.is_ok() {
         let fresh = Actuator::create(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
         let half = fresh.ok().and_then(|fresh| {
-            let mut acting = cell.acting.borrow_mut();
-            acting.index(object).map(|i| std::mem::replace(&mut acting.devices[i], fresh))
+            let mut actuators = cell.actuators.borrow_mut();
+            actuators.index(object).map(|i| std::mem::replace(&mut actuators.devices[i], fresh))
         });
         half.into_iter().for_each(|d| d.destroy(cell));
     }

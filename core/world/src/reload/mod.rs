@@ -22,7 +22,7 @@ use watch::Watcher;
 
 /// What became of changed files.
 #[derive(Debug, Default)]
-pub struct Told {
+pub struct ReloadReport {
     /// What was taken, and what state was lost by it.
     pub notes: Vec<String>,
     /// What was refused: the old version goes on.
@@ -31,8 +31,8 @@ pub struct Told {
     pub taken: u64,
 }
 
-impl Told {
-    fn add(&mut self, other: Told) {
+impl ReloadReport {
+    fn add(&mut self, other: ReloadReport) {
         self.notes.extend(other.notes);
         self.warnings.extend(other.warnings);
         self.taken += other.taken;
@@ -66,8 +66,8 @@ impl Reload {
     }
 
     /// Takes what has changed since the last look; between two steps. Looks ten times a second at most.
-    pub fn look(&mut self, world: &World) -> Told {
-        let mut told = Told::default();
+    pub fn look(&mut self, world: &World) -> ReloadReport {
+        let mut told = ReloadReport::default();
         let changed = self.files.changed();
         if changed.is_empty() {
             return told;

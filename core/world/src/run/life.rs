@@ -71,7 +71,7 @@ impl World {
         cell.phase.set(Phase::First);
         cell.outside.begin();
         Scripts::begin(cell, true);
-        cell.look_after("the start of scripts");
+        cell.restore_process_state("the start of scripts");
     }
 
     /// One pass, and whether the world still runs.
@@ -163,7 +163,7 @@ impl World {
         if let Err(e) = self.make_instances() {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
         }
-        cell.look_after("the end of the run");
+        cell.restore_process_state("the end of the run");
         cell.signals.borrow_mut().retain(|_, s| !s.of_run);
         cell.figures.borrow_mut().end();
         if let Some(initial) = cell.initial.borrow_mut().take() {
@@ -173,7 +173,7 @@ impl World {
         Scripts::reap(cell);
         Scripts::after_run(cell);
         events::deliver(cell);
-        cell.look_after("the end of the run");
+        cell.restore_process_state("the end of the run");
     }
 }
 

@@ -52,7 +52,7 @@ impl World {
         let world = World { cell };
         make_devices(&world.cell, &slots)?;
         world.make_instances()?;
-        world.cell.look_after("the making of the world");
+        world.cell.restore_process_state("the making of the world");
         Scripts::declare(&world.cell, &slots);
         let cell = &world.cell;
         cell.dynamics.borrow_mut().settle(&mut cell.scene.borrow_mut());
@@ -109,22 +109,22 @@ impl World {
     /// without a scene of their own: before the start.
     pub fn make_stand_ins(&self, values: &[String]) {
         let cell = &self.cell;
-        cell.wants.begin(cell, values);
+        cell.stand_ins.begin(cell, values);
     }
     /// Names of values that were asked for in vain, in order.
     pub fn missed_values(&self) -> Vec<String> {
-        self.cell.wants.missed()
+        self.cell.stand_ins.missed()
     }
     /// The objects of the document, then what was made since, each as what its use showed; empty unless
     /// [`make_stand_ins`](Self::make_stand_ins) was called.
     pub fn stand_ins(&self) -> Vec<StandIn> {
-        self.cell.wants.list()
+        self.cell.stand_ins.list()
     }
 
     /// What was asked for in passing and was not there, by places in [`stand_ins`](Self::stand_ins): the parent of an
     /// object, or a child by number. Scripts mostly ask so to see where the tree ends.
     pub fn wishes(&self) -> Vec<(usize, Wish)> {
-        self.cell.wants.wishes()
+        self.cell.stand_ins.wishes()
     }
 
     /// What plugins offer, as it is now.
@@ -180,7 +180,7 @@ impl World {
         state::hash(&self.cell.scene.borrow(), &self.cell.dynamics.borrow(), &self.cell.clock)
     }
     /// What its scripts did, in the order in which they were added.
-    pub fn scripts(&self) -> Vec<crate::cell::ScriptTold> {
+    pub fn scripts(&self) -> Vec<crate::cell::ScriptSummary> {
         crate::cell::Scripts::told(&self.cell)
     }
     /// Everything that went wrong so far.
@@ -259,7 +259,7 @@ impl World {
         }
         end_devices(cell);
         self.end_instances();
-        cell.look_after("the end of the world");
+        cell.restore_process_state("the end of the world");
     }
 }
 

@@ -11,7 +11,7 @@ use tatu_plugin_api::{
 };
 
 use crate::cell::WorldCell;
-use crate::cell::{Ask, Callback, Script};
+use crate::cell::{Callback, ExitRequest, Script};
 
 /// The value of a key in a map.
 pub(crate) fn entry<'v>(map: &'v Value, key: &str) -> Option<&'v Value> {
@@ -21,12 +21,12 @@ pub(crate) fn entry<'v>(map: &'v Value, key: &str) -> Option<&'v Value> {
 }
 
 impl Script {
-    pub(super) fn ask(&self, ask: Ask) {
+    pub(super) fn ask(&self, ask: ExitRequest) {
         self.asked.set(self.asked.get().max(ask));
     }
 
     /// Reads what a callback answered; the answer, if it is a map.
-    pub(super) fn hear(&self, frame: &tatu_call) -> Option<Value> {
+    pub(super) fn capture_errors(&self, frame: &tatu_call) -> Option<Value> {
         if frame.n_results == 0 {
             return None;
         }
@@ -34,8 +34,8 @@ impl Script {
         let first = unsafe { ValueRef::slice(frame.results, frame.n_results as usize) }.first()?;
         let answer = first.to_value().ok().filter(|v| matches!(v, Value::Map(_)))?;
         match entry(&answer, "cmd") {
-            Some(Value::Text(t)) if t == b"cleanup" => self.ask(Ask::End),
-            Some(Value::Text(t)) if t == b"restart" => self.ask(Ask::Restart),
+            Some(Value::Text(t)) if t == b"cleanup" => self.ask(ExitRequest::End),
+            Some(Value::Text(t)) if t == b"restart" => self.ask(ExitRequest::Restart),
             _ => {}
         }
         Some(answer)
@@ -43,20 +43,20 @@ impl Script {
 
     /// Carries out what was asked for, once no call of the script runs any more.
     pub(super) fn settle(self: &Rc<Self>, world: &WorldCell) {
-        if self.asked.get() == Ask::Nothing || self.depth.get() > 0 {
+        if self.asked.get() == ExitRequest::Nothing || self.depth.get() > 0 {
             return;
         }
-        let asked = self.asked.replace(Ask::Nothing);
+        let asked = self.asked.replace(ExitRequest::Nothing);
         self.clean_up(world);
         // What its clean-up asks for is too late.
-        self.asked.set(Ask::Nothing);
+        self.asked.set(ExitRequest::Nothing);
         match asked {
-            Ask::Nothing => {}
-            Ask::Silence => self.dead.set(true),
-            Ask::End | Ask::Restart => {
+            ExitRequest::Nothing => {}
+            ExitRequest::Silence => self.dead.set(true),
+            ExitRequest::End | ExitRequest::Restart => {
                 self.end(world);
                 self.ended.set(true);
-                if asked == Ask::Restart {
+                if asked == ExitRequest::Restart {
                     self.begin(world);
                 }
             }

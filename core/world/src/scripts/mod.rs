@@ -25,7 +25,7 @@ pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func, own
 pub(crate) use reload::{Handed, Written};
 pub(crate) use snapshot::ScriptImage;
 
-use crate::cell::{Callback, Kind, Script, ScriptTold, Scripts, WorldCell};
+use crate::cell::{Callback, Kind, Script, ScriptSummary, Scripts, WorldCell};
 
 impl Scripts {
     /// Takes the scripts of the document: each becomes an object that belongs to its owner.
@@ -46,7 +46,7 @@ impl Scripts {
         let default = world.settings.borrow().dialect.clone();
         let script = Rc::new(Script::new(slot, kind, spec, default));
         script.late.set(world.running());
-        world.heard.note_kind(kind, script.late.get());
+        world.callback_mask.note_kind(kind, script.late.get());
         let mut scripts = world.scripts.try_borrow_mut().ok()?;
         scripts.list.push(script);
         scripts.sorted_at = 0;
@@ -71,12 +71,12 @@ impl Scripts {
     /// Whether any script has a callback.
     pub fn any_has(world: &WorldCell, callback: Callback) -> bool {
         let has = |s: &Rc<Script>| s.initialised.get() && !s.dead.get() && s.number(callback) != 0;
-        world.heard.has(callback) && world.scripts.try_borrow().is_ok_and(|s| s.list.iter().any(has))
+        world.callback_mask.has(callback) && world.scripts.try_borrow().is_ok_and(|s| s.list.iter().any(has))
     }
 
     /// The script that runs the stages itself, if the world has one.
     pub fn driver(world: &WorldCell) -> Option<Rc<Script>> {
-        if !world.heard.any_driver() {
+        if !world.callback_mask.any_driver() {
             return None;
         }
         world.scripts.try_borrow().ok()?.list.iter().find(|s| s.kind == Kind::Main).cloned()
@@ -93,7 +93,7 @@ impl Scripts {
             (scripts.sorted, scripts.sorted_at) = (sorted.into(), scene.shape_version);
         }
         let is_new = |s: &Rc<Script>| s.late.get() && !s.initialised.get();
-        if !world.heard.any_late() || !scripts.sorted.iter().any(is_new) {
+        if !world.callback_mask.any_late() || !scripts.sorted.iter().any(is_new) {
             return scripts.sorted.clone();
         }
         let mut all = scripts.sorted.to_vec();
@@ -245,15 +245,15 @@ impl Scripts {
 
 impl Scripts {
     /// What all scripts did that are there, in the order in which they were added.
-    pub fn told(world: &WorldCell) -> Vec<ScriptTold> {
+    pub fn told(world: &WorldCell) -> Vec<ScriptSummary> {
         let Ok(scripts) = world.scripts.try_borrow() else { return Vec::new() };
         scripts.list.iter().map(|s| s.tell(world)).collect()
     }
 }
 
 impl Script {
-    fn tell(&self, world: &WorldCell) -> ScriptTold {
-        ScriptTold {
+    fn tell(&self, world: &WorldCell) -> ScriptSummary {
+        ScriptSummary {
             object: self.owner_path(world),
             kind: self.kind_name.clone(),
             dialect: self.told.dialect.borrow().clone(),

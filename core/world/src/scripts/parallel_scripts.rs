@@ -15,7 +15,7 @@ use std::{
 use tatu_plugin_api::abi::*;
 
 use super::life::turn_of;
-use crate::cell::{Ask, Beside, Callback, Deed, Kind, Lane, Owner, Script, WorldCell};
+use crate::cell::{Callback, DeferredEffect, ExitRequest, Kind, Owner, Script, ScriptWorker, WorkerView, WorldCell};
 use tatu_plugins::border::{ErrorSlot, copy_error};
 use tatu_plugins::thread_grant::ThreadGrant;
 use tatu_scene::{Changed, set_numbers};
@@ -26,7 +26,7 @@ const CHUNK: usize = 32;
 /// How many of the next scripts may run side by side.
 pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
     // Stand-ins are made of what scripts do.
-    if world.wants.is_on() {
+    if world.stand_ins.is_on() {
         return 0;
     }
     order.iter().take_while(|s| s.side_by_side).count()
@@ -41,22 +41,22 @@ struct Stage<'a> {
     turn: (usize, u64),
     /// Whether any command waits for a script.
     waits: bool,
-    /// Of each lane, its first chunk that nobody has taken, and where the next lane's begin.
+    /// Of each worker, its first chunk that nobody has taken, and where the next worker's begin.
     chunks: Vec<(AtomicUsize, usize)>,
 }
 
 /// Runs scripts side by side; `alone` runs one that cannot.
 pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, alone: &impl Fn(&Rc<Script>)) {
     let chunks = order.len().div_ceil(CHUNK);
-    let lanes = world.pool().current_num_threads().min(chunks);
+    let workers = world.pool().current_num_threads().min(chunks);
     let taken = {
-        let Ok(mut all) = world.lanes.try_borrow_mut() else { return };
-        while all.len() < lanes {
-            all.push(Lane::of(world));
+        let Ok(mut all) = world.workers.try_borrow_mut() else { return };
+        while all.len() < workers {
+            all.push(ScriptWorker::of(world));
         }
         std::mem::take(&mut *all)
     };
-    taken[..lanes].iter().for_each(|lane| lane.begin(world));
+    taken[..workers].iter().for_each(|worker| worker.begin(world));
     {
         // Nobody changes the world while it is looked at from all sides.
         let (_scene, _sensing, _scripts) = (world.scene.borrow(), world.sensing.borrow(), world.scripts.borrow());
@@ -69,101 +69,103 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
             callback,
             turn: (place, world.scripts.borrow().turns[place].get()),
             waits: world.calls.waits.borrow().any(),
-            chunks: (0..lanes).map(|i| (AtomicUsize::new(chunks * i / lanes), chunks * (i + 1) / lanes)).collect(),
+            chunks: (0..workers)
+                .map(|i| (AtomicUsize::new(chunks * i / workers), chunks * (i + 1) / workers))
+                .collect(),
         };
         let stage = &stage;
-        if lanes == 1 {
+        if workers == 1 {
             stage.work(0, &taken[0]);
         } else {
             world.pool().in_place_scope(|scope| {
-                for (i, lane) in taken[..lanes].iter().enumerate().skip(1) {
+                for (i, worker) in taken[..workers].iter().enumerate().skip(1) {
                     // SAFETY: only scripts are called whose language declares `TATU_LANGUAGE_SIDE_BY_SIDE` (`is_ready`), and from
-                    // a lane only commands that declare `TATU_COMMAND_SIDE_BY_SIDE`. A script is used by the one thread that has
-                    // taken its chunk, a lane by the one that it is handed to; the borrows above keep the world as it is.
-                    let mut granted = unsafe { ThreadGrant::new((stage, lane)) };
+                    // a worker only commands that declare `TATU_COMMAND_SIDE_BY_SIDE`. A script is used by the one thread that has
+                    // taken its chunk, a worker by the one that it is handed to; the borrows above keep the world as it is.
+                    let mut granted = unsafe { ThreadGrant::new((stage, worker)) };
                     scope.spawn(move |_| {
-                        let (stage, lane) = granted.get();
-                        stage.work(i, lane);
+                        let (stage, worker) = granted.get();
+                        stage.work(i, worker);
                     });
                 }
                 stage.work(0, &taken[0]);
             });
         }
     }
-    settle(world, order, &taken[..lanes], alone);
-    world.lanes.replace(taken);
+    settle(world, order, &taken[..workers], alone);
+    world.workers.replace(taken);
 }
 
 /// Does what the scripts of a stage wanted done, in their order.
-fn settle(world: &WorldCell, order: &[Rc<Script>], lanes: &[Lane], alone: &impl Fn(&Rc<Script>)) {
-    let (mut chunks, mut deeds) = (Vec::new(), Vec::with_capacity(lanes.len()));
-    for (i, lane) in lanes.iter().enumerate() {
-        let (done, begun) = lane.end(world);
+fn settle(world: &WorldCell, order: &[Rc<Script>], workers: &[ScriptWorker], alone: &impl Fn(&Rc<Script>)) {
+    let (mut chunks, mut effects) = (Vec::new(), Vec::with_capacity(workers.len()));
+    for (i, worker) in workers.iter().enumerate() {
+        let (done, begun) = worker.end(world);
         let ends = begun.iter().skip(1).map(|c| c.1).chain([done.len()]);
         chunks.extend(begun.iter().zip(ends).map(|((chunk, from), to)| (*chunk, i, *from, to)));
-        deeds.push(done);
+        effects.push(done);
     }
     chunks.sort_unstable();
-    for (_, lane, from, to) in chunks {
-        let mut rest = &mut deeds[lane][from..to];
+    for (_, worker, from, to) in chunks {
+        let mut rest = &mut effects[worker][from..to];
         while !rest.is_empty() {
             let drives = set_drives(world, rest);
-            if let Some(deed) = rest.get_mut(drives) {
-                settle_one(world, order, std::mem::replace(deed, Deed::Done), alone);
+            if let Some(effect) = rest.get_mut(drives) {
+                settle_one(world, order, std::mem::replace(effect, DeferredEffect::Done), alone);
             }
             let done = rest.len().min(drives + 1);
             rest = &mut rest[done..];
         }
     }
-    lanes.iter().zip(deeds).for_each(|(lane, deeds)| lane.reuse(deeds));
+    workers.iter().zip(effects).for_each(|(worker, effects)| worker.reuse(effects));
 }
 
-fn settle_one(world: &WorldCell, order: &[Rc<Script>], deed: Deed, alone: &impl Fn(&Rc<Script>)) {
-    match deed {
-        Deed::Done | Deed::Set(..) => {}
-        Deed::Line(level, text) => world.log(level, &text),
-        Deed::Fault(fault) => world.report(*fault),
-        Deed::Failed(i, status, said) => {
+fn settle_one(world: &WorldCell, order: &[Rc<Script>], effect: DeferredEffect, alone: &impl Fn(&Rc<Script>)) {
+    match effect {
+        DeferredEffect::Done | DeferredEffect::Set(..) => {}
+        DeferredEffect::Line(level, text) => world.log(level, &text),
+        DeferredEffect::Fault(fault) => world.report(*fault),
+        DeferredEffect::Failed(i, status, said) => {
             let (mut error, blame) = *said;
             *world.calls.blame.borrow_mut() = blame;
             order[i].fail(world, status, error.raw());
             order[i].find_callbacks(world);
             order[i].settle(world);
         }
-        Deed::Settle(i) => order[i].settle(world),
-        Deed::Alone(i) => order[i].called(world, alone),
+        DeferredEffect::Settle(i) => order[i].settle(world),
+        DeferredEffect::Alone(i) => order[i].called(world, alone),
     }
 }
 
-/// Sets the drives of joints that scripts which ran beside others have set, up to the first deed of another kind; how many.
-fn set_drives(world: &WorldCell, deeds: &[Deed]) -> usize {
+/// Sets the drives of joints that scripts which ran beside others have set, up to the first effect of another kind; how many.
+fn set_drives(world: &WorldCell, effects: &[DeferredEffect]) -> usize {
     let (Ok(mut scene), Ok(mut dynamics)) = (world.scene.try_borrow_mut(), world.dynamics.try_borrow_mut()) else {
         return 0;
     };
-    for (i, deed) in deeds.iter().enumerate() {
-        let Deed::Set(object, row, x) = deed else { return i };
+    for (i, effect) in effects.iter().enumerate() {
+        let DeferredEffect::Set(object, row, x) = effect else { return i };
         // A script that ran by itself in between may have removed it.
         let Ok(slot) = scene.resolve(*object) else { continue };
         if let Some(Ok(Changed::Drive)) = set_numbers(&mut scene, slot, *row, &[*x]) {
             dynamics.drive_changed(slot);
         }
     }
-    deeds.len()
+    effects.len()
 }
 
 impl Stage<'_> {
-    /// Runs chunks of scripts in a lane: its own, then those that other lanes have left.
-    fn work(&self, own: usize, lane: &Lane) {
-        // SAFETY: `run` borrows all parts of the world that lanes look at.
+    /// Runs chunks of scripts in a worker: its own, then those that other workers have left.
+    fn work(&self, own: usize, worker: &ScriptWorker) {
+        // SAFETY: `run` borrows all parts of the world that workers look at.
         let run = || unsafe {
-            lane.enter(|cell, lane| {
+            worker.enter(|cell, worker| {
                 for i in (own..self.chunks.len()).chain(0..own) {
                     let (next, end) = &self.chunks[i];
                     while let Some(chunk) = Some(next.fetch_add(1, Relaxed)).filter(|c| c < end) {
-                        lane.begin_chunk(chunk);
+                        worker.begin_chunk(chunk);
                         let end = self.order.len().min((chunk + 1) * CHUNK);
                         for at in chunk * CHUNK..end {
-                            self.one(cell, lane, at);
+                            self.one(cell, worker, at);
                         }
                     }
                 }
@@ -173,18 +175,18 @@ impl Stage<'_> {
     }
 
     /// Runs a script.
-    fn one(&self, cell: &WorldCell, lane: &Beside, at: usize) {
+    fn one(&self, cell: &WorldCell, worker: &WorkerView, at: usize) {
         let script = &self.order[at];
         let (place, turn) = self.turn;
         if script.called_in[place].get() == turn {
             return;
         }
-        lane.begin_script();
-        // What others before it in this lane have left must not show.
+        worker.begin_script();
+        // What others before it in this worker have left must not show.
         cell.calls.blame.take();
         cell.calls.last.borrow_mut().fresh();
         if !self.is_ready(cell, script) {
-            return lane.note(Deed::Alone(at));
+            return worker.note(DeferredEffect::Alone(at));
         }
         script.called_in[place].set(turn);
         let number = script.number(self.callback);
@@ -197,12 +199,12 @@ impl Stage<'_> {
             unsafe { copy_error(error, kept.fresh()) };
             let blame = cell.calls.blame.borrow_mut().take();
             // Its clean-up, which may come next, has the last word.
-            lane.end_script();
-            lane.note(Deed::Failed(at, status, Box::new((kept, blame))));
+            worker.end_script();
+            worker.note(DeferredEffect::Failed(at, status, Box::new((kept, blame))));
         });
-        lane.end_script();
-        if script.asked.get() != Ask::Nothing {
-            lane.note(Deed::Settle(at));
+        worker.end_script();
+        if script.asked.get() != ExitRequest::Nothing {
+            worker.note(DeferredEffect::Settle(at));
         }
     }
 
@@ -216,7 +218,7 @@ impl Stage<'_> {
             && !script.cleaned.get()
             && script.raw(&cell.registry).reserved & TATU_LANGUAGE_SIDE_BY_SIDE != 0
             && script.depth.get() == 0
-            && script.asked.get() == Ask::Nothing
+            && script.asked.get() == ExitRequest::Nothing
             && !(self.waits && waits())
     }
 }

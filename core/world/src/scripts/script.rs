@@ -5,7 +5,7 @@ use std::rc::Rc;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::enter;
-use crate::cell::{Ask, CALLBACKS, Callback, Kind, Order, Script};
+use crate::cell::{CALLBACKS, Callback, ExitRequest, Kind, Order, Script};
 use crate::{
     calls::call_command,
     cell::{Caller, Owner, WorldCell},
@@ -81,7 +81,7 @@ impl Script {
         self.dead.set(false);
         self.cleaned.set(false);
         self.ended.set(false);
-        self.asked.set(Ask::Nothing);
+        self.asked.set(ExitRequest::Nothing);
         self.callbacks.set([0; CALLBACKS.len()]);
         self.calls.set(0);
         let mut chosen = raw(&[]);
@@ -184,7 +184,7 @@ impl Script {
         let find = |i: usize| self.find(world, TATU_FIND_CALLBACK, CALLBACKS[i].as_bytes());
         let numbers = std::array::from_fn(find);
         self.callbacks.set(numbers);
-        world.heard.note(&numbers);
+        world.callback_mask.note(&numbers);
     }
 
     pub fn find(&self, world: &WorldCell, how: u32, name: &[u8]) -> u32 {
@@ -238,7 +238,7 @@ impl Script {
         let mark = world.calls.arena.borrow().mark();
         let mut room = enter::Room::new();
         let mut frame = room.frame(args);
-        frame.reserved = if world.lane.is_some() { TATU_CALL_SIDE_BY_SIDE } else { 0 };
+        frame.reserved = if world.worker.is_some() { TATU_CALL_SIDE_BY_SIDE } else { 0 };
         // SAFETY: the frame lives through the call.
         let status =
             enter::enter(world, self, Call::ScriptCall, &mut frame, |data, frame, budget, used, error| unsafe {
@@ -248,7 +248,7 @@ impl Script {
             failed(status, frame.error);
             None
         } else {
-            self.hear(&frame)
+            self.capture_errors(&frame)
         };
         world.calls.arena.borrow_mut().release(mark);
         answer
@@ -354,7 +354,7 @@ impl Script {
         if status == TATU_ERR_BUDGET {
             self.dead.set(true);
         } else if self.traits.get() & TATU_SCRIPT_SILENT != 0 || self.kind >= Kind::Addon {
-            self.ask(Ask::Silence);
+            self.ask(ExitRequest::Silence);
         }
         world.report(fault);
     }

@@ -98,7 +98,7 @@ impl Scripts {
             let mut numbers = [0; CALLBACKS.len()];
             numbers.iter_mut().zip(&image.callbacks).for_each(|(n, c)| *n = *c);
             script.callbacks.set(numbers);
-            world.heard.note(&numbers);
+            world.callback_mask.note(&numbers);
             for (id, name) in numbers.into_iter().zip(CALLBACKS) {
                 script.told.name(id, name.as_bytes());
             }

@@ -48,12 +48,12 @@ struct Singles {
 struct Fan {
     /// Its index in the batch.
     sensor: usize,
-    look: Look,
+    look: SensorView,
 }
 
 /// Where a sensor is, and what it passes over.
 #[derive(Clone, Copy)]
-pub(super) struct Look {
+pub(super) struct SensorView {
     pub world_from_sensor: Isometry3<f64>,
     pub limits: Limits,
     pub skip_group: Option<u32>,
@@ -100,7 +100,7 @@ impl Casts {
     }
 
     /// Adds the next sensor. Rays that are aimed are added by [`aimed`](Self::aimed), before the cast.
-    pub fn add(&mut self, plan: &BeamPlan, look: Look) {
+    pub fn add(&mut self, plan: &BeamPlan, look: SensorView) {
         let begin = self.first.last().copied().unwrap_or(0);
         self.first.push(begin + plan.directions.len() as u64);
         if plan.aimed {
@@ -115,11 +115,11 @@ impl Casts {
     }
 
     /// Adds the rays of a sensor of the batch, whose places in its frame are known now.
-    pub fn aimed(&mut self, sensor: usize, plan: &BeamPlan, look: Look, frames: &[Isometry3<f64>]) {
+    pub fn aimed(&mut self, sensor: usize, plan: &BeamPlan, look: SensorView, frames: &[Isometry3<f64>]) {
         self.singly(plan, look, self.first[sensor] as u32, frames.iter().copied());
     }
 
-    fn singly(&mut self, plan: &BeamPlan, look: Look, begin: u32, frames: impl Iterator<Item = Isometry3<f64>>) {
+    fn singly(&mut self, plan: &BeamPlan, look: SensorView, begin: u32, frames: impl Iterator<Item = Isometry3<f64>>) {
         let sees = (plan.visible, plan.waves);
         let at = self.singles.iter().position(|s| s.sees == sees).unwrap_or_else(|| {
             let (beams, frames, places, occluded, short) = Default::default();

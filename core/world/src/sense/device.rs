@@ -8,7 +8,7 @@ use super::{
     noise::{self, Noise},
     plan::BeamPlan,
 };
-use crate::sense::reading_arena::{Shelves, Words};
+use crate::sense::reading_arena::{ReadingArena, ReadingBuffer};
 use tatu_plugins::{FieldInfo, SensorKind};
 
 /// One sensor's instance and its last reading.
@@ -18,7 +18,7 @@ use tatu_plugins::{FieldInfo, SensorKind};
 #[repr(C, align(64))]
 pub(crate) struct Device {
     /// The fields one after the other, each 8-byte aligned.
-    pub fields: Words,
+    pub fields: ReadingBuffer,
     /// Shared by sensors that are alike.
     pub layout: Rc<Layout>,
     pub sequence: u64,
@@ -55,7 +55,7 @@ impl Device {
         params: Vec<Value>,
     ) -> Self {
         Device {
-            fields: Words::default(),
+            fields: ReadingBuffer::default(),
             layout: Rc::default(),
             sequence: 0,
             time: 0.0,
@@ -78,15 +78,15 @@ impl Device {
     /// Takes beams and fields. Where the fields have other sizes now, the last reading is forgotten.
     pub fn lay_out(&mut self, layout: Rc<Layout>) {
         if self.layout.spans != layout.spans {
-            self.fields = Words::new(layout.words);
+            self.fields = ReadingBuffer::new(layout.words);
             self.forget();
         }
         self.layout = layout;
     }
 
     /// Puts the reading where those of the sensors made before lie.
-    pub(super) fn shelve(&mut self, shelves: &mut Shelves) {
-        let mut words = shelves.take(self.fields.len());
+    pub(super) fn shelve(&mut self, arena: &mut ReadingArena) {
+        let mut words = arena.take(self.fields.len());
         words.copy_from_slice(&self.fields);
         self.fields = words;
     }
@@ -121,11 +121,11 @@ impl Device {
     }
 
     /// Before a measure, if readings are delayed: takes out the reading that is seen, and makes room for another.
-    pub(super) fn keep_shown(&mut self) -> Option<noise::Reading> {
+    pub(super) fn keep_shown(&mut self) -> Option<noise::HeldReading> {
         let noise = self.noise.as_ref().filter(|n| n.delays())?;
         let newest = noise.newest();
-        let fields = std::mem::replace(&mut self.fields, Words::new(self.layout.words));
-        let shown = noise::Reading { time: self.time, sequence: self.sequence, fields };
+        let fields = std::mem::replace(&mut self.fields, ReadingBuffer::new(self.layout.words));
+        let shown = noise::HeldReading { time: self.time, sequence: self.sequence, fields };
         self.sequence = newest.unwrap_or(self.sequence);
         Some(shown)
     }
@@ -140,10 +140,10 @@ impl Device {
     }
 
     /// After a measure, if readings are delayed: the new one waits, and the newest that is old enough is seen.
-    pub(super) fn put_back(&mut self, shown: Option<noise::Reading>) {
+    pub(super) fn put_back(&mut self, shown: Option<noise::HeldReading>) {
         let (Some(shown), Some(noise)) = (shown, &mut self.noise) else { return };
         let (now, fields) = (self.time, std::mem::replace(&mut self.fields, shown.fields));
-        noise.hold(noise::Reading { time: now, sequence: self.sequence, fields });
+        noise.hold(noise::HeldReading { time: now, sequence: self.sequence, fields });
         (self.time, self.sequence) = (shown.time, shown.sequence);
         self.release(now);
     }

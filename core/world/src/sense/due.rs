@@ -1,6 +1,6 @@
 //! Who measures by itself in a step.
 //!
-//! Most sensors do in each step: they are listed once, and nobody looks at each of them again whether it is due. The others
+//! Most sensors do in each step: they are listed once, and nobody views at each of them again whether it is due. The others
 //! are asked.
 
 use std::rc::Rc;

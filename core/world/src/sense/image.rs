@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::abi::*;
 
-use super::{cast::Look, plan::BeamPlan};
+use super::{cast::SensorView, plan::BeamPlan};
 use ::tatu_beams::{BeamScene, GridCast, GridImage, Light, Want};
 
 /// Pixels of a batch, sensor after sensor, each with its lowest row first.
@@ -28,7 +28,7 @@ impl Frames {
     }
 
     /// Adds what a sensor sees, as far as `inputs` ask for it; nothing for one without an image.
-    pub fn add(&mut self, plan: &BeamPlan, look: Look, seen: &BeamScene, inputs: u32, pool: &rayon::ThreadPool) {
+    pub fn add(&mut self, plan: &BeamPlan, look: SensorView, seen: &BeamScene, inputs: u32, pool: &rayon::ThreadPool) {
         let begin = self.first.last().copied().unwrap_or(0);
         let Some(grid) = &plan.image else {
             return self.first.push(begin);

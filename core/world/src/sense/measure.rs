@@ -7,10 +7,10 @@ use tatu_plugin_api::abi::*;
 use super::{
     Device, Layout, Sensing,
     aim::Aims,
-    cast::{Casts, Limits, Look},
-    draw::{self, Key},
+    cast::{Casts, Limits, SensorView},
     image::Frames,
-    noise::Reading,
+    noise::HeldReading,
+    random::{self, Key},
 };
 use tatu_plugins::{
     Registry,
@@ -22,11 +22,11 @@ use tatu_scene::{Scene, pose_to_array};
 
 /// Buffers used again in every step.
 #[derive(Default)]
-pub(crate) struct Scratch {
+pub(crate) struct MeasureScratch {
     casts: Casts,
     aims: Aims,
     /// Of each sensor, where it is and what counts, for rays that are added later.
-    looks: Vec<Look>,
+    views: Vec<SensorView>,
     frames: Frames,
     pose: Vec<[f64; 7]>,
     twist: Vec<[f64; 6]>,
@@ -37,12 +37,12 @@ pub(crate) struct Scratch {
     status: Vec<tatu_status>,
     keys: Vec<Key>,
     /// Of each sensor, the reading that stays to be seen, if readings are delayed.
-    shown: Vec<Option<Reading>>,
+    shown: Vec<Option<HeldReading>>,
     error: Option<ErrorSlot>,
 }
 
 /// A sensor, or a whole kind, that failed: device, and what it said.
-pub struct Failed {
+pub struct MeasureFailure {
     /// Slot of the sensor.
     pub slot: u32,
     /// Its kind.
@@ -75,21 +75,21 @@ pub struct Job<'a> {
     /// any number of them.
     pub cuts: &'a [usize],
     /// How.
-    pub ask: &'a Ask,
+    pub options: &'a MeasureOptions,
     /// When.
     pub moment: Moment,
 }
 
-/// How sensors look, where it is not as their parameters say.
+/// How sensors view, where it is not as their parameters say.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Ask {
+pub struct MeasureOptions {
     /// See only this object.
     pub only: Option<tatu_object>,
     /// In place of their own.
     pub(crate) limits: Option<Limits>,
 }
 
-/// What sensors look at.
+/// What sensors view at.
 pub struct Around<'a> {
     /// The scene.
     pub scene: &'a Scene,
@@ -108,7 +108,7 @@ pub struct Around<'a> {
 const BATCH: usize = 1 << 14;
 
 /// Handles sensors of one kind; those that failed.
-pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
+pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
     job.shares().flat_map(|devices| in_batches(sensing, &Job { devices, cuts: &[], ..*job }, around)).collect()
 }
 
@@ -122,7 +122,7 @@ impl<'a> Job<'a> {
 }
 
 /// The same for the devices between two cuts.
-fn in_batches(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
+fn in_batches(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
     let mut failed = Vec::new();
     let mut rest = job.devices;
     while !rest.is_empty() {
@@ -141,8 +141,8 @@ fn in_batches(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<
 }
 
 /// Handles a batch.
-fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<Failed> {
-    let Job { kind, devices, ask, moment, .. } = *job;
+fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
+    let Job { kind, devices, options, moment, .. } = *job;
     let Around { scene, registry, twist, pool, .. } = *around;
     let kind_info = &registry.sensors[kind];
     let inputs = kind_info.raw.inputs;
@@ -154,11 +154,11 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
         let Layout { plan, spans, .. } = &*d.layout;
         let world = scene.world(d.slot);
         let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
-        let limits = Limits::of(plan, ask.limits);
-        let look = Look { world_from_sensor: world, limits, skip_group, only_object: ask.only };
-        s.casts.add(plan, look);
-        s.looks.push(look);
-        s.frames.add(plan, look, targets.beams(plan.visible), inputs, pool);
+        let limits = Limits::of(plan, options.limits);
+        let view = SensorView { world_from_sensor: world, limits, skip_group, only_object: options.only };
+        s.casts.add(plan, view);
+        s.views.push(view);
+        s.frames.add(plan, view, targets.beams(plan.visible), inputs, pool);
         s.data.push(d.data);
         s.state.push(d.state.as_mut_ptr().cast());
         s.sensor.push(scene.id(d.slot));
@@ -176,7 +176,7 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
         d.time = moment.time;
     }
     s.status.resize(devices.len(), TATU_OK);
-    let random = draw::table(&s.keys);
+    let random = random::table(&s.keys);
     let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
     let mut failed = Vec::new();
     if s.aims.lay(devices.iter().map(|i| &all[*i].layout.plan)) {
@@ -204,8 +204,8 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     failed
 }
 
-/// Adds the rays that were aimed to those that are cast. Sensors whose rays are none fail, and look along none.
-fn take_aim(s: &mut Scratch, all: &[Device], job: &Job<'_>) -> Vec<Failed> {
+/// Adds the rays that were aimed to those that are cast. Sensors whose rays are none fail, and view along none.
+fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<MeasureFailure> {
     let mut failed = Vec::new();
     for (sensor, i) in job.devices.iter().enumerate() {
         let d = &all[*i];
@@ -220,10 +220,10 @@ fn take_aim(s: &mut Scratch, all: &[Device], job: &Job<'_>) -> Vec<Failed> {
         let Some(frames) = frames else {
             s.status[sensor] = TATU_ERR;
             let text = "broke the contract: a ray begins nowhere, or has no unit direction".to_owned();
-            failed.push(Failed { slot: d.slot, kind: job.kind, call: Call::Aim, text, status: TATU_ERR });
+            failed.push(MeasureFailure { slot: d.slot, kind: job.kind, call: Call::Aim, text, status: TATU_ERR });
             continue;
         };
-        s.casts.aimed(sensor, plan, s.looks[sensor], frames);
+        s.casts.aimed(sensor, plan, s.views[sensor], frames);
     }
     failed
 }
@@ -236,7 +236,7 @@ fn hand_over(
     job: &Job<'_>,
     around: &Around<'_>,
     error: &mut ErrorSlot,
-) -> Vec<Failed> {
+) -> Vec<MeasureFailure> {
     let kind_info = &around.registry.sensors[job.kind];
     let function = match call {
         Call::Aim => kind_info.raw.aim,
@@ -260,7 +260,7 @@ fn hand_over(
     let mut told = unsafe { answer(told, false, error.raw()) };
     if moved && told >= 0 {
         told = TATU_ERR;
-        error.set(told, &format!("{} changed {}: {}", call.text(), guard::MODE, guard::MEND));
+        error.set(told, &format!("{} changed {}: {}", call.text(), guard::MODE, guard::HELP));
     }
     let mut failed = Vec::new();
     for (i, index) in job.devices.iter().enumerate() {
@@ -284,16 +284,16 @@ fn hand_over(
         } else {
             continue;
         };
-        failed.push(Failed { slot: d.slot, kind: job.kind, call, text, status: *status });
+        failed.push(MeasureFailure { slot: d.slot, kind: job.kind, call, text, status: *status });
     }
     failed
 }
 
-impl Scratch {
+impl MeasureScratch {
     fn clear(&mut self) {
         self.casts.clear();
         self.aims.clear();
-        self.looks.clear();
+        self.views.clear();
         self.frames.clear();
         self.pose.clear();
         self.twist.clear();

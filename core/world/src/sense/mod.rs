@@ -15,7 +15,6 @@
 mod aim;
 mod cast;
 mod device;
-mod draw;
 mod due;
 mod image;
 mod measure;
@@ -23,18 +22,19 @@ mod noise;
 mod normal;
 mod outline;
 mod plan;
+mod random;
 mod reading_arena;
 mod targets;
 
 pub(crate) use cast::Limits;
 pub(crate) use device::{Device, Layout};
 pub(crate) use due::{Roll, Turn};
-pub use measure::{Around, Ask, Job, Moment, measure};
+pub use measure::{Around, Job, MeasureOptions, Moment, measure};
 pub(crate) use noise::{Memory, Noise};
 pub use outline::Edge;
 pub(crate) use outline::edges;
 pub(crate) use plan::BeamPlan;
-pub(crate) use reading_arena::Words;
+pub(crate) use reading_arena::ReadingBuffer;
 pub use targets::Targets;
 
 use std::rc::Rc;
@@ -57,14 +57,14 @@ pub struct Sensing {
     settled: Option<u64>,
     /// Whether `rolls` are of the devices as they are.
     listed: bool,
-    shelves: reading_arena::Shelves,
-    scratch: measure::Scratch,
+    arena: reading_arena::ReadingArena,
+    scratch: measure::MeasureScratch,
 }
 
 impl Sensing {
     /// Adds a device.
     pub(crate) fn add(&mut self, mut device: Device) {
-        device.shelve(&mut self.shelves);
+        device.shelve(&mut self.arena);
         self.put(device);
     }
     fn put(&mut self, device: Device) {
@@ -132,5 +132,5 @@ impl Sensing {
     }
 }
 
-/// Among how many sensors before it one looks for its like: about a robot's.
+/// Among how many sensors before it one views for its like: about a robot's.
 const LOOK_BACK: usize = 64;

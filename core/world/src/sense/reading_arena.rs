@@ -9,7 +9,7 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-/// Words of a shelf: as many as some hundred sonars fill.
+/// ReadingBuffer of a shelf: as many as some hundred sonars fill.
 const SHELF: usize = 1 << 12;
 /// Readings of more words than this lie by themselves.
 const LARGE: usize = 1 << 6;
@@ -17,20 +17,20 @@ const LARGE: usize = 1 << 6;
 /// A reading's words, zero at first. They stay where they are; a copy lies by itself.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(from = "Vec<u64>", into = "Vec<u64>")]
-pub(crate) struct Words {
+pub(crate) struct ReadingBuffer {
     shelf: Rc<[UnsafeCell<u64>]>,
     first: u32,
     len: u32,
 }
 
-impl Words {
+impl ReadingBuffer {
     /// So many of their own.
     pub fn new(len: usize) -> Self {
-        Words { shelf: shelf(len), first: 0, len: len as u32 }
+        ReadingBuffer { shelf: shelf(len), first: 0, len: len as u32 }
     }
 }
 
-impl Deref for Words {
+impl Deref for ReadingBuffer {
     type Target = [u64];
     #[inline]
     fn deref(&self) -> &[u64] {
@@ -40,7 +40,7 @@ impl Deref for Words {
     }
 }
 
-impl DerefMut for Words {
+impl DerefMut for ReadingBuffer {
     #[inline]
     fn deref_mut(&mut self) -> &mut [u64] {
         let at = UnsafeCell::raw_get(self.shelf.as_ptr()).wrapping_add(self.first as usize);
@@ -49,27 +49,27 @@ impl DerefMut for Words {
     }
 }
 
-impl PartialEq for Words {
+impl PartialEq for ReadingBuffer {
     fn eq(&self, other: &Self) -> bool {
         **self == **other
     }
 }
 
-impl From<Vec<u64>> for Words {
+impl From<Vec<u64>> for ReadingBuffer {
     fn from(from: Vec<u64>) -> Self {
-        let mut words = Words::new(from.len());
+        let mut words = ReadingBuffer::new(from.len());
         words.copy_from_slice(&from);
         words
     }
 }
 
-impl From<Words> for Vec<u64> {
-    fn from(words: Words) -> Self {
+impl From<ReadingBuffer> for Vec<u64> {
+    fn from(words: ReadingBuffer) -> Self {
         words.to_vec()
     }
 }
 
-impl Clone for Words {
+impl Clone for ReadingBuffer {
     fn clone(&self) -> Self {
         self.to_vec().into()
     }
@@ -77,23 +77,23 @@ impl Clone for Words {
 
 /// Gives out words. What it has given stays valid when it is gone.
 #[derive(Debug, Default)]
-pub(crate) struct Shelves {
+pub(crate) struct ReadingArena {
     last: Rc<[UnsafeCell<u64>]>,
     used: usize,
 }
 
-impl Shelves {
-    /// Words next to those given out before.
-    pub fn take(&mut self, len: usize) -> Words {
+impl ReadingArena {
+    /// ReadingBuffer next to those given out before.
+    pub fn take(&mut self, len: usize) -> ReadingBuffer {
         if len > LARGE {
-            return Words::new(len);
+            return ReadingBuffer::new(len);
         }
         if self.used + len > self.last.len() {
             (self.last, self.used) = (shelf(SHELF), 0);
         }
         let first = self.used;
         self.used += len;
-        Words { shelf: self.last.clone(), first: first as u32, len: len as u32 }
+        ReadingBuffer { shelf: self.last.clone(), first: first as u32, len: len as u32 }
     }
 }
 
@@ -107,20 +107,20 @@ mod tests {
 
     #[test]
     fn small_readings_lie_side_by_side_and_stay() {
-        let mut shelves = Shelves::default();
-        let mut all: Vec<Words> = (0..3000).map(|_| shelves.take(9)).collect();
+        let mut arena = ReadingArena::default();
+        let mut all: Vec<ReadingBuffer> = (0..3000).map(|_| arena.take(9)).collect();
         for (i, words) in all.iter_mut().enumerate() {
             assert_eq!(**words, [0; 9]);
             words.fill(i as u64);
         }
         assert_eq!(all[1].as_ptr(), all[0].as_ptr().wrapping_add(9));
-        let large = shelves.take(LARGE + 1);
+        let large = arena.take(LARGE + 1);
         assert_eq!(large.len(), LARGE + 1);
         let before = all[7].as_ptr();
-        drop(shelves);
+        drop(arena);
         all.truncate(2000);
         assert!(all.iter().enumerate().all(|(i, words)| **words == [i as u64; 9]));
         assert_eq!(all[7].as_ptr(), before);
-        assert!(Words::default().is_empty());
+        assert!(ReadingBuffer::default().is_empty());
     }
 }

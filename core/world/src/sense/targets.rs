@@ -27,7 +27,7 @@ pub(crate) struct Seen {
     places: Vec<Place>,
     /// For each slot, the first of its targets plus one; 0: it has none. They stand together.
     first: Vec<u32>,
-    /// The scene's versions of shapes and of looks that it was made of.
+    /// The scene's versions of shapes and of views that it was made of.
     built: (u64, u64),
     /// The scene's version of colors that it shows.
     colored: u64,

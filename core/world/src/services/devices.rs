@@ -77,8 +77,8 @@ pub(super) fn read(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Valu
             sensing.device(slot).and_then(|d| d.params.get(at).cloned())
         }
         Some(Meaning::Actuator { at, .. }) => {
-            let acting = world.acting.try_borrow().map_err(|_| busy(world))?;
-            acting.device(scene.id(slot)).and_then(|d| d.params.get(at).cloned())
+            let actuators = world.actuators.try_borrow().map_err(|_| busy(world))?;
+            actuators.device(scene.id(slot)).and_then(|d| d.params.get(at).cloned())
         }
     };
     found.ok_or_else(|| missing(world, &scene, slot, prop))
@@ -221,21 +221,21 @@ fn set_of_actuator(
 ) -> Result<(), Stop> {
     let info = &world.registry.actuators[kind];
     let (mut params, data) = {
-        let acting = world.acting.try_borrow().map_err(|_| Stop::Busy)?;
-        acting.device(owner).map(|d| (d.params.clone(), d.data)).ok_or(Stop::Gone)?
+        let actuators = world.actuators.try_borrow().map_err(|_| Stop::Busy)?;
+        actuators.device(owner).map(|d| (d.params.clone(), d.data)).ok_or(Stop::Gone)?
     };
     params[at] = value;
     if takes_changes(&info.life, &info.params, at) {
         configure(world, Living { plugin: info.plugin, slot, data }, &info.life, &params, at).map_err(Stop::Refused)?;
-        let mut acting = world.acting.try_borrow_mut().map_err(|_| Stop::Busy)?;
-        let device = acting.devices.iter_mut().find(|d| d.object == owner && d.data == data).ok_or(Stop::Gone)?;
+        let mut actuators = world.actuators.try_borrow_mut().map_err(|_| Stop::Busy)?;
+        let device = actuators.devices.iter_mut().find(|d| d.object == owner && d.data == data).ok_or(Stop::Gone)?;
         device.params[at] = params.swap_remove(at);
         return Ok(());
     }
     let made = Actuator::create(world, kind, slot, world.instance_info(owner, name), params).map_err(Stop::Refused)?;
     let old = {
-        let mut acting = world.acting.try_borrow_mut().map_err(|_| Stop::Busy)?;
-        let place = acting.devices.iter_mut().find(|d| d.object == owner);
+        let mut actuators = world.actuators.try_borrow_mut().map_err(|_| Stop::Busy)?;
+        let place = actuators.devices.iter_mut().find(|d| d.object == owner);
         place.map(|d| std::mem::replace(d, made))
     };
     old.into_iter().for_each(|d| d.destroy(world));

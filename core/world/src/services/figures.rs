@@ -77,7 +77,7 @@ unsafe extern "C" fn add(
                     all.graph(scene, owner)?.freeze(curve, &name)
                 }
                 TATU_FIGURE_DRAWING => {
-                    all.look_after(scene);
+                    all.remove_orphans(scene);
                     let mut drawing = Drawing::from_value(&map)?;
                     if drawing.parent != 0 {
                         let gone = |_| Refusal(TATU_ERR_GONE, "the parent of the drawing is not there".into());
@@ -142,7 +142,7 @@ unsafe extern "C" fn put(
             let owner = if object == 0 { 0 } else { full(world, object)? };
             let count = with(world, |scene, all| {
                 if owner == 0 {
-                    all.look_after(scene);
+                    all.remove_orphans(scene);
                     let Some(drawing) = all.drawings.get_mut(&id) else { return missing("drawing", id) };
                     if numbers.is_empty() {
                         drawing.items.clear();
@@ -208,7 +208,7 @@ unsafe extern "C" fn list(
         on(w, |world| {
             let owner = if object == 0 { 0 } else { full(world, object)? };
             let ids: Vec<i64> = with(world, |scene, all| {
-                all.look_after(scene);
+                all.remove_orphans(scene);
                 Ok(match what {
                     TATU_FIGURE_STREAM => all.graph(scene, owner)?.streams.iter().map(|s| s.id).collect(),
                     TATU_FIGURE_CURVE => all.graph(scene, owner)?.curves.iter().map(|c| c.id).collect(),

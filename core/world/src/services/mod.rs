@@ -57,7 +57,7 @@ type Done = Result<(), tatu_status>;
 /// # Safety
 /// `world` is null or a living world of this host.
 unsafe fn on(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
-    let alone = |world: &WorldCell| match world.lane {
+    let alone = |world: &WorldCell| match world.worker {
         None => f(world),
         Some(_) => Err(busy(world)),
     };
@@ -83,7 +83,7 @@ fn passed(status: tatu_status) -> Done {
 
 /// Another part of the same world is in use by a caller further up.
 fn busy(world: &WorldCell) -> tatu_status {
-    let text = match world.lane {
+    let text = match world.worker {
         None => "not possible from within this call",
         Some(_) => "not possible in a script that runs side by side with others",
     };

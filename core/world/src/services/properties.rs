@@ -37,7 +37,7 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
         return read_world(world, row);
     }
     let slot = slot(world, &scene, object)?;
-    if let Some(set) = world.lane.as_ref().and_then(|lane| lane.number(slot, row)) {
+    if let Some(set) = world.worker.as_ref().and_then(|worker| worker.number(slot, row)) {
         return Ok(Value::Float(set));
     }
     match (row, scene.get(slot).map(|o| &o.data)) {
@@ -109,7 +109,7 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
 
 pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Done {
     let row = Row::of(prop);
-    if world.lane.is_some() {
+    if world.worker.is_some() {
         let Some(x) = number(&value) else { return Err(busy(world)) };
         return set_later(world, object, row, x);
     }
@@ -221,8 +221,8 @@ pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_pr
     let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
     if object != 0 {
         let slot = slot(world, &scene, object)?;
-        if let (Some(lane), [x]) = (&world.lane, &mut *out)
-            && let Some(set) = lane.number(slot, row)
+        if let (Some(worker), [x]) = (&world.worker, &mut *out)
+            && let Some(set) = worker.number(slot, row)
         {
             *x = set;
             return Ok(());
@@ -247,7 +247,7 @@ pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_pr
 
 pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, v: &[f64]) -> Done {
     let row = Row::of(prop);
-    if let (Some(_), [x]) = (&world.lane, v) {
+    if let (Some(_), [x]) = (&world.worker, v) {
         return set_later(world, object, row, *x);
     }
     {

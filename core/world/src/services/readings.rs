@@ -10,7 +10,7 @@ use tatu_plugin_api::abi::*;
 use super::{Done, busy, fill, here, on, slot};
 use crate::{
     cell::WorldCell,
-    sense::{Ask, Limits},
+    sense::{Limits, MeasureOptions},
     step::sense_some,
 };
 use ::tatu_beams::Faces;
@@ -116,7 +116,7 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
         return Err(world.calls.refuse(TATU_ERR_GONE, "the sensor has been switched off after a fault"));
     }
     let turn = world.sensing.borrow_mut().alone(i);
-    sense_some(world, kind, &turn, &Ask { only, limits });
+    sense_some(world, kind, &turn, &MeasureOptions { only, limits });
     world.sensing.borrow_mut().was_alone(turn);
     Ok(())
 }

@@ -349,10 +349,10 @@ unsafe extern "C" fn wanted(
 ) -> tatu_status {
     // SAFETY: as above.
     unsafe {
-        let Some(world) = WorldCell::of(w).filter(|w| w.wants.is_on()) else { return TATU_ERR_MISSING };
+        let Some(world) = WorldCell::of(w).filter(|w| w.stand_ins.is_on()) else { return TATU_ERR_MISSING };
         let name = text(name);
         if let Some(value) = name.strip_prefix('=') {
-            return if world.wants.has_value(value) { TATU_OK } else { TATU_ERR_MISSING };
+            return if world.stand_ins.has_value(value) { TATU_OK } else { TATU_ERR_MISSING };
         }
         let kind = if kind.is_null() { "".into() } else { CStr::from_ptr(kind).to_string_lossy() };
         let wish = match &*name {
@@ -363,7 +363,7 @@ unsafe extern "C" fn wanted(
         };
         if let Some(wish) = wish {
             if let Some(id) = world.scene.try_borrow().ok().and_then(|s| Some(s.id(s.resolve(from).ok()?))) {
-                world.wants.wish(id, wish);
+                world.stand_ins.wish(id, wish);
             }
             return TATU_ERR_MISSING;
         }

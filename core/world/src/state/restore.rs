@@ -118,7 +118,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
 
 fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
     let is_there = |d: &Actuator| images.iter().any(|i| i.object == d.object);
-    let gone = cell.acting.borrow_mut().take_gone(is_there);
+    let gone = cell.actuators.borrow_mut().take_gone(is_there);
     for d in gone {
         d.destroy(cell);
     }
@@ -126,8 +126,8 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
         let path = cell.scene.borrow().path(image.slot);
         let what = format!("the actuator {path}");
         let (life, of) = {
-            let mut acting = cell.acting.borrow_mut();
-            let found = acting.devices.iter_mut().find(|d| d.object == image.object);
+            let mut actuators = cell.actuators.borrow_mut();
+            let found = actuators.devices.iter_mut().find(|d| d.object == image.object);
             let d = found.ok_or_else(|| refused(&what, "it was made during the run"))?;
             let params: Vec<Value> = image.params.into_iter().map(Into::into).collect();
             if d.kind != image.kind as usize || d.params != params {

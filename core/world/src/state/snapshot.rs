@@ -117,12 +117,12 @@ fn sensors(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<DeviceImage> {
 }
 
 fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
-    let n = cell.acting.borrow().devices.len();
+    let n = cell.actuators.borrow().devices.len();
     let mut out = Vec::with_capacity(n);
     for i in 0..n {
         let (mut image, state, data) = {
-            let acting = cell.acting.borrow();
-            let d = &acting.devices[i];
+            let actuators = cell.actuators.borrow();
+            let d = &actuators.devices[i];
             let image = ActuatorImage {
                 slot: d.slot,
                 kind: d.kind as u32,

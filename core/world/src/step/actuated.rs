@@ -9,9 +9,9 @@ pub(super) fn advance(
     world: &WorldCell,
     scene: &mut Scene,
     dynamics: &mut Dynamics,
-    acting: &mut actuators::Acting,
+    actuators: &mut actuators::Actuators,
     dt: f64,
-) -> (Vec<u32>, Vec<actuators::Failed>) {
+) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
     dynamics.prepare(scene);
     // Only asked where no body carries an actuator.
     let scene_now: &Scene = scene;
@@ -19,8 +19,8 @@ pub(super) fn advance(
     let time = world.clock.time.get() + world.clock.so_far();
     let around =
         actuators::Acts { scene: scene_now, registry: &world.registry, twist: &twist, time, watch: &world.watch };
-    let mut failed = actuators::per_step(acting, dynamics, &around, dt);
-    let lost = match actuators::SubSteps::new(acting, (&world.registry, &world.watch), dynamics, &around, dt) {
+    let mut failed = actuators::per_step(actuators, dynamics, &around, dt);
+    let lost = match actuators::SubSteps::new(actuators, (&world.registry, &world.watch), dynamics, &around, dt) {
         None => world.install(|| dynamics.advance(scene, dt, None)),
         Some(mut substeps) => {
             // SAFETY: `apply` is tagged `[parallel]` in the header; this thread waits while a thread of the pool advances.
@@ -37,11 +37,11 @@ pub(super) fn advance(
 }
 
 /// The same for one step of the engine, the `part`-th from 0.
-pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, Vec<actuators::Failed>) {
-    let (mut scene, mut dynamics, mut acting) =
-        (world.scene.borrow_mut(), world.dynamics.borrow_mut(), world.acting.borrow_mut());
-    let (scene, dynamics, acting) = (&mut *scene, &mut *dynamics, &mut *acting);
-    if acting.devices.is_empty() {
+pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
+    let (mut scene, mut dynamics, mut actuators) =
+        (world.scene.borrow_mut(), world.dynamics.borrow_mut(), world.actuators.borrow_mut());
+    let (scene, dynamics, actuators) = (&mut *scene, &mut *dynamics, &mut *actuators);
+    if actuators.devices.is_empty() {
         return (world.install(|| dynamics.advance_part(scene, dt, part, None)), Vec::new());
     }
     let scene_now: &Scene = scene;
@@ -49,8 +49,8 @@ pub(super) fn advance_part(world: &WorldCell, dt: f64, part: u32) -> (Vec<u32>, 
     let time = world.clock.time.get() + world.clock.so_far();
     let around =
         actuators::Acts { scene: scene_now, registry: &world.registry, twist: &twist, time, watch: &world.watch };
-    let mut failed = if part == 0 { actuators::per_step(acting, dynamics, &around, dt) } else { Vec::new() };
-    let lost = match actuators::SubSteps::new(acting, (&world.registry, &world.watch), dynamics, &around, dt) {
+    let mut failed = if part == 0 { actuators::per_step(actuators, dynamics, &around, dt) } else { Vec::new() };
+    let lost = match actuators::SubSteps::new(actuators, (&world.registry, &world.watch), dynamics, &around, dt) {
         None => world.install(|| dynamics.advance_part(scene, dt, part, None)),
         Some(mut substeps) => {
             // SAFETY: `apply` is tagged `[parallel]` in the header; this thread waits while a thread of the pool advances.

@@ -16,12 +16,12 @@
 //! began, and a driver that skips physics lets no time pass.
 
 mod actuated;
-mod rests;
+mod idle;
 mod sensors;
 mod stages;
 mod substeps;
 
-pub(crate) use rests::{idle, lift, paused};
+pub(crate) use idle::{idle, lift, paused};
 pub(crate) use sensors::sense_some;
 pub(crate) use stages::{Stage, run};
 
@@ -70,7 +70,7 @@ fn turn(world: &WorldCell) {
         next => world.phase.set(next),
     }
     if next == Phase::Paused {
-        rests::suspend(world);
+        idle::suspend(world);
     }
 }
 
@@ -94,7 +94,7 @@ pub(crate) fn barrier(world: &WorldCell) {
 /// Scripts act.
 fn actuate(world: &WorldCell) {
     Scripts::actuate(world);
-    world.look_after("actuation");
+    world.restore_process_state("actuation");
 }
 
 /// Actuators push, and the engine advances; in single steps where scripts want a word between them.
@@ -102,14 +102,14 @@ fn physics(world: &WorldCell, dt: f64) {
     let (lost, failed) = if dt > 0.0 && substeps::wanted(world) {
         substeps::advance(world, dt)
     } else {
-        let (mut scene, mut dynamics, mut acting) =
-            (world.scene.borrow_mut(), world.dynamics.borrow_mut(), world.acting.borrow_mut());
-        let (scene, dynamics, acting) = (&mut *scene, &mut *dynamics, &mut *acting);
-        if acting.devices.is_empty() || dt <= 0.0 {
+        let (mut scene, mut dynamics, mut actuators) =
+            (world.scene.borrow_mut(), world.dynamics.borrow_mut(), world.actuators.borrow_mut());
+        let (scene, dynamics, actuators) = (&mut *scene, &mut *dynamics, &mut *actuators);
+        if actuators.devices.is_empty() || dt <= 0.0 {
             dynamics.settle(scene);
             (world.install(|| dynamics.advance(scene, dt, None)), Vec::new())
         } else {
-            actuated::advance(world, scene, dynamics, acting, dt)
+            actuated::advance(world, scene, dynamics, actuators, dt)
         }
     };
     world.clock.passed(dt);
@@ -126,7 +126,7 @@ fn physics(world: &WorldCell, dt: f64) {
 }
 
 /// An actuator that failed is named once; one that has nothing to push is told of.
-fn tell_of_actuator(world: &WorldCell, failed: &actuators::Failed) {
+fn tell_of_actuator(world: &WorldCell, failed: &actuators::ApplyFailure) {
     if failed.status < 0 {
         let plugin = world.registry.actuators[failed.kind].plugin;
         let text = format!("{} [{}]", failed.text, Call::Apply.text());
@@ -140,20 +140,20 @@ fn tell_of_actuator(world: &WorldCell, failed: &actuators::Failed) {
 /// Scripts of the run clean up.
 fn clean(world: &WorldCell) {
     Scripts::clean_up(world);
-    world.look_after("clean-up");
+    world.restore_process_state("clean-up");
 }
 
 /// Scripts look at what was sensed.
 fn react(world: &WorldCell) {
     Scripts::react(world);
-    world.look_after("reaction");
+    world.restore_process_state("reaction");
 }
 
 /// Ends the instances of actuators that are gone.
 fn reap_actuators(world: &WorldCell) {
     let gone = {
         let scene = world.scene.borrow();
-        world.acting.borrow_mut().take_gone(|d| scene.id(d.slot) == d.object)
+        world.actuators.borrow_mut().take_gone(|d| scene.id(d.slot) == d.object)
     };
     for d in gone {
         d.destroy(world);

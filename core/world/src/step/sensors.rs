@@ -2,7 +2,7 @@
 
 use crate::{
     cell::{Callback, Scripts, WorldCell, instance_fault},
-    sense::{self, Around, Ask, Job, Moment, Turn},
+    sense::{self, Around, Job, MeasureOptions, Moment, Turn},
 };
 use tatu_plugins::watchdog::Call;
 
@@ -22,7 +22,7 @@ pub(super) fn sense(world: &WorldCell) {
             if turn.devices.is_empty() {
                 return;
             }
-            sense_some(world, kind, turn, &Ask::default());
+            sense_some(world, kind, turn, &MeasureOptions::default());
             if let Some(measured) = &mut measured {
                 let sensing = world.sensing.borrow();
                 measured.extend(turn.devices.iter().map(|i| &sensing.devices[*i]).filter(|d| !d.off).map(|d| d.slot));
@@ -42,11 +42,11 @@ pub(super) fn sense(world: &WorldCell) {
     if let Some(measured) = measured {
         Scripts::measured(world, &measured);
     }
-    world.look_after("sensing");
+    world.restore_process_state("sensing");
 }
 
 /// Handles some sensors of one kind now; whoever fails is switched off and named once.
-pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, ask: &Ask) {
+pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &MeasureOptions) {
     let moment = Moment { time: world.clock.time.get(), step: world.clock.step.get() };
     let Turn { devices, cuts, sees } = turn;
     let failed = {
@@ -62,7 +62,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, ask: &Ask)
         let twist = |slot| world.twist(&scene, &dynamics, slot);
         let (watch, pool) = (&*world.watch, world.pool());
         let around = Around { scene: &scene, registry: &world.registry, twist: &twist, watch, pool };
-        let job = Job { kind, devices, cuts, ask, moment };
+        let job = Job { kind, devices, cuts, options, moment };
         let plugin = world.registry.sensors[kind].plugin;
         let first = devices.first().map_or(0, |i| sensing.devices[*i].slot);
         let run = || sense::measure(&mut sensing, &job, &around);

@@ -64,7 +64,7 @@ fn number(map: &Value, keys: &[&str]) -> Option<f64> {
 }
 
 /// Lets `dt` pass; objects whose bodies were lost, actuators that failed.
-pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::Failed>) {
+pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::ApplyFailure>) {
     let (mut lost, mut failed) = (Vec::new(), Vec::new());
     let count = {
         let (mut scene, mut dynamics) = (world.scene.borrow_mut(), world.dynamics.borrow_mut());

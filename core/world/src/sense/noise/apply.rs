@@ -7,8 +7,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::numbers::{Numbers, NumbersMut, rounded};
-use crate::sense::draw::Key;
+use super::numbers::{FieldNumbers, FieldNumbersMut, rounded};
+use crate::sense::random::Key;
 use tatu_plugins::SensorKind;
 use tatu_scene::noise::{FieldNoise, Meant};
 
@@ -46,9 +46,9 @@ pub(super) struct Measure<'a> {
     pub seed: u64,
     pub drawn: u64,
     /// The field that the polynomial is in, if it is another.
-    pub of: Option<Numbers<'a>>,
+    pub of: Option<FieldNumbers<'a>>,
     /// Which elements are there, and how many of these share one answer.
-    pub valid: Option<(Numbers<'a>, usize)>,
+    pub valid: Option<(FieldNumbers<'a>, usize)>,
     /// What is the same for all rows, one number for each component.
     pub bias: Vec<f64>,
 }
@@ -63,7 +63,7 @@ pub(super) struct Walking<'a> {
 /// Some elements of a field.
 struct Part<'a> {
     first: usize,
-    data: NumbersMut<'a>,
+    data: FieldNumbersMut<'a>,
     /// Which elements became nothing; empty where nobody asks.
     lost: &'a mut [bool],
 }
@@ -126,7 +126,7 @@ impl FieldPlan {
     }
 
     /// Does all other stages. `lost`: as many places as there are elements, or none where nobody asks.
-    pub fn apply(&self, data: NumbersMut<'_>, lost: &mut [bool], m: &Measure<'_>, pool: &rayon::ThreadPool) {
+    pub fn apply(&self, data: FieldNumbersMut<'_>, lost: &mut [bool], m: &Measure<'_>, pool: &rayon::ThreadPool) {
         let n = data.len();
         if n <= TASK {
             return self.part(Part { first: 0, data, lost }, m);
@@ -159,7 +159,14 @@ impl FieldPlan {
     }
 
     /// Some rows of a part that begins with the field's element `before`.
-    fn rows(&self, data: &mut NumbersMut<'_>, rows: Range<usize>, before: usize, lost: &mut [bool], m: &Measure<'_>) {
+    fn rows(
+        &self,
+        data: &mut FieldNumbersMut<'_>,
+        rows: Range<usize>,
+        before: usize,
+        lost: &mut [bool],
+        m: &Measure<'_>,
+    ) {
         let noise = &self.noise;
         let (at, n) = (rows.start, rows.len());
         let first = (before + at) as u64;
@@ -272,7 +279,7 @@ fn of_component(size: &[f64], c: usize) -> f64 {
     }
 }
 
-/// Numbers from -1 to below 1.
+/// FieldNumbers from -1 to below 1.
 fn symmetric(key: Key, first: u64, out: &mut [f64]) {
     (first..).zip(out).for_each(|(i, x)| *x = 2.0 * key.uniform(i) - 1.0);
 }

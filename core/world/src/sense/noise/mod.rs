@@ -20,9 +20,9 @@ use serde::{Deserialize, Serialize};
 use tatu_scene::noise::FieldNoise;
 pub use tatu_scene::noise::NoiseSpec;
 
-use super::Words;
+use super::ReadingBuffer;
 use apply::{FieldPlan, Measure, Walking};
-use numbers::{Numbers, NumbersMut};
+use numbers::{FieldNumbers, FieldNumbersMut};
 use tatu_plugins::SensorKind;
 
 /// A sensor's noise: what is done, and what it remembers.
@@ -41,15 +41,15 @@ pub(crate) struct Memory {
     /// By field: the time of the last measure, and where each component's walk stands, in standard deviations.
     walks: BTreeMap<String, (f64, Vec<f64>)>,
     /// Readings that nobody may see yet, oldest first.
-    held: VecDeque<Reading>,
+    held: VecDeque<HeldReading>,
 }
 
 /// A reading: its time, number and fields.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Reading {
+pub(crate) struct HeldReading {
     pub time: f64,
     pub sequence: u64,
-    pub fields: Words,
+    pub fields: ReadingBuffer,
 }
 
 /// One measure: whose, when, and where its fields lie.
@@ -117,7 +117,7 @@ impl Noise {
                 let (first, n) = m.spans[i];
                 let at = kept.get(&i).map_or(base.wrapping_add(first).cast_const(), |k| k.as_ptr());
                 // SAFETY: a field other than the one that is changed, or a copy; both stay as they are meanwhile.
-                unsafe { Numbers::at(at, m.kind.fields[i].elem, n) }.map(|numbers| (numbers, n))
+                unsafe { FieldNumbers::at(at, m.kind.fields[i].elem, n) }.map(|numbers| (numbers, n))
             };
             let of = plan.of.and_then(other).filter(|(_, k)| *k == n).map(|(of, _)| of);
             let valid = plan.valid.and_then(other).filter(|(_, k)| *k > 0 && n % k == 0);
@@ -128,8 +128,8 @@ impl Noise {
             });
             let bias = plan.bias(m.seed, m.drawn, walking);
             let mut lost = vec![false; if valid.is_some() { n } else { 0 }];
-            // SAFETY: the field lies in `fields`, of which nobody else looks at this part.
-            let data = unsafe { NumbersMut::at(base.wrapping_add(first), m.kind.fields[plan.field].elem, n) };
+            // SAFETY: the field lies in `fields`, of which nobody else views at this part.
+            let data = unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[plan.field].elem, n) };
             let measure = Measure { seed: m.seed, drawn: m.drawn, of, valid, bias };
             if let Some(data) = data {
                 plan.apply(data, &mut lost, &measure, pool);
@@ -141,7 +141,9 @@ impl Noise {
         for (field, group, lost) in cleared {
             let (first, n) = m.spans[field];
             // SAFETY: as above.
-            if let Some(mut valid) = unsafe { NumbersMut::at(base.wrapping_add(first), m.kind.fields[field].elem, n) } {
+            if let Some(mut valid) =
+                unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[field].elem, n) }
+            {
                 lost.iter().enumerate().filter(|(_, l)| **l).for_each(|(i, _)| valid.clear(i / group));
             }
         }
@@ -158,7 +160,7 @@ impl Noise {
     }
 
     /// Keeps a reading back. One of the same time takes the place of the one before.
-    pub fn hold(&mut self, reading: Reading) {
+    pub fn hold(&mut self, reading: HeldReading) {
         if self.memory.held.back().is_some_and(|r| r.time == reading.time) {
             self.memory.held.pop_back();
         }
@@ -166,9 +168,9 @@ impl Noise {
     }
 
     /// The newest reading that is old enough to be seen.
-    pub fn release(&mut self, now: f64) -> Option<Reading> {
+    pub fn release(&mut self, now: f64) -> Option<HeldReading> {
         // Times are sums of steps: what lacks a millionth of a step's rounding is there.
-        let old = |r: &Reading| r.time + self.latency <= now + 1e-9 * (1.0 + now.abs());
+        let old = |r: &HeldReading| r.time + self.latency <= now + 1e-9 * (1.0 + now.abs());
         let n = self.memory.held.iter().take_while(|r| old(r)).count();
         self.memory.held.drain(..n).next_back()
     }

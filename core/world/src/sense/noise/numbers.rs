@@ -4,7 +4,7 @@ use tatu_plugin_api::abi::*;
 
 /// Elements to be read.
 #[derive(Clone, Copy)]
-pub(super) enum Numbers<'a> {
+pub(super) enum FieldNumbers<'a> {
     F64(&'a [f64]),
     F32(&'a [f32]),
     I32(&'a [i32]),
@@ -13,7 +13,7 @@ pub(super) enum Numbers<'a> {
 }
 
 /// Elements to be changed.
-pub(super) enum NumbersMut<'a> {
+pub(super) enum FieldNumbersMut<'a> {
     F64(&'a mut [f64]),
     F32(&'a mut [f32]),
     I32(&'a mut [i32]),
@@ -21,7 +21,7 @@ pub(super) enum NumbersMut<'a> {
     U8(&'a mut [u8]),
 }
 
-impl<'a> Numbers<'a> {
+impl<'a> FieldNumbers<'a> {
     /// The `n` elements of a type that begin at `at`; `None`: they are no numbers.
     ///
     /// # Safety
@@ -31,11 +31,11 @@ impl<'a> Numbers<'a> {
         // SAFETY: as promised.
         unsafe {
             Some(match elem {
-                TATU_ELEM_F64 => Numbers::F64(slice(at.cast(), n)),
-                TATU_ELEM_F32 => Numbers::F32(slice(at.cast(), n)),
-                TATU_ELEM_I32 => Numbers::I32(slice(at.cast(), n)),
-                TATU_ELEM_U16 => Numbers::U16(slice(at.cast(), n)),
-                TATU_ELEM_U8 => Numbers::U8(slice(at.cast(), n)),
+                TATU_ELEM_F64 => FieldNumbers::F64(slice(at.cast(), n)),
+                TATU_ELEM_F32 => FieldNumbers::F32(slice(at.cast(), n)),
+                TATU_ELEM_I32 => FieldNumbers::I32(slice(at.cast(), n)),
+                TATU_ELEM_U16 => FieldNumbers::U16(slice(at.cast(), n)),
+                TATU_ELEM_U8 => FieldNumbers::U8(slice(at.cast(), n)),
                 _ => return None,
             })
         }
@@ -47,39 +47,39 @@ impl<'a> Numbers<'a> {
             out.iter_mut().zip(from).for_each(|(o, x)| *o = (*x).into());
         }
         match self {
-            Numbers::F64(v) => copy(&v[first..], out),
-            Numbers::F32(v) => copy(&v[first..], out),
-            Numbers::I32(v) => copy(&v[first..], out),
-            Numbers::U16(v) => copy(&v[first..], out),
-            Numbers::U8(v) => copy(&v[first..], out),
+            FieldNumbers::F64(v) => copy(&v[first..], out),
+            FieldNumbers::F32(v) => copy(&v[first..], out),
+            FieldNumbers::I32(v) => copy(&v[first..], out),
+            FieldNumbers::U16(v) => copy(&v[first..], out),
+            FieldNumbers::U8(v) => copy(&v[first..], out),
         }
     }
 
     /// Whether an element is 0.
     pub fn is_zero(&self, i: usize) -> bool {
         match self {
-            Numbers::F64(v) => v[i] == 0.0,
-            Numbers::F32(v) => v[i] == 0.0,
-            Numbers::I32(v) => v[i] == 0,
-            Numbers::U16(v) => v[i] == 0,
-            Numbers::U8(v) => v[i] == 0,
+            FieldNumbers::F64(v) => v[i] == 0.0,
+            FieldNumbers::F32(v) => v[i] == 0.0,
+            FieldNumbers::I32(v) => v[i] == 0,
+            FieldNumbers::U16(v) => v[i] == 0,
+            FieldNumbers::U8(v) => v[i] == 0,
         }
     }
 }
 
-impl<'a> NumbersMut<'a> {
+impl<'a> FieldNumbersMut<'a> {
     /// # Safety
-    /// As [`Numbers::at`], and nobody reads them either.
+    /// As [`FieldNumbers::at`], and nobody reads them either.
     pub unsafe fn at(at: *mut u64, elem: u32, n: usize) -> Option<Self> {
         use std::slice::from_raw_parts_mut as slice;
         // SAFETY: as promised.
         unsafe {
             Some(match elem {
-                TATU_ELEM_F64 => NumbersMut::F64(slice(at.cast(), n)),
-                TATU_ELEM_F32 => NumbersMut::F32(slice(at.cast(), n)),
-                TATU_ELEM_I32 => NumbersMut::I32(slice(at.cast(), n)),
-                TATU_ELEM_U16 => NumbersMut::U16(slice(at.cast(), n)),
-                TATU_ELEM_U8 => NumbersMut::U8(slice(at.cast(), n)),
+                TATU_ELEM_F64 => FieldNumbersMut::F64(slice(at.cast(), n)),
+                TATU_ELEM_F32 => FieldNumbersMut::F32(slice(at.cast(), n)),
+                TATU_ELEM_I32 => FieldNumbersMut::I32(slice(at.cast(), n)),
+                TATU_ELEM_U16 => FieldNumbersMut::U16(slice(at.cast(), n)),
+                TATU_ELEM_U8 => FieldNumbersMut::U8(slice(at.cast(), n)),
                 _ => return None,
             })
         }
@@ -87,33 +87,33 @@ impl<'a> NumbersMut<'a> {
 
     pub fn len(&self) -> usize {
         match self {
-            NumbersMut::F64(v) => v.len(),
-            NumbersMut::F32(v) => v.len(),
-            NumbersMut::I32(v) => v.len(),
-            NumbersMut::U16(v) => v.len(),
-            NumbersMut::U8(v) => v.len(),
+            FieldNumbersMut::F64(v) => v.len(),
+            FieldNumbersMut::F32(v) => v.len(),
+            FieldNumbersMut::I32(v) => v.len(),
+            FieldNumbersMut::U16(v) => v.len(),
+            FieldNumbersMut::U8(v) => v.len(),
         }
     }
 
     /// Parts of `n` elements, the last one of what is left.
-    pub fn parts(self, n: usize) -> Vec<NumbersMut<'a>> {
+    pub fn parts(self, n: usize) -> Vec<FieldNumbersMut<'a>> {
         match self {
-            NumbersMut::F64(v) => v.chunks_mut(n).map(NumbersMut::F64).collect(),
-            NumbersMut::F32(v) => v.chunks_mut(n).map(NumbersMut::F32).collect(),
-            NumbersMut::I32(v) => v.chunks_mut(n).map(NumbersMut::I32).collect(),
-            NumbersMut::U16(v) => v.chunks_mut(n).map(NumbersMut::U16).collect(),
-            NumbersMut::U8(v) => v.chunks_mut(n).map(NumbersMut::U8).collect(),
+            FieldNumbersMut::F64(v) => v.chunks_mut(n).map(FieldNumbersMut::F64).collect(),
+            FieldNumbersMut::F32(v) => v.chunks_mut(n).map(FieldNumbersMut::F32).collect(),
+            FieldNumbersMut::I32(v) => v.chunks_mut(n).map(FieldNumbersMut::I32).collect(),
+            FieldNumbersMut::U16(v) => v.chunks_mut(n).map(FieldNumbersMut::U16).collect(),
+            FieldNumbersMut::U8(v) => v.chunks_mut(n).map(FieldNumbersMut::U8).collect(),
         }
     }
 
     /// To read.
-    pub fn view(&self) -> Numbers<'_> {
+    pub fn view(&self) -> FieldNumbers<'_> {
         match self {
-            NumbersMut::F64(v) => Numbers::F64(v),
-            NumbersMut::F32(v) => Numbers::F32(v),
-            NumbersMut::I32(v) => Numbers::I32(v),
-            NumbersMut::U16(v) => Numbers::U16(v),
-            NumbersMut::U8(v) => Numbers::U8(v),
+            FieldNumbersMut::F64(v) => FieldNumbers::F64(v),
+            FieldNumbersMut::F32(v) => FieldNumbers::F32(v),
+            FieldNumbersMut::I32(v) => FieldNumbers::I32(v),
+            FieldNumbersMut::U16(v) => FieldNumbers::U16(v),
+            FieldNumbersMut::U8(v) => FieldNumbers::U8(v),
         }
     }
 
@@ -125,23 +125,23 @@ impl<'a> NumbersMut<'a> {
             }
         }
         match self {
-            NumbersMut::F64(v) => copy(&mut v[first..], from, put, |x| x),
-            NumbersMut::F32(v) => copy(&mut v[first..], from, put, |x| x as f32),
+            FieldNumbersMut::F64(v) => copy(&mut v[first..], from, put, |x| x),
+            FieldNumbersMut::F32(v) => copy(&mut v[first..], from, put, |x| x as f32),
             // Casts to integers stop at the ends of their range.
-            NumbersMut::I32(v) => copy(&mut v[first..], from, put, |x| rounded(x) as i32),
-            NumbersMut::U16(v) => copy(&mut v[first..], from, put, |x| rounded(x) as u16),
-            NumbersMut::U8(v) => copy(&mut v[first..], from, put, |x| rounded(x) as u8),
+            FieldNumbersMut::I32(v) => copy(&mut v[first..], from, put, |x| rounded(x) as i32),
+            FieldNumbersMut::U16(v) => copy(&mut v[first..], from, put, |x| rounded(x) as u16),
+            FieldNumbersMut::U8(v) => copy(&mut v[first..], from, put, |x| rounded(x) as u8),
         }
     }
 
     /// Makes an element 0.
     pub fn clear(&mut self, i: usize) {
         match self {
-            NumbersMut::F64(v) => v[i] = 0.0,
-            NumbersMut::F32(v) => v[i] = 0.0,
-            NumbersMut::I32(v) => v[i] = 0,
-            NumbersMut::U16(v) => v[i] = 0,
-            NumbersMut::U8(v) => v[i] = 0,
+            FieldNumbersMut::F64(v) => v[i] = 0.0,
+            FieldNumbersMut::F32(v) => v[i] = 0.0,
+            FieldNumbersMut::I32(v) => v[i] = 0,
+            FieldNumbersMut::U16(v) => v[i] = 0,
+            FieldNumbersMut::U8(v) => v[i] = 0,
         }
     }
 }

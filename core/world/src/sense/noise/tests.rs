@@ -334,8 +334,8 @@ fn readings_are_held_until_they_are_old_enough() {
     let mut s = Sensor::new("latency_s = 0.12", 1, 5);
     s.measure(0.0, |_| {});
     let noise = s.noise.as_mut().unwrap();
-    let reading = |time: f64, sequence| Reading { time, sequence, fields: Words::default() };
-    let seen = |r: Option<Reading>| r.map(|r| r.sequence);
+    let reading = |time: f64, sequence| HeldReading { time, sequence, fields: ReadingBuffer::default() };
+    let seen = |r: Option<HeldReading>| r.map(|r| r.sequence);
     for i in 0..4 {
         noise.hold(reading(f64::from(i) * 0.05, 1 + i as u64));
     }

@@ -21,7 +21,7 @@ const MOST: usize = 4 * QUADS;
 const STRAY: f64 = 1.5;
 
 /// The targets near a group of beams.
-pub(super) struct Company {
+pub(super) struct Candidates {
     quads: ArrayVec<Quad, QUADS>,
     /// Numbers of targets, four to a quad.
     targets: ArrayVec<u32, MOST>,
@@ -57,7 +57,7 @@ pub(super) fn group(beams: &[Beam]) -> Option<(usize, Aabb)> {
     (n >= FEWEST).then_some((n, all))
 }
 
-impl Company {
+impl Candidates {
     /// The wanted targets in a space; `None` if they are too many.
     pub fn of(tree: &Tree, boxes: &[Aabb], space: &Aabb, wanted: impl Fn(u32) -> bool) -> Option<Self> {
         let mut targets = ArrayVec::new();
@@ -67,7 +67,7 @@ impl Company {
         let fours = targets.chunks(4).zip((0..).step_by(4));
         let quads =
             fours.map(|(four, first)| Quad::of_items(first, four.iter().map(|t| &boxes[*t as usize]))).collect();
-        Some(Company { quads, targets })
+        Some(Candidates { quads, targets })
     }
 
     /// As [`Tree::walk`], with numbers of targets.

@@ -48,13 +48,13 @@ impl Carried {
 impl Dynamics {
     /// Copies poses and joint states back. Parents come before children, so each child finds its frame already moved.
     pub(super) fn copy_back(&mut self, scene: &mut Scene) {
-        if self.carried.whole != scene.shape_version {
+        if self.pose_writeback.whole != scene.shape_version {
             return self.copy_all(scene);
         }
-        if self.carried.listed != scene.shape_version {
+        if self.pose_writeback.listed != scene.shape_version {
             self.list_carried(scene);
         }
-        for Place { slot, parent, from } in &self.carried.list {
+        for Place { slot, parent, from } in &self.pose_writeback.list {
             let frame = scene.frame(*parent);
             let world = match from {
                 From::Body(id) => {
@@ -95,11 +95,11 @@ impl Dynamics {
             scene.put(slot, world);
             scene.hang(slot);
         });
-        self.carried = Carried::after(scene.shape_version);
+        self.pose_writeback = Carried::after(scene.shape_version);
     }
 
     fn list_carried(&mut self, scene: &Scene) {
-        let list = &mut self.carried.list;
+        let list = &mut self.pose_writeback.list;
         list.clear();
         // Where several joints of the engine stand for one, the last counts.
         let joints: BTreeMap<u32, JointId> = self.joints.iter().map(|j| (j.tie, j.id)).collect();
@@ -117,7 +117,7 @@ impl Dynamics {
                 list.push(Place { slot, parent, from });
             }
         }
-        self.carried.listed = scene.shape_version;
+        self.pose_writeback.listed = scene.shape_version;
     }
 }
 

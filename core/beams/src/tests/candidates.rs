@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::super::{Beam, BeamScene, Target, Volume, company};
+use super::super::{Beam, BeamScene, Target, Volume, candidates};
 use super::{Dice, scenes::cast, target};
 use tatu_geometry::Form;
 
@@ -67,7 +67,7 @@ fn a_group_sees_what_each_of_it_sees_alone() {
 #[test]
 fn groups_are_of_those_that_are_near_and_alike() {
     let ring = |at: f64, n: usize| vec![Beam::cone(Isometry3::translation(at, 0.0, 0.0), 0.3, 1.0); n];
-    let size = |beams: &[Beam]| company::group(beams).map(|(n, _)| n);
+    let size = |beams: &[Beam]| candidates::group(beams).map(|(n, _)| n);
     assert_eq!(size(&[]), None);
     assert_eq!(size(&ring(0.0, 3)), None);
     assert_eq!(size(&ring(0.0, 16)), Some(16));

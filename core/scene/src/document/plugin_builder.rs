@@ -8,7 +8,7 @@ use tatu_plugin_api::{
     safe::{Value, ValueRef},
 };
 
-use super::{Builder, SCRIPT_KINDS, ScriptSpec, beside::Source};
+use super::{Builder, SCRIPT_KINDS, ScriptSpec, import_files::Source};
 use tatu_errors::{Error, Result};
 use tatu_geometry::Mesh;
 use tatu_plugins::{

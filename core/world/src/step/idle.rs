@@ -11,7 +11,7 @@ pub(crate) fn idle(world: &WorldCell) {
     Scripts::idle(world);
     Scripts::run_addons(world);
     world.clock.count_pass();
-    world.look_after("a pass of the stopped world");
+    world.restore_process_state("a pass of the stopped world");
 }
 
 /// Time begins to stand.
@@ -19,7 +19,7 @@ pub(super) fn suspend(world: &WorldCell) {
     world.requests.set(world.requests.get() & !(1 << TATU_REQUEST_PAUSE | 1 << TATU_REQUEST_START));
     Scripts::pause(world, Callback::Suspend);
     world.outside.tell("paused", Value::Nil);
-    world.look_after("the beginning of a pause");
+    world.restore_process_state("the beginning of a pause");
 }
 
 /// A pass of a paused world. A script that asks for a start lifts the pause at its end.
@@ -27,7 +27,7 @@ pub(crate) fn paused(world: &WorldCell) {
     barrier(world);
     Scripts::pause(world, Callback::Suspended);
     Scripts::run_addons(world);
-    world.look_after("a pass of the paused world");
+    world.restore_process_state("a pass of the paused world");
     if world.requests.get() & 1 << TATU_REQUEST_START != 0 {
         lift(world);
     }
@@ -40,6 +40,6 @@ pub(crate) fn lift(world: &WorldCell) {
         Scripts::pause(world, Callback::Resume);
         world.phase.set(Phase::FirstAfterPause);
         world.outside.tell("resumed", Value::Nil);
-        world.look_after("the end of a pause");
+        world.restore_process_state("the end of a pause");
     }
 }

@@ -32,7 +32,7 @@ pub(super) struct Link {
 
 /// The places of all objects.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Places {
+pub(super) struct Transforms {
     pub links: Vec<Link>,
     /// In the frame of the parent.
     pub local: Vec<Isometry3<f64>>,
@@ -46,9 +46,9 @@ pub(super) struct Places {
     known: bool,
 }
 
-impl Default for Places {
+impl Default for Transforms {
     fn default() -> Self {
-        let mut places = Places {
+        let mut places = Transforms {
             links: Vec::new(),
             local: Vec::new(),
             world: Vec::new(),
@@ -61,7 +61,7 @@ impl Default for Places {
     }
 }
 
-impl Places {
+impl Transforms {
     /// Room for another slot.
     pub fn push(&mut self) {
         self.links.push(Link::default());
