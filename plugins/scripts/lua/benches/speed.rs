@@ -1,4 +1,4 @@
-//! Costs of calls, states and texts: `cargo bench -p tatu-scripts-lua`.
+//! Benchmarks of calls, states and library functions: `cargo bench -p tatu-scripts-lua`.
 #![allow(missing_docs)]
 
 #[path = "../tests/common/mod.rs"]

@@ -213,9 +213,9 @@ impl Slot {
     }
 
     fn report_full(&self) {
-        if let Some((tell, whom)) = self.full.get() {
+        if let Some((callback, argument)) = self.full.get() {
             // SAFETY: the callback was set by the owner of this slot, which is alive.
-            unsafe { tell(whom) };
+            unsafe { callback(argument) };
         }
     }
 

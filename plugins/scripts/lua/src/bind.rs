@@ -187,19 +187,19 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     lua_pushvalue(l, 2);
     lua_concat(l, 2); // 3: the full name
     // Constants of preludes take precedence: their values differ between dialects.
-    let told = if registry(l, reg::CONSTANTS) == LUA_TTABLE {
+    let is_prelude_constant = if registry(l, reg::CONSTANTS) == LUA_TTABLE {
         lua_pushvalue(l, 3);
         lua_rawget(l, 4) == LUA_TNUMBER
     } else {
         false
     };
-    if told {
+    if is_prelude_constant {
         lua_copy(l, 5, 4);
     }
-    lua_settop(l, if told { 4 } else { 3 });
-    let found = if told { 0 } else { (s.commands.find)(s.world, abi_str(bytes(l, 3))) };
+    lua_settop(l, if is_prelude_constant { 4 } else { 3 });
+    let found = if is_prelude_constant { 0 } else { (s.commands.find)(s.world, abi_str(bytes(l, 3))) };
     let mut value = int_value(TATU_NIL, 0);
-    if told {
+    if is_prelude_constant {
     } else if found != 0 {
         let exact = s.single.get() && s.text.borrow().rules.exact.iter().any(|e| e == bytes(l, 3));
         lua_pushinteger(l, i64::from(found) | if exact { EXACT } else { 0 });

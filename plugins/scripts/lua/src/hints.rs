@@ -143,8 +143,8 @@ mod tests {
             ("attempt to call a nil value (field 'execute')", "--allow"),
         ];
         for (message, words) in cases {
-            let told = runtime(message, near).unwrap_or_default();
-            assert!(told.contains(words), "{message}: {told}");
+            let hint = runtime(message, near).unwrap_or_default();
+            assert!(hint.contains(words), "{message}: {hint}");
         }
         assert_eq!(runtime("no fuel", near), None);
         assert_eq!(runtime("attempt to compare two table values", near), None);

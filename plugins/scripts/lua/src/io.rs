@@ -133,7 +133,7 @@ unsafe fn refused(l: *mut lua_State, s: &State, code: i64) -> i32 {
     3
 }
 
-fn told(s: &State, result: std::io::Result<()>) -> Result<(), i64> {
+fn describe_error(s: &State, result: std::io::Result<()>) -> Result<(), i64> {
     result.map_err(|error| {
         say(s, b"file", &error.to_string());
         i64::from(error.raw_os_error().unwrap_or(5))
@@ -254,7 +254,7 @@ unsafe fn write_to(l: *mut lua_State, number: usize, first: i32) -> Result<(), i
                 Some(file) => file.write(text),
                 None => Ok(()),
             };
-            told(s, done)?;
+            describe_error(s, done)?;
         }
     }
     Ok(())
@@ -359,7 +359,7 @@ unsafe extern "C-unwind" fn close(l: *mut lua_State) -> i32 {
         done = s.files.borrow_mut().close(number - FIRST);
         *place(l, 1) = CLOSED;
     }
-    match told(s, done) {
+    match describe_error(s, done) {
         Ok(()) => {
             lua_pushboolean(l, 1);
             1
@@ -385,7 +385,7 @@ unsafe extern "C-unwind" fn flush(l: *mut lua_State) -> i32 {
             Some(file) => file.flush(),
             None => Ok(()),
         };
-        if let Err(code) = told(s, done) {
+        if let Err(code) = describe_error(s, done) {
             return refused(l, s, code);
         }
     }
@@ -403,7 +403,7 @@ unsafe extern "C-unwind" fn seek(l: *mut lua_State) -> i32 {
         Some(file) => file.seek(whence, offset).map(|place| at = place),
         None => Ok(()),
     };
-    match told(s, done) {
+    match describe_error(s, done) {
         Ok(()) => {
             lua_pushinteger(l, at as i64);
             1

@@ -313,7 +313,7 @@ mod tests {
         }
     }
 
-    fn told(text: &str) -> Vec<String> {
+    fn words_of(text: &str) -> Vec<String> {
         words(text.as_bytes()).into_iter().map(|w| String::from_utf8(w).unwrap()).collect()
     }
 
@@ -322,12 +322,12 @@ mod tests {
         let text =
             "-- hidden.name\n--[[ also\n hidden ]] a.b.c(x) s = 'not.this' local m = require 'arm'  y = [[nor this]]";
         assert_eq!(
-            told(text),
+            words_of(text),
             ["(", ")", "=", "a", "a.b", "a.b.c", "b", "c", "local", "m", "require", "require arm", "s", "x", "y"]
         );
-        assert!(told("require('arm')").contains(&"require arm".to_owned()));
-        assert!(!told("require(x, 'arm')").contains(&"require arm".to_owned()));
-        assert!(told("a = 7 // 2").contains(&"//".to_owned()));
+        assert!(words_of("require('arm')").contains(&"require arm".to_owned()));
+        assert!(!words_of("require(x, 'arm')").contains(&"require arm".to_owned()));
+        assert!(words_of("a = 7 // 2").contains(&"//".to_owned()));
     }
 
     #[test]

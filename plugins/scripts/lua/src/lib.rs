@@ -7,7 +7,7 @@
 //! nothing with a destructor, and no `RefCell` guard, alive across a Lua function that may raise.
 #![allow(
     unsafe_op_in_unsafe_fn,
-    reason = "every function over the raw Lua interface has one contract, told at the function"
+    reason = "every function over the raw Lua interface has one contract, documented at the function"
 )]
 
 mod alloc;

@@ -1,4 +1,4 @@
-//! Commands, constants, name spaces, values both ways, functions, errors.
+//! Commands, constants, name spaces, conversion of values, functions, errors.
 #![allow(missing_docs)]
 
 mod common;

@@ -1,4 +1,4 @@
-//! Callbacks in the style of functions and in the old one, dialects, waits, and the scripts of the course.
+//! Callbacks in all styles, dialects, waits, and the scripts of the course.
 #![allow(missing_docs)]
 
 mod common;
@@ -19,7 +19,7 @@ return {
     dialect = told.has("sim_call_type") and "3.2" or "4.9",
 }"#;
 
-/// Stands for any command: tells its name and arguments, and gives what the course's scripts can go on with.
+/// Stand-in for any command: records its name and arguments, and returns values that suit the course's scripts.
 fn any(h: &Host, name: &str, frame: &mut tatu_call) -> tatu_status {
     let args: Vec<_> = (0..frame.n_args)
         .map(|i| match arg(frame, i).to_value().unwrap() {
@@ -146,7 +146,7 @@ fn an_old_text_runs_again_for_each_callback() {
     assert_eq!(s.find(TATU_FIND_CALLBACK, "thread"), 0);
     assert_eq!(s.callback("sensing", &[]).unwrap().1, [Value::Int(1), Value::text("two")]);
     assert_eq!(*h.calls.borrow(), ["show(0, 1, 1, 77, 8)", "show(3, 1, 2, 77)"]);
-    // No sign of the old way, and no functions either: it runs once.
+    // Neither old style nor functions: the text runs once.
     let s = load(h, "show('once')");
     s.init().unwrap();
     assert_eq!(s.find(TATU_FIND_CALLBACK, "actuation"), 0);
@@ -282,7 +282,7 @@ fn a_thread_waits() {
     let first = last();
     assert_eq!(s.resume(first, None, &[Value::Int(7), Value::text("b")]).unwrap().0, TATU_WAIT);
     assert_eq!(s.resume(first, None, &[]).unwrap_err().code, TATU_ERR_GONE);
-    // Meanwhile other callbacks run, and cannot wait.
+    // Other callbacks run meanwhile, and cannot wait.
     let (_, values) = s.callback("actuation", &[]).unwrap();
     assert_eq!(values, [Value::Bool(false), Value::text("only threads can wait")]);
     assert_eq!(s.resume(last(), None, &[Value::Int(5)]).unwrap().0, TATU_WAIT);
@@ -294,7 +294,7 @@ fn a_thread_waits() {
         *h.calls.borrow(),
         ["show(first, Bool(true), 7, b)", "show(second, 5)", "show(third, Bool(false), went away)", "show(loop, 1)"]
     );
-    // Errors of a thread carry their place; a bare yield has nobody to resume it.
+    // Errors of a thread have a position; after a bare yield nothing would resume it.
     let s = load(h, "function sysCall_thread()\n wait()\n error 'late' end");
     s.init().unwrap();
     s.callback("thread", &[]).unwrap();

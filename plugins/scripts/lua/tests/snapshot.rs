@@ -1,5 +1,4 @@
-//! States of scripts, written and taken back: what a script can see is the same, in the same order, and the script that
-//! goes on does not notice.
+//! Saved and restored states: what a script can see is the same, in the same order, and the saved script is not affected.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "the test plays the host")]
 
 mod common;
@@ -8,7 +7,7 @@ use common::{Host, Script, num, ret};
 use proptest::prelude::*;
 use tatu_plugin_api::abi::*;
 
-/// Runs `text` up to `save`, and gives the bytes.
+/// Runs `text` and saves the state.
 fn saved(s: &Script) -> Result<Vec<u8>, String> {
     s.save().map_err(|e| e.text)
 }
@@ -20,7 +19,7 @@ fn again(host: &'static Host, text: &str, bytes: &[u8]) -> Script {
     s
 }
 
-/// What `look` says now, here and in a copy, and what `go` does to both afterwards, some times.
+/// Compares `look` in a script and in its restored copy, now and after several calls of `go` in both.
 #[track_caller]
 fn same(text: &str) {
     let host = Host::new();
@@ -44,7 +43,7 @@ fn same(text: &str) {
     }
 }
 
-/// The reason why a state cannot be written.
+/// The reason why a state cannot be saved.
 #[track_caller]
 fn refusal(text: &str) -> String {
     let s = Host::new().load(text);
@@ -238,7 +237,7 @@ fn what_cannot_be_captured_is_named() {
         let got = refusal(&text);
         assert!(got.starts_with(reason), "{text}\n{got}");
     }
-    // One that has ended is as good as gone.
+    // A coroutine that has ended can be saved.
     same(&format!(
         "{co} coroutine.resume(co) coroutine.resume(co) function look() return coroutine.status(co) end
         function go() return coroutine.resume(co) end"
@@ -247,7 +246,7 @@ fn what_cannot_be_captured_is_named() {
 
 #[test]
 fn writing_does_not_move_what_comes_after() {
-    // The order of keys that are tables shows where the allocator put them.
+    // The order of table keys shows their addresses.
     let text = "local function digest() local t, s = {}, {}
             for i = 1, 40 do t[{i}] = i end
             for _, v in pairs(t) do s[#s + 1] = v end
@@ -282,7 +281,7 @@ fn damaged_bytes_are_refused() {
             }
             let copy = host.load(text);
             refused += usize::from(copy.restore(&bad).is_err());
-            // Whatever came of it, it is a state that can be used.
+            // The state is usable in any case.
             drop(copy);
         }
     }

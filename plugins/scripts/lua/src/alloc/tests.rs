@@ -43,7 +43,7 @@ fn addresses_repeat_and_the_limit_holds() {
 }
 
 #[test]
-fn what_needs_no_tidying_is_left_alone() {
+fn sorted_free_lists_are_left_alone() {
     let Some(slot) = Slot::in_test(5) else { return };
     let free = || slot.free.each_ref().map(Cell::get);
     // SAFETY: blocks are handed back with the sizes they have.
@@ -72,7 +72,7 @@ fn what_needs_no_tidying_is_left_alone() {
 }
 
 #[test]
-fn tidying_gives_the_end_back_and_low_addresses_first() {
+fn sorting_releases_the_end_and_reuses_low_addresses_first() {
     let Some(slot) = Slot::in_test(0) else { return };
     // SAFETY: blocks are handed back with the sizes they have.
     unsafe {

@@ -1,4 +1,4 @@
-//! A small host inside the test: commands, arena, log, files, time; and scripts that are spoken to over the border.
+//! A small host for tests: commands, arena, log, files, time, and scripts called through the ABI.
 #![allow(
     unsafe_op_in_unsafe_fn,
     clippy::undocumented_unsafe_blocks,
@@ -27,7 +27,7 @@ pub struct Error {
     pub traceback: String,
 }
 
-/// The world and its services in one; leaked, so that every pointer stays good.
+/// The world and its services in one; leaked, so that every pointer stays valid.
 #[repr(C)]
 pub struct Host {
     pub table: tatu_host,
@@ -270,7 +270,7 @@ unsafe extern "C" fn service(_: *const tatu_host, id: *const c_char) -> *const c
 }
 
 impl Host {
-    /// The script that was entered last.
+    /// The script called last.
     pub fn running(&self) -> &Script {
         unsafe { &*self.script.get() }
     }
@@ -312,7 +312,7 @@ impl Host {
         let mut error = Error::new();
         unsafe {
             assert_eq!(p.init.unwrap()(&h.table, &mut me, &mut error.raw), TATU_OK);
-            // The plugin's hook sends panics to the log; tests want to see them.
+            // The plugin's hook sends panics to the log; show them in tests.
             drop(std::panic::take_hook());
             h.plugin.set(me);
             let ext = p.extension.unwrap()(me, TATU_SCRIPT.as_ptr()).cast::<tatu_ext_script>();
@@ -333,7 +333,7 @@ impl Host {
         *self.error.borrow_mut() = error;
         code
     }
-    /// As a failing command does: error text, and the frame leads to it.
+    /// Fails like a command: the frame refers to the error.
     pub fn fail(&self, frame: &mut tatu_call, code: tatu_status, t: &str, help: &str) -> tatu_status {
         self.refuse(code, t);
         frame.error = &raw mut self.error.borrow_mut().raw;
@@ -365,7 +365,7 @@ impl Host {
         assert_eq!(status, TATU_OK, "{}", error.text);
         Script { host: self, data, used: Cell::new(0), budget: Cell::new((0, 0)), id: 5 }
     }
-    /// A script that is loaded.
+    /// A loaded script.
     pub fn load(&'static self, text: &str) -> Script {
         let s = self.script(1);
         s.load(text, "test.lua", "").unwrap();
@@ -485,7 +485,7 @@ impl Script {
             self.lang().call_func.unwrap()(self.data, local, frame, budget, used, error)
         })
     }
-    /// What the instance writes of itself.
+    /// Saves the instance.
     pub fn save(&self) -> Result<Vec<u8>, Box<Error>> {
         unsafe extern "C" fn write(w: *const tatu_writer, bytes: *const c_void, n: u64) {
             let out = &mut *(*w).ctx.cast::<Vec<u8>>();
@@ -501,7 +501,7 @@ impl Script {
         let status = unsafe { (*self.lang().life).save.unwrap()(self.data, &writer, &mut error.raw) };
         if status < 0 { Err(error) } else { Ok(out) }
     }
-    /// Takes it back.
+    /// Restores it.
     pub fn restore(&self, bytes: &[u8]) -> Result<(), Box<Error>> {
         let mut error = Error::new();
         let state = tatu_str { ptr: bytes.as_ptr().cast(), len: bytes.len() as u64 };
@@ -509,7 +509,7 @@ impl Script {
         let status = unsafe { life.load.unwrap()(self.data, state, life.version, &mut error.raw) };
         if status < 0 { Err(error) } else { Ok(()) }
     }
-    /// Runs a text as `init` and gives what its global function `f` returns.
+    /// Runs a text as `init` and returns the results of its global function `f`.
     pub fn eval(&self, body: &str) -> Result<Vec<Value>, Box<Error>> {
         self.load(&format!("function f(...) {body}\nend"), "test.lua", "")?;
         self.init()?;
