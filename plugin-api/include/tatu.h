@@ -773,10 +773,10 @@ typedef struct tatu_budget {
 
 enum {
   /* One of the life cycle: "init", "thread", "actuation", "sensing", "cleanup", "nonSimulation", "beforeSimulation",
-   * "afterSimulation", "suspend", "suspended", "resume", "beforeMainScript", "dyn", "joint", "contact", or "measured": of
+   * "afterSimulation", "suspend", "suspended", "resume", "beforeStep", "dyn", "joint", "contact", or "measured": of
    * the scripts of a sensor, after it has measured in the sensing stage, with a map whose `sensor` is that object. It may
-   * answer a map: with `cmd` "cleanup" the script ends, with "restart" it ends and begins anew; `doNotRunMainScript` true
-   * of "beforeMainScript" leaves the stages of the pass out, and time stands. */
+   * answer a map: with `cmd` "cleanup" the script ends, with "restart" it ends and begins anew; `skip` true of
+   * "beforeStep" leaves the stages of the pass out, and time stands. */
   TATU_FIND_CALLBACK = 0,
   TATU_FIND_FUNCTION = 1  /* a function of the script, by its own name */
 };

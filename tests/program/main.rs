@@ -35,6 +35,7 @@ mod isolation;
 mod keys;
 mod kit;
 mod laser;
+mod layers;
 mod layout;
 mod library;
 mod lives;

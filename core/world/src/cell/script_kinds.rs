@@ -57,7 +57,7 @@ callbacks! {
     Suspended "suspended", "In each pass while time stands.";
     Resume "resume", "Once, before time goes on.";
     Run "run", "Of scripts from outside: at the end of each pass, whatever the world does.";
-    BeforeStep "beforeMainScript", "In each pass, before its stages.";
+    BeforeStep "beforeStep", "In each pass, before its stages.";
     Dyn "dyn", "Before and after each physics step.";
     Joint "joint", "In each physics step, for joints whose control is a callback.";
     Contact "contact", "After the physics step in which two shapes began to touch.";

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | a pass while stopped | | begin if they have not; threads, `nonSimulation` |
 //! | start | states are made | `beforeSimulation` |
-//! | each pass | `beforeMainScript`; begin if they have not; threads, `actuation`; `sensing` | the same |
+//! | each pass | `beforeStep`; begin if they have not; threads, `actuation`; `sensing` | the same |
 //! | a pause | `suspend`, `suspended` in each pass, `resume` | the same |
 //! | end of the last pass | `cleanup`, states end | |
 //! | scene is back | | `afterSimulation` |
@@ -98,7 +98,7 @@ impl Scripts {
                 }
                 let answer = script.ask_callback(world, number, &[]);
                 script.settle(world);
-                hold |= answer.is_some_and(|a| entry(&a, "doNotRunMainScript") == Some(&Value::Bool(true)));
+                hold |= answer.is_some_and(|a| entry(&a, "skip") == Some(&Value::Bool(true)));
             }
         }
         hold

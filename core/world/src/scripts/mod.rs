@@ -188,7 +188,7 @@ impl Scripts {
                 }
                 let answer = script.ask_callback(world, number, &[payload]);
                 script.settle(world);
-                answer.filter(|a| entry(a, "ignoreContact") != Some(&Value::Bool(true)))
+                answer.filter(|a| entry(a, "ignore") != Some(&Value::Bool(true)))
             });
         });
         answer

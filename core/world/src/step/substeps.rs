@@ -2,11 +2,11 @@
 //! never from inside the solver.
 //!
 //! ```text
-//! dyn       afterStep = false
+//! dyn       after = false
 //! joint     for each joint whose control is `callback`; what the first script answers drives it in this step
 //! (the engine's step)
 //! contact   for each pair that began to touch in it; what the first script answers holds from the next step on
-//! dyn       afterStep = true
+//! dyn       after = true
 //! ```
 
 use std::collections::BTreeSet;
@@ -44,8 +44,8 @@ impl Part {
     /// What scripts are told of it in every callback.
     fn entries(self) -> Vec<(Value, Value)> {
         vec![
-            of("passCnt", Value::Int(i64::from(self.number) + 1)),
-            of("totalPasses", Value::Int(self.count.into())),
+            of("step", Value::Int(i64::from(self.number) + 1)),
+            of("steps", Value::Int(self.count.into())),
             of("dt", Value::Float(self.dt())),
         ]
     }
@@ -96,7 +96,7 @@ fn pairs(world: &WorldCell) -> BTreeSet<(u32, u32)> {
 
 fn tell(world: &WorldCell, part: Part, after: bool) {
     let mut map = part.entries();
-    map.push(of("afterStep", Value::Bool(after)));
+    map.push(of("after", Value::Bool(after)));
     Scripts::tell(world, Callback::Dyn, &Value::Map(map));
 }
 
@@ -159,13 +159,13 @@ fn question(world: &WorldCell, slot: u32, part: Part) -> Option<Value> {
 
 /// Tells of two shapes that have begun to touch.
 fn tell_contact(world: &WorldCell, (a, b): (u32, u32)) {
-    let map = [("handle1", i64::from(a)), ("handle2", i64::from(b)), ("engine", 0)];
+    let map = [("shape1", i64::from(a)), ("shape2", i64::from(b)), ("engine", 0)];
     let map = Value::Map(map.map(|(k, v)| of(k, Value::Int(v))).to_vec());
     let Some(answer) = Scripts::ask(world, Callback::Contact, &map, true) else { return };
-    let own = entry(&answer, "bullet");
+    let own = entry(&answer, "material");
     let factor = |key| own.and_then(|m| number(m, &[key])).filter(|x| *x >= 0.0);
     let rule = PairRule {
-        responds: entry(&answer, "collisionResponse") != Some(&Value::Bool(false)),
+        responds: entry(&answer, "respond") != Some(&Value::Bool(false)),
         friction: factor("friction"),
         restitution: factor("restitution"),
     };

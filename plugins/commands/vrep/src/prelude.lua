@@ -228,6 +228,17 @@ return {
         joint = "sysCall_jointCallback",
         contact = "sysCall_contactCallback",
         dyn = "sysCall_dynCallback",
+        beforeStep = "sysCall_beforeMainScript",
+    },
+    -- What this API calls the fields of callbacks' arguments, and the host those of their results.
+    arguments = {
+        dyn = { step = "passCnt", steps = "totalPasses", after = "afterStep" },
+        joint = { step = "passCnt", steps = "totalPasses" },
+        contact = { shape1 = "handle1", shape2 = "handle2" },
+    },
+    results = {
+        beforeStep = { doNotRunMainScript = "skip" },
+        contact = { ignoreContact = "ignore", collisionResponse = "respond", bullet = "material" },
     },
     style = style(),
     rerun = {

@@ -254,9 +254,9 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
             (Style::Rerun, Some(rerun)) => {
                 rerun.set_globals(l, s, rerun.value(name));
                 registry(l, reg::CHUNK);
-                start_or_call(l, s, name, frame)
+                start_or_call(l, s, rules, name, frame)
             }
-            _ if callback(l, rules, name) => start_or_call(l, s, name, frame),
+            _ if callback(l, rules, name) => start_or_call(l, s, rules, name, frame),
             _ => Flow::Done,
         }
     });
@@ -278,8 +278,8 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
     result
 }
 
-unsafe fn start_or_call(l: *mut lua_State, s: &State, name: &[u8], frame: *mut tatu_call) -> Flow {
-    if name == THREAD { threads::start(l, s, frame) } else { call_callback(l, s, frame) }
+unsafe fn start_or_call(l: *mut lua_State, s: &State, rules: &Rules, name: &[u8], frame: *mut tatu_call) -> Flow {
+    if name == THREAD { threads::start(l, s, frame) } else { call_callback(l, s, rules, name, frame) }
 }
 
 /// Runs a text of style `Step` or `Thread`.
@@ -293,7 +293,7 @@ unsafe fn run_text(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu
     if registry(l, reg::CHUNK) != LUA_TFUNCTION {
         return Flow::Done;
     }
-    start_or_call(l, s, style.first(), frame)
+    start_or_call(l, s, rules, style.first(), frame)
 }
 
 /// First run of the text, followed by the callbacks `info` and `init`.
@@ -329,16 +329,22 @@ unsafe fn first_run(
     }
     lua_settop(l, base);
     if callback(l, rules, name) {
-        return start_or_call(l, s, name, frame);
+        return start_or_call(l, s, rules, name, frame);
     }
     Flow::Done
 }
 
 /// Runs a callback, whose result may request the end of the script.
-unsafe fn call_callback(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
+unsafe fn call_callback(l: *mut lua_State, s: &State, rules: &Rules, name: &[u8], frame: *mut tatu_call) -> Flow {
     let base = lua_gettop(l) - 1;
     let n = put_args(l, frame);
+    if n > 0 {
+        rules.argument_names.rename(l, name, base + 2);
+    }
     lua_call(l, n, LUA_MULTRET);
+    if lua_gettop(l) > base {
+        rules.result_names.rename(l, name, base + 1);
+    }
     end_by_number(l, s, base);
     take_results(l, s, frame, lua_gettop(l) - base);
     Flow::Done

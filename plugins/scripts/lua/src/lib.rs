@@ -18,6 +18,7 @@ mod chunk_cache;
 mod compat;
 mod convert;
 mod errors;
+mod field_names;
 mod files;
 mod functions;
 mod gc;

@@ -7,7 +7,9 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     callbacks::Style,
-    compat, errors, hints, lexer,
+    compat, errors,
+    field_names::FieldNames,
+    hints, lexer,
     rerun::Rerun,
     state::{self, Script, State, abi_str, bytes, push, reg},
 };
@@ -37,6 +39,9 @@ pub(crate) struct Rules {
     /// The command that waits for the next step.
     switch: Vec<u8>,
     single: bool,
+    /// Names that an API gives to fields of callbacks' arguments, and those of results that it names for the host.
+    pub argument_names: FieldNames,
+    pub result_names: FieldNames,
     /// Script orders by dialect: (first version, order), oldest first.
     pub orders: Vec<(String, String)>,
 }
@@ -267,6 +272,12 @@ unsafe fn read_rules(l: *mut lua_State, rules: &mut Rules) {
     for (name, list) in [(c"exact", &mut rules.exact), (c"lacking", &mut rules.missing_modules)] {
         if field(l, name) && lua_type(l, -1) == LUA_TTABLE {
             read_strings(l, list);
+        }
+        lua_pop(l, 1);
+    }
+    for (name, names) in [(c"arguments", &mut rules.argument_names), (c"results", &mut rules.result_names)] {
+        if field(l, name) && lua_type(l, -1) == LUA_TTABLE {
+            names.read(l);
         }
         lua_pop(l, 1);
     }
