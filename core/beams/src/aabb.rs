@@ -1,7 +1,6 @@
 //! Boxes along the axes.
 
 use nalgebra::{Isometry3, Vector3};
-
 use tatu_geometry::Form;
 
 /// A box along the axes.

@@ -14,9 +14,11 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::Vector3;
 
-use super::beam::Faces;
-use super::planar::{Nearest, edge, plane, polygon};
-use super::sight::{Cone, Sight};
+use super::{
+    beam::Faces,
+    planar::{Nearest, edge, plane, polygon},
+    sight::{Cone, Sight},
+};
 
 /// How far the distance may exceed the true minimum, in metres.
 const TOLERANCE: f64 = 2e-10;

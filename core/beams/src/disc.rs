@@ -2,8 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::planar::{Interior, Nearest, any_perpendicular, interior};
-use super::sight::Cone;
+use super::{
+    planar::{Interior, Nearest, any_perpendicular, interior},
+    sight::Cone,
+};
 
 /// The nearest point of a disc that counts; `centre` relative to the apex.
 pub(super) fn disc(

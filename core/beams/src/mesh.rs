@@ -3,16 +3,18 @@
 use std::sync::OnceLock;
 
 use nalgebra::Vector3;
-
-use super::aabb::Aabb;
-use super::bundle::PacketTree;
-use super::convex::flat;
-use super::grid::Clusters;
-use super::planar::polygon;
-use super::ray;
-use super::sight::{Found, Probe};
-use super::tree::Tree;
 use tatu_geometry::Mesh;
+
+use super::{
+    aabb::Aabb,
+    bundle::PacketTree,
+    convex::flat,
+    grid::Clusters,
+    planar::polygon,
+    ray,
+    sight::{Found, Probe},
+    tree::Tree,
+};
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Triangle {

@@ -1,11 +1,13 @@
 //! A ray against every form: the crossings in closed form.
 
 use nalgebra::Vector3;
-
-use super::planar::quadratic;
-use super::sight::{Found, Sight};
-use super::solid::unit;
 use tatu_geometry::Form;
+
+use super::{
+    planar::quadratic,
+    sight::{Found, Sight},
+    solid::unit,
+};
 
 /// The first crossing that counts on a form other than a mesh; the sight is given in the form's frame.
 pub(super) fn cast(sight: &Sight, form: &Form) -> Option<Found> {

@@ -1,19 +1,22 @@
 //! All detectable targets of a scene, and the cast of many beams against them.
 
-use std::collections::HashMap;
-use std::sync::Arc;
+use std::{collections::HashMap, sync::Arc};
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use rayon::prelude::*;
-
-use super::aabb::Aabb;
-use super::beam::{Beam, Hit};
-use super::candidates::{self, Candidates};
-use super::mesh::MeshTree;
-use super::sight::{Found, Probe};
-use super::tree::Tree;
-use super::{convex, ray, solid};
 use tatu_geometry::{Form, Mesh};
+
+use super::{
+    aabb::Aabb,
+    beam::{Beam, Hit},
+    candidates::{self, Candidates},
+    convex,
+    mesh::MeshTree,
+    ray,
+    sight::{Found, Probe},
+    solid,
+    tree::Tree,
+};
 
 /// One form that beams can hit. An object of several forms has several targets with the same tag.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,8 +4,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::beam::{Beam, Faces, Volume};
-use super::convex::Convex;
+use super::{
+    beam::{Beam, Faces, Volume},
+    convex::Convex,
+};
 
 /// What rays and volumes share.
 #[derive(Debug, Clone, Copy)]

@@ -1,13 +1,15 @@
 //! A cone against each closed form: which surfaces it has, and the short way when nothing is in the way.
 
 use nalgebra::Vector3;
-
-use super::cylinder::{CylinderSide, OnCylinderSide, Proof};
-use super::disc::disc;
-use super::planar::{plane, polygon};
-use super::sight::{Cone, Found};
-use super::sphere::sphere;
 use tatu_geometry::Form;
+
+use super::{
+    cylinder::{CylinderSide, OnCylinderSide, Proof},
+    disc::disc,
+    planar::{plane, polygon},
+    sight::{Cone, Found},
+    sphere::sphere,
+};
 
 /// The nearest point that counts on a form other than a mesh; the cone is given in the form's frame.
 pub(super) fn cast(cone: &Cone, form: &Form) -> Option<Found> {

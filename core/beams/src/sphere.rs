@@ -7,8 +7,7 @@
 
 use nalgebra::Vector3;
 
-use super::planar::any_perpendicular;
-use super::sight::Cone;
+use super::{planar::any_perpendicular, sight::Cone};
 
 /// Slack for conditions that a candidate meets exactly but for rounding.
 const SLACK: f64 = 1e-12;

@@ -2,9 +2,9 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::parry::query::{ClosestPoints, closest_points};
+use tatu_geometry::Part;
 
 use super::convert;
-use tatu_geometry::Part;
 
 /// The ends of the shortest way from a solid to another, world frame; `None` if they are farther apart than `limit`.
 /// Where they overlap, both ends are one point of the first, and the way is 0.

@@ -1,12 +1,14 @@
 //! Between nalgebra, the language of the core's surface, and glam and rapier: the only place that knows both.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use rapier3d::dynamics::MassProperties;
-use rapier3d::geometry::{SharedShape, TriMeshFlags};
-use rapier3d::math::{Matrix, Pose, Rotation, Vector};
+use rapier3d::{
+    dynamics::MassProperties,
+    geometry::{SharedShape, TriMeshFlags},
+    math::{Matrix, Pose, Rotation, Vector},
+};
+use tatu_geometry::{Form, Mesh};
 
 use super::MassProps;
-use tatu_geometry::{Form, Mesh};
 
 pub(super) fn vector(v: &Vector3<f64>) -> Vector {
     Vector::new(v.x, v.y, v.z)

@@ -20,19 +20,21 @@ mod tests;
 
 use std::collections::BTreeMap;
 
+use bodies::{BodyRecord, ShapeCache, Tree};
+use joints::{JointRecord, Phase};
 use nalgebra::{Isometry3, Point3, Vector3};
-use rapier3d::dynamics::{IntegrationParameters, SpringCoefficients};
-use rapier3d::math::Pose;
-use rapier3d::pipeline::PhysicsWorld;
+use rapier3d::{
+    dynamics::{IntegrationParameters, SpringCoefficients},
+    math::Pose,
+    pipeline::PhysicsWorld,
+};
+use respond::PairFilter;
 use serde::{Deserialize, Serialize};
 
 use super::{
     BeforeStep, BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, JointDesc, JointId, JointState, Motion,
     PairRule, Push, Twist, convert,
 };
-use bodies::{BodyRecord, ShapeCache, Tree};
-use joints::{JointRecord, Phase};
-use respond::PairFilter;
 
 /// Stiffness of contacts, as natural frequency (Hz) and damping ratio. With rapier's own numbers a wall of 20 rows
 /// of boxes sinks by 60 mm, with these by 4 mm.

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use tatu_errors::Error;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{Declared, Registry, check_value, schemas};
 use crate::units;
-use tatu_errors::Error;
 
 /// What is wrong with declarations, one sentence each. `in_files`: they are written as keys of scene files.
 pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {

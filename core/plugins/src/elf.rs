@@ -1,8 +1,10 @@
 //! A look at a library before the loader maps it: a cut ELF file kills the process with SIGBUS instead of failing.
 
-use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
-use std::path::Path;
+use std::{
+    fs::File,
+    io::{Read, Seek, SeekFrom},
+    path::Path,
+};
 
 /// Why a file must not be given to the loader, and what to do.
 #[derive(Debug, PartialEq, Eq)]

@@ -7,6 +7,7 @@ use std::{
 };
 
 use libloading::Library;
+use tatu_errors::{Error, Result};
 use tatu_plugin_api::abi::*;
 
 use super::{
@@ -15,9 +16,7 @@ use super::{
     tables,
     watchdog::{Call, Watch},
 };
-use crate::HostTables;
-use crate::border::answer;
-use tatu_errors::{Error, Result};
+use crate::{HostTables, border::answer};
 
 /// What there is to say about plugins that are loaded nevertheless.
 #[derive(Default)]

@@ -8,9 +8,8 @@ use std::{
     },
 };
 
-use tempfile::TempDir;
-
 use tatu_errors::{Error, Result};
+use tempfile::TempDir;
 
 /// Where a folder of the path comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

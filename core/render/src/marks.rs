@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-
-use super::Camera;
 use tatu_core::figures::{self, Drawing, Figures};
 use tatu_geometry::{Form, Mesh};
 use tatu_scene::Scene;
+
+use super::Camera;
 
 /// Something small.
 pub(super) struct Mark {

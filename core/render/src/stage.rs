@@ -1,12 +1,12 @@
 //! What a picture shows.
 
-use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
-
-use super::{Camera, Line, light::Color, marks};
 use ::tatu_beams::{Beam, BeamScene, Faces, Hit, Target, Volume};
+use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use tatu_core::figures::Figures;
 use tatu_geometry::Form;
 use tatu_scene::{Scene, visible_parts};
+
+use super::{Camera, Line, light::Color, marks};
 
 /// What can be seen.
 pub(super) struct Stage {

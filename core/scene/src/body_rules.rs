@@ -1,7 +1,8 @@
 //! What of the tree the engine makes bodies and joints of.
 
-use super::{Data, Scene};
 use tatu_physics::Motion;
+
+use super::{Data, Scene};
 
 /// How a shape's body moves; `None`: it needs none. A shape that only carries joints of dynamic shapes needs one too,
 /// so that they have something to hold.

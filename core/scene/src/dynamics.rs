@@ -8,16 +8,16 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Matrix3, Point3};
 use serde::{Deserialize, Serialize};
+use tatu_physics::{
+    BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointId, JointKind, MassProps, Motion,
+    PairRule, Rapier, Respond, Twist,
+};
 
 use super::{
     Control, Data, Scene, Shape,
     body_rules::{motion_of, tie_of, top_shape},
     collision_parts, default_inertia, default_mass, is_endless,
     pose_writeback::Carried,
-};
-use tatu_physics::{
-    BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointId, JointKind, MassProps, Motion,
-    PairRule, Rapier, Respond, Twist,
 };
 
 /// A body and the object it stands for, as that was when the body was made.

@@ -1,9 +1,9 @@
 //! The solids of a shape: what is drawn and seen by beams, what collides, and what it weighs if nobody says.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+use tatu_geometry::{Form, Mesh, Part};
 
 use super::{Primitive, Shape};
-use tatu_geometry::{Form, Mesh, Part};
 
 /// The form of a primitive of full extents `size`; `None` for a mesh that is not there, and for compounds.
 fn form(primitive: Primitive, size: Vector3<f64>, shape: &Shape) -> Option<Form> {

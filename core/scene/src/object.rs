@@ -4,12 +4,12 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
+use tatu_geometry::Mesh;
+use tatu_physics::{BodyId, JointId};
 use tatu_plugin_api::abi::*;
 
 use super::follow::Follow;
 use crate::{graph::GraphSpec, noise::NoiseSpec};
-use tatu_geometry::Mesh;
-use tatu_physics::{BodyId, JointId};
 
 /// An object of the scene. What a step asks of a device's object comes first, so that it lies in one cache line.
 #[derive(Debug, Clone, Serialize, Deserialize)]

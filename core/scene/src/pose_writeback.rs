@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{Data, Dynamics, Joint, Scene};
 use tatu_physics::{BodyId, JointId, JointState};
+
+use super::{Data, Dynamics, Joint, Scene};
 
 /// An object that moves with the engine.
 struct Place {

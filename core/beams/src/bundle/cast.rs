@@ -3,6 +3,7 @@
 use arrayvec::ArrayVec;
 use fearless_simd::{Level, prelude::*};
 use nalgebra::{Matrix3, Vector3};
+use tatu_geometry::Form;
 
 use super::{
     BundleCast, BundleHits, finish,
@@ -12,7 +13,6 @@ use super::{
     pack::{Cones, GROUPS, LANES, Lanes, PacketGroup},
 };
 use crate::{BeamScene, simd::dispatch, tree::Quad};
-use tatu_geometry::Form;
 
 /// No target.
 pub(super) const NONE: u32 = u32::MAX;

@@ -1,6 +1,7 @@
 //! From packets to answers: in the order of the bundle, in 64 bits, with as much as is asked for.
 
 use nalgebra::{Point3, Vector3};
+use tatu_geometry::Form;
 
 use super::{
     BundleCast, BundleHits,
@@ -8,7 +9,6 @@ use super::{
     pack::{LANES, PacketGroup},
 };
 use crate::{BeamScene, Faces, mesh::triangle, ray, sight::Sight, solid::unit};
-use tatu_geometry::Form;
 
 /// Nothing seen by any ray.
 pub(super) fn nothing(hits: BundleHits<'_>) {

@@ -1,6 +1,7 @@
 //! A convex volume against each closed form.
 
 use nalgebra::Vector3;
+use tatu_geometry::Form;
 
 use super::{
     Convex,
@@ -13,7 +14,6 @@ use crate::{
     sight::Found,
     solid::{face, unit},
 };
-use tatu_geometry::Form;
 
 /// The nearest point that counts on a form other than a mesh; the volume is given in the form's frame.
 pub(crate) fn cast(space: &Convex, form: &Form) -> Option<Found> {

@@ -6,11 +6,10 @@
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
+use tatu_geometry::Mesh;
 
 use super::raster::WIDE;
-use crate::aabb::Aabb;
-use crate::mesh::Triangle;
-use tatu_geometry::Mesh;
+use crate::{aabb::Aabb, mesh::Triangle};
 
 /// Vectors of a group.
 const GROUP: usize = 4;

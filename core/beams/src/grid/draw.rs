@@ -2,9 +2,11 @@
 
 use fearless_simd::{Level, prelude::*};
 
-use super::camera::Camera;
-use super::raster::{F, Raster, WIDE};
-use super::ready::Ready;
+use super::{
+    camera::Camera,
+    raster::{F, Raster, WIDE},
+    ready::Ready,
+};
 use crate::simd::dispatch;
 
 /// Draws a band of rows.

@@ -1,8 +1,6 @@
 //! What an image holds.
 
-use super::GridCast;
-use super::camera::MOST;
-use super::raster::Buffer;
+use super::{GridCast, camera::MOST, raster::Buffer};
 
 /// An image. One value per pixel, row by row from the bottom, each row from left to right; empty where not asked for.
 ///

@@ -4,11 +4,12 @@ use arrayvec::ArrayVec;
 use fearless_simd::Simd;
 use nalgebra::{Isometry3, Vector3};
 
-use super::camera::{Bounds, Camera, Line};
-use super::raster::Raster;
-use super::span::{Edge, Face};
-use crate::Faces;
-use crate::solid::face;
+use super::{
+    camera::{Bounds, Camera, Line},
+    raster::Raster,
+    span::{Edge, Face},
+};
+use crate::{Faces, solid::face};
 
 /// A flat face made ready.
 #[derive(Debug, Clone)]

@@ -4,16 +4,18 @@ use std::ops::Range;
 
 use fearless_simd::Level;
 use rayon::prelude::*;
-
-use super::bands::Bands;
-use super::camera::Camera;
-use super::polygon::{Polygon, ViewFrom, cuboid, plane};
-use super::round::{Ends, Round};
-use super::shade::Surface;
-use super::triangles::Triangles;
-use super::{Clusters, GridCast};
-use crate::BeamScene;
 use tatu_geometry::Form;
+
+use super::{
+    Clusters, GridCast,
+    bands::Bands,
+    camera::Camera,
+    polygon::{Polygon, ViewFrom, cuboid, plane},
+    round::{Ends, Round},
+    shade::Surface,
+    triangles::Triangles,
+};
+use crate::BeamScene;
 
 /// Rows of groups that a task looks at: fewer are looked at sooner than another thread has come.
 const ROWS: usize = 256;

@@ -3,13 +3,15 @@
 use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::bands::Bands;
-use super::camera::Camera;
-use super::draw::{draw, finish};
-use super::raster::Raster;
-use super::ready::Ready;
-use super::shade::Shader;
-use super::{GridCast, GridImage};
+use super::{
+    GridCast, GridImage,
+    bands::Bands,
+    camera::Camera,
+    draw::{draw, finish},
+    raster::Raster,
+    ready::Ready,
+    shade::Shader,
+};
 use crate::{BeamScene, simd};
 
 impl BeamScene {

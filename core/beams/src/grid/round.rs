@@ -3,9 +3,11 @@
 use fearless_simd::prelude::*;
 use nalgebra::Vector3;
 
-use super::camera::{Bounds, Camera};
-use super::polygon::ViewFrom;
-use super::raster::{F, NOBODY, Offer, Raster, U, WIDE};
+use super::{
+    camera::{Bounds, Camera},
+    polygon::ViewFrom,
+    raster::{F, NOBODY, Offer, Raster, U, WIDE},
+};
 use crate::Faces;
 
 /// A round form made ready; the axis is z.

@@ -6,14 +6,16 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
-
-use super::GridCast;
-use super::camera::Camera;
-use super::image::ImageBand;
-use super::polygon::ViewFrom;
-use super::raster::{NOBODY, Raster};
-use crate::Target;
 use tatu_geometry::Form;
+
+use super::{
+    GridCast,
+    camera::Camera,
+    image::ImageBand,
+    polygon::ViewFrom,
+    raster::{NOBODY, Raster},
+};
+use crate::Target;
 
 /// Lamps, and the colour where nothing is. A surface that gets 1 in sum has its own colour.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,8 +2,10 @@
 
 use fearless_simd::prelude::*;
 
-use super::raster::{F, Offer, Raster, U, WIDE};
-use super::triangles::Placed;
+use super::{
+    raster::{F, Offer, Raster, U, WIDE},
+    triangles::Placed,
+};
 
 /// Parts of a pixel to which corners are rounded.
 pub(super) const PARTS: f32 = 256.0;

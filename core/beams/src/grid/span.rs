@@ -2,8 +2,10 @@
 
 use fearless_simd::prelude::*;
 
-use super::camera::Line;
-use super::raster::{F, Offer, Raster, U, WIDE, lanes};
+use super::{
+    camera::Line,
+    raster::{F, Offer, Raster, U, WIDE, lanes},
+};
 use crate::simd::{greatest, least};
 
 /// A border: of the area is what lies where the line is greater than 0.

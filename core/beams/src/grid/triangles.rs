@@ -9,15 +9,19 @@ use std::ops::Range;
 use fearless_simd::{Level, f64x8, mask64x8, prelude::*};
 use nalgebra::Vector3;
 
-use super::bands::Bands;
-use super::camera::{Camera, Line};
-use super::clusters::{Clusters, Groups, ROW, Sixteen};
-use super::polygon::ViewFrom;
-use super::raster::{F, M, Raster, U, WIDE};
-use super::small::{PARTS, Small, stored};
-use super::span::{Edge, Face};
-use crate::Faces;
-use crate::simd::{dispatch, greatest, least};
+use super::{
+    bands::Bands,
+    camera::{Camera, Line},
+    clusters::{Clusters, Groups, ROW, Sixteen},
+    polygon::ViewFrom,
+    raster::{F, M, Raster, U, WIDE},
+    small::{PARTS, Small, stored},
+    span::{Edge, Face},
+};
+use crate::{
+    Faces,
+    simd::{dispatch, greatest, least},
+};
 
 /// Numbers of groups.
 type D<S> = f64x8<S>;

@@ -1,10 +1,12 @@
 //! The nearest point that counts, by dense sampling and local search: the definition of a volume beam, written out.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-
-use super::super::{Beam, Volume};
-use super::Dice;
 use tatu_geometry::Form;
+
+use super::{
+    super::{Beam, Volume},
+    Dice,
+};
 
 /// A piece of surface over the unit square: a point and its outward normal.
 pub type Patch = Box<dyn Fn(f64, f64) -> (Point3<f64>, Vector3<f64>)>;

@@ -4,10 +4,12 @@ use std::sync::Arc;
 
 use fearless_simd::Level;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-
-use super::super::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, RayBundle, Target, simd};
-use super::{Dice, target};
 use tatu_geometry::{Form, Mesh};
+
+use super::{
+    super::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, RayBundle, Target, simd},
+    Dice, target,
+};
 
 /// What a bundle's rays see, all that can be asked for.
 #[derive(Debug, Clone, PartialEq)]

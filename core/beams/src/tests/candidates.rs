@@ -3,10 +3,14 @@
 use std::collections::BTreeSet;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-
-use super::super::{Beam, BeamScene, Target, Volume, candidates};
-use super::{Dice, scenes::cast, target};
 use tatu_geometry::Form;
+
+use super::{
+    super::{Beam, BeamScene, Target, Volume, candidates},
+    Dice,
+    scenes::cast,
+    target,
+};
 
 /// A crowd of robots of one box and two wheels each, on a floor.
 fn crowd(dice: &mut Dice, robots: u64) -> Vec<Target> {

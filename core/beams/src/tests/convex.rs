@@ -3,10 +3,12 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::{Isometry3, Point3, Vector3};
-
-use super::super::{Beam, Faces, Volume};
-use super::{Dice, cast_on, check_minimum, mesh};
 use tatu_geometry::Form;
+
+use super::{
+    super::{Beam, Faces, Volume},
+    Dice, cast_on, check_minimum, mesh,
+};
 
 fn volume(dice: &mut Dice) -> Volume {
     match (dice.unit() * 3.0) as usize {

@@ -3,10 +3,12 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
-
-use super::super::{Beam, Faces};
-use super::{Dice, cast_on, check_minimum, mesh};
 use tatu_geometry::Form;
+
+use super::{
+    super::{Beam, Faces},
+    Dice, cast_on, check_minimum, mesh,
+};
 
 #[test]
 fn ten_thousand_triangles_are_met_at_their_nearest_point() {

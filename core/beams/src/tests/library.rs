@@ -5,10 +5,12 @@ use rapier3d::{
     math::{Pose, Rotation, Vector},
     parry::{query::Ray, shape::SharedShape},
 };
-
-use super::super::{Beam, BeamScene, Hit, Target};
-use super::{Dice, mesh, target};
 use tatu_geometry::Form;
+
+use super::{
+    super::{Beam, BeamScene, Hit, Target},
+    Dice, mesh, target,
+};
 
 /// Rays of each scene.
 const RAYS: usize = 30_000;

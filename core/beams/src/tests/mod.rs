@@ -12,9 +12,9 @@ mod round;
 mod scenes;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use tatu_geometry::Form;
 
 use super::{Beam, BeamScene, Faces, Hit, Target};
-use tatu_geometry::Form;
 
 /// Random numbers that are the same in every run (SplitMix64).
 pub(super) struct Dice(pub u64);

@@ -1,10 +1,12 @@
 //! Targets that move one by one, or are nowhere: the tree follows, and what is seen is what a new scene sees.
 
 use nalgebra::{Isometry3, Vector3};
-
-use super::super::{Beam, BeamScene, BundleCast, BundleHits, RayBundle, Target};
-use super::{Dice, target};
 use tatu_geometry::Form;
+
+use super::{
+    super::{Beam, BeamScene, BundleCast, BundleHits, RayBundle, Target},
+    Dice, target,
+};
 
 fn distances(scene: &BeamScene, bundle: &RayBundle, from: Isometry3<f64>) -> Vec<u64> {
     let mut distance = vec![0.0; bundle.len()];

@@ -4,11 +4,14 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use proptest::prelude::*;
-
-use super::super::{Beam, Faces, Volume};
-use super::brute::patches;
-use super::{Dice, cast_on, mesh, off_surface};
 use tatu_geometry::{Form, Mesh};
+
+use super::{
+    super::{Beam, Faces, Volume},
+    Dice,
+    brute::patches,
+    cast_on, mesh, off_surface,
+};
 
 /// The first crossing of a ray with the patches of a form is one of its own points, and nothing sampled hides it.
 ///

@@ -3,10 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Isometry3, Point3, Vector3};
-
-use super::super::Beam;
-use super::{Dice, cast_on, check_minimum, mesh};
 use tatu_geometry::Form;
+
+use super::{super::Beam, Dice, cast_on, check_minimum, mesh};
 
 fn random_form(dice: &mut Dice, i: usize) -> Form {
     let (radius, half_length) = (dice.between(0.05, 1.0), dice.between(0.05, 1.0));

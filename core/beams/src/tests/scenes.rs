@@ -3,10 +3,12 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
-
-use super::super::{Beam, BeamScene, Hit, Target, Volume};
-use super::{Dice, mesh, target};
 use tatu_geometry::Form;
+
+use super::{
+    super::{Beam, BeamScene, Hit, Target, Volume},
+    Dice, mesh, target,
+};
 
 fn random_targets(dice: &mut Dice, count: u64) -> Vec<Target> {
     let shared = {

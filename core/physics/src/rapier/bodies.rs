@@ -1,19 +1,22 @@
 //! Bodies, their colliders, and what becomes of those whose state is no longer a number.
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use nalgebra::Isometry3;
-use rapier3d::dynamics::{CoefficientCombineRule, RigidBodyBuilder, RigidBodyHandle};
-use rapier3d::geometry::{ColliderBuilder, SharedShape};
-use rapier3d::math::Pose;
-use rapier3d::pipeline::ActiveHooks;
+use rapier3d::{
+    dynamics::{CoefficientCombineRule, RigidBodyBuilder, RigidBodyHandle},
+    geometry::{ColliderBuilder, SharedShape},
+    math::Pose,
+    pipeline::ActiveHooks,
+};
 use serde::{Deserialize, Serialize};
-
-use super::respond::{self, Tag};
-use super::{Rapier, finite};
-use crate::{BodyDesc, BodyId, MassProps, Motion, Respond, convert};
 use tatu_geometry::{Form, Mesh};
+
+use super::{
+    Rapier, finite,
+    respond::{self, Tag},
+};
+use crate::{BodyDesc, BodyId, MassProps, Motion, Respond, convert};
 
 /// Speed of its fastest point, m/s (and rad/s), below which a body without joints may sleep. A settled pile of 1000
 /// boxes costs 26 times less asleep. Ten times less than rapier's own number, at which a ball that rolls slowly

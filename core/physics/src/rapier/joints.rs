@@ -1,10 +1,12 @@
 //! Joints and their drives, as impulse joints whose free axis is z of the joint frame.
 
-use rapier3d::dynamics::{
-    GenericJoint, ImpulseJointHandle, JointAxesMask, JointAxis, JointLimits, JointMotor, MotorModel, RigidBody,
-    SpringCoefficients,
+use rapier3d::{
+    dynamics::{
+        GenericJoint, ImpulseJointHandle, JointAxesMask, JointAxis, JointLimits, JointMotor, MotorModel, RigidBody,
+        SpringCoefficients,
+    },
+    math::{Pose, Vector},
 };
-use rapier3d::math::{Pose, Vector};
 use serde::{Deserialize, Serialize};
 
 use crate::{Drive, JointDesc, JointKind, JointState, convert};

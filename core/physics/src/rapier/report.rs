@@ -1,8 +1,10 @@
 //! Contacts, as rapier solved them.
 
 use nalgebra::Vector3;
-use rapier3d::geometry::{Collider, ContactManifold, ContactPair, PairContacts};
-use rapier3d::pipeline::PhysicsWorld;
+use rapier3d::{
+    geometry::{Collider, ContactManifold, ContactPair, PairContacts},
+    pipeline::PhysicsWorld,
+};
 
 use super::respond::Tag;
 use crate::{BodyId, Contact, convert};

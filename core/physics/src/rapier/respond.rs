@@ -3,10 +3,13 @@
 //! A group cannot say "only within this tree". So the groups carry the high bytes, which is the whole rule between
 //! trees, and the filter runs only for bodies of those trees in which the low bytes decide otherwise for some pair.
 
-use rapier3d::dynamics::RigidBodyHandle;
-use rapier3d::geometry::{Group, InteractionGroups, InteractionTestMode, SolverFlags};
-use rapier3d::pipeline::{ContactModificationContext, PairFilterContext, PhysicsHooks};
 use std::collections::BTreeMap;
+
+use rapier3d::{
+    dynamics::RigidBodyHandle,
+    geometry::{Group, InteractionGroups, InteractionTestMode, SolverFlags},
+    pipeline::{ContactModificationContext, PairFilterContext, PhysicsHooks},
+};
 
 use crate::{BodyId, PairRule, Respond};
 

@@ -8,10 +8,10 @@ mod state;
 mod two_wheels;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
+use tatu_geometry::{Form, Part};
 
 use super::Rapier;
 use crate::{BodyDesc, BodyId, Engine, EngineSettings, MassProps, Motion, Respond};
-use tatu_geometry::{Form, Part};
 
 const G: f64 = 9.81;
 

@@ -4,8 +4,10 @@ use std::ffi::c_void;
 
 use tatu_plugin_api::abi::*;
 
-use crate::border::{bytes, raw};
-use crate::watchdog::Call;
+use crate::{
+    border::{bytes, raw},
+    watchdog::Call,
+};
 
 /// An error object and the texts that it points to. Not moved once its raw form has been given out.
 pub struct ErrorSlot {

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use tatu_errors::Result;
 use tatu_plugin_api::abi::*;
 
 use super::Registry;
 use crate::{Declared, tables};
-use tatu_errors::Result;
 
 /// A kind of actuator.
 pub struct ActuatorKind {

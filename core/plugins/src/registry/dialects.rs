@@ -1,11 +1,12 @@
 //! Dialects of script languages, which only the languages know.
 
+use tatu_errors::{Error, Result};
+
 use super::Registry;
 use crate::{
     border::{ErrorSlot, answer, raw},
     watchdog::Call,
 };
-use tatu_errors::{Error, Result};
 
 impl Registry {
     /// Whether a language (without one: any) knows a dialect. The error is in the words of the language.

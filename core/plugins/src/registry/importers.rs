@@ -2,11 +2,11 @@
 
 use std::{collections::BTreeMap, ffi::c_void, path::Path};
 
+use tatu_errors::{Error, Result};
 use tatu_plugin_api::abi::*;
 
 use super::Registry;
 use crate::{Declared, tables, watchdog::Call};
-use tatu_errors::{Error, Result};
 
 /// How much of a file an importer looks at to tell whether it is its own, bytes.
 const HEAD: usize = 4096;

@@ -5,8 +5,9 @@ use std::{
     path::PathBuf,
 };
 
-use super::{Language, Registry, SensorKind};
 use tatu_errors::{Error, Result, nearest};
+
+use super::{Language, Registry, SensorKind};
 
 impl Registry {
     /// A command's id and alias by name.

@@ -6,11 +6,11 @@
 
 use std::sync::Arc;
 
+use tatu_errors::{Error, Result};
 use tatu_plugin_api::abi::*;
 
 use super::{CommandEntry, NameEntry, Plugin, Registry};
 use crate::load::Remarks;
-use tatu_errors::{Error, Result};
 
 unsafe extern "C" fn vanished(frame: *mut tatu_call) -> tatu_status {
     // SAFETY: a call of this host.

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use tatu_errors::Result;
 use tatu_plugin_api::abi::*;
 
 use super::Registry;
 use crate::{Declared, events::FOR_SERVICES, tables};
-use tatu_errors::Result;
 
 /// A service: what lives beside worlds.
 pub struct ServiceKind {

@@ -3,7 +3,10 @@
 use std::{collections::BTreeMap, ops::Range, sync::Arc};
 
 use nalgebra::{Isometry3, Point3};
+use tatu_errors::{Error, Place, Result};
+use tatu_geometry::Mesh;
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::{Declared, Registry, SensorKind};
 use toml_edit::Item;
 
 use super::{DeviceSpec, Document, MAIN, Made, ObjectSpec, ScriptSpec, keys, presets};
@@ -11,9 +14,6 @@ use crate::{
     noise::NoiseSpec,
     rows::{KINDS, ROWS, Row, kind_name, rows_of},
 };
-use tatu_errors::{Error, Place, Result};
-use tatu_geometry::Mesh;
-use tatu_plugins::{Declared, Registry, SensorKind};
 
 /// Writes into a document.
 pub struct Builder<'a> {

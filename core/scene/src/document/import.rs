@@ -3,7 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use nalgebra::Isometry3;
+use tatu_errors::{Error, Place, Result};
 use tatu_plugin_api::safe::Value;
+use tatu_plugins::{
+    Choice,
+    border::{self},
+    watchdog::Call,
+};
 
 use super::{
     Builder, Made,
@@ -11,9 +17,6 @@ use super::{
     plugin_builder::{Asked, Failed, run},
     sources::Sources,
 };
-use tatu_errors::{Error, Place, Result};
-use tatu_plugins::border::{self};
-use tatu_plugins::{Choice, watchdog::Call};
 
 /// One import.
 pub(super) struct Import<'a> {

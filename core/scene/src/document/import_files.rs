@@ -2,8 +2,9 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use super::sources::Sources;
 use tatu_errors::{Error, Result};
+
+use super::sources::Sources;
 
 /// What a build reads.
 pub(super) struct Source {

@@ -5,12 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use tatu_plugin_api::{abi::TATU_PARAM_READ_ONLY, safe::Value};
-use toml_edit::{Item, TableLike};
-
 use tatu_errors::{Error, Place, Result, nearest};
-use tatu_plugins::units;
-use tatu_plugins::{Declared, check_value};
+use tatu_plugin_api::{abi::TATU_PARAM_READ_ONLY, safe::Value};
+use tatu_plugins::{Declared, check_value, units};
+use toml_edit::{Item, TableLike};
 
 /// A file's text, for places.
 pub struct Text<'a> {

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
+use tatu_errors::{Error, Place, Result};
 use tatu_plugin_api::safe::Value;
+use tatu_plugins::{Declared, Registry};
 use toml_edit::Item;
 
 use super::{Builder, Document, Made, ScriptSpec, keys, settings};
 use crate::rows::kind_name;
-use tatu_errors::{Error, Place, Result};
-use tatu_plugins::{Declared, Registry};
 
 /// A property to set.
 #[derive(Debug, Clone)]

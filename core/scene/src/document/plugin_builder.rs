@@ -3,19 +3,19 @@
 use std::{cell::RefCell, ffi::c_char, path::PathBuf};
 
 use nalgebra::Point3;
+use tatu_errors::{Error, Result};
+use tatu_geometry::Mesh;
 use tatu_plugin_api::{
     abi::*,
     safe::{Value, ValueRef},
 };
-
-use super::{Builder, SCRIPT_KINDS, ScriptSpec, import_files::Source};
-use tatu_errors::{Error, Result};
-use tatu_geometry::Mesh;
 use tatu_plugins::{
     Declared,
     border::{ErrorSlot, answer, bytes, text},
     watchdog::Call,
 };
+
+use super::{Builder, SCRIPT_KINDS, ScriptSpec, import_files::Source};
 
 /// One build: the builder, and what has gone wrong so far.
 struct Build<'b, 'a> {

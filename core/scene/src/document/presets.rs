@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
+use tatu_errors::{Error, Result};
 use tatu_plugin_api::{abi::TATU_KIND_SENSOR, safe::Value};
+use tatu_plugins::{Declared, Registry, SensorKind};
 use toml_edit::Item;
 
 use super::{
@@ -13,8 +15,6 @@ use crate::{
     noise::NoiseSpec,
     rows::{Row, rows_of},
 };
-use tatu_errors::{Error, Result};
-use tatu_plugins::{Declared, Registry, SensorKind};
 
 /// One setting of a preset, read.
 pub struct Setting {

@@ -2,11 +2,11 @@
 
 use std::{collections::BTreeSet, path::Path};
 
+use tatu_errors::{Error, Place, Result};
+use tatu_plugins::Language;
 use toml_edit::{Item, TableLike};
 
 use super::{Builder, PRIORITIES, SCRIPT_KINDS, ScriptSpec, keys::Text};
-use tatu_errors::{Error, Place, Result};
-use tatu_plugins::Language;
 
 /// `script = "file"`, `script = { ... }`, `scripts = [ ... ]`.
 pub(super) fn read(text: &Text<'_>, b: &mut Builder<'_>, table: &dyn TableLike, owner: usize) -> Result {

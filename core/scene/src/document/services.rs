@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use tatu_errors::{Error, Place, Result};
 use tatu_plugin_api::safe::Value;
+use tatu_plugins::{Declared, Registry, check_value};
 use toml_edit::{Item, TableLike};
 
 use super::{
     Document,
     keys::{self, Text},
 };
-use tatu_errors::{Error, Place, Result};
-use tatu_plugins::{Declared, Registry, check_value};
 
 /// A service to start beside the world.
 #[derive(Debug, Clone, PartialEq)]

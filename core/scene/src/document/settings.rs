@@ -8,7 +8,6 @@ use std::{
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::{abi::*, safe::Value};
-
 use tatu_plugins::Declared;
 
 /// Numbers of the world.

@@ -3,13 +3,13 @@
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
+use tatu_errors::Refusal;
 use tatu_plugin_api::abi::*;
 
 use super::{
     CurveSpec, GraphSpec, Stream, StreamSpec,
     spec::{self, Axis},
 };
-use tatu_errors::Refusal;
 
 /// Most streams and curves of a graph.
 const MOST: usize = 1000;

@@ -1,10 +1,10 @@
 //! Streams and curves as scene files and plugins describe them: tables of a few keys.
 
 use serde::{Deserialize, Serialize};
+use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::values::{Keys, map};
-use tatu_errors::Refusal;
 
 /// Most samples of a stream.
 pub const MOST_SAMPLES: i64 = 1_000_000;

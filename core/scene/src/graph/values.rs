@@ -1,8 +1,7 @@
 //! Reading maps of values, whose keys are few and known.
 
-use tatu_plugin_api::{abi::*, safe::Value};
-
 use tatu_errors::{Refusal, nearest};
+use tatu_plugin_api::{abi::*, safe::Value};
 
 /// A map whose keys must be among `known`.
 pub struct Keys<'a> {

@@ -1,10 +1,10 @@
 //! Which field a name means, what its shape is, and which value of it means nothing.
 
+use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
+use tatu_plugins::{FieldInfo, SensorKind, schemas};
 
 use super::spec::{Wrong, wrong};
-use tatu_errors::Error;
-use tatu_plugins::{FieldInfo, SensorKind, schemas};
 
 /// A field that a name means.
 pub struct Meant<'k> {

@@ -3,11 +3,11 @@
 use std::{collections::BTreeMap, fmt::Write, ops::Range};
 
 use serde::{Deserialize, Serialize};
+use tatu_errors::{Error, nearest};
+use tatu_plugins::SensorKind;
 use toml_edit::{Item, TableLike};
 
 use super::fields::{Meant, meant};
-use tatu_errors::{Error, nearest};
-use tatu_plugins::SensorKind;
 
 /// The noise of a sensor.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

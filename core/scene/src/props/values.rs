@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
 use tatu_errors::Refusal;
+use tatu_geometry::Mesh;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{
     super::{Primitive, ShapePart, from_euler},
     refuse,
 };
-use tatu_geometry::Mesh;
 
 /// A mesh from a list of coordinates and a list of places.
 pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {

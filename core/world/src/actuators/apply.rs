@@ -2,10 +2,8 @@
 
 use std::ffi::c_void;
 
-use tatu_plugin_api::abi::*;
-
-use super::{Actuator, Actuators, mount::Mount};
 use tatu_physics::{Engine, Push};
+use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Registry,
     border::{ErrorSlot, answer},
@@ -13,6 +11,8 @@ use tatu_plugins::{
     watchdog::{Call, Watch},
 };
 use tatu_scene::{Data, Dynamics, Scene, pose_to_array};
+
+use super::{Actuator, Actuators, mount::Mount};
 
 /// Buffers used again in every batch.
 #[derive(Default)]

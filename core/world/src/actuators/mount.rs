@@ -1,7 +1,6 @@
 //! What an actuator acts on: the nearest dynamic shape at or above it, and the nearest joint above it before that.
 
 use nalgebra::{Isometry3, Vector3};
-
 use tatu_physics::{BodyId, Engine, JointId, JointState, Push};
 use tatu_scene::{Data, Dynamics, JointType, Scene};
 

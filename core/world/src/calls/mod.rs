@@ -2,15 +2,19 @@
 
 use std::ffi::c_void;
 
+use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::{
     abi::*,
     safe::{Value, ValueRef},
 };
+use tatu_plugins::{
+    CommandEntry, Declared, NameEntry, Status,
+    border::{bytes, say},
+    check_value,
+    watchdog::Call,
+};
 
 use crate::cell::{Caller, Owner, Wait, WorldCell, parse_wait};
-use tatu_errors::{Fault, FaultKind};
-use tatu_plugins::border::{bytes, say};
-use tatu_plugins::{CommandEntry, Declared, NameEntry, Status, check_value, watchdog::Call};
 
 /// What a running command may ask about its call.
 pub(crate) static CALL_API: tatu_call_api =

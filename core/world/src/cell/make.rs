@@ -7,19 +7,18 @@ use std::{
 };
 
 use tatu_plugin_api::abi::tatu_object;
-
-use super::{clock::Clock, stand_ins::StandIns, swap::Swap};
-use crate::cell::WorldCell;
-use crate::{
-    actuators::Actuators,
-    cell::{CallbackMask, Calls, Outside, Scripts},
-    figures::Figures,
-    sense::Sensing,
-};
 use tatu_plugins::{Registry, guard::ProcessState};
 use tatu_scene::{
     Dynamics, Scene,
     document::{Document, Settings},
+};
+
+use super::{clock::Clock, stand_ins::StandIns, swap::Swap};
+use crate::{
+    actuators::Actuators,
+    cell::{CallbackMask, Calls, Outside, Scripts, WorldCell},
+    figures::Figures,
+    sense::Sensing,
 };
 
 impl WorldCell {

@@ -7,12 +7,11 @@ use std::{
     rc::{Rc, Weak},
 };
 
+use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::safe::Value;
 
 use super::SessionCell;
-use crate::cell::events::Bus;
-use crate::cell::{InputLog, Replay};
-use tatu_errors::{Fault, FaultKind};
+use crate::cell::{InputLog, Replay, events::Bus};
 
 /// The world's side of its session: events for services, the input log, what is replayed.
 pub(crate) struct Outside {

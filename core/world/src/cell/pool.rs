@@ -3,7 +3,6 @@
 use std::{cell::RefCell, sync::Arc};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
-
 use tatu_errors::{Error, Result};
 
 thread_local! {

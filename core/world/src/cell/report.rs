@@ -1,12 +1,12 @@
 //! What a world tells: lines, faults, who called.
 
 use serde::Serialize;
+use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_scene::{Scene, rows::kind_name};
 
 use super::{Script, payload};
 use crate::cell::{WorldCell, script_worker::DeferredEffect};
-use tatu_errors::{Fault, FaultKind};
-use tatu_scene::{Scene, rows::kind_name};
 
 /// A line that something told.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

@@ -11,9 +11,9 @@
 use std::{collections::BTreeMap, rc::Rc};
 
 use tatu_plugin_api::abi::*;
+use tatu_scene::Scene;
 
 use super::{Kind, Script};
-use tatu_scene::Scene;
 
 /// One of the three.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -13,12 +13,12 @@ use std::{
     ptr::null,
 };
 
-use tatu_plugin_api::abi::*;
-
-use crate::cell::{WorldCell, report::MAX_LINES};
 use tatu_errors::Fault;
+use tatu_plugin_api::abi::*;
 use tatu_plugins::border::ErrorSlot;
 use tatu_scene::{is_drive, rows::Row};
+
+use crate::cell::{WorldCell, report::MAX_LINES};
 
 thread_local! {
     /// The worker that this thread is in.

@@ -2,14 +2,11 @@
 
 use std::{cell::Cell, ffi::c_void};
 
+use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{
     abi::*,
     safe::{Value, ValueRef},
 };
-
-use super::SessionCell;
-use crate::cell::{Caller, WorldCell};
-use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugins::{
     Registry, ServiceKind,
     border::{ErrorSlot, answer, raw},
@@ -17,6 +14,9 @@ use tatu_plugins::{
     watchdog::Call,
 };
 use tatu_scene::document::ServiceSpec;
+
+use super::SessionCell;
+use crate::cell::{Caller, WorldCell};
 
 /// A service that has been started.
 pub(crate) struct Running {

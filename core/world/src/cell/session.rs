@@ -9,12 +9,11 @@ use std::{
     },
 };
 
+use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
+use tatu_plugins::Registry;
 
 use super::{Running, Wake, WorldCell};
-
-use tatu_errors::Error;
-use tatu_plugins::Registry;
 
 /// The inside, at an address that stays: plugins hold it as `tatu_session *`.
 pub(crate) struct SessionCell {

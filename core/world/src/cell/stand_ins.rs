@@ -12,13 +12,13 @@ use std::{
 
 use nalgebra::Isometry3;
 use tatu_plugin_api::abi::*;
-
-use super::WorldCell;
 use tatu_scene::{
     Data, Joint, Scene, Shape,
     document::DeviceSpec,
     rows::{KINDS, Of, Row, kind_name},
 };
+
+use super::WorldCell;
 
 /// What an object is until its use tells more.
 const UNKNOWN: &str = "dummy";

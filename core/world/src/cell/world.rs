@@ -11,21 +11,9 @@ use std::{
     sync::Arc,
 };
 
-use tatu_plugin_api::{abi::*, safe::Value};
-
-use super::{clock::Clock, phase::Phase, stand_ins::StandIns, swap::Swap};
-use crate::cell::{
-    report::LogLine,
-    script_worker::{self, ScriptWorker, WorkerView},
-};
-use crate::{
-    actuators::Actuators,
-    cell::{CallbackMask, Calls, Due, Outside, Scripts},
-    figures::Figures,
-    sense::Sensing,
-};
 use tatu_errors::{Fault, FaultKind};
 use tatu_physics::EngineSettings;
+use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
     Registry,
     guard::{self, ProcessState},
@@ -34,6 +22,18 @@ use tatu_plugins::{
 use tatu_scene::{
     Dynamics, Scene,
     document::{DeviceSpec, Document, Settings},
+};
+
+use super::{clock::Clock, phase::Phase, stand_ins::StandIns, swap::Swap};
+use crate::{
+    actuators::Actuators,
+    cell::{
+        CallbackMask, Calls, Due, Outside, Scripts,
+        report::LogLine,
+        script_worker::{self, ScriptWorker, WorkerView},
+    },
+    figures::Figures,
+    sense::Sensing,
 };
 
 /// The value of a signal.

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use tatu_plugin_api::safe::Value;
-
-use crate::cell::WorldCell;
-use crate::cell::payload;
 use tatu_physics::Contact;
+use tatu_plugin_api::safe::Value;
 use tatu_plugins::events::GATHERED;
 use tatu_scene::Scene;
+
+use crate::cell::{WorldCell, payload};
 
 /// After a physics stage: publishes pairs that touch, begin to touch and ceased to. Looks at the engine only if somebody
 /// listens; after nobody did, all that touch count as begun.

@@ -2,14 +2,17 @@
 
 use std::rc::Rc;
 
-use tatu_plugin_api::{abi::*, safe::Value, safe::ValueRef};
+use tatu_errors::{Fault, FaultKind};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Value, ValueRef},
+};
+use tatu_plugins::events::covers;
 
 use crate::{
     cell::WorldCell,
     scripts::{self, Room},
 };
-use tatu_errors::{Fault, FaultKind};
-use tatu_plugins::events::covers;
 
 /// Events of one delivery: handlers that publish for each other must come to an end.
 const MOST: usize = 10_000;

@@ -4,9 +4,8 @@ use std::collections::VecDeque;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
-use tatu_plugin_api::{abi::*, safe::Value};
-
 use tatu_errors::Refusal;
+use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::graph::{Keys, map};
 
 /// What an item is.

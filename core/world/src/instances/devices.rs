@@ -1,12 +1,12 @@
 //! The instances of sensors and actuators: made of the document, and made anew when the scene is reset.
 
+use tatu_errors::{Error, Fault, FaultKind, Place, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::Declared;
+use tatu_scene::{Data, document::DeviceSpec, rows::kind_name};
 
 use super::filled;
 use crate::{actuators::Actuator, cell::WorldCell, sense::Device};
-use tatu_errors::{Error, Fault, FaultKind, Place, Result};
-use tatu_plugins::Declared;
-use tatu_scene::{Data, document::DeviceSpec, rows::kind_name};
 
 /// Makes the devices of the document.
 pub(crate) fn make_devices(cell: &WorldCell, slots: &[u32]) -> Result {

@@ -10,7 +10,6 @@ use tatu_plugins::{
 };
 
 use super::{Made, make};
-
 use crate::{
     actuators::Actuator,
     cell::{Instance, WorldCell},

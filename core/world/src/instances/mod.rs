@@ -11,10 +11,13 @@ mod save;
 use std::ffi::c_void;
 
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::{
+    Declared,
+    border::{ErrorSlot, answer},
+    watchdog::Call,
+};
 
 use crate::cell::WorldCell;
-use tatu_plugins::border::{ErrorSlot, answer};
-use tatu_plugins::{Declared, watchdog::Call};
 
 pub(crate) use devices::{end_devices, make_devices, note_devices, remake_devices};
 pub use save::Missed;

@@ -3,12 +3,11 @@
 mod source;
 
 pub(crate) use source::check;
-use tatu_plugin_api::abi::*;
-
-use crate::cell::WorldCell;
-use crate::recording::source::number;
 use tatu_errors::Refusal;
+use tatu_plugin_api::abi::*;
 use tatu_scene::Data;
+
+use crate::{cell::WorldCell, recording::source::number};
 
 fn busy() -> Refusal {
     Refusal(TATU_ERR_BUSY, "not possible from within this call".into())

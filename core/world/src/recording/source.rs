@@ -1,12 +1,12 @@
 //! Where a stream finds its numbers in the world.
 
 use tatu_plugin_api::{abi::TATU_LOG_WARNING, safe::Value};
-
-use crate::cell::WorldCell;
 use tatu_scene::{
     self, Scene,
     rows::{ROWS, Row},
 };
+
+use crate::cell::WorldCell;
 
 /// Short names of what is asked for most.
 const SHORT: &[(&str, &str)] =

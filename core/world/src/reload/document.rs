@@ -5,7 +5,13 @@
 
 use std::{collections::BTreeMap, path::PathBuf, rc::Rc, sync::Arc};
 
+use tatu_errors::Error;
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_scene::{
+    self, Changed, Data, Scene,
+    document::{Document, ObjectSpec, ScriptSpec},
+    rows::Row,
+};
 
 use super::ReloadReport;
 use crate::{
@@ -13,12 +19,6 @@ use crate::{
     instances::filled,
     run::World,
     scripts::Handed,
-};
-use tatu_errors::Error;
-use tatu_scene::{
-    self, Changed, Data, Scene,
-    document::{Document, ObjectSpec, ScriptSpec},
-    rows::Row,
 };
 
 /// A document, and the tree that it describes.

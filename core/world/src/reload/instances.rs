@@ -2,7 +2,10 @@
 
 use std::{rc::Rc, sync::Arc};
 
+use tatu_errors::{Error, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::{Declared, Registry};
+use tatu_scene::Data;
 
 use super::ReloadReport;
 use crate::{
@@ -13,9 +16,6 @@ use crate::{
     scripts::{Handed, Written},
     sense::Device,
 };
-use tatu_errors::{Error, Result};
-use tatu_plugins::{Declared, Registry};
-use tatu_scene::Data;
 
 /// A device on its way: its object, what the old instance wrote, the parameters of the new one.
 struct Moving {

@@ -15,10 +15,11 @@ mod watch;
 
 use std::path::{Path, PathBuf};
 
-use crate::run::World;
 use tatu_errors::Error;
 use tatu_scene::document::{self as scene, Options, Sources};
 use watch::Watcher;
+
+use crate::run::World;
 
 /// What became of changed files.
 #[derive(Debug, Default)]

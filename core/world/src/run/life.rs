@@ -10,9 +10,11 @@
 //! step              no pass: the scene goes back to how it was at the start; stopped, `false`
 //! ```
 
-use tatu_plugin_api::{abi::*, safe::Value};
-
 use std::collections::BTreeMap;
+
+use tatu_errors::{Error, Fault, FaultKind, Result};
+use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_scene::{Data, Dynamics, Scene, document::ScriptSpec, rows};
 
 use super::World;
 use crate::{
@@ -21,8 +23,6 @@ use crate::{
     instances::{note_devices, remake_devices},
     recording, session, step,
 };
-use tatu_errors::{Error, Fault, FaultKind, Result};
-use tatu_scene::{Data, Dynamics, Scene, document::ScriptSpec, rows};
 
 impl World {
     /// What the world is doing.

@@ -1,7 +1,6 @@
 //! What a sensor measured last, as its plugin declares it.
 
 use tatu_plugin_api::safe::Value;
-
 use tatu_plugins::FieldInfo;
 
 use super::World;

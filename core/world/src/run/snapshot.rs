@@ -1,8 +1,9 @@
 //! Writing the state of a world, and going on from it.
 
+use tatu_errors::{Error, Result};
+
 use super::World;
 use crate::state::{self, Snapshot};
-use tatu_errors::{Error, Result};
 
 impl World {
     /// Everything that decides the future, at the boundary between two steps; what could not be captured is named in

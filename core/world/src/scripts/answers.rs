@@ -10,8 +10,7 @@ use tatu_plugin_api::{
     safe::{Value, ValueRef},
 };
 
-use crate::cell::WorldCell;
-use crate::cell::{Callback, ExitRequest, Script};
+use crate::cell::{Callback, ExitRequest, Script, WorldCell};
 
 /// The value of a key in a map.
 pub(crate) fn entry<'v>(map: &'v Value, key: &str) -> Option<&'v Value> {

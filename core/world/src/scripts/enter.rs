@@ -3,15 +3,14 @@
 use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
-
-use crate::cell::Script;
-use crate::{
-    calls::{CALL_API, check_results},
-    cell::{MAX_DEPTH, WorldCell},
-};
 use tatu_plugins::{
     border::{answer, name_plugin, say},
     watchdog::Call,
+};
+
+use crate::{
+    calls::{CALL_API, check_results},
+    cell::{MAX_DEPTH, Script, WorldCell},
 };
 
 /// Room for the results of a call.

@@ -17,8 +17,7 @@ use std::rc::Rc;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::answers::entry;
-use crate::cell::{Callback, Kind, Script, Scripts};
-use crate::cell::{Phase, WorldCell};
+use crate::cell::{Callback, Kind, Phase, Script, Scripts, WorldCell};
 
 impl Scripts {
     /// Makes the states of those that have none yet and loads their texts: of child scripts and the driver, or of others.

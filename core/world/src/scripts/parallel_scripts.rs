@@ -13,12 +13,14 @@ use std::{
 };
 
 use tatu_plugin_api::abi::*;
+use tatu_plugins::{
+    border::{ErrorSlot, copy_error},
+    thread_grant::ThreadGrant,
+};
+use tatu_scene::{Changed, set_numbers};
 
 use super::life::turn_of;
 use crate::cell::{Callback, DeferredEffect, ExitRequest, Kind, Owner, Script, ScriptWorker, WorkerView, WorldCell};
-use tatu_plugins::border::{ErrorSlot, copy_error};
-use tatu_plugins::thread_grant::ThreadGrant;
-use tatu_scene::{Changed, set_numbers};
 
 /// Scripts that a thread takes at a time: neighbours are in each other's caches.
 const CHUNK: usize = 32;

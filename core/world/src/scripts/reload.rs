@@ -2,13 +2,13 @@
 
 use std::rc::Rc;
 
-use crate::cell::{Kind, Script, Scripts};
-use crate::{
-    cell::WorldCell,
-    instances::{InstanceImage, Living, load_instance},
-};
 use tatu_errors::{Error, Place, Result};
 use tatu_scene::document::ScriptSpec;
+
+use crate::{
+    cell::{Kind, Script, Scripts, WorldCell},
+    instances::{InstanceImage, Living, load_instance},
+};
 
 /// What an instance wrote of itself, or why it could not.
 pub(crate) type Written = Result<InstanceImage, String>;

@@ -2,19 +2,18 @@
 
 use std::rc::Rc;
 
-use tatu_plugin_api::{abi::*, safe::Value};
-
-use super::enter;
-use crate::cell::{CALLBACKS, Callback, ExitRequest, Kind, Order, Script};
-use crate::{
-    calls::call_command,
-    cell::{Caller, Owner, WorldCell},
-};
 use tatu_errors::{Fault, FaultKind};
+use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
     Registry,
     border::{ErrorSlot, answer, name_plugin, raw},
     watchdog::Call,
+};
+
+use super::enter;
+use crate::{
+    calls::call_command,
+    cell::{CALLBACKS, Callback, Caller, ExitRequest, Kind, Order, Owner, Script, WorldCell},
 };
 
 impl Script {

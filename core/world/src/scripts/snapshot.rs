@@ -1,12 +1,12 @@
 //! Scripts in snapshots: what the host knows of each, and what its language wrote.
 
-use crate::cell::{CALLBACKS, Script, Scripts};
-use crate::{
-    cell::{Owner, WorldCell},
-    instances::{InstanceImage, Living, Missed, load_instance, save_instance},
-};
 use serde::{Deserialize, Serialize};
 use tatu_errors::{Error, Result};
+
+use crate::{
+    cell::{CALLBACKS, Owner, Script, Scripts, WorldCell},
+    instances::{InstanceImage, Living, Missed, load_instance, save_instance},
+};
 
 /// A script.
 #[derive(Serialize, Deserialize)]

@@ -1,14 +1,14 @@
 //! What the beams of a batch meet: all sensors of a kind in one pass, answers in arrays that the plugin reads.
 
+use ::tatu_beams::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, RayBundle, Volume};
 use nalgebra::{Isometry3, Vector3};
 use tatu_plugin_api::abi::*;
+use tatu_scene::Scene;
 
 use super::{
     Targets,
     plan::{BeamPlan, look_along},
 };
-use ::tatu_beams::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, RayBundle, Volume};
-use tatu_scene::Scene;
 
 /// Beams of a batch and their answers; beam `i` of the batch has place `i` in each array that was asked for.
 #[derive(Default)]

@@ -3,13 +3,13 @@
 use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::{FieldInfo, SensorKind};
 
 use super::{
     noise::{self, Noise},
     plan::BeamPlan,
 };
 use crate::sense::reading_arena::{ReadingArena, ReadingBuffer};
-use tatu_plugins::{FieldInfo, SensorKind};
 
 /// One sensor's instance and its last reading.
 ///

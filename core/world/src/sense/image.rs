@@ -1,9 +1,9 @@
 //! Images of a batch: what each pixel of its sensors sees.
 
+use ::tatu_beams::{BeamScene, GridCast, GridImage, Light, Want};
 use tatu_plugin_api::abi::*;
 
 use super::{cast::SensorView, plan::BeamPlan};
-use ::tatu_beams::{BeamScene, GridCast, GridImage, Light, Want};
 
 /// Pixels of a batch, sensor after sensor, each with its lowest row first.
 #[derive(Default)]

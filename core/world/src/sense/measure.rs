@@ -3,6 +3,13 @@
 use std::ffi::c_void;
 
 use tatu_plugin_api::abi::*;
+use tatu_plugins::{
+    Registry,
+    border::{ErrorSlot, answer},
+    guard,
+    watchdog::{Call, Watch},
+};
+use tatu_scene::{Scene, pose_to_array};
 
 use super::{
     Device, Layout, Sensing,
@@ -12,13 +19,6 @@ use super::{
     noise::HeldReading,
     random::{self, Key},
 };
-use tatu_plugins::{
-    Registry,
-    border::{ErrorSlot, answer},
-    guard,
-    watchdog::{Call, Watch},
-};
-use tatu_scene::{Scene, pose_to_array};
 
 /// Buffers used again in every step.
 #[derive(Default)]

@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use ::tatu_beams::{View, Volume};
 use nalgebra::Vector3;
 
 use super::BeamPlan;
-use ::tatu_beams::{View, Volume};
 
 /// Two points, m, in the sensor's frame.
 pub type Edge = [[f64; 3]; 2];

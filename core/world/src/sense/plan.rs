@@ -5,15 +5,15 @@ use std::{
     ffi::c_void,
 };
 
+use ::tatu_beams::{Faces, Grid, View, Volume};
 use nalgebra::{UnitQuaternion, Vector3};
 use tatu_plugin_api::abi::*;
-
-use super::cast::Bundle;
-use ::tatu_beams::{Faces, Grid, View, Volume};
 use tatu_plugins::{
     SensorKind,
     border::{ErrorSlot, answer},
 };
+
+use super::cast::Bundle;
 
 /// What a device sends out.
 #[derive(Debug, PartialEq)]

@@ -1,9 +1,8 @@
 //! The scene as beams and images see it, followed as things move.
 
+use ::tatu_beams::{BeamScene, Target};
 use nalgebra::Isometry3;
 use rayon::ThreadPool;
-
-use ::tatu_beams::{BeamScene, Target};
 use tatu_scene::{Object, Scene, Shape, visible_parts};
 
 /// The forms of a scene that can be seen.

@@ -1,12 +1,12 @@
 //! `tatu.host.bodies`: velocities, pushes, contacts.
 
 use nalgebra::Vector3;
+use tatu_physics::{BodyId, Twist};
 use tatu_plugin_api::abi::*;
+use tatu_scene::rows::kind_name;
 
 use super::{busy, fill, here, on, slot};
 use crate::cell::{WorldCell, stand_ins};
-use tatu_physics::{BodyId, Twist};
-use tatu_scene::rows::kind_name;
 
 pub static TABLE: tatu_host_bodies = tatu_host_bodies {
     size: size_of::<tatu_host_bodies>() as u32,

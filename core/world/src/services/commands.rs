@@ -3,10 +3,10 @@
 use std::ffi::{CStr, c_char, c_void};
 
 use tatu_plugin_api::abi::*;
+use tatu_plugins::border::{raw, text};
 
 use super::{here, on, passed};
 use crate::{calls::call_command, cell::WorldCell, scripts};
-use tatu_plugins::border::{raw, text};
 
 pub static TABLE: tatu_host_commands = tatu_host_commands {
     size: size_of::<tatu_host_commands>() as u32,

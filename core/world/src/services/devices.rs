@@ -1,7 +1,10 @@
 //! What may be read and set of a sensor or actuator by the key `<kind>.<key>`: parameters, of which live ones are handed
 //! to the instance and others make it anew, and commands of actuators.
 
+use tatu_errors::nearest;
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::{Declared, check_value};
+use tatu_scene::{Data, Scene};
 
 use super::{Done, busy, slot};
 use crate::{
@@ -10,9 +13,6 @@ use crate::{
     instances::{Living, configure, takes_changes},
     sense::{Device, Layout},
 };
-use tatu_errors::nearest;
-use tatu_plugins::{Declared, check_value};
-use tatu_scene::{Data, Scene};
 
 /// What a key means for an object.
 enum Meaning {

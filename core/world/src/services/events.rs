@@ -1,17 +1,17 @@
 //! `tatu.host.events`: publishing what happened, and listening to it.
 
+use tatu_errors::nearest;
 use tatu_plugin_api::{
     abi::*,
     safe::{Value, ValueRef},
 };
-
-use super::{Done, busy, on};
-use crate::{cell::WorldCell, scripts};
-use tatu_errors::nearest;
 use tatu_plugins::{
     border::{raw, text},
     events::ALL,
 };
+
+use super::{Done, busy, on};
+use crate::{cell::WorldCell, scripts};
 
 pub static TABLE: tatu_host_events = tatu_host_events {
     size: size_of::<tatu_host_events>() as u32,

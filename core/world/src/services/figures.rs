@@ -1,20 +1,20 @@
 //! `tatu.host.figures`: streams and curves of graphs, drawings.
 
 use nalgebra::Isometry3;
+use tatu_errors::Refusal;
 use tatu_plugin_api::{
     abi::*,
     safe::{Value, ValueRef},
+};
+use tatu_scene::{
+    Scene,
+    graph::{CurveSpec, Graph, StreamSpec, keys_of},
 };
 
 use super::{Done, busy, fill, give, on, properties::refusal, slot};
 use crate::{
     cell::WorldCell,
     figures::{Drawing, Figures},
-};
-use tatu_errors::Refusal;
-use tatu_scene::{
-    Scene,
-    graph::{CurveSpec, Graph, StreamSpec, keys_of},
 };
 
 pub static TABLE: tatu_host_figures = tatu_host_figures {

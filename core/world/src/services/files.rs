@@ -3,10 +3,10 @@
 use std::path::{Component, Path, PathBuf};
 
 use tatu_plugin_api::abi::*;
+use tatu_plugins::border::text;
 
 use super::{busy, on};
 use crate::cell::WorldCell;
-use tatu_plugins::border::text;
 
 pub static TABLE: tatu_host_files =
     tatu_host_files { size: size_of::<tatu_host_files>() as u32, reserved: 0, resolve: Some(resolve) };

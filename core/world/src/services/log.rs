@@ -1,9 +1,9 @@
 //! `tatu.host.log`: lines, and why a service refused.
 
 use tatu_plugin_api::abi::*;
+use tatu_plugins::{border::text, guard};
 
 use crate::cell::WorldCell;
-use tatu_plugins::{border::text, guard};
 
 pub static TABLE: tatu_host_log = tatu_host_log {
     size: size_of::<tatu_host_log>() as u32,

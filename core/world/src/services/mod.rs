@@ -22,9 +22,9 @@ use std::ffi::{CStr, c_void};
 
 use tatu_plugin_api::abi::*;
 use tatu_plugins::HostTables;
+use tatu_scene::rows::ROWS;
 
 use crate::cell::WorldCell;
-use tatu_scene::rows::ROWS;
 
 /// The tables that plugins get: an argument of [`Registry::load`](tatu_plugins::Registry::load).
 pub fn host_tables() -> HostTables {

@@ -1,10 +1,7 @@
 //! Reading and setting properties of objects, sensors, scripts and the world itself.
 
-use tatu_plugin_api::{abi::*, safe::Value};
-
-use super::{Done, busy, devices, slot};
-use crate::cell::{WorldCell, stand_ins};
 use tatu_errors::Refusal;
+use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::check_value;
 use tatu_scene::{
     self, Changed, Data,
@@ -12,6 +9,9 @@ use tatu_scene::{
     noise::NoiseSpec,
     rows::{Of, Row},
 };
+
+use super::{Done, busy, devices, slot};
+use crate::cell::{WorldCell, stand_ins};
 
 pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
     world.calls.refuse(r.0, &r.1)

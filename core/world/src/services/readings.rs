@@ -5,7 +5,9 @@ use std::{
     ffi::{CStr, c_char},
 };
 
+use ::tatu_beams::Faces;
 use tatu_plugin_api::abi::*;
+use tatu_plugins::tables;
 
 use super::{Done, busy, fill, here, on, slot};
 use crate::{
@@ -13,8 +15,6 @@ use crate::{
     sense::{Limits, MeasureOptions},
     step::sense_some,
 };
-use ::tatu_beams::Faces;
-use tatu_plugins::tables;
 
 pub static TABLE: tatu_host_readings = tatu_host_readings {
     size: size_of::<tatu_host_readings>() as u32,

@@ -4,7 +4,11 @@ use std::ffi::{CStr, c_char};
 
 use nalgebra::Isometry3;
 use tatu_plugin_api::{abi::*, safe::ValueRef};
-use tatu_plugins::HostTables;
+use tatu_plugins::{HostTables, border::text};
+use tatu_scene::{
+    Changed, Data, Joint, Scene, Shape, pose_from_array, pose_to_array,
+    rows::{KINDS, kind_name},
+};
 
 use super::{
     busy, fill, give, here, on,
@@ -12,11 +16,6 @@ use super::{
     slot,
 };
 use crate::cell::{Wish, WorldCell, stand_ins};
-use tatu_plugins::border::text;
-use tatu_scene::{
-    Changed, Data, Joint, Scene, Shape, pose_from_array, pose_to_array,
-    rows::{KINDS, kind_name},
-};
 
 pub static TABLE: tatu_host_scene = tatu_host_scene {
     size: size_of::<tatu_host_scene>() as u32,

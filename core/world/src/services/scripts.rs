@@ -1,11 +1,11 @@
 //! `tatu.host.scripts`: scripts of objects, and calls of their functions.
 
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::border::{bytes, text};
+use tatu_scene::document::ScriptSpec;
 
 use super::{busy, fill, give, on, passed, slot};
 use crate::scripts as inner;
-use tatu_plugins::border::{bytes, text};
-use tatu_scene::document::ScriptSpec;
 
 pub static TABLE: tatu_host_scripts = tatu_host_scripts {
     size: size_of::<tatu_host_scripts>() as u32,

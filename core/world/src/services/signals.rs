@@ -1,10 +1,10 @@
 //! `tatu.host.signals`: named values of the world.
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
+use tatu_plugins::border::bytes;
 
 use super::{busy, give, on};
 use crate::cell::{Signal, WorldCell};
-use tatu_plugins::border::bytes;
 
 pub static TABLE: tatu_host_signals = tatu_host_signals {
     size: size_of::<tatu_host_signals>() as u32,

@@ -1,10 +1,10 @@
 //! Solids of shapes: copies of objects, and the shortest way between shapes.
 
+use tatu_physics;
 use tatu_plugin_api::abi::*;
+use tatu_scene::{Data, JointType, Scene, collision_parts};
 
 use super::{busy, on, slot};
-use tatu_physics;
-use tatu_scene::{Data, JointType, Scene, collision_parts};
 
 /// Copies objects: with their place in the world; below the copy of their parent if that is copied too, else below none.
 pub(super) unsafe extern "C" fn copy(

@@ -11,16 +11,15 @@
 use std::time::Duration;
 
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::border::{ErrorSlot, copy_error};
 
 use super::log;
-use crate::cell::SessionCell;
 use crate::{
     calls::call_command,
-    cell::{Caller, Owner, Phase, Wait, WorldCell},
+    cell::{Caller, Owner, Phase, SessionCell, Wait, WorldCell},
     scripts::Room,
     step,
 };
-use tatu_plugins::border::{ErrorSlot, copy_error};
 
 /// How long a held session sleeps before it looks at its interrupt flag.
 const SLICE: Duration = Duration::from_millis(100);

@@ -13,12 +13,12 @@ use std::{
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
-
-use super::json;
-use crate::cell::{Input, REQUESTS, Record};
 use tatu_errors::{Error, Place, Result};
 use tatu_plugins::Registry;
 use tatu_scene::document::{Document, Options, Override, ScriptOverride, Sources};
+
+use super::json;
+use crate::cell::{Input, REQUESTS, Record};
 
 /// Version of the format.
 const FORMAT: u64 = 1;

@@ -1,8 +1,7 @@
 //! Which scene a snapshot is of: a number over all that decides how a document runs.
 
-use xxhash_rust::xxh3::Xxh3;
-
 use tatu_scene::document::{Document, ObjectSpec};
+use xxhash_rust::xxh3::Xxh3;
 
 /// The same for equal scenes, wherever their files lie; seed and overrides count, names of files do not.
 pub fn fingerprint(document: &Document) -> u64 {

@@ -3,13 +3,13 @@
 use std::{io::Write, path::Path};
 
 use serde::{Deserialize, Serialize};
+use tatu_errors::{Error, Result};
+use tatu_plugins::Registry;
+use tatu_scene::document::Document;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::fingerprint;
 use crate::instances::Missed;
-use tatu_errors::{Error, Result};
-use tatu_plugins::Registry;
-use tatu_scene::document::Document;
 
 /// What every snapshot begins with.
 const MAGIC: &[u8; 8] = b"tatusnap";

@@ -1,9 +1,9 @@
 //! The hash of a world, with a table of contents.
 
+use tatu_scene::{Data, Dynamics, Scene};
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::cell::{Clock, WorldCell};
-use tatu_scene::{Data, Dynamics, Scene};
 
 /// A hash over the dynamic state, and the hash of each object that it is made of, so that a difference can be named.
 #[derive(Debug, Clone, PartialEq, Eq)]

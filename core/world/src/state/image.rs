@@ -1,12 +1,11 @@
 //! The parts of a world as they stand in a snapshot.
 
 use serde::{Deserialize, Serialize};
-use tatu_plugin_api::safe::Value;
-
-use crate::instances::InstanceImage;
-use crate::{cell::Wait, sense::Memory};
 use tatu_errors::{Fault, FaultKind};
+use tatu_plugin_api::safe::Value;
 use tatu_scene::{Scene, document::Settings};
+
+use crate::{cell::Wait, instances::InstanceImage, sense::Memory};
 
 /// A value of a signal or parameter.
 #[derive(Serialize, Deserialize)]

@@ -2,12 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use tatu_errors::{Error, Result};
 use tatu_plugin_api::safe::Value;
+use tatu_scene::Data;
 
-use super::hash_of;
 use super::{
     Snapshot,
     file::damaged,
+    hash_of,
     image::{ActuatorImage, CoreImage, DeviceImage},
 };
 use crate::{
@@ -18,8 +20,6 @@ use crate::{
     sense::Noise,
     session,
 };
-use tatu_errors::{Error, Result};
-use tatu_scene::Data;
 
 fn refused(what: impl std::fmt::Display, why: impl std::fmt::Display) -> Error {
     Error::new("E503", format!("{what} cannot be restored: {why}"))

@@ -1,5 +1,8 @@
 //! Out of a world.
 
+use tatu_errors::{Error, Result};
+use tatu_scene::Scene;
+
 use super::{
     Head, Snapshot, file, fingerprint, hash_of,
     image::{ActuatorImage, CoreImage, DeviceImage},
@@ -9,8 +12,6 @@ use crate::{
     instances::{InstanceImage, Living, Missed, save_instance},
     session,
 };
-use tatu_errors::{Error, Result};
-use tatu_scene::Scene;
 
 /// Everything that decides the future, at the boundary between two steps; what could not be captured is named in the
 /// head. The run that goes on does not notice.

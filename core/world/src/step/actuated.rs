@@ -1,8 +1,9 @@
 //! Physics while actuators push.
 
-use crate::{actuators, cell::WorldCell};
 use tatu_plugins::thread_grant::ThreadGrant;
 use tatu_scene::{Dynamics, Scene};
+
+use crate::{actuators, cell::WorldCell};
 
 /// Lets `dt` pass; objects whose bodies were lost, actuators that failed.
 pub(super) fn advance(

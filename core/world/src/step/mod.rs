@@ -25,14 +25,15 @@ pub(crate) use idle::{idle, lift, paused};
 pub(crate) use sensors::sense_some;
 pub(crate) use stages::{Stage, run};
 
+use tatu_errors::{Fault, FaultKind};
+use tatu_plugin_api::abi::*;
+use tatu_plugins::watchdog::Call;
+
 use crate::{
     actuators,
     cell::{Caller, Phase, Scripts, WorldCell, instance_fault},
     events, recording,
 };
-use tatu_errors::{Fault, FaultKind};
-use tatu_plugin_api::abi::*;
-use tatu_plugins::watchdog::Call;
 
 /// One pass: the driver's, or the default order of the stages.
 pub(crate) fn step(world: &WorldCell) {

@@ -1,10 +1,11 @@
 //! The stage in which sensors measure.
 
+use tatu_plugins::watchdog::Call;
+
 use crate::{
     cell::{Callback, Scripts, WorldCell, instance_fault},
     sense::{self, Around, Job, MeasureOptions, Moment, Turn},
 };
-use tatu_plugins::watchdog::Call;
 
 /// Sensors that are due measure.
 pub(super) fn sense(world: &WorldCell) {

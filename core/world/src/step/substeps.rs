@@ -11,7 +11,9 @@
 
 use std::collections::BTreeSet;
 
+use tatu_physics::{Drive, PairRule};
 use tatu_plugin_api::safe::Value;
+use tatu_scene::{Control, Joint, JointType};
 
 use super::actuated;
 use crate::{
@@ -19,8 +21,6 @@ use crate::{
     cell::{Callback, Phase, Scripts, WorldCell},
     scripts::entry,
 };
-use tatu_physics::{Drive, PairRule};
-use tatu_scene::{Control, Joint, JointType};
 
 /// Whether any script wants to be called.
 pub(super) fn wanted(world: &WorldCell) -> bool {

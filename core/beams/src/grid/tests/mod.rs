@@ -5,13 +5,12 @@ mod scenes;
 
 use fearless_simd::Level;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-
-use super::*;
-use crate::tests::Dice;
-use crate::{BeamScene, Target, simd};
 use rays::{compare, render};
 use scenes::{any_form, any_grid, ball, cast_of, mesh, scene, target};
 use tatu_geometry::Form;
+
+use super::*;
+use crate::{BeamScene, Target, simd, tests::Dice};
 
 /// A camera that looks at the middle of the scene, more or less.
 fn looking_inward(dice: &mut Dice) -> Isometry3<f64> {

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
+use tatu_geometry::{Form, Mesh};
 
 use super::*;
 use crate::Target;
-use tatu_geometry::{Form, Mesh};
 
 pub(super) fn target(object: u64, pose: Isometry3<f64>, form: Form) -> Target {
     Target { object, group: object as u32 % 3, world_from_target: pose, form, color: [0.7; 3] }

@@ -1,11 +1,13 @@
-use std::f64::consts::{FRAC_PI_2, TAU};
-use std::sync::Arc;
+use std::{
+    f64::consts::{FRAC_PI_2, TAU},
+    sync::Arc,
+};
 
 use nalgebra::{Point3, Vector3};
+use tatu_geometry::Mesh;
 
 use super::*;
 use crate::{Contact, JointDesc, JointKind, Twist};
-use tatu_geometry::Mesh;
 
 const BALL: [f64; 3] = [0.4e-2; 3];
 

@@ -1,7 +1,6 @@
 use nalgebra::Vector3;
 
-use super::two_wheels::two_wheels;
-use super::*;
+use super::{two_wheels::two_wheels, *};
 use crate::{Drive, JointDesc, JointKind, Twist};
 
 /// Robots among boxes, with every kind of drive and a push under way.

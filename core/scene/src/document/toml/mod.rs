@@ -17,7 +17,9 @@ use std::{
 };
 
 use nalgebra::Isometry3;
+use tatu_errors::{Error, Place, Result};
 use tatu_plugin_api::safe::Value;
+use tatu_plugins::Registry;
 use toml_edit::{Item, TableLike};
 
 use super::{
@@ -26,8 +28,6 @@ use super::{
     services::{self, ServiceOverride},
     sources::Sources,
 };
-use tatu_errors::{Error, Place, Result};
-use tatu_plugins::Registry;
 
 /// What a run changes in a scene.
 #[derive(Debug, Clone, Default)]

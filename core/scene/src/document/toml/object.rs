@@ -1,6 +1,7 @@
 //! `[[object]]`, where things stand, and `[set]`.
 
 use nalgebra::{Isometry3, Vector3};
+use tatu_errors::{Error, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use toml_edit::{Item, TableLike};
 
@@ -13,7 +14,6 @@ use super::{
     Reader, table_span,
 };
 use crate::{from_euler, pose_from_array, rows::KINDS};
-use tatu_errors::{Error, Result};
 
 impl Reader<'_> {
     pub(super) fn object(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result {

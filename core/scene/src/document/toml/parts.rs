@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use nalgebra::Isometry3;
+use tatu_errors::{Error, Place, Result};
 use tatu_plugin_api::safe::Value;
+use tatu_plugins::{Choice, Declared};
 use toml_edit::TableLike;
 
 use super::{
     super::{Builder, import, keys, scripts},
     Reader, canonical, table_span,
 };
-use tatu_errors::{Error, Place, Result};
-use tatu_plugins::{Choice, Declared};
 
 const IMPORT_KEYS: &[&str] =
     &["file", "importer", "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set"];

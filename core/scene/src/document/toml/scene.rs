@@ -2,15 +2,15 @@
 
 use std::collections::BTreeSet;
 
+use tatu_errors::{Error, Result};
 use tatu_plugin_api::safe::Value;
+use tatu_plugins::Declared;
 use toml_edit::TableLike;
 
 use super::{
     super::{Settings, keys, settings},
     Reader,
 };
-use tatu_errors::{Error, Result};
-use tatu_plugins::Declared;
 
 impl Reader<'_> {
     /// Whether a provider offers what it is named for: a schema of readings, or the suffix of a language's files.

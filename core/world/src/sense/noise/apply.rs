@@ -6,11 +6,11 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
+use tatu_plugins::SensorKind;
+use tatu_scene::noise::{FieldNoise, Meant};
 
 use super::numbers::{FieldNumbers, FieldNumbersMut, rounded};
 use crate::sense::random::Key;
-use tatu_plugins::SensorKind;
-use tatu_scene::noise::{FieldNoise, Meant};
 
 /// Who draws, added to the number of the field.
 const SHIFT: u64 = 1;

@@ -3,9 +3,9 @@
 use std::sync::{Arc, LazyLock};
 
 use tatu_plugin_api::abi::*;
+use tatu_plugins::FieldInfo;
 
 use super::*;
-use tatu_plugins::FieldInfo;
 
 /// Fields of a kind that there is only here.
 pub const ONE: usize = 0;
