@@ -44,7 +44,7 @@ impl Collections {
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let collection = || Param::int("collection").text("a handle of a collection");
     offer.command(
-        both("createCollection", MINUS, |c| {
+        both("sim.createCollection", MINUS, |c| {
             // Before 4.2 the name came first.
             let name = c.arg(0).as_str().map_or(String::new(), |s| s.into_owned());
             let made = state(c)?.collections.add(name);
@@ -57,7 +57,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Makes a collection of objects."),
     );
     // The older command has the object before `sim.handle_tree` and its like, the newer one after it.
-    for (name, at) in [("addObjectToCollection", [1, 2]), ("addItemToCollection", [2, 1])] {
+    for (name, at) in [("sim.addObjectToCollection", [1, 2]), ("sim.addItemToCollection", [2, 1])] {
         let command = move |c: &mut Ctx<'_>| {
             let (which, what, options) = (c.i64(0)?, c.i64(at[1])?, int_or(c, 3, 0)?);
             let object = if what == HANDLE_ALL { 0 } else { living(c, at[0])?.id };
@@ -65,7 +65,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             change(c, which, |collection| collection.parts.push(part))?;
             done(c)
         };
-        let command = if at[0] == 1 { both(name, MINUS, command) } else { modern(name, command) };
+        let command = if at[0] == 1 { both(name, MINUS, command) } else { Cmd::new(name, command) };
         let (first, second) = if at[0] == 1 { ("object", "what") } else { ("what", "object") };
         offer.command(
             command
@@ -76,22 +76,22 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .text("Puts objects into a collection, or takes them away."),
         );
     }
-    for (name, flat) in [("removeCollection", true), ("destroyCollection", false), ("emptyCollection", true)] {
+    for (name, flat) in [("sim.removeCollection", true), ("sim.destroyCollection", false), ("sim.emptyCollection", true)] {
         let run = move |c: &mut Ctx<'_>| {
             let which = c.i64(0)?;
-            if name == "emptyCollection" {
+            if name == "sim.emptyCollection" {
                 change(c, which, |collection| collection.parts.clear())?;
             } else if state(c)?.collections.all.remove(&which).is_none() {
                 return Err(none(which));
             }
             done(c)
         };
-        let command = if flat { both(name, MINUS, run) } else { modern(name, run) };
-        let text = if name == "emptyCollection" { "Empties a collection." } else { "Removes a collection." };
+        let command = if flat { both(name, MINUS, run) } else { Cmd::new(name, run) };
+        let text = if name == "sim.emptyCollection" { "Empties a collection." } else { "Removes a collection." };
         offer.command(command.param(collection()).text(text));
     }
     offer.command(
-        both("getCollectionObjects", NIL, |c| {
+        both("sim.getCollectionObjects", NIL, |c| {
             let objects: Vec<i64> = objects(c, c.i64(0)?)?.into_iter().map(handle).collect();
             c.ret::<[i64]>(&objects[..]);
             Ok(())
@@ -101,7 +101,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Lists the objects of a collection."),
     );
     offer.command(
-        both("getCollectionHandle", MINUS, |c| {
+        both("sim.getCollectionHandle", MINUS, |c| {
             let name = c.text(0)?;
             let found = state(c)?.collections.all.iter().find(|(_, k)| k.name == name).map(|(h, _)| *h);
             match found {
@@ -120,7 +120,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Finds a collection by its name."),
     );
     offer.command(
-        both("getCollectionName", NIL, |c| {
+        both("sim.getCollectionName", NIL, |c| {
             let which = c.i64(0)?;
             let name = state(c)?.collections.all.get(&which).map(|k| k.name.clone()).ok_or_else(|| none(which))?;
             c.ret::<str>(name.as_str());
@@ -131,7 +131,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the name of a collection."),
     );
     offer.command(
-        both("setCollectionName", MINUS, |c| {
+        both("sim.setCollectionName", MINUS, |c| {
             let (which, name) = (c.i64(0)?, c.text(1)?);
             change(c, which, |collection| collection.name = name)?;
             done(c)

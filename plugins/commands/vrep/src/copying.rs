@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let devices =
         "Sensors, actuators and scripts are made with the scene only: an object that has one is copied without it.";
     offer.command(
-        both("copyPasteObjects", NIL, |c| {
+        both("sim.copyPasteObjects", NIL, |c| {
             let ids = handle_sets::list(c, 0)?;
             let options = int_or(c, 1, 0)?;
             let out = copy(c, &ids, options & 1 != 0)?;
@@ -20,7 +20,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(devices),
     );
     offer.command(
-        both("copyPasteSelectedObjects", MINUS, |c| {
+        both("sim.copyPasteSelectedObjects", MINUS, |c| {
             let ids = crate::state::state(c)?.selection.clone();
             let out = copy(c, &ids, false)?;
             let ids = out.iter().filter_map(|h| c.world().look(*h as u64).ok()).map(|o| o.id).collect();
@@ -33,7 +33,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(devices),
     );
     offer.command(
-        both("getObjectSizeFactor", NIL, |c| {
+        both("sim.getObjectSizeFactor", NIL, |c| {
             let id = living(c, 0)?.id;
             let f = notes::number(c, id, "scale")?.unwrap_or(1.0);
             c.ret(f);
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives by how much an object has been scaled since it was made."),
     );
     offer.command(
-        both("getObjectSizeValues", NIL, |c| {
+        both("sim.getObjectSizeValues", NIL, |c| {
             let o = living(c, 0)?;
             let size = notes::number(c, o.id, "scale")?.unwrap_or(1.0);
             c.ret::<[f64]>(&[size; 3][..]);
@@ -56,7 +56,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("The three are equal: scale along single axes changes the size of a shape only."),
     );
     offer.command(
-        both("setObjectSizeValues", MINUS, |c| {
+        both("sim.setObjectSizeValues", MINUS, |c| {
             let (o, v) = (living(c, 0)?, numbers::<3>(c, 1)?);
             let old = notes::number(c, o.id, "scale")?.unwrap_or(1.0);
             scale(c, o, v.map(|x| x / old))?;
@@ -69,7 +69,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("The three are remembered as one."),
     );
     offer.command(
-        both("scaleObject", MINUS, |c| {
+        both("sim.scaleObject", MINUS, |c| {
             let (o, f) = (living(c, 0)?, [c.f64(1)?, c.f64(2)?, c.f64(3)?]);
             scale(c, o, f)?;
             let old = notes::number(c, o.id, "scale")?.unwrap_or(1.0);
@@ -87,7 +87,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Sizes of shapes change, and their mass stays; sensors and joints stay as they are."),
     );
     offer.command(
-        both("scaleObjects", MINUS, |c| {
+        both("sim.scaleObjects", MINUS, |c| {
             let (ids, f, places) = (handle_sets::list(c, 0)?, c.f64(1)?, c.arg(2).truthy());
             if f <= 0.0 {
                 return Err(Fail::argument("argument 2: a scale is greater than 0"));
@@ -121,7 +121,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 /// Files of the original, which are read before a scene lives.
 fn files(offer: &mut Offer<Vrep>) {
-    for (name, what) in [("loadModel", "model"), ("loadScene", "scene")] {
+    for (name, what) in [("sim.loadModel", "model"), ("sim.loadScene", "scene")] {
         offer.command(
             both(name, MINUS, move |c| -> Result {
                 let file = c.bytes(0)?;
@@ -150,7 +150,7 @@ fn files(offer: &mut Offer<Vrep>) {
             .partial(format!("No {what} is loaded while a scene runs: it says so, and that a file is not there.")),
         );
     }
-    for name in ["saveModel", "saveScene", "closeScene"] {
+    for name in ["sim.saveModel", "sim.saveScene", "sim.closeScene"] {
         offer.command(
             both(name, MINUS, |c| {
                 c.ret(-1_i64);

@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let target = || Param::int("target").text("an object, sim.handle_scene or sim.handle_app");
     let tag = || Param::string("tag").text("any name");
     offer.command(
-        both("writeCustomDataBlock", MINUS, |c| {
+        both("sim.writeCustomDataBlock", MINUS, |c| {
             write(c, c.arg(2).as_bytes().map(<[u8]>::to_vec))?;
             c.ret(1_i64);
             Ok(())
@@ -17,9 +17,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("done"))
         .text("Keeps data with an object, under a tag."),
     );
-    for (name, kind) in [("writeCustomStringData", "text"), ("writeCustomBufferData", "bytes")] {
+    for (name, kind) in [("sim.writeCustomStringData", "text"), ("sim.writeCustomBufferData", "bytes")] {
         offer.command(
-            modern(name, |c| write(c, c.arg(2).as_bytes().map(<[u8]>::to_vec)))
+            Cmd::new(name, |c| write(c, c.arg(2).as_bytes().map(<[u8]>::to_vec)))
                 .param(target())
                 .param(tag())
                 .param(Param::string("data").optional().text("nil or empty: removes it"))
@@ -27,7 +27,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         );
     }
     offer.command(
-        both("readCustomDataBlock", NIL, |c| {
+        both("sim.readCustomDataBlock", NIL, |c| {
             let found = match place(c) {
                 Ok((id, tag)) => notes::get(c, id, &tag)?,
                 // What does not exist has no data.
@@ -46,9 +46,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::string("data").text("nil: there is none"))
         .text("Gives the data that was kept with an object under a tag."),
     );
-    for (name, kind) in [("readCustomStringData", "text"), ("readCustomBufferData", "bytes")] {
+    for (name, kind) in [("sim.readCustomStringData", "text"), ("sim.readCustomBufferData", "bytes")] {
         offer.command(
-            modern(name, |c| {
+            Cmd::new(name, |c| {
                 let (id, tag) = place(c)?;
                 let data = notes::get(c, id, &tag)?.unwrap_or_default();
                 c.ret::<[u8]>(data.as_slice());
@@ -61,7 +61,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         );
     }
     offer.command(
-        modern("writeCustomTableData", |c| {
+        Cmd::new("sim.writeCustomTableData", |c| {
             let v = c.arg(2).to_value()?;
             let data = match &v {
                 Value::Nil => None,
@@ -77,7 +77,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Keeps a table with an object, under a tag."),
     );
     offer.command(
-        modern("readCustomTableData", |c| {
+        Cmd::new("sim.readCustomTableData", |c| {
             let (id, tag) = place(c)?;
             let table = match notes::get(c, id, &tag)? {
                 Some(data) => tables::unpack(&data)?,
@@ -93,7 +93,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the table that was kept with an object under a tag."),
     );
     offer.command(
-        both("readCustomDataBlockTags", NIL, |c| {
+        both("sim.readCustomDataBlockTags", NIL, |c| {
             let tags = tags(c)?;
             if !tags.is_empty() {
                 c.ret::<Value>(Value::List(tags));
@@ -105,7 +105,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Lists the tags under which data is kept with an object."),
     );
     offer.command(
-        modern("readCustomDataTags", |c| {
+        Cmd::new("sim.readCustomDataTags", |c| {
             let tags = tags(c)?;
             c.ret::<Value>(Value::List(tags));
             Ok(())
@@ -115,7 +115,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Lists the tags under which data is kept with an object."),
     );
     offer.command(
-        modern("getObjectsWithTag", |c| {
+        Cmd::new("sim.getObjectsWithTag", |c| {
             let (tag, models) = (c.bytes(0)?.to_vec(), c.arg(1).truthy());
             let mut out = Vec::new();
             for id in c.world().list(0, 0, 0)? {
@@ -138,12 +138,15 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// The forms of before 3.3, with a number in place of a tag.
 fn headers(offer: &mut Offer<Vrep>) {
     let header = |n: i64| format!("#{n}").into_bytes();
-    for (what, scene) in [("Object", false), ("Scene", true)] {
+    for (add, get, scene) in [
+        ("sim.addObjectCustomData", "sim.getObjectCustomData", false),
+        ("sim.addSceneCustomData", "sim.getSceneCustomData", true),
+    ] {
         let at = usize::from(!scene);
         let of = move |c: &Ctx<'_>| -> Result<tatu_object> { if scene { Ok(0) } else { target_of(c, 0) } };
         let object = |command: Cmd| if scene { command } else { command.param(flagged("object")) };
         offer.command(
-            object(both(&format!("add{what}CustomData"), MINUS, move |c| {
+            object(both(add, MINUS, move |c| {
                 let (id, tag) = (of(c)?, header(c.i64(at)?));
                 let data = c.arg(at + 1).as_bytes().filter(|d| !d.is_empty());
                 notes::set(c, id, &tag, data)?;
@@ -156,7 +159,7 @@ fn headers(offer: &mut Offer<Vrep>) {
             .text("Keeps data under a number."),
         );
         offer.command(
-            object(both(&format!("get{what}CustomData"), NIL, move |c| {
+            object(both(get, NIL, move |c| {
                 let (id, tag) = (of(c)?, header(c.i64(at)?));
                 if let Some(data) = notes::get(c, id, &tag)? {
                     c.ret::<[u8]>(data.as_slice());
@@ -173,7 +176,7 @@ fn headers(offer: &mut Offer<Vrep>) {
 fn persistent(offer: &mut Offer<Vrep>) {
     let key = |name: &[u8]| [b"persistent.", name].concat();
     offer.command(
-        both("persistentDataWrite", MINUS, move |c| {
+        both("sim.persistentDataWrite", MINUS, move |c| {
             let name = key(c.bytes(0)?);
             let data = c.bytes(1)?.to_vec();
             let name = String::from_utf8_lossy(&name).into_owned();
@@ -189,7 +192,7 @@ fn persistent(offer: &mut Offer<Vrep>) {
         .partial("The data lives as long as the scene, and is not written to disk."),
     );
     offer.command(
-        both("persistentDataRead", NIL, move |c| {
+        both("sim.persistentDataRead", NIL, move |c| {
             let name = key(c.bytes(0)?);
             let name = String::from_utf8_lossy(&name).into_owned();
             if let Some(data) = notes::private(c, 0, &name)? {

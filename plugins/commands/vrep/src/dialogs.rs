@@ -23,7 +23,7 @@ pub(crate) struct Dialogs {
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let which = || Param::int("dialog");
     offer.command(
-        both("displayDialog", NIL, |c| {
+        both("sim.displayDialog", NIL, |c| {
             let (title, text) = (c.text(0)?, c.text(1)?);
             let style = c.i64(2)? & 31;
             let initial = if c.has(4) { c.bytes(4)?.to_vec() } else { Vec::new() };
@@ -51,7 +51,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .notes("Ok or yes is the answer, and the initial text the input; a dialog without buttons stays open."),
     );
     offer.command(
-        both("getDialogResult", MINUS, |c| {
+        both("sim.getDialogResult", MINUS, |c| {
             let step = int_of(c, 0, c.plugin().p.step)?;
             let dialog = find(c)?;
             c.ret(match dialog.style {
@@ -67,7 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives how a dialog was answered."),
     );
     offer.command(
-        both("getDialogInput", NIL, |c| {
+        both("sim.getDialogInput", NIL, |c| {
             let dialog = find(c)?;
             c.ret::<[u8]>(dialog.text.as_slice());
             Ok(())
@@ -77,7 +77,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the text of a dialog's text field: the one that it began with."),
     );
     offer.command(
-        both("endDialog", MINUS, |c| {
+        both("sim.endDialog", MINUS, |c| {
             find(c)?;
             let which = c.i64(0)?;
             state(c)?.dialogs.open.remove(&which);
@@ -89,7 +89,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Closes a dialog."),
     );
     offer.command(
-        both("msgBox", MINUS, |c| {
+        both("sim.msgBox", MINUS, |c| {
             let (buttons, title, text) = (c.i64(1)?, c.text(2)?, c.text(3)?);
             c.world().log(TATU_LOG_INFO, format!("[{title}] {text}").as_bytes());
             c.ret(if matches!(buttons, 1 | 2) { 2_i64 } else { 3 });
@@ -103,7 +103,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Writes a message to the log; the answer is yes or ok."),
     );
     offer.command(
-        both("fileDialog", NIL, |c| {
+        both("sim.fileDialog", NIL, |c| {
             c.ret::<Value>(Value::Nil);
             Ok(())
         })

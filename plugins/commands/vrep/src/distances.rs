@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let second = || Param::int("second").text("an object, a collection, or sim.handle_all: all other shapes");
     let notes = "Surfaces of meshes that are not convex are hollow: what is wholly inside does not touch them.";
     offer.command(
-        both("checkCollision", MINUS, |c| {
+        both("sim.checkCollision", MINUS, |c| {
             let touching = closest(c, 1e-9)?.filter(|d| d.length() == 0.0);
             c.ret(i64::from(touching.is_some()));
             if version(c) >= (4, 0) {
@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .notes(notes),
     );
     offer.command(
-        both("checkDistance", NIL, |c| {
+        both("sim.checkDistance", NIL, |c| {
             let threshold = if c.has(2) { c.f64(2)? } else { 0.0 };
             let found = closest(c, threshold)?;
             let modern = version(c) >= (4, 0);
@@ -61,7 +61,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Measures the shortest way between shapes.")
         .notes(notes),
     );
-    for name in ["readCollision", "readDistance"] {
+    for name in ["sim.readCollision", "sim.readDistance"] {
         offer.command(
             both(name, MINUS, |c| {
                 c.ret(0_i64);
@@ -73,14 +73,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .stub("scenes have no registered collision and distance objects"),
         );
     }
-    for (what, text) in [
-        ("Collision", "collision object"),
-        ("Distance", "distance object"),
-        ("IkGroup", "IK group"),
-        ("Mechanism", "mechanism"),
+    for (name, irregular, text) in [
+        ("sim.getCollisionHandle", "simGetCollisionhandle", "collision object"),
+        ("sim.getDistanceHandle", "simGetDistancehandle", "distance object"),
+        ("sim.getIkGroupHandle", "simGetIkGrouphandle", "IK group"),
+        ("sim.getMechanismHandle", "simGetMechanismhandle", "mechanism"),
     ] {
         offer.command(
-            both(&format!("get{what}Handle"), MINUS, move |c| -> Result {
+            both(name, MINUS, move |c| -> Result {
                 let name = c.text(0)?;
                 let silent = name.contains("@silentError");
                 if c.world().makes_stand_ins() && !silent {
@@ -91,7 +91,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 }
                 Err(Fail::missing(format!("there is no {text} `{name}`")))
             })
-            .old_name(format!("simGet{what}handle"), MINUS)
+            .old_name(irregular, MINUS)
             .param(Param::string("name"))
             .returns(Param::int("object"))
             .text(format!("Finds a registered {text}."))

@@ -30,10 +30,10 @@ const FORMS: [(&str, i64); 13] = [
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| {
-        Cmd::new(format!("sim.{name}"), run).old_name(format!("sim{}{}", name[..1].to_uppercase(), &name[1..]), MINUS)
+        both(name, MINUS, run)
     };
     offer.command(
-        command("addDrawingObject", add)
+        command("sim.addDrawingObject", add)
             .param(Param::int("type").text("sim.drawing_..., attributes are added"))
             .param(Param::float("size").text("of points and lines pixels, of others m"))
             .param(Param::float("duplicateTolerance").unit("m").text("an item nearer than this to another is left out"))
@@ -48,7 +48,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .example("lines = sim.addDrawingObject(sim.drawing_lines, 2, 0, -1, 1000, {1, 0, 0})"),
     );
     offer.command(
-        command("addDrawingObjectItem", |c| {
+        command("sim.addDrawingObjectItem", |c| {
             let drawing = c.i64(0)? & HANDLE_BITS;
             let items = if c.has(1) { c.arg(1).numbers().unwrap_or_default() } else { Vec::new() };
             if c.has(1) && items.is_empty() {
@@ -65,7 +65,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.addDrawingObjectItem(lines, {0, 0, 0, 1, 0, 0})"),
     );
     offer.command(
-        command("removeDrawingObject", remove)
+        command("sim.removeDrawingObject", remove)
             .param(Param::int("drawing").text("or sim.handle_all"))
             .returns(Param::int("result").text("1"))
             .text("Removes a drawing.")

@@ -6,35 +6,34 @@ use crate::{Vrep, algebra as al, kit::*};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let get = |name: &str, prop: fn(&Props) -> Prop, what: &str, text: &str| {
-        Cmd::new(format!("sim.get{name}"), move |c| {
+        both(name, NIL, move |c| {
             let x = read(c, prop(&c.plugin().p))?;
             c.ret(x);
             Ok(())
         })
-        .old_name(format!("simGet{name}"), NIL)
         .param(flagged("joint"))
         .returns(Param::float(what).text("of a turning joint in rad, of a sliding one in m"))
         .side_by_side()
         .text(text)
-        .example(format!("x = sim.get{name}(joint)"))
+        .example(format!("x = {name}(joint)"))
     };
-    offer.command(get("JointPosition", |p| p.joint_position, "position", "Gives how far a joint is turned or moved."));
+    offer.command(get("sim.getJointPosition", |p| p.joint_position, "position", "Gives how far a joint is turned or moved."));
     offer.command(get(
-        "JointTargetVelocity",
+        "sim.getJointTargetVelocity",
         |p| p.joint_target_velocity,
         "velocity",
         "Gives the velocity that a joint's motor tries to hold.",
     ));
     offer.command(get(
-        "JointTargetPosition",
+        "sim.getJointTargetPosition",
         |p| p.joint_target_position,
         "position",
         "Gives the position that a joint's motor tries to reach.",
     ));
-    offer.command(get("JointVelocity", |p| p.joint_velocity, "velocity", "Gives how fast a joint turns or moves."));
+    offer.command(get("sim.getJointVelocity", |p| p.joint_velocity, "velocity", "Gives how fast a joint turns or moves."));
     offer.command(
         get(
-            "JointForce",
+            "sim.getJointForce",
             |p| p.joint_effort,
             "force",
             "Gives the force (N) or torque (N m) that a joint's motor puts out.",
@@ -43,7 +42,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         get(
-            "JointTargetForce",
+            "sim.getJointTargetForce",
             |p| p.joint_max_force,
             "force",
             "Gives the greatest force or torque of a joint's motor.",
@@ -52,22 +51,21 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 
     let set = |name: &str, prop: fn(&Props) -> Prop, what: &str, text: &str| {
-        Cmd::new(format!("sim.set{name}"), move |c| {
+        both(name, MINUS, move |c| {
             write(c, prop(&c.plugin().p), c.f64(1)?)?;
             c.ret(1_i64);
             Ok(())
         })
-        .old_name(format!("simSet{name}"), MINUS)
         .side_by_side()
         .param(object("joint"))
         .param(Param::float(what))
         .returns(Param::int("done"))
         .text(text)
-        .example(format!("sim.set{name}(joint, 1.5)"))
+        .example(format!("{name}(joint, 1.5)"))
     };
     offer.command(
         set(
-            "JointTargetVelocity",
+            "sim.setJointTargetVelocity",
             |p| p.joint_target_velocity,
             "velocity",
             "Sets the velocity that a joint's motor tries to hold: rad/s or m/s; it \
@@ -77,7 +75,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         set(
-            "JointTargetPosition",
+            "sim.setJointTargetPosition",
             |p| p.joint_target_position,
             "position",
             "Sets the position that a joint's motor tries to reach: rad or m; it acts \
@@ -87,7 +85,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         set(
-            "JointForce",
+            "sim.setJointForce",
             |p| p.joint_max_force,
             "force",
             "Sets the greatest force (N) or torque (N m) of a joint's motor.",

@@ -100,21 +100,19 @@ props! {
     phase: "scene.phase",
 }
 
-/// A command under its `sim.` name and its flat one, whose failure value is given.
+/// A command under its name `sim.abc` and the flat one that follows from it, `simAbc`, whose failure value is given.
 pub(crate) fn both<T: IntoResult + 'static>(
     name: &str,
     on_error: [Value; 1],
     run: impl Fn(&mut Ctx<'_>) -> Result<T> + 'static,
 ) -> Cmd {
-    Cmd::new(format!("sim.{name}"), run).old_name(flat_name(name), on_error)
+    Cmd::new(name, run).old_name(flat_name(name), on_error)
 }
-/// A command that never had a flat name.
-pub(crate) fn modern<T: IntoResult + 'static>(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result<T> + 'static) -> Cmd {
-    Cmd::new(format!("sim.{name}"), run)
-}
-/// `abc` -> `simAbc`
+/// `sim.abc` -> `simAbc`
 pub(crate) fn flat_name(name: &str) -> String {
-    format!("sim{}{}", name[..1].to_uppercase(), &name[1..])
+    let rest = name.strip_prefix("sim.").unwrap_or(name);
+    let (first, others) = rest.split_at(rest.len().min(1));
+    format!("sim{}{others}", first.to_uppercase())
 }
 
 /// The number that scripts see; -1 for no object.
@@ -341,6 +339,11 @@ mod tests {
         assert_eq!(version_of(b"2.6.11"), (2, 6));
         assert_eq!(version_of(b"4.10"), (4, 10));
         assert_eq!(version_of(b""), (4, 9));
+    }
+
+    #[test]
+    fn flat_names() {
+        assert_eq!(flat_name("sim.getJointPosition"), "simGetJointPosition");
     }
 
     #[test]

@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let component = || Param::int("component").text("0: sim.colorcomponent_ambient_diffuse");
     let rgb = || table("rgb", "0 to 1");
     offer.command(
-        modern("getObjectColor", |c| {
+        Cmd::new("sim.getObjectColor", |c| {
             let o = living(c, 0)?;
             let own = match (o.kind, c.i64(2)?) {
                 (TATU_KIND_SHAPE, 0 | 1) => c.world().f64s::<3>(o.id, c.plugin().p.color)?,
@@ -23,7 +23,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Shapes have one colour; all others are black."),
     );
     offer.command(
-        modern("setObjectColor", |c| {
+        Cmd::new("sim.setObjectColor", |c| {
             let (o, rgb) = (living(c, 0)?, numbers::<3>(c, 3)?);
             let can = o.kind == TATU_KIND_SHAPE;
             if can && matches!(c.i64(2)?, 0 | 1) {
@@ -41,7 +41,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Shapes have one colour; other components are ignored."),
     );
     offer.command(
-        modern("changeEntityColor", |c| {
+        Cmd::new("sim.changeEntityColor", |c| {
             let (w, p) = (c.world(), &c.plugin().p);
             let rgb = numbers::<3>(c, 1)?.map(|x| x.clamp(0.0, 1.0));
             let mut before = Vec::new();
@@ -64,7 +64,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives shapes another colour, for a while."),
     );
     offer.command(
-        modern("restoreEntityColor", |c| {
+        Cmd::new("sim.restoreEntityColor", |c| {
             let p = &c.plugin().p;
             for v in c.arg(0).list().unwrap_or_default() {
                 let id = v.get("handle").and_then(|h| h.as_object()).unwrap_or(0);
@@ -78,7 +78,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives shapes back the colour that they had."),
     );
     offer.command(
-        modern("setShapeBB", |c| {
+        Cmd::new("sim.setShapeBB", |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let (size, p, w) = (numbers::<3>(c, 1)?, &c.plugin().p, c.world());
             let mass = w.f64(shape, p.mass)?;
@@ -91,7 +91,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Of primitives; the triangles of a mesh stay."),
     );
     offer.command(
-        modern("getShapeAppearance", |_| Ok(()))
+        Cmd::new("sim.getShapeAppearance", |_| Ok(()))
             .param(Param::any("arguments").rest())
             .text("Gives how a shape is drawn: nothing.")
             .stub("nothing is drawn"),
@@ -112,7 +112,7 @@ fn texts(offer: &mut Offer<Vrep>) {
     let number = || Param::int("parameter").text("a number from the tables of constants");
     let kept = "Texts are kept and given back; none of them does anything.";
     offer.command(
-        modern("getObjectStringParam", get)
+        Cmd::new("sim.getObjectStringParam", get)
             .alias("sim.getObjectStringParameter")
             .old_name("simGetObjectStringParameter", NIL)
             .param(object("object"))
@@ -122,7 +122,7 @@ fn texts(offer: &mut Offer<Vrep>) {
             .partial(kept),
     );
     offer.command(
-        modern("setObjectStringParam", move |c| {
+        Cmd::new("sim.setObjectStringParam", move |c| {
             let id = living(c, 0)?.id;
             notes::set_private(c, id, &key(c)?, Some(c.bytes(2)?))?;
             c.ret(1_i64);

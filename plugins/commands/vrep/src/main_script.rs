@@ -65,9 +65,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.handleDynamics(sim.getSimulationTimeStep())"),
     );
     for (name, what, of_objects) in NOTHING {
-        let old = format!("sim{}{}", name[..1].to_uppercase(), &name[1..]);
         offer.command(
-            Cmd::new(format!("sim.{name}"), move |c| {
+            both(name, MINUS, move |c| {
                 // All of what is not there is handled; one of them cannot be.
                 match c.arg(0).as_i64() {
                     Some(n) if *of_objects && n > 0 && !distances::is_registered(c, n) => {
@@ -79,7 +78,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     }
                 }
             })
-            .old_name(old, MINUS)
             .param(Param::any("arguments").rest())
             .returns(Param::int("count").text("0"))
             .text(format!("For main scripts, which call it in each step: {what}."))
@@ -91,29 +89,29 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// What default main scripts call and for which there is nothing to do here, why, and whether the first argument may name one
 /// object of a kind that no scene has.
 const NOTHING: &[(&str, &str, bool)] = &[
-    ("handleSimulationStart", "nothing has to be prepared", false),
-    ("handleSensingStart", "nothing has to be prepared", false),
-    ("openModule", "there are no modules of the original's kind", false),
-    ("handleModule", "there are no modules of the original's kind", false),
-    ("closeModule", "there are no modules of the original's kind", false),
-    ("resumeThreads", "threads go on in the actuation part", false),
-    ("launchThreadedChildScripts", "threads begin in the actuation part", false),
-    ("handleCustomizationScripts", "they are called together with the child scripts", false),
-    ("handleAddOnScripts", "there are no add-ons", false),
-    ("handleSandboxScript", "there is no sandbox", false),
-    ("handleJoint", "no joint moves by itself without physics", false),
-    ("handleJointMotion", "no joint moves by itself without physics", false),
-    ("handlePath", "there are no paths", true),
-    ("handleMechanism", "there are no mechanisms", true),
-    ("handleIkGroup", "there are no IK groups", true),
-    ("handleVarious", "nothing is left over", false),
-    ("handleMill", "there are no mills", true),
-    ("resetMill", "there are no mills", true),
-    ("resetMilling", "there are no mills", false),
-    ("handleCollision", "there are no collision objects", true),
-    ("resetCollision", "there are no collision objects", true),
-    ("handleDistance", "there are no distance objects", true),
-    ("resetDistance", "there are no distance objects", true),
+    ("sim.handleSimulationStart", "nothing has to be prepared", false),
+    ("sim.handleSensingStart", "nothing has to be prepared", false),
+    ("sim.openModule", "there are no modules of the original's kind", false),
+    ("sim.handleModule", "there are no modules of the original's kind", false),
+    ("sim.closeModule", "there are no modules of the original's kind", false),
+    ("sim.resumeThreads", "threads go on in the actuation part", false),
+    ("sim.launchThreadedChildScripts", "threads begin in the actuation part", false),
+    ("sim.handleCustomizationScripts", "they are called together with the child scripts", false),
+    ("sim.handleAddOnScripts", "there are no add-ons", false),
+    ("sim.handleSandboxScript", "there is no sandbox", false),
+    ("sim.handleJoint", "no joint moves by itself without physics", false),
+    ("sim.handleJointMotion", "no joint moves by itself without physics", false),
+    ("sim.handlePath", "there are no paths", true),
+    ("sim.handleMechanism", "there are no mechanisms", true),
+    ("sim.handleIkGroup", "there are no IK groups", true),
+    ("sim.handleVarious", "nothing is left over", false),
+    ("sim.handleMill", "there are no mills", true),
+    ("sim.resetMill", "there are no mills", true),
+    ("sim.resetMilling", "there are no mills", false),
+    ("sim.handleCollision", "there are no collision objects", true),
+    ("sim.resetCollision", "there are no collision objects", true),
+    ("sim.handleDistance", "there are no distance objects", true),
+    ("sim.resetDistance", "there are no distance objects", true),
 ];
 
 /// Whether the caller is a main script.

@@ -4,7 +4,7 @@ use crate::{Vrep, algebra as al, kit::*, notes};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("createJoint", MINUS, |c| {
+        both("sim.createJoint", MINUS, |c| {
             let (kind, mode) = (c.i64(0)?, c.i64(1)?);
             let kind = match kind {
                 10 => "revolute",
@@ -34,7 +34,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("There are no spherical joints."),
     );
     offer.command(
-        both("createForceSensor", MINUS, |c| {
+        both("sim.createForceSensor", MINUS, |c| {
             let sensor = c.world().create("force_sensor", 0, "Force_sensor")?;
             c.ret(handle(sensor));
             Ok(())
@@ -46,7 +46,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("It ties, and measures nothing."),
     );
     offer.command(
-        both("readForceSensor", MINUS, |c| {
+        both("sim.readForceSensor", MINUS, |c| {
             of_kind(c, 0, TATU_KIND_FORCE_SENSOR)?;
             // The original, asked before physics has anything to tell, answers so too.
             c.ret(if version(c) >= (4, 2) { 2_i64 } else { 0 });
@@ -62,7 +62,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .stub("force sensors tie objects together and measure nothing"),
     );
     offer.command(
-        both("breakForceSensor", MINUS, |c| {
+        both("sim.breakForceSensor", MINUS, |c| {
             let sensor = of_kind(c, 0, TATU_KIND_FORCE_SENSOR)?;
             let (w, p) = (c.world(), &c.plugin().p);
             for child in w.list(sensor, 0, TATU_LIST_CHILDREN | TATU_LIST_SKIP_BASE)? {
@@ -81,7 +81,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 fn dependencies(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("getJointDependency", NIL, |c| {
+        both("sim.getJointDependency", NIL, |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
             let number = |name: &str, or: f64| Ok::<_, Fail>(notes::number(c, joint, name)?.unwrap_or(or));
             let (master, offset, factor) =
@@ -98,7 +98,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         .text("Gives which joint a joint follows."),
     );
     offer.command(
-        both("setJointDependency", MINUS, |c| {
+        both("sim.setJointDependency", MINUS, |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
             let master = if c.i64(1)? < 0 { -1.0 } else { handle(of_kind(c, 1, TATU_KIND_JOINT)?) as f64 };
             notes::set_number(c, joint, "follows", master)?;
@@ -114,7 +114,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         .partial("It is kept; the joint moves only when a script sets it."),
     );
     offer.command(
-        both("setSphericalJointMatrix", MINUS, |c| {
+        both("sim.setSphericalJointMatrix", MINUS, |c| {
             of_kind(c, 0, TATU_KIND_JOINT)?;
             done(c)
         })
@@ -128,7 +128,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
 /// The moved part of a joint; of other objects their own frame.
 fn child_poses(offer: &mut Offer<Vrep>) {
     offer.command(
-        modern("getObjectChildPose", |c| {
+        Cmd::new("sim.getObjectChildPose", |c| {
             let o = living(c, 0)?;
             let pose = match o.kind {
                 TATU_KIND_JOINT => {
@@ -149,7 +149,7 @@ fn child_poses(offer: &mut Offer<Vrep>) {
         .text("Gives where the moved part of a joint stands in the joint's frame."),
     );
     offer.command(
-        modern("setObjectChildPose", |c| {
+        Cmd::new("sim.setObjectChildPose", |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
             let pose: al::Pose = numbers(c, 1)?;
             let p = &c.plugin().p;

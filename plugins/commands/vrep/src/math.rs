@@ -11,37 +11,35 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     matrices(offer);
     poses(offer);
     angles(offer);
-    for (name, symbol, run) in [
-        ("boolOr32", "or", (|a, b| a | b) as fn(i64, i64) -> i64),
-        ("boolAnd32", "and", |a, b| a & b),
-        ("boolXor32", "xor", |a, b| a ^ b),
+    for (name, short, symbol, run) in [
+        ("sim.boolOr32", "simBoolOr16", "or", (|a, b| a | b) as fn(i64, i64) -> i64),
+        ("sim.boolAnd32", "simBoolAnd16", "and", |a, b| a & b),
+        ("sim.boolXor32", "simBoolXor16", "xor", |a, b| a ^ b),
     ] {
-        let flat = format!("simB{}", &name[1..]);
         offer.command(
-            Cmd::new(format!("sim.{name}"), move |c| {
+            Cmd::new(name, move |c| {
                 let bits = run(c.i64(0)?, c.i64(1)?);
                 c.ret(bits);
                 Ok(())
             })
             .side_by_side()
-            .old_name(flat.replace("32", "16"), MINUS)
-            .old_name(flat, MINUS)
+            .old_name(short, MINUS)
+            .old_name(flat_name(name), MINUS)
             .param(Param::int("a"))
             .param(Param::int("b"))
             .returns(Param::int("bits"))
             .text(format!("Gives the bitwise {symbol} of two integers."))
-            .example(format!("bits = sim.{name}(a, b)")),
+            .example(format!("bits = {name}(a, b)")),
         );
     }
 }
 
 /// A command of this file: an old name only where there was one.
 fn command(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + 'static) -> Cmd {
-    let flat = format!("sim{}{}", name[..1].to_uppercase(), &name[1..]);
-    modern(name, run).old_name(flat, NIL)
+    both(name, NIL, run).side_by_side()
 }
 fn modern(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + 'static) -> Cmd {
-    Cmd::new(format!("sim.{name}"), run).side_by_side()
+    Cmd::new(name, run).side_by_side()
 }
 fn matrix(key: &str) -> Param {
     table(key, "12 numbers: rows of {x axis, y axis, z axis, position}")
@@ -62,13 +60,13 @@ fn read_pose(c: &Ctx<'_>, i: usize) -> Result<Pose> {
 fn matrices(offer: &mut Offer<Vrep>) {
     let out = || Param::floats("matrix", 12);
     offer.command(
-        command("buildIdentityMatrix", |c| give(c, al::matrix(&al::IDENTITY)))
+        command("sim.buildIdentityMatrix", |c| give(c, al::matrix(&al::IDENTITY)))
             .returns(out())
             .text("Gives the matrix that changes nothing.")
             .example("m = sim.buildIdentityMatrix()"),
     );
     offer.command(
-        command("buildMatrix", |c| {
+        command("sim.buildMatrix", |c| {
             let q = al::from_euler(numbers(c, 1)?);
             give(c, al::matrix(&al::pose(numbers(c, 0)?, q)))
         })
@@ -79,7 +77,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("m = sim.buildMatrix({0, 0, 1}, {0, 0, math.pi})"),
     );
     offer.command(
-        command("buildMatrixQ", |c| {
+        command("sim.buildMatrixQ", |c| {
             let q = unit(numbers(c, 1)?, 1)?;
             give(c, al::matrix(&al::pose(numbers(c, 0)?, q)))
         })
@@ -90,7 +88,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("m = sim.buildMatrixQ({0, 0, 1}, {0, 0, 0, 1})"),
     );
     offer.command(
-        command("multiplyMatrices", |c| {
+        command("sim.multiplyMatrices", |c| {
             let product = al::multiply(&numbers(c, 0)?, &numbers(c, 1)?);
             give(c, product)
         })
@@ -101,7 +99,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("m = sim.multiplyMatrices(worldFromBody, bodyFromSensor)"),
     );
     offer.command(
-        command("multiplyVector", multiply_vector)
+        command("sim.multiplyVector", multiply_vector)
             .old_name("simTransformVector", NIL)
             .param(matrix("matrix").text("or a pose {x, y, z, qx, qy, qz, qw}"))
             .param(table("vector", "{x, y, z}; or several, one after another"))
@@ -110,7 +108,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
             .example("p = sim.multiplyVector(m, {0, 0, 1})"),
     );
     offer.command(
-        command("getInvertedMatrix", |c| give(c, al::invert(&numbers(c, 0)?)))
+        command("sim.getInvertedMatrix", |c| give(c, al::invert(&numbers(c, 0)?)))
             .alias("sim.getMatrixInverse")
             .param(matrix("matrix"))
             .returns(out())
@@ -118,14 +116,14 @@ fn matrices(offer: &mut Offer<Vrep>) {
             .example("m = sim.getInvertedMatrix(m)"),
     );
     offer.command(
-        command("copyMatrix", |c| give::<12>(c, numbers(c, 0)?))
+        command("sim.copyMatrix", |c| give::<12>(c, numbers(c, 0)?))
             .param(matrix("matrix"))
             .returns(out())
             .text("Gives a copy of a matrix.")
             .example("m2 = sim.copyMatrix(m)"),
     );
     offer.command(
-        command("interpolateMatrices", |c| {
+        command("sim.interpolateMatrices", |c| {
             let (a, b): (Matrix, Matrix) = (numbers(c, 0)?, numbers(c, 1)?);
             let between = al::interpolate(&al::of_matrix(&a), &al::of_matrix(&b), c.f64(2)?);
             give(c, al::matrix(&between))
@@ -138,7 +136,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("m = sim.interpolateMatrices(a, b, 0.5)"),
     );
     offer.command(
-        command("getEulerAnglesFromMatrix", |c| {
+        command("sim.getEulerAnglesFromMatrix", |c| {
             let p = al::of_matrix(&numbers(c, 0)?);
             give(c, al::to_euler(al::rotation(&p)))
         })
@@ -148,7 +146,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("angles = sim.getEulerAnglesFromMatrix(m)"),
     );
     offer.command(
-        command("getQuaternionFromMatrix", |c| {
+        command("sim.getQuaternionFromMatrix", |c| {
             let p = al::of_matrix(&numbers(c, 0)?);
             give(c, al::rotation(&p))
         })
@@ -158,7 +156,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("q = sim.getQuaternionFromMatrix(m)"),
     );
     offer.command(
-        command("getRotationAxis", |c| {
+        command("sim.getRotationAxis", |c| {
             let read = |i: usize| -> Result<Pose> {
                 if c.arg(i).len() >= 12 { Ok(al::of_matrix(&numbers(c, i)?)) } else { read_pose(c, i) }
             };
@@ -176,7 +174,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .example("axis, angle = sim.getRotationAxis(a, b)"),
     );
     offer.command(
-        command("rotateAroundAxis", |c| {
+        command("sim.rotateAroundAxis", |c| {
             let (axis, at, angle) = (numbers(c, 1)?, numbers::<3>(c, 2)?, c.f64(3)?);
             let turn = al::about(axis, angle).ok_or_else(|| Fail::argument("argument 2: the axis is zero"))?;
             let there = al::pose(al::sub(at, al::rotate(turn, at)), turn);
@@ -215,7 +213,7 @@ fn multiply_vector(c: &mut Ctx<'_>) -> Result {
 fn poses(offer: &mut Offer<Vrep>) {
     let out = || Param::floats("pose", 7);
     offer.command(
-        modern("buildPose", |c| {
+        modern("sim.buildPose", |c| {
             let q = if c.arg(1).len() >= 4 { unit(numbers(c, 1)?, 1)? } else { al::from_euler(numbers(c, 1)?) };
             give(c, al::pose(numbers(c, 0)?, q))
         })
@@ -226,7 +224,7 @@ fn poses(offer: &mut Offer<Vrep>) {
         .example("pose = sim.buildPose({0, 0, 1}, {0, 0, 0})"),
     );
     offer.command(
-        modern("multiplyPoses", |c| {
+        modern("sim.multiplyPoses", |c| {
             let product = al::compose(&read_pose(c, 0)?, &read_pose(c, 1)?);
             give(c, product)
         })
@@ -237,14 +235,14 @@ fn poses(offer: &mut Offer<Vrep>) {
         .example("pose = sim.multiplyPoses(worldFromBody, bodyFromSensor)"),
     );
     offer.command(
-        modern("getPoseInverse", |c| give(c, al::inverse(&read_pose(c, 0)?)))
+        modern("sim.getPoseInverse", |c| give(c, al::inverse(&read_pose(c, 0)?)))
             .param(pose("pose"))
             .returns(out())
             .text("Gives the inverse of a pose.")
             .example("pose = sim.getPoseInverse(pose)"),
     );
     offer.command(
-        modern("interpolatePoses", |c| {
+        modern("sim.interpolatePoses", |c| {
             let between = al::interpolate(&read_pose(c, 0)?, &read_pose(c, 1)?, c.f64(2)?);
             give(c, between)
         })
@@ -256,14 +254,14 @@ fn poses(offer: &mut Offer<Vrep>) {
         .example("pose = sim.interpolatePoses(a, b, 0.5)"),
     );
     offer.command(
-        modern("matrixToPose", |c| give(c, al::of_matrix(&numbers(c, 0)?)))
+        modern("sim.matrixToPose", |c| give(c, al::of_matrix(&numbers(c, 0)?)))
             .param(matrix("matrix"))
             .returns(out())
             .text("Gives the pose of a matrix.")
             .example("pose = sim.matrixToPose(m)"),
     );
     offer.command(
-        modern("poseToMatrix", |c| give(c, al::matrix(&read_pose(c, 0)?)))
+        modern("sim.poseToMatrix", |c| give(c, al::matrix(&read_pose(c, 0)?)))
             .param(pose("pose"))
             .returns(Param::floats("matrix", 12))
             .text("Gives the matrix of a pose.")
@@ -279,7 +277,7 @@ fn angles(offer: &mut Offer<Vrep>) {
     let (ypr, abg) = (["yaw", "pitch", "roll"], ["alpha", "beta", "gamma"]);
     offer.command(
         three(
-            command("yawPitchRollToAlphaBetaGamma", |c| {
+            command("sim.yawPitchRollToAlphaBetaGamma", |c| {
                 let e = al::to_euler(al::from_yaw_pitch_roll([c.f64(0)?, c.f64(1)?, c.f64(2)?]));
                 e.iter().for_each(|x| c.ret(*x));
                 Ok(())
@@ -295,7 +293,7 @@ fn angles(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         three(
-            command("alphaBetaGammaToYawPitchRoll", |c| {
+            command("sim.alphaBetaGammaToYawPitchRoll", |c| {
                 let e = al::to_yaw_pitch_roll(al::from_euler([c.f64(0)?, c.f64(1)?, c.f64(2)?]));
                 e.iter().for_each(|x| c.ret(*x));
                 Ok(())

@@ -3,7 +3,7 @@
 use crate::{Vrep, algebra as al, handle_sets, kit::*};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    for (name, flat) in [("createMeshShape", true), ("createShape", false)] {
+    for (name, flat) in [("sim.createMeshShape", true), ("sim.createShape", false)] {
         let run = |c: &mut Ctx<'_>| {
             let points = c.arg(2).numbers().unwrap_or_default();
             let places = c.arg(3).numbers().unwrap_or_default();
@@ -11,7 +11,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(handle(shape));
             Ok(())
         };
-        let command = if flat { both(name, MINUS, run) } else { modern(name, run) };
+        let command = if flat { both(name, MINUS, run) } else { Cmd::new(name, run) };
         offer.command(
             command
                 .param(Param::any("options").text("ignored: they are for looks"))
@@ -25,7 +25,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         );
     }
     offer.command(
-        both("createHeightfieldShape", MINUS, |c| {
+        both("sim.createHeightfieldShape", MINUS, |c| {
             let (nx, ny, width) = (c.i64(2)?, c.i64(3)?, c.f64(4)?);
             let heights = c.arg(5).numbers().unwrap_or_default();
             let (Ok(nx), Ok(ny)) = (usize::try_from(nx), usize::try_from(ny)) else {
@@ -61,7 +61,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Makes a landscape of heights, as a shape of triangles."),
     );
     offer.command(
-        both("getShapeMesh", NIL, |c| {
+        both("sim.getShapeMesh", NIL, |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let (points, places) = triangles(c, shape)?;
             let normals = normals(&points, &places);
@@ -78,7 +78,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Round shapes are cut into 32 parts; of compounds the parts are given as boxes are."),
     );
     offer.command(
-        both("getShapeGeomInfo", NIL, |c| {
+        both("sim.getShapeGeomInfo", NIL, |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let p = &c.plugin().p;
             let size = c.world().f64s::<3>(shape, p.size)?;
@@ -103,7 +103,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives what a shape is made of."),
     );
     offer.command(
-        both("groupShapes", MINUS, |c| {
+        both("sim.groupShapes", MINUS, |c| {
             let shapes = handle_sets::list(c, 0)?;
             let group = group(c, &shapes)?;
             c.ret(handle(group));
@@ -116,7 +116,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("The result is one shape of triangles, which cannot be taken apart again."),
     );
     offer.command(
-        both("ungroupShape", NIL, |c| {
+        both("sim.ungroupShape", NIL, |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             c.ret::<[i64]>(&[handle(shape)][..]);
             Ok(())
@@ -137,7 +137,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         v.array::<9>().ok_or_else(|| Fail::new("the host gave no inertia"))
     };
     offer.command(
-        both("getShapeMassAndInertia", NIL, move |c| {
+        both("sim.getShapeMassAndInertia", NIL, move |c| {
             let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
             let m = w.f64(shape, p.mass)?;
             // The original gives the inertia divided by the mass.
@@ -158,7 +158,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .text("Gives mass, inertia and centre of mass of a shape; without a matrix in the world's frame."),
     );
     offer.command(
-        both("setShapeMassAndInertia", MINUS, |c| {
+        both("sim.setShapeMassAndInertia", MINUS, |c| {
             let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
             let m = c.f64(1)?.max(1e-7);
             let (inertia, com): ([f64; 9], [f64; 3]) = (numbers(c, 2)?, numbers(c, 3)?);
@@ -183,7 +183,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .text("Sets mass, inertia and centre of mass of a shape."),
     );
     offer.command(
-        modern("getShapeInertia", move |c| {
+        Cmd::new("sim.getShapeInertia", move |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let (inertia, com) = (inertia_of(c, shape)?, c.world().f64s::<3>(shape, c.plugin().p.com)?);
             c.ret::<[f64]>(&inertia[..]);
@@ -196,7 +196,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .text("Gives inertia and centre of mass of a shape."),
     );
     offer.command(
-        modern("setShapeInertia", |c| {
+        Cmd::new("sim.setShapeInertia", |c| {
             let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
             let (inertia, at): ([f64; 9], [f64; 12]) = (numbers(c, 1)?, numbers(c, 2)?);
             let at = al::of_matrix(&at);
@@ -209,7 +209,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .text("Sets inertia and centre of mass of a shape."),
     );
     offer.command(
-        both("computeMassAndInertia", MINUS, |c| {
+        both("sim.computeMassAndInertia", MINUS, |c| {
             let (shape, density) = (of_kind(c, 0, TATU_KIND_SHAPE)?, c.f64(1)?);
             let (points, places) = triangles(c, shape)?;
             let corner = |i: i64| {

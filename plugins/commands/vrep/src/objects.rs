@@ -92,7 +92,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("uid = sim.getObjectUid(robot)"),
     );
     offer.command(
-        modern("getObjectFromUid", |c| {
+        Cmd::new("sim.getObjectFromUid", |c| {
             let id = c.i64(0)? as u64;
             let found = c.world().look(id).ok().filter(|o| o.id == id);
             match found {

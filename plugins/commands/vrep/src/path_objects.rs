@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let path = || flagged("path");
     let along = || Param::float("along").text("0: the beginning, 1: the end");
     offer.command(
-        both("createPath", MINUS, |c| {
+        both("sim.createPath", MINUS, |c| {
             let dummy = c.world().create("dummy", 0, "Path")?;
             // Since 4.2 the control points come first: 7 numbers each.
             if is_table(c.arg(0)) {
@@ -36,7 +36,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("insertPathCtrlPoints", MINUS, |c| {
+        both("sim.insertPathCtrlPoints", MINUS, |c| {
             let (id, options, start, count) = (living(c, 0)?.id, c.i64(1)?, c.i64(2)?, c.i64(3)?);
             let size = if options & 2 != 0 { 16 } else { 11 };
             let data = paths::floats(c, 4)?;
@@ -63,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("cutPathCtrlPoints", MINUS, |c| {
+        both("sim.cutPathCtrlPoints", MINUS, |c| {
             let (id, start, count) = (living(c, 0)?.id, c.i64(1)?, c.i64(2)?);
             let mut path = read(c, id)?;
             if start < 0 {
@@ -89,7 +89,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Ok(al::compose(&c.world().pose(id, 0)?, &own))
     };
     offer.command(
-        both("getPositionOnPath", NIL, move |c| {
+        both("sim.getPositionOnPath", NIL, move |c| {
             let p = at(c)?;
             c.ret::<[f64]>(&p[..3]);
             Ok(())
@@ -101,7 +101,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("getOrientationOnPath", NIL, move |c| {
+        both("sim.getOrientationOnPath", NIL, move |c| {
             let p = at(c)?;
             c.ret::<[f64]>(&al::to_euler(al::rotation(&p))[..]);
             Ok(())
@@ -113,7 +113,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("getDataOnPath", NIL, |c| {
+        both("sim.getDataOnPath", NIL, |c| {
             of_path(c)?;
             c.ret(0_i64);
             c.ret::<[f64]>(&[0.0; 4][..]);
@@ -127,7 +127,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .stub("control points keep no extra data"),
     );
     offer.command(
-        both("getPathLength", NIL, |c| {
+        both("sim.getPathLength", NIL, |c| {
             let length = read(c, of_path(c)?)?.length();
             c.ret(length);
             Ok(())
@@ -138,7 +138,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("getPathPosition", NIL, |c| {
+        both("sim.getPathPosition", NIL, |c| {
             let id = of_path(c)?;
             let at = notes::number(c, id, "path position")?.unwrap_or(0.0);
             c.ret(at);
@@ -149,7 +149,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the place on a path that was set."),
     );
     offer.command(
-        both("setPathPosition", MINUS, |c| {
+        both("sim.setPathPosition", MINUS, |c| {
             let (id, x) = (of_path(c)?, c.f64(1)?);
             notes::set_number(c, id, "path position", x)?;
             done(c)
@@ -160,7 +160,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("It is kept; nothing moves along by itself."),
     );
     offer.command(
-        both("getClosestPositionOnPath", NIL, |c| {
+        both("sim.getClosestPositionOnPath", NIL, |c| {
             let id = of_path(c)?;
             let (path, p) = (read(c, id)?, numbers::<3>(c, 1)?);
             let points: Vec<[f64; 3]> = path.line().iter().map(al::position).collect();
@@ -178,7 +178,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both("followPath", NIL, follow)
+        both("sim.followPath", NIL, follow)
             .param(flagged("object"))
             .param(path())
             .param(Param::int("what").default(3).optional().text("1: position, 2: orientation, 3: both"))

@@ -11,7 +11,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .text("0: along a line, 1: an angle that turns without end, 2: part of a quaternion")
     };
     offer.command(
-        modern("getPathLengths", |c| {
+        Cmd::new("sim.getPathLengths", |c| {
             let (path, n) = (floats(c, 0)?, dimension(c, 1)?);
             let configs: Vec<&[f64]> = path.chunks_exact(n).collect();
             let way = if c.has(2) { c.arg(2).as_func() } else { None };
@@ -47,7 +47,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives how far along a path each of its configurations lies."),
     );
     offer.command(
-        modern("getPathInterpolatedConfig", |c| {
+        Cmd::new("sim.getPathInterpolatedConfig", |c| {
             let (path, lengths, t) = (floats(c, 0)?, floats(c, 1)?, c.f64(2)?);
             let at = between(&path, &lengths, t, &c.arg(4).numbers().unwrap_or_default())?;
             c.ret::<[f64]>(&at[..]);
@@ -63,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Always straight between configurations, whatever the method."),
     );
     offer.command(
-        modern("resamplePath", |c| {
+        Cmd::new("sim.resamplePath", |c| {
             let (path, lengths) = (floats(c, 0)?, floats(c, 1)?);
             let n = usize::try_from(c.i64(2)?).ok().filter(|n| (2..=1_000_000).contains(n));
             let n = n.ok_or_else(|| Fail::argument("argument 3: expected at least 2 configurations"))?;
@@ -86,7 +86,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Always straight between configurations, whatever the method."),
     );
     offer.command(
-        modern("getClosestPosOnPath", |c| {
+        Cmd::new("sim.getClosestPosOnPath", |c| {
             let (path, lengths, p) = (floats(c, 0)?, floats(c, 1)?, numbers::<3>(c, 2)?);
             let n = path.len().checked_div(lengths.len()).unwrap_or(0);
             if n < 3 {
@@ -105,7 +105,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives the place of a path that is nearest to a point."),
     );
     offer.command(
-        modern("getConfigDistance", |c| {
+        Cmd::new("sim.getConfigDistance", |c| {
             let (a, b) = (floats(c, 0)?, floats(c, 1)?);
             if a.len() != b.len() {
                 return Err(Fail::argument("the configurations have not as many numbers each"));

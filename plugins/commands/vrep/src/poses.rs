@@ -8,13 +8,13 @@ use crate::{
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        getter("Position", |c, p| c.ret::<[f64]>(&p[..3]))
+        getter("sim.getObjectPosition", |c, p| c.ret::<[f64]>(&p[..3]))
             .returns(Param::floats("position", 3).unit("m"))
             .text("Gives where an object is: {x, y, z}.")
             .example("p = sim.getObjectPosition(robot, -1)"),
     );
     offer.command(
-        getter("Orientation", |c, p| {
+        getter("sim.getObjectOrientation", |c, p| {
             let e = al::to_euler(al::rotation(p));
             c.ret::<[f64]>(&e[..]);
         })
@@ -26,7 +26,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("heading = sim.getObjectOrientation(robot, -1)[3]"),
     );
     offer.command(
-        getter("Quaternion", |c, p| {
+        getter("sim.getObjectQuaternion", |c, p| {
             let flags = c.arg(0).as_i64().unwrap_or(0);
             let [x, y, z, w] = al::rotation(p);
             let q = if flags & WXYZ != 0 { [w, x, y, z] } else { [x, y, z, w] };
@@ -40,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("q = sim.getObjectQuaternion(robot, -1)"),
     );
     offer.command(
-        getter("Matrix", |c, p| {
+        getter("sim.getObjectMatrix", |c, p| {
             let m = al::matrix(p);
             c.ret::<[f64]>(&m[..]);
         })
@@ -49,13 +49,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("m = sim.getObjectMatrix(robot, -1)"),
     );
     offer.command(
-        getter("Pose", |c, p| c.ret::<[f64]>(&p[..]))
+        getter("sim.getObjectPose", |c, p| c.ret::<[f64]>(&p[..]))
             .returns(Param::floats("pose", 7))
             .text("Gives position and quaternion of an object: {x, y, z, qx, qy, qz, qw}.")
             .example("pose = sim.getObjectPose(robot)"),
     );
     offer.command(
-        setter("Position", |c, v, i, p| {
+        setter("sim.setObjectPosition", "position", |c, v, i, p| {
             let [x, y, z] = numbers_of::<3>(v, i)?;
             let _ = c;
             p[..3].copy_from_slice(&[x, y, z]);
@@ -68,7 +68,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.setObjectPosition(box, {0, 0, 0.5}, -1)"),
     );
     offer.command(
-        setter("Orientation", |_, v, i, p| {
+        setter("sim.setObjectOrientation", "orientation", |_, v, i, p| {
             let q = al::from_euler(numbers_of::<3>(v, i)?);
             p[3..].copy_from_slice(&q);
             Ok(())
@@ -80,7 +80,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.setObjectOrientation(box, {0, 0, math.pi / 2}, -1)"),
     );
     offer.command(
-        setter("Quaternion", |c, v, i, p| {
+        setter("sim.setObjectQuaternion", "quaternion", |c, v, i, p| {
             let mut q = numbers_of::<4>(v, i)?;
             if c.arg(0).as_i64().unwrap_or(0) & WXYZ != 0 {
                 q.rotate_left(1);
@@ -95,7 +95,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.setObjectQuaternion(box, {0, 0, 0, 1}, -1)"),
     );
     offer.command(
-        setter("Matrix", |_, v, i, p| {
+        setter("sim.setObjectMatrix", "matrix", |_, v, i, p| {
             *p = al::of_matrix(&numbers_of::<12>(v, i)?);
             Ok(())
         })
@@ -106,7 +106,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.setObjectMatrix(box, sim.getObjectMatrix(target, -1), -1)"),
     );
     offer.command(
-        setter("Pose", |_, v, i, p| {
+        setter("sim.setObjectPose", "pose", |_, v, i, p| {
             let given: Pose = numbers_of(v, i)?;
             *p = al::pose(al::position(&given), unit(al::rotation(&given), i)?);
             Ok(())
@@ -146,24 +146,22 @@ enum Frame {
     Base(tatu_object),
 }
 
-fn getter(what: &str, give: impl Fn(&mut Ctx<'_>, &Pose) + 'static) -> Cmd {
-    Cmd::new(format!("sim.getObject{what}"), move |c| {
+fn getter(name: &str, give: impl Fn(&mut Ctx<'_>, &Pose) + 'static) -> Cmd {
+    both(name, NIL, move |c| {
         let id = id(c, 0)?;
         let frame = frame(c, c.arg(1), 1, id)?;
         let pose = pose(c, id, &frame)?;
         give(c, &pose);
         Ok(())
     })
-    .old_name(format!("simGetObject{what}"), NIL)
     .side_by_side()
     .param(flagged("object"))
     .param(frame_param())
 }
 
 /// A setter: `put` reads the value, argument `i`, into the pose that the object has now.
-fn setter(what: &str, put: impl Fn(&Ctx<'_>, ValueRef<'_>, usize, &mut Pose) -> Result + 'static) -> Cmd {
-    let value = what.to_lowercase();
-    Cmd::new(format!("sim.setObject{what}"), move |c| {
+fn setter(name: &str, value: &str, put: impl Fn(&Ctx<'_>, ValueRef<'_>, usize, &mut Pose) -> Result + 'static) -> Cmd {
+    both(name, MINUS, move |c| {
         let id = id(c, 0)?;
         // The new order puts the value first.
         let (value, relative) = if is_table(c.arg(1)) { (1, 2) } else { (2, 1) };
@@ -178,9 +176,8 @@ fn setter(what: &str, put: impl Fn(&Ctx<'_>, ValueRef<'_>, usize, &mut Pose) -> 
         .map_err(|e| explain_any(c, id, e))?;
         done(c)
     })
-    .old_name(format!("simSetObject{what}"), MINUS)
     .param(flagged("object"))
-    .param(Param::any(&value).text("a table; old scripts give the frame here, and the table last"))
+    .param(Param::any(value).text("a table; old scripts give the frame here, and the table last"))
     .param(
         Param::any("relativeTo").optional().text("-1 or nil: the world, sim.handle_parent: its parent, or an object"),
     )

@@ -27,11 +27,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(flags())
             .param(table("current", "positions, velocities and accelerations now"))
     };
-    for (name, position) in [("Pos", true), ("Vel", false)] {
+    for (name, older, flat, position) in [
+        ("sim.ruckigPos", "sim.rmlPos", "simRMLPos", true),
+        ("sim.ruckigVel", "sim.rmlVel", "simRMLVel", false),
+    ] {
         let limits =
             if position { "greatest velocities, accelerations and jerks" } else { "greatest accelerations and jerks" };
         let target = if position { "positions and velocities" } else { "velocities" };
-        let command = Cmd::new(format!("sim.ruckig{name}"), move |c| {
+        let command = Cmd::new(name, move |c| {
             let n = usize::try_from(c.i64(0)?).ok().filter(|n| (1..=1000).contains(n));
             let n = n.ok_or_else(|| Fail::argument("argument 1: expected a number of coordinates, at least 1"))?;
             let part = |i: usize, k: usize| -> Result<Vec<f64>> {
@@ -61,8 +64,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(made);
             Ok(())
         })
-        .alias(format!("sim.rml{name}"))
-        .old_name(format!("simRML{name}"), MINUS);
+        .alias(older)
+        .old_name(flat, MINUS);
         offer.command(
             common(command)
                 .param(table("limits", limits))

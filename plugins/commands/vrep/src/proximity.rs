@@ -5,11 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::{Vrep, kit::*};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| {
-        // `checkEx` has its ending after the noun.
-        let (verb, end) = name.strip_suffix("Ex").map_or((name, ""), |verb| (verb, "Ex"));
-        both(&format!("{verb}ProximitySensor{end}"), MINUS, run)
-    };
+    let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| both(name, MINUS, run);
     let answers = |command: Cmd| {
         command
             .returns(Param::int("result").text(
@@ -22,7 +18,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .returns(Param::floats("normal", 3).text("of the surface, sensor frame"))
     };
     offer.command(
-        answers(command("read", |c| {
+        answers(command("sim.readProximitySensor", |c| {
             let sensor = id(c, 0)?;
             let sight = last(c, sensor)?;
             give(c, sight);
@@ -34,13 +30,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("result, distance = sim.readProximitySensor(sonar)"),
     );
     offer.command(
-        answers(command("handle", handle_now))
+        answers(command("sim.handleProximitySensor", handle_now))
             .param(Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
             .text("Lets a proximity sensor look now; of several, gives the nearest detection.")
             .example("result, distance = sim.handleProximitySensor(laser)"),
     );
     offer.command(
-        answers(command("check", |c| {
+        answers(command("sim.checkProximitySensor", |c| {
             let sensor = id(c, 0)?;
             let only = if c.i64(1)? == HANDLE_ALL { 0 } else { living(c, 1)?.id };
             let sight = look(c, sensor, only)?;
@@ -56,7 +52,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("result, distance = sim.checkProximitySensor(sonar, ball)"),
     );
     offer.command(
-        answers(command("checkEx", |c| {
+        answers(command("sim.checkProximitySensorEx", |c| {
             let sensor = id(c, 0)?;
             let only = if c.i64(1)? == HANDLE_ALL { 0 } else { living(c, 1)?.id };
             let wanted = how(only, c.i64(2)?, c.f64(3)?, c.f64(4)?)?;
@@ -78,7 +74,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Collections are not known."),
     );
     offer.command(
-        command("reset", |c| {
+        command("sim.resetProximitySensor", |c| {
             for sensor in sensors(c)? {
                 c.world().reset_reading(sensor).map_err(|e| not_proximity(c, sensor, e))?;
             }

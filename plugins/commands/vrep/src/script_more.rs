@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.prelude("lua", "", include_str!("catalogue.lua"));
     let target = || Param::any("script").text("a handle, or a type where the text names the object");
     offer.command(
-        both("executeScriptString", MINUS, |c| {
+        both("sim.executeScriptString", MINUS, |c| {
             let text = c.text(0)?;
             let (code, script) = target_of(c, &text, 1)?;
             match scripts::call_named(c, script, "_tatu_execute", &[Value::text(&code)]) {
@@ -29,7 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Runs a text in a script."),
     );
     offer.command(
-        both("setScriptVariable", MINUS, |c| {
+        both("sim.setScriptVariable", MINUS, |c| {
             let text = c.text(0)?;
             let (name, script) = target_of(c, &text, 1)?;
             let value = c.arg(2).to_value()?;
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Sets a global variable of a script."),
     );
     offer.command(
-        modern("getScriptFunctions", |c| {
+        Cmd::new("sim.getScriptFunctions", |c| {
             scripts::self_or(c, 0)?;
             c.ret::<Value>(Value::Map(Vec::new()));
             Ok(())
@@ -55,7 +55,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("In Lua only; for other callers the table is empty."),
     );
     offer.command(
-        both("invertMatrix", MINUS, |c| {
+        both("sim.invertMatrix", MINUS, |c| {
             let m = crate::algebra::invert(&numbers(c, 0)?);
             c.ret::<[f64]>(&m[..]);
             Ok(())
@@ -68,7 +68,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     attributes(offer);
     parameters(offer);
     offer.command(
-        both("removeScript", MINUS, |c| {
+        both("sim.removeScript", MINUS, |c| {
             let script = scripts::self_or(c, 0)?;
             c.world().remove(&[script])?;
             done(c)
@@ -77,7 +77,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Removes a script: it is not called any more."),
     );
     offer.command(
-        both("getLastError", NIL, |c| {
+        both("sim.getLastError", NIL, |c| {
             let text = std::mem::take(&mut state(c)?.last_error);
             if !text.is_empty() {
                 c.ret::<[u8]>(text.as_slice());
@@ -90,7 +90,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .stub("messages of failed calls stand in the log"),
     );
     offer.command(
-        modern("copyTable", |c| {
+        Cmd::new("sim.copyTable", |c| {
             let v = c.arg(0).to_value()?;
             c.ret::<Value>(v);
             Ok(())
@@ -119,7 +119,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
     let id = || Param::int("attribute").text("sim.scriptattribute_...");
     let name = |n: i64| format!("attribute {n}");
     offer.command(
-        both("getScriptAttribute", MINUS, move |c| {
+        both("sim.getScriptAttribute", MINUS, move |c| {
             let (script, n) = (scripts::self_or(c, 0)?, c.i64(1)?);
             let kept = notes::number(c, script, &name(n))?;
             match n {
@@ -136,7 +136,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
         .text("Gives an attribute of a script."),
     );
     offer.command(
-        both("setScriptAttribute", MINUS, move |c| {
+        both("sim.setScriptAttribute", MINUS, move |c| {
             let (script, n) = (scripts::self_or(c, 0)?, c.i64(1)?);
             let v = c.arg(2);
             let x = v.as_f64().unwrap_or(f64::from(u8::from(v.truthy())));
@@ -161,7 +161,7 @@ fn parameters(offer: &mut Offer<Vrep>) {
         _ => Ok(living(c, 0)?.id),
     };
     offer.command(
-        both("getUserParameter", NIL, move |c| {
+        both("sim.getUserParameter", NIL, move |c| {
             if let Some(data) = notes::private(c, target(c)?, &name(c)?)? {
                 let value = tables::unpack(&data)?;
                 c.ret::<Value>(value);
@@ -174,7 +174,7 @@ fn parameters(offer: &mut Offer<Vrep>) {
         .text("Gives a user parameter of an object."),
     );
     offer.command(
-        both("setUserParameter", MINUS, move |c| {
+        both("sim.setUserParameter", MINUS, move |c| {
             let (id, name) = (target(c)?, name(c)?);
             let value = c.arg(2).to_value()?;
             let data = if value == Value::Nil { None } else { Some(tables::pack(&value)?) };

@@ -19,20 +19,19 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("robot = sim.getObjectAssociatedWithScript(sim.handle_self)"),
     );
     for (name, kind, text) in [
-        ("getScriptAssociatedWithObject", "child", "Gives the child script of an object."),
-        ("getCustomizationScriptAssociatedWithObject", "customization", "Gives the customization script of an object."),
+        ("sim.getScriptAssociatedWithObject", "child", "Gives the child script of an object."),
+        ("sim.getCustomizationScriptAssociatedWithObject", "customization", "Gives the customization script of an object."),
     ] {
         offer.command(
-            Cmd::new(format!("sim.{name}"), move |c| {
+            both(name, MINUS, move |c| {
                 let script = script_of(c, living(c, 0)?.id, kind)?;
                 c.ret(handle(script));
                 Ok(())
             })
-            .old_name(format!("simG{}", &name[1..]), MINUS)
             .param(object("object"))
             .returns(Param::int("script").text("-1: none"))
             .text(text)
-            .example(format!("script = sim.{name}(robot)")),
+            .example(format!("script = {name}(robot)")),
         );
     }
     offer.command(

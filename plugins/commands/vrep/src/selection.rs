@@ -4,7 +4,7 @@ use crate::{Vrep, handle_sets, kit::*, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("getObjectSelection", NIL, |c| {
+        both("sim.getObjectSelection", NIL, |c| {
             let selected = selected(c)?;
             if !selected.is_empty() {
                 c.ret::<[i64]>(&selected[..]);
@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Lists the selected objects."),
     );
     offer.command(
-        modern("getObjectSel", |c| {
+        Cmd::new("sim.getObjectSel", |c| {
             let selected = selected(c)?;
             c.ret::<[i64]>(&selected[..]);
             Ok(())
@@ -24,7 +24,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Lists the selected objects."),
     );
     offer.command(
-        modern("setObjectSel", |c| {
+        Cmd::new("sim.setObjectSel", |c| {
             let ids = handle_sets::list(c, 0)?;
             state(c)?.selection = ids;
             Ok(())
@@ -32,7 +32,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::list("objects").text("handles"))
         .text("Selects these objects and no others."),
     );
-    for (name, add) in [("addObjectToSelection", true), ("removeObjectFromSelection", false)] {
+    for (name, add) in [("sim.addObjectToSelection", true), ("sim.removeObjectFromSelection", false)] {
         let command = both(name, MINUS, move |c| {
             let ids = meant(c)?;
             let selection = &mut state(c)?.selection;
@@ -56,7 +56,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         );
     }
     offer.command(
-        both("isObjectInSelection", MINUS, |c| {
+        both("sim.isObjectInSelection", MINUS, |c| {
             let id = living(c, 0)?.id;
             let inside = state(c)?.selection.contains(&id);
             c.ret(i64::from(inside));

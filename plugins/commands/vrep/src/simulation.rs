@@ -68,24 +68,23 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("on = sim.getRealTimeSimulation()"),
     );
     for (name, what, text) in [
-        ("startSimulation", TATU_REQUEST_START, "Asks for the simulation to start, or to go on after a pause."),
-        ("pauseSimulation", TATU_REQUEST_PAUSE, "Asks for the simulation to pause after the next step."),
+        ("sim.startSimulation", TATU_REQUEST_START, "Asks for the simulation to start, or to go on after a pause."),
+        ("sim.pauseSimulation", TATU_REQUEST_PAUSE, "Asks for the simulation to pause after the next step."),
         (
-            "stopSimulation",
+            "sim.stopSimulation",
             TATU_REQUEST_STOP,
             "Asks for the simulation to stop: two more steps follow, in which scripts can see it.",
         ),
-        ("quitSimulator", TATU_REQUEST_QUIT, "Asks for the program to end."),
+        ("sim.quitSimulator", TATU_REQUEST_QUIT, "Asks for the program to end."),
     ] {
         offer.command(
-            Cmd::new(format!("sim.{name}"), move |c| {
+            both(name, MINUS, move |c| {
                 c.world().request(what)?;
                 done(c)
             })
-            .old_name(format!("sim{}{}", name[..1].to_uppercase(), &name[1..]), MINUS)
             .param(Param::any("unused").optional())
             .text(text)
-            .example(format!("sim.{name}()")),
+            .example(format!("{name}()")),
         );
     }
     offer.command(

@@ -6,7 +6,7 @@ use crate::{Vrep, kit::*};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("packTable", NIL, |c| {
+        both("sim.packTable", NIL, |c| {
             if !is_table(c.arg(0)) {
                 return Err(Fail::argument("argument 1: expected a table"));
             }
@@ -21,7 +21,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("The bytes are of a form of our own, whatever the scheme: what the original packed is not unpacked."),
     );
     offer.command(
-        both("unpackTable", NIL, |c| {
+        both("sim.unpackTable", NIL, |c| {
             let value = match c.bytes(0)? {
                 b"" => Value::List(Vec::new()),
                 data => unpack(data)?,

@@ -10,10 +10,10 @@ const SHOWN: i64 = 512;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| {
-        Cmd::new(format!("sim.{name}"), run).old_name(format!("sim{}{}", name[..1].to_uppercase(), &name[1..]), MINUS)
+        both(name, MINUS, run)
     };
     offer.command(
-        command("floatingViewAdd", |c| {
+        command("sim.floatingViewAdd", |c| {
             let world = c.world();
             let used = |n: i64| world.signal(VIEWS, name(n).as_bytes()).is_ok_and(|v| !v.is_nil());
             let view = (1..).find(|n| !used(*n)).unwrap_or(1);
@@ -29,7 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("view = sim.floatingViewAdd(0.5, 0.5, 0.3, 0.3, 0)"),
     );
     offer.command(
-        command("floatingViewRemove", |c| {
+        command("sim.floatingViewRemove", |c| {
             let there = c.world().clear_signal(VIEWS, name(c.i64(0)?).as_bytes())? > 0;
             c.ret(i64::from(there));
             Ok(())
@@ -40,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.floatingViewRemove(view)"),
     );
     offer.command(
-        command("adjustView", |c| {
+        command("sim.adjustView", |c| {
             let (view, options) = (c.i64(0)?, int_or(c, 2, 0)?);
             let shown = c.world().signal(VIEWS, name(view).as_bytes())?.as_i64();
             if options & SHOWN != 0 {
@@ -65,7 +65,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.adjustView(view, -1, 0)"),
     );
     offer.command(
-        command("addBanner", |c| {
+        command("sim.addBanner", |c| {
             c.ret(1_i64);
             Ok(())
         })
@@ -77,7 +77,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.addBanner('hello', 0.1, 0)"),
     );
     offer.command(
-        command("removeBanner", |c| {
+        command("sim.removeBanner", |c| {
             c.ret(1_i64);
             Ok(())
         })

@@ -28,7 +28,7 @@ pub(crate) struct InTransit {
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both("sendData", MINUS, |c| {
+        both("sim.sendData", MINUS, |c| {
             let (w, p) = (c.world(), &c.plugin().p);
             let (now, dt) = (w.f64(0, p.time)?, w.f64(0, p.dt)?);
             let message = WirelessMessage {
@@ -60,7 +60,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("It is sent to all sides, whatever the emission angles."),
     );
     offer.command(
-        both("receiveData", NIL, receive)
+        both("sim.receiveData", NIL, receive)
             .param(Param::int("header").default(-1).optional().text("-1: any"))
             .param(Param::string("name").optional().text("nil: any"))
             .param(Param::int("antenna").default(HANDLE_SELF).optional())
@@ -72,7 +72,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .text("Receives data that was sent."),
     );
     offer.command(
-        modern("broadcastMsg", |c| {
+        Cmd::new("sim.broadcastMsg", |c| {
             let me = c.caller_script();
             let message = [c.arg(0), handle_value(handle(me))];
             c.world().broadcast("msg", &message, me)

@@ -65,7 +65,7 @@ pub(crate) struct Motion {
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let waits = "Waits in the calling thread; in scripts without one it fails.";
     offer.command(
-        modern("moveToConfig", |c| run(c, config))
+        Cmd::new("sim.moveToConfig", |c| run(c, config))
             .param(Param::any("params").text("a table: joints, targetPos, maxVel, maxAccel, maxJerk, pos, vel, callback, auxData"))
             .param(Param::any("more").rest().text("the form of 4.2 to 4.6: flags, pos, vel, accel, maxVel, maxAccel, maxJerk, targetPos, targetVel, callback, auxData"))
             .returns(Param::any("data").text("where it ended: pos, vel, accel, timeLeft"))
@@ -74,7 +74,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .partial(NOTES),
     );
     offer.command(
-        modern("moveToPose", |c| run(c, pose))
+        Cmd::new("sim.moveToPose", |c| run(c, pose))
             .param(Param::any("params").text("a table: object, pose, targetPose, maxVel, maxAccel, maxJerk (4 numbers: x, y, z, angle), relObject, callback, auxData"))
             .param(Param::any("more").rest().text("the form of 4.2 to 4.6: flags, pose, maxVel, maxAccel, maxJerk, targetPose, callback, auxData, metric"))
             .returns(Param::any("data").text("where it ended: pose, timeLeft"))
@@ -130,7 +130,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .partial(NOTES),
     );
     offer.command(
-        both("moveToPosition", NIL, |c| run(c, to_position))
+        both("sim.moveToPosition", NIL, |c| run(c, to_position))
             .param(flagged("object"))
             .param(frame_param())
             .param(Param::any("position").optional())
@@ -144,7 +144,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .partial(NOTES),
     );
     offer.command(
-        both("moveToObject", NIL, |c| run(c, to_object))
+        both("sim.moveToObject", NIL, |c| run(c, to_object))
             .param(flagged("object"))
             .param(flagged("target"))
             .param(Param::int("what").default(3).optional().text("1: position, 2: orientation, 3: both"))
@@ -157,7 +157,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .partial(NOTES),
     );
     offer.command(
-        both("moveToJointPositions", NIL, |c| run(c, to_joints))
+        both("sim.moveToJointPositions", NIL, |c| run(c, to_joints))
             .param(Param::list("joints"))
             .param(table("positions", "rad or m"))
             .param(Param::any("velocity").text("a number, or a table"))
@@ -172,22 +172,29 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 /// The three parts of a motion, for scripts that wait themselves.
 fn steps(offer: &mut Offer<Vrep>) {
-    for (name, make) in [("Config", config as Make), ("Pose", pose)] {
+    for (whole, [begin, step, cleanup], make) in [
+        (
+            "sim.moveToConfig",
+            ["sim.moveToConfig_init", "sim.moveToConfig_step", "sim.moveToConfig_cleanup"],
+            config as Make,
+        ),
+        ("sim.moveToPose", ["sim.moveToPose_init", "sim.moveToPose_step", "sim.moveToPose_cleanup"], pose),
+    ] {
         let motion = || Param::any("motion").text("what the first part gave");
         offer.command(
-            modern(&format!("moveTo{name}_init"), move |c| {
+            Cmd::new(begin, move |c| {
                 let motion = make(c)?;
                 let number = keep(c, motion)?;
                 c.ret::<Value>(Value::Map(vec![(Value::text("motion"), Value::Int(number))]));
                 Ok(())
             })
-            .param(Param::any("params").text(format!("as of sim.moveTo{name}")))
+            .param(Param::any("params").text(format!("as of {whole}")))
             .returns(motion())
-            .text(format!("Begins what sim.moveTo{name} does, for scripts that go on by themselves."))
+            .text(format!("Begins what {whole} does, for scripts that go on by themselves."))
             .partial(NOTES),
         );
         offer.command(
-            modern(&format!("moveTo{name}_step"), |c| {
+            Cmd::new(step, |c| {
                 let number = number_of(c)?;
                 let (arrived, answer) = advance(c, number)?;
                 c.ret(i64::from(arrived));
@@ -201,7 +208,7 @@ fn steps(offer: &mut Offer<Vrep>) {
             .partial(NOTES),
         );
         offer.command(
-            modern(&format!("moveTo{name}_cleanup"), |c| {
+            Cmd::new(cleanup, |c| {
                 let number = number_of(c)?;
                 finish(c, number)
             })

@@ -233,7 +233,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     };
     offer.command(
         packets(
-            both("readVisionSensor", MINUS, |c| {
+            both("sim.readVisionSensor", MINUS, |c| {
                 let view = View::of(c, 0)?;
                 if view.sequence == 0 {
                     c.ret(-1_i64);
@@ -250,7 +250,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         packets(
-            both("handleVisionSensor", MINUS, handle_now)
+            both("sim.handleVisionSensor", MINUS, handle_now)
                 .param(flagged("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
                 .returns(Param::int("count").text("of the sensors that detected something")),
         )
@@ -260,7 +260,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ),
     );
     offer.command(
-        both("resetVisionSensor", MINUS, |c| {
+        both("sim.resetVisionSensor", MINUS, |c| {
             for sensor in meant(c)? {
                 if is_one(c, sensor) {
                     c.world().reset_reading(sensor)?;
@@ -276,7 +276,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         packets(
-            both("checkVisionSensor", MINUS, |c| {
+            both("sim.checkVisionSensor", MINUS, |c| {
                 let (sensor, only) = (View::of(c, 0)?.id, entity(c, 1)?);
                 let (view, seen) = take(c, sensor, only)?;
                 give(c, &view, &seen);
@@ -290,7 +290,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(LATER),
     );
     offer.command(
-        both("checkVisionSensorEx", NIL, |c| {
+        both("sim.checkVisionSensorEx", NIL, |c| {
             let (sensor, only) = (View::of(c, 0)?.id, entity(c, 1)?);
             let (view, seen) = take(c, sensor, only)?;
             let out: Vec<f64> = if c.arg(2).truthy() {

@@ -82,7 +82,7 @@ fn old(offer: &mut Offer<Vrep>) {
     };
     let one = |c: &Ctx<'_>| c.i64(0).map(|h| h & FLAG != 0);
     offer.command(
-        with_size(both("getVisionSensorImage", NIL, move |c| {
+        with_size(both("sim.getVisionSensorImage", NIL, move |c| {
             let (at, size) = rect(c)?;
             let (out, _) = bytes(c, View::of(c, 0)?, at, size, one(c)?, None)?;
             match int_or(c, 5, 0)? {
@@ -98,7 +98,7 @@ fn old(offer: &mut Offer<Vrep>) {
         .text("Gives the image of a vision sensor, the lowest row first."),
     );
     offer.command(
-        with_size(both("getVisionSensorCharImage", NIL, move |c| {
+        with_size(both("sim.getVisionSensorCharImage", NIL, move |c| {
             let (at, size) = rect(c)?;
             let most = if c.has(5) { c.f64(5)? } else { 0.0 };
             let alpha = (most != 0.0).then_some(most);
@@ -117,7 +117,7 @@ fn old(offer: &mut Offer<Vrep>) {
         .text("Gives the image of a vision sensor as bytes, the lowest row first."),
     );
     offer.command(
-        with_size(both("getVisionSensorDepthBuffer", NIL, move |c| {
+        with_size(both("sim.getVisionSensorDepthBuffer", NIL, move |c| {
             let (at, size) = rect(c)?;
             let (out, _) = depths(c, View::of(c, 0)?, at, size, false)?;
             match c.i64(0)? & FLAG {
@@ -130,7 +130,7 @@ fn old(offer: &mut Offer<Vrep>) {
         .text("Gives the depths that a vision sensor sees, the lowest row first."),
     );
     offer.command(
-        both("getVisionSensorResolution", NIL, resolution)
+        both("sim.getVisionSensorResolution", NIL, resolution)
             .param(flagged("sensor"))
             .returns(Param::list("resolution").text("{width, height}"))
             .text("Gives the resolution of a vision sensor."),
@@ -146,13 +146,13 @@ fn resolution(c: &mut Ctx<'_>) -> Result {
 /// Images as scripts get them since 4.4.
 fn modern_ones(offer: &mut Offer<Vrep>) {
     offer.command(
-        modern("getVisionSensorRes", resolution)
+        Cmd::new("sim.getVisionSensorRes", resolution)
             .param(flagged("sensor"))
             .returns(Param::list("resolution").text("{width, height}"))
             .text("Gives the resolution of a vision sensor."),
     );
     offer.command(
-        modern("getVisionSensorImg", |c| {
+        Cmd::new("sim.getVisionSensorImg", |c| {
             let options = int_or(c, 1, 0)?;
             let most = if c.has(2) { c.f64(2)? } else { 0.0 };
             let alpha = if most != 0.0 { Some(most) } else { (options & 2 != 0).then_some(1.0) };
@@ -173,7 +173,7 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
         .text("Gives the image of a vision sensor, the lowest row first."),
     );
     offer.command(
-        modern("getVisionSensorDepth", |c| {
+        Cmd::new("sim.getVisionSensorDepth", |c| {
             let options = int_or(c, 1, 0)?;
             let (out, size) = depths(c, View::of(c, 0)?, pair(c, 2), pair(c, 3), options & 1 != 0)?;
             c.ret::<[u8]>(packed(&out));

@@ -75,87 +75,87 @@ const MATRIX: [&str; 2] =
 const REMOVE: Arg = Ignored("removeBuffer");
 
 const FUNCTIONS: &[Function] = &[
-    f("sensorImgToWorkImg", 1, &[], "Takes the sensor's image.", ("", "rgb == '0,255,0'")),
-    f("sensorDepthMapToWorkImg", 2, &[], "Takes the sensor's depths, 0 to 1, as grey.", ("", "rgb == '72,72,72'")),
+    f("simVision.sensorImgToWorkImg", 1, &[], "Takes the sensor's image.", ("", "rgb == '0,255,0'")),
+    f("simVision.sensorDepthMapToWorkImg", 2, &[], "Takes the sensor's depths, 0 to 1, as grey.", ("", "rgb == '72,72,72'")),
     f(
-        "uniformImgToWorkImg",
+        "simVision.uniformImgToWorkImg",
         3,
         &[Floats("color", 3)],
         "Makes all pixels the same.",
         (", {0, 1, 0}", "rgb == '0,255,0'"),
     ),
-    f("workImgToSensorImg", 4, &[REMOVE], "Gives the working image out as the sensor's.", ("", RED)),
-    f("workImgToSensorDepthMap", 38, &[REMOVE], "Gives the working image out as the sensor's depths.", ("", RED)),
-    f("workImgToBuffer1", 5, &[], "Copies the working image.", ("", RED)),
-    f("workImgToBuffer2", 6, &[], "Copies the working image.", ("", RED)),
-    f("buffer1ToWorkImg", 7, &[], "Takes what is in the buffer.", ("", BLACK)),
-    f("buffer2ToWorkImg", 8, &[], "Takes what is in the buffer.", ("", BLACK)),
-    f("swapBuffers", 9, &[], "Swaps the two buffers.", ("", RED)),
-    f("addBuffer1ToWorkImg", 10, &[], "Adds the buffer.", ("", RED)),
-    f("subtractBuffer1FromWorkImg", 11, &[], "Subtracts the buffer.", ("", RED)),
-    f("multiplyWorkImgWithBuffer1", 12, &[], "Multiplies with the buffer.", ("", BLACK)),
-    f("horizontalFlipWorkImg", 13, &[], "Mirrors left and right.", ("", RED)),
-    f("verticalFlipWorkImg", 14, &[], "Mirrors up and down.", ("", RED)),
+    f("simVision.workImgToSensorImg", 4, &[REMOVE], "Gives the working image out as the sensor's.", ("", RED)),
+    f("simVision.workImgToSensorDepthMap", 38, &[REMOVE], "Gives the working image out as the sensor's depths.", ("", RED)),
+    f("simVision.workImgToBuffer1", 5, &[], "Copies the working image.", ("", RED)),
+    f("simVision.workImgToBuffer2", 6, &[], "Copies the working image.", ("", RED)),
+    f("simVision.buffer1ToWorkImg", 7, &[], "Takes what is in the buffer.", ("", BLACK)),
+    f("simVision.buffer2ToWorkImg", 8, &[], "Takes what is in the buffer.", ("", BLACK)),
+    f("simVision.swapBuffers", 9, &[], "Swaps the two buffers.", ("", RED)),
+    f("simVision.addBuffer1ToWorkImg", 10, &[], "Adds the buffer.", ("", RED)),
+    f("simVision.subtractBuffer1FromWorkImg", 11, &[], "Subtracts the buffer.", ("", RED)),
+    f("simVision.multiplyWorkImgWithBuffer1", 12, &[], "Multiplies with the buffer.", ("", BLACK)),
+    f("simVision.horizontalFlipWorkImg", 13, &[], "Mirrors left and right.", ("", RED)),
+    f("simVision.verticalFlipWorkImg", 14, &[], "Mirrors up and down.", ("", RED)),
     f(
-        "matrix3x3OnWorkImg",
+        "simVision.matrix3x3OnWorkImg",
         18,
         &[Int("passes"), Floats("factor", 0), Floats("matrix", 9)],
         "Each pixel becomes a sum of those around it.",
         (MATRIX[0], RED),
     ),
     f(
-        "matrix5x5OnWorkImg",
+        "simVision.matrix5x5OnWorkImg",
         19,
         &[Int("passes"), Floats("factor", 0), Floats("matrix", 25)],
         "Each pixel becomes a sum of those around it.",
         (MATRIX[1], RED),
     ),
-    f("sharpenWorkImg", 20, &[], "Sharpens edges.", ("", RED)),
+    f("simVision.sharpenWorkImg", 20, &[], "Sharpens edges.", ("", RED)),
     f(
-        "edgeDetectionOnWorkImg",
+        "simVision.edgeDetectionOnWorkImg",
         21,
         &[Float("threshold")],
         "White where neighbours differ, else black.",
         (", 0.2", BLACK),
     ),
     f(
-        "rectangularCutWorkImg",
+        "simVision.rectangularCutWorkImg",
         22,
         &[Floats("sizes", 2), Bit("copyToBuffer1", 1)],
         "Makes all black but a rectangle in the middle, in parts of the image.",
         (", {0.5, 0.5}", BLACK),
     ),
     f(
-        "circularCutWorkImg",
+        "simVision.circularCutWorkImg",
         23,
         &[Float("radius"), Bit("copyToBuffer1", 1)],
         "Makes all black but a circle in the middle; 1: it touches the nearer sides.",
         (", 0.5", BLACK),
     ),
-    f("normalizeWorkImg", 24, &[], "Stretches values to 0 to 1.", ("", RED)),
+    f("simVision.normalizeWorkImg", 24, &[], "Stretches values to 0 to 1.", ("", RED)),
     f(
-        "intensityScaleOnWorkImg",
+        "simVision.intensityScaleOnWorkImg",
         25,
         &[Float("start"), Float("end"), NotBit("greyScale", 1)],
         "Values from 0 to 1 become those from start to end.",
         (", 1, 0, false", "rgb == '0,255,255'"),
     ),
     f(
-        "selectiveColorOnWorkImg",
+        "simVision.selectiveColorOnWorkImg",
         26,
         &[Floats("color", 3), Floats("tolerance", 3), Bit("rgbSpace", 2), Bit("keep", 1), Bit("removedToBuffer1", 4)],
         "Keeps or removes what is near a color.",
         (", {1, 0, 0}, {0.1, 0.1, 0.1}, true, false", BLACK),
     ),
     f(
-        "scaleAndOffsetWorkImg",
+        "simVision.scaleAndOffsetWorkImg",
         27,
         &[Floats("preOffset", 3), Floats("scale", 3), Floats("postOffset", 3), Bit("rgbSpace", 2)],
         "Adds, multiplies and adds, color by color.",
         (", {0, 0, 0}, {0, 1, 1}, {0, 0, 1}, true", "rgb == '0,0,255'"),
     ),
     finds(
-        "binaryWorkImg",
+        "simVision.binaryWorkImg",
         28,
         &[
             Float("threshold"),
@@ -174,11 +174,11 @@ const FUNCTIONS: &[Function] = &[
          orientation and roundness; it triggers where these are near what is wanted.",
         (", 0.3, 1, 0.1, 0.5, 1, 0.5, 1, 0, 7, 0, true", "rgb == '255,255,255' and trigger"),
     ),
-    f("swapWorkImgWithBuffer1", 29, &[], "Swaps the working image with the buffer.", ("", BLACK)),
-    f("addWorkImgToBuffer1", 30, &[], "Adds to the buffer.", ("", RED)),
-    f("subtractWorkImgFromBuffer1", 31, &[], "Subtracts from the buffer.", ("", RED)),
+    f("simVision.swapWorkImgWithBuffer1", 29, &[], "Swaps the working image with the buffer.", ("", BLACK)),
+    f("simVision.addWorkImgToBuffer1", 30, &[], "Adds to the buffer.", ("", RED)),
+    f("simVision.subtractWorkImgFromBuffer1", 31, &[], "Subtracts from the buffer.", ("", RED)),
     finds(
-        "blobDetectionOnWorkImg",
+        "simVision.blobDetectionOnWorkImg",
         34,
         &[Float("threshold"), Float("minSize"), Bit("diffColor", 1), Ignored("overlayColor")],
         "Finds spots above a threshold: their number, 6, then of each its share of the image, orientation, middle x and y, \
@@ -186,7 +186,7 @@ const FUNCTIONS: &[Function] = &[
         (", 0.2, 0.1, false", "trigger and sim.unpackFloatTable(packet)[1] == 1"),
     ),
     finds(
-        "coordinatesFromWorkImg",
+        "simVision.coordinatesFromWorkImg",
         35,
         &[Pair("pointCount"), Bit("evenAngles", 1), Ignored("returnColors")],
         "Points of a depth image: how many along x and y, then x, y, z and distance of each, in the sensor's frame, or \
@@ -195,7 +195,7 @@ const FUNCTIONS: &[Function] = &[
         (", {2, 1}", "not trigger and #sim.unpackFloatTable(packet) == 10"),
     ),
     finds(
-        "changedPixelsOnWorkImg",
+        "simVision.changedPixelsOnWorkImg",
         36,
         &[Float("threshold")],
         "White where the image differs from buffer 1, else black. It found their share.",
@@ -208,7 +208,7 @@ const WORLD: i64 = 0x80_0000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     // What moves images between places stands on one page, what changes them on the next.
-    let moves = |f: &&Function| f.name.contains("Buffer") || f.name.contains("ensor") || f.name.starts_with("uniform");
+    let moves = |f: &&Function| f.name.contains("Buffer") || f.name.contains("ensor") || f.name == "simVision.uniformImgToWorkImg";
     for function in FUNCTIONS.iter().filter(moves) {
         offer_one(offer, function);
     }
@@ -220,7 +220,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
-    let mut command = Cmd::new(format!("simVision.{}", function.name), move |c| run(c, function))
+    let mut command = Cmd::new(function.name, move |c| run(c, function))
         .param(flagged("sensor"))
         .text(function.text)
         .example(example(function));
@@ -263,7 +263,7 @@ fn example(f: &Function) -> String {
         2 => "-- Something fills the image at 1 m, between 0.01 and 3.5 m: 0.28 of 255.",
         _ => "simVision.uniformImgToWorkImg(eye, {1, 0, 0})",
     };
-    let call = format!("simVision.{}(eye{})", f.name, f.example.0);
+    let call = format!("{}(eye{})", f.name, f.example.0);
     let call = if f.finds { format!("local trigger, packet = {call}") } else { call };
     format!(
         "local simVision = require 'simVision'\n\

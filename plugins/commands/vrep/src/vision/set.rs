@@ -7,7 +7,7 @@ use super::{
 use crate::{Vrep, kit::*, notes};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    for name in ["setVisionSensorImage", "setVisionSensorCharImage"] {
+    for name in ["sim.setVisionSensorImage", "sim.setVisionSensorCharImage"] {
         offer.command(
             set_image(both(name, MINUS, |c| {
                 let view = View::of(c, 0)?;
@@ -21,7 +21,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         );
     }
     offer.command(
-        set_image(modern("setVisionSensorImg", |c| {
+        set_image(Cmd::new("sim.setVisionSensorImg", |c| {
             let mut view = View::of(c, 0)?;
             let options = int_or(c, 2, 0)?;
             let part = view.part(super::images::pair(c, 3), super::images::pair(c, 4))?;
@@ -43,7 +43,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Gives a vision sensor an image from elsewhere, which its scripts see as its own."),
     );
     offer.command(
-        both("createVisionSensor", MINUS, |c| {
+        both("sim.createVisionSensor", MINUS, |c| {
             let made = c.world().create("dummy", 0, "visionSensor")?;
             let ints: [f64; 2] = numbers(c, 1)?;
             let floats: [f64; 2] = numbers(c, 2)?;
