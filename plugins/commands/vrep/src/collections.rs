@@ -76,7 +76,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .text("Puts objects into a collection, or takes them away."),
         );
     }
-    for (name, flat) in [("sim.removeCollection", true), ("sim.destroyCollection", false), ("sim.emptyCollection", true)] {
+    for (name, flat) in
+        [("sim.removeCollection", true), ("sim.destroyCollection", false), ("sim.emptyCollection", true)]
+    {
         let run = move |c: &mut Ctx<'_>| {
             let which = c.i64(0)?;
             if name == "sim.emptyCollection" {

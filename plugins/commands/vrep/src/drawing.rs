@@ -29,9 +29,7 @@ const FORMS: [(&str, i64); 13] = [
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| {
-        both(name, MINUS, run)
-    };
+    let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| both(name, MINUS, run);
     offer.command(
         command("sim.addDrawingObject", add)
             .param(Param::int("type").text("sim.drawing_..., attributes are added"))

@@ -17,7 +17,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text(text)
         .example(format!("x = {name}(joint)"))
     };
-    offer.command(get("sim.getJointPosition", |p| p.joint_position, "position", "Gives how far a joint is turned or moved."));
+    offer.command(get(
+        "sim.getJointPosition",
+        |p| p.joint_position,
+        "position",
+        "Gives how far a joint is turned or moved.",
+    ));
     offer.command(get(
         "sim.getJointTargetVelocity",
         |p| p.joint_target_velocity,
@@ -30,7 +35,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         "position",
         "Gives the position that a joint's motor tries to reach.",
     ));
-    offer.command(get("sim.getJointVelocity", |p| p.joint_velocity, "velocity", "Gives how fast a joint turns or moves."));
+    offer.command(get(
+        "sim.getJointVelocity",
+        |p| p.joint_velocity,
+        "velocity",
+        "Gives how fast a joint turns or moves.",
+    ));
     offer.command(
         get(
             "sim.getJointForce",

@@ -5,17 +5,20 @@ use crate::{Vrep, kit::*};
 /// How an element is packed.
 struct Element {
     name: &'static str,
-    old: &'static str,
+    /// Of packing and of unpacking: the name, and the oldest one.
+    pack_names: [&'static str; 2],
+    unpack_names: [&'static str; 2],
     size: usize,
     pack: fn(f64, &mut Vec<u8>),
     unpack: fn(&[u8]) -> Value,
 }
 
 macro_rules! element {
-    ($name:literal, $old:literal, $t:ty, $narrow:expr, $widen:expr) => {
+    ($name:literal, $pack:expr, $unpack:expr, $t:ty, $narrow:expr, $widen:expr) => {
         Element {
             name: $name,
-            old: $old,
+            pack_names: $pack,
+            unpack_names: $unpack,
             size: size_of::<$t>(),
             pack: |x, out| {
                 let narrow: fn(f64) -> $t = $narrow;
@@ -31,19 +34,61 @@ macro_rules! element {
 
 /// The elements; integers wrap around as their bits do.
 const ELEMENTS: &[Element] = &[
-    element!("Float", "Floats", f32, |x| x as f32, |x| Value::Float(x.into())),
-    element!("Double", "Doubles", f64, |x| x, Value::Float),
-    element!("Int32", "Ints", i32, |x| x as i64 as i32, |x| Value::Int(x.into())),
-    element!("UInt32", "UInts", u32, |x| x as i64 as u32, |x| Value::Int(x.into())),
-    element!("UInt16", "Words", u16, |x| x as i64 as u16, |x| Value::Int(x.into())),
-    element!("UInt8", "Bytes", u8, |x| x as i64 as u8, |x| Value::Int(x.into())),
+    element!(
+        "Float",
+        ["sim.packFloatTable", "simPackFloats"],
+        ["sim.unpackFloatTable", "simUnpackFloats"],
+        f32,
+        |x| x as f32,
+        |x| Value::Float(x.into())
+    ),
+    element!(
+        "Double",
+        ["sim.packDoubleTable", "simPackDoubles"],
+        ["sim.unpackDoubleTable", "simUnpackDoubles"],
+        f64,
+        |x| x,
+        Value::Float
+    ),
+    element!(
+        "Int32",
+        ["sim.packInt32Table", "simPackInts"],
+        ["sim.unpackInt32Table", "simUnpackInts"],
+        i32,
+        |x| x as i64 as i32,
+        |x| Value::Int(x.into())
+    ),
+    element!(
+        "UInt32",
+        ["sim.packUInt32Table", "simPackUInts"],
+        ["sim.unpackUInt32Table", "simUnpackUInts"],
+        u32,
+        |x| x as i64 as u32,
+        |x| Value::Int(x.into())
+    ),
+    element!(
+        "UInt16",
+        ["sim.packUInt16Table", "simPackWords"],
+        ["sim.unpackUInt16Table", "simUnpackWords"],
+        u16,
+        |x| x as i64 as u16,
+        |x| Value::Int(x.into())
+    ),
+    element!(
+        "UInt8",
+        ["sim.packUInt8Table", "simPackBytes"],
+        ["sim.unpackUInt8Table", "simUnpackBytes"],
+        u8,
+        |x| x as i64 as u8,
+        |x| Value::Int(x.into())
+    ),
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for e in ELEMENTS {
-        let (name, old) = (e.name, e.old);
+        let ([pack_name, oldest_pack], [unpack_name, oldest_unpack]) = (e.pack_names, e.unpack_names);
         offer.command(
-            Cmd::new(format!("sim.pack{name}Table"), |c| {
+            Cmd::new(pack_name, |c| {
                 let v = c.arg(0);
                 if !is_table(v) {
                     return Err(Fail::argument("argument 1: expected a table of numbers"));
@@ -55,17 +100,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 }
                 Ok(())
             })
-            .old_name(format!("simPack{old}"), NIL)
-            .old_name(format!("simPack{name}Table"), NIL)
+            .old_name(oldest_pack, NIL)
+            .old_name(flat_name(pack_name), NIL)
             .param(Param::any("numbers").text("a table; what is no number counts as 0"))
             .param(Param::int("start").default(0).optional().text("from 0"))
             .param(Param::int("count").default(0).optional().text("0: all that follow"))
             .returns(Param::string("data").text("nothing for an empty table"))
             .text(format!("Packs numbers as {}.", described(e)))
-            .example(format!("data = sim.pack{name}Table({{1, 2, 3}})")),
+            .example(format!("data = {pack_name}({{1, 2, 3}})")),
         );
         offer.command(
-            Cmd::new(format!("sim.unpack{name}Table"), |c| {
+            Cmd::new(unpack_name, |c| {
                 let (start, count) = (int_or(c, 1, 0)?, int_or(c, 2, 0)?);
                 let skip = usize::try_from(int_or(c, 3, 0)?).unwrap_or(0);
                 let bytes = c.bytes(0)?;
@@ -76,15 +121,15 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 c.ret::<Value>(values);
                 Ok(())
             })
-            .old_name(format!("simUnpack{old}"), NIL)
-            .old_name(format!("simUnpack{name}Table"), NIL)
+            .old_name(oldest_unpack, NIL)
+            .old_name(flat_name(unpack_name), NIL)
             .param(Param::string("data"))
             .param(Param::int("start").default(0).optional().text("from 0"))
             .param(Param::int("count").default(0).optional().text("0: all that follow"))
             .param(Param::int("byteOffset").default(0).optional().text("bytes to skip first"))
             .returns(Param::list("numbers").text("bytes left over at the end are ignored"))
             .text(format!("Unpacks numbers that were packed as {}.", described(e)))
-            .example(format!("numbers = sim.unpack{name}Table(data)")),
+            .example(format!("numbers = {unpack_name}(data)")),
         );
     }
 }

@@ -4,38 +4,64 @@
 
 use crate::{Vrep, kit::*, notes, state::state, tables};
 
-/// The parameters of one type: its name in commands, older names, one of its parameters for the example, and the
-/// functions that read and set.
+/// The parameters of one type: its name, the names of its two commands (the present one, the one before, the flat ones), one
+/// of its parameters for the example, and the functions that read and set.
 struct Family {
     name: &'static str,
-    olds: &'static [&'static str],
+    getter: Names,
+    setter: Names,
     sample: &'static str,
     get: Get,
     set: Option<Set>,
 }
 
+/// The name of a command, the one before, and the flat ones.
+type Names = (&'static str, &'static str, &'static [&'static str]);
 type Get = fn(&Ctx<'_>, i64) -> Result<Option<Value>>;
 /// Sets it, or says that it is none that can be set.
 type Set = fn(&Ctx<'_>, i64) -> Result<bool>;
 
 const FAMILIES: [Family; 5] = [
-    Family { name: "Bool", olds: &["Bool", "Boolean"], sample: "sim.boolparam_headless", get: get_bool, set: None },
+    Family {
+        name: "Bool",
+        getter: ("sim.getBoolParam", "sim.getBoolParameter", &["simGetBoolParameter", "simGetBooleanParameter"]),
+        setter: ("sim.setBoolParam", "sim.setBoolParameter", &["simSetBoolParameter", "simSetBooleanParameter"]),
+        sample: "sim.boolparam_headless",
+        get: get_bool,
+        set: None,
+    },
     Family {
         name: "Int32",
-        olds: &["Int32", "Integer"],
+        getter: ("sim.getInt32Param", "sim.getInt32Parameter", &["simGetInt32Parameter", "simGetIntegerParameter"]),
+        setter: ("sim.setInt32Param", "sim.setInt32Parameter", &["simSetInt32Parameter", "simSetIntegerParameter"]),
         sample: "sim.intparam_program_version",
         get: get_int,
         set: Some(set_int),
     },
     Family {
         name: "Float",
-        olds: &["Float", "Floating"],
+        getter: ("sim.getFloatParam", "sim.getFloatParameter", &["simGetFloatParameter", "simGetFloatingParameter"]),
+        setter: ("sim.setFloatParam", "sim.setFloatParameter", &["simSetFloatParameter", "simSetFloatingParameter"]),
         sample: "sim.floatparam_simulation_time_step",
         get: get_float,
         set: None,
     },
-    Family { name: "String", olds: &["String"], sample: "sim.stringparam_scene_name", get: get_string, set: None },
-    Family { name: "Array", olds: &["Array"], sample: "sim.arrayparam_gravity", get: get_array, set: Some(set_array) },
+    Family {
+        name: "String",
+        getter: ("sim.getStringParam", "sim.getStringParameter", &["simGetStringParameter"]),
+        setter: ("sim.setStringParam", "sim.setStringParameter", &["simSetStringParameter"]),
+        sample: "sim.stringparam_scene_name",
+        get: get_string,
+        set: None,
+    },
+    Family {
+        name: "Array",
+        getter: ("sim.getArrayParam", "sim.getArrayParameter", &["simGetArrayParameter"]),
+        setter: ("sim.setArrayParam", "sim.setArrayParameter", &["simSetArrayParameter"]),
+        sample: "sim.arrayparam_gravity",
+        get: get_array,
+        set: Some(set_array),
+    },
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -56,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
-    let Family { name, sample, .. } = *family;
+    let Family { name, sample, getter, setter, .. } = *family;
     let value = match name {
         "Bool" => Param::any("value").text("true or false"),
         "Int32" => Param::int("value"),
@@ -65,25 +91,23 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
         _ => table("value", "numbers"),
     };
     let id = || Param::int("parameter").text("a number from the tables of constants");
-    let names = |verb: &str, on_error: [Value; 1], mut command: Cmd| {
-        for old in family.olds {
-            command = command.old_name(format!("sim{verb}{old}Parameter"), on_error.clone());
-        }
-        command.alias(format!("sim.{}{name}Parameter", verb.to_lowercase()))
+    let named = |(_, before, flat): Names, on_error: [Value; 1], command: Cmd| {
+        let all = flat.iter().fold(command, |command, name| command.old_name(*name, on_error.clone()));
+        all.alias(before)
     };
-    let get = Cmd::new(format!("sim.get{name}Param"), |c| {
+    let get = Cmd::new(getter.0, |c| {
         let v = read(c, family)?;
         c.ret::<Value>(v);
         Ok(())
     });
     offer.command(
-        names("Get", NIL, get)
+        named(getter, NIL, get)
             .param(id())
             .returns(value.clone())
             .text("Gives a parameter of the simulator.")
-            .example(format!("v = sim.get{name}Param({sample})")),
+            .example(format!("v = {}({sample})", getter.0)),
     );
-    let set = Cmd::new(format!("sim.set{name}Param"), |c| {
+    let set = Cmd::new(setter.0, |c| {
         let (n, wanted) = (c.i64(0)?, c.arg(1).to_value()?);
         let set = match family.set {
             Some(set) => set(c, n)?,
@@ -99,12 +123,12 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
         Ok(())
     });
     offer.command(
-        names("Set", MINUS, set)
+        named(setter, MINUS, set)
             .param(id())
             .param(value)
             .returns(Param::int("done"))
             .text("Sets a parameter of the simulator.")
-            .example(format!("sim.set{name}Param({sample}, sim.get{name}Param({sample}))")),
+            .example(format!("{}({sample}, {}({sample}))", setter.0, getter.0)),
     );
 }
 

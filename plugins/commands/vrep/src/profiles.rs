@@ -27,10 +27,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(flags())
             .param(table("current", "positions, velocities and accelerations now"))
     };
-    for (name, older, flat, position) in [
-        ("sim.ruckigPos", "sim.rmlPos", "simRMLPos", true),
-        ("sim.ruckigVel", "sim.rmlVel", "simRMLVel", false),
-    ] {
+    for (name, older, flat, position) in
+        [("sim.ruckigPos", "sim.rmlPos", "simRMLPos", true), ("sim.ruckigVel", "sim.rmlVel", "simRMLVel", false)]
+    {
         let limits =
             if position { "greatest velocities, accelerations and jerks" } else { "greatest accelerations and jerks" };
         let target = if position { "positions and velocities" } else { "velocities" };

@@ -5,15 +5,36 @@
 use crate::{Vrep, algebra as al, kit::*, vision};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    family(offer, "Int32", "IntParameter", get_int, set_int, Param::int("value"));
-    family(offer, "Float", "FloatParameter", get_float, set_float, Param::float("value"));
+    family(offer, &INT32, get_int, set_int, Param::int("value"));
+    family(offer, &FLOAT, get_float, set_float, Param::float("value"));
 }
 
 type Get<T> = fn(&Ctx<'_>, Object, i64) -> Result<Option<T>>;
 type Set<T> = fn(&Ctx<'_>, Object, i64, T) -> Result<bool>;
 
+/// The names of the commands of one type: getter and setter, those before them, and their flat names.
+struct Names {
+    get: &'static str,
+    set: &'static str,
+    get_before: (&'static str, &'static [&'static str]),
+    set_before: (&'static str, &'static [&'static str]),
+}
+
+const INT32: Names = Names {
+    get: "sim.getObjectInt32Param",
+    set: "sim.setObjectInt32Param",
+    get_before: ("sim.getObjectInt32Parameter", &["simGetObjectInt32Parameter", "simGetObjectIntParameter"]),
+    set_before: ("sim.setObjectInt32Parameter", &["simSetObjectInt32Parameter", "simSetObjectIntParameter"]),
+};
+const FLOAT: Names = Names {
+    get: "sim.getObjectFloatParam",
+    set: "sim.setObjectFloatParam",
+    get_before: ("sim.getObjectFloatParameter", &["simGetObjectFloatParameter"]),
+    set_before: ("sim.setObjectFloatParameter", &["simSetObjectFloatParameter"]),
+};
+
 /// The commands of one type of value.
-fn family<T: Number>(offer: &mut Offer<Vrep>, name: &str, old: &str, get: Get<T>, set: Set<T>, value: Param) {
+fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>, set: Set<T>, value: Param) {
     let id = || Param::int("parameter").text("a number from the tables of constants");
     let read = move |c: &Ctx<'_>| -> Result<Option<T>> {
         let (o, n) = (living(c, 0)?, c.i64(1)?);
@@ -24,7 +45,7 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, name: &str, old: &str, get: Get<T>
         set(c, o, n, value)
     };
     offer.command(
-        Cmd::new(format!("sim.getObject{name}Param"), move |c| {
+        Cmd::new(names.get, move |c| {
             if let Some(x) = read(c)? {
                 x.give(c);
             }
@@ -34,10 +55,10 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, name: &str, old: &str, get: Get<T>
         .param(id())
         .returns(value.clone().text("nothing if the object has no such parameter"))
         .text("Gives a parameter of an object.")
-        .example(format!("v = sim.getObject{name}Param(box, 3005)")),
+        .example(format!("v = {}(box, 3005)", names.get)),
     );
     offer.command(
-        Cmd::new(format!("sim.setObject{name}Param"), move |c| {
+        Cmd::new(names.set, move |c| {
             if !write(c)? {
                 let (o, n) = (living(c, 0)?, c.i64(1)?);
                 return Err(Fail::argument(format!(
@@ -52,9 +73,9 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, name: &str, old: &str, get: Get<T>
         .param(id())
         .param(value.clone())
         .text("Sets a parameter of an object.")
-        .example(format!("sim.setObject{name}Param(box, 3005, 1)")),
+        .example(format!("{}(box, 3005, 1)", names.set)),
     );
-    let mut getter = Cmd::new(format!("sim.getObject{name}Parameter"), move |c| {
+    let getter = Cmd::new(names.get_before.0, move |c| {
         match read(c)? {
             Some(x) => {
                 c.ret(1_i64);
@@ -63,18 +84,15 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, name: &str, old: &str, get: Get<T>
             None => c.ret(0_i64),
         }
         Ok(())
-    })
-    .old_name(format!("simGetObject{name}Parameter"), MINUS);
-    let mut setter = Cmd::new(format!("sim.setObject{name}Parameter"), move |c| {
+    });
+    let setter = Cmd::new(names.set_before.0, move |c| {
         let done = write(c)?;
         c.ret(i64::from(done));
         Ok(())
-    })
-    .old_name(format!("simSetObject{name}Parameter"), MINUS);
-    if !old.starts_with(name) {
-        getter = getter.old_name(format!("simGetObject{old}"), MINUS);
-        setter = setter.old_name(format!("simSetObject{old}"), MINUS);
-    }
+    });
+    let with_flat = |command: Cmd, flat: &[&str]| flat.iter().fold(command, |c, name| c.old_name(*name, MINUS));
+    let getter = with_flat(getter, names.get_before.1);
+    let setter = with_flat(setter, names.set_before.1);
     offer.command(
         getter
             .param(object("object"))
@@ -82,7 +100,7 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, name: &str, old: &str, get: Get<T>
             .returns(Param::int("result").text("1; 0 alone: the object has no such parameter"))
             .returns(value.clone())
             .text("Gives whether an object has a parameter, and its value.")
-            .example(format!("result, v = sim.getObject{name}Parameter(box, 3005)")),
+            .example(format!("result, v = {}(box, 3005)", names.get_before.0)),
     );
     offer.command(
         setter
@@ -91,7 +109,7 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, name: &str, old: &str, get: Get<T>
             .param(value)
             .returns(Param::int("result").text("1; 0: the object has no such parameter"))
             .text("Sets a parameter of an object, if it has it.")
-            .example(format!("sim.setObject{name}Parameter(box, 3005, 1)")),
+            .example(format!("{}(box, 3005, 1)", names.set_before.0)),
     );
 }
 

@@ -20,7 +20,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     for (name, kind, text) in [
         ("sim.getScriptAssociatedWithObject", "child", "Gives the child script of an object."),
-        ("sim.getCustomizationScriptAssociatedWithObject", "customization", "Gives the customization script of an object."),
+        (
+            "sim.getCustomizationScriptAssociatedWithObject",
+            "customization",
+            "Gives the customization script of an object.",
+        ),
     ] {
         offer.command(
             both(name, MINUS, move |c| {

@@ -8,9 +8,9 @@ pub(crate) const KINDS: [u32; 3] = [0, 1, 2];
 const INTEGER: u32 = KINDS[0];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    kind(offer, 0, "Int32", &["Integer"], Param::int("value"));
-    kind(offer, 1, "Float", &[], Param::float("value"));
-    kind(offer, 2, "String", &["Buffer"], Param::string("value").text("any bytes"));
+    kind(offer, 0, "integer", &INT32, Param::int("value"));
+    kind(offer, 1, "float", &FLOAT, Param::float("value"));
+    kind(offer, 2, "string", &STRING, Param::string("value").text("any bytes"));
     offer.command(
         Cmd::new("sim.getSignalName", |c| {
             let (index, kind) = (c.i64(0)?, c.i64(1)?);
@@ -31,26 +31,38 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// The three commands of a kind. `name` is the present word for it, `others` are words that are still understood.
-fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: Param) {
-    // Integers had another word in flat names.
-    let old = if kind == INTEGER { others[0] } else { name };
-    let named = |verb: &str, on_error: [Value; 1], run: fn(&mut Ctx<'_>, u32) -> Result| {
-        let upper = verb[..1].to_uppercase() + &verb[1..];
-        let mut command = Cmd::new(format!("sim.{verb}{name}Signal"), move |c| run(c, kind))
-            .old_name(format!("sim{upper}{old}Signal"), on_error);
-        for other in others {
-            command = command.alias(format!("sim.{verb}{other}Signal"));
+/// The names of one command: the present one, the flat one, and another that is still understood.
+type Names = (&'static str, &'static str, Option<&'static str>);
+
+/// Of setting, getting and clearing a signal, by kind.
+const INT32: [Names; 3] = [
+    ("sim.setInt32Signal", "simSetIntegerSignal", Some("sim.setIntegerSignal")),
+    ("sim.getInt32Signal", "simGetIntegerSignal", Some("sim.getIntegerSignal")),
+    ("sim.clearInt32Signal", "simClearIntegerSignal", Some("sim.clearIntegerSignal")),
+];
+const FLOAT: [Names; 3] = [
+    ("sim.setFloatSignal", "simSetFloatSignal", None),
+    ("sim.getFloatSignal", "simGetFloatSignal", None),
+    ("sim.clearFloatSignal", "simClearFloatSignal", None),
+];
+const STRING: [Names; 3] = [
+    ("sim.setStringSignal", "simSetStringSignal", Some("sim.setBufferSignal")),
+    ("sim.getStringSignal", "simGetStringSignal", Some("sim.getBufferSignal")),
+    ("sim.clearStringSignal", "simClearStringSignal", Some("sim.clearBufferSignal")),
+];
+
+/// The three commands of a kind; `word` names it in texts.
+fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 3], value: Param) {
+    let [set, get, clear] = names;
+    let named = |(name, flat, other): &Names, on_error: [Value; 1], run: fn(&mut Ctx<'_>, u32) -> Result| {
+        let command = Cmd::new(*name, move |c| run(c, kind)).old_name(*flat, on_error);
+        match other {
+            Some(other) => command.alias(*other),
+            None => command,
         }
-        command
-    };
-    let word = match name {
-        "Int32" => "integer",
-        "Float" => "float",
-        _ => "string",
     };
     offer.command(
-        named("set", MINUS, |c, kind| {
+        named(set, MINUS, |c, kind| {
             match INTEGER == kind {
                 // Fractions are cut off.
                 true => c.world().set_signal(kind, c.bytes(0)?, whole(c.f64(1)?))?,
@@ -63,10 +75,10 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: 
         .param(if kind == INTEGER { Param::float("value").text("fractions are cut off") } else { value.clone() })
         .returns(Param::int("done"))
         .text(format!("Sets the {word} signal of a name, for all scripts."))
-        .example(format!("sim.set{name}Signal('state', '3')")),
+        .example(format!("{}('state', '3')", set.0)),
     );
     offer.command(
-        named("get", NIL, |c, kind| {
+        named(get, NIL, |c, kind| {
             let v = c.world().signal(kind, c.bytes(0)?)?;
             if !v.is_nil() {
                 c.ret::<ValueRef<'_>>(v);
@@ -83,10 +95,10 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: 
         .param(Param::string("name"))
         .returns(value.text("nothing if the signal is not set"))
         .text(format!("Gives the {word} signal of a name."))
-        .example(format!("v = sim.get{name}Signal('state')")),
+        .example(format!("v = {}('state')", get.0)),
     );
     offer.command(
-        named("clear", MINUS, |c, kind| {
+        named(clear, MINUS, |c, kind| {
             let w = c.world();
             let n = match c.has(0).then(|| c.bytes(0)).transpose()? {
                 Some(b"") => 0,
@@ -99,7 +111,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, name: &str, others: &[&str], value: 
         .param(Param::string("name").optional().text("nil: all of them"))
         .returns(Param::int("count").text("how many were set"))
         .text(format!("Removes the {word} signal of a name."))
-        .example(format!("sim.clear{name}Signal('state')")),
+        .example(format!("{}('state')", clear.0)),
     );
 }
 

@@ -9,9 +9,7 @@ const ASK: i64 = 256;
 const SHOWN: i64 = 512;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| {
-        both(name, MINUS, run)
-    };
+    let command = |name: &str, run: fn(&mut Ctx<'_>) -> Result| both(name, MINUS, run);
     offer.command(
         command("sim.floatingViewAdd", |c| {
             let world = c.world();

@@ -151,3 +151,25 @@ fn seeds_find_their_functions() {
         assert!(names.iter().any(|n| *n == wanted), "{wanted}");
     }
 }
+
+/// All Rust sources below a folder, as one text.
+fn sources(folder: &std::path::Path) -> String {
+    let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+    entries
+        .map(|path| match path.extension() {
+            _ if path.is_dir() => sources(&path),
+            Some(e) if e == "rs" => std::fs::read_to_string(&path).unwrap(),
+            _ => String::new(),
+        })
+        .collect()
+}
+
+/// Whoever looks for `"sim.getJointPosition"` finds its declaration.
+#[test]
+fn names_stand_in_the_source_as_scripts_write_them() {
+    let source = sources(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    let commands = declared().0;
+    let names = commands.iter().flat_map(|c| &c.names).filter(|name| name.contains('.'));
+    let missing: Vec<&String> = names.filter(|name| !source.contains(&format!("\"{name}\""))).collect();
+    assert!(missing.is_empty(), "composed somewhere: {missing:?}");
+}

@@ -76,7 +76,13 @@ const REMOVE: Arg = Ignored("removeBuffer");
 
 const FUNCTIONS: &[Function] = &[
     f("simVision.sensorImgToWorkImg", 1, &[], "Takes the sensor's image.", ("", "rgb == '0,255,0'")),
-    f("simVision.sensorDepthMapToWorkImg", 2, &[], "Takes the sensor's depths, 0 to 1, as grey.", ("", "rgb == '72,72,72'")),
+    f(
+        "simVision.sensorDepthMapToWorkImg",
+        2,
+        &[],
+        "Takes the sensor's depths, 0 to 1, as grey.",
+        ("", "rgb == '72,72,72'"),
+    ),
     f(
         "simVision.uniformImgToWorkImg",
         3,
@@ -85,7 +91,13 @@ const FUNCTIONS: &[Function] = &[
         (", {0, 1, 0}", "rgb == '0,255,0'"),
     ),
     f("simVision.workImgToSensorImg", 4, &[REMOVE], "Gives the working image out as the sensor's.", ("", RED)),
-    f("simVision.workImgToSensorDepthMap", 38, &[REMOVE], "Gives the working image out as the sensor's depths.", ("", RED)),
+    f(
+        "simVision.workImgToSensorDepthMap",
+        38,
+        &[REMOVE],
+        "Gives the working image out as the sensor's depths.",
+        ("", RED),
+    ),
     f("simVision.workImgToBuffer1", 5, &[], "Copies the working image.", ("", RED)),
     f("simVision.workImgToBuffer2", 6, &[], "Copies the working image.", ("", RED)),
     f("simVision.buffer1ToWorkImg", 7, &[], "Takes what is in the buffer.", ("", BLACK)),
@@ -208,7 +220,9 @@ const WORLD: i64 = 0x80_0000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     // What moves images between places stands on one page, what changes them on the next.
-    let moves = |f: &&Function| f.name.contains("Buffer") || f.name.contains("ensor") || f.name == "simVision.uniformImgToWorkImg";
+    let moves = |f: &&Function| {
+        f.name.contains("Buffer") || f.name.contains("ensor") || f.name == "simVision.uniformImgToWorkImg"
+    };
     for function in FUNCTIONS.iter().filter(moves) {
         offer_one(offer, function);
     }
