@@ -1,5 +1,6 @@
 //! Writes down which plugin packages belong to the program, so that it opens only those in cargo's `deps` folder and
-//! can say which are missing when it has been copied away from them.
+//! can say which are missing when it has been copied away from them. Tells tests what this machine lacks, so that those
+//! which cannot run count as ignored.
 
 fn main() {
     println!("cargo::rerun-if-changed=Cargo.toml");
@@ -16,4 +17,22 @@ fn main() {
     }
     names.sort();
     println!("cargo::rustc-env=TATU_BUILT_PLUGINS={}", names.join(","));
+    tell_what_is_missing();
+}
+
+/// `no_shared`: there is no folder `../shared` with data that is not part of the repository; `no_cxx`: no C++ compiler.
+fn tell_what_is_missing() {
+    println!("cargo::rustc-check-cfg=cfg(no_shared, no_cxx)");
+    let shared = std::path::Path::new("../shared/seeds/scripts");
+    if shared.is_dir() {
+        println!("cargo::rerun-if-changed={}", shared.display());
+    } else {
+        println!("cargo::rustc-cfg=no_shared");
+    }
+    println!("cargo::rerun-if-env-changed=CXX");
+    println!("cargo::rerun-if-env-changed=PATH");
+    let cxx = std::env::var("CXX").unwrap_or_else(|_| "c++".to_owned());
+    if std::process::Command::new(cxx).arg("--version").output().is_err() {
+        println!("cargo::rustc-cfg=no_cxx");
+    }
 }

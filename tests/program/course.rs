@@ -10,9 +10,9 @@ use crate::kit::*;
 const ROBOT: &str = "/Pioneer_p3dx";
 
 /// A Pioneer with a script of the course; `None` where the scripts are absent.
-fn student(name: &str, more: &str) -> Option<String> {
-    let text = std::fs::read_to_string(shared(&format!("seeds/scripts/{name}.lua"))?).unwrap();
-    Some(pioneer(&text, more))
+fn student(name: &str, more: &str) -> String {
+    let text = std::fs::read_to_string(shared(&format!("seeds/scripts/{name}.lua"))).unwrap();
+    pioneer(&text, more)
 }
 
 /// The sixteen numbers of a line of `pioneer_statusbar.lua`.
@@ -22,6 +22,7 @@ fn sonars(line: &str) -> Vec<f64> {
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_status_bar_shows_the_original_picture() {
     // What the tutorial shows of sonars 4, 5 and 6; all others are 0.0 throughout.
     const ORIGINAL: [[f64; 3]; 8] = [
@@ -36,7 +37,7 @@ fn the_status_bar_shows_the_original_picture() {
     ];
     // The robot meets the wall at 11 degrees: sonar 5, which then looks straight at it, comes 9.57 mm nearer in a
     // step, the wheels' 9.75 mm times the cosine; the original says 9.57 mm.
-    let Some(robot) = student("pioneer_statusbar", "orientation_deg = [0.0, 0.0, 11.0]") else { return };
+    let robot = student("pioneer_statusbar", "orientation_deg = [0.0, 0.0, 11.0]");
     // Where it begins is chosen so that sonar 5 first sees the wall as in the original, just within its range.
     let wall = cuboid("wall", [0.1, 8.0, 1.0], [2.0546, 0.0, 0.5], "respondable = true");
     let lines = Place::scene(&format!("{FLOOR}{wall}{robot}")).trace(&[], &["--seconds", "5"]);
@@ -69,7 +70,7 @@ fn the_status_bar_shows_the_original_picture() {
 }
 
 /// Runs a course script in a small arena; what it told, line by line of the trace.
-fn runs(robot: &str, others: &str) -> Option<(Place, Vec<Vec<String>>, String)> {
+fn runs(robot: &str, others: &str) -> (Place, Vec<Vec<String>>, String) {
     let wall = |i: i32, size, at| cuboid(&format!("wall_{i}"), size, at, "respondable = true");
     let scene = format!(
         "{FLOOR}{}{}{}{robot}{others}",
@@ -82,13 +83,14 @@ fn runs(robot: &str, others: &str) -> Option<(Place, Vec<Vec<String>>, String)> 
     assert_eq!(done.json()["errors"].as_array().unwrap().len(), 0);
     let owned = |l: &Line| l.status().iter().map(|s| s.to_string()).collect();
     let status = place.lines("trace.jsonl").iter().map(owned).collect();
-    Some((place, status, done.err))
+    (place, status, done.err)
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_console_gets_a_line_a_step() {
-    let Some(robot) = student("pioneer_console", "") else { return };
-    let (_, _, told) = runs(&robot, "").unwrap();
+    let robot = student("pioneer_console", "");
+    let (_, _, told) = runs(&robot, "");
     let lines: Vec<&str> = told.lines().filter_map(|l| l.strip_prefix("[Sensors] ")).collect();
     // 200 steps, and three passes after the stop was asked for (tests/facts/call-order.md, 1).
     assert_eq!(lines.len(), 203, "{told}");
@@ -96,9 +98,10 @@ fn the_console_gets_a_line_a_step() {
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_pose_is_told_as_it_is() {
-    let Some(robot) = student("pioneer_pose", "position_m = [0.5, -0.25, 0.0]") else { return };
-    let (_, _, told) = runs(&robot, "").unwrap();
+    let robot = student("pioneer_pose", "position_m = [0.5, -0.25, 0.0]");
+    let (_, _, told) = runs(&robot, "");
     let lines: Vec<&str> = told.lines().filter_map(|l| l.strip_prefix("[Pose] ")).collect();
     assert_eq!(lines.len(), 203);
     // Where it was put; its base frame is 0.1388 m above the floor (tests/facts/pioneer.md, 1).
@@ -106,9 +109,10 @@ fn the_pose_is_told_as_it_is() {
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_log_file_grows_by_two_lines_a_step() {
-    let Some(robot) = student("pioneer_log_append", "") else { return };
-    let (place, _, _) = runs(&robot, "").unwrap();
+    let robot = student("pioneer_log_append", "");
+    let (place, _, _) = runs(&robot, "");
     let log = place.read("usensors-log.log");
     assert_eq!(log.lines().count(), 406);
     // os.clock() returns simulation time, so that runs repeat; it is 0 in the first step.
@@ -116,25 +120,27 @@ fn the_log_file_grows_by_two_lines_a_step() {
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn signals_pass_from_script_to_script() {
-    let Some(robot) = student("pioneer_signals", "") else { return };
-    let reader = std::fs::read_to_string(shared("seeds/scripts/hokuyo_reads_signals.lua").unwrap()).unwrap();
-    let (_, _, told) = runs(&robot, &watcher("Hokuyo", &reader)).unwrap();
+    let robot = student("pioneer_signals", "");
+    let reader = std::fs::read_to_string(shared("seeds/scripts/hokuyo_reads_signals.lua")).unwrap();
+    let (_, _, told) = runs(&robot, &watcher("Hokuyo", &reader));
     // Both wheels' speeds, one right after the other: 2 and 2 with nothing in sight.
     assert!(told.lines().any(|l| l.starts_with("[Signals] 22")), "{told}");
 
-    let robot = student("pioneer_follows_laser_signal", "").unwrap();
+    let robot = student("pioneer_follows_laser_signal", "");
     let laser = "function sysCall_actuation() sim.setFloatSignal('LaserFrontal', sim.getSimulationTime() < 1 and 2.0 or 0.2) end
         function sysCall_sensing() sim.addStatusbarMessage(string.format('%g',
             sim.getJointTargetVelocity(sim.getObject('/Pioneer_p3dx_leftMotor')))) end";
-    let (_, status, _) = runs(&robot, &watcher("laser", laser)).unwrap();
+    let (_, status, _) = runs(&robot, &watcher("laser", laser));
     assert_eq!(status[0], ["2"]);
     assert_eq!(status[199], ["-2"], "it turns away from what is near");
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_other_scripts_run_on_objects_of_the_same_names() {
-    let Some(laser) = shared("seeds/scripts/laser_scanner_2d_signal_tube_log.lua") else { return };
+    let laser = shared("seeds/scripts/laser_scanner_2d_signal_tube_log.lua");
     let laser = std::fs::read_to_string(laser).unwrap();
     let scanner = format!(
         "{}[[object]]\nkind = \"joint\"\nalias = \"LaserScannerJoint_2D\"\nparent = \"LaserScanner_2D\"\nmode = \"kinematic\"\n\
@@ -143,7 +149,7 @@ fn the_other_scripts_run_on_objects_of_the_same_names() {
          [[object]]\nkind = \"dummy\"\nalias = \"LaserScannerGraph_2D\"\n",
         watcher("LaserScanner_2D", &laser).replace("[[object]]", "[[object]]\nposition_m = [0.0, 0.0, 0.2]"),
     );
-    let manta = std::fs::read_to_string(shared("seeds/scripts/manta_keyboard_statusbar.lua").unwrap()).unwrap();
+    let manta = std::fs::read_to_string(shared("seeds/scripts/manta_keyboard_statusbar.lua")).unwrap();
     let car = format!(
         "{}[[object]]\nkind = \"joint\"\nalias = \"steer_joint\"\n[[object]]\nkind = \"joint\"\nalias = \"motor_joint\"\n{}",
         watcher("Manta", &manta),
@@ -154,7 +160,7 @@ fn the_other_scripts_run_on_objects_of_the_same_names() {
             vrep.sendMessage(sim.message_keypress, {2007, 0}) vrep.sendMessage(sim.message_keypress, {115, 0}) end end"
         ),
     );
-    let (place, status, _) = runs(&scanner, &car).unwrap();
+    let (place, status, _) = runs(&scanner, &car);
     let keys: Vec<&String> = status.iter().flatten().collect();
     assert_eq!(keys, ["Tecla: 2007", "Tecla: 115"]);
     // A beam a degree, 181 of them, straight ahead the wall's face at 1.45 m.
@@ -164,11 +170,10 @@ fn the_other_scripts_run_on_objects_of_the_same_names() {
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_braitenberg_robot_keeps_moving_and_free() {
     for seed in [1, 2] {
-        let Some(robot) = student("pioneer_braitenberg", &format!("orientation_deg = [0, 0, {}]", 137 * seed)) else {
-            return;
-        };
+        let robot = student("pioneer_braitenberg", &format!("orientation_deg = [0, 0, {}]", 137 * seed));
         let scene = format!("seed = {seed}\n{FLOOR}{}{robot}{}", arena(seed), watcher("witness", WITNESS));
         let lines = Place::scene(&scene).trace(&[ROBOT], &["--seconds", "60"]);
         let places: Vec<[f64; 3]> = lines.iter().map(|l| l.object(ROBOT, "position")).collect();

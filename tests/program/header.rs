@@ -183,6 +183,7 @@ fn constants_have_the_same_values() {
 }
 
 #[test]
+#[cfg_attr(no_cxx, ignore = "needs a C++ compiler")]
 fn the_header_is_good_cpp_too() {
     let place = Place::new();
     place.write("a.cpp", "#include \"tatu.h\"\n#include \"tatu.h\"\nint main() { return int(tatu_text(\"\").len); }\n");

@@ -2,7 +2,7 @@
 //!
 //! One binary, one module per subject; `kit` runs the program, writes scenes and builds plugins. Expected values name
 //! their source: a formula, or a fact restated in `tests/facts/`. Tests that need files which are not part of the
-//! repository skip with a printed reason where these are absent. Nothing here looks at how long something takes.
+//! repository, or a compiler that is missing, count as ignored. Nothing here looks at how long something takes.
 
 mod addons;
 mod away;

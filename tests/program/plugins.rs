@@ -170,6 +170,7 @@ fn c_reads_a_sonar_through_another_plugin() {
 }
 
 #[test]
+#[cfg_attr(no_cxx, ignore = "needs a C++ compiler")]
 fn cpp_gets_and_gives_values() {
     let script = "function sysCall_init()
         local about, n = examplecpp.describe(2, 'arm', {1, 2.5, 3}, function(sum) return sum / 2 end)
@@ -200,6 +201,7 @@ fn the_first_command_of_the_readme_works() {
 }
 
 #[test]
+#[cfg_attr(no_cxx, ignore = "needs a C++ compiler")]
 fn lists_name_what_was_found_and_where() {
     let place = Place::new();
     let folder = template(&place, "c_command");

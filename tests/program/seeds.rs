@@ -25,7 +25,7 @@ const ALL: [(&str, &str); 10] = [
     ("pioneer_statusbar", ROBOT),
 ];
 
-fn seed(name: &str) -> Option<PathBuf> {
+fn seed(name: &str) -> PathBuf {
     shared(&format!("seeds/scripts/{name}.lua"))
 }
 
@@ -160,40 +160,47 @@ fn sonars_of(line: &str) -> Vec<f64> {
     parts.map(|(i, p)| p.strip_prefix(&format!("S[{}]=", i + 1)).unwrap().parse().unwrap()).collect()
 }
 
+/// 20 s, and the three passes from the request to stop to the end.
+const PASSES: usize = 400 + 3;
+
 #[test]
-fn every_script_runs_in_its_scene_and_so_do_our_own() {
-    // 20 s, and the three passes from the request to stop to the end.
-    const PASSES: usize = 400 + 3;
-    for (name, object) in ALL {
-        let own = course(name, "", &[], &[], "20");
-        assert_eq!(own.lines.len(), PASSES, "{name}");
-        let Some(file) = seed(name) else { continue };
-        assert_eq!(course(name, "", &[(object, file)], &[], "20").lines.len(), PASSES, "{name}");
-    }
-    // The file of each scene says what to try, first of all.
+fn every_scene_runs_with_its_own_script() {
     for (name, _) in ALL {
+        assert_eq!(course(name, "", &[], &[], "20").lines.len(), PASSES, "{name}");
+        // The file of each scene says what to try, first of all.
         let text = std::fs::read_to_string(root().join(format!("scenes/course/{name}.toml"))).unwrap();
         assert!(text.starts_with("# ") && text.contains("What to try:"), "{name}");
     }
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn every_script_runs_in_its_scene() {
+    for (name, object) in ALL {
+        let ran = course(name, "", &[(object, seed(name))], &[], "20");
+        assert_eq!(ran.lines.len(), PASSES, "{name}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn status_bar_and_console_tell_what_the_sonars_see() {
     let paths = sonar_paths();
     let watch: Vec<&str> = paths.iter().map(String::as_str).collect();
-    let Some(file) = seed("pioneer_statusbar") else { return };
+    let file = seed("pioneer_statusbar");
     let ran = course("pioneer_statusbar", "", &[(ROBOT, file)], &watch, "40");
     let told: Vec<Vec<f64>> = ran.lines.iter().map(|l| sonars_of(l.status()[0])).collect();
     compare_sonars(&ran, &told);
-    let Some(file) = seed("pioneer_console") else { return };
+    let file = seed("pioneer_console");
     let ran = course("pioneer_console", "", &[(ROBOT, file)], &watch, "40");
     let told: Vec<Vec<f64>> = ran.console("Sensors").into_iter().map(sonars_of).collect();
     compare_sonars(&ran, &told);
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_console_tells_the_pose_of_the_trace() {
-    let Some(file) = seed("pioneer_pose") else { return };
+    let file = seed("pioneer_pose");
     let ran = course("pioneer_pose", "", &[(ROBOT, file)], &[ROBOT], "20");
     let told = ran.console("Pose");
     assert_eq!(told.len(), ran.lines.len());
@@ -217,8 +224,9 @@ fn the_console_tells_the_pose_of_the_trace() {
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_log_file_tells_readings_speeds_and_simulation_time() {
-    let Some(file) = seed("pioneer_log_append") else { return };
+    let file = seed("pioneer_log_append");
     let paths = sonar_paths();
     let watch: Vec<&str> = paths.iter().map(String::as_str).collect();
     let ran = course("pioneer_log_append", "", &[(ROBOT, file)], &watch, "30");
@@ -247,8 +255,9 @@ fn the_log_file_tells_readings_speeds_and_simulation_time() {
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn signals_are_those_of_the_same_step() {
-    let (Some(robot), Some(reader)) = (seed("pioneer_signals"), seed("hokuyo_reads_signals")) else { return };
+    let (robot, reader) = (seed("pioneer_signals"), seed("hokuyo_reads_signals"));
     // A listener of ours prints the signals with marks between, and what the wheels were told in the same step.
     let listener = "
         if sim_call_type == sim_childscriptcall_sensing then
@@ -287,9 +296,10 @@ fn texts(number: f64) -> [String; 2] {
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_scan_is_where_rays_meet_the_room_and_steers_the_robot_a_step_later() {
     let names = ("laser_scanner_2d_signal_tube_log", "pioneer_follows_laser_signal");
-    let (Some(laser), Some(robot)) = (seed(names.0), seed(names.1)) else { return };
+    let (laser, robot) = (seed(names.0), seed(names.1));
     let scanner = format!("{ROBOT}/LaserScanner_2D");
     let witness = "
         if sim_call_type == sim_childscriptcall_sensing then
@@ -347,8 +357,9 @@ fn the_scan_is_where_rays_meet_the_room_and_steers_the_robot_a_step_later() {
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_manta_obeys_keys() {
-    let Some(file) = seed("manta_keyboard_statusbar") else { return };
+    let file = seed("manta_keyboard_statusbar");
     // Five times left is 0.5 rad, then s; the scripts' messages are as a keyboard sends them.
     let hand = "
         if sim_call_type == sim_childscriptcall_sensing then
@@ -369,8 +380,9 @@ fn the_manta_obeys_keys() {
 }
 
 #[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn the_avoiding_robot_of_the_course_stays_free() {
-    let Some(file) = seed("pioneer_braitenberg") else { return };
+    let file = seed("pioneer_braitenberg");
     let ran = course("pioneer_braitenberg", "", &[(ROBOT, file)], &[ROBOT], "60");
     let places: Vec<[f64; 3]> = ran.lines.iter().map(|l| l.object(ROBOT, "position")).collect();
     let way: f64 = places.windows(2).map(|w| f64::hypot(w[1][0] - w[0][0], w[1][1] - w[0][1])).sum();

@@ -64,35 +64,35 @@ fn sonars_look_horizontally_along_their_headings() {
     }
 }
 
-/// The world poses that V-REP's program itself gave (tests/facts/pioneer.md, 1), read from a measurement that is not
-/// part of the repository.
+/// The ring as V-REP's program itself gave it, m and degrees (tests/facts/pioneer.md, 1).
 #[test]
 fn the_ring_is_the_one_measured_in_the_program() {
-    let path =
-        concat!(env!("CARGO_MANIFEST_DIR"), "/../../../../shared/corpus/ttt/v30200_Pioneer-Sonar.reference.json");
-    let Ok(text) = std::fs::read_to_string(path) else {
-        eprintln!("skipped: no {path}");
-        return;
-    };
+    const RING: [(f64, f64, f64); 16] = [
+        (0.1064, 0.1382, 90.0),
+        (0.1554, 0.1250, 50.0),
+        (0.1906, 0.0831, 30.0),
+        (0.2092, 0.0273, 10.0),
+        (0.2092, -0.0273, -10.0),
+        (0.1905, -0.0785, -30.0),
+        (0.1555, -0.1202, -50.0),
+        (0.1064, -0.1381, -90.0),
+        (-0.1103, -0.1382, -90.0),
+        (-0.1596, -0.1202, -130.0),
+        (-0.1946, -0.0785, -150.0),
+        (-0.2132, -0.0273, -170.0),
+        (-0.2132, 0.0273, 170.0),
+        (-0.1946, 0.0785, 150.0),
+        (-0.1596, 0.1203, 130.0),
+        (-0.1103, 0.1382, 90.0),
+    ];
     let robot = vrep();
-    // The robot of that scene stands here, turned by half a turn.
-    let base = [-5.14447, 0.575001, 0.138793];
-    let mut found = 0;
-    for n in 1..=16 {
-        let key = format!("\"Pioneer_p3dx_ultrasonicSensor{n}\"");
-        let Some(at) = text.find(&key) else { continue };
-        let pose = &text[at..];
-        let pose = &pose[pose.find("\"pose\"").unwrap()..];
-        let (from, to) = (pose.find('[').unwrap() + 1, pose.find(']').unwrap());
-        let numbers: Vec<f64> = pose[from..to].split(',').map(|x| x.trim().parse().unwrap()).collect();
+    for (n, (x, y, _)) in (1..).zip(RING) {
         let here = sensor(&robot, n).numbers("object.position");
-        let there = [base[0] - numbers[0], base[1] - numbers[1], numbers[2] - base[2]];
-        for i in 0..3 {
-            assert!(close(here[i], there[i], 0.2e-3), "{n}: {here:?} {there:?}");
+        // The measurement is printed to 0.1 mm.
+        for (a, b) in here.iter().zip([x, y, 0.0681]) {
+            assert!(close(*a, b, 0.2e-3), "{n}: {here:?}");
         }
-        found += 1;
     }
-    assert_eq!(found, 16, "sensors in {path}");
 }
 
 /// ARIA's numbers once more, half of them (tests/facts/pioneer.md, 2): the table is its own mirror, left to right.
