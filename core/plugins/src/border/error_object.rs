@@ -25,6 +25,12 @@ struct Texts {
 
 const EMPTY: tatu_str = tatu_str { ptr: std::ptr::null(), len: 0 };
 
+impl Default for ErrorSlot {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl ErrorSlot {
     /// An empty one.
     pub fn new() -> Self {

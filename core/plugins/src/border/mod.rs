@@ -33,10 +33,13 @@ pub fn raw(s: &[u8]) -> tatu_str {
 }
 
 /// Fills an error object of the host; gives the status back.
-pub fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
-    // SAFETY: an error object of the host, or null.
+///
+/// # Safety
+/// `error` is null or a live error object of the host.
+pub unsafe fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
+    // SAFETY: null or live, as the caller promises.
     if let Some(say) = unsafe { error.as_ref() }.and_then(|e| e.say) {
-        // SAFETY: as above; the text is copied.
+        // SAFETY: the object is live, and the text is copied.
         unsafe { say(error, status, raw(text.as_bytes())) };
     }
     status

@@ -13,9 +13,11 @@ use super::{CommandEntry, NameEntry, Plugin, Registry};
 use crate::load::Remarks;
 
 unsafe extern "C" fn vanished(frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: a call of this host.
-    let error = unsafe { (*frame).error };
-    crate::border::say(error, TATU_ERR_GONE, "the plugin was reloaded, and its new version has no such command")
+    // SAFETY: the host calls it with a live frame and its own error object.
+    unsafe {
+        let text = "the plugin was reloaded, and its new version has no such command";
+        crate::border::say((*frame).error, TATU_ERR_GONE, text)
+    }
 }
 
 /// The new list in the order of the old one; what the old one did not have comes last. `Err`: something that is missed.

@@ -9,12 +9,18 @@ use tatu_plugin_api::{
 };
 use tatu_plugins::{
     CommandEntry, Declared, NameEntry, Status,
-    border::{bytes, say},
+    border::{self, bytes},
     check_value,
     watchdog::Call,
 };
 
 use crate::cell::{Caller, Owner, Wait, WorldCell, parse_wait};
+
+/// Fills an error object; gives the status back. Those that cross the host's functions are null or the host's own.
+pub(crate) fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
+    // SAFETY: calls keep only error objects that the host made for them, which live as long as the call.
+    unsafe { border::say(error, status, text) }
+}
 
 /// What a running command may ask about its call.
 pub(crate) static CALL_API: tatu_call_api =

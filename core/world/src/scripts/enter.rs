@@ -4,12 +4,12 @@ use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 use tatu_plugins::{
-    border::{answer, name_plugin, say},
+    border::{answer, name_plugin},
     watchdog::Call,
 };
 
 use crate::{
-    calls::{CALL_API, check_results},
+    calls::{CALL_API, check_results, say},
     cell::{MAX_DEPTH, Script, WorldCell},
 };
 

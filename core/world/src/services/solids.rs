@@ -1,6 +1,5 @@
 //! Solids of shapes: copies of objects, and the shortest way between shapes.
 
-use tatu_physics;
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Data, JointType, Scene, collision_parts};
 

@@ -140,8 +140,8 @@ impl Noise {
         }
         for (field, group, lost) in cleared {
             let (first, n) = m.spans[field];
-            // SAFETY: as above.
             if let Some(mut valid) =
+                // SAFETY: the field lies in `fields`, of which nobody else views this part.
                 unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[field].elem, n) }
             {
                 lost.iter().enumerate().filter(|(_, l)| **l).for_each(|(i, _)| valid.clear(i / group));
