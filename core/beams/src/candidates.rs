@@ -1,4 +1,4 @@
-//! What is near all beams of a group that look out from nearly one place.
+//! Candidate targets shared by beams that start at nearly the same point.
 //!
 //! The cones of a robot's ring of sonars would each go down the scene's whole tree to the same few targets. Together they
 //! go once, and each then tries those few.

@@ -1,4 +1,4 @@
-//! Declarations that make no sense are told when a plugin is loaded; the rest of it goes on working.
+//! Checks of declarations when a plugin is loaded: what contradicts itself is reported, the rest of the plugin works.
 
 use std::collections::BTreeSet;
 

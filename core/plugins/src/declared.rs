@@ -36,7 +36,7 @@ impl Declared {
     /// # Safety
     /// The list and its tables are as the header tells.
     pub(super) unsafe fn read_list(list: *const *const tatu_param) -> Vec<Declared> {
-        // SAFETY: as promised.
+        // SAFETY: the caller promises it.
         unsafe { tables::list(list).into_iter().map(|(_, p)| Self::read(&p)).collect() }
     }
     unsafe fn read(raw: &tatu_param) -> Declared {

@@ -1,4 +1,4 @@
-//! Drafts: an extension or service of another draft is told as such, not as something unknown.
+//! Drafts: an extension or service of another draft is reported as such, not as unknown.
 
 use std::ffi::{CStr, CString};
 

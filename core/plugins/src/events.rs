@@ -6,12 +6,12 @@ use crate::Declared;
 
 /// Events that must be gathered, which costs something: who wants all others does not get these.
 pub const GATHERED: &[&str] = &["collision", "separation", "contact"];
-/// What services are told that name nothing.
+/// Events that services get which name none.
 pub const FOR_SERVICES: &[&str] = &["started", "paused", "resumed", "stopped", "fault"];
 /// All that need not be gathered.
 pub const ALL: &str = "*";
 
-/// Whether somebody who asked for `wanted` is told of `name`.
+/// Whether a subscription to `wanted` includes the event `name`.
 pub fn covers(wanted: &str, name: &str) -> bool {
     wanted == name || wanted == ALL && !GATHERED.contains(&name)
 }

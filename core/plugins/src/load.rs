@@ -52,11 +52,11 @@ pub struct Loaded {
 
 // SAFETY: tables are constant after loading; which thread may call what is told by the header's tags.
 unsafe impl Send for Loaded {}
-// SAFETY: as above.
+// SAFETY: tables are constant after loading, and functions are called on the threads that the header names.
 unsafe impl Sync for Loaded {}
 
 impl Loaded {
-    /// Opens and starts a plugin. What it did that is no reason to refuse it is told in `remarks`.
+    /// Opens and starts a plugin. Faults that are no reason to refuse it are added to `remarks`.
     ///
     /// With `copies` the library is a copy of the file; messages name the file.
     pub fn open(

@@ -108,7 +108,7 @@ pub fn lacking(size: u32, required: &[Required]) -> Option<String> {
 /// # Safety
 /// `list` is null or a null-terminated array of pointers to tables.
 pub unsafe fn list<T: Table>(list: *const *const T) -> Vec<(*const T, T)> {
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     unsafe { pointers(list).into_iter().filter_map(|p| read(p).map(|t| (p, t))).collect() }
 }
 
@@ -137,6 +137,6 @@ pub unsafe fn pointers<T>(list: *const *const T) -> Vec<*const T> {
 /// # Safety
 /// `s` is null or NUL-terminated.
 pub unsafe fn text(s: *const c_char) -> Option<String> {
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     (!s.is_null()).then(|| unsafe { CStr::from_ptr(s) }.to_string_lossy().into_owned())
 }

@@ -290,7 +290,7 @@ pub struct SensorData {
     pub kind: usize,
     /// The preset that was set last.
     pub preset: Box<str>,
-    /// Measures only when it is told to.
+    /// Measures only on request.
     pub explicit: bool,
 }
 

@@ -20,7 +20,7 @@ pub enum Change {
     Live,
     /// Bodies are made anew at the next stage.
     Rebuilds,
-    /// Never: it is told, not set.
+    /// Never: it is read-only.
     ReadOnly,
 }
 

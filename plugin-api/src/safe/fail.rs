@@ -83,7 +83,7 @@ impl Fail {
     /// # Safety
     /// `error` is null or points to a live error of the host.
     pub unsafe fn write(&self, error: *mut tatu_error) -> tatu_status {
-        // SAFETY: as promised; the host's functions copy what they are given.
+        // SAFETY: the caller promises it; the host's functions copy what they are given.
         unsafe {
             if let Some(say) = error.as_ref().and_then(|e| e.say) {
                 say(error, self.0.code, text_raw(&self.0.text));
@@ -108,7 +108,7 @@ impl Fail {
     /// # Safety
     /// `error` is null or points to a live error of the host.
     pub unsafe fn read(code: tatu_status, error: *const tatu_error) -> Self {
-        // SAFETY: as promised.
+        // SAFETY: the caller promises it.
         let Some(e) = (unsafe { error.as_ref() }) else {
             return Self::with_code(code, "failed without a reason");
         };
@@ -159,7 +159,7 @@ pub unsafe fn bytes_of<'a>(s: tatu_str) -> &'a [u8] {
     if s.ptr.is_null() || s.len == 0 {
         return &[];
     }
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     unsafe { std::slice::from_raw_parts(s.ptr.cast(), s.len as usize) }
 }
 

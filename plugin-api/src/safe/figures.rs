@@ -30,38 +30,38 @@ impl<'a> World<'a> {
     pub fn change_figure(&self, graph: tatu_object, id: i64, keys: &Value) -> Result {
         let mut room = Vec::new();
         let map = raw(keys, &mut room);
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.figures.change)(self.raw(), graph, id, &map) })
     }
     /// Removes a stream, curve or drawing.
     pub fn remove_figure(&self, graph: tatu_object, id: i64) -> Result {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.figures.change)(self.raw(), graph, id, std::ptr::null()) })
     }
     /// Gives a stream its next number, or a drawing items; none: empties. How many were taken.
     pub fn put_figure(&self, graph: tatu_object, id: i64, numbers: &[f64]) -> Result<u64> {
         let (n, mut taken) = (numbers.len() as u64, 0);
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.figures.put)(self.raw(), graph, id, numbers.as_ptr(), n, &mut taken) })?;
         Ok(taken)
     }
     /// A graph takes a sample under a time in s; 0: all that are not told when to.
     pub fn record_graph(&self, graph: tatu_object, time: f64) -> Result {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.figures.record)(self.raw(), graph, time) })
     }
     /// The numbers of all of one sort.
     pub fn figures(&self, graph: tatu_object, what: u32) -> Result<Vec<i64>> {
         let list = service!(self.figures.list);
         self.fill(|out, cap, n| {
-            // SAFETY: as above.
+            // SAFETY: the world is that of the running call, and what is passed lives until it returns.
             unsafe { list(self.raw(), graph, what, out, cap, n) }
         })
     }
     /// One as a map, with what it holds if `numbers`; lives until the call that you are in returns.
     pub fn figure(&self, graph: tatu_object, id: i64, numbers: bool) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL.raw();
-        // SAFETY: as above; the value lives until the plugin's call returns, which 'a does not outlive.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; the value lives until the plugin's call returns, which 'a does not outlive.
         unsafe {
             self.check(service!(self.figures.get)(self.raw(), graph, id, u32::from(numbers), &mut value))?;
             Ok(ValueRef::new(value))

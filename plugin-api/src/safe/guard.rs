@@ -127,10 +127,10 @@ unsafe extern "C" fn load<P: Plugin>(
 /// # Safety
 /// The writer is the host's.
 pub(crate) unsafe fn write(writer: *const tatu_writer, bytes: &[u8]) -> Result<tatu_status> {
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     let write = unsafe { writer.as_ref() }.and_then(|w| w.write);
     let write = write.ok_or_else(|| Fail::new("the host gave no writer"))?;
-    // SAFETY: as promised; the bytes are copied.
+    // SAFETY: the caller promises it; the bytes are copied.
     unsafe { write(writer, bytes.as_ptr().cast(), bytes.len() as u64) };
     Ok(TATU_OK)
 }

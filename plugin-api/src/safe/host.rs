@@ -29,14 +29,14 @@ pub struct Host {
 
 // SAFETY: the tables are constant; which thread may call which function is told by the header's tags.
 unsafe impl Send for Host {}
-// SAFETY: as above.
+// SAFETY: tables are constant after loading, and functions are called on the threads that the header names.
 unsafe impl Sync for Host {}
 
 impl Host {
     /// # Safety
     /// `raw` is null, or a host that lives until the plugin's shutdown.
     pub unsafe fn new(raw: *const tatu_host) -> Option<Self> {
-        // SAFETY: as promised; a service's table lives as long as the host, and has the size it tells. Drafts match
+        // SAFETY: the caller promises it; a service's table lives as long as the host, and has the size it tells. Drafts match
         // only their own number, so a table that is found is at least as large as ours.
         unsafe {
             let service = raw.as_ref()?.service?;

@@ -62,7 +62,7 @@ impl<'a> Builder<'a> {
     /// Adds a triangle mesh; its number for the property "mesh".
     pub fn mesh(&self, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<i64> {
         let (n, m) = (points.len() as u64, triangles.len() as u64);
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         let id = self
             .raw
             .mesh
@@ -73,7 +73,7 @@ impl<'a> Builder<'a> {
     /// that may be read is an error of the build.
     pub fn file(&self, relative: &str) -> Option<&'a [u8]> {
         let mut out = tatu_str { ptr: std::ptr::null(), len: 0 };
-        // SAFETY: as above; the host's bytes live as long as the build, and so does the table.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; the host's bytes live as long as the build, and so does the table.
         unsafe {
             let status = self.raw.file.map_or(TATU_ERR_UNSUPPORTED, |f| f(self.raw, text_raw(relative), &mut out));
             (status >= 0).then(|| bytes_of(out))
@@ -82,7 +82,7 @@ impl<'a> Builder<'a> {
     /// Tells something about the source: `TATU_REPORT_*`.
     pub fn report(&self, severity: u32, node: Option<Node<'a>>, text: &str) {
         if let Some(f) = self.raw.report {
-            // SAFETY: as above.
+            // SAFETY: the world is that of the running call, and what is passed lives until it returns.
             unsafe { f(self.raw, severity, node.map_or(0, |n| n.id), text_raw(text)) };
         }
     }
@@ -103,7 +103,7 @@ impl<'a> Node<'a> {
         let value = value.unwrap_or(ValueRef::NIL.raw());
         let text = CString::new(key).unwrap_or_default();
         let raw = self.builder.raw;
-        // SAFETY: as above; `room` outlives the call.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; `room` outlives the call.
         let status = raw.set.map_or(TATU_ERR_UNSUPPORTED, |f| unsafe { f(raw, self.id, text.as_ptr(), &value) });
         if status < 0 {
             return Err(Fail::with_code(status, format!("the host refused the property `{key}`")));
@@ -114,7 +114,7 @@ impl<'a> Node<'a> {
     pub fn device(self, kind_or_schema: &str) -> Result<Self> {
         let text = CString::new(kind_or_schema).unwrap_or_default();
         let raw = self.builder.raw;
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         let status = raw.device.map_or(TATU_ERR_UNSUPPORTED, |f| unsafe { f(raw, self.id, text.as_ptr()) });
         if status < 0 {
             return Err(Fail::with_code(status, format!("the host refused the device `{kind_or_schema}`")));
@@ -126,7 +126,7 @@ impl<'a> Node<'a> {
         let c = |s: &str| CString::new(s).unwrap_or_default();
         let (language, dialect, kind) = (c(language), c(dialect), c(kind));
         let raw = self.builder.raw;
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         let id = raw.script.map_or(0, |f| unsafe {
             f(
                 raw,

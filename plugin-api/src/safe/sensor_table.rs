@@ -274,7 +274,7 @@ unsafe fn each<S: Sensor>(
     act: impl Fn(&S, &Sample<'_>, &mut Readout<'_>) -> Result,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: as promised.
+        // SAFETY: the caller promises it.
         let batch = unsafe { &*batch };
         for i in 0..batch.n as usize {
             // SAFETY: one status and one entry per instance.

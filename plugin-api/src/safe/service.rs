@@ -68,7 +68,7 @@ pub struct Session {
 
 // SAFETY: from other threads only `wake` is called, which is for any thread.
 unsafe impl Send for Session {}
-// SAFETY: as above.
+// SAFETY: the session and the world of this turn live through the call.
 unsafe impl Sync for Session {}
 
 impl Session {
@@ -108,7 +108,7 @@ impl Turn<'_> {
     }
     /// `TATU_STOPPED`, `TATU_RUNNING` or `TATU_PAUSED`.
     pub fn state(&self) -> u32 {
-        // SAFETY: as above.
+        // SAFETY: the session and the world of this turn live through the call.
         self.session.host.session.and_then(|s| s.state).map_or(TATU_RUNNING, |f| unsafe { f(self.world.raw()) })
     }
     /// The place of this world among those of its session, from 0, and how many these are.
@@ -181,7 +181,7 @@ impl<S> Data<S> {
     /// # Safety
     /// `world` is a living world of the session, in whose thread this is called.
     unsafe fn turn(&self, world: *mut tatu_world) -> Turn<'_> {
-        // SAFETY: as promised.
+        // SAFETY: the caller promises it.
         Turn { world: unsafe { World::new(world, &self.session.host) }, session: self.session }
     }
 }
@@ -256,7 +256,7 @@ unsafe extern "C" fn event<S: Service>(
     payload: *const tatu_value,
 ) {
     guard::quiet(|| {
-        // SAFETY: as above; name and payload are valid during the call.
+        // SAFETY: the session and the world of this turn live through the call; name and payload are valid during the call.
         unsafe {
             let data = &*data.cast::<Data<S>>();
             let payload = payload.as_ref().map_or(ValueRef::NIL, |p| ValueRef::new(*p));
@@ -273,7 +273,7 @@ unsafe extern "C" fn resume<S: Service>(
     frame: *const tatu_call,
 ) {
     guard::quiet(|| {
-        // SAFETY: as above; the frame is valid during the call.
+        // SAFETY: the session and the world of this turn live through the call; the frame is valid during the call.
         unsafe {
             let data = &*data.cast::<Data<S>>();
             let result = if status < 0 {

@@ -11,14 +11,14 @@ impl<'a> World<'a> {
     /// Calls a callback in all scripts that have it, but not in `except` (0: in all); results are dropped.
     pub fn broadcast(&self, callback: &str, args: &[ValueRef<'_>], except: tatu_object) -> Result {
         let (ptr, n) = (args.as_ptr().cast(), args.len() as u32);
-        // SAFETY: as above; `ValueRef` is transparent over `tatu_value`.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; `ValueRef` is transparent over `tatu_value`.
         self.check(unsafe { service!(self.scripts.broadcast)(self.raw(), text_raw(callback), ptr, n, except) })
     }
     /// Calls the child scripts below an object that the running stage (`TATU_STAGE_ACTUATE` or `TATU_STAGE_REACT`) has not
     /// called yet, with these arguments, in its place; how many.
     pub fn call_below(&self, above: tatu_object, stage: u32, args: &[ValueRef<'_>]) -> Result<u32> {
         let (ptr, len, mut n) = (args.as_ptr().cast(), args.len() as u32, 0);
-        // SAFETY: as above; `ValueRef` is transparent over `tatu_value`.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; `ValueRef` is transparent over `tatu_value`.
         self.check(unsafe { service!(self.scripts.call_below)(self.raw(), above, stage, ptr, len, &mut n) })?;
         Ok(n)
     }
@@ -26,7 +26,7 @@ impl<'a> World<'a> {
     /// A signal; nil if it is not set.
     pub fn signal(&self, kind: u32, name: &[u8]) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL.raw();
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         unsafe {
             match service!(self.signals.get)(self.raw(), kind, bytes_raw(name), &mut value) {
                 TATU_ERR_MISSING => Ok(ValueRef::NIL),
@@ -37,18 +37,18 @@ impl<'a> World<'a> {
     /// Sets a signal.
     pub fn set_signal(&self, kind: u32, name: &[u8], value: ValueRef<'_>) -> Result {
         let raw = value.raw();
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.signals.set)(self.raw(), kind, bytes_raw(name), &raw) })
     }
     /// Removes a signal, or all of a kind (empty name); gives how many there were.
     pub fn clear_signal(&self, kind: u32, name: &[u8]) -> Result<u32> {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         Ok(unsafe { service!(self.signals.clear)(self.raw(), kind, bytes_raw(name)) })
     }
     /// The `index`-th signal name of a kind.
     pub fn signal_name(&self, kind: u32, index: u32) -> Result<Option<Vec<u8>>> {
         let mut name = bytes_raw(&[]);
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         unsafe {
             match service!(self.signals.name)(self.raw(), kind, index, &mut name) {
                 TATU_ERR_MISSING => Ok(None),
@@ -61,7 +61,7 @@ impl<'a> World<'a> {
     pub fn scripts(&self, owner: tatu_object) -> Result<Vec<tatu_object>> {
         let list = service!(self.scripts.list);
         self.fill(|out, cap, n| {
-            // SAFETY: as above.
+            // SAFETY: the world is that of the running call, and what is passed lives until it returns.
             unsafe { list(self.raw(), owner, out, cap, n) }
         })
     }
@@ -70,7 +70,7 @@ impl<'a> World<'a> {
     /// # Safety
     /// The frame's arrays are valid and as large as it tells.
     pub unsafe fn call_script(&self, script: tatu_object, function: &str, frame: &mut tatu_call) -> Result {
-        // SAFETY: as promised.
+        // SAFETY: the caller promises it.
         self.check(unsafe { service!(self.scripts.call)(self.raw(), script, text_raw(function), frame) })
     }
     /// Adds a script of kind "child", "threaded" or "customization" to an object; its handle. While the world runs it begins in the
@@ -87,7 +87,7 @@ impl<'a> World<'a> {
         let add = service!(self.scripts.add);
         let [language, dialect, kind, name] = [language, dialect, kind, name].map(text_raw);
         let mut out = 0;
-        // SAFETY: as above; the texts live through the call.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; the texts live through the call.
         self.check(unsafe { add(self.raw(), owner, language, dialect, kind, name, bytes_raw(text), &mut out) })?;
         Ok(out)
     }
@@ -95,7 +95,7 @@ impl<'a> World<'a> {
     /// What a script was given when it was started from outside: a map of texts, empty for others.
     pub fn script_options(&self, script: tatu_object) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL.raw();
-        // SAFETY: as above; the value lives until the plugin's call returns.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; the value lives until the plugin's call returns.
         unsafe {
             self.check(service!(self.scripts.options)(self.raw(), script, &mut value))?;
             Ok(ValueRef::new(value))
@@ -105,7 +105,7 @@ impl<'a> World<'a> {
     /// Publishes an event of this plugin; `payload` is a map, or nil.
     pub fn publish(&self, name: &str, payload: ValueRef<'_>) -> Result {
         let raw = payload.raw();
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.events.publish)(self.raw(), text_raw(name), &raw) })
     }
     /// Calls a function of a script for each event of a name from now on; the number of the subscription.
@@ -114,7 +114,7 @@ impl<'a> World<'a> {
         let retain =
             commands.and_then(|t| t.retain).ok_or_else(|| Fail::unsupported("this host keeps no functions"))?;
         let (mut kept, mut id) = (0, 0);
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         unsafe {
             self.check(retain(self.raw(), handler, &mut kept))?;
             let done = self.check(service!(self.events.subscribe)(self.raw(), text_raw(name), kept, &mut id));
@@ -128,12 +128,12 @@ impl<'a> World<'a> {
     }
     /// Ends a subscription.
     pub fn unsubscribe(&self, id: u64) -> Result {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.events.unsubscribe)(self.raw(), id) })
     }
     /// Whether anybody listens to an event.
     pub fn is_wanted(&self, name: &str) -> bool {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.host.events.and_then(|t| t.wanted).is_some_and(|f| unsafe { f(self.raw(), text_raw(name)) } != 0)
     }
 }

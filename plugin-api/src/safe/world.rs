@@ -161,14 +161,14 @@ impl<'a> World<'a> {
     /// Finds an object by path or unique name.
     pub fn find(&self, from: tatu_object, path: &str) -> Result<tatu_object> {
         let mut id = 0;
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.scene.find)(self.raw, from, text_raw(path), &mut id) })?;
         Ok(id)
     }
     /// Reads a property; text and arrays live until the call that you are in returns.
     pub fn get(&self, object: tatu_object, prop: Prop) -> Result<ValueRef<'a>> {
         let mut value = ValueRef::NIL.raw();
-        // SAFETY: as above; the value lives until the plugin's call returns, which 'a does not outlive.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; the value lives until the plugin's call returns, which 'a does not outlive.
         unsafe {
             self.check(service!(self.scene.get)(self.raw, object, prop.0, &mut value))?;
             Ok(ValueRef::new(value))
@@ -178,7 +178,7 @@ impl<'a> World<'a> {
     #[inline]
     pub fn f64s<const N: usize>(&self, object: tatu_object, prop: Prop) -> Result<[f64; N]> {
         let mut out = [0.0; N];
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.scene.get_f64)(self.raw, object, prop.0, out.as_mut_ptr(), N as u32) })?;
         Ok(out)
     }
@@ -195,46 +195,46 @@ impl<'a> World<'a> {
             room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
         });
         let raw = raw.unwrap_or(ValueRef::NIL.raw());
-        // SAFETY: as above; `room` lives until after the call.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; `room` lives until after the call.
         self.check(unsafe { service!(self.scene.set)(self.raw, object, prop.0, &raw) })
     }
     /// Sets numbers of a property.
     #[inline]
     pub fn set_f64s(&self, object: tatu_object, prop: Prop, values: &[f64]) -> Result {
         let (ptr, n) = (values.as_ptr(), values.len() as u32);
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.scene.set_f64)(self.raw, object, prop.0, ptr, n) })
     }
     /// Pose in a frame (0: world): x y z, quaternion x y z w.
     pub fn pose(&self, object: tatu_object, frame: tatu_object) -> Result<[f64; 7]> {
         let mut out = [0.0; 7];
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.scene.pose)(self.raw, object, frame, out.as_mut_ptr()) })?;
         Ok(out)
     }
     /// Places an object.
     pub fn set_pose(&self, object: tatu_object, frame: tatu_object, pose: &[f64; 7]) -> Result {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.scene.set_pose)(self.raw, object, frame, pose.as_ptr()) })
     }
     /// Makes an object.
     pub fn create(&self, kind: &str, parent: tatu_object, alias: &str) -> Result<tatu_object> {
         let kind = CString::new(kind).unwrap_or_default();
         let mut id = 0;
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.scene.create)(self.raw, kind.as_ptr(), parent, text_raw(alias), &mut id) })?;
         Ok(id)
     }
     /// Removes objects.
     pub fn remove(&self, objects: &[tatu_object]) -> Result {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.scene.remove)(self.raw, objects.as_ptr(), objects.len() as u32) })
     }
     /// Lists objects below `base` (0: all); see the header for `kinds` and `flags`.
     pub fn list(&self, base: tatu_object, kinds: u32, flags: u32) -> Result<Vec<tatu_object>> {
         let list = service!(self.scene.list);
         self.fill(|out, cap, n| {
-            // SAFETY: as above.
+            // SAFETY: the world is that of the running call, and what is passed lives until it returns.
             unsafe { list(self.raw, base, kinds, flags, out, cap, n) }
         })
     }
@@ -242,7 +242,7 @@ impl<'a> World<'a> {
     pub fn copy(&self, objects: &[tatu_object]) -> Result<Vec<tatu_object>> {
         let mut out = vec![0; objects.len()];
         let (from, n) = (objects.as_ptr(), objects.len() as u32);
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.scene.copy)(self.raw, from, n, out.as_mut_ptr()) })?;
         Ok(out)
     }
@@ -267,7 +267,7 @@ impl<'a> World<'a> {
         let kind = CString::new(kind).ok()?;
         let mut id = 0;
         let wanted = self.host.scene?.wanted?;
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         (unsafe { wanted(self.raw, from, text_raw(name), kind.as_ptr(), &mut id) } >= 0).then_some(id)
     }
     /// Tells that an object was used as one of a kind of object or as a sensor that fills a schema ("proximity/1");
@@ -290,24 +290,24 @@ impl<'a> World<'a> {
     #[inline]
     pub fn reading(&self, sensor: tatu_object, field: Prop) -> Result<Reading<'a>> {
         let mut view = tatu_field_view { ptr: std::ptr::null(), len: 0, elem: 0, dims: [0; 3], time: 0.0, sequence: 0 };
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.readings.field)(self.raw, sensor, field.0, &mut view) })?;
         Ok(Reading { view, life: std::marker::PhantomData })
     }
     /// Handles a sensor now; `only`: see only this object, 0: all.
     pub fn sense_now(&self, sensor: tatu_object, only: tatu_object) -> Result {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.readings.sense_now)(self.raw, sensor, only) })
     }
     /// Handles a sensor now, with a look of its own; `size` is set here.
     pub fn look_through(&self, sensor: tatu_object, look: tatu_look) -> Result {
         let look = tatu_look { size: size_of::<tatu_look>() as u32, ..look };
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.readings.look)(self.raw, sensor, &look) })
     }
     /// Forgets a sensor's reading.
     pub fn reset_reading(&self, sensor: tatu_object) -> Result {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.readings.reset)(self.raw, sensor) })
     }
     /// The sensors that fill a schema ("proximity/1").
@@ -315,7 +315,7 @@ impl<'a> World<'a> {
         let schema = CString::new(schema).unwrap_or_default();
         let list = service!(self.readings.list);
         self.fill(|out, cap, n| {
-            // SAFETY: as above.
+            // SAFETY: the world is that of the running call, and what is passed lives until it returns.
             unsafe { list(self.raw, schema.as_ptr(), out, cap, n) }
         })
     }
@@ -326,7 +326,7 @@ impl<'a> World<'a> {
         // SAFETY: a table of numbers and pointers, which may be null.
         let mut field: tatu_field = unsafe { std::mem::zeroed() };
         field.size = size_of::<tatu_field>() as u32;
-        // SAFETY: as above; the name lives as long as the world.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; the name lives as long as the world.
         unsafe {
             (describe(self.raw, sensor, index, &mut field) >= 0 && !field.name.is_null())
                 .then(|| CStr::from_ptr(field.name).to_str().ok())
@@ -338,25 +338,25 @@ impl<'a> World<'a> {
     /// Velocity of an object: m/s, rad/s, world.
     pub fn twist(&self, object: tatu_object) -> Result<[f64; 6]> {
         let mut out = [0.0; 6];
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.bodies.twist)(self.raw, object, out.as_mut_ptr()) })?;
         Ok(out)
     }
     /// Sets the velocity of a dynamic shape.
     pub fn set_twist(&self, object: tatu_object, twist: &[f64; 6]) -> Result {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.bodies.set_twist)(self.raw, object, twist.as_ptr()) })
     }
     /// Pushes a dynamic shape in the next physics step: N and N m at its centre of mass, world.
     pub fn push(&self, object: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.bodies.push)(self.raw, object, force.as_ptr(), torque.as_ptr()) })
     }
     /// Touching pairs of a shape, or (0) of all.
     pub fn contacts(&self, object: tatu_object) -> Result<Vec<Contact>> {
         let contacts = service!(self.bodies.contacts);
         self.fill(|out, cap, n| {
-            // SAFETY: as above.
+            // SAFETY: the world is that of the running call, and what is passed lives until it returns.
             unsafe { contacts(self.raw, object, out, cap, n) }
         })
     }
@@ -366,7 +366,7 @@ impl<'a> World<'a> {
     pub fn closest(&self, a: &[tatu_object], b: &[tatu_object], limit: f64) -> Result<Option<Closest>> {
         let (mut points, mut pair) = ([0.0; 6], [0; 2]);
         let (ap, an, bp, bn) = (a.as_ptr(), a.len() as u32, b.as_ptr(), b.len() as u32);
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         let status = unsafe {
             service!(self.bodies.closest)(self.raw, ap, an, bp, bn, limit, points.as_mut_ptr(), pair.as_mut_ptr())
         };
@@ -381,13 +381,13 @@ impl<'a> World<'a> {
     /// Whether the engine moves an object: dynamic shapes and joints between two bodies, once physics has run.
     pub fn is_dynamic(&self, object: tatu_object) -> Result<bool> {
         let mut yes = 0;
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.bodies.is_dynamic)(self.raw, object, &mut yes) })?;
         Ok(yes != 0)
     }
     /// Asks for a change of state, which takes effect after passes: one of `TATU_REQUEST_*`.
     pub fn request(&self, what: u32) -> Result {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.session.request)(self.raw, what) })
     }
     /// The `index`-th thing that came in from outside since the start, but for what services did: its kind ("key") and
@@ -395,7 +395,7 @@ impl<'a> World<'a> {
     pub fn input(&self, index: u64) -> Option<(String, String)> {
         let input = self.host.session?.input?;
         let (mut kind, mut text) = (bytes_raw(&[]), bytes_raw(&[]));
-        // SAFETY: as above; the texts are copied at once.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; the texts are copied at once.
         unsafe {
             let of = |s| String::from_utf8_lossy(bytes_of(s)).into_owned();
             (input(self.raw, index, &mut kind, &mut text) >= 0).then(|| (of(kind), of(text)))
@@ -403,13 +403,13 @@ impl<'a> World<'a> {
     }
     /// Runs one stage now, as a driver does: one of `TATU_STAGE_*`.
     pub fn run_stage(&self, stage: u32, dt: f64) -> Result {
-        // SAFETY: as above.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.stage.run)(self.raw, stage, dt) })
     }
     /// The real path of a file as a script names it, if the run allows it: `TATU_FILE_READ` or `TATU_FILE_WRITE`.
     pub fn file(&self, name: &[u8], mode: u32) -> Result<Vec<u8>> {
         let mut path = bytes_raw(&[]);
-        // SAFETY: as above; the path is copied at once.
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; the path is copied at once.
         unsafe {
             self.check(service!(self.files.resolve)(self.raw, bytes_raw(name), mode, &mut path))?;
             Ok(bytes_of(path).to_vec())
@@ -418,7 +418,7 @@ impl<'a> World<'a> {
     /// Writes a line to the log: `TATU_LOG_*`.
     pub fn log(&self, level: u32, text: &[u8]) {
         if let Some(write) = self.host.log.and_then(|l| l.write) {
-            // SAFETY: as above.
+            // SAFETY: the world is that of the running call, and what is passed lives until it returns.
             unsafe { write(self.host.raw(), self.raw, level, bytes_raw(text)) };
         }
     }

@@ -92,7 +92,7 @@ pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error
     if status == TATU_OK || status == TATU_WAIT && may_wait || (TATU_ERR_MEMORY..0).contains(&status) {
         return status;
     }
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     unsafe {
         if status > 0 || (*error).code == TATU_OK {
             let text = format!("broke the contract: it answered with the status {status}, which means nothing here");
@@ -108,7 +108,7 @@ pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error
 /// # Safety
 /// `error` is a live error object of the host.
 pub unsafe fn name_plugin(status: tatu_status, error: *mut tatu_error, plugin: &str, call: Call) {
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     unsafe {
         let said = crate::border::text((*error).text).into_owned();
         let placed = (*error).line > 0 || (*error).traceback.len > 0;
@@ -130,7 +130,7 @@ pub unsafe fn name_plugin(status: tatu_status, error: *mut tatu_error, plugin: &
 /// # Safety
 /// Both are live error objects of the host.
 pub unsafe fn copy(from: *const tatu_error, to: *mut tatu_error) {
-    // SAFETY: as promised; `say` and `add` copy.
+    // SAFETY: the caller promises it; `say` and `add` copy.
     unsafe {
         say(to, (*from).code, (*from).text);
         for (part, s) in
@@ -158,7 +158,7 @@ unsafe extern "C" fn say(error: *mut tatu_error, code: tatu_status, text: tatu_s
 }
 
 unsafe extern "C" fn add(error: *mut tatu_error, part: u32, text: tatu_str, line: u64) {
-    // SAFETY: as above.
+    // SAFETY: the host's own error object, which is live.
     unsafe {
         let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
         let texts = &mut *e.ctx.cast::<Texts>();

@@ -14,7 +14,7 @@ pub unsafe fn bytes<'a>(s: tatu_str) -> &'a [u8] {
     if s.ptr.is_null() || s.len == 0 {
         return &[];
     }
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     unsafe { std::slice::from_raw_parts(s.ptr.cast(), s.len as usize) }
 }
 
@@ -23,7 +23,7 @@ pub unsafe fn bytes<'a>(s: tatu_str) -> &'a [u8] {
 /// # Safety
 /// As for [`bytes`].
 pub unsafe fn text<'a>(s: tatu_str) -> std::borrow::Cow<'a, str> {
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     String::from_utf8_lossy(unsafe { bytes(s) })
 }
 

@@ -76,7 +76,7 @@ impl Registry {
     /// # Safety
     /// The plugin is started, and its tables are as the header tells.
     pub(super) unsafe fn add_actuators(&mut self, plugin: usize) {
-        // SAFETY: as promised by the caller.
+        // SAFETY: the caller promises it.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_actuator>(TATU_ACTUATOR)) else {
                 return;

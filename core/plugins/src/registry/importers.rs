@@ -53,7 +53,7 @@ impl Importer {
 
 impl Registry {
     pub(super) unsafe fn add_importers(&mut self, plugin: usize) {
-        // SAFETY: as promised by the caller.
+        // SAFETY: the caller promises it.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_importer>(TATU_IMPORTER)) else {
                 return;

@@ -86,11 +86,11 @@ pub struct Registry {
 
 // SAFETY: tables are constant after loading; which thread may call what is told by the header's tags.
 unsafe impl Send for Registry {}
-// SAFETY: as above.
+// SAFETY: by the contract, what a plugin passes is valid during the call.
 unsafe impl Sync for Registry {}
 
 impl Registry {
-    /// Loads every plugin of the path, which gets the `host` tables. What cannot be loaded is told in `refused`.
+    /// Loads every plugin of the path and gives it the `host` tables. What cannot be loaded is listed in `refused`.
     pub fn load(search: Search, host: HostTables) -> Self {
         Self::load_watched(search, host, Watches::default())
     }

@@ -61,7 +61,7 @@ impl Registry {
     }
 
     pub(super) unsafe fn add_sensors(&mut self, plugin: usize) {
-        // SAFETY: as promised by the caller, here and in the functions below.
+        // SAFETY: the caller promises it, here and in the functions below.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_sensor>(TATU_SENSOR)) else {
                 return;
@@ -123,7 +123,7 @@ impl Registry {
     }
 
     pub(super) unsafe fn add_models(&mut self, plugin: usize) {
-        // SAFETY: as above.
+        // SAFETY: by the contract, what a plugin passes is valid during the call.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_model>(TATU_MODEL)) else { return };
             self.offered(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
@@ -147,7 +147,7 @@ impl Registry {
     }
 
     pub(super) unsafe fn add_languages(&mut self, plugin: usize) {
-        // SAFETY: as above.
+        // SAFETY: by the contract, what a plugin passes is valid during the call.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_script>(TATU_SCRIPT)) else {
                 return;
@@ -176,7 +176,7 @@ impl Registry {
     }
 
     pub(super) unsafe fn add_commands(&mut self, plugin: usize) {
-        // SAFETY: as above.
+        // SAFETY: by the contract, what a plugin passes is valid during the call.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_command>(TATU_COMMAND)) else {
                 return;

@@ -18,7 +18,7 @@ pub struct ServiceKind {
     pub text: String,
     /// Its parameters.
     pub params: Vec<Declared>,
-    /// Names of the events that it is told of.
+    /// Names of the events that it subscribes to.
     pub events: Vec<String>,
     /// The table of its functions.
     pub raw: tatu_service,

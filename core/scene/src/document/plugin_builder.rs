@@ -139,7 +139,7 @@ pub(super) fn run(
 /// # Safety
 /// `table` is one that [`run`] made, during its build.
 unsafe fn with<T>(table: *const tatu_builder, f: impl FnOnce(&Build, &mut Builder<'_>) -> Result<T>) -> Option<T> {
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     let build = unsafe { &*(*table).ctx.cast::<Build<'_, '_>>() };
     let mut guard = build.builder.try_borrow_mut().ok()?;
     match f(build, &mut guard) {
@@ -160,7 +160,7 @@ unsafe fn c_text(s: *const c_char) -> String {
     if s.is_null() {
         return String::new();
     }
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     unsafe { std::ffi::CStr::from_ptr(s) }.to_string_lossy().into_owned()
 }
 
@@ -190,7 +190,7 @@ unsafe extern "C" fn set(
     key: *const c_char,
     value: *const tatu_value,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         let key = c_text(key);
         let Some(value) = value.as_ref() else { return TATU_ERR_ARGUMENT };
@@ -209,7 +209,7 @@ unsafe extern "C" fn mesh(
     if points.is_null() || triangles.is_null() {
         return 0;
     }
-    // SAFETY: as above; 3 numbers per point and triangle.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; 3 numbers per point and triangle.
     unsafe {
         let points = std::slice::from_raw_parts(points.cast::<[f64; 3]>(), n_points as usize);
         let triangles = std::slice::from_raw_parts(triangles.cast::<[u32; 3]>(), n_triangles as usize);
@@ -219,7 +219,7 @@ unsafe extern "C" fn mesh(
 }
 
 unsafe extern "C" fn image(t: *const tatu_builder, _: *const u8, _: u32, _: u32) -> u64 {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         with(t, |_, _| Err::<(), _>(Error::new("E112", "this host does not draw images on shapes yet")));
     }
@@ -235,7 +235,7 @@ unsafe extern "C" fn script(
     name: tatu_str,
     source: tatu_str,
 ) -> u32 {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         let (language, dialect, kind) = (c_text(language), c_text(dialect), c_text(kind));
         let (name, source) = (text(name).into_owned(), bytes(source).to_vec());
@@ -268,7 +268,7 @@ unsafe extern "C" fn script(
 }
 
 unsafe extern "C" fn device(t: *const tatu_builder, object: u32, kind: *const c_char) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         let kind = c_text(kind);
         with(t, |build, b| b.device(index(build, object)?, &kind)).map_or(TATU_ERR_MISSING, |()| TATU_OK)
@@ -276,7 +276,7 @@ unsafe extern "C" fn device(t: *const tatu_builder, object: u32, kind: *const c_
 }
 
 unsafe extern "C" fn report(t: *const tatu_builder, severity: u32, object: u32, said: tatu_str) {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         let said = text(said).into_owned();
         with(t, |build, b| {
@@ -292,7 +292,7 @@ unsafe extern "C" fn report(t: *const tatu_builder, severity: u32, object: u32, 
 }
 
 unsafe extern "C" fn file(t: *const tatu_builder, relative: tatu_str, out: *mut tatu_str) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         let name = text(relative).into_owned();
         let read = with(t, |build, b| {

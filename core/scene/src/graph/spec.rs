@@ -206,7 +206,7 @@ pub fn keys_of(value: &Value) -> Result<(String, i64), Refusal> {
 /// A graph as the scene describes it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GraphSpec {
-    /// Records only when it is told to.
+    /// Records only on request.
     pub explicit: bool,
     /// Samples of a stream that it keeps.
     pub buffer: usize,

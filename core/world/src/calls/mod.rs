@@ -65,7 +65,7 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
 /// # Safety
 /// The frame and its arrays are valid.
 pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resume: u64) -> tatu_status {
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let calls = &world.calls;

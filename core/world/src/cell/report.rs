@@ -76,7 +76,7 @@ impl WorldCell {
             lines.push(LogLine { level: TATU_LOG_ERROR, code, text });
         }
     }
-    /// Keeps a line for whoever runs the world.
+    /// Keeps a line until `take_lines` is called.
     pub fn log(&self, level: u32, text: &str) {
         if let Some(worker) = &self.worker {
             return worker.note(DeferredEffect::Line(level, text.to_owned()));

@@ -137,7 +137,7 @@ impl Running {
         }
     }
 
-    /// Whether it is told of an event.
+    /// Whether it subscribes to an event.
     pub fn wants(&self, registry: &Registry, name: &str) -> bool {
         self.info(registry).events.iter().any(|wanted| covers(wanted, name))
     }

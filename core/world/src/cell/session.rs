@@ -36,7 +36,7 @@ impl SessionCell {
     pub unsafe fn wake(session: *mut tatu_session) {
         let cell = session.cast::<SessionCell>().cast_const();
         if !cell.is_null() {
-            // SAFETY: as promised; of all its parts only this one, which threads may share, is looked at.
+            // SAFETY: the caller promises it; of all its parts only this one, which threads may share, is looked at.
             let wake: &Wake = unsafe { &(*cell).wake };
             wake.wake();
         }
@@ -46,7 +46,7 @@ impl SessionCell {
     /// # Safety
     /// `session` is null or a living session of this host, and this is its thread.
     pub unsafe fn of<'a>(session: *mut tatu_session) -> Option<&'a SessionCell> {
-        // SAFETY: as promised.
+        // SAFETY: the caller promises it.
         unsafe { session.cast::<SessionCell>().cast_const().as_ref() }
     }
     /// The worlds that are there, in the order in which they joined.
@@ -65,7 +65,7 @@ impl SessionCell {
     pub fn any_service(&self) -> bool {
         self.services.borrow().iter().any(|s| !s.off.get())
     }
-    /// Whether a service that works is told of an event.
+    /// Whether a running service subscribes to an event.
     pub fn wants(&self, name: &str) -> bool {
         let Ok(services) = self.services.try_borrow() else { return false };
         services.iter().any(|s| !s.off.get() && s.wants(&self.registry, name))

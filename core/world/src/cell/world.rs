@@ -114,7 +114,7 @@ impl WorldCell {
     /// # Safety
     /// `ptr` is null or a living world that this host gave out.
     pub unsafe fn of<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
-        // SAFETY: as promised.
+        // SAFETY: the caller promises it.
         unsafe { Self::here(ptr).filter(|cell| cell.worker.is_none()) }
     }
     /// The same; on a thread that runs scripts beside others, its cell.
@@ -124,7 +124,7 @@ impl WorldCell {
     #[inline]
     pub unsafe fn here<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
         match script_worker::of_this_thread() {
-            // SAFETY: as promised.
+            // SAFETY: the caller promises it.
             None => unsafe { ptr.cast::<WorldCell>().cast_const().as_ref() },
             // Nothing else is to be touched from here.
             Some(cell) => (cell.raw() == ptr).then_some(cell),
@@ -224,7 +224,7 @@ impl WorldCell {
         self.next_replacement.set(id + 1);
         id
     }
-    /// What a new instance of an object is told.
+    /// The description that a new instance of an object gets.
     ///
     /// `key` names the owner by what does not change when other things are added: its seed follows from it.
     pub fn instance_info(&self, owner: tatu_object, key: &str) -> tatu_instance {
@@ -292,7 +292,7 @@ impl WorldCell {
         [v.x, v.y, v.z, w.x, w.y, w.z]
     }
 
-    /// What the engine is told of them.
+    /// The part of them that concerns the engine.
     pub fn engine_settings(settings: &Settings) -> EngineSettings {
         EngineSettings {
             gravity: settings.gravity,

@@ -1,4 +1,4 @@
-//! What happens in a world, told in order to whoever listens.
+//! Events of a world, delivered in order to their subscribers.
 //!
 //! - `deliver`: handing out, at the moments that `docs/reference/events.md` states;
 //! - `contacts`: shapes that begin, go on and cease to touch.

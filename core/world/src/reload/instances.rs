@@ -84,7 +84,7 @@ fn path_of(cell: &WorldCell, slot: u32) -> String {
     cell.scene.borrow().path(slot)
 }
 
-/// What a new instance in the place of another is told.
+/// The description that a replacement of an instance gets.
 fn info(cell: &WorldCell, slot: u32, id: u64) -> tatu_instance {
     let (owner, name) = {
         let scene = cell.scene.borrow();

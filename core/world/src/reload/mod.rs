@@ -26,7 +26,7 @@ use crate::run::World;
 pub struct ReloadReport {
     /// What was taken, and what state was lost by it.
     pub notes: Vec<String>,
-    /// What was refused: the old version goes on.
+    /// What was refused: the old version stays.
     pub warnings: Vec<Error>,
     /// How many scripts, plugins and objects changed.
     pub taken: u64,

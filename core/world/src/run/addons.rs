@@ -1,4 +1,4 @@
-//! Scripts that come from outside the document, as whoever runs the world sees them; `run` attaches them.
+//! Scripts that come from outside the document (add-ons): their options and single runs; `life` attaches them.
 
 use tatu_plugin_api::safe::Value;
 

@@ -1,4 +1,4 @@
-//! A world as whoever runs it sees it: made, started, stepped, stopped and looked at.
+//! The public handle of a world: create, start, step, stop and inspect it.
 //!
 //! - [`World`]: a scene that runs; `life`: start, step, stop; `addons`: scripts that are part of no document;
 //! - [`Reading`]: what a sensor measured last; `snapshot`: writing its state, and going on from it;

@@ -1,4 +1,4 @@
-//! A session as whoever runs worlds sees it.
+//! The public handle of a session.
 
 use std::{
     cell::RefCell,

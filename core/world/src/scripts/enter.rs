@@ -114,7 +114,7 @@ pub(super) fn enter_with_error(
         }
     };
     if status < 0 {
-        // SAFETY: as above.
+        // SAFETY: the host's own error object and plugin data, which live through the call.
         unsafe { name_plugin(status, error, &world.registry.plugins[plugin].id, call) };
     }
     status
@@ -131,7 +131,7 @@ pub(crate) fn owner_of_func(world: &WorldCell, func: tatu_func) -> Option<(Rc<Sc
 /// # Safety
 /// The frame and its arrays are valid.
 pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     let f = unsafe { &mut *frame };
     let Some((script, local)) = owner_of_func(world, func) else {
         f.n_results = 0;
@@ -150,7 +150,7 @@ pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut t
 /// # Safety
 /// The frame and its arrays are valid.
 pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let refuse = |f: &mut tatu_call, status, text: &str| {

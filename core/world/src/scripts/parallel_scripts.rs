@@ -25,7 +25,7 @@ use crate::cell::{Callback, DeferredEffect, ExitRequest, Kind, Owner, Script, Sc
 /// Scripts that a thread takes at a time: neighbours are in each other's caches.
 const CHUNK: usize = 32;
 
-/// How many of the next scripts may run side by side.
+/// How many of the next scripts may run in parallel.
 pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
     // Stand-ins are made of what scripts do.
     if world.stand_ins.is_on() {

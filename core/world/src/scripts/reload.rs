@@ -16,7 +16,7 @@ pub(crate) type Written = Result<InstanceImage, String>;
 /// What became of a script's state.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Handed {
-    /// It goes on where the old one was.
+    /// It continues with the state of the old one.
     Kept,
     /// It begins anew, as there was nothing to hand over.
     Begun,

@@ -32,7 +32,7 @@ impl Script {
         &registry.languages[self.language].raw
     }
 
-    /// Makes its state and loads its text; what goes wrong is told, and the script never runs.
+    /// Creates its state and loads its text; after an error, which is reported, the script never runs.
     pub(super) fn begin(&self, world: &WorldCell) {
         if let Err((status, mut error)) = self.try_begin(world, world.new_instance()) {
             self.fail(world, status, error.raw());
@@ -71,7 +71,7 @@ impl Script {
         let status = unsafe { answer(status, false, error.raw()) };
         if status < 0 {
             world.calls.caller.set(Caller::HOST);
-            // SAFETY: as above.
+            // SAFETY: the host's own error object and plugin data, which live through the call.
             unsafe { name_plugin(status, error.raw(), &plugin.id, Call::Create) };
             return Err((status, error));
         }
@@ -86,16 +86,16 @@ impl Script {
         let mut chosen = raw(&[]);
         let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
         let load = || {
-            // SAFETY: as above; the texts live through the call.
+            // SAFETY: the host's own error object and plugin data, which live through the call; the texts live through the call.
             language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
         };
         let status = world.cross(language.plugin, Call::ScriptLoad, self.slot, load);
-        // SAFETY: as above.
+        // SAFETY: the host's own error object and plugin data, which live through the call.
         let status = unsafe { answer(status, false, error.raw()) };
         world.calls.caller.set(Caller::HOST);
         if status < 0 {
             self.dead.set(true);
-            // SAFETY: as above.
+            // SAFETY: the host's own error object and plugin data, which live through the call.
             unsafe { name_plugin(status, error.raw(), &plugin.id, Call::ScriptLoad) };
             return Err((status, error));
         }

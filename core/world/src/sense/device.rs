@@ -26,7 +26,7 @@ pub(crate) struct Device {
     pub slot: u32,
     /// Switched off after a fault.
     pub off: bool,
-    /// Measures only when it is told to, as the scene says.
+    /// Measures only on request, as the scene declares.
     pub(super) explicit: bool,
     pub kind: usize,
     pub data: *mut c_void,

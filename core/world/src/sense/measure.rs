@@ -273,7 +273,7 @@ fn hand_over(
         if told < 0 {
             *status = told;
         } else {
-            // SAFETY: as above.
+            // SAFETY: the host's own error object and plugin data, which live through the call.
             *status = unsafe { answer(*status, false, error.raw()) };
         }
         let text = if *status < 0 {

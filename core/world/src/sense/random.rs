@@ -94,7 +94,7 @@ unsafe extern "C" fn normal(table: *const tatu_random, i: u32, first: u64, n: u6
 /// # Safety
 /// `table` is one of ours, `out` has `n` places: by the contract.
 unsafe fn fill(table: *const tatu_random, i: u32, n: u64, out: *mut f64, numbers: impl Fn(Key, &mut [f64])) {
-    // SAFETY: as promised; an instance that is not there draws nothing. The places may never have been written to.
+    // SAFETY: the caller promises it; an instance that is not there draws nothing. The places may never have been written to.
     unsafe {
         if i < (*table).reserved && n > 0 && !out.is_null() {
             let key = *(*table).ctx.cast::<Key>().add(i as usize);

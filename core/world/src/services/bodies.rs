@@ -71,13 +71,13 @@ unsafe fn three(p: *const f64) -> Option<Vector3<f64>> {
     if p.is_null() {
         return Some(Vector3::zeros());
     }
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     let v = unsafe { *p.cast::<[f64; 3]>() };
     v.iter().all(|x| x.is_finite()).then(|| Vector3::from(v))
 }
 
 unsafe extern "C" fn set_twist(w: *mut tatu_world, object: tatu_object, twist: *const f64) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let (Some(linear), Some(angular)) = (three(twist), three(twist.add(3))) else {
@@ -100,7 +100,7 @@ unsafe extern "C" fn push(
     force: *const f64,
     torque: *const f64,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let (Some(force), Some(torque)) = (three(force), three(torque)) else {
@@ -123,7 +123,7 @@ unsafe extern "C" fn impulse(
     linear: *const f64,
     angular: *const f64,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let (Some(linear), Some(angular)) = (three(linear), three(angular)) else {
@@ -155,7 +155,7 @@ unsafe extern "C" fn contacts(
     cap: u32,
     n: *mut u32,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let (Ok(scene), Ok(dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow()) else {

@@ -39,12 +39,12 @@ unsafe extern "C" fn find(w: *mut tatu_world, name: tatu_str) -> u32 {
 }
 
 unsafe extern "C" fn count(w: *mut tatu_world) -> u32 {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe { WorldCell::here(w) }.map_or(0, |world| world.registry.commands.len() as u32)
 }
 
 unsafe extern "C" fn describe(w: *mut tatu_world, id: u32) -> *const tatu_command {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     let world = unsafe { WorldCell::here(w) };
     world
         .and_then(|world| world.registry.commands.get((id as usize).wrapping_sub(1)))
@@ -52,7 +52,7 @@ unsafe extern "C" fn describe(w: *mut tatu_world, id: u32) -> *const tatu_comman
 }
 
 unsafe extern "C" fn call(w: *mut tatu_world, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
             return TATU_ERR_ARGUMENT;
@@ -62,12 +62,12 @@ unsafe extern "C" fn call(w: *mut tatu_world, frame: *mut tatu_call) -> tatu_sta
 }
 
 unsafe extern "C" fn generation(w: *mut tatu_world) -> u64 {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe { WorldCell::here(w) }.map_or(1, |world| world.registry.generation)
 }
 
 unsafe extern "C" fn constant(w: *mut tatu_world, name: tatu_str, out: *mut tatu_value) -> tatu_status {
-    // SAFETY: as above; a constant's value lives as long as its plugin.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; a constant's value lives as long as its plugin.
     unsafe {
         here(w, |world| {
             let name = text(name);
@@ -90,7 +90,7 @@ unsafe extern "C" fn prelude(
     module: *mut tatu_str,
     out: *mut tatu_str,
 ) -> tatu_status {
-    // SAFETY: as above; preludes live as long as the registry.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; preludes live as long as the registry.
     unsafe {
         here(w, |world| {
             let language = if language.is_null() { "".into() } else { CStr::from_ptr(language).to_string_lossy() };
@@ -107,12 +107,12 @@ unsafe extern "C" fn prelude(
 }
 
 unsafe extern "C" fn mark(w: *mut tatu_world) -> u64 {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe { WorldCell::here(w) }.and_then(|world| Some(world.calls.arena.try_borrow().ok()?.mark())).unwrap_or(0)
 }
 
 unsafe extern "C" fn alloc(w: *mut tatu_world, bytes: u64) -> *mut c_void {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     let world = unsafe { WorldCell::here(w) };
     world
         .and_then(|world| Some(world.calls.arena.try_borrow_mut().ok()?.alloc(bytes as usize)))
@@ -120,14 +120,14 @@ unsafe extern "C" fn alloc(w: *mut tatu_world, bytes: u64) -> *mut c_void {
 }
 
 unsafe extern "C" fn release(w: *mut tatu_world, mark: u64) {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     if let Some(mut arena) = unsafe { WorldCell::here(w) }.and_then(|world| world.calls.arena.try_borrow_mut().ok()) {
         arena.release(mark);
     }
 }
 
 unsafe extern "C" fn retain(w: *mut tatu_world, func: tatu_func, kept: *mut tatu_func) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| match scripts::keep_func(world, func) {
             Some(f) => {
@@ -140,14 +140,14 @@ unsafe extern "C" fn retain(w: *mut tatu_world, func: tatu_func, kept: *mut tatu
 }
 
 unsafe extern "C" fn drop_func(w: *mut tatu_world, func: tatu_func) {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     if let Some(world) = unsafe { WorldCell::of(w) } {
         scripts::drop_func(world, func);
     }
 }
 
 unsafe extern "C" fn call_func(w: *mut tatu_world, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
             return TATU_ERR_ARGUMENT;

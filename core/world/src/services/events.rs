@@ -51,7 +51,7 @@ unsafe extern "C" fn publish(w: *mut tatu_world, name: tatu_str, payload: *const
 }
 
 unsafe extern "C" fn subscribe(w: *mut tatu_world, name: tatu_str, handler: tatu_func, id: *mut u64) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let name = text(name);
@@ -80,7 +80,7 @@ fn check(world: &WorldCell, name: &str) -> Done {
 }
 
 unsafe extern "C" fn unsubscribe(w: *mut tatu_world, id: u64) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| match world.outside.bus.unsubscribe(id) {
             Some(handler) => {
@@ -93,12 +93,12 @@ unsafe extern "C" fn unsubscribe(w: *mut tatu_world, id: u64) -> tatu_status {
 }
 
 unsafe extern "C" fn wanted(w: *mut tatu_world, name: tatu_str) -> u32 {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe { WorldCell::of(w).map_or(0, |world| world.outside.wants(&text(name)).into()) }
 }
 
 unsafe extern "C" fn declared(w: *mut tatu_world, index: u32, name: *mut tatu_str, out: *mut tatu_str) -> tatu_status {
-    // SAFETY: as above; the declarations live as long as the registry.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; the declarations live as long as the registry.
     unsafe {
         on(w, |world| match world.registry.events.get(index as usize) {
             Some(e) => {

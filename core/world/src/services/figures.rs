@@ -50,9 +50,9 @@ fn missing<T>(what: &str, id: i64) -> Result<T, Refusal> {
 /// # Safety
 /// `raw` is null or a value that is valid during the call.
 unsafe fn keys(world: &WorldCell, raw: *const tatu_value) -> Result<Option<Value>, tatu_status> {
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     let Some(raw) = (unsafe { raw.as_ref() }) else { return Ok(None) };
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     let value = unsafe { ValueRef::new(*raw) }.to_value().map_err(|e| world.calls.refuse(e.code(), e.text()))?;
     Ok(Some(value))
 }
@@ -94,7 +94,7 @@ unsafe extern "C" fn add(
 }
 
 unsafe extern "C" fn change(w: *mut tatu_world, object: tatu_object, id: i64, map: *const tatu_value) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let map = keys(world, map)?;
@@ -134,7 +134,7 @@ unsafe extern "C" fn put(
     n: u64,
     taken: *mut u64,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let numbers =
@@ -180,7 +180,7 @@ fn frame(scene: &Scene, drawing: &Drawing) -> Isometry3<f64> {
 }
 
 unsafe extern "C" fn record(w: *mut tatu_world, object: tatu_object, time: f64) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             if !time.is_finite() {
@@ -203,7 +203,7 @@ unsafe extern "C" fn list(
     cap: u32,
     n: *mut u32,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let owner = if object == 0 { 0 } else { full(world, object)? };
@@ -228,7 +228,7 @@ unsafe extern "C" fn get(
     numbers: u32,
     out: *mut tatu_value,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| -> Done {
             let owner = if object == 0 { 0 } else { full(world, object)? };

@@ -61,7 +61,7 @@ unsafe fn on(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> Done) -> tatu
         None => f(world),
         Some(_) => Err(busy(world)),
     };
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     unsafe { here(world, alone) }
 }
 
@@ -71,7 +71,7 @@ unsafe fn on(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> Done) -> tatu
 /// As for [`on`].
 #[inline]
 unsafe fn here(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     let done = unsafe { WorldCell::here(world) }.map_or(Err(TATU_ERR_ARGUMENT), f);
     done.err().unwrap_or(TATU_OK)
 }
@@ -107,7 +107,7 @@ fn slot(world: &WorldCell, scene: &tatu_scene::Scene, object: tatu_object) -> Re
 /// # Safety
 /// `out` has room for `cap`, or is null; `n` is null or writable.
 unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: *mut u32) -> Done {
-    // SAFETY: as promised.
+    // SAFETY: the caller promises it.
     unsafe {
         if !out.is_null() {
             std::ptr::copy_nonoverlapping(all.as_ptr(), out, all.len().min(cap as usize));
@@ -127,7 +127,7 @@ unsafe fn give(world: &WorldCell, value: &tatu_plugin_api::safe::Value, out: *mu
     let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return Err(busy(world)) };
     match (value.to_raw(&mut |n| arena.alloc(n)), out.is_null()) {
         (Some(raw), false) => {
-            // SAFETY: as promised.
+            // SAFETY: the caller promises it.
             unsafe { *out = raw };
             Ok(())
         }

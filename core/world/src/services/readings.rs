@@ -68,12 +68,12 @@ unsafe extern "C" fn field(
 }
 
 unsafe extern "C" fn sense_now(w: *mut tatu_world, sensor: tatu_object, only: tatu_object) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe { on(w, |world| sense(world, sensor, only, None)) }
 }
 
 unsafe extern "C" fn look(w: *mut tatu_world, sensor: tatu_object, look: *const tatu_look) -> tatu_status {
-    // SAFETY: as above; a caller's table has all fields of the first version.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; a caller's table has all fields of the first version.
     unsafe {
         on(w, |world| {
             let look = &*look;
@@ -122,7 +122,7 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
 }
 
 unsafe extern "C" fn reset(w: *mut tatu_world, sensor: tatu_object) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let i = device(world, sensor)?;
@@ -139,7 +139,7 @@ unsafe extern "C" fn describe(
     index: u32,
     out: *mut tatu_field,
 ) -> tatu_status {
-    // SAFETY: as above; a caller's table may be shorter than ours, so no more than its size is written.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; a caller's table may be shorter than ours, so no more than its size is written.
     unsafe {
         here(w, |world| {
             let i = device(world, sensor)?;
@@ -168,7 +168,7 @@ unsafe extern "C" fn list(
     cap: u32,
     n: *mut u32,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let schema = if schema.is_null() { "".into() } else { CStr::from_ptr(schema).to_string_lossy() };

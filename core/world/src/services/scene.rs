@@ -54,7 +54,7 @@ unsafe extern "C" fn get(
     prop: tatu_prop,
     out: *mut tatu_value,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         here(w, |world| {
             let value = read(world, object, prop)?;
@@ -69,7 +69,7 @@ unsafe extern "C" fn set(
     prop: tatu_prop,
     value: *const tatu_value,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         here(w, |world| {
             let Some(raw) = value.as_ref() else { return Err(TATU_ERR_ARGUMENT) };
@@ -88,7 +88,7 @@ unsafe extern "C" fn get_f64(
     out: *mut f64,
     n: u32,
 ) -> tatu_status {
-    // SAFETY: as above; `out` has room for `n`.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; `out` has room for `n`.
     unsafe { here(w, |world| read_numbers(world, object, prop, std::slice::from_raw_parts_mut(out, n as usize))) }
 }
 
@@ -99,7 +99,7 @@ unsafe extern "C" fn set_f64(
     values: *const f64,
     n: u32,
 ) -> tatu_status {
-    // SAFETY: as above; `values` has `n`.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; `values` has `n`.
     unsafe { here(w, |world| write_numbers(world, object, prop, std::slice::from_raw_parts(values, n as usize))) }
 }
 
@@ -111,7 +111,7 @@ unsafe extern "C" fn get_f64_many(
     out: *mut f64,
     n: u32,
 ) -> tatu_status {
-    // SAFETY: as above; `out` has room for `n` each.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; `out` has room for `n` each.
     unsafe {
         here(w, |world| {
             for i in 0..count as usize {
@@ -131,7 +131,7 @@ unsafe extern "C" fn set_f64_many(
     values: *const f64,
     n: u32,
 ) -> tatu_status {
-    // SAFETY: as above; `values` has `n` each.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; `values` has `n` each.
     unsafe {
         here(w, |world| {
             for i in 0..count as usize {
@@ -153,7 +153,7 @@ fn frame_of(world: &WorldCell, scene: &Scene, frame: tatu_object) -> Result<Isom
 }
 
 unsafe extern "C" fn pose(w: *mut tatu_world, object: tatu_object, frame: tatu_object, out: *mut f64) -> tatu_status {
-    // SAFETY: as above; `out` has room for 7.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; `out` has room for 7.
     unsafe {
         here(w, |world| {
             let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
@@ -175,7 +175,7 @@ unsafe extern "C" fn set_pose(
     frame: tatu_object,
     pose: *const f64,
 ) -> tatu_status {
-    // SAFETY: as above; `pose` has 7.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; `pose` has 7.
     unsafe {
         on(w, |world| {
             let Some(p) = pose_from_array(&*pose.cast::<[f64; 7]>()) else {
@@ -199,7 +199,7 @@ unsafe extern "C" fn look(
     full: *mut tatu_object,
     kind: *mut i32,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         here(w, |world| {
             let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
@@ -220,7 +220,7 @@ unsafe extern "C" fn look(
 }
 
 unsafe extern "C" fn find(w: *mut tatu_world, from: tatu_object, path: tatu_str, out: *mut tatu_object) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let path = text(path);
@@ -247,7 +247,7 @@ unsafe extern "C" fn create(
     alias: tatu_str,
     out: *mut tatu_object,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let kind = if kind.is_null() { "".into() } else { CStr::from_ptr(kind).to_string_lossy() };
@@ -283,7 +283,7 @@ unsafe extern "C" fn create(
 }
 
 unsafe extern "C" fn remove(w: *mut tatu_world, objects: *const tatu_object, n: u32) -> tatu_status {
-    // SAFETY: as above; `objects` has `n`.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; `objects` has `n`.
     unsafe {
         on(w, |world| {
             let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
@@ -318,7 +318,7 @@ unsafe extern "C" fn list(
     cap: u32,
     n: *mut u32,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
@@ -346,7 +346,7 @@ unsafe extern "C" fn wanted(
     kind: *const c_char,
     object: *mut tatu_object,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         let Some(world) = WorldCell::of(w).filter(|w| w.stand_ins.is_on()) else { return TATU_ERR_MISSING };
         let name = text(name);

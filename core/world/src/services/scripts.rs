@@ -45,7 +45,7 @@ unsafe extern "C" fn call(
     function: tatu_str,
     frame: *mut tatu_call,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
             return TATU_ERR_ARGUMENT;
@@ -67,7 +67,7 @@ unsafe extern "C" fn broadcast(
     n_args: u32,
     except: tatu_object,
 ) -> tatu_status {
-    // SAFETY: as above; `args` has `n_args`.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; `args` has `n_args`.
     unsafe {
         on(w, |world| {
             let args = if n_args == 0 { &[] } else { std::slice::from_raw_parts(args, n_args as usize) };
@@ -78,7 +78,7 @@ unsafe extern "C" fn broadcast(
 }
 
 unsafe extern "C" fn options(w: *mut tatu_world, script: tatu_object, out: *mut tatu_value) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let s = {
@@ -101,7 +101,7 @@ unsafe extern "C" fn add(
     source: tatu_str,
     out: *mut tatu_object,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let refuse = |text: String| world.calls.refuse(TATU_ERR_ARGUMENT, &text);
@@ -144,7 +144,7 @@ unsafe extern "C" fn call_below(
     n_args: u32,
     n: *mut u32,
 ) -> tatu_status {
-    // SAFETY: as above; `args` has `n_args`.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; `args` has `n_args`.
     unsafe {
         on(w, |world| {
             let above = {

@@ -44,7 +44,7 @@ unsafe extern "C" fn request(w: *mut tatu_world, what: u32) -> tatu_status {
 }
 
 unsafe extern "C" fn wake(session: *mut tatu_session) {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe { SessionCell::wake(session) };
 }
 
@@ -54,7 +54,7 @@ unsafe extern "C" fn worlds(
     cap: u32,
     n: *mut u32,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         let Some(session) = SessionCell::of(session) else { return TATU_ERR_ARGUMENT };
         fill(&session.worlds(), out, cap, n).err().unwrap_or(TATU_OK)
@@ -62,7 +62,7 @@ unsafe extern "C" fn worlds(
 }
 
 unsafe extern "C" fn client(w: *mut tatu_world, client: u64) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| match world.calls.caller.get().kind {
             TATU_CALLER_REMOTE => {
@@ -77,7 +77,7 @@ unsafe extern "C" fn client(w: *mut tatu_world, client: u64) -> tatu_status {
 }
 
 unsafe extern "C" fn state(w: *mut tatu_world) -> u32 {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     match unsafe { WorldCell::of(w) } {
         Some(world) => match world.phase.get() {
             Phase::Stopped => TATU_STOPPED,
@@ -89,7 +89,7 @@ unsafe extern "C" fn state(w: *mut tatu_world) -> u32 {
 }
 
 unsafe extern "C" fn input(w: *mut tatu_world, index: u64, kind: *mut tatu_str, text: *mut tatu_str) -> tatu_status {
-    // SAFETY: as above; both are writable.
+    // SAFETY: by the contract, what a plugin passes is valid during the call; both are writable.
     unsafe {
         let Some(world) = WorldCell::of(w) else { return TATU_ERR_ARGUMENT };
         let inputs = world.outside.inputs.borrow();

@@ -29,7 +29,7 @@ unsafe extern "C" fn get(w: *mut tatu_world, kind: u32, name: tatu_str, out: *mu
 }
 
 unsafe extern "C" fn set(w: *mut tatu_world, kind: u32, name: tatu_str, value: *const tatu_value) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let Some(value) = value.as_ref() else { return Err(TATU_ERR_ARGUMENT) };
@@ -51,7 +51,7 @@ unsafe extern "C" fn set(w: *mut tatu_world, kind: u32, name: tatu_str, value: *
 }
 
 unsafe extern "C" fn clear(w: *mut tatu_world, kind: u32, name: tatu_str) -> u32 {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         let Some(mut signals) = WorldCell::of(w).and_then(|world| world.signals.try_borrow_mut().ok()) else {
             return 0;
@@ -67,7 +67,7 @@ unsafe extern "C" fn clear(w: *mut tatu_world, kind: u32, name: tatu_str) -> u32
 }
 
 unsafe extern "C" fn name(w: *mut tatu_world, kind: u32, index: u32, out: *mut tatu_str) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
             let found = match world.signals.try_borrow() {

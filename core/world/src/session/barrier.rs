@@ -191,7 +191,7 @@ fn hand_over(world: &WorldCell, ended: Vec<Ended>) {
     }
 }
 
-/// The world has been stopped: commands that wait will never end, and services are told.
+/// The world has been stopped: commands that wait are cancelled, and services are notified.
 pub(crate) fn stopped(world: &WorldCell) {
     let waits = world.calls.waits.borrow_mut().take_remote(|_| true);
     let ended = waits.into_iter().map(|wait| {

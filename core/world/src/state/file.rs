@@ -22,7 +22,7 @@ const BEFORE_BODY: usize = MAGIC.len() + 4 + 8;
 pub struct Snapshot {
     /// What it is of.
     pub head: Head,
-    /// Parts by name; whoever adds a part to worlds adds a section.
+    /// Parts by name: each part of a world has a section of its own.
     sections: Vec<(String, Vec<u8>)>,
 }
 

@@ -33,7 +33,7 @@ pub(crate) fn paused(world: &WorldCell) {
     }
 }
 
-/// Time goes on with the next pass.
+/// Ends a pause: time advances again with the next pass.
 pub(crate) fn lift(world: &WorldCell) {
     world.requests.set(world.requests.get() & !(1 << TATU_REQUEST_PAUSE | 1 << TATU_REQUEST_START));
     if world.phase.get() == Phase::Paused {

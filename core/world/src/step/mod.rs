@@ -62,7 +62,7 @@ pub(crate) fn step(world: &WorldCell) {
     turn(world);
 }
 
-/// The phase after a pass. The end of a run is carried out by the world, after whoever steps it has had a look.
+/// The phase after a pass. The world carries out the end of a run with the next step, so that its last state can be read.
 fn turn(world: &WorldCell) {
     let (stop, pause) = (world.stop_requested(), world.requests.get() & 1 << TATU_REQUEST_PAUSE != 0);
     let next = world.phase.get().after(stop, pause);
@@ -98,7 +98,7 @@ fn actuate(world: &WorldCell) {
     world.restore_process_state("actuation");
 }
 
-/// Actuators push, and the engine advances; in single steps where scripts want a word between them.
+/// Actuators apply their forces and the engine advances; one sub-step at a time where scripts have callbacks in between.
 fn physics(world: &WorldCell, dt: f64) {
     let (lost, failed) = if dt > 0.0 && substeps::wanted(world) {
         substeps::advance(world, dt)
@@ -126,7 +126,7 @@ fn physics(world: &WorldCell, dt: f64) {
     }
 }
 
-/// An actuator that failed is named once; one that has nothing to push is told of.
+/// Reports an actuator that failed, once; warns of one that acts on nothing.
 fn tell_of_actuator(world: &WorldCell, failed: &actuators::ApplyFailure) {
     if failed.status < 0 {
         let plugin = world.registry.actuators[failed.kind].plugin;

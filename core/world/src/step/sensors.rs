@@ -46,7 +46,7 @@ pub(super) fn sense(world: &WorldCell) {
     world.restore_process_state("sensing");
 }
 
-/// Handles some sensors of one kind now; whoever fails is switched off and named once.
+/// Handles some sensors of one kind now; one that fails is switched off and reported once.
 pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &MeasureOptions) {
     let moment = Moment { time: world.clock.time.get(), step: world.clock.step.get() };
     let Turn { devices, cuts, sees } = turn;

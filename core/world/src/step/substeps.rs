@@ -41,7 +41,7 @@ impl Part {
     fn dt(self) -> f64 {
         self.whole / f64::from(self.count)
     }
-    /// What scripts are told of it in every callback.
+    /// The fields that every callback gets.
     fn entries(self) -> Vec<(Value, Value)> {
         vec![
             of("step", Value::Int(i64::from(self.number) + 1)),

@@ -28,7 +28,7 @@ impl<'a> FieldNumbers<'a> {
     /// They are there, aligned, and nobody writes to them while this lives.
     pub unsafe fn at(at: *const u64, elem: u32, n: usize) -> Option<Self> {
         use std::slice::from_raw_parts as slice;
-        // SAFETY: as promised.
+        // SAFETY: the caller promises it.
         unsafe {
             Some(match elem {
                 TATU_ELEM_F64 => FieldNumbers::F64(slice(at.cast(), n)),
@@ -72,7 +72,7 @@ impl<'a> FieldNumbersMut<'a> {
     /// As [`FieldNumbers::at`], and nobody reads them either.
     pub unsafe fn at(at: *mut u64, elem: u32, n: usize) -> Option<Self> {
         use std::slice::from_raw_parts_mut as slice;
-        // SAFETY: as promised.
+        // SAFETY: the caller promises it.
         unsafe {
             Some(match elem {
                 TATU_ELEM_F64 => FieldNumbersMut::F64(slice(at.cast(), n)),
