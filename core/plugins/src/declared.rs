@@ -42,7 +42,7 @@ impl Declared {
     unsafe fn read(raw: &tatu_param) -> Declared {
         // Both bounds zero is a table that somebody zeroed and did not fill: no bounds.
         let unset = raw.lowest == 0.0 && raw.highest == 0.0;
-        // SAFETY: as in the caller.
+        // SAFETY: texts of a declaration live as long as its plugin.
         unsafe {
             Declared {
                 key: tables::text(raw.key).unwrap_or_default(),

@@ -18,7 +18,7 @@ pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status
         Ok(Err(fail)) => unsafe { fail.write(error) },
         Err(panic) => {
             let fail = Fail::with_code(TATU_ERR_PANIC, format!("panicked: {}", panic_text(&*panic)));
-            // SAFETY: as above.
+            // SAFETY: the host gives null or a live error.
             unsafe { fail.write(error) }
         }
     }

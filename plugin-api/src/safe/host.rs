@@ -45,7 +45,7 @@ impl Host {
                 service: unsafe extern "C" fn(*const tatu_host, *const c_char) -> *const std::ffi::c_void,
                 id: &CStr,
             ) -> Option<&'static T> {
-                // SAFETY: as in the caller.
+                // SAFETY: the host's entry function, called with the host it belongs to.
                 let ptr = unsafe { service(raw, id.as_ptr()) };
                 // SAFETY: every table begins with its size.
                 let size = unsafe { ptr.cast::<u32>().as_ref() }.copied().unwrap_or(0);

@@ -278,7 +278,7 @@ unsafe extern "C" fn place<L: Language>(data: *mut c_void, error: *mut tatu_erro
 
 unsafe extern "C" fn find<L: Language>(data: *mut c_void, how: u32, name: tatu_str) -> u32 {
     guard::quiet(|| {
-        // SAFETY: as above.
+        // SAFETY: `data` was made by `create` and is in use by this call alone.
         unsafe { (*data.cast::<Data<L>>()).language.find(how, bytes_of(name)) }
     })
 }
@@ -329,12 +329,12 @@ unsafe extern "C" fn resume<L: Language>(
 }
 
 unsafe extern "C" fn keep_func<L: Language>(data: *mut c_void, local: u32) -> u32 {
-    // SAFETY: as above.
+    // SAFETY: `data` was made by `create` and is in use by this call alone.
     guard::quiet(|| unsafe { (*data.cast::<Data<L>>()).language.keep_func(local) })
 }
 
 unsafe extern "C" fn drop_func<L: Language>(data: *mut c_void, local: u32) {
-    // SAFETY: as above.
+    // SAFETY: `data` was made by `create` and is in use by this call alone.
     guard::quiet(|| unsafe { (*data.cast::<Data<L>>()).language.drop_func(local) });
 }
 

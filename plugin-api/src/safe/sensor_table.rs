@@ -245,7 +245,7 @@ unsafe extern "C" fn finish<S: Sensor>(
     batch: *const tatu_sensor_batch,
     error: *mut tatu_error,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: the host gives a valid batch; its instances belong to this call alone.
     unsafe { each::<S>(batch, error, S::finish) }
 }
 
@@ -260,7 +260,7 @@ unsafe extern "C" fn aim<S: Sensor>(
         // SAFETY: 6 numbers per ray, of this instance alone.
         sensor.aim(sample, unsafe { std::slice::from_raw_parts_mut(rays, to - from) })
     };
-    // SAFETY: as above.
+    // SAFETY: the host gives a valid batch; its instances belong to this call alone.
     unsafe { each::<S>(batch, error, act) }
 }
 

@@ -333,7 +333,7 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
         _ if said.starts_with(&format!("{name}: ")) => said,
         _ => format!("{name}: {said}"),
     };
-    // SAFETY: as above.
+    // SAFETY: the host's own error object of this call; `add` copies the text.
     let help = unsafe { tatu_plugins::border::text((*f.error).help).into_owned() };
     // SAFETY: the dialect lives as long as the caller.
     let dialect = unsafe { tatu_plugins::border::bytes(f.caller_dialect) };
@@ -353,9 +353,9 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
             *world.calls.blame.borrow_mut() = Some((text.clone(), plugin.id.clone()));
             say(f.error, status, &text);
             if !help.is_empty() {
-                // SAFETY: as above.
+                // SAFETY: the host's own error object of this call; `add` copies the text.
                 if let Some(add) = unsafe { (*f.error).add } {
-                    // SAFETY: as above.
+                    // SAFETY: the host's own error object of this call; `add` copies the text.
                     unsafe { add(f.error, TATU_PART_HELP, tatu_plugins::border::raw(help.as_bytes()), 0) };
                 }
             }

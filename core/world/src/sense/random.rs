@@ -78,7 +78,7 @@ pub(super) fn table(keys: &[Key]) -> tatu_random {
 }
 
 unsafe extern "C" fn uniform(table: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
-    // SAFETY: as in `fill`.
+    // SAFETY: the plugin passes the table of its batch and room for `n` numbers.
     unsafe {
         fill(table, i, n, out, |key, out| {
             (0..n).zip(out).for_each(|(k, x)| *x = key.uniform(first.wrapping_add(k)));
@@ -87,7 +87,7 @@ unsafe extern "C" fn uniform(table: *const tatu_random, i: u32, first: u64, n: u
 }
 
 unsafe extern "C" fn normal(table: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
-    // SAFETY: as in `fill`.
+    // SAFETY: the plugin passes the table of its batch and room for `n` numbers.
     unsafe { fill(table, i, n, out, |key, out| key.normals(first, out)) }
 }
 
@@ -173,11 +173,11 @@ mod tests {
         // SAFETY: as a plugin calls it.
         unsafe { table.normal.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out, many[3..13]);
-        // SAFETY: as above.
+        // SAFETY: as a plugin calls it, with room for 10 numbers.
         unsafe { table.uniform.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out[0], key.uniform(20));
         // An instance that is not there draws nothing.
-        // SAFETY: as above.
+        // SAFETY: as a plugin calls it, with room for 10 numbers.
         unsafe { table.normal.unwrap()(&table, 2, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out[0], key.uniform(20));
     }

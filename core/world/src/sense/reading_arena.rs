@@ -44,7 +44,7 @@ impl DerefMut for ReadingBuffer {
     #[inline]
     fn deref_mut(&mut self) -> &mut [u64] {
         let at = UnsafeCell::raw_get(self.shelf.as_ptr()).wrapping_add(self.first as usize);
-        // SAFETY: as above.
+        // SAFETY: within the shelf, and nobody else has these words.
         unsafe { std::slice::from_raw_parts_mut(at, self.len as usize) }
     }
 }

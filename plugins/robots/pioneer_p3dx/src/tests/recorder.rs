@@ -91,7 +91,7 @@ unsafe extern "C" fn set(
     key: *const c_char,
     value: *const tatu_value,
 ) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: the recorder outlives the call, and pointers of the builder are valid during it.
     unsafe {
         let value = ValueRef::new(*value).to_value().unwrap();
         let mut r = record(b).borrow_mut();
@@ -101,7 +101,7 @@ unsafe extern "C" fn set(
 }
 
 unsafe extern "C" fn mesh(b: *const tatu_builder, points: *const f64, n: u64, triangles: *const u32, m: u64) -> u64 {
-    // SAFETY: as above.
+    // SAFETY: the recorder outlives the call, and pointers of the builder are valid during it.
     unsafe {
         let points = std::slice::from_raw_parts(points.cast(), n as usize).to_vec();
         let triangles = std::slice::from_raw_parts(triangles.cast(), m as usize).to_vec();
@@ -112,7 +112,7 @@ unsafe extern "C" fn mesh(b: *const tatu_builder, points: *const f64, n: u64, tr
 }
 
 unsafe extern "C" fn device(b: *const tatu_builder, object: u32, kind: *const c_char) -> tatu_status {
-    // SAFETY: as above.
+    // SAFETY: the recorder outlives the call, and pointers of the builder are valid during it.
     unsafe { record(b).borrow_mut().objects[object as usize - 1].device = Some(text(kind)) };
     TATU_OK
 }
