@@ -1,6 +1,6 @@
 //! Plugins: finding, loading, and what they offer.
 //!
-//! - [`search`]: the folders and files that may be plugins;
+//! - `search`: the folders and files that may be plugins;
 //! - `load`: opens one and copies its tables; `elf`, `drafts`: what it cannot be loaded for;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
 //! - [`HostTables`]: the host's functions that plugins ask for by id, and the keys that they interned;
