@@ -54,6 +54,7 @@ mod reload;
 mod replay;
 mod restart;
 mod returns;
+mod said;
 mod scans;
 mod script_errors;
 mod seeds;
