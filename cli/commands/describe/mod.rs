@@ -102,10 +102,10 @@ fn print(fact: &Value) {
         if commands.len() <= FEW {
             section("commands", &fact["commands"], &["name", "text"]);
         } else if commands.len() > MANY {
-            report::out!("commands: {}, see `tatu list commands`; `tatu describe NAME` tells more", commands.len());
+            report::out!("commands: {}, see `tatu list commands`; `tatu describe NAME` for details", commands.len());
         } else {
             let all: Vec<_> = commands.iter().map(|c| c["name"].clone()).collect();
-            names(&format!("commands ({}, `tatu describe NAME` tells more)", all.len()), &Value::Array(all));
+            names(&format!("commands ({}, `tatu describe NAME` for details)", all.len()), &Value::Array(all));
         }
     }
     if !text("example").is_empty() {

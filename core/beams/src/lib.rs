@@ -6,8 +6,8 @@
 //!
 //! ```
 //! use nalgebra::Isometry3;
-//! use tatu_core::beams::{Beam, BeamScene, Target};
-//! use tatu_core::geometry::Form;
+//! use tatu_beams::{Beam, BeamScene, Target};
+//! use tatu_geometry::Form;
 //!
 //! let mut scene = BeamScene::default();
 //! scene.set([Target {
@@ -49,5 +49,6 @@ pub use bundle::{BundleCast, BundleHits, RayBundle};
 pub use grid::{Grid, GridCast, GridImage, Light, View, Want, color_of};
 pub use scene::{BeamScene, Target};
 
+// Named after the crate, so that the filter `cargo test --workspace --lib beams` finds them.
 #[cfg(test)]
-pub(crate) mod tests;
+pub(crate) mod beams_tests;

@@ -83,7 +83,7 @@ impl Registry {
         for (plugin, text) in all {
             let p = &self.plugins[plugin];
             let text = format!("plugin `{}` ({}): {text}", p.id, p.path.display());
-            self.refused.push(Error::new("E310", text).help("the rest of the plugin works; tell its makers"));
+            self.refused.push(Error::new("E310", text).help("the rest of the plugin works; report it to its authors"));
         }
     }
 }

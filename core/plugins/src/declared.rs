@@ -152,7 +152,17 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
     if matches!(&value, Value::Floats(f) if f.iter().any(|x| x.is_nan())) {
         return Err(format!("expected {}, found one that is not a number", declared.expectation()));
     }
-    if fits { Ok(value) } else { Err(format!("expected {}, found {found}", declared.expectation())) }
+    if fits {
+        return Ok(value);
+    }
+    let found = match &value {
+        Value::Floats(f) if declared.count == 0 || f.len() == declared.count as usize => {
+            let outside = f.iter().enumerate().find(|(_, x)| **x < declared.lowest || **x > declared.highest);
+            outside.map_or(found, |(i, x)| format!("{x} as number {}", i + 1))
+        }
+        _ => found,
+    };
+    Err(format!("expected {}, found {found}", declared.expectation()))
 }
 
 /// A number without a fraction as an integer.

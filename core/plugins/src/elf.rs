@@ -34,7 +34,7 @@ pub fn check(path: &Path) -> Result<(), Unfit> {
     }
     let elf_system = cfg!(all(unix, not(target_vendor = "apple")));
     if elf_system && !header.starts_with(b"\x7fELF") {
-        return no("it is no library: it does not begin as an ELF file does".into(), AGAIN);
+        return no("it is not a library: it has no ELF header".into(), AGAIN);
     }
     if !elf_system || header.len() > 5 && header[4..6] != [2, 1] {
         return match elf_system && cfg!(all(target_pointer_width = "64", target_endian = "little")) {
@@ -54,7 +54,7 @@ pub fn check(path: &Path) -> Result<(), Unfit> {
             no(format!("it is built for another processor (ELF machine {m}, this one is {ours})"), REBUILD)
         }
         _ if whole(&mut file, &header, have) == Some(true) => Ok(()),
-        _ => no(format!("the file is cut off: it has only {have} bytes of what its headers tell"), AGAIN),
+        _ => no(format!("the file is truncated: it has {have} bytes, fewer than its headers state"), AGAIN),
     }
 }
 

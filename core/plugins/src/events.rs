@@ -75,7 +75,7 @@ const EVENTS: &[(&str, &str, &[Field])] = &[
     ("fault", "Something went wrong for the first time.", &FAULT),
     ("script_error", "The same, of a script.", &FAULT),
     ("plugin_failed", "The same, of a plugin.", &FAULT),
-    ("message", "A line was told: by a script, a plugin or the host.", {
+    ("message", "A line was written: by a script, a plugin or the host.", {
         const LINE: [Field; 2] =
             [("level", TEXT, 0, None, "error, warning, info, debug or status"), ("text", TEXT, 0, None, "the line")];
         &LINE

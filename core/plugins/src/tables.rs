@@ -98,7 +98,9 @@ pub const HELP: &str = "set `size` to sizeof, and fill what is required";
 pub fn lacking(size: u32, required: &[Required]) -> Option<String> {
     let (name, _, end) = required.iter().find(|(_, there, _)| !there)?;
     Some(match (size as usize) < *end {
-        true => format!("is too short: it tells {size} bytes, and `{name}`, which is required, ends at {end}"),
+        true => {
+            format!("is too short: its `size` is {size} bytes, and `{name}`, which is required, ends at byte {end}")
+        }
         false => format!("has no `{name}`, which is required"),
     })
 }

@@ -130,14 +130,14 @@ rows! {
     FollowOffset "joint.follow_offset" JOINT, TATU_F64 0 Some("rad|m"), Live FREE, "Where it stands when the other stands at 0; default 0.";
     FollowCurve "joint.follow_curve" JOINT, TATU_F64S 0 None, Live FREE, "Pairs of the other's position and its own, rad or m, ascending, with straight lines between; takes the place of factor and offset for positions; default: none.";
     SensorKind "sensor.kind" SENSOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of sensor.";
-    Explicit "sensor.explicit" SENSOR, TATU_BOOL 0 None, Live FREE, "Whether it measures only when it is told to; default false.";
-    Preset "sensor.preset" SENSOR, TATU_TEXT 0 None, Live FREE, "Settings under a name, of its kind: set, all that the preset tells is set at that moment; default: none.";
+    Explicit "sensor.explicit" SENSOR, TATU_BOOL 0 None, Live FREE, "Whether it measures only on request; default false.";
+    Preset "sensor.preset" SENSOR, TATU_TEXT 0 None, Live FREE, "Name of a group of settings of its kind; setting it sets all of them at that moment; default: none.";
     Rate "sensor.rate" SENSOR, TATU_F64 0 Some("Hz"), Live FREE, "How often it measures at most; 0: in each step; default 0.";
     Noise "sensor.noise" SENSOR, TATU_TEXT 0 None, Live FREE, "Noise of its fields, as TOML: set, it changes the fields that it names; empty or `none`: of all; default: none.";
     SensorMeasured "sensor.measured" SENSOR, TATU_I64 0 None, ReadOnly FREE, "How often it has measured since the start, or since its reading was reset.";
     SensorBeams "sensor.beams" SENSOR, TATU_I64 0 None, ReadOnly FREE, "How many beams it sends out; a volume is one.";
     ActuatorKind "actuator.kind" ACTUATOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of actuator.";
-    GraphExplicit "graph.explicit" GRAPH, TATU_BOOL 0 None, Live FREE, "Whether it records only when it is told to; default false: at the end of each step.";
+    GraphExplicit "graph.explicit" GRAPH, TATU_BOOL 0 None, Live FREE, "Whether it records only on request; default false: at the end of each step.";
     GraphBuffer "graph.buffer" GRAPH, TATU_I64 0 None, Live FREE, "How many samples of a stream it keeps, the newest ones, 1 to 1000000; default 10000.";
     GraphStreams "graph.streams" GRAPH, TATU_LIST 0 None, Live FREE, "What it records: name, unit, color, of, data, transform, factor, offset, window, hidden; default: nothing.";
     GraphCurves "graph.curves" GRAPH, TATU_LIST 0 None, Live FREE, "Curves of one stream over another: name, x, y, z, unit, color; default: none.";

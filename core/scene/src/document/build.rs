@@ -131,7 +131,7 @@ impl<'a> Builder<'a> {
     /// Sets what a key was found to mean.
     pub fn put(&mut self, object: usize, declared: &Declared, target: &Target, value: Value) -> Result {
         if declared.flags & TATU_PARAM_READ_ONLY != 0 {
-            return Err(Error::new("E102", format!("`{}` is told, not set", declared.key)));
+            return Err(Error::new("E102", format!("`{}` is read-only", declared.key)));
         }
         let value = keys::check(declared, &declared.key, value)?;
         let spec = &mut self.document.objects[object];

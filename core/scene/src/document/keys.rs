@@ -135,7 +135,7 @@ pub fn find<'d, T>(written: &str, declared: &'d [(Declared, T)], owner: &str) ->
             let what = if written == d.key { "lacks its unit" } else { "has the wrong unit" };
             return Err(Error::new("E103", format!("`{written}` {what}"))
                 .expected(match &d.unit {
-                    Some(unit) => format!("`{right}`: {} is kept in {}", d.key, unit.replace('|', " or ")),
+                    Some(unit) => format!("`{right}`: {} is in {}", d.key, unit.replace('|', " or ")),
                     None => format!("`{right}`, which has no unit"),
                 })
                 .help(format!("write `{right}`")));

@@ -99,6 +99,8 @@ impl Meant<'_> {
             return Ok(());
         }
         let (this, other) = (&self.info.name, &other.info.name);
-        Err(wrong(format!("`{other}` cannot tell of `{this}`: it has neither its shape nor the beginning of it")))
+        Err(wrong(format!(
+            "`{other}` cannot mark valid elements of `{this}`: its shape is neither the same nor a leading part of it"
+        )))
     }
 }

@@ -182,7 +182,7 @@ impl NoiseSpec {
         let noise = FieldNoise::read(table, kind.zip(field))?;
         if self.fields.insert(full.clone(), noise).is_some() {
             return Err(Wrong {
-                error: Error::new("E102", format!("`noise` tells of `{full}` twice")),
+                error: Error::new("E102", format!("`noise` configures `{full}` twice")),
                 span: at.clone(),
             });
         }
@@ -288,7 +288,9 @@ impl FieldNoise {
             && this.nothing.is_none()
         {
             let name = &this.info.name;
-            let text = format!("`{name}` has no value that means nothing: `valid` must name the field that tells");
+            let text = format!(
+                "`{name}` has no value for a missing reading: `valid` must name the field that marks valid ones"
+            );
             let key = ["dropout", "limits", "inverse_step"].into_iter().find(|k| table.contains_key(k));
             return Err(wrong(text).or(&span(table, key.unwrap_or_default())));
         }

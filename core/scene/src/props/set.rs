@@ -90,7 +90,7 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
     }
     let info = row.info();
     if info.change == Change::ReadOnly {
-        return refuse(TATU_ERR_UNSUPPORTED, format!("`{}` is told, not set", info.key));
+        return refuse(TATU_ERR_UNSUPPORTED, format!("`{}` is read-only", info.key));
     }
     match value {
         Value::Floats(v) => {

@@ -108,7 +108,7 @@ impl Script {
             self.breach(
                 world,
                 Call::ScriptTraits,
-                &format!("told the traits {traits:#x}, of which {known:#x} are known"),
+                &format!("returned the traits {traits:#x}, of which {known:#x} are known"),
             );
         }
         let traits = if traits & !known == 0 { traits } else { 0 };
@@ -128,7 +128,7 @@ impl Script {
         match world.cross_quietly(self.plugin(world), Call::ScriptOrder, self.slot, order) {
             0 => None,
             number => Order::of(number).or_else(|| {
-                self.breach(world, Call::ScriptOrder, &format!("told {number}, which is no order"));
+                self.breach(world, Call::ScriptOrder, &format!("returned {number}, which is not an order"));
                 None
             }),
         }

@@ -30,7 +30,7 @@ impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
     const TEXT: &'static str = if SUBSTEP {
         "Pushes along its +z axis; asked before each engine step, so that fast turns do not smear its direction."
     } else {
-        "Pushes along its +z axis, with the force that it is told."
+        "Pushes along its +z axis, with the force that a script sets."
     };
     const EVERY_SUBSTEP: bool = SUBSTEP;
     /// The thrust, N.

@@ -103,7 +103,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simAuxiliaryConsoleClose", MINUS)
         .param(Param::int("console"))
         .returns(Param::int("done").text("1; 0: there is no such console any more"))
-        .text("Closes a console; a line that was not finished is told now.")
+        .text("Closes a console; an unfinished line is written now.")
         .example("sim.auxiliaryConsoleClose(console)"),
     );
 }

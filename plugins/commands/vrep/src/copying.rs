@@ -1,6 +1,6 @@
 //! Copies, sizes and scale of objects; models from files.
 
-use crate::{Vrep, handle_sets, kit::*, notes};
+use crate::{Vrep, handle_sets, kit::*, tags};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let devices =
@@ -35,7 +35,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.getObjectSizeFactor", NIL, |c| {
             let id = living(c, 0)?.id;
-            let f = notes::number(c, id, "scale")?.unwrap_or(1.0);
+            let f = tags::number(c, id, "scale")?.unwrap_or(1.0);
             c.ret(f);
             Ok(())
         })
@@ -46,7 +46,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.getObjectSizeValues", NIL, |c| {
             let o = living(c, 0)?;
-            let size = notes::number(c, o.id, "scale")?.unwrap_or(1.0);
+            let size = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
             c.ret::<[f64]>(&[size; 3][..]);
             Ok(())
         })
@@ -58,9 +58,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.setObjectSizeValues", MINUS, |c| {
             let (o, v) = (living(c, 0)?, numbers::<3>(c, 1)?);
-            let old = notes::number(c, o.id, "scale")?.unwrap_or(1.0);
+            let old = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
             scale(c, o, v.map(|x| x / old))?;
-            notes::set_number(c, o.id, "scale", v[0])?;
+            tags::set_number(c, o.id, "scale", v[0])?;
             done(c)
         })
         .param(object("object"))
@@ -72,9 +72,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("sim.scaleObject", MINUS, |c| {
             let (o, f) = (living(c, 0)?, [c.f64(1)?, c.f64(2)?, c.f64(3)?]);
             scale(c, o, f)?;
-            let old = notes::number(c, o.id, "scale")?.unwrap_or(1.0);
+            let old = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
             if f[0] == f[1] && f[1] == f[2] {
-                notes::set_number(c, o.id, "scale", old * f[0])?;
+                tags::set_number(c, o.id, "scale", old * f[0])?;
             }
             done(c)
         })
@@ -100,8 +100,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     let m = w.f64(*id, p.mass)?;
                     w.set_f64s(*id, p.mass, &[(m * f * f * f).max(1e-7)])?;
                 }
-                let old = notes::number(c, *id, "scale")?.unwrap_or(1.0);
-                notes::set_number(c, *id, "scale", old * f)?;
+                let old = tags::number(c, *id, "scale")?.unwrap_or(1.0);
+                tags::set_number(c, *id, "scale", old * f)?;
                 if places && ids.contains(&parent(c, *id)?) {
                     let mut pose = w.f64s::<7>(*id, p.local_pose)?;
                     pose[..3].iter_mut().for_each(|x| *x *= f);

@@ -1,6 +1,6 @@
 //! Custom data: texts, buffers and tables that scripts keep with an object, the scene or the application.
 
-use crate::{Vrep, kit::*, notes, tables};
+use crate::{Vrep, kit::*, tables, tags};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let target = || Param::int("target").text("an object, sim.handle_scene or sim.handle_app");
@@ -29,7 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.readCustomDataBlock", NIL, |c| {
             let found = match place(c) {
-                Ok((id, tag)) => notes::get(c, id, &tag)?,
+                Ok((id, tag)) => tags::get(c, id, &tag)?,
                 // What does not exist has no data.
                 Err(_) => None,
             };
@@ -50,7 +50,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         offer.command(
             Cmd::new(name, |c| {
                 let (id, tag) = place(c)?;
-                let data = notes::get(c, id, &tag)?.unwrap_or_default();
+                let data = tags::get(c, id, &tag)?.unwrap_or_default();
                 c.ret::<[u8]>(data.as_slice());
                 Ok(())
             })
@@ -79,7 +79,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.readCustomTableData", |c| {
             let (id, tag) = place(c)?;
-            let table = match notes::get(c, id, &tag)? {
+            let table = match tags::get(c, id, &tag)? {
                 Some(data) => tables::unpack(&data)?,
                 None => Value::List(Vec::new()),
             };
@@ -119,7 +119,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (tag, models) = (c.bytes(0)?.to_vec(), c.arg(1).truthy());
             let mut out = Vec::new();
             for id in c.world().list(0, 0, 0)? {
-                if notes::get(c, id, &tag)?.is_some() && (!models || bool_of(c, id, c.plugin().p.model_base)?) {
+                if tags::get(c, id, &tag)?.is_some() && (!models || bool_of(c, id, c.plugin().p.model_base)?) {
                     out.push(handle(id));
                 }
             }
@@ -149,7 +149,7 @@ fn headers(offer: &mut Offer<Vrep>) {
             object(both(add, MINUS, move |c| {
                 let (id, tag) = (of(c)?, header(c.i64(at)?));
                 let data = c.arg(at + 1).as_bytes().filter(|d| !d.is_empty());
-                notes::set(c, id, &tag, data)?;
+                tags::set(c, id, &tag, data)?;
                 c.ret(1_i64);
                 Ok(())
             }))
@@ -161,7 +161,7 @@ fn headers(offer: &mut Offer<Vrep>) {
         offer.command(
             object(both(get, NIL, move |c| {
                 let (id, tag) = (of(c)?, header(c.i64(at)?));
-                if let Some(data) = notes::get(c, id, &tag)? {
+                if let Some(data) = tags::get(c, id, &tag)? {
                     c.ret::<[u8]>(data.as_slice());
                 }
                 Ok(())
@@ -180,7 +180,7 @@ fn persistent(offer: &mut Offer<Vrep>) {
             let name = key(c.bytes(0)?);
             let data = c.bytes(1)?.to_vec();
             let name = String::from_utf8_lossy(&name).into_owned();
-            notes::set_private(c, 0, &name, (!data.is_empty()).then_some(data.as_slice()))?;
+            tags::set_private(c, 0, &name, (!data.is_empty()).then_some(data.as_slice()))?;
             c.ret(1_i64);
             Ok(())
         })
@@ -195,7 +195,7 @@ fn persistent(offer: &mut Offer<Vrep>) {
         both("sim.persistentDataRead", NIL, move |c| {
             let name = key(c.bytes(0)?);
             let name = String::from_utf8_lossy(&name).into_owned();
-            if let Some(data) = notes::private(c, 0, &name)? {
+            if let Some(data) = tags::private(c, 0, &name)? {
                 c.ret::<[u8]>(data.as_slice());
             }
             Ok(())
@@ -229,17 +229,17 @@ fn place(c: &Ctx<'_>) -> Result<(tatu_object, Vec<u8>)> {
 fn write(c: &Ctx<'_>, data: Option<Vec<u8>>) -> Result {
     let (id, tag) = place(c)?;
     if tag.is_empty() {
-        let mut all = notes::all(c, id)?;
-        all.retain(|(k, _)| k.first() == Some(&notes::OWN));
-        return notes::put(c, id, all);
+        let mut all = tags::all(c, id)?;
+        all.retain(|(k, _)| k.first() == Some(&tags::OWN));
+        return tags::put(c, id, all);
     }
-    notes::set(c, id, &tag, data.as_deref().filter(|d| !d.is_empty()))
+    tags::set(c, id, &tag, data.as_deref().filter(|d| !d.is_empty()))
 }
 
 fn tags(c: &Ctx<'_>) -> Result<Vec<Value>> {
     let id = target_of(c, 0)?;
     let app: &[u8] = if matches!(c.i64(0)?, -13 | -15) { b"\x01app." } else { b"" };
-    let all = notes::all(c, id)?;
+    let all = tags::all(c, id)?;
     let seen = all.into_iter().filter_map(|(k, _)| k.strip_prefix(app).map(<[u8]>::to_vec));
-    Ok(seen.filter(|k| k.first() != Some(&notes::OWN)).map(Value::Text).collect())
+    Ok(seen.filter(|k| k.first() != Some(&tags::OWN)).map(Value::Text).collect())
 }

@@ -109,8 +109,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::any("arguments").rest())
         .returns(Param::string("file").text("nil"))
-        .text("Asks for a file: nobody chooses one.")
-        .stub("nobody is there to choose a file: nil"),
+        .text("Asks for a file: none is chosen, since there is no window.")
+        .stub("there is no window to choose a file in: nil"),
     );
 }
 

@@ -1,7 +1,7 @@
 //! Bits of objects that scripts read and write: object, model and special properties, explicit handling; and handles that
 //! objects refer to.
 
-use crate::{Vrep, distances, kit::*, notes};
+use crate::{Vrep, distances, kit::*, tags};
 
 /// Selectable, as every object that is made.
 const OBJECT_PROPERTY: i64 = 32;
@@ -17,7 +17,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.getObjectProperty", MINUS, |c| {
             let id = living(c, 0)?.id;
-            let bits = notes::number(c, id, "object property")?.map_or(OBJECT_PROPERTY, |x| x as i64);
+            let bits = tags::number(c, id, "object property")?.map_or(OBJECT_PROPERTY, |x| x as i64);
             c.ret(bits);
             Ok(())
         })
@@ -28,7 +28,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.setObjectProperty", MINUS, |c| {
             let (id, bits) = (living(c, 0)?.id, c.i64(1)?);
-            notes::set_number(c, id, "object property", bits as f64)?;
+            tags::set_number(c, id, "object property", bits as f64)?;
             done(c)
         })
         .param(object("object"))
@@ -40,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("sim.getModelProperty", MINUS, |c| {
             let id = living(c, 0)?.id;
             let bits = match bool_of(c, id, c.plugin().p.model_base)? {
-                true => notes::number(c, id, "model property")?.map_or(0, |x| x as i64),
+                true => tags::number(c, id, "model property")?.map_or(0, |x| x as i64),
                 false => NOT_MODEL,
             };
             c.ret(bits);
@@ -55,7 +55,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (id, bits) = (living(c, 0)?.id, c.i64(1)?);
             let base = bits & NOT_MODEL != NOT_MODEL;
             c.world().set(id, c.plugin().p.model_base, &Value::Bool(base))?;
-            notes::set_number(c, id, "model property", (bits & !NOT_MODEL) as f64)?;
+            tags::set_number(c, id, "model property", (bits & !NOT_MODEL) as f64)?;
             done(c)
         })
         .param(object("object"))
@@ -66,7 +66,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.getObjectSpecialProperty", MINUS, |c| {
             let o = living(c, 0)?;
-            let mut bits = notes::number(c, o.id, "special property")?.map_or(SPECIAL, |x| x as i64);
+            let mut bits = tags::number(c, o.id, "special property")?.map_or(SPECIAL, |x| x as i64);
             if o.kind == TATU_KIND_SHAPE {
                 let p = &c.plugin().p;
                 let waves = c.world().get(o.id, p.detectable_mask)?.as_i64().unwrap_or(DETECTABLE);
@@ -91,7 +91,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     c.world().set(o.id, p.detectable_mask, &Value::Int(seen | !DETECTABLE & ALL_WAVES))?;
                 }
             }
-            notes::set_number(c, o.id, "special property", bits as f64)?;
+            tags::set_number(c, o.id, "special property", bits as f64)?;
             done(c)
         })
         .param(object("object"))
@@ -110,7 +110,7 @@ fn explicit(offer: &mut Offer<Vrep>) {
             let o = living(c, 0)?;
             let on = match o.kind {
                 TATU_KIND_SENSOR => bool_of(c, o.id, c.plugin().p.sensor_explicit)?,
-                _ => notes::number(c, o.id, "explicit")?.unwrap_or(0.0) != 0.0,
+                _ => tags::number(c, o.id, "explicit")?.unwrap_or(0.0) != 0.0,
             };
             c.ret(i64::from(on));
             Ok(())
@@ -127,7 +127,7 @@ fn explicit(offer: &mut Offer<Vrep>) {
             let (o, on) = (living(c, 0)?, c.i64(1)? & 1 != 0);
             match o.kind {
                 TATU_KIND_SENSOR => c.world().set(o.id, c.plugin().p.sensor_explicit, &Value::Bool(on))?,
-                _ => notes::set_number(c, o.id, "explicit", f64::from(u8::from(on)))?,
+                _ => tags::set_number(c, o.id, "explicit", f64::from(u8::from(on)))?,
             }
             done(c)
         })
@@ -154,7 +154,7 @@ fn references(offer: &mut Offer<Vrep>) {
                 })
                 .collect();
             let text = ids.join(" ");
-            notes::set_private(c, id, &key(&tag), (!text.is_empty()).then_some(text.as_bytes()))?;
+            tags::set_private(c, id, &key(&tag), (!text.is_empty()).then_some(text.as_bytes()))?;
             done(c)
         })
         .param(object("object"))
@@ -165,7 +165,7 @@ fn references(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.getReferencedHandles", NIL, move |c| {
             let (id, tag) = (living(c, 0)?.id, tag(c, 1)?);
-            let kept = notes::private(c, id, &key(&tag))?.unwrap_or_default();
+            let kept = tags::private(c, id, &key(&tag))?.unwrap_or_default();
             let kept = String::from_utf8_lossy(&kept).into_owned();
             let ids = kept.split(' ').filter_map(|t| t.parse::<u64>().ok());
             let out: Vec<i64> = ids.map(|o| if o != 0 && c.world().look(o).is_ok() { handle(o) } else { -1 }).collect();
@@ -180,7 +180,7 @@ fn references(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getReferencedHandle", move |c| {
             let (id, tag) = (living(c, 0)?.id, tag(c, 1)?);
-            let kept = notes::private(c, id, &key(&tag))?.unwrap_or_default();
+            let kept = tags::private(c, id, &key(&tag))?.unwrap_or_default();
             let kept = String::from_utf8_lossy(&kept).into_owned();
             let first = kept.split(' ').next().and_then(|t| t.parse::<u64>().ok()).filter(|o| *o != 0);
             let there = first.filter(|o| c.world().look(*o).is_ok());
@@ -196,7 +196,7 @@ fn references(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getReferencedHandlesTags", |c| {
             let id = living(c, 0)?.id;
-            let tags = notes::all(c, id)?.into_iter();
+            let tags = tags::all(c, id)?.into_iter();
             let tags = tags.filter_map(|(k, _)| k.strip_prefix(b"\x01handles ").map(<[u8]>::to_vec));
             let tags: Vec<Value> = tags.map(Value::Text).collect();
             c.ret::<Value>(Value::List(tags));
@@ -211,7 +211,7 @@ fn references(offer: &mut Offer<Vrep>) {
 /// Links between dummies.
 fn links(offer: &mut Offer<Vrep>) {
     let id_of_note = |c: &Ctx<'_>, id: tatu_object| -> Result<tatu_object> {
-        let kept = notes::private(c, id, "link")?.and_then(|t| String::from_utf8(t).ok()?.parse::<u64>().ok());
+        let kept = tags::private(c, id, "link")?.and_then(|t| String::from_utf8(t).ok()?.parse::<u64>().ok());
         Ok(kept.filter(|o| c.world().look(*o).is_ok()).unwrap_or(0))
     };
     offer.command(
@@ -233,13 +233,13 @@ fn links(offer: &mut Offer<Vrep>) {
             for d in [dummy, other].into_iter().filter(|d| *d != 0) {
                 match id_of_note(c, d)? {
                     0 => {}
-                    old => notes::set_private(c, old, "link", None)?,
+                    old => tags::set_private(c, old, "link", None)?,
                 }
-                notes::set_private(c, d, "link", None)?;
+                tags::set_private(c, d, "link", None)?;
             }
             if other != 0 {
-                notes::set_private(c, dummy, "link", Some(other.to_string().as_bytes()))?;
-                notes::set_private(c, other, "link", Some(dummy.to_string().as_bytes()))?;
+                tags::set_private(c, dummy, "link", Some(other.to_string().as_bytes()))?;
+                tags::set_private(c, other, "link", Some(dummy.to_string().as_bytes()))?;
             }
             done(c)
         })

@@ -26,7 +26,7 @@ pub(crate) fn of(c: &Ctx<'_>, what: i64, i: usize) -> Result<Vec<tatu_object>> {
         -6 => w.list(living(c, i)?.id, 0, 0)?,
         -7 => chain(c, living(c, i)?.id)?,
         n => {
-            return Err(Fail::argument(format!("argument: {n} tells nothing of which objects are meant"))
+            return Err(Fail::argument(format!("argument: {n} does not say which objects are meant"))
                 .help("sim.handle_single, sim.handle_all, sim.handle_tree and sim.handle_chain do"));
         }
     })

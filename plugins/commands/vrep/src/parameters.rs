@@ -2,7 +2,7 @@
 //!
 //! A parameter that cannot change may be "set" to the value that it has.
 
-use crate::{Vrep, kit::*, notes, state::state, tables};
+use crate::{Vrep, kit::*, state::state, tables, tags};
 
 /// The parameters of one type: its name, the names of its two commands (the present one, the one before, the flat ones), one
 /// of its parameters for the example, and the functions that read and set.
@@ -141,7 +141,7 @@ fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) ->
         Value::Bool(_) => Value::Bool(!matches!(wanted, Value::Nil | Value::Bool(false))),
         _ => wanted.clone(),
     };
-    notes::set_private(c, 0, &format!("{} {n}", family.name), Some(&tables::pack(&wanted)?))
+    tags::set_private(c, 0, &format!("{} {n}", family.name), Some(&tables::pack(&wanted)?))
 }
 
 /// Parameters that are facts.
@@ -150,7 +150,7 @@ const FIXED: &[(&str, &[i64])] =
 
 fn read(c: &Ctx<'_>, family: &Family) -> Result<Value> {
     let n = c.i64(0)?;
-    if let Some(kept) = notes::private(c, 0, &format!("{} {n}", family.name))? {
+    if let Some(kept) = tags::private(c, 0, &format!("{} {n}", family.name))? {
         return tables::unpack(&kept);
     }
     (family.get)(c, n)?.ok_or_else(|| Fail::unsupported(format!("there is no parameter {n} of this type")))

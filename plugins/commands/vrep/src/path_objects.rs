@@ -4,7 +4,7 @@ use crate::{
     Vrep,
     algebra::{self as al, Pose},
     kit::*,
-    notes, paths,
+    paths, tags,
 };
 
 const NOTES: &str = "A path goes straight from one control point to the next; Bezier factors, velocities and virtual \
@@ -140,7 +140,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.getPathPosition", NIL, |c| {
             let id = of_path(c)?;
-            let at = notes::number(c, id, "path position")?.unwrap_or(0.0);
+            let at = tags::number(c, id, "path position")?.unwrap_or(0.0);
             c.ret(at);
             Ok(())
         })
@@ -151,7 +151,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.setPathPosition", MINUS, |c| {
             let (id, x) = (of_path(c)?, c.f64(1)?);
-            notes::set_number(c, id, "path position", x)?;
+            tags::set_number(c, id, "path position", x)?;
             done(c)
         })
         .param(path())
@@ -194,7 +194,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 /// Whether a dummy was made a path.
 pub(crate) fn is_path(c: &Ctx<'_>, id: tatu_object) -> bool {
-    notes::private(c, id, "path").is_ok_and(|p| p.is_some())
+    tags::private(c, id, "path").is_ok_and(|p| p.is_some())
 }
 
 fn of_path(c: &Ctx<'_>) -> Result<tatu_object> {
@@ -245,7 +245,7 @@ impl Path {
 }
 
 fn read(c: &Ctx<'_>, id: tatu_object) -> Result<Path> {
-    let text = notes::private(c, id, "path")?.unwrap_or_default();
+    let text = tags::private(c, id, "path")?.unwrap_or_default();
     let text = String::from_utf8_lossy(&text).into_owned();
     let numbers: Vec<f64> = text.split(' ').filter_map(|t| t.parse().ok()).collect();
     let points = numbers.get(1..).unwrap_or_default().chunks_exact(7).map(|p| std::array::from_fn(|i| p[i]));
@@ -255,7 +255,7 @@ fn read(c: &Ctx<'_>, id: tatu_object) -> Result<Path> {
 fn write(c: &Ctx<'_>, id: tatu_object, path: &Path) -> Result {
     let mut text = String::from(if path.closed { "1" } else { "0" });
     path.points.iter().flatten().for_each(|x| text += &format!(" {x}"));
-    notes::set_private(c, id, "path", Some(text.as_bytes()))
+    tags::set_private(c, id, "path", Some(text.as_bytes()))
 }
 
 /// Called again in each step; the word leads to what it follows.

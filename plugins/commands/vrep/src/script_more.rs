@@ -1,6 +1,6 @@
 //! More on scripts: running text in them, their variables, attributes and parameters.
 
-use crate::{Vrep, kit::*, notes, scripts, state::state, tables};
+use crate::{Vrep, kit::*, scripts, state::state, tables, tags};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.prelude("lua", "", include_str!("catalogue.lua"));
@@ -121,7 +121,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.getScriptAttribute", MINUS, move |c| {
             let (script, n) = (scripts::self_or(c, 0)?, c.i64(1)?);
-            let kept = notes::number(c, script, &name(n))?;
+            let kept = tags::number(c, script, &name(n))?;
             match n {
                 2 => c.ret(int_of(c, script, c.plugin().p.script_calls)?),
                 // Whether it is active, cascades or is enabled are truth values.
@@ -140,7 +140,7 @@ fn attributes(offer: &mut Offer<Vrep>) {
             let (script, n) = (scripts::self_or(c, 0)?, c.i64(1)?);
             let v = c.arg(2);
             let x = v.as_f64().unwrap_or(f64::from(u8::from(v.truthy())));
-            notes::set_number(c, script, &name(n), x)?;
+            tags::set_number(c, script, &name(n), x)?;
             c.ret(1_i64);
             Ok(())
         })
@@ -162,7 +162,7 @@ fn parameters(offer: &mut Offer<Vrep>) {
     };
     offer.command(
         both("sim.getUserParameter", NIL, move |c| {
-            if let Some(data) = notes::private(c, target(c)?, &name(c)?)? {
+            if let Some(data) = tags::private(c, target(c)?, &name(c)?)? {
                 let value = tables::unpack(&data)?;
                 c.ret::<Value>(value);
             }
@@ -178,7 +178,7 @@ fn parameters(offer: &mut Offer<Vrep>) {
             let (id, name) = (target(c)?, name(c)?);
             let value = c.arg(2).to_value()?;
             let data = if value == Value::Nil { None } else { Some(tables::pack(&value)?) };
-            notes::set_private(c, id, &name, data.as_deref())?;
+            tags::set_private(c, id, &name, data.as_deref())?;
             done(c)
         })
         .param(flagged("object"))

@@ -1,6 +1,6 @@
 //! Scripts: whose they are, calling their functions, their own parameters.
 
-use crate::{Vrep, kit::*, names, notes, state::state};
+use crate::{Vrep, kit::*, names, state::state, tags};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
@@ -255,7 +255,7 @@ pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
 fn given(c: &Ctx<'_>, (script, name): &(tatu_object, Vec<u8>)) -> Result<Option<Vec<u8>>> {
     // The main script belongs to nobody.
     let owner = parent(c, *script).unwrap_or(0);
-    if owner == 0 { Ok(None) } else { notes::get(c, owner, &[b"parameter.", name.as_slice()].concat()) }
+    if owner == 0 { Ok(None) } else { tags::get(c, owner, &[b"parameter.", name.as_slice()].concat()) }
 }
 
 /// The scripts that argument 0 names: one, all, or those of the objects below or above the caller's.

@@ -207,7 +207,7 @@ const MODERN: &[(&str, Gives, &str)] = &[
     ("sim.pushUserEvent", Nothing, PROGRAM),
     ("sim.getGenesisEvents", Empty, PROGRAM),
     ("sim.registerScriptFuncHook", Int(-1), "functions of scripts are not hooked"),
-    ("sim.getStackTraceback", Text(""), "errors tell where they happened"),
+    ("sim.getStackTraceback", Text(""), "errors report where they happened"),
     ("sim.getUserVariables", Empty, EDITOR),
     ("sim.initScript", Nothing, SCRIPTS),
     ("sim.createScript", Int(-1), SCRIPTS),

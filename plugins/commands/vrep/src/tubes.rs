@@ -38,7 +38,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simTubeWrite", MINUS)
         .param(Param::int("tube"))
         .param(Param::string("data").text("any bytes"))
-        .returns(Param::int("sent").text("1; 0: nobody has opened the other end"))
+        .returns(Param::int("sent").text("1; 0: the other end is not open"))
         .text("Sends a packet to the other end of a tube; without a partner it is silently lost.")
         .example("sim.tubeWrite(tube, sim.packFloatTable(points))"),
     );

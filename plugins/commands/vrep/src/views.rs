@@ -54,7 +54,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(Param::int("view").text("a floating view, or the index of a view of the page"))
-        .param(Param::int("object").default(-1).optional().text("whom it shows; -1: nobody"))
+        .param(Param::int("object").default(-1).optional().text("the object that it shows; -1: none"))
         .param(Param::int("options").default(0).optional().text("256: only asks; 512: gives whom it shows"))
         .param(Param::string("label").optional().text("ignored"))
         .returns(Param::int("result").text("1; with 256: 2 if it is there; with 512: whom it shows, or -1"))

@@ -77,7 +77,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let message = [c.arg(0), handle_value(handle(me))];
             c.world().broadcast("msg", &message, me)
         })
-        .param(Param::map("message").text("a table with keys; `id` tells what it is about"))
+        .param(Param::map("message").text("a table with keys; `id` says what it is about"))
         .param(Param::int("options").default(0).optional().text("ignored"))
         .text("Calls `sysCall_msg` with a message in all other scripts, at once."),
     );

@@ -77,7 +77,7 @@ impl Model for Kinect {
             Param::float("near").unit("m").range(0.0001, 1000.0).default(0.01).text("Nothing nearer is seen."),
             Param::float("far").unit("m").range(0.001, 1000.0).default(3.5).text("Nothing farther is seen."),
             Param::float("tilt").unit("rad").range(-PI, PI).default(0.0).text("The bar is tilted up by so much."),
-            Param::bool("explicit").default(false).text("Whether the cameras look only when they are told to."),
+            Param::bool("explicit").default(false).text("Whether the cameras look only on request."),
         ]
     }
 

@@ -378,7 +378,7 @@ pub(crate) fn check_dialect(dialect: &str) -> Result {
         true => Ok(()),
         false => Err(Fail::argument(
             "the version of the program that scripts were written for, such as \"3.2\" (before 4.2: Lua 5.1, errors \
-             are told and scripts go on) or \"4.9\" (Lua 5.4)",
+             are reported and scripts go on) or \"4.9\" (Lua 5.4)",
         )),
     }
 }

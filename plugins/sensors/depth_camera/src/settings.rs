@@ -63,9 +63,9 @@ pub fn params() -> Vec<Param> {
             .default([0.0; 3])
             .text("Red, green and blue of pixels that see nothing, each 0 to 1."),
         Param::bool("color").default(true).text("Whether it takes colours; without, the image of colours has no pixels."),
-        Param::bool("points").default(false).text("Whether it tells each pixel's point in its own frame."),
+        Param::bool("points").default(false).text("Whether it reports each pixel's point in its own frame."),
         Param::bool("incidence").default(false).text(
-            "Whether it tells each pixel's angle between line of sight and normal, which noise may depend on.",
+            "Whether it reports each pixel's angle between line of sight and normal, which noise may depend on.",
         ),
         Param::bool("skip_own_model")
             .default(false)

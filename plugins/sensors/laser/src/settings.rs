@@ -55,9 +55,9 @@ pub(crate) fn params() -> Vec<Param> {
             .unit("m")
             .range(0.0, f64::INFINITY)
             .default(10.0)
-            .text("Greatest distance that it can tell."),
+            .text("Greatest distance that it measures."),
         Param::float("min_range").unit("m").range(0.0, f64::INFINITY).default(0.0).text(
-            "Least distance that it can tell: a surface nearer than this hides what is behind it and reads as nothing.",
+            "Least distance that it measures: a surface nearer than this hides what is behind it and reads as nothing.",
         ),
         Param::float("near")
             .unit("m")
@@ -65,7 +65,7 @@ pub(crate) fn params() -> Vec<Param> {
             .default(0.0)
             .text("Where the beams begin: surfaces nearer than this are looked through."),
         Param::bool("none_as_max").default(false).text(
-            "Whether a beam that meets nothing reads `range`, as some devices tell it, instead of infinity.",
+            "Whether a beam that meets nothing reads `range`, as some devices report it, instead of infinity.",
         ),
         Param::float("full_intensity").unit("m").range(0.0, f64::INFINITY).default(1.0).text(
             "Distance up to which a white surface met squarely gives the full intensity of 1; beyond, it falls with \

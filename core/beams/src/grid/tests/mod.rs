@@ -10,7 +10,7 @@ use scenes::{any_form, any_grid, ball, cast_of, mesh, scene, target};
 use tatu_geometry::Form;
 
 use super::*;
-use crate::{BeamScene, Target, simd, tests::Dice};
+use crate::{BeamScene, Target, beams_tests::Dice, simd};
 
 /// A camera that looks at the middle of the scene, more or less.
 fn looking_inward(dice: &mut Dice) -> Isometry3<f64> {

@@ -157,9 +157,9 @@ impl<'a> Reader<'a> {
                     .at(Some(self.text.value(root, "format"))));
             }
             None => {
-                return Err(Error::new("E104", "the file does not tell its format")
+                return Err(Error::new("E104", "the file does not state its format")
                     .expected("format = 1")
-                    .help("write `format = 1` on top")
+                    .help("write `format = 1` as the first line")
                     .at(Some(self.text.place(None))));
             }
         }

@@ -57,7 +57,7 @@ pub(super) fn config(c: &Ctx<'_>) -> Result<Motion> {
     };
     let n = start.len();
     if n == 0 {
-        return Err(Fail::argument("it tells neither joints nor where it begins").help("give `joints`, or `pos`"));
+        return Err(Fail::argument("it has neither joints nor a start").help("give `joints`, or `pos`"));
     }
     let target = several(of("targetPos", 7), n);
     if target.len() < n {
@@ -99,7 +99,7 @@ pub(super) fn pose(c: &Ctx<'_>) -> Result<Motion> {
     } else if object != 0 {
         c.world().pose(object, frame)?
     } else {
-        return Err(Fail::argument("it tells neither an object nor where it begins").help("give `object`, or `pose`"));
+        return Err(Fail::argument("it has neither an object nor a start").help("give `object`, or `pose`"));
     };
     let to = read(of("targetPose", 5), 5)?;
     let limits = [several(of("maxVel", 2), 4), several(of("maxAccel", 3), 4), several(of("maxJerk", 4), 4)];

@@ -9,7 +9,7 @@ use super::{
     view::View,
     work::{Lens, Work, blobs, coordinates},
 };
-use crate::{Vrep, kit::*, notes};
+use crate::{Vrep, kit::*, tags};
 
 /// The tag under which a chain stands.
 const TAG: &[u8] = b"vision.filters";
@@ -69,7 +69,7 @@ fn print(chain: &[Filter]) -> String {
 
 /// The chain of a sensor; `None`: the trivial one.
 fn chain_of(c: &Ctx<'_>, sensor: tatu_object) -> Result<Option<Vec<Filter>>> {
-    match notes::get(c, sensor, TAG)? {
+    match tags::get(c, sensor, TAG)? {
         Some(text) => parse(&String::from_utf8_lossy(&text)).map(Some),
         None => Ok(None),
     }
@@ -260,7 +260,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             f.ints = whole(4).unwrap_or_else(|| f.ints.clone());
             f.floats = c.arg(5).numbers().unwrap_or_else(|| f.floats.clone());
             let kind = f.kind;
-            notes::set(c, view.id, TAG, Some(print(&chain).as_bytes()))?;
+            tags::set(c, view.id, TAG, Some(print(&chain).as_bytes()))?;
             c.ret(kind);
             Ok(())
         })

@@ -4,7 +4,7 @@ use super::{
     handle::{Seen, look_at, settled},
     view::View,
 };
-use crate::{Vrep, kit::*, notes};
+use crate::{Vrep, kit::*, tags};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for name in ["sim.setVisionSensorImage", "sim.setVisionSensorCharImage"] {
@@ -49,7 +49,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let floats: [f64; 2] = numbers(c, 2)?;
             let keys = ["vision.columns", "vision.rows", "vision.near", "vision.far"];
             for (key, x) in keys.into_iter().zip([ints[0], ints[1], floats[0], floats[1]]) {
-                notes::set_number(c, made, key, x)?;
+                tags::set_number(c, made, key, x)?;
             }
             c.ret(handle(made));
             Ok(())

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::{is_one, parameters, work::Lens};
-use crate::{kit::*, notes};
+use crate::{kit::*, tags};
 
 /// Pixels of a blind sensor's image, in each direction, where nothing else is asked for.
 const SIDE: usize = 32;
@@ -58,7 +58,7 @@ impl View {
                 blind: false,
             });
         }
-        let made = notes::number(c, id, "vision.columns")?;
+        let made = tags::number(c, id, "vision.columns")?;
         // What stands in for a sensor is a dummy or camera; shapes, joints and other sensors are refused, as the original does.
         let stands_in = matches!(o.kind, TATU_KIND_DUMMY | TATU_KIND_CAMERA) && c.world().makes_stand_ins();
         if made.is_none() && !stands_in {
@@ -68,12 +68,12 @@ impl View {
         Ok(View {
             id,
             columns: side(made),
-            rows: side(notes::number(c, id, "vision.rows")?),
+            rows: side(tags::number(c, id, "vision.rows")?),
             sequence: 0,
             time: 0.0,
             planes: [
-                notes::number(c, id, "vision.near")?.unwrap_or(parameters::PLANES[0]),
-                notes::number(c, id, "vision.far")?.unwrap_or(parameters::PLANES[1]),
+                tags::number(c, id, "vision.near")?.unwrap_or(parameters::PLANES[0]),
+                tags::number(c, id, "vision.far")?.unwrap_or(parameters::PLANES[1]),
             ],
             blind: true,
         })

@@ -1,6 +1,6 @@
 //! Colours of objects, the box of a shape, and texts of objects by number.
 
-use crate::{Vrep, kit::*, notes};
+use crate::{Vrep, kit::*, tags};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let component = || Param::int("component").text("0: sim.colorcomponent_ambient_diffuse");
@@ -104,7 +104,7 @@ fn texts(offer: &mut Offer<Vrep>) {
     let key = |c: &Ctx<'_>| Ok::<_, Fail>(format!("text {}", c.i64(1)?));
     let get = move |c: &mut Ctx<'_>| -> Result {
         let id = living(c, 0)?.id;
-        if let Some(text) = notes::private(c, id, &key(c)?)? {
+        if let Some(text) = tags::private(c, id, &key(c)?)? {
             c.ret::<[u8]>(text.as_slice());
         }
         Ok(())
@@ -124,7 +124,7 @@ fn texts(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.setObjectStringParam", move |c| {
             let id = living(c, 0)?.id;
-            notes::set_private(c, id, &key(c)?, Some(c.bytes(2)?))?;
+            tags::set_private(c, id, &key(c)?, Some(c.bytes(2)?))?;
             c.ret(1_i64);
             Ok(())
         })

@@ -11,7 +11,7 @@ pub(crate) const OWN: u8 = 1;
 /// All data of an object; 0: of the scene.
 pub(crate) fn all(c: &Ctx<'_>, id: tatu_object) -> Result<Vec<(Vec<u8>, Vec<u8>)>> {
     let p = &c.plugin().p;
-    let v = c.world().get(id, if id == 0 { p.scene_notes } else { p.notes }).map_err(|e| explain_any(c, id, e))?;
+    let v = c.world().get(id, if id == 0 { p.scene_data } else { p.object_data }).map_err(|e| explain_any(c, id, e))?;
     let bytes = |raw: tatu_value| {
         // SAFETY: keys and values of a map live as long as the map.
         unsafe { ValueRef::new(raw) }.as_bytes().unwrap_or_default().to_vec()
@@ -38,7 +38,7 @@ pub(crate) fn set(c: &Ctx<'_>, id: tatu_object, tag: &[u8], value: Option<&[u8]>
 pub(crate) fn put(c: &Ctx<'_>, id: tatu_object, all: Vec<(Vec<u8>, Vec<u8>)>) -> Result {
     let p = &c.plugin().p;
     let map = all.into_iter().map(|(k, v)| (Value::Text(k), Value::Bytes(v))).collect();
-    c.world().set(id, if id == 0 { p.scene_notes } else { p.notes }, &Value::Map(map))
+    c.world().set(id, if id == 0 { p.scene_data } else { p.object_data }, &Value::Map(map))
 }
 
 fn own(name: &str) -> Vec<u8> {

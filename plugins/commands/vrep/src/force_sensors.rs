@@ -1,6 +1,6 @@
-//! Making joints and force sensors; what force sensors tell; joints that follow others.
+//! Creates joints and force sensors; readings of force sensors; joints that follow others.
 
-use crate::{Vrep, algebra as al, kit::*, notes};
+use crate::{Vrep, algebra as al, kit::*, tags};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
@@ -83,7 +83,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.getJointDependency", NIL, |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
-            let number = |name: &str, or: f64| Ok::<_, Fail>(notes::number(c, joint, name)?.unwrap_or(or));
+            let number = |name: &str, or: f64| Ok::<_, Fail>(tags::number(c, joint, name)?.unwrap_or(or));
             let (master, offset, factor) =
                 (number("follows", -1.0)?, number("follows offset", 0.0)?, number("follows factor", 1.0)?);
             c.ret(master as i64);
@@ -101,9 +101,9 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         both("sim.setJointDependency", MINUS, |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
             let master = if c.i64(1)? < 0 { -1.0 } else { handle(of_kind(c, 1, TATU_KIND_JOINT)?) as f64 };
-            notes::set_number(c, joint, "follows", master)?;
-            notes::set_number(c, joint, "follows offset", c.f64(2)?)?;
-            notes::set_number(c, joint, "follows factor", c.f64(3)?)?;
+            tags::set_number(c, joint, "follows", master)?;
+            tags::set_number(c, joint, "follows offset", c.f64(2)?)?;
+            tags::set_number(c, joint, "follows factor", c.f64(3)?)?;
             done(c)
         })
         .param(object("joint"))
