@@ -420,14 +420,14 @@ fn what_is_wrong_is_named() {
         ("many.walk = { sigma = 1, tau_s = 0 }", "`tau_s`: expected a number greater than 0"),
         ("many.dropout = 1.5", "`dropout`: expected a number from 0 to 1"),
         ("many = { dropout = 0.1, valid = 3 }", "`valid`: expected the name of a field"),
-        ("many = { dropout = 0.1, valid = \"position\" }", "`gps.position` cannot tell of `test.many`"),
+        ("many = { dropout = 0.1, valid = \"position\" }", "`gps.position` cannot mark valid elements of `test.many`"),
         ("many = { dropout = 0.1, valid = \"many\" }", "names the field itself"),
         ("many = { sigma = 1, of = \"place\" }", "`test.place` has another shape than `test.many`"),
         ("many.of = \"other\"", "`of` without `sigma`"),
         ("many.outliers = { sigma = 1 }", "`outliers` without `probability`"),
         ("many.outliers = { probability = 0.1 }", "without `sigma` or `uniform`"),
         ("many.limits = [2, 1]", "the least and the greatest"),
-        ("many.sigma = 1\n\"test.many\".sigma = 1", "`noise` tells of `test.many` twice"),
+        ("many.sigma = 1\n\"test.many\".sigma = 1", "`noise` configures `test.many` twice"),
         ("many.sigma = ", "not TOML"),
     ] {
         let wrong = NoiseSpec::parse(text, Some(&kind)).err().unwrap_or_else(|| panic!("{text} passed"));
