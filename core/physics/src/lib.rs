@@ -9,7 +9,7 @@ mod closest;
 pub(crate) mod convert;
 mod rapier;
 
-use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 pub use closest::closest;
@@ -86,6 +86,8 @@ pub enum JointKind {
     Revolute,
     /// Translation along z of the joint frame.
     Prismatic,
+    /// All rotations; it has no position and cannot be driven.
+    Spherical,
     /// Nothing: rigid.
     Fixed,
 }
@@ -105,6 +107,36 @@ pub struct JointDesc {
     pub kind: JointKind,
     /// Lowest and highest position, rad or m; none: unlimited.
     pub limits: Option<(f64, f64)>,
+    /// How the joint is kept together.
+    pub form: JointForm,
+    /// What acts in the joint besides its drive.
+    pub passive: Passive,
+}
+
+/// How a joint is kept together. A mechanism keeps the same form throughout.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum JointForm {
+    /// Its bodies cannot come apart: only what it leaves free is computed (reduced coordinates). Exact at any load, at a
+    /// cost that grows with the cube of the number of joints of a mechanism.
+    #[default]
+    Reduced,
+    /// Its bodies are pulled together by impulses: cheap, and soft under load.
+    Impulse,
+}
+
+/// What acts in a joint besides its drive. All 0 by default: nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Passive {
+    /// Torque or force against the motion for each rad/s or m/s, N m s/rad or N s/m.
+    pub damping: f64,
+    /// Dry friction: torque or force that must be overcome, N m or N. In reduced form only.
+    pub friction: f64,
+    /// Inertia of a rotor behind a gear, as felt at the joint, kg m^2 or kg. In reduced form only.
+    pub armature: f64,
+    /// Spring towards `rest`, N m/rad or N/m. In reduced form only.
+    pub stiffness: f64,
+    /// Position at which the spring is relaxed, rad or m.
+    pub rest: f64,
 }
 
 /// What moves a joint. Torques N m or forces N; velocities rad/s or m/s.
@@ -148,6 +180,8 @@ pub struct Twist {
 pub struct JointState {
     /// rad or m; revolute joints in (-pi, pi].
     pub position: f64,
+    /// Of a spherical joint: the frame on body `b` in that on body `a`.
+    pub rotation: UnitQuaternion<f64>,
     /// rad/s or m/s.
     pub velocity: f64,
     /// N m or N.
@@ -202,6 +236,8 @@ pub struct EngineSettings {
     pub step: f64,
     /// Parts of an engine step in which velocities are solved; at least 1.
     pub substeps: u32,
+    /// Whether bodies that rest on something may sleep until they are touched.
+    pub sleep: bool,
 }
 
 /// A rigid-body engine.
@@ -219,6 +255,8 @@ pub trait Engine: Send + Sync {
     /// What moves the joint from now on. Cheap when nothing changed. A drive with a number that is not finite, or
     /// without force, is taken as [`Drive::Free`]; only a limit may be infinite.
     fn drive(&mut self, joint: JointId, drive: Drive);
+    /// Where the spring of a joint is relaxed from now on, rad or m.
+    fn set_rest(&mut self, joint: JointId, rest: f64);
     /// Places a body. Dynamic bodies keep their velocities. Kinematic ones move there evenly during the next
     /// [`Engine::advance`] and push what is in their way; [`Engine::pose`] tells the new place at once.
     fn set_pose(&mut self, body: BodyId, pose: &Isometry3<f64>);

@@ -15,12 +15,33 @@ pub fn suffixes(unit: &str) -> &'static [(&'static str, f64)] {
         "rad/s" => &[("_deg_s", DEG), ("_rad_s", 1.0)],
         "m/s^2" => &[("_m_s2", 1.0)],
         "kg m^2" => &[("_kg_m2", 1.0)],
+        "N m/rad" => &[("_nm_rad", 1.0)],
+        "N/m" => &[("_n_m", 1.0)],
+        "N m s/rad" => &[("_nms_rad", 1.0)],
+        "N s/m" => &[("_ns_m", 1.0)],
         _ => &[("", 1.0)],
     }
 }
 
 /// Units that keys can carry; "1" and none are written without a suffix.
-pub const KNOWN: &[&str] = &["m", "rad", "s", "kg", "Hz", "N", "N m", "m/s", "rad/s", "m/s^2", "kg m^2", "1"];
+pub const KNOWN: &[&str] = &[
+    "m",
+    "rad",
+    "s",
+    "kg",
+    "Hz",
+    "N",
+    "N m",
+    "m/s",
+    "rad/s",
+    "m/s^2",
+    "kg m^2",
+    "N m/rad",
+    "N/m",
+    "N m s/rad",
+    "N s/m",
+    "1",
+];
 
 /// Whether scene files know a unit.
 pub fn is_known(unit: &str) -> bool {
@@ -42,7 +63,8 @@ pub fn factor(written: &str, key: &str, unit: Option<&str>) -> Option<f64> {
 pub fn wrong_unit(written: &str, key: &str, unit: Option<&str>) -> bool {
     const KNOWN: &[&str] = &[
         "", "_m", "_cm", "_mm", "_km", "_in", "_ft", "_deg", "_rad", "_s", "_ms", "_us", "_kg", "_g", "_hz", "_khz",
-        "_n", "_kn", "_nm", "_m_s", "_cm_s", "_km_h", "_deg_s", "_rad_s", "_rpm", "_m_s2", "_g0", "_kg_m2",
+        "_n", "_kn", "_nm", "_m_s", "_cm_s", "_km_h", "_deg_s", "_rad_s", "_rpm", "_m_s2", "_g0", "_kg_m2", "_nm_rad",
+        "_n_m", "_nms_rad", "_ns_m",
     ];
     factor(written, key, unit).is_none()
         && written.strip_prefix(key).is_some_and(|rest| KNOWN.contains(&rest.to_lowercase().as_str()))

@@ -9,14 +9,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Isometry3, Matrix3, Point3};
 use serde::{Deserialize, Serialize};
 use tatu_physics::{
-    BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointId, JointKind, MassProps, Motion,
-    PairRule, Rapier, Respond, Twist,
+    BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointForm, JointId, JointKind, MassProps,
+    Motion, PairRule, Passive, Rapier, Respond, Twist,
 };
 
 use super::{
     Control, Data, Scene, Shape,
     body_rules::{motion_of, tie_of, top_shape},
-    collision_parts, default_inertia, default_mass, is_endless,
+    collision_parts, default_inertia, default_mass, is_endless, mechanisms,
     pose_writeback::Carried,
 };
 
@@ -39,6 +39,7 @@ pub(super) struct JointRecord {
     version: u64,
     bodies: (BodyId, BodyId),
     frame_in_a: Isometry3<f64>,
+    form: JointForm,
 }
 
 /// The engine and what stands for what in it.
@@ -95,6 +96,7 @@ impl Dynamics {
             scene.get(b.slot).is_some_and(|o| o.uid == b.uid && o.version == b.version)
                 && motion_of(scene, b.slot) == Some(b.motion)
         };
+        let forms = mechanisms::forms(scene);
         let gone: Vec<_> = self.bodies.iter().filter(|b| !kept(b)).map(|b| (b.id, b.slot, b.uid)).collect();
         let dead: BTreeSet<BodyId> = gone.iter().map(|g| g.0).collect();
         let alive = |id: BodyId| !dead.contains(&id);
@@ -103,6 +105,7 @@ impl Dynamics {
                 && alive(j.bodies.1)
                 && scene.get(j.tie).is_some_and(|o| o.version == j.version)
                 && tie_of(scene, j.child).is_some_and(|(_, tie)| tie == j.tie)
+                && forms.get(&j.child) == Some(&j.form)
         };
         let loose: Vec<_> = self.joints.iter().filter(|j| !tied(j)).map(|j| (j.id, j.tie)).collect();
         let cut: BTreeSet<JointId> = loose.iter().map(|j| j.0).collect();
@@ -130,7 +133,7 @@ impl Dynamics {
         let tied: BTreeSet<u32> = self.joints.iter().map(|j| j.child).collect();
         scene.visit(|scene, slot| {
             if !tied.contains(&slot) {
-                self.add_tie(scene, slot);
+                self.add_tie(scene, slot, forms.get(&slot).copied().unwrap_or_default());
             }
         });
         self.list_kinematic();
@@ -164,16 +167,20 @@ impl Dynamics {
         }
     }
 
-    fn add_tie(&mut self, scene: &mut Scene, slot: u32) {
+    fn add_tie(&mut self, scene: &mut Scene, slot: u32, form: JointForm) {
         let Some((above, tie)) = tie_of(scene, slot) else { return };
         let body = |s: u32| scene.get(s).and_then(|o| o.shape()).and_then(|s| s.body.0);
         let (Some(a), Some(b), Some(joint)) = (body(above), body(slot), scene.get(tie)) else { return };
-        let (kind, limits) = match &joint.data {
-            Data::Joint(j) => (
-                if j.kind == super::JointType::Revolute { JointKind::Revolute } else { JointKind::Prismatic },
-                j.limits,
-            ),
-            _ => (JointKind::Fixed, None),
+        let (kind, limits, passive) = match &joint.data {
+            Data::Joint(j) => {
+                let kind = match j.kind {
+                    super::JointType::Revolute => JointKind::Revolute,
+                    super::JointType::Prismatic => JointKind::Prismatic,
+                    super::JointType::Spherical => JointKind::Spherical,
+                };
+                (kind, j.limits, j.passive)
+            }
+            _ => (JointKind::Fixed, None, Passive::default()),
         };
         let desc = JointDesc {
             a,
@@ -183,6 +190,8 @@ impl Dynamics {
             frame_in_b: scene.world(slot).inverse() * scene.frame(tie),
             kind,
             limits,
+            form,
+            passive,
         };
         let Some(id) = self.engine.add_joint(&desc) else { return };
         self.joints.push(JointRecord {
@@ -192,6 +201,7 @@ impl Dynamics {
             version: joint.version,
             bodies: (a, b),
             frame_in_a: desc.frame_in_a,
+            form,
         });
         if let Some(Data::Joint(j)) = scene.get_mut(tie).map(|o| &mut o.data) {
             j.id = Some(id);
@@ -249,6 +259,7 @@ impl Dynamics {
                 Control::Callback => continue,
             };
             self.engine.drive(id, drive);
+            self.engine.set_rest(id, j.passive.rest);
         }
         self.drives = drives;
     }

@@ -19,6 +19,7 @@ mod dynamics;
 mod follow;
 mod forms;
 pub mod graph;
+mod mechanisms;
 mod moves;
 mod names;
 pub mod noise;
@@ -36,7 +37,7 @@ pub use follow::Follow;
 pub use forms::{collision_parts, default_inertia, default_mass, is_endless, visible_parts};
 pub use moves::Moves;
 pub use object::{
-    ActuatorData, Body, Control, Data, Joint, JointType, Object, Primitive, SensorData, Shape, ShapePart,
+    ActuatorData, Body, Control, Data, Joint, JointSolver, JointType, Object, Primitive, SensorData, Shape, ShapePart,
 };
 pub use props::{Changed, get, numbers, set, set_numbers};
 pub use props::{is_drive, notes, notes_value};

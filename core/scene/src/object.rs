@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use tatu_geometry::Mesh;
-use tatu_physics::{BodyId, JointId};
+use tatu_physics::{BodyId, JointId, Passive};
 use tatu_plugin_api::abi::*;
 
 use super::follow::Follow;
@@ -153,6 +153,8 @@ pub struct Shape {
     pub restitution: f64,
     /// `None`: by its form.
     pub detectable: Option<bool>,
+    /// How the joints of the mechanism that begins with it are kept together.
+    pub joint_solver: JointSolver,
     /// Which beams see it, if it is detectable.
     pub detectable_mask: u16,
     pub collide_as: Option<Primitive>,
@@ -179,6 +181,7 @@ impl Default for Shape {
             restitution: 0.0,
             detectable: None,
             detectable_mask: u16::MAX,
+            joint_solver: JointSolver::Auto,
             collide_as: None,
             collide_size: Vector3::zeros(),
             body: Body(None),
@@ -209,6 +212,47 @@ impl Shape {
 pub enum JointType {
     Revolute,
     Prismatic,
+    Spherical,
+}
+
+impl JointType {
+    /// By its name.
+    pub fn parse(name: &str) -> Option<Self> {
+        [Self::Revolute, Self::Prismatic, Self::Spherical].into_iter().find(|t| t.name() == name)
+    }
+    /// As scene files write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Revolute => "revolute",
+            Self::Prismatic => "prismatic",
+            Self::Spherical => "spherical",
+        }
+    }
+}
+
+/// How the joints of a mechanism are kept together, told of its first shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "named after what they are")]
+pub enum JointSolver {
+    #[default]
+    Auto,
+    Reduced,
+    Impulse,
+}
+
+impl JointSolver {
+    /// By its name; others mean `auto`.
+    pub fn parse(name: &str) -> Self {
+        [Self::Reduced, Self::Impulse].into_iter().find(|s| s.name() == name).unwrap_or_default()
+    }
+    /// As scene files write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Reduced => "reduced",
+            Self::Impulse => "impulse",
+        }
+    }
 }
 
 /// What a joint's motor does.
@@ -229,6 +273,8 @@ pub enum Control {
 pub struct Joint {
     pub position: f64,
     pub velocity: f64,
+    /// Of a spherical joint.
+    pub rotation: UnitQuaternion<f64>,
     pub effort: f64,
     pub target_velocity: f64,
     pub max_force: f64,
@@ -242,6 +288,8 @@ pub struct Joint {
     pub max_velocity: f64,
     pub limits: Option<(f64, f64)>,
     pub follow: Follow,
+    /// Damping, dry friction, armature and spring.
+    pub passive: Passive,
 }
 
 impl Default for Joint {
@@ -251,6 +299,7 @@ impl Default for Joint {
             dynamic: true,
             control: Control::Free,
             position: 0.0,
+            rotation: UnitQuaternion::identity(),
             velocity: 0.0,
             target_velocity: 0.0,
             target_position: 0.0,
@@ -260,6 +309,7 @@ impl Default for Joint {
             limits: None,
             slip: 0.0,
             follow: Follow::default(),
+            passive: Passive::default(),
             id: None,
         }
     }
@@ -274,6 +324,7 @@ impl Joint {
                 UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.position),
             ),
             JointType::Prismatic => Isometry3::translation(0.0, 0.0, self.position),
+            JointType::Spherical => Isometry3::from_parts(Translation3::identity(), self.rotation),
         }
     }
 }

@@ -126,5 +126,6 @@ impl Joint {
     /// Takes over what the engine tells of it.
     fn take(&mut self, state: &JointState) {
         (self.position, self.velocity, self.effort) = (state.position, state.velocity, state.effort);
+        self.rotation = state.rotation;
     }
 }

@@ -66,9 +66,7 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
         (Row::Layer, _) => Value::Int(o.layer.into()),
         (Row::Notes, _) => notes_value(&o.notes),
         (_, Data::Shape(s)) => return get_shape(s, row).map_or_else(|| lacks(scene, slot, row), Ok),
-        (Row::JointType, Data::Joint(j)) => {
-            Value::text(if j.kind == JointType::Revolute { "revolute" } else { "prismatic" })
-        }
+        (Row::JointType, Data::Joint(j)) => Value::text(j.kind.name()),
         (Row::JointMode, Data::Joint(j)) => Value::text(if j.dynamic { "dynamic" } else { "kinematic" }),
         (Row::Control, Data::Joint(j)) => {
             let names = ["free", "velocity", "position", "force", "callback"];
@@ -130,6 +128,7 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
         Row::Restitution => Value::Float(s.restitution),
         Row::Detectable => Value::Bool(s.is_detectable()),
         Row::DetectableMask => Value::Int(s.detectable_mask.into()),
+        Row::JointSolver => Value::text(s.joint_solver.name()),
         Row::CollideAs => Value::text(s.collide_as.map_or("same", Primitive::name)),
         Row::CollideSize => Value::Floats(s.collide_size.iter().copied().collect()),
         _ => return None,
@@ -151,6 +150,11 @@ pub fn numbers(scene: &Scene, slot: u32, row: Row, out: &mut [f64]) -> Option<us
         (Row::MaxVelocity, Data::Joint(j)) => put(out, &[j.max_velocity]),
         (Row::Effort, Data::Joint(j)) => put(out, &[j.effort]),
         (Row::Slip, Data::Joint(j)) => put(out, &[j.slip]),
+        (Row::Damping, Data::Joint(j)) => put(out, &[j.passive.damping]),
+        (Row::DryFriction, Data::Joint(j)) => put(out, &[j.passive.friction]),
+        (Row::Armature, Data::Joint(j)) => put(out, &[j.passive.armature]),
+        (Row::Stiffness, Data::Joint(j)) => put(out, &[j.passive.stiffness]),
+        (Row::RestPosition, Data::Joint(j)) => put(out, &[j.passive.rest]),
         (Row::FollowFactor, Data::Joint(j)) => put(out, &[j.follow.factor]),
         (Row::FollowOffset, Data::Joint(j)) => put(out, &[j.follow.offset]),
         (Row::Position, _) => put(out, scene.local(slot).translation.vector.as_slice()),

@@ -110,9 +110,10 @@ rows! {
     Restitution "shape.restitution" SHAPE, TATU_F64 0 None, Rebuilds FREE, "Bounce, 0 to 1; default 0.";
     Detectable "shape.detectable" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether beams see it; default true, false for planes.";
     DetectableMask "shape.detectable_mask" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Which beams see it, if it is detectable: those that have a bit in common with it (TATU_WAVES_* in tatu.h); default 65535.";
+    JointSolver "shape.joint_solver" SHAPE, TATU_TEXT 0 None, Rebuilds &["auto", "reduced", "impulse"], "How the joints of a mechanism are kept together, told of its first shape: `reduced` cannot come apart, `impulse` is cheaper and softer; `auto`: impulse for vehicles on wheels, else reduced; default auto.";
     CollideAs "shape.collide_as" SHAPE, TATU_TEXT 0 None, Rebuilds COLLIDE, "Form for collisions, if not its own; default same.";
     CollideSize "shape.collide_size" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Size of that form; default: its own.";
-    JointType "joint.type" JOINT, TATU_TEXT 0 None, Rebuilds &["revolute", "prismatic"], "What it leaves free, along its z axis; default revolute.";
+    JointType "joint.type" JOINT, TATU_TEXT 0 None, Rebuilds &["revolute", "prismatic", "spherical"], "What it leaves free: rotation about its z axis, the way along it, or all rotations; default revolute.";
     JointMode "joint.mode" JOINT, TATU_TEXT 0 None, Rebuilds &["kinematic", "dynamic"], "Moved by setting its position, or by physics; default dynamic.";
     Control "joint.control" JOINT, TATU_TEXT 0 None, Live &["free", "velocity", "position", "force", "callback"], "What its motor does, in dynamic mode; `callback`: what a script's callback `joint` answers in each physics step; default free.";
     JointPosition "joint.position" JOINT, TATU_F64 0 Some("rad|m"), Live FREE, "Where it stands; default 0.";
@@ -125,6 +126,11 @@ rows! {
     Cyclic "joint.cyclic" JOINT, TATU_BOOL 0 None, Rebuilds FREE, "Whether it turns without end; default true without limits.";
     Limits "joint.limits" JOINT, TATU_F64S 2 Some("rad|m"), Rebuilds FREE, "Lowest and highest position.";
     Slip "joint.slip" JOINT, TATU_F64 0 None, Live FREE, "Speed that velocity control gives up under load, (rad/s)/(N m) or (m/s)/N; default 0.";
+    Damping "joint.damping" JOINT, TATU_F64 0 Some("N m s/rad|N s/m"), Rebuilds FREE, "Torque or force against its motion for each rad/s or m/s; default 0.";
+    DryFriction "joint.dry_friction" JOINT, TATU_F64 0 Some("N m|N"), Rebuilds FREE, "Torque or force that must be overcome before it moves, and acts against its motion; default 0.";
+    Armature "joint.armature" JOINT, TATU_F64 0 Some("kg m^2|kg"), Rebuilds FREE, "Inertia of the motor's rotor as felt at the joint: its own times the square of the gear ratio; default 0.";
+    Stiffness "joint.stiffness" JOINT, TATU_F64 0 Some("N m/rad|N/m"), Rebuilds FREE, "Spring towards the rest position, in any control; default 0.";
+    RestPosition "joint.rest_position" JOINT, TATU_F64 0 Some("rad|m"), Live FREE, "Where its spring is relaxed; default 0.";
     Follows "joint.follows" JOINT, TATU_TEXT 0 None, Rebuilds FREE, "Path of the joint that it follows, seen from itself: position control and kinematic joints follow its position, velocity control its velocity; default: none.";
     FollowFactor "joint.follow_factor" JOINT, TATU_F64 0 None, Live FREE, "How far it follows: its position or velocity for 1 of the other's; default 1.";
     FollowOffset "joint.follow_offset" JOINT, TATU_F64 0 Some("rad|m"), Live FREE, "Where it stands when the other stands at 0; default 0.";
@@ -149,8 +155,9 @@ rows! {
     ScriptInstructions "script.instructions" SCRIPT, TATU_I64 0 None, ReadOnly FREE, "How many instructions of its language it has run.";
     Time "scene.time" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Simulation time.";
     Dt "scene.dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Length of a step; default 0.05.";
-    PhysicsDt "scene.physics_dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Greatest length of a physics step; a step is divided evenly; default 0.01.";
+    PhysicsDt "scene.physics_dt" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Greatest length of a physics step; a step is divided evenly; default 0.005.";
     PhysicsSubsteps "scene.physics_substeps" WORLD, TATU_I64 0 None, ReadOnly FREE, "Parts of a physics step in which velocities are solved, 1 to 64; default 4.";
+    Sleep "scene.sleep" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether bodies that rest on something may sleep until they are touched; default true.";
     Step "scene.step" WORLD, TATU_I64 0 None, ReadOnly FREE, "Number of the step, from 0.";
     Gravity "scene.gravity" WORLD, TATU_F64S 3 Some("m/s^2"), Live FREE, "Gravity; default 0 0 -9.81.";
     Origin "scene.origin" WORLD, TATU_F64S 3 None, ReadOnly FREE, "Where on Earth the world's origin lies: latitude and longitude in rad (WGS 84), height above the ellipsoid in m; x points east, y north; default 0 0 0.";

@@ -2,11 +2,11 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Matrix3, Point3};
 use rapier3d::{
     dynamics::{CoefficientCombineRule, RigidBodyBuilder, RigidBodyHandle},
     geometry::{ColliderBuilder, SharedShape},
-    math::Pose,
+    math::{Pose, Vector},
     pipeline::ActiveHooks,
 };
 use serde::{Deserialize, Serialize};
@@ -14,17 +14,11 @@ use tatu_geometry::{Form, Mesh};
 
 use super::{
     Rapier, finite,
+    joints::JointRecord,
     respond::{self, Tag},
+    sleep,
 };
-use crate::{BodyDesc, BodyId, MassProps, Motion, Respond, convert};
-
-/// Speed of its fastest point, m/s (and rad/s), below which a body without joints may sleep. A settled pile of 1000
-/// boxes costs 26 times less asleep. Ten times less than rapier's own number, at which a ball that rolls slowly
-/// would stop before one's eyes.
-const SLEEP_SPEED: f64 = 0.005;
-
-/// Seconds that a body must be so slow before it sleeps.
-const SLEEP_TIME: f64 = 1.0;
+use crate::{BodyDesc, BodyId, Engine, JointId, MassProps, Motion, Respond, convert};
 
 /// A body of ours.
 #[derive(Clone, Copy, Serialize, Deserialize)]
@@ -32,6 +26,30 @@ pub(super) struct BodyRecord {
     pub handle: RigidBodyHandle,
     pub motion: Motion,
     pub respond: Respond,
+    /// Centre of mass in the body's frame: rapier's body has its origin there. Rapier's mechanisms in reduced form turn
+    /// a free root about its origin.
+    pub com: Vector,
+    /// Joints on it.
+    pub joints: u32,
+    /// Whether its inertia is not the same about all axes.
+    pub uneven: bool,
+}
+
+impl BodyRecord {
+    /// A pose in the body's frame, in that of rapier's body.
+    pub fn from_body(&self, pose: &Isometry3<f64>) -> Pose {
+        let mut pose = convert::pose(pose);
+        pose.translation -= self.com;
+        pose
+    }
+    /// Where rapier's body stands if the body stands so in the world.
+    pub fn to_rapier(&self, pose: &Isometry3<f64>) -> Pose {
+        convert::pose(pose) * Pose::from_translation(self.com)
+    }
+    /// Where the body stands if rapier's stands so in the world.
+    pub fn to_body(&self, pose: &Pose) -> Pose {
+        *pose * Pose::from_translation(-self.com)
+    }
 }
 
 /// Bodies of one tree that collide with something.
@@ -105,22 +123,32 @@ impl Rapier {
             Motion::Kinematic => RigidBodyBuilder::kinematic_position_based(),
             Motion::Dynamic => RigidBodyBuilder::dynamic(),
         };
-        let mut builder = builder.user_data(u128::from(id.0));
+        let dynamic = sound && desc.motion == Motion::Dynamic;
+        let com = if dynamic { convert::vector(&desc.mass.com.coords) } else { Vector::ZERO };
+        let mut record = BodyRecord {
+            handle: RigidBodyHandle::invalid(),
+            motion: desc.motion,
+            respond: desc.respond,
+            com,
+            joints: 0,
+            uneven: false,
+        };
+        let mut builder =
+            builder.user_data(u128::from(id.0)).allow_fast_rotation(true).gyroscopic_forces_enabled(false);
         if sound {
-            builder = builder.pose(convert::pose(&desc.pose));
+            builder = builder.pose(record.to_rapier(&desc.pose));
         }
-        if sound && desc.motion == Motion::Dynamic {
+        if dynamic {
+            let mass = MassProps { com: Point3::origin(), ..desc.mass };
+            record.uneven = is_uneven(&mass.inertia);
             builder = builder
                 .linvel(convert::vector(&desc.linear_velocity))
                 .angvel(convert::vector(&desc.angular_velocity))
-                .additional_mass_properties(convert::mass(&desc.mass));
+                .additional_mass_properties(convert::mass(&mass));
         }
         let handle = self.world.insert_body(builder);
-        let activation = self.world.bodies[handle].activation_mut();
-        activation.normalized_linear_threshold = SLEEP_SPEED;
-        activation.angular_threshold = SLEEP_SPEED;
-        activation.time_until_sleep = SLEEP_TIME;
-        let record = BodyRecord { handle, motion: desc.motion, respond: desc.respond };
+        record.handle = handle;
+        sleep::set(&mut self.world.bodies[handle], self.tables.sleep);
         self.tables.bodies.push(Some(record));
         if desc.respond.mask != 0 {
             self.add_colliders(id, desc);
@@ -135,7 +163,7 @@ impl Rapier {
     }
 
     fn add_colliders(&mut self, id: BodyId, desc: &BodyDesc) {
-        let Some(&BodyRecord { handle, .. }) = self.record(id) else {
+        let Some(&record) = self.record(id) else {
             return;
         };
         for part in &desc.parts {
@@ -143,7 +171,7 @@ impl Rapier {
                 continue;
             };
             let collider = ColliderBuilder::new(shape)
-                .position(convert::pose(&part.pose) * in_part)
+                .position(record.from_body(&part.pose) * in_part)
                 // The mass is the body's, told outright.
                 .density(0.0)
                 .friction(part.friction.unwrap_or(desc.friction))
@@ -152,7 +180,7 @@ impl Rapier {
                 .restitution_combine_rule(CoefficientCombineRule::Multiply)
                 .collision_groups(respond::groups(desc.respond.mask, false))
                 .user_data(Tag { body: id.0, respond: desc.respond }.pack());
-            self.world.insert_collider(collider, Some(handle));
+            self.world.insert_collider(collider, Some(record.handle));
         }
     }
 
@@ -212,16 +240,17 @@ impl Rapier {
     }
 
     pub(super) fn delete_body(&mut self, body: BodyId) {
-        let Some(record) = self.tables.bodies.get_mut(body.0 as usize).and_then(Option::take) else {
+        let Some(record) = self.record(body).copied() else {
             return;
         };
-        self.world.remove_body(record.handle);
-        // Its joints went with it.
-        for joint in &mut self.tables.joints {
-            if joint.is_some_and(|j| !self.world.impulse_joints.contains(j.handle)) {
-                *joint = None;
-            }
+        let on_it = |j: &Option<_>| j.as_ref().is_some_and(|j: &JointRecord| j.bodies.0 == body || j.bodies.1 == body);
+        let gone: Vec<_> = (0..).zip(&self.tables.joints).filter(|(_, j)| on_it(j)).map(|(i, _)| JointId(i)).collect();
+        for joint in gone {
+            self.remove_joint(joint);
         }
+        self.world.remove_body(record.handle);
+        self.tables.bodies[body.0 as usize] = None;
+        self.forget_velocity(body);
         self.tables.moving.remove(&body);
         self.tables.pairs.retain(|(a, b), _| *a != body && *b != body);
         if let Some(tree) = self.tables.trees.get_mut(&record.respond.tree) {
@@ -233,15 +262,20 @@ impl Rapier {
     }
 
     pub(super) fn place(&mut self, body: BodyId, pose: &Isometry3<f64>) {
-        let Some(&BodyRecord { handle, motion, .. }) = self.record(body) else {
+        let Some(&record) = self.record(body) else {
             return;
         };
         if !sound_pose(pose) {
             return self.freeze(body);
         }
-        let pose = convert::pose(pose);
-        if motion != Motion::Kinematic {
+        let (handle, pose) = (record.handle, record.to_rapier(pose));
+        if record.motion != Motion::Kinematic {
             self.world.bodies[handle].set_position(pose, true);
+            self.tables.moved.push(body);
+            self.forget_velocity(body);
+            if record.motion == Motion::Static && record.joints > 0 {
+                self.move_anchors(body, &pose);
+            }
             return;
         }
         let from = *self.world.bodies[handle].position();
@@ -253,15 +287,32 @@ impl Rapier {
     /// through twice in each sub-step: a chassis of 16 kg on a caster of 0.25 kg converges slowly, and then tilts by
     /// 0.4 degrees instead of 0.3.
     pub(super) fn prepare_for_joint(&mut self, body: BodyId, uneven: bool) {
-        let Some(&BodyRecord { handle, .. }) = self.record(body) else {
+        let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else {
             return;
         };
+        record.joints += 1;
+        let handle = record.handle;
         self.world.wake_up(handle, true);
         let body = &mut self.world.bodies[handle];
-        body.activation_mut().normalized_linear_threshold = -1.0;
-        body.activation_mut().angular_threshold = -1.0;
+        sleep::set(body, false);
+        // Between the sub-steps, not between the steps as for free bodies.
+        body.enable_gyroscopic_forces(true);
         if uneven && body.additional_pgs_iterations() == 0 {
             body.set_additional_pgs_iterations(1);
+        }
+    }
+
+    /// What a body needs that a joint no longer holds.
+    pub(super) fn free_from_joint(&mut self, body: BodyId) {
+        let may_sleep = self.tables.sleep;
+        let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else {
+            return;
+        };
+        record.joints = record.joints.saturating_sub(1);
+        if record.joints == 0 {
+            let body = &mut self.world.bodies[record.handle];
+            sleep::set(body, may_sleep);
+            body.enable_gyroscopic_forces(false);
         }
     }
 
@@ -285,6 +336,12 @@ impl Rapier {
         let ids = world.quarantine().bodies().iter().filter_map(|h| world.bodies.get(*h));
         self.tables.frozen.extend(ids.map(|body| BodyId(body.user_data as u32)));
     }
+}
+
+/// Whether a body with this inertia turns about a moving axis when nothing holds it.
+fn is_uneven(inertia: &Matrix3<f64>) -> bool {
+    let even = Matrix3::from_diagonal_element(inertia.trace() / 3.0);
+    (inertia - even).amax() > 1e-9 * inertia.trace()
 }
 
 fn sound_pose(pose: &Isometry3<f64>) -> bool {

@@ -9,7 +9,8 @@ use rapier3d::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{Drive, JointDesc, JointKind, JointState, convert};
+use super::reduced::Reduced;
+use crate::{BodyId, Drive, JointDesc, JointForm, JointKind, Passive};
 
 /// N m s/rad or N s/m. So stiff that a motor below its limit misses its speed by less than its load divided by this:
 /// 1e-6 rad/s at 1000 N m. It is a hard constraint in all but name, and stays well inside f64's range.
@@ -34,14 +35,42 @@ const MOST_ITERATIONS: f64 = 60.0;
 /// A joint of ours.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct JointRecord {
-    pub handle: ImpulseJointHandle,
+    pub held: Held,
     pub kind: JointKind,
+    pub bodies: (BodyId, BodyId),
+    /// Of the joint on both of rapier's bodies.
+    pub frames: (Pose, Pose),
+    pub passive: Passive,
+    pub limited: bool,
     /// What was asked for.
     pub drive: Drive,
     /// What a position drive is doing about it.
     pub phase: Phase,
     /// Whether the engine has yet to be told of `drive`.
     pub changed: bool,
+}
+
+/// What rapier has of a joint.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(super) enum Held {
+    Impulse(ImpulseJointHandle),
+    Reduced(Reduced),
+}
+
+impl JointRecord {
+    pub fn reduced(&self) -> Option<&Reduced> {
+        if let Held::Reduced(r) = &self.held { Some(r) } else { None }
+    }
+    pub fn reduced_mut(&mut self) -> Option<&mut Reduced> {
+        if let Held::Reduced(r) = &mut self.held { Some(r) } else { None }
+    }
+    /// The joint that has the row of its drive.
+    pub fn driven(&self) -> Option<ImpulseJointHandle> {
+        match self.held {
+            Held::Impulse(handle) => Some(handle),
+            Held::Reduced(r) => r.motor,
+        }
+    }
 }
 
 /// A position drive moves at its highest velocity until it is near, then it holds. Told apart here so that the
@@ -54,33 +83,54 @@ pub(super) enum Phase {
 }
 
 impl JointKind {
-    fn free_axis(self) -> Option<JointAxis> {
+    pub(super) fn free_axis(self) -> Option<JointAxis> {
         match self {
             JointKind::Revolute => Some(JointAxis::AngZ),
             JointKind::Prismatic => Some(JointAxis::LinZ),
-            JointKind::Fixed => None,
+            JointKind::Fixed | JointKind::Spherical => None,
         }
     }
 }
 
-pub(super) fn build(desc: &JointDesc) -> GenericJoint {
+pub(super) fn build(desc: &JointDesc, frames: (Pose, Pose)) -> GenericJoint {
     let free = desc.kind.free_axis();
-    let locked = JointAxesMask::LOCKED_FIXED_AXES & !free.map_or(JointAxesMask::empty(), JointAxesMask::from);
-    let mut joint = GenericJoint::new(locked);
-    joint.local_frame1 = convert::pose(&desc.frame_in_a);
-    joint.local_frame2 = convert::pose(&desc.frame_in_b);
+    let freed = match desc.kind {
+        JointKind::Spherical => JointAxesMask::ANG_AXES,
+        _ => free.map_or(JointAxesMask::empty(), JointAxesMask::from),
+    };
+    let mut joint = GenericJoint::new(JointAxesMask::LOCKED_FIXED_AXES & !freed);
+    (joint.local_frame1, joint.local_frame2) = frames;
     // Whether the two collide is for their masks to say.
     joint.contacts_enabled = true;
-    joint.softness = SpringCoefficients::new(SOFTNESS.0, SOFTNESS.1);
-    // Limits of a locked axis make no row, but keep the joint off rapier's wide path, which exists only from 64 joints
-    // on and goes through the joints of a robot in another order: its motion would depend on how many others there are.
-    joint.limit_axes |= JointAxesMask::LIN_X;
-    joint.coupled_axes |= JointAxesMask::LIN_X;
+    if desc.form == JointForm::Impulse {
+        joint.softness = SpringCoefficients::new(SOFTNESS.0, SOFTNESS.1);
+        // Limits of a locked axis make no row, but keep the joint off rapier's wide path, which exists only from 64
+        // joints on and goes through the joints of a robot in another order: its motion would depend on how many others
+        // there are.
+        joint.limit_axes |= JointAxesMask::LIN_X;
+        joint.coupled_axes |= JointAxesMask::LIN_X;
+    }
     if let (Some(axis), Some((low, high))) = (free, desc.limits) {
         joint.limit_axes |= axis.into();
         joint.limits[axis as usize] = JointLimits { min: low, max: high, impulse: 0.0 };
     }
     joint
+}
+
+/// A joint that leaves everything free, for the row of a drive alone.
+pub(super) fn motor_only(frames: (Pose, Pose)) -> GenericJoint {
+    let mut joint = GenericJoint::new(JointAxesMask::empty());
+    (joint.local_frame1, joint.local_frame2) = frames;
+    joint.contacts_enabled = true;
+    joint
+}
+
+/// The kind of a joint of one degree of freedom.
+pub(super) fn kind_of(joint: &GenericJoint) -> JointKind {
+    match joint.locked_axes.contains(JointAxesMask::LIN_Z) {
+        true => JointKind::Revolute,
+        false => JointKind::Prismatic,
+    }
 }
 
 /// A drive that can do no harm: a number that is none, or no force at all, is no drive.
@@ -109,7 +159,11 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
         ..JointMotor::default()
     };
     let motor = match record.drive {
-        // No motor row at all: it would take the joint off the engine's fast path.
+        // The row of a motor that is to stand still, and yields.
+        Drive::Free if record.reduced().is_none() && record.passive.damping > 0.0 => {
+            JointMotor { damping: record.passive.damping, ..motor(0.0, f64::MAX) }
+        }
+        // No row at all.
         Drive::Free => {
             joint.motor_axes &= !JointAxesMask::from(axis);
             joint.motors[axis as usize] = JointMotor::default();
@@ -139,8 +193,8 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
 /// on the axis, as in a wheel, once is exact. Else each round leaves 1 - 1/q of the error, q being the ratio of the
 /// inertia about the axis to that about the centre of mass: 3/4 for a rod held at its end, which would then lag
 /// behind gravity by 0.04 rad/s. Six rounds for each 1 of q above 1 leave less than 0.3 %.
-pub(super) fn iterations(joint: &GenericJoint, a: &RigidBody, b: &RigidBody) -> usize {
-    let (frame_a, frame_b) = frames(joint, a, b);
+pub(super) fn iterations(frames: (Pose, Pose), a: &RigidBody, b: &RigidBody) -> usize {
+    let (frame_a, frame_b) = (a.position() * frames.0, b.position() * frames.1);
     let axis = frame_b.rotation * Vector::Z;
     let mobility = |body: &RigidBody, pivot: Vector| {
         if !body.is_dynamic() {
@@ -158,13 +212,13 @@ pub(super) fn iterations(joint: &GenericJoint, a: &RigidBody, b: &RigidBody) -> 
 }
 
 /// What a position drive has to do at `position`.
-pub(super) fn phase(record: &JointRecord, joint: &GenericJoint, position: f64) -> Phase {
+pub(super) fn phase(record: &JointRecord, position: f64) -> Phase {
     let Drive::Position { target, max_velocity, .. } = record.drive else {
         return record.phase;
     };
     let mut way = target - position;
     // A joint without limits takes the shorter way round.
-    if record.kind == JointKind::Revolute && !joint.limit_axes.contains(JointAxesMask::ANG_Z) {
+    if record.kind == JointKind::Revolute && !record.limited {
         way = wrap(way);
     }
     // Holding starts where it is no faster than allowed. It ends a little further out, so that the two do not
@@ -178,13 +232,8 @@ pub(super) fn phase(record: &JointRecord, joint: &GenericJoint, position: f64) -
     }
 }
 
-/// Frames of the joint on both bodies, in the world.
-fn frames(joint: &GenericJoint, a: &RigidBody, b: &RigidBody) -> (Pose, Pose) {
-    (a.position() * joint.local_frame1, b.position() * joint.local_frame2)
-}
-
-pub(super) fn position(kind: JointKind, joint: &GenericJoint, a: &RigidBody, b: &RigidBody) -> f64 {
-    let (frame_a, frame_b) = frames(joint, a, b);
+/// Position of a joint whose frames on both bodies stand so in the world.
+pub(super) fn position(kind: JointKind, frame_a: &Pose, frame_b: &Pose) -> f64 {
     match kind {
         JointKind::Revolute => {
             let q = frame_a.rotation.inverse() * frame_b.rotation;
@@ -192,32 +241,12 @@ pub(super) fn position(kind: JointKind, joint: &GenericJoint, a: &RigidBody, b: 
             wrap(2.0 * nalgebra::RealField::atan2(q.z, q.w))
         }
         JointKind::Prismatic => (frame_b.translation - frame_a.translation).dot(frame_a.rotation * Vector::Z),
-        JointKind::Fixed => 0.0,
+        JointKind::Fixed | JointKind::Spherical => 0.0,
     }
 }
 
-/// Position, velocity and effort; `substep` is the length of the engine's innermost step.
-pub(super) fn state(kind: JointKind, joint: &GenericJoint, a: &RigidBody, b: &RigidBody, substep: f64) -> JointState {
-    let Some(free) = kind.free_axis() else {
-        return JointState::default();
-    };
-    let (frame_a, frame_b) = frames(joint, a, b);
-    let axis = frame_a.rotation * Vector::Z;
-    let velocity = match kind {
-        JointKind::Revolute => (b.angvel() - a.angvel()).dot(axis),
-        _ => {
-            // Both velocities at the same place, so that a common rotation does not count.
-            let place = frame_b.translation;
-            (b.velocity_at_point(place) - a.velocity_at_point(place)).dot(axis)
-        }
-    };
-    // Rapier's impulses slow the second body down.
-    let effort = -joint.motors[free as usize].impulse / substep;
-    JointState { position: position(kind, joint, a, b), velocity, effort }
-}
-
 /// Into (-pi, pi].
-fn wrap(angle: f64) -> f64 {
+pub(super) fn wrap(angle: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     let mut wrapped = angle % TAU;
     if wrapped > PI {

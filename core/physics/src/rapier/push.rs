@@ -1,6 +1,9 @@
 //! Pushes that act in one engine step alone.
 
-use rapier3d::{dynamics::RigidBodyHandle, math::Vector};
+use rapier3d::{
+    dynamics::{RigidBody, RigidBodyHandle},
+    math::Vector,
+};
 
 use super::{Motion, Push, Rapier, convert, finite};
 
@@ -9,6 +12,12 @@ pub(super) struct Before {
     handle: RigidBodyHandle,
     force: Vector,
     torque: Vector,
+}
+
+impl Before {
+    pub(super) fn of(handle: RigidBodyHandle, body: &RigidBody) -> Self {
+        Before { handle, force: body.user_force(), torque: body.user_torque() }
+    }
 }
 
 impl Rapier {
@@ -24,7 +33,7 @@ impl Rapier {
                 continue;
             }
             let body = &mut self.world.bodies[handle];
-            old.push(Before { handle, force: body.user_force(), torque: body.user_torque() });
+            old.push(Before::of(handle, body));
             body.add_force(convert::vector(&push.force), true);
             body.add_torque(convert::vector(&push.torque), true);
         }

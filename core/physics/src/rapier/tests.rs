@@ -16,7 +16,7 @@ use crate::{BodyDesc, BodyId, Engine, EngineSettings, MassProps, Motion, Respond
 const G: f64 = 9.81;
 
 fn engine(step: f64) -> Rapier {
-    Rapier::new(EngineSettings { gravity: Vector3::new(0.0, 0.0, -G), step, substeps: 4 })
+    Rapier::new(EngineSettings { gravity: Vector3::new(0.0, 0.0, -G), step, substeps: 4, sleep: true })
 }
 
 fn at(x: f64, y: f64, z: f64) -> Isometry3<f64> {

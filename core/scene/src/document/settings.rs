@@ -19,6 +19,8 @@ pub struct Settings {
     pub physics_dt: f64,
     /// Parts of a physics step in which velocities are solved.
     pub physics_substeps: u32,
+    /// Whether bodies that rest on something may sleep.
+    pub sleep: bool,
     /// m/s^2.
     pub gravity: Vector3<f64>,
     /// Where on Earth the world's origin lies: latitude and longitude in rad (WGS 84), height above the ellipsoid in m.
@@ -42,8 +44,9 @@ impl Default for Settings {
     fn default() -> Self {
         Settings {
             dt: 0.05,
-            physics_dt: 0.01,
+            physics_dt: 0.005,
             physics_substeps: 4,
+            sleep: true,
             gravity: Vector3::new(0.0, 0.0, -9.81),
             origin: [0.0; 3],
             seed: 0,
@@ -80,6 +83,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
         of("dt", TATU_F64, Some("s"), 1e-6, 0),
         of("physics_dt", TATU_F64, Some("s"), 1e-6, 0),
         Declared { highest: 64.0, ..of("physics_substeps", TATU_I64, None, 1.0, 0) },
+        of("sleep", TATU_BOOL, None, any, 0),
         of("gravity", TATU_F64S, Some("m/s^2"), any, 3),
         of("seed", TATU_I64, None, 0.0, 0),
         of("plugins", TATU_LIST, None, any, 0),
@@ -100,6 +104,7 @@ pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) {
         ("dialect", Value::Text(t)) => settings.dialect = String::from_utf8_lossy(t).into_owned(),
         ("dt", Value::Float(x)) => settings.dt = *x,
         ("physics_dt", Value::Float(x)) => settings.physics_dt = *x,
+        ("sleep", Value::Bool(b)) => settings.sleep = *b,
         ("physics_substeps", Value::Int(i)) => settings.physics_substeps = *i as u32,
         ("gravity", Value::Floats(v)) => settings.gravity = Vector3::new(v[0], v[1], v[2]),
         ("origin.lat", Value::Float(x)) => settings.origin[0] = *x,

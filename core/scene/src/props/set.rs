@@ -8,7 +8,8 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{
     super::{
-        Control, Data, Joint, JointType, Primitive, Scene, SensorData, Shape, follow, from_euler, pose_from_array,
+        Control, Data, Joint, JointSolver, JointType, Primitive, Scene, SensorData, Shape, follow, from_euler,
+        pose_from_array,
         rows::{Change, Row},
     },
     Changed, lacks, refuse,
@@ -37,6 +38,22 @@ pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<
             Row::MaxForce => replace(&mut j.max_force, *x),
             Row::MaxVelocity => replace(&mut j.max_velocity, *x),
             Row::Slip => replace(&mut j.slip, x.max(0.0)),
+            Row::RestPosition => replace(&mut j.passive.rest, *x),
+            Row::Damping | Row::DryFriction | Row::Armature | Row::Stiffness => {
+                let place = match row {
+                    Row::Damping => &mut j.passive.damping,
+                    Row::DryFriction => &mut j.passive.friction,
+                    Row::Armature => &mut j.passive.armature,
+                    _ => &mut j.passive.stiffness,
+                };
+                if *x < 0.0 {
+                    return Some(refuse(TATU_ERR_ARGUMENT, format!("`{}` is not negative", row.info().key)));
+                }
+                if replace(place, *x) {
+                    scene.touch(slot);
+                }
+                return Some(Ok(Changed::Rebuild));
+            }
             Row::FollowFactor => replace(&mut j.follow.factor, *x),
             Row::FollowOffset => replace(&mut j.follow.offset, *x),
             Row::JointPosition => {
@@ -225,6 +242,7 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         (Row::Friction, _) => return refuse(TATU_ERR_ARGUMENT, "a friction is not negative"),
         (Row::Restitution, Value::Float(f)) if (0.0..=1.0).contains(f) => s.restitution = *f,
         (Row::Restitution, _) => return refuse(TATU_ERR_ARGUMENT, "a restitution is from 0 to 1"),
+        (Row::JointSolver, _) => s.joint_solver = JointSolver::parse(text),
         (Row::CollideAs, _) => s.collide_as = Primitive::parse(text),
         (Row::Surface, Value::List(v)) => {
             let mesh = surface(v)?;
@@ -274,7 +292,7 @@ fn set_graph(g: &mut GraphSpec, row: Row, value: &Value) -> Result<Option<Change
 
 fn set_joint(j: &mut Joint, row: Row, value: &Value, text: &str) -> Option<Changed> {
     match (row, value) {
-        (Row::JointType, _) => j.kind = if text == "prismatic" { JointType::Prismatic } else { JointType::Revolute },
+        (Row::JointType, _) => j.kind = JointType::parse(text)?,
         (Row::JointMode, _) => j.dynamic = text == "dynamic",
         (Row::Control, _) => {
             j.control = match text {

@@ -65,7 +65,9 @@ impl Mount {
         };
         if let Some((at, j)) = joint.and_then(|s| Some((s, scene.get(s)?.joint()?))) {
             mount.still = [j.position, j.velocity];
-            if let Some((joint, (bodies, frame_in_a))) = j.id.and_then(|id| Some((id, dynamics.tie(id)?))) {
+            // A spherical joint has no axis to be told by.
+            let tied = j.id.filter(|_| j.kind != JointType::Spherical);
+            if let Some((joint, (bodies, frame_in_a))) = tied.and_then(|id| Some((id, dynamics.tie(id)?))) {
                 mount.hinge = Some(Hinge { joint, slides: j.kind == JointType::Prismatic, bodies, frame_in_a });
                 mount.to_joint = base.inverse() * scene.world(at);
                 mount.from_joint = scene.frame(at).inverse() * world;

@@ -298,6 +298,7 @@ impl WorldCell {
             gravity: settings.gravity,
             step: settings.physics_dt.min(settings.dt),
             substeps: settings.physics_substeps,
+            sleep: settings.sleep,
         }
     }
 }

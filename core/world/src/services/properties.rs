@@ -93,6 +93,7 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
         Row::Epoch => Value::Int(world.outside.epoch.get()),
         Row::Dt => Value::Float(world.clock.dt.get()),
         Row::PhysicsDt => Value::Float(settings.physics_dt),
+        Row::Sleep => Value::Bool(settings.sleep),
         Row::PhysicsSubsteps => Value::Int(settings.physics_substeps.into()),
         Row::Step => Value::Int(world.clock.step.get() as i64),
         Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),

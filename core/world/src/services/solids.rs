@@ -1,7 +1,7 @@
 //! Solids of shapes: copies of objects, and the shortest way between shapes.
 
 use tatu_plugin_api::abi::*;
-use tatu_scene::{Data, JointType, Scene, collision_parts};
+use tatu_scene::{Data, Scene, collision_parts};
 
 use super::{busy, on, slot};
 
@@ -130,7 +130,7 @@ pub(super) unsafe extern "C" fn is_dynamic(w: *mut tatu_world, object: tatu_obje
             let s = slot(world, &scene, object)?;
             *out = u32::from(match scene.get(s).map(|o| &o.data) {
                 Some(Data::Shape(s)) => s.dynamic && s.body.0.is_some(),
-                Some(Data::Joint(j)) => matches!(j.kind, JointType::Revolute | JointType::Prismatic) && j.id.is_some(),
+                Some(Data::Joint(j)) => j.id.is_some(),
                 _ => false,
             });
             Ok(())

@@ -11,7 +11,16 @@ fn arm(engine: &mut Rapier, reach: f64, limits: Option<(f64, f64)>) -> JointId {
     let axis = turned(Vector3::zeros(), Vector3::x(), FRAC_PI_2);
     let arm = engine.add_body(&body(at(reach, 0.0, 0.0), mass(1.0, [reach * reach / 3.0; 3]), vec![]));
     let frame_in_b = at(-reach, 0.0, 0.0) * axis;
-    let desc = JointDesc { a: base, b: arm, frame_in_a: axis, frame_in_b, kind: JointKind::Revolute, limits };
+    let desc = JointDesc {
+        a: base,
+        b: arm,
+        frame_in_a: axis,
+        frame_in_b,
+        kind: JointKind::Revolute,
+        limits,
+        form: JointForm::Impulse,
+        passive: Passive::default(),
+    };
     engine.add_joint(&desc).unwrap()
 }
 
@@ -20,7 +29,16 @@ fn lift(engine: &mut Rapier, limits: Option<(f64, f64)>) -> JointId {
     let base = engine.add_body(&fixed(Isometry3::identity(), vec![]));
     let car = engine.add_body(&body(Isometry3::identity(), mass(2.0, [0.02; 3]), vec![]));
     let frame = Isometry3::identity();
-    let desc = JointDesc { a: base, b: car, frame_in_a: frame, frame_in_b: frame, kind: JointKind::Prismatic, limits };
+    let desc = JointDesc {
+        a: base,
+        b: car,
+        frame_in_a: frame,
+        frame_in_b: frame,
+        kind: JointKind::Prismatic,
+        limits,
+        form: JointForm::Impulse,
+        passive: Passive::default(),
+    };
     engine.add_joint(&desc).unwrap()
 }
 
@@ -155,7 +173,16 @@ fn fixed_joint() {
     let base = engine.add_body(&fixed(Isometry3::identity(), vec![]));
     let load = engine.add_body(&body(at(0.3, 0.0, 0.0), mass(5.0, [0.05; 3]), vec![]));
     let (frame_in_a, frame_in_b) = (at(0.3, 0.0, 0.0), Isometry3::identity());
-    let desc = JointDesc { a: base, b: load, frame_in_a, frame_in_b, kind: JointKind::Fixed, limits: None };
+    let desc = JointDesc {
+        a: base,
+        b: load,
+        frame_in_a,
+        frame_in_b,
+        kind: JointKind::Fixed,
+        limits: None,
+        form: JointForm::Impulse,
+        passive: Passive::default(),
+    };
     let joint = engine.add_joint(&desc).unwrap();
     engine.drive(joint, Drive::Force(10.0));
     engine.advance(300);

@@ -82,7 +82,16 @@ fn jointed_bodies_collide() {
         let car = body(at(0.0, 0.0, 0.5), mass_of_ball(), part(Form::Box { half }));
         let car = engine.add_body(&BodyDesc { respond, ..car });
         let (frame_in_a, frame_in_b) = (at(0.0, 0.0, 0.5), Isometry3::identity());
-        let desc = JointDesc { a: base, b: car, frame_in_a, frame_in_b, kind: JointKind::Prismatic, limits: None };
+        let desc = JointDesc {
+            a: base,
+            b: car,
+            frame_in_a,
+            frame_in_b,
+            kind: JointKind::Prismatic,
+            limits: None,
+            form: JointForm::Impulse,
+            passive: Passive::default(),
+        };
         let joint = engine.add_joint(&desc).unwrap();
         engine.drive(joint, Drive::Velocity { target: -0.5, max_force: 5.0, slip: 0.0 });
         engine.advance(200);

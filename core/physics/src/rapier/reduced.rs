@@ -1,0 +1,251 @@
+//! Joints in reduced coordinates: rapier's multibodies, in which only what a joint leaves free is computed.
+//!
+//! - A mechanism that stands on something static hangs on an anchor of its own, a fixed body without form: rapier solves
+//!   all joints of one root together, at the cube of their number.
+//! - A drive is a row between the two links. Rapier goes through the rows one after the other, once in each sub-step, so
+//!   an arm of many joints would sag. Hence most of what a drive exerted in one step is put in as a force in the next
+//!   ([`Reduced::carried`]), and the row has only the difference to find.
+//! - Rapier keeps positions and velocities of joints, not of bodies. Where a body is placed or thrown from outside they
+//!   are found again from the bodies before the next step ([`Rapier::find_coordinates`]).
+
+use rapier3d::{
+    dynamics::{
+        GenericJoint, ImpulseJointHandle, Multibody, MultibodyIndex, MultibodyJointHandle, RigidBodyBuilder,
+        RigidBodyHandle, RigidBodySet,
+    },
+    math::{Pose, Vector},
+};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Drive, JointDesc, Motion, Rapier,
+    joints::{self, JointRecord},
+    push::Before,
+};
+use crate::JointKind;
+
+/// The part of a drive's limit that may be put in as a force. Half of it, so that the row, whose own limit is the same in
+/// both directions, never exceeds the whole, and can always let go.
+const CARRIED_SHARE: f64 = 0.5;
+
+/// What rapier has of a joint in reduced form.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Reduced {
+    pub handle: MultibodyJointHandle,
+    /// The body that carries it, or the anchor that stands for it.
+    pub parent: RigidBodyHandle,
+    pub child: RigidBodyHandle,
+    pub anchored: bool,
+    /// The row of its drive, once it had one.
+    pub motor: Option<ImpulseJointHandle>,
+    /// Torque or force of the drive that is put in from outside in the next step, N m or N.
+    pub carried: f64,
+    /// What the drive exerted in the last step, N m or N.
+    pub effort: f64,
+}
+
+impl Rapier {
+    /// `None` where rapier cannot have it: it would close a loop.
+    pub(super) fn add_reduced(&mut self, desc: &JointDesc, data: GenericJoint) -> Option<Reduced> {
+        let (a, b) = (*self.record(desc.a)?, *self.record(desc.b)?);
+        let anchored = a.motion == Motion::Static;
+        let parent = match anchored {
+            true => {
+                let pose = *self.world.bodies[a.handle].position();
+                self.world.insert_body(RigidBodyBuilder::fixed().pose(pose))
+            }
+            false => a.handle,
+        };
+        let Some(handle) = self.world.insert_multibody_joint(parent, b.handle, data) else {
+            if anchored {
+                self.world.remove_body(parent);
+            }
+            return None;
+        };
+        if let Some((multibody, id)) = self.world.multibody_joints.get_mut(handle)
+            && let Some(link) = multibody.link(id)
+        {
+            let (first, count) = (link.assembly_id(), link.joint().ndofs());
+            for i in first..first + count {
+                multibody.damping_mut()[i] = desc.passive.damping.max(0.0);
+                multibody.frictions_mut()[i] = desc.passive.friction.max(0.0);
+                multibody.armature_mut()[i] = desc.passive.armature.max(0.0);
+            }
+            let axis = desc.kind.free_axis().filter(|_| desc.passive.stiffness > 0.0);
+            if let (Some(axis), Some(link)) = (axis, multibody.link_mut(id)) {
+                link.joint.set_spring(axis as usize, desc.passive.stiffness, desc.passive.rest);
+            }
+        }
+        self.tables.moved.push(desc.b);
+        Some(Reduced { handle, parent, child: b.handle, anchored, motor: None, carried: 0.0, effort: 0.0 })
+    }
+
+    pub(super) fn remove_reduced(&mut self, record: &JointRecord, joint: Reduced) {
+        if let Some(motor) = joint.motor {
+            self.world.remove_impulse_joint(motor);
+        }
+        self.world.remove_multibody_joint(joint.handle);
+        if joint.anchored {
+            self.world.remove_body(joint.parent);
+        }
+        // What hung on it goes on as it moved.
+        self.tables.moved.extend([record.bodies.0, record.bodies.1]);
+    }
+
+    /// Anchors follow the static body that they stand for.
+    pub(super) fn move_anchors(&mut self, body: crate::BodyId, pose: &Pose) {
+        for record in self.tables.joints.iter().flatten() {
+            if let (true, Some(reduced)) = (record.bodies.0 == body, record.reduced().filter(|r| r.anchored)) {
+                self.world.bodies[reduced.parent].set_position(*pose, true);
+            }
+        }
+    }
+
+    /// Finds positions and velocities of joints again, in all mechanisms of which a body was placed, thrown or tied.
+    pub(super) fn find_coordinates(&mut self) {
+        if self.tables.moved.is_empty() {
+            return;
+        }
+        let mut found: Vec<MultibodyIndex> = Vec::new();
+        for id in std::mem::take(&mut self.tables.moved) {
+            let Some(handle) = self.record(id).map(|r| r.handle) else { continue };
+            let Some(link) = self.world.multibody_joints.rigid_body_link(handle) else { continue };
+            if !found.contains(&link.multibody) {
+                found.push(link.multibody);
+            }
+        }
+        let (bodies, joints) = (&mut self.world.bodies, &mut self.world.multibody_joints);
+        for index in found {
+            if let Some(multibody) = joints.get_multibody_mut(index) {
+                find_coordinates_of(multibody, bodies);
+            }
+        }
+    }
+
+    /// Puts in what drives exerted in the last step; what to give to [`Rapier::take_back`] after the step.
+    pub(super) fn carry_drives(&mut self) -> Vec<Before> {
+        let mut old = Vec::new();
+        for id in &self.tables.driven {
+            let Some(Some(record)) = self.tables.joints.get(id.0 as usize) else { continue };
+            let (Some(joint), Some(limit)) = (record.reduced(), limit(record.drive)) else { continue };
+            if let Some(motor) = joint.motor.and_then(|m| self.world.impulse_joints.get_mut(m, false))
+                && let Some(axis) = record.kind.free_axis()
+            {
+                motor.data.motors[axis as usize].max_force = (limit - joint.carried.abs()).min(f64::MAX);
+            }
+            if joint.carried == 0.0 {
+                continue;
+            }
+            let bodies = &mut self.world.bodies;
+            let frame = *bodies[joint.child].position() * record.frames.1;
+            let axis = (bodies[joint.parent].position().rotation * record.frames.0.rotation) * Vector::Z;
+            for (handle, sign) in [(joint.child, 1.0), (joint.parent, -1.0)] {
+                let body = &mut bodies[handle];
+                if !body.is_dynamic() {
+                    continue;
+                }
+                old.push(Before::of(handle, body));
+                match record.kind {
+                    JointKind::Prismatic => {
+                        body.add_force_at_point(axis * (sign * joint.carried), frame.translation, false);
+                    }
+                    _ => body.add_torque(axis * (sign * joint.carried), false),
+                }
+            }
+        }
+        old
+    }
+
+    /// Remembers what drives exerted in this step.
+    pub(super) fn note_drives(&mut self) {
+        let substep = self.substep();
+        let world = &self.world;
+        let joints = &mut self.tables.joints;
+        self.tables.driven.retain(|id| {
+            let Some(Some(record)) = joints.get_mut(id.0 as usize) else { return false };
+            let (axis, drive) = (record.kind.free_axis(), record.drive);
+            let Some(joint) = record.reduced_mut() else { return false };
+            let (Some(axis), true) = (axis, drive != Drive::Free) else {
+                (joint.carried, joint.effort) = (0.0, 0.0);
+                return false;
+            };
+            let Some(motor) = joint.motor.and_then(|m| world.impulse_joints.get(m)) else { return true };
+            // Rapier's impulses slow the second body down.
+            joint.effort = joint.carried - motor.data.motors[axis as usize].impulse / substep;
+            joint.carried = match limit(drive) {
+                Some(limit) if joint.effort.is_finite() => {
+                    let most = CARRIED_SHARE * limit.min(f64::MAX);
+                    joint.effort.clamp(-most, most)
+                }
+                _ => 0.0,
+            };
+            true
+        });
+    }
+}
+
+/// The limit of a drive that finds out by itself how much it must exert.
+fn limit(drive: Drive) -> Option<f64> {
+    match drive {
+        Drive::Velocity { max_force, slip, .. } if slip == 0.0 => Some(max_force),
+        Drive::Position { max_force, .. } => Some(max_force),
+        _ => None,
+    }
+}
+
+fn find_coordinates_of(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
+    // Also finds out whether the root is moved by forces.
+    multibody.forward_kinematics(bodies, true);
+    let links = multibody.num_links();
+    let mut velocities = vec![0.0; multibody.ndofs()];
+    for i in 0..links {
+        let Some(link) = multibody.link(i) else { continue };
+        let (first, count) = (link.assembly_id(), link.joint().ndofs());
+        let child = &bodies[link.rigid_body_handle()];
+        let Some(parent) = link.parent_id().and_then(|p| multibody.link(p)) else {
+            if count == 6 {
+                let (v, w) = (child.linvel(), child.angvel());
+                velocities[..6].copy_from_slice(&[v.x, v.y, v.z, w.x, w.y, w.z]);
+                // Rapier's default would slow a free mechanism down.
+                multibody.damping_mut().rows_mut(0, 6).fill(0.0);
+            }
+            continue;
+        };
+        let parent = &bodies[parent.rigid_body_handle()];
+        let data = link.joint().data;
+        let (frame_a, frame_b) = (*parent.position() * data.local_frame1, *child.position() * data.local_frame2);
+        let mut way = [0.0; 3];
+        match count {
+            1 => {
+                let kind = joints::kind_of(&data);
+                let axis = frame_a.rotation * Vector::Z;
+                let coordinates = link.joint().coords();
+                let now = joints::position(kind, &frame_a, &frame_b);
+                (way[0], velocities[first]) = match kind {
+                    // As many turns as it had.
+                    JointKind::Revolute => {
+                        (joints::wrap(now - coordinates[5]), (child.angvel() - parent.angvel()).dot(axis))
+                    }
+                    _ => (
+                        now - coordinates[2],
+                        (child.velocity_at_point(frame_b.translation) - parent.velocity_at_point(frame_b.translation))
+                            .dot(axis),
+                    ),
+                };
+            }
+            3 => {
+                let turn = frame_a.rotation.inverse() * frame_b.rotation * link.joint().joint_rot().inverse();
+                way = turn.to_scaled_axis().into();
+                let relative = frame_a.rotation.inverse() * (child.angvel() - parent.angvel());
+                velocities[first..first + 3].copy_from_slice(&[relative.x, relative.y, relative.z]);
+            }
+            _ => {}
+        }
+        if let Some(link) = multibody.link_mut(i).filter(|_| count > 0) {
+            link.joint.apply_displacement(&way[..count.min(3)]);
+        }
+    }
+    multibody.generalized_velocity_mut().copy_from_slice(&velocities);
+    multibody.forward_kinematics(bodies, false);
+    multibody.update_rigid_bodies(bodies, true);
+}

@@ -1,0 +1,109 @@
+//! The velocities at which bodies move.
+//!
+//! What rapier keeps after a step is what the next one begins with, and differs from the motion where contacts hold a
+//! body: a ball that rolls on a level floor has a vertical speed there. So velocities are read from the way that a body
+//! went in the last step, as at its end: `way / dt + (n - 1) / 2n * change`, with the change of rapier's velocity in that
+//! step and `n` sub-steps. That is exact at constant acceleration, since each sub-step moves a body at the velocity of its
+//! end.
+
+use rapier3d::math::{Rotation, Vector};
+use serde::{Deserialize, Serialize};
+
+use super::Rapier;
+use crate::{BodyId, Motion};
+
+/// A body before the last step.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Seen {
+    place: Vector,
+    rotation: Rotation,
+    linear: Vector,
+    angular: Vector,
+}
+
+/// Velocity of a body in the world: m/s of its centre of mass, rad/s.
+#[derive(Clone, Copy)]
+pub(super) struct Velocity {
+    pub linear: Vector,
+    pub angular: Vector,
+    centre: Vector,
+}
+
+impl Velocity {
+    /// m/s of the place of the body that is at this point of the world.
+    pub fn at(&self, point: Vector) -> Vector {
+        self.linear + self.angular.cross(point - self.centre)
+    }
+}
+
+impl Rapier {
+    /// Remembers where bodies are before a step.
+    pub(super) fn see_velocities(&mut self) {
+        let bodies = &self.world.bodies;
+        self.tables.before.resize(self.tables.bodies.len(), None);
+        for (before, record) in self.tables.before.iter_mut().zip(&self.tables.bodies) {
+            let Some(record) = record.as_ref().filter(|r| r.motion == Motion::Dynamic) else { continue };
+            let body = &bodies[record.handle];
+            let position = body.position();
+            *before = Some(Seen {
+                place: position.translation,
+                rotation: position.rotation,
+                linear: body.linvel(),
+                angular: body.angvel(),
+            });
+        }
+    }
+
+    /// A body was placed or thrown: what it did in the last step says nothing any more.
+    pub(super) fn forget_velocity(&mut self, body: BodyId) {
+        if let Some(before) = self.tables.before.get_mut(body.0 as usize) {
+            *before = None;
+        }
+    }
+
+    pub(super) fn velocity(&self, id: BodyId) -> Velocity {
+        let Some(record) = self.record(id) else {
+            return Velocity { linear: Vector::ZERO, angular: Vector::ZERO, centre: Vector::ZERO };
+        };
+        let body = &self.world.bodies[record.handle];
+        let (linear, angular, centre) = (body.linvel(), body.angvel(), body.center_of_mass());
+        let told = Velocity { linear, angular, centre };
+        let Some(Some(before)) = self.tables.before.get(id.0 as usize) else { return told };
+        let numbers = &self.world.integration_parameters;
+        let (dt, n) = (numbers.dt, numbers.num_solver_iterations as f64);
+        // Turns of more than half a circle in a step cannot be seen.
+        if body.is_sleeping() || !body.is_enabled() || angular.length() * dt > 2.0 {
+            return if body.is_sleeping() {
+                Velocity { linear: Vector::ZERO, angular: Vector::ZERO, centre }
+            } else {
+                told
+            };
+        }
+        let share = 0.5 * (n - 1.0) / n;
+        let turn = body.position().rotation * before.rotation.inverse();
+        let reduced = record.joints > 0 && self.world.multibody_joints.rigid_body_link(record.handle).is_some();
+        Velocity {
+            linear: (centre - before.place) / dt + (linear - before.linear) * share,
+            angular: rate(turn, dt, (!reduced).then_some(n)) + (angular - before.angular) * share,
+            centre,
+        }
+    }
+}
+
+/// Angular velocity that turns a body so far in `dt`; in `linearized` sub-steps where these turn it by twice the arc tangent
+/// of half of what they should, as rapier does for bodies in impulse form.
+fn rate(turn: Rotation, dt: f64, linearized: Option<f64>) -> Vector {
+    let q = if turn.w < 0.0 { -turn } else { turn };
+    let axis = Vector::new(q.x, q.y, q.z);
+    let sine = axis.length();
+    if sine < 1e-300 {
+        return Vector::ZERO;
+    }
+    // nalgebra's functions are the same on every system, the standard library's are not.
+    let half = nalgebra::RealField::atan2(sine, q.w);
+    let angle = match linearized {
+        Some(n) => 2.0 * n * nalgebra::ComplexField::tan(half / n),
+        None => 2.0 * half,
+    };
+    axis * (angle / (sine * dt))
+}

@@ -1,0 +1,73 @@
+//! How the joints of each mechanism are kept together.
+//!
+//! A mechanism is what hangs on one first body by joints and force sensors. Reduced coordinates hold under any load;
+//! impulses are cheaper and soft. A vehicle needs no more than impulses: its wheels turn about axes through their centres
+//! of mass, so nothing hangs on their joints.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use tatu_physics::{JointForm, Motion};
+
+use super::{
+    Data, JointSolver, JointType, Scene,
+    body_rules::{motion_of, tie_of},
+};
+
+/// Most that a wheel's centre of mass lies beside its axis, m.
+const CENTRED: f64 = 1e-3;
+
+/// Most joints between a vehicle and its wheels: a caster has two.
+const DEEPEST: u32 = 2;
+
+/// The form of each tie, by the shape below it.
+pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
+    let ties: BTreeMap<u32, (u32, u32)> = scene.slots().filter_map(|(s, _)| Some((s, tie_of(scene, s)?))).collect();
+    let mut of_root: BTreeMap<u32, JointForm> = BTreeMap::new();
+    let mut light: BTreeMap<u32, bool> = BTreeMap::new();
+    let leads: BTreeSet<u32> = ties.values().map(|(above, _)| *above).collect();
+    for (child, (_, tie)) in &ties {
+        let (root, depth) = root(&ties, *child);
+        let wheels = light.entry(root).or_insert(true);
+        *wheels &= depth <= DEEPEST && is_light(scene, *tie, *child, !leads.contains(child));
+    }
+    for (root, vehicle) in light {
+        let form = match scene.get(root).and_then(|o| o.shape()).map(|s| s.joint_solver) {
+            // A body that is moved by hand has no velocity in reduced coordinates.
+            _ if motion_of(scene, root) == Some(Motion::Kinematic) => JointForm::Impulse,
+            Some(JointSolver::Reduced) => JointForm::Reduced,
+            Some(JointSolver::Impulse) => JointForm::Impulse,
+            _ if vehicle && motion_of(scene, root) == Some(Motion::Dynamic) => JointForm::Impulse,
+            _ => JointForm::Reduced,
+        };
+        of_root.insert(root, form);
+    }
+    ties.keys().map(|child| (*child, of_root.get(&root(&ties, *child).0).copied().unwrap_or_default())).collect()
+}
+
+/// The first shape of the mechanism, and how many joints lie between.
+fn root(ties: &BTreeMap<u32, (u32, u32)>, child: u32) -> (u32, u32) {
+    let (mut at, mut depth) = (child, 0);
+    while let Some((above, _)) = ties.get(&at) {
+        (at, depth) = (*above, depth + 1);
+    }
+    (at, depth)
+}
+
+/// Whether impulses are enough for a joint: it turns, and what hangs last on it is centred on its axis.
+fn is_light(scene: &Scene, tie: u32, child: u32, last: bool) -> bool {
+    let Some(Data::Joint(j)) = scene.get(tie).map(|o| &o.data) else { return false };
+    let passive = &j.passive;
+    if j.kind != JointType::Revolute || passive.friction > 0.0 || passive.armature > 0.0 || passive.stiffness > 0.0 {
+        return false;
+    }
+    if !last {
+        return true;
+    }
+    let Some(com) =
+        scene.get(child).and_then(|o| o.shape()).map(|s| scene.world(child) * nalgebra::Point3::from(s.com))
+    else {
+        return false;
+    };
+    let local = scene.world(tie).inverse_transform_point(&com);
+    local.x.hypot(local.y) <= CENTRED
+}
