@@ -77,6 +77,10 @@ pub struct BodyDesc {
     pub restitution: f64,
     /// Collision partners.
     pub respond: Respond,
+    /// Whether it is also stopped by what moves, however fast it is.
+    pub bullet: bool,
+    /// Share of its velocity, and of its angular velocity, that it loses in a second, 1/s.
+    pub damping: [f64; 2],
 }
 
 /// What a joint leaves free.
@@ -122,6 +126,8 @@ pub enum JointForm {
     Reduced,
     /// Its bodies are pulled together by impulses: cheap, and soft under load.
     Impulse,
+    /// By impulses, between bodies that other joints hold as well, of whatever form.
+    Loop,
 }
 
 /// What acts in a joint besides its drive. All 0 by default: nothing.

@@ -88,6 +88,10 @@ struct Tables {
     positioned: Vec<JointId>,
     /// Bodies frozen since last asked.
     frozen: Vec<BodyId>,
+    /// Whether a spring was added, or the length of a sub-step changed, since springs were last set.
+    springs_changed: bool,
+    /// Sub-steps of a step of the usual kind.
+    substeps: usize,
     /// Whether bodies at rest may sleep.
     sleep: bool,
     /// Poses and velocities before the last step, by id.
@@ -215,7 +219,9 @@ impl Engine for Rapier {
             self.world.wake_up_all(true);
         }
         self.world.integration_parameters.dt = settings.step;
-        self.world.integration_parameters.num_solver_iterations = settings.substeps.max(1) as usize;
+        self.tables.substeps = settings.substeps.max(1) as usize;
+        self.tables.springs_changed = true;
+        self.world.integration_parameters.num_solver_iterations = self.tables.substeps;
         // Stiffer contacts than a sub-step can carry set stacks rocking.
         let rate = 1.0 / self.substep();
         let spring =
@@ -246,14 +252,16 @@ impl Engine for Rapier {
         let (mass_a, mass_b) = (self.world.bodies[a.handle].mass(), self.world.bodies[b.handle].mass());
         let reduced = match desc.form {
             JointForm::Reduced => self.add_reduced(desc, joints::build(desc, frames)),
-            JointForm::Impulse => None,
+            JointForm::Impulse | JointForm::Loop => None,
         };
         let uneven = reduced.is_none() && mass_a.max(mass_b) > UNEVEN * mass_a.min(mass_b);
         self.prepare_for_joint(desc.a, uneven);
         self.prepare_for_joint(desc.b, uneven);
         let held = reduced.map_or_else(
             || {
-                let desc = JointDesc { form: JointForm::Impulse, ..desc.clone() };
+                // What cannot be in reduced form would close a loop.
+                let form = if desc.form == JointForm::Reduced { JointForm::Loop } else { desc.form };
+                let desc = JointDesc { form, ..desc.clone() };
                 Held::Impulse(self.world.insert_impulse_joint(a.handle, b.handle, joints::build(&desc, frames)))
             },
             Held::Reduced,
@@ -353,6 +361,9 @@ impl Engine for Rapier {
     fn advance_part(&mut self, step: u32, steps: u32, before: Option<&mut BeforeStep<'_>>) {
         self.move_kinematic(f64::from(step + 1) / f64::from(steps));
         self.find_coordinates();
+        if self.tables.springs_changed {
+            self.set_springs();
+        }
         self.update_positions();
         self.apply_drives();
         let old = match before {
@@ -366,6 +377,7 @@ impl Engine for Rapier {
         let carried = self.carry_drives();
         let spun = self.spin(0.5);
         self.see_velocities();
+        self.choose_substeps();
         self.world.step_with_events(&PairFilter(&self.tables.pairs), &());
         self.spin_on(spun);
         self.take_back(carried);

@@ -16,7 +16,9 @@ use tatu_physics::{
 use super::{
     Control, Data, Scene, Shape,
     body_rules::{motion_of, tie_of, top_shape},
-    collision_parts, default_inertia, default_mass, is_endless, mechanisms,
+    collision_parts, default_inertia, default_mass, is_endless,
+    loops::LoopRecord,
+    mechanisms,
     pose_writeback::Carried,
 };
 
@@ -51,6 +53,8 @@ pub struct Dynamics {
     kinematic: Vec<(BodyId, u32)>,
     /// In order of ids.
     pub(super) joints: Vec<JointRecord>,
+    /// Loops that linked dummies close.
+    pub(super) loops: Vec<LoopRecord>,
     /// Joints whose drive changed since the last step.
     drives: Vec<u32>,
     built: u64,
@@ -72,6 +76,7 @@ impl Dynamics {
             bodies: Vec::new(),
             kinematic: Vec::new(),
             joints: Vec::new(),
+            loops: Vec::new(),
             drives: Vec::new(),
             built: 0,
             moved: Vec::new(),
@@ -114,6 +119,7 @@ impl Dynamics {
             self.engine.remove_joint(id);
             forget(scene, tie);
         }
+        self.loosen_loops(scene, &alive);
         self.bodies.retain(|b| !dead.contains(&b.id));
         for (id, slot, uid) in gone {
             self.engine.remove_body(id);
@@ -136,6 +142,7 @@ impl Dynamics {
                 self.add_tie(scene, slot, forms.get(&slot).copied().unwrap_or_default());
             }
         });
+        self.close_loops(scene);
         self.list_kinematic();
     }
 
@@ -148,7 +155,8 @@ impl Dynamics {
         let Some(motion) = motion_of(scene, slot) else { return };
         let Some(o) = scene.get(slot) else { return };
         let Some(shape) = o.shape().filter(|s| s.body.0.is_none()) else { return };
-        let twist = twists.get(&slot).copied().unwrap_or_default();
+        let start = Twist { linear: shape.initial_velocity, angular: shape.initial_angular_velocity };
+        let twist = twists.get(&slot).copied().unwrap_or(start);
         let desc = BodyDesc {
             pose: scene.world(slot),
             motion,
@@ -158,6 +166,8 @@ impl Dynamics {
             parts: if shape.respondable { collision_parts(shape) } else { Vec::new() },
             friction: shape.friction,
             restitution: shape.restitution,
+            bullet: shape.bullet,
+            damping: shape.damping,
             respond: Respond { mask: if shape.respondable { shape.mask } else { 0 }, tree: top_shape(scene, slot) },
         };
         let id = self.engine.add_body(&desc);
@@ -346,6 +356,7 @@ impl Dynamics {
             bodies,
             kinematic: _,
             joints,
+            loops,
             drives,
             built,
             moved,
@@ -357,7 +368,7 @@ impl Dynamics {
         let all = (
             engine.snapshot(),
             bodies,
-            joints,
+            (joints, loops),
             drives,
             built,
             moved,
@@ -371,12 +382,13 @@ impl Dynamics {
 
     /// Takes it back. After a failure nothing has changed.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
-        type Tables = (Vec<BodyRecord>, Vec<JointRecord>, Vec<u32>);
+        type Tables = (Vec<BodyRecord>, (Vec<JointRecord>, Vec<LoopRecord>), Vec<u32>);
         type All = (Vec<u8>, Tables, u64, Vec<u32>, u64, Vec<(u32, u32)>, EngineSettings, f64);
-        let (engine, (bodies, joints, drives), built, moved, whole, followers, settings, step): All =
+        let (engine, (bodies, (joints, loops), drives), built, moved, whole, followers, settings, step): All =
             postcard::from_bytes(bytes).map_err(|e| format!("the table of bodies: {e}"))?;
         self.engine.restore(&engine)?;
         (self.bodies, self.joints, self.drives, self.built) = (bodies, joints, drives, built);
+        self.loops = loops;
         (self.moved, self.pose_writeback) = (moved, Carried::after(whole));
         (self.followers, self.settings, self.step) = (followers, settings, step);
         self.list_kinematic();

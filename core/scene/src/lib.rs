@@ -19,6 +19,7 @@ mod dynamics;
 mod follow;
 mod forms;
 pub mod graph;
+mod loops;
 mod mechanisms;
 mod moves;
 mod names;

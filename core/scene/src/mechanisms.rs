@@ -2,14 +2,14 @@
 //!
 //! A mechanism is what hangs on one first body by joints and force sensors. Reduced coordinates hold under any load;
 //! impulses are cheaper and soft. A vehicle needs no more than impulses: its wheels turn about axes through their centres
-//! of mass, so nothing hangs on their joints.
+//! of mass, so nothing hangs on their joints, and its casters swivel freely.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use tatu_physics::{JointForm, Motion};
 
 use super::{
-    Data, JointSolver, JointType, Scene,
+    Control, Data, JointSolver, JointType, Scene,
     body_rules::{motion_of, tie_of},
 };
 
@@ -61,7 +61,8 @@ fn is_light(scene: &Scene, tie: u32, child: u32, last: bool) -> bool {
         return false;
     }
     if !last {
-        return true;
+        // A caster swivels freely. What steers a wheel yields to its load by impulses, and the car creeps at 3 mm/s.
+        return j.control == Control::Free;
     }
     let Some(com) =
         scene.get(child).and_then(|o| o.shape()).map(|s| scene.world(child) * nalgebra::Point3::from(s.com))

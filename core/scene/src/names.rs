@@ -188,7 +188,7 @@ mod tests {
     fn scene() -> Scene {
         let mut s = Scene::default();
         for parts in [&["arm", "hand"][..], &["arm"]] {
-            let add = |s: &mut Scene, p, a: &str| s.add(p, a, Isometry3::identity(), Data::Dummy).unwrap();
+            let add = |s: &mut Scene, p, a: &str| s.add(p, a, Isometry3::identity(), Data::Dummy(None)).unwrap();
             let robot = add(&mut s, 0, "robot");
             parts.iter().fold(robot, |above, part| add(&mut s, above, part));
             s.set_model_base(robot, true);

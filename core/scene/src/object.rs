@@ -44,8 +44,8 @@ pub enum Data {
     Shape(Box<Shape>),
     /// A joint.
     Joint(Box<Joint>),
-    /// A frame.
-    Dummy,
+    /// A frame; the path of the dummy that it is linked to.
+    Dummy(Option<Box<str>>),
     /// A sensor.
     Sensor(SensorData),
     /// An actuator.
@@ -64,7 +64,7 @@ impl Object {
         match self.data {
             Data::Shape(_) => TATU_KIND_SHAPE,
             Data::Joint(_) => TATU_KIND_JOINT,
-            Data::Dummy => TATU_KIND_DUMMY,
+            Data::Dummy(_) => TATU_KIND_DUMMY,
             Data::Sensor(_) => TATU_KIND_SENSOR,
             Data::Actuator(_) => TATU_KIND_ACTUATOR,
             Data::ForceSensor => TATU_KIND_FORCE_SENSOR,
@@ -155,6 +155,13 @@ pub struct Shape {
     pub detectable: Option<bool>,
     /// How the joints of the mechanism that begins with it are kept together.
     pub joint_solver: JointSolver,
+    /// Whether it is also stopped by what moves, however fast it is.
+    pub bullet: bool,
+    /// m/s of the centre of mass and rad/s at the start, in the world.
+    pub initial_velocity: Vector3<f64>,
+    pub initial_angular_velocity: Vector3<f64>,
+    /// Share of its velocity, and of its angular velocity, that it loses in a second, 1/s.
+    pub damping: [f64; 2],
     /// Which beams see it, if it is detectable.
     pub detectable_mask: u16,
     pub collide_as: Option<Primitive>,
@@ -182,6 +189,10 @@ impl Default for Shape {
             detectable: None,
             detectable_mask: u16::MAX,
             joint_solver: JointSolver::Auto,
+            bullet: false,
+            initial_velocity: Vector3::zeros(),
+            initial_angular_velocity: Vector3::zeros(),
+            damping: [0.0; 2],
             collide_as: None,
             collide_size: Vector3::zeros(),
             body: Body(None),

@@ -120,10 +120,10 @@ mod tests {
     fn scene() -> (Scene, [u32; 4]) {
         let mut s = Scene::default();
         let base = s.add(0, "base", at(1.0), Data::Shape(Box::<Shape>::default())).unwrap();
-        let frame = s.add(base, "frame", at(0.5), Data::Dummy).unwrap();
+        let frame = s.add(base, "frame", at(0.5), Data::Dummy(None)).unwrap();
         let joint = Joint { kind: JointType::Prismatic, ..Joint::default() };
         let joint = s.add(base, "joint", at(0.25), Data::Joint(Box::new(joint))).unwrap();
-        let moved = s.add(joint, "moved", at(0.125), Data::Dummy).unwrap();
+        let moved = s.add(joint, "moved", at(0.125), Data::Dummy(None)).unwrap();
         let all = [base, frame, joint, moved];
         all.iter().for_each(|slot| s.hang(*slot));
         (s, all)
@@ -159,7 +159,7 @@ mod tests {
         s.note_places();
         let (still, old) = (s.world(moved), s.world(frame));
         assert_eq!((s.before(moved), s.before(frame)), (Some(still), Some(old)));
-        let made = s.add(base, "made", at(0.0), Data::Dummy).unwrap();
+        let made = s.add(base, "made", at(0.0), Data::Dummy(None)).unwrap();
         assert_eq!(s.before(made), None, "it was not there");
         s.set_local(made, at(0.5));
         s.hang(made);

@@ -86,6 +86,7 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
                 None => return lacks(scene, slot, row),
             }
         }
+        (Row::Link, Data::Dummy(link)) => Value::text(link.as_deref().unwrap_or("")),
         (Row::Explicit, Data::Sensor(s)) => Value::Bool(s.explicit),
         (Row::Rate, Data::Sensor(s)) => Value::Float(s.rate),
         (Row::Preset, Data::Sensor(s)) => Value::text(&*s.preset),
@@ -128,6 +129,11 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
         Row::Restitution => Value::Float(s.restitution),
         Row::Detectable => Value::Bool(s.is_detectable()),
         Row::DetectableMask => Value::Int(s.detectable_mask.into()),
+        Row::Bullet => Value::Bool(s.bullet),
+        Row::InitialVelocity => Value::Floats(s.initial_velocity.iter().copied().collect()),
+        Row::InitialAngularVelocity => Value::Floats(s.initial_angular_velocity.iter().copied().collect()),
+        Row::LinearDamping => Value::Float(s.damping[0]),
+        Row::AngularDamping => Value::Float(s.damping[1]),
         Row::JointSolver => Value::text(s.joint_solver.name()),
         Row::CollideAs => Value::text(s.collide_as.map_or("same", Primitive::name)),
         Row::CollideSize => Value::Floats(s.collide_size.iter().copied().collect()),

@@ -65,6 +65,7 @@ macro_rules! rows {
 
 const SHAPE: Of = Of::Kind(TATU_KIND_SHAPE);
 const JOINT: Of = Of::Kind(TATU_KIND_JOINT);
+const DUMMY: Of = Of::Kind(TATU_KIND_DUMMY);
 const SENSOR: Of = Of::Kind(TATU_KIND_SENSOR);
 const ACTUATOR: Of = Of::Kind(TATU_KIND_ACTUATOR);
 const GRAPH: Of = Of::Kind(TATU_KIND_GRAPH);
@@ -111,6 +112,11 @@ rows! {
     Detectable "shape.detectable" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether beams see it; default true, false for planes.";
     DetectableMask "shape.detectable_mask" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Which beams see it, if it is detectable: those that have a bit in common with it (TATU_WAVES_* in tatu.h); default 65535.";
     JointSolver "shape.joint_solver" SHAPE, TATU_TEXT 0 None, Rebuilds &["auto", "reduced", "impulse"], "How the joints of a mechanism are kept together, told of its first shape: `reduced` cannot come apart, `impulse` is cheaper and softer; `auto`: impulse for vehicles on wheels, else reduced; default auto.";
+    Bullet "shape.bullet" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether it cannot pass through other moving shapes however fast it is; default false: through what does not move nothing passes.";
+    InitialVelocity "shape.initial_velocity" SHAPE, TATU_F64S 3 Some("m/s"), Rebuilds FREE, "Velocity of its centre of mass at the start, in the world; default 0 0 0.";
+    InitialAngularVelocity "shape.initial_angular_velocity" SHAPE, TATU_F64S 3 Some("rad/s"), Rebuilds FREE, "Angular velocity at the start, in the world; default 0 0 0.";
+    LinearDamping "shape.linear_damping" SHAPE, TATU_F64 0 None, Rebuilds FREE, "Share of its velocity that it loses in a second, as in a viscous fluid; default 0.";
+    AngularDamping "shape.angular_damping" SHAPE, TATU_F64 0 None, Rebuilds FREE, "Share of its angular velocity that it loses in a second; default 0.";
     CollideAs "shape.collide_as" SHAPE, TATU_TEXT 0 None, Rebuilds COLLIDE, "Form for collisions, if not its own; default same.";
     CollideSize "shape.collide_size" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Size of that form; default: its own.";
     JointType "joint.type" JOINT, TATU_TEXT 0 None, Rebuilds &["revolute", "prismatic", "spherical"], "What it leaves free: rotation about its z axis, the way along it, or all rotations; default revolute.";
@@ -135,6 +141,7 @@ rows! {
     FollowFactor "joint.follow_factor" JOINT, TATU_F64 0 None, Live FREE, "How far it follows: its position or velocity for 1 of the other's; default 1.";
     FollowOffset "joint.follow_offset" JOINT, TATU_F64 0 Some("rad|m"), Live FREE, "Where it stands when the other stands at 0; default 0.";
     FollowCurve "joint.follow_curve" JOINT, TATU_F64S 0 None, Live FREE, "Pairs of the other's position and its own, rad or m, ascending, with straight lines between; takes the place of factor and offset for positions; default: none.";
+    Link "dummy.link" DUMMY, TATU_TEXT 0 None, Rebuilds FREE, "Path of another dummy, seen from itself: the shapes above both are held together there, which closes a loop; default: none.";
     SensorKind "sensor.kind" SENSOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of sensor.";
     Explicit "sensor.explicit" SENSOR, TATU_BOOL 0 None, Live FREE, "Whether it measures only on request; default false.";
     Preset "sensor.preset" SENSOR, TATU_TEXT 0 None, Live FREE, "Name of a group of settings of its kind; setting it sets all of them at that moment; default: none.";

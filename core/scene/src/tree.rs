@@ -334,7 +334,7 @@ mod tests {
     #[test]
     fn each_tree_comes_as_a_whole_and_parents_come_before_children() {
         let mut scene = Scene::default();
-        let mut new = |parent| scene.add(parent, "o", Isometry3::identity(), Data::Dummy).unwrap();
+        let mut new = |parent| scene.add(parent, "o", Isometry3::identity(), Data::Dummy(None)).unwrap();
         let (a, b) = (new(0), new(0));
         let (a1, b1, a2) = (new(a), new(b), new(a));
         let a11 = new(a1);

@@ -144,6 +144,9 @@ impl Rapier {
             builder = builder
                 .linvel(convert::vector(&desc.linear_velocity))
                 .angvel(convert::vector(&desc.angular_velocity))
+                .linear_damping(desc.damping[0])
+                .angular_damping(desc.damping[1])
+                .ccd_enabled(desc.bullet)
                 .additional_mass_properties(convert::mass(&mass));
         }
         let handle = self.world.insert_body(builder);

@@ -104,7 +104,7 @@ pub(super) fn build(desc: &JointDesc, frames: (Pose, Pose)) -> GenericJoint {
     joint.contacts_enabled = true;
     if desc.form == JointForm::Impulse {
         joint.softness = SpringCoefficients::new(SOFTNESS.0, SOFTNESS.1);
-        // Limits of a locked axis make no row, but keep the joint off rapier's wide path, which exists only from 64
+        // Limits of a locked axis make no row between bodies that are not in reduced form, but keep the joint off rapier's wide path, which exists only from 64
         // joints on and goes through the joints of a robot in another order: its motion would depend on how many others
         // there are.
         joint.limit_axes |= JointAxesMask::LIN_X;

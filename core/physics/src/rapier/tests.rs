@@ -51,6 +51,8 @@ fn body(pose: Isometry3<f64>, mass: MassProps, parts: Vec<Part>) -> BodyDesc {
         friction: 1.0,
         restitution: 0.0,
         respond: Respond { mask: 0xffff, tree: 1 },
+        bullet: false,
+        damping: [0.0; 2],
     }
 }
 

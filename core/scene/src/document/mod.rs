@@ -170,7 +170,7 @@ impl Document {
                 }),
                 TATU_KIND_FORCE_SENSOR => Data::ForceSensor,
                 TATU_KIND_GRAPH => Data::Graph(Box::default()),
-                _ => Data::Dummy,
+                _ => Data::Dummy(None),
             };
             let parent = spec.parent.and_then(|p| slots.get(p).copied()).unwrap_or(0);
             let slot = scene.add(parent, &spec.alias, Isometry3::identity(), data).unwrap_or(0);

@@ -14,7 +14,7 @@ impl Names {
     /// Adds the next object.
     pub fn add(&mut self, parent: Option<usize>, alias: &str) {
         let parent = parent.map_or(0, |p| p as u32 + 1);
-        self.0.add(parent, alias, Isometry3::identity(), Data::Dummy);
+        self.0.add(parent, alias, Isometry3::identity(), Data::Dummy(None));
     }
 
     /// Gives an object another alias.

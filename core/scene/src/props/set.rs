@@ -179,6 +179,10 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
             o.notes = notes(value)?;
             Some(Changed::Value)
         }
+        (Row::Link, Data::Dummy(link), _) => {
+            *link = (!text.is_empty()).then(|| text.into());
+            Some(Changed::Value)
+        }
         (_, Data::Shape(s), _) => set_shape(s, row, value, &text)?,
         (_, Data::Joint(j), _) => set_joint(j, row, value, &text),
         (_, Data::Sensor(s), _) => set_sensor(s, row, value, text)?,
@@ -242,6 +246,17 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         (Row::Friction, _) => return refuse(TATU_ERR_ARGUMENT, "a friction is not negative"),
         (Row::Restitution, Value::Float(f)) if (0.0..=1.0).contains(f) => s.restitution = *f,
         (Row::Restitution, _) => return refuse(TATU_ERR_ARGUMENT, "a restitution is from 0 to 1"),
+        (Row::Bullet, Value::Bool(b)) => s.bullet = *b,
+        (Row::InitialVelocity | Row::InitialAngularVelocity, Value::Floats(v)) => {
+            let [x, y, z] = v.as_slice() else { return refuse(TATU_ERR_ARGUMENT, "expected 3 numbers") };
+            let v = Vector3::new(*x, *y, *z);
+            if row == Row::InitialVelocity { s.initial_velocity = v } else { s.initial_angular_velocity = v }
+        }
+        (Row::LinearDamping, Value::Float(x)) if *x >= 0.0 => s.damping[0] = *x,
+        (Row::AngularDamping, Value::Float(x)) if *x >= 0.0 => s.damping[1] = *x,
+        (Row::LinearDamping | Row::AngularDamping, _) => {
+            return refuse(TATU_ERR_ARGUMENT, "a damping is not negative");
+        }
         (Row::JointSolver, _) => s.joint_solver = JointSolver::parse(text),
         (Row::CollideAs, _) => s.collide_as = Primitive::parse(text),
         (Row::Surface, Value::List(v)) => {

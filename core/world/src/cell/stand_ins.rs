@@ -135,7 +135,7 @@ impl StandIns {
             return None;
         }
         let above = scene.id(parent);
-        let slot = scene.add(parent, alias, Isometry3::identity(), Data::Dummy)?;
+        let slot = scene.add(parent, alias, Isometry3::identity(), Data::Dummy(None))?;
         scene.make_unique(&[slot]);
         let suffix = scene.get(slot).map_or(-1, |o| o.suffix);
         let parent = if above == 0 { None } else { list.iter().position(|(id, _)| *id == above) };

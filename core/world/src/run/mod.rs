@@ -60,6 +60,10 @@ impl World {
             let text = format!("the joint {joint} is to follow `{master}`, but there is no such joint");
             cell.log(TATU_LOG_WARNING, &text);
         }
+        for (dummy, link) in cell.scene.borrow().lost_links() {
+            let text = format!("the dummy {dummy} is to be linked to `{link}`, but there is no such dummy");
+            cell.log(TATU_LOG_WARNING, &text);
+        }
         Ok(world)
     }
 

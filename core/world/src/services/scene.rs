@@ -254,7 +254,7 @@ unsafe extern "C" fn create(
             let data = match KINDS.iter().find(|(n, _)| *n == kind).map(|(_, k)| *k) {
                 Some(TATU_KIND_SHAPE) => Data::Shape(Box::<Shape>::default()),
                 Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
-                Some(TATU_KIND_DUMMY) => Data::Dummy,
+                Some(TATU_KIND_DUMMY) => Data::Dummy(None),
                 Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor,
                 Some(TATU_KIND_GRAPH) => Data::Graph(Box::default()),
                 Some(k) => {

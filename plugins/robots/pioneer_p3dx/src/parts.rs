@@ -127,7 +127,10 @@ pub fn caster<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot) -> Resul
     look::fork(builder, link, c)?;
     let axle = free(link, "Pioneer_p3dx_caster_freeJoint2")?
         .set("object.position", [c.trail, 0.0, c.wheel.diameter / 2.0 - c.z])?
-        .set("object.quaternion", Z_TO_RIGHT)?;
+        .set("object.quaternion", Z_TO_RIGHT)?
+        // Without any friction, as V-REP has it, the engine winds the wheel up within an hour of turning. Estimate: 1 mN m at
+        // 1 rad/s, the drag of a greased sleeve bearing; the wheel slides on the floor, so nothing else feels it.
+        .set("joint.damping", 0.001)?;
     let node = builder.object("shape", Some(axle), "Pioneer_p3dx_caster_wheel")?;
     wheel(node, &c.wheel, 0.0)?;
     look::caster_wheel(builder, node, c)

@@ -3,7 +3,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::Vector3;
 
 use super::*;
-use crate::{Drive, JointDesc, JointId, JointKind, JointState};
+use crate::{Drive, JointDesc, JointForm, JointId, JointKind, JointState, Passive};
 
 /// A rod of 1 kg and twice `reach`, held at its end; axis along -y, so that positive positions lift it.
 fn arm(engine: &mut Rapier, reach: f64, limits: Option<(f64, f64)>) -> JointId {
@@ -18,7 +18,7 @@ fn arm(engine: &mut Rapier, reach: f64, limits: Option<(f64, f64)>) -> JointId {
         frame_in_b,
         kind: JointKind::Revolute,
         limits,
-        form: JointForm::Impulse,
+        form: JointForm::Reduced,
         passive: Passive::default(),
     };
     engine.add_joint(&desc).unwrap()
@@ -49,7 +49,7 @@ fn velocity() {
     let joint = lift(&mut engine, None);
     engine.drive(joint, Drive::Velocity { target: 0.1, max_force: 100.0, slip: 0.0 });
     engine.advance(100);
-    let JointState { position, velocity, effort } = engine.joint_state(joint);
+    let JointState { position, velocity, effort, .. } = engine.joint_state(joint);
     assert!((velocity / 0.1 - 1.0).abs() < 1e-3, "{velocity}");
     assert!((position - 0.1).abs() < 1e-3);
     assert!((effort / (2.0 * G) - 1.0).abs() < 0.01, "{effort}");
@@ -86,7 +86,7 @@ fn force() {
 #[test]
 fn force_is_mutual() {
     let mut engine = engine(0.01);
-    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4 });
+    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4, sleep: true });
     let bodies = [1.0, 3.0].map(|m| engine.add_body(&body(at(0.0, 0.0, 0.0), mass(m, [0.1 * m; 3]), vec![])));
     let frame = Isometry3::identity();
     let desc = JointDesc {
@@ -95,6 +95,8 @@ fn force_is_mutual() {
         frame_in_a: frame,
         frame_in_b: frame,
         kind: JointKind::Revolute,
+        form: JointForm::Impulse,
+        passive: Passive::default(),
         limits: None,
     };
     let joint = engine.add_joint(&desc).unwrap();
@@ -135,7 +137,7 @@ fn position() {
 fn ways_round() {
     for (limits, over_pi) in [(None, true), (Some((-3.0, 3.0)), false)] {
         let mut engine = engine(0.01);
-        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4 });
+        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4, sleep: true });
         let joint = arm(&mut engine, 0.5, limits);
         let go = |target| Drive::Position { target, max_force: 50.0, max_velocity: 2.0 };
         engine.drive(joint, go(2.8));
@@ -214,6 +216,8 @@ fn nonsense() {
         frame_in_a: at(0.0, 0.0, 0.0),
         frame_in_b: at(0.0, 0.0, 0.0),
         kind: JointKind::Fixed,
+        form: JointForm::Impulse,
+        passive: Passive::default(),
         limits: None,
     };
     assert_eq!(engine.add_joint(&own), None);

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::*;
-use crate::{Drive, JointDesc, JointKind};
+use crate::{Drive, JointDesc, JointForm, JointKind, Passive};
 
 /// Whether a ball falling on another, fixed one stays on top.
 fn collide(lower: Respond, upper: Respond) -> bool {
@@ -74,7 +74,7 @@ fn only_dynamic_bodies_meet() {
 fn jointed_bodies_collide() {
     for (mask, stopped) in [(0xffff, true), (0xff00, false)] {
         let mut engine = engine(0.01);
-        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4 });
+        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4, sleep: true });
         let half = Vector3::repeat(0.1);
         let respond = Respond { mask, tree: 4 };
         let base = fixed(at(0.0, 0.0, 0.0), part(Form::Box { half }));

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::{two_wheels::two_wheels, *};
-use crate::{Drive, JointDesc, JointKind, Twist};
+use crate::{Drive, JointDesc, JointForm, JointKind, Passive, Twist};
 
 /// Robots among boxes, with every kind of drive and a push under way.
 fn busy() -> Rapier {
@@ -25,6 +25,8 @@ fn busy() -> Rapier {
         frame_in_a: turned(Vector3::zeros(), Vector3::x(), 1.5),
         frame_in_b: turned(Vector3::new(-0.5, 0.0, 0.0), Vector3::x(), 1.5),
         kind: JointKind::Revolute,
+        form: JointForm::Impulse,
+        passive: Passive::default(),
         limits: Some((-1.0, 1.0)),
     };
     let joint = engine.add_joint(&desc).unwrap();

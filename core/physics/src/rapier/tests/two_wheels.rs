@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::{Isometry3, Vector3};
 
 use super::*;
-use crate::{Drive, JointDesc, JointId, JointKind};
+use crate::{Drive, JointDesc, JointForm, JointId, JointKind, Passive};
 
 const WHEEL_RADIUS: f64 = 0.0975;
 const TRACK: f64 = 0.331;
@@ -63,6 +63,8 @@ pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u
                 frame_in_a,
                 frame_in_b: Isometry3::identity(),
                 kind: JointKind::Revolute,
+                form: JointForm::Impulse,
+                passive: Passive::default(),
                 limits: None,
             })
             .unwrap()
