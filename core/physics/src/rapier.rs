@@ -92,6 +92,8 @@ struct Tables {
     springs_changed: bool,
     /// Sub-steps of a step of the usual kind.
     substeps: usize,
+    /// For how long the sub-steps stay halved because a mechanism swings fast, s.
+    fast_s: f64,
     /// Whether bodies at rest may sleep.
     sleep: bool,
     /// Poses and velocities before the last step, by id.
@@ -107,8 +109,8 @@ struct Tables {
 impl Rapier {
     /// A world without bodies.
     pub fn new(settings: EngineSettings) -> Self {
-        let mut world = PhysicsWorld::default();
-        world.integration_parameters = IntegrationParameters::default();
+        let world =
+            PhysicsWorld { integration_parameters: IntegrationParameters::default(), ..PhysicsWorld::default() };
         let mut engine = Self { world, tables: Tables::default(), shapes: ShapeCache::default() };
         engine.configure(settings);
         engine
@@ -248,7 +250,7 @@ impl Engine for Rapier {
         if a.handle == b.handle {
             return None;
         }
-        let frames = (a.from_body(&desc.frame_in_a), b.from_body(&desc.frame_in_b));
+        let frames = (a.local_pose(&desc.frame_in_a), b.local_pose(&desc.frame_in_b));
         let (mass_a, mass_b) = (self.world.bodies[a.handle].mass(), self.world.bodies[b.handle].mass());
         let reduced = match desc.form {
             JointForm::Reduced => self.add_reduced(desc, joints::build(desc, frames)),
@@ -421,7 +423,7 @@ impl Engine for Rapier {
         };
         // A kinematic body is where it was put, even if the engine has yet to take it there.
         let ahead = self.tables.moving.get(&body);
-        convert::pose_back(&record.to_body(ahead.map_or(self.world.bodies[record.handle].position(), |(_, to)| to)))
+        convert::pose_back(&record.body_pose(ahead.map_or(self.world.bodies[record.handle].position(), |(_, to)| to)))
     }
 
     fn twist(&self, body: BodyId) -> Twist {

@@ -37,17 +37,17 @@ pub(super) struct BodyRecord {
 
 impl BodyRecord {
     /// A pose in the body's frame, in that of rapier's body.
-    pub fn from_body(&self, pose: &Isometry3<f64>) -> Pose {
+    pub fn local_pose(&self, pose: &Isometry3<f64>) -> Pose {
         let mut pose = convert::pose(pose);
         pose.translation -= self.com;
         pose
     }
     /// Where rapier's body stands if the body stands so in the world.
-    pub fn to_rapier(&self, pose: &Isometry3<f64>) -> Pose {
+    pub fn rapier_pose(&self, pose: &Isometry3<f64>) -> Pose {
         convert::pose(pose) * Pose::from_translation(self.com)
     }
     /// Where the body stands if rapier's stands so in the world.
-    pub fn to_body(&self, pose: &Pose) -> Pose {
+    pub fn body_pose(&self, pose: &Pose) -> Pose {
         *pose * Pose::from_translation(-self.com)
     }
 }
@@ -136,7 +136,7 @@ impl Rapier {
         let mut builder =
             builder.user_data(u128::from(id.0)).allow_fast_rotation(true).gyroscopic_forces_enabled(false);
         if sound {
-            builder = builder.pose(record.to_rapier(&desc.pose));
+            builder = builder.pose(record.rapier_pose(&desc.pose));
         }
         if dynamic {
             let mass = MassProps { com: Point3::origin(), ..desc.mass };
@@ -174,7 +174,7 @@ impl Rapier {
                 continue;
             };
             let collider = ColliderBuilder::new(shape)
-                .position(record.from_body(&part.pose) * in_part)
+                .position(record.local_pose(&part.pose) * in_part)
                 // The mass is the body's, told outright.
                 .density(0.0)
                 .friction(part.friction.unwrap_or(desc.friction))
@@ -271,7 +271,7 @@ impl Rapier {
         if !sound_pose(pose) {
             return self.freeze(body);
         }
-        let (handle, pose) = (record.handle, record.to_rapier(pose));
+        let (handle, pose) = (record.handle, record.rapier_pose(pose));
         if record.motion != Motion::Kinematic {
             self.world.bodies[handle].set_position(pose, true);
             self.tables.moved.push(body);

@@ -31,6 +31,9 @@ const CARRIED_SHARE: f64 = 0.5;
 /// Radians (or metres) that a joint may move in a sub-step before the sub-steps are halved.
 const FAST_TURN: f64 = 0.005;
 
+/// How long the sub-steps stay halved after that, s: longer than half a swing of a pendulum of 50 m.
+const FAST_FOR_S: f64 = 10.0;
+
 /// Square of the radians of its oscillation that a spring may make in a sub-step to be taken as slow.
 const SLOW_SPRING: f64 = 0.1;
 
@@ -149,11 +152,16 @@ impl Rapier {
     }
 
     /// Twice as many sub-steps while a mechanism swings so fast that it would gain or lose energy: a double pendulum that
-    /// falls from level ends within 2 % of its energy instead of 10 %.
+    /// falls from level ends within 2 % of its energy instead of 10 %. For a while, because each change of the sub-step
+    /// costs energy too: a pendulum that changed in each swing would lose 10 % in 100 s.
     pub(super) fn choose_substeps(&mut self) {
-        let usual = self.tables.substeps;
-        let h = self.world.integration_parameters.dt / usual as f64;
-        let fast = self.world.multibody_joints.multibodies().any(|m| m.generalized_velocity().amax() * h > FAST_TURN);
+        let (usual, dt) = (self.tables.substeps, self.world.integration_parameters.dt);
+        let fastest = FAST_TURN * usual as f64 / dt;
+        self.tables.fast_s = (self.tables.fast_s - dt).max(0.0);
+        if self.world.multibody_joints.multibodies().any(|m| m.generalized_velocity().amax() > fastest) {
+            self.tables.fast_s = FAST_FOR_S;
+        }
+        let fast = self.tables.fast_s > 0.0;
         self.world.integration_parameters.num_solver_iterations = if fast { 2 * usual } else { usual };
     }
 
@@ -222,7 +230,7 @@ impl Rapier {
 /// The limit of a drive that finds out by itself how much it must exert.
 fn limit(drive: Drive) -> Option<f64> {
     match drive {
-        Drive::Velocity { max_force, slip, .. } if slip == 0.0 => Some(max_force),
+        Drive::Velocity { max_force, slip: 0.0, .. } => Some(max_force),
         Drive::Position { max_force, .. } => Some(max_force),
         _ => None,
     }

@@ -1,0 +1,17 @@
+//! Physics against closed forms, at the default settings: one small scene for each row of `docs/physics.md`.
+//!
+//! Bounds are those that the page promises; what is measured lies well inside them and stands on the page.
+
+#[path = "../program/kit.rs"]
+#[allow(dead_code, reason = "shared with the tests of the program")]
+mod kit;
+
+mod arms;
+mod contacts;
+mod flight;
+mod grippers;
+mod mechanisms;
+mod scenes;
+mod stacks;
+mod swings;
+mod vehicles;

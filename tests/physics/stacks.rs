@@ -1,0 +1,92 @@
+//! Boxes on boxes stand, and fall asleep.
+
+use crate::{kit::Line, scenes::*};
+
+/// Size, mass and place of a box.
+type Box = ([f64; 3], f64, [f64; 3]);
+
+/// All asleep (their speed reads exactly 0) after 3 s, and shifted by less than `shift` after 10 s.
+#[track_caller]
+fn stands(what: &str, boxes: &[Box], friction: f64, shift: f64) {
+    let lines = stays("", what, boxes, friction, shift);
+    let at = lines.iter().position(|l| l.time() >= 3.0).unwrap();
+    let awake = (0..boxes.len()).filter(|i| speed(&lines[at], &format!("/b{i}")) != 0.0).count();
+    assert_eq!(awake, 0, "{what}: awake after 3 s");
+}
+
+#[track_caller]
+fn stays(settings: &str, what: &str, boxes: &[Box], friction: f64, shift: f64) -> Vec<Line> {
+    let mut scene = settings.to_owned() + &floor(1.0);
+    for (i, (size, mass, at)) in boxes.iter().enumerate() {
+        let more = format!("position_m = {at:?}\nrespondable = true\nfriction = {friction}");
+        scene += &body(&format!("b{i}"), "", "box", *size, *mass, &more);
+    }
+    let paths: Vec<String> = (0..boxes.len()).map(|i| format!("/b{i}")).collect();
+    let watch: Vec<&str> = paths.iter().map(String::as_str).collect();
+    let lines = watch_run(&scene, &watch, 10.0);
+    let last = &lines[lines.len() - 1];
+    let moved = |i: usize| {
+        let (is, was) = (position(last, &paths[i]), boxes[i].2);
+        f64::hypot(is[0] - was[0], is[1] - was[1])
+    };
+    let most = (0..boxes.len()).map(moved).fold(0.0, f64::max);
+    near(what, most, 0.0, shift);
+    lines
+}
+
+const CUBE: [f64; 3] = [0.1, 0.1, 0.1];
+
+fn tower(n: usize) -> Vec<Box> {
+    (0..n).map(|i| (CUBE, 1.0, [0.0, 0.0, 0.05 + 0.1 * i as f64])).collect()
+}
+
+/// Bricks, `columns` wide, each row half a brick aside.
+fn wall(rows: usize, columns: usize) -> Vec<Box> {
+    let brick = |row: usize, column: usize| {
+        let aside = if row % 2 == 1 { 0.05 } else { 0.0 };
+        let x = (column as f64 - (columns as f64 - 1.0) / 2.0) * 0.2 + aside;
+        ([0.2, 0.1, 0.1], 1.0, [x, 0.0, 0.05 + 0.1 * row as f64])
+    };
+    (0..rows).flat_map(|r| (0..columns).map(move |c| brick(r, c))).collect()
+}
+
+#[test]
+fn ten_boxes() {
+    stands("ten boxes", &tower(10), 0.5, 1e-3);
+}
+
+/// At any step that a scene may choose; a coarse one keeps them awake.
+#[test]
+fn ten_boxes_at_other_steps() {
+    for (dt, substeps) in [(0.01, 4), (0.01, 8), (0.005, 2), (0.02, 4), (0.002, 4), (0.001, 1)] {
+        let settings = format!("physics_dt_s = {dt}\nphysics_substeps = {substeps}\n");
+        stays(&settings, &format!("ten boxes, {dt} s in {substeps} parts"), &tower(10), 0.5, 5e-3);
+    }
+}
+
+#[test]
+fn pyramid() {
+    let row = |i: usize| {
+        (0..10 - i).map(move |j| (CUBE, 1.0, [(j as f64 - (9 - i) as f64 / 2.0) * 0.1, 0.0, 0.05 + 0.1 * i as f64]))
+    };
+    let boxes: Vec<_> = (0..10).flat_map(row).collect();
+    stands("pyramid of 55", &boxes, 0.5, 1e-3);
+}
+
+#[test]
+fn wall_of_100() {
+    stands("wall of 100", &wall(10, 10), 0.5, 2e-3);
+}
+
+#[test]
+fn wall_of_500() {
+    stands("wall of 500", &wall(20, 25), 0.7, 5e-3);
+}
+
+#[test]
+fn heavy_on_light() {
+    for (ratio, shift) in [(30.0, 1e-3), (100.0, 1e-3), (1000.0, 5e-3)] {
+        let boxes = [(CUBE, 1.0, [0.0, 0.0, 0.05]), (CUBE, ratio, [0.0, 0.0, 0.15])];
+        stays("", &format!("{ratio} kg on 1 kg"), &boxes, 0.5, shift);
+    }
+}

@@ -1,0 +1,47 @@
+//! A Pioneer drives as its wheels turn.
+
+use crate::{kit::*, scenes::*};
+
+/// Radius of its wheels and distance between them, m.
+const RADIUS: f64 = 0.0975;
+const TRACK: f64 = 0.331;
+
+fn drive(left: f64, right: f64, seconds: f64, watch: &[&str]) -> Vec<Line> {
+    let wheels = format!(
+        "[model.set]\n\"Pioneer_p3dx_leftMotor.target_velocity_rad_s\" = {left:?}\n\
+         \"Pioneer_p3dx_rightMotor.target_velocity_rad_s\" = {right:?}\n"
+    );
+    watch_run(&format!("{}[[model]]\nmodel = \"pioneer_p3dx\"\n{wheels}", floor(1.0)), watch, seconds)
+}
+
+const ROBOT: &str = "/Pioneer_p3dx";
+
+#[test]
+fn straight_on() {
+    let lines = drive(3.0, 3.0, 20.0, &[ROBOT]);
+    let at = |t: f64| lines.iter().position(|l| l.time() >= t - 1e-9).unwrap();
+    let (a, b) = (at(5.0), at(20.0));
+    let way = position(&lines[b], ROBOT)[0] - position(&lines[a], ROBOT)[0];
+    near("speed", way / (lines[b].time() - lines[a].time()) / (3.0 * RADIUS), 1.0, 2e-4);
+    near("aside after 6 s", position(&lines[at(6.0)], ROBOT)[1], 0.0, 5e-3);
+    let rolls = lines[a..=b].iter().map(|l| l.object::<3>(ROBOT, "angular_velocity")[0].powi(2)).sum::<f64>();
+    near("roll, rms", (rolls / (b - a + 1) as f64).sqrt(), 0.0, 1e-3);
+}
+
+#[test]
+fn on_the_spot() {
+    let lines = drive(-2.0, 2.0, 20.0, &[ROBOT]);
+    let half = &lines[lines.len() / 2..];
+    let mean = half.iter().map(|l| l.object::<3>(ROBOT, "angular_velocity")[2]).sum::<f64>() / half.len() as f64;
+    near("rate of turn", mean / (4.0 * RADIUS / TRACK), 1.0, 5e-4);
+}
+
+/// The caster's wheel, which slides, is not wound up by the turn: `cargo run --release -p soak` does it for an hour.
+#[test]
+fn the_caster_does_not_wind_up() {
+    let caster = "/Pioneer_p3dx/Pioneer_p3dx_caster_freeJoint1/Pioneer_p3dx_caster_link/Pioneer_p3dx_caster_freeJoint2";
+    let lines = drive(1.0, 3.0, 600.0, &[caster]);
+    for line in &lines {
+        near("caster", of_joint(line, caster, "velocity"), 0.0, 0.5);
+    }
+}
