@@ -152,7 +152,9 @@ impl Rapier {
                 continue;
             }
             let (a, b) = (joint.body1(), joint.body2());
-            let needed = joints::iterations(record.frames, &self.world.bodies[a], &self.world.bodies[b]);
+            let carries = self.tables.bodies[record.bodies.1.0 as usize].as_ref().is_some_and(|r| r.joints > 1);
+            let needed = joints::iterations(record.frames, &self.world.bodies[a], &self.world.bodies[b])
+                .max(if carries { joints::CARRIER_ITERATIONS } else { 0 });
             if needed > self.world.bodies[b].additional_pgs_iterations() {
                 self.world.bodies[b].set_additional_pgs_iterations(needed);
             }

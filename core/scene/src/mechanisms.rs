@@ -2,7 +2,7 @@
 //!
 //! A mechanism is what hangs on one first body by joints and force sensors. Reduced coordinates hold under any load;
 //! impulses are cheaper and soft. A vehicle needs no more than impulses: its wheels turn about axes through their centres
-//! of mass, so nothing hangs on their joints, and its casters swivel freely.
+//! of mass, so nothing hangs on their joints, and what swivels or steers them turns upright.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,6 +15,9 @@ use super::{
 
 /// Most that a wheel's centre of mass lies beside its axis, m.
 const CENTRED: f64 = 1e-3;
+
+/// Least cosine between a steering axis and the vertical: 25 degrees.
+const UPRIGHT: f64 = 0.9;
 
 /// Most joints between a vehicle and its wheels: a caster has two.
 const DEEPEST: u32 = 2;
@@ -61,8 +64,9 @@ fn is_light(scene: &Scene, tie: u32, child: u32, last: bool) -> bool {
         return false;
     }
     if !last {
-        // A caster swivels freely. What steers a wheel yields to its load by impulses, and the car creeps at 3 mm/s.
-        return j.control == Control::Free;
+        // A caster's swivel, or an upright steering axis: no weight turns about it.
+        let axis = scene.world(tie).rotation * nalgebra::Vector3::z();
+        return j.control == Control::Free || axis.z.abs() > UPRIGHT;
     }
     let Some(com) =
         scene.get(child).and_then(|o| o.shape()).map(|s| scene.world(child) * nalgebra::Point3::from(s.com))
