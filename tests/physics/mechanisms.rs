@@ -137,7 +137,10 @@ fn all_kinds_have_the_same_bits_on_any_number_of_threads() {
 
 /// A scene with every kind of joint and contact, in both forms.
 fn everything() -> String {
-    let mut scene = floor(1.0) + "[[model]]\nmodel = \"pioneer_p3dx\"\n" + &base([2.0, 0.0, 1.0]);
+    let mut scene = "friction_pairs = [[\"ice\", \"ice\", 0.3]]\n".to_owned()
+        + &floor(1.0)
+        + "[[model]]\nmodel = \"pioneer_p3dx\"\n"
+        + &base([2.0, 0.0, 1.0]);
     let at = |x: f64, z: f64| placed([x, 0.0, z], [1.0, 0.0, 0.0], 0.0);
     scene += &joint("r", "/base", &(about_y([2.0, 0.0, 1.0]) + "\ndry_friction_nm = 0.01\narmature_kg_m2 = 0.01"));
     scene += &body("one", "/base/r", "box", [0.2, 0.05, 0.05], 1.0, &at(2.1, 1.0));
@@ -164,6 +167,61 @@ fn everything() -> String {
         &(about_y([1.7, 0.0, 1.0]) + "\ncontrol = \"position\"\ntarget_position_deg = 40.0\nmax_force_nm = 20.0"),
     );
     scene += &body("driven", "/base/f/tied/m", "box", [0.2, 0.05, 0.05], 1.0, &at(1.6, 1.0));
+    let still = |alias: &str, x: f64| {
+        format!(
+            "[[object]]\nkind = \"shape\"\nalias = \"{alias}\"\nsize_m = [0.05, 0.05, 0.05]\nposition_m = [{x:?}, 2.0, 1.0]\n"
+        )
+    };
+    let up = |x: f64| placed([x, 2.0, 1.0], [1.0, 0.0, 0.0], 0.0);
+    scene += &(still("press", 0.0)
+        + &joint("screw", "/press", &format!("{}\nlead_m = 0.05", up(0.0)))
+        + &body("nut", "/press/screw", "cylinder", [0.1; 3], 1.0, &up(0.0)));
+    scene += &(still("box", 1.0)
+        + &joint(
+            "in",
+            "/box",
+            &format!(
+                "{}\ncontrol = \"velocity\"\ntarget_velocity_rad_s = 3.0\nmax_force_nm = 1.0\nno_load_speed_rad_s = 5.0",
+                up(1.0)
+            ),
+        )
+        + &body("gear", "/box/in", "cylinder", [0.1; 3], 1.0, &up(1.0))
+        + &joint("out", "/box", &format!("{}\nfollows = \":/in\"\nfollow_factor = -2.0\ngeared = true", up(1.5)))
+        + &body("pinion", "/box/out", "cylinder", [0.1; 3], 1.0, &up(1.5)));
+    scene += &(still("servo", 2.5)
+        + &joint(
+            "pid",
+            "/servo",
+            &format!(
+                "{}\ncontrol = \"position\"\ntarget_position_deg = 60.0\nmax_force_nm = 5.0\ngains = [5.0, 2.0, 0.01]",
+                up(2.5)
+            ),
+        )
+        + &body("horn", "/servo/pid", "box", [0.1; 3], 1.0, &up(2.55)));
+    let lying = |alias: &str, x: f64, more: &str| {
+        body(
+            alias,
+            "",
+            "sphere",
+            [0.1; 3],
+            1.0,
+            &format!(
+                "position_m = [{x:?}, -2.0, 0.051]\nrespondable = true\n{more}\n{}",
+                starts([0.5, 0.2, 0.0], [0.0, 1.0, 3.0])
+            ),
+        )
+    };
+    scene += &lying("rolls", 0.0, "rolling_friction_m = 0.002\nspinning_friction_m = 0.002");
+    scene += &lying("skates", 1.0, "friction_axis = [1, 0, 0]\naxis_friction = 0.05\nmaterial = \"ice\"");
+    scene += "[[object]]\nkind = \"shape\"\nalias = \"belt\"\nsize_m = [2.0, 0.5, 0.1]\nposition_m = [4.0, -2.0, 0.05]\nrespondable = true\nsurface_velocity_m_s = [0.3, 0.0, 0.0]\nmaterial = \"ice\"\n";
+    scene += &body(
+        "carried",
+        "",
+        "box",
+        [0.1; 3],
+        1.0,
+        "position_m = [4.0, -2.0, 0.151]\nrespondable = true\nmaterial = \"ice\"",
+    );
     for i in 0..5 {
         let more = format!("respondable = true\nposition_m = [-1.0, 0.0, {}]", 0.05 + 0.11 * f64::from(i));
         scene += &body(&format!("b{i}"), "", "box", [0.1; 3], 1.0, &more);

@@ -81,6 +81,50 @@ pub struct BodyDesc {
     pub bullet: bool,
     /// Share of its velocity, and of its angular velocity, that it loses in a second, 1/s.
     pub damping: [f64; 2],
+    /// What else its surface does to what touches it.
+    pub surface: Surface,
+}
+
+/// What the surface of a body does to what touches it, beside friction and restitution. By default nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Surface {
+    /// Velocity of the surface over the body, as of a conveyor's belt: body frame, m/s.
+    pub velocity: Vector3<f64>,
+    /// Axis, body frame, along which friction has a coefficient of its own, as rollers and skates have.
+    pub axis: Option<Vector3<f64>>,
+    /// Coefficient of friction along that axis, of the pair.
+    pub axis_friction: f64,
+    /// Torque against rolling for each N of normal force, m. A pair's is the greater one.
+    pub rolling_friction: f64,
+    /// Torque against spinning about the normal for each N of normal force, m. A pair's is the greater one.
+    pub spinning_friction: f64,
+    /// Number of its material for [`Engine::set_materials`]; 0: none.
+    pub material: u32,
+}
+
+/// Friction and restitution of two materials, whatever the numbers of the bodies say.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct MaterialPair {
+    /// Their numbers, in any order.
+    pub materials: (u32, u32),
+    /// Coulomb friction coefficient.
+    pub friction: f64,
+    /// Restitution, 0 to 1; `None`: as the numbers of the bodies say.
+    pub restitution: Option<f64>,
+}
+
+/// How the friction of a pair comes from the numbers of its bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum FrictionRule {
+    /// Product: Bullet's rule, and with it V-REP's.
+    #[default]
+    Product,
+    /// Mean of both.
+    Mean,
+    /// The smaller one.
+    Least,
+    /// The greater one: MuJoCo's rule.
+    Greatest,
 }
 
 /// What a joint leaves free.
@@ -90,6 +134,8 @@ pub enum JointKind {
     Revolute,
     /// Translation along z of the joint frame.
     Prismatic,
+    /// Rotation about z with so many metres along z for each radian: a nut on a thread. Always in reduced form.
+    Screw(f64),
     /// All rotations; it has no position and cannot be driven.
     Spherical,
     /// Nothing: rigid.
@@ -115,6 +161,21 @@ pub struct JointDesc {
     pub form: JointForm,
     /// What acts in the joint besides its drive.
     pub passive: Passive,
+    /// Whether it is geared to another joint, or another one to it: [`Engine::set_gears`].
+    pub geared: bool,
+}
+
+/// Two joints of one mechanism that move as one: `position = ratio * leader's position + offset`. Each loads the other.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Gear {
+    /// The joint that follows.
+    pub joint: JointId,
+    /// The joint that it follows.
+    pub leader: JointId,
+    /// rad or m for each rad or m of the leader.
+    pub ratio: f64,
+    /// Position when the leader stands at 0, rad or m.
+    pub offset: f64,
 }
 
 /// How a joint is kept together. A mechanism keeps the same form throughout.
@@ -143,6 +204,22 @@ pub struct Passive {
     pub stiffness: f64,
     /// Position at which the spring is relaxed, rad or m.
     pub rest: f64,
+    /// Speed at which the drive has no torque or force left, rad/s or m/s: its limit falls from `max_force` at rest to 0
+    /// there, as that of a direct-current motor does. 0: the limit is the same at any speed.
+    pub no_load_speed: f64,
+}
+
+/// Controller of a position drive: it moves at `p * error + i * (sum of error) + d * (change of error) + velocity`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Tracking {
+    /// Velocity for each rad or m of error, 1/s.
+    pub p: f64,
+    /// Velocity for each rad s or m s of error, 1/s^2.
+    pub i: f64,
+    /// Velocity for each rad/s or m/s at which the error changes.
+    pub d: f64,
+    /// Velocity of the target, rad/s or m/s.
+    pub velocity: f64,
 }
 
 /// What moves a joint. Torques N m or forces N; velocities rad/s or m/s.
@@ -167,6 +244,8 @@ pub enum Drive {
         max_force: f64,
         /// Limit of the velocity.
         max_velocity: f64,
+        /// Its controller; none: what is left of the way shrinks by 1/e in 0.05 s, without overshoot.
+        tracking: Option<Tracking>,
     },
     /// Constant torque or force.
     Force(f64),
@@ -205,6 +284,17 @@ pub struct Contact {
     pub normal: Vector3<f64>,
     /// Normal force on the second body, N, averaged over the last step.
     pub force: f64,
+    /// Friction on the second body, world, N, averaged over the last step.
+    pub friction: Vector3<f64>,
+}
+
+/// A force and the torque about a point.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Wrench {
+    /// N.
+    pub force: Vector3<f64>,
+    /// N m.
+    pub torque: Vector3<f64>,
 }
 
 /// How two bodies meet, other than their own numbers say.
@@ -244,6 +334,10 @@ pub struct EngineSettings {
     pub substeps: u32,
     /// Whether bodies that rest on something may sleep until they are touched.
     pub sleep: bool,
+    /// How friction of a pair comes about. For bodies that are added from then on.
+    pub friction_rule: FrictionRule,
+    /// Natural frequency (Hz) and damping ratio of contacts; `None`: as stiff as the sub-step can carry.
+    pub contact_spring: Option<[f64; 2]>,
 }
 
 /// A rigid-body engine.
@@ -261,6 +355,19 @@ pub trait Engine: Send + Sync {
     /// What moves the joint from now on. Cheap when nothing changed. A drive with a number that is not finite, or
     /// without force, is taken as [`Drive::Free`]; only a limit may be infinite.
     fn drive(&mut self, joint: JointId, drive: Drive);
+    /// Joints that move as one from now on, instead of those before. Pairs that are not of one mechanism in reduced form,
+    /// made with `geared`, move on by themselves.
+    fn set_gears(&mut self, gears: &[Gear]);
+    /// Measures what a joint carries from now on, as [`Engine::wrench`] tells.
+    fn measure(&mut self, joint: JointId);
+    /// What hangs on a measured joint exerts on the body that carries it: force, and torque about the joint's origin;
+    /// world frame, averaged over the last step. From the change of momentum of all that hangs below, and the forces on it;
+    /// what a closed loop carries past the joint is not told apart. `None` before the first step.
+    fn wrench(&self, joint: JointId) -> Option<Wrench>;
+    /// What the surface of a body does to what touches it, from the next step on.
+    fn set_surface(&mut self, body: BodyId, surface: Surface);
+    /// Friction and restitution by pairs of materials, from the next step on.
+    fn set_materials(&mut self, pairs: &[MaterialPair]);
     /// Where the spring of a joint is relaxed from now on, rad or m.
     fn set_rest(&mut self, joint: JointId, rest: f64);
     /// Places a body. Dynamic bodies keep their velocities. Kinematic ones move there evenly during the next

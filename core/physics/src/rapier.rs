@@ -6,12 +6,17 @@
 //! - Work is shared among the threads of the rayon pool that calls: `pool.install(|| engine.advance(5))`. The bits
 //!   of the result do not depend on the number of threads.
 //!
-//! `bodies` makes bodies and colliders, `joints` joints and drives, `reduced` joints that cannot come apart, `respond`
-//! says who collides, `report` reads contacts, `velocity` velocities, `spin` turns free bodies, `sleep` says who may
+//! `bodies` makes bodies and colliders, `joints` joints, `drives` drives them, `reduced` has joints that cannot come apart,
+//! `gears` couples them, `load` says what they carry, `respond` says who collides, `grip` has friction by axis and against
+//! rolling, `report` reads contacts, `velocity` velocities, `spin` turns free bodies, `sleep` says who may
 //! sleep, `snapshot` keeps and takes back the whole state.
 
 mod bodies;
+mod drives;
+mod gears;
+mod grip;
 mod joints;
+mod load;
 mod push;
 mod reduced;
 mod report;
@@ -26,7 +31,9 @@ mod velocity;
 use std::collections::BTreeMap;
 
 use bodies::{BodyRecord, ShapeCache, Tree};
-use joints::{Held, JointRecord, Phase};
+use grip::Grips;
+use joints::{Held, JointRecord, Memory, Phase};
+use load::Measured;
 use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::{
     dynamics::{IntegrationParameters, SpringCoefficients},
@@ -37,8 +44,8 @@ use respond::PairFilter;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BeforeStep, BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, JointDesc, JointForm, JointId, JointKind,
-    JointState, Motion, PairRule, Push, Twist, convert,
+    BeforeStep, BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, FrictionRule, Gear, JointDesc, JointForm,
+    JointId, JointKind, JointState, MaterialPair, Motion, PairRule, Push, Surface, Twist, Wrench, convert,
 };
 
 /// Stiffness of contacts, as natural frequency (Hz) and damping ratio. With rapier's own numbers a wall of 20 rows
@@ -102,6 +109,22 @@ struct Tables {
     driven: Vec<JointId>,
     /// Bodies that were placed, thrown or tied since the last step.
     moved: Vec<BodyId>,
+    /// Whether joints came or went since gears and loads were last looked at.
+    joints_changed: bool,
+    /// Joints that move as one.
+    gears: Vec<Gear>,
+    /// Joints whose load is measured.
+    measured: Vec<Measured>,
+    /// Joints whose drive weakens with speed.
+    weakening: Vec<JointId>,
+    /// Bodies with a surface of a special kind.
+    surfaces: BTreeMap<BodyId, Surface>,
+    /// Friction by material.
+    materials: Vec<MaterialPair>,
+    /// How friction of a pair comes about.
+    friction_rule: FrictionRule,
+    /// Rows of friction between bodies with special surfaces and what they touch.
+    grips: Grips,
     /// Pairs, lower id first, that meet other than their bodies' numbers say.
     pairs: BTreeMap<(BodyId, BodyId), PairRule>,
 }
@@ -122,73 +145,6 @@ impl Rapier {
         numbers.dt / numbers.num_solver_iterations as f64
     }
 
-    /// Passes changed drives on to rapier's joints.
-    fn apply_drives(&mut self) {
-        let mut changed = std::mem::take(&mut self.tables.changed);
-        for id in changed.drain(..) {
-            let Some(record) = self.tables.joints[id.0 as usize].as_mut() else {
-                continue;
-            };
-            record.changed = false;
-            if record.drive != Drive::Free
-                && let (frames, Some(reduced)) = (record.frames, record.reduced_mut())
-            {
-                if reduced.motor.is_none() {
-                    let (a, b) = (reduced.parent, reduced.child);
-                    reduced.motor = Some(self.world.insert_impulse_joint(a, b, joints::motor_only(frames)));
-                }
-                if !self.tables.driven.contains(&id) {
-                    self.tables.driven.push(id);
-                }
-            }
-            // Bodies on joints are always awake.
-            let Some(joint) = record.driven().and_then(|j| self.world.impulse_joints.get_mut(j, false)) else {
-                continue;
-            };
-            let was_free = joint.data.motor_axes.is_empty();
-            joints::apply(&mut joint.data, record);
-            // What follows depends on masses and frames alone.
-            if record.drive == Drive::Free || !was_free || record.reduced().is_some() {
-                continue;
-            }
-            let (a, b) = (joint.body1(), joint.body2());
-            let carries = self.tables.bodies[record.bodies.1.0 as usize].as_ref().is_some_and(|r| r.joints > 1);
-            let needed = joints::iterations(record.frames, &self.world.bodies[a], &self.world.bodies[b])
-                .max(if carries { joints::CARRIER_ITERATIONS } else { 0 });
-            if needed > self.world.bodies[b].additional_pgs_iterations() {
-                self.world.bodies[b].set_additional_pgs_iterations(needed);
-            }
-        }
-        self.tables.changed = changed;
-    }
-
-    /// Lets position drives change from moving to holding and back.
-    fn update_positions(&mut self) {
-        let mut positioned = std::mem::take(&mut self.tables.positioned);
-        positioned.retain(|id| {
-            let Some(record) = &self.tables.joints[id.0 as usize] else {
-                return false;
-            };
-            if !matches!(record.drive, Drive::Position { .. }) {
-                return false;
-            }
-            let (frame_a, frame_b) = self.joint_frames(record);
-            let phase = joints::phase(record, joints::position(record.kind, &frame_a, &frame_b));
-            if let Some(record) = self.tables.joints[id.0 as usize].as_mut().filter(|r| r.phase != phase) {
-                record.phase = phase;
-                mark(&mut self.tables.changed, *id, record);
-            }
-            true
-        });
-        self.tables.positioned = positioned;
-    }
-
-    /// Frames of a joint on both bodies, in the world.
-    fn joint_frames(&self, record: &JointRecord) -> (Pose, Pose) {
-        let pose = |id: BodyId| self.record(id).map_or(Pose::IDENTITY, |r| *self.world.bodies[r.handle].position());
-        (pose(record.bodies.0) * record.frames.0, pose(record.bodies.1) * record.frames.1)
-    }
-
     /// Kinematic bodies cover their way evenly, so that they push with the velocity they are seen to move at.
     fn move_kinematic(&mut self, done: f64) {
         for (id, (from, to)) in &self.tables.moving {
@@ -205,6 +161,15 @@ impl Rapier {
             };
             self.world.bodies[record.handle].set_next_kinematic_position(pose);
         }
+    }
+}
+
+impl Rapier {
+    /// Friction and restitution of a pair by a rule of its own or by its materials.
+    fn met(&self, a: BodyId, b: BodyId) -> Option<f64> {
+        let rule = self.tables.pairs.get(&(a.min(b), a.max(b))).and_then(|r| r.friction);
+        let material = |id| self.tables.surfaces.get(&id).map_or(0, |s| s.material);
+        rule.or_else(|| respond::of_materials(&self.tables.materials, material(a), material(b)).map(|p| p.friction))
     }
 }
 
@@ -228,11 +193,14 @@ impl Engine for Rapier {
         self.world.integration_parameters.num_solver_iterations = self.tables.substeps;
         // Stiffer contacts than a sub-step can carry set stacks rocking.
         let rate = 1.0 / self.substep();
-        let spring =
-            |(frequency, damping): (f64, f64), share| SpringCoefficients::new(frequency.min(share * rate), damping);
+        let spring = |usual: (f64, f64), share| {
+            let (frequency, damping) = settings.contact_spring.map_or(usual, |[f, d]| (f, d));
+            SpringCoefficients::new(frequency.min(share * rate), damping)
+        };
         self.world.integration_parameters.contact_softness = spring(CONTACT_SOFTNESS, CONTACT_SHARE);
         self.world.integration_parameters.static_contact_softness =
             spring(STATIC_CONTACT_SOFTNESS, 2.0 * CONTACT_SHARE);
+        self.tables.friction_rule = settings.friction_rule;
         if self.tables.sleep != settings.sleep {
             self.tables.sleep = settings.sleep;
             self.set_sleep();
@@ -254,7 +222,8 @@ impl Engine for Rapier {
         }
         let frames = (a.local_pose(&desc.frame_in_a), b.local_pose(&desc.frame_in_b));
         let (mass_a, mass_b) = (self.world.bodies[a.handle].mass(), self.world.bodies[b.handle].mass());
-        let reduced = match desc.form {
+        let form = if matches!(desc.kind, JointKind::Screw(_)) { JointForm::Reduced } else { desc.form };
+        let reduced = match form {
             JointForm::Reduced => self.add_reduced(desc, joints::build(desc, frames)),
             JointForm::Impulse | JointForm::Loop => None,
         };
@@ -278,10 +247,21 @@ impl Engine for Rapier {
             frames,
             passive: desc.passive,
             limited: desc.limits.is_some(),
+            geared: desc.geared,
+            closes_loop: desc.form == JointForm::Loop,
             drive: Drive::Free,
             phase: Phase::Hold,
+            memory: Memory::default(),
+            place: 0.0,
+            speed: 0.0,
+            at_limit: false,
+            folded: 0.0,
             changed: false,
         };
+        self.tables.joints_changed = true;
+        if desc.passive.no_load_speed > 0.0 {
+            self.tables.weakening.push(id);
+        }
         if reduced.is_none() && desc.passive.damping > 0.0 {
             mark(&mut self.tables.changed, id, &mut record);
         }
@@ -293,6 +273,8 @@ impl Engine for Rapier {
         let Some(record) = self.tables.joints.get_mut(joint.0 as usize).and_then(Option::take) else {
             return;
         };
+        self.tables.joints_changed = true;
+        self.tables.weakening.retain(|j| *j != joint);
         match record.held {
             Held::Impulse(handle) => drop(self.world.remove_impulse_joint(handle)),
             Held::Reduced(reduced) => self.remove_reduced(&record, reduced),
@@ -315,6 +297,41 @@ impl Engine for Rapier {
         }
         record.drive = drive;
         mark(&mut self.tables.changed, joint, record);
+    }
+
+    fn set_gears(&mut self, gears: &[Gear]) {
+        if self.tables.gears != gears {
+            self.tables.gears = gears.to_vec();
+            self.tables.joints_changed = true;
+        }
+    }
+
+    fn measure(&mut self, joint: JointId) {
+        if !self.tables.measured.iter().any(|m| m.joint == joint) {
+            self.tables.measured.push(Measured::new(joint));
+        }
+    }
+
+    fn wrench(&self, joint: JointId) -> Option<Wrench> {
+        self.tables.measured.iter().find(|m| m.joint == joint)?.wrench
+    }
+
+    fn set_surface(&mut self, body: BodyId, surface: Surface) {
+        if self.record(body).is_none() || !bodies::sound_surface(&surface) {
+            return;
+        }
+        if surface == Surface::default() {
+            self.tables.surfaces.remove(&body);
+        } else if self.tables.surfaces.insert(body, surface) != Some(surface) {
+            self.watch_pairs(body);
+            // A belt that starts moves what sleeps on it.
+            let handle = self.record(body).map(|r| r.handle);
+            handle.into_iter().for_each(|h| self.wake_touching(h));
+        }
+    }
+
+    fn set_materials(&mut self, pairs: &[MaterialPair]) {
+        self.tables.materials = pairs.to_vec();
     }
 
     fn set_rest(&mut self, joint: JointId, rest: f64) {
@@ -369,6 +386,7 @@ impl Engine for Rapier {
             self.set_springs();
         }
         self.update_positions();
+        self.weaken_drives();
         self.apply_drives();
         let old = match before {
             Some(ask) => {
@@ -382,7 +400,12 @@ impl Engine for Rapier {
         let spun = self.spin(0.5);
         self.see_velocities();
         self.choose_substeps();
-        self.world.step_with_events(&PairFilter(&self.tables.pairs), &());
+        self.weigh();
+        self.couple();
+        self.grip();
+        let Tables { pairs, surfaces, materials, .. } = &self.tables;
+        self.world.step_with_events(&PairFilter { pairs, surfaces, materials }, &());
+        self.measure_loads();
         self.spin_on(spun);
         self.take_back(carried);
         self.take_back(old);
@@ -451,12 +474,13 @@ impl Engine for Rapier {
         let along = frame_a.rotation * Vector::Z;
         let [a, b] = [record.bodies.0, record.bodies.1].map(|id| self.velocity(id));
         let velocity = match record.kind {
-            JointKind::Revolute => (b.angular - a.angular).dot(along),
+            JointKind::Revolute | JointKind::Screw(_) => (b.angular - a.angular).dot(along),
             // Both velocities at the same place, so that a common rotation does not count.
             _ => (b.at(frame_b.translation) - a.at(frame_b.translation)).dot(along),
         };
         let effort = match (record.drive, &record.held) {
             (Drive::Free, _) => 0.0,
+            (_, Held::Reduced(reduced)) if velocity != 0.0 => reduced.effort + record.folded.copysign(velocity),
             (_, Held::Reduced(reduced)) => reduced.effort,
             // Rapier's impulses slow the second body down.
             (_, Held::Impulse(handle)) => {

@@ -25,7 +25,7 @@ pub(super) fn tie_of(scene: &Scene, slot: u32) -> Option<(u32, u32)> {
     let tie = scene.get(child.parent)?;
     match &tie.data {
         Data::Joint(j) if j.dynamic => {}
-        Data::ForceSensor => {}
+        Data::ForceSensor(f) if !f.broken => {}
         _ => return None,
     }
     scene.get(tie.parent)?.shape()?;

@@ -9,8 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{Isometry3, Matrix3, Point3};
 use serde::{Deserialize, Serialize};
 use tatu_physics::{
-    BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, JointDesc, JointForm, JointId, JointKind, MassProps,
-    Motion, PairRule, Passive, Rapier, Respond, Twist,
+    BeforeStep, BodyDesc, BodyId, Drive, Engine, EngineSettings, Gear, JointDesc, JointForm, JointId, JointKind,
+    MassProps, MaterialPair, Motion, PairRule, Passive, Rapier, Respond, Surface, Tracking, Twist,
 };
 
 use super::{
@@ -42,6 +42,9 @@ pub(super) struct JointRecord {
     bodies: (BodyId, BodyId),
     frame_in_a: Isometry3<f64>,
     form: JointForm,
+    geared: bool,
+    /// Whether its load is measured.
+    sensor: bool,
 }
 
 /// The engine and what stands for what in it.
@@ -63,6 +66,10 @@ pub struct Dynamics {
     pub(super) pose_writeback: Carried,
     /// Joints that follow others, and whom.
     followers: Vec<(u32, u32)>,
+    /// Joints that are geared to others.
+    geared: Vec<(u32, u32)>,
+    /// Force sensors that tie two bodies, with their slots.
+    pub(super) force_sensors: Vec<(JointId, u32)>,
     settings: EngineSettings,
     /// Length of an engine step as the engine has it now, s.
     step: f64,
@@ -82,6 +89,8 @@ impl Dynamics {
             moved: Vec::new(),
             pose_writeback: Carried::default(),
             followers: Vec::new(),
+            geared: Vec::new(),
+            force_sensors: Vec::new(),
             settings,
             step: settings.step,
         }
@@ -96,6 +105,9 @@ impl Dynamics {
         self.built = scene.shape_version;
         self.pose_writeback = Carried::default();
         self.followers = super::follow::followers(scene);
+        self.geared = super::follow::geared(scene);
+        let geared: BTreeSet<u32> = self.geared.iter().flat_map(|(a, b)| [*a, *b]).collect();
+        self.engine.set_materials(&materials(scene));
         let twists: BTreeMap<u32, Twist> = self.bodies.iter().map(|b| (b.slot, self.engine.twist(b.id))).collect();
         let kept = |b: &BodyRecord| {
             scene.get(b.slot).is_some_and(|o| o.uid == b.uid && o.version == b.version)
@@ -111,6 +123,7 @@ impl Dynamics {
                 && scene.get(j.tie).is_some_and(|o| o.version == j.version)
                 && tie_of(scene, j.child).is_some_and(|(_, tie)| tie == j.tie)
                 && forms.get(&j.child) == Some(&j.form)
+                && geared.contains(&j.tie) == j.geared
         };
         let loose: Vec<_> = self.joints.iter().filter(|j| !tied(j)).map(|j| (j.id, j.tie)).collect();
         let cut: BTreeSet<JointId> = loose.iter().map(|j| j.0).collect();
@@ -139,7 +152,7 @@ impl Dynamics {
         let tied: BTreeSet<u32> = self.joints.iter().map(|j| j.child).collect();
         scene.visit(|scene, slot| {
             if !tied.contains(&slot) {
-                self.add_tie(scene, slot, forms.get(&slot).copied().unwrap_or_default());
+                self.add_tie(scene, slot, forms.get(&slot).copied().unwrap_or_default(), &geared);
             }
         });
         self.close_loops(scene);
@@ -149,6 +162,7 @@ impl Dynamics {
     fn list_kinematic(&mut self) {
         let kinematic = self.bodies.iter().filter(|b| b.motion == Motion::Kinematic);
         self.kinematic = kinematic.map(|b| (b.id, b.slot)).collect();
+        self.force_sensors = self.joints.iter().filter(|j| j.sensor).map(|j| (j.id, j.tie)).collect();
     }
 
     fn add_body(&mut self, scene: &mut Scene, slot: u32, twists: &BTreeMap<u32, Twist>) {
@@ -168,6 +182,7 @@ impl Dynamics {
             restitution: shape.restitution,
             bullet: shape.bullet,
             damping: shape.damping,
+            surface: surface(scene, shape),
             respond: Respond { mask: if shape.respondable { shape.mask } else { 0 }, tree: top_shape(scene, slot) },
         };
         let id = self.engine.add_body(&desc);
@@ -177,13 +192,14 @@ impl Dynamics {
         }
     }
 
-    fn add_tie(&mut self, scene: &mut Scene, slot: u32, form: JointForm) {
+    fn add_tie(&mut self, scene: &mut Scene, slot: u32, form: JointForm, geared: &BTreeSet<u32>) {
         let Some((above, tie)) = tie_of(scene, slot) else { return };
         let body = |s: u32| scene.get(s).and_then(|o| o.shape()).and_then(|s| s.body.0);
         let (Some(a), Some(b), Some(joint)) = (body(above), body(slot), scene.get(tie)) else { return };
         let (kind, limits, passive) = match &joint.data {
             Data::Joint(j) => {
                 let kind = match j.kind {
+                    super::JointType::Revolute if j.lead != 0.0 => JointKind::Screw(j.lead_per_radian()),
                     super::JointType::Revolute => JointKind::Revolute,
                     super::JointType::Prismatic => JointKind::Prismatic,
                     super::JointType::Spherical => JointKind::Spherical,
@@ -202,7 +218,9 @@ impl Dynamics {
             limits,
             form,
             passive,
+            geared: geared.contains(&tie),
         };
+        let sensor = matches!(joint.data, Data::ForceSensor(_));
         let Some(id) = self.engine.add_joint(&desc) else { return };
         self.joints.push(JointRecord {
             id,
@@ -212,10 +230,19 @@ impl Dynamics {
             bodies: (a, b),
             frame_in_a: desc.frame_in_a,
             form,
+            geared: desc.geared,
+            sensor,
         });
-        if let Some(Data::Joint(j)) = scene.get_mut(tie).map(|o| &mut o.data) {
-            j.id = Some(id);
-            self.drives.push(tie);
+        match scene.get_mut(tie).map(|o| &mut o.data) {
+            Some(Data::Joint(j)) => {
+                j.id = Some(id);
+                self.drives.push(tie);
+            }
+            Some(Data::ForceSensor(f)) => {
+                f.id = Some(id);
+                self.engine.measure(id);
+            }
+            _ => {}
         }
     }
 
@@ -241,6 +268,7 @@ impl Dynamics {
                 }
             }
         }
+        self.apply_gears(scene);
         self.apply_drives(scene);
         for (id, slot) in &self.kinematic {
             if scene.get(*slot).is_some() {
@@ -252,10 +280,13 @@ impl Dynamics {
     fn apply_drives(&mut self, scene: &Scene) {
         let mut drives = std::mem::take(&mut self.drives);
         for slot in drives.drain(..) {
-            let Some(j) = scene.get(slot).and_then(|o| o.joint()) else { continue };
-            let Some(id) = j.id else { continue };
+            let Some(o) = scene.get(slot) else { continue };
+            if let Some((shape, body)) = o.shape().and_then(|s| Some((s, s.body.0?))) {
+                self.engine.set_surface(body, surface(scene, shape));
+            }
+            let Some((j, id)) = o.joint().and_then(|j| Some((j, j.id?))) else { continue };
             let drive = match j.control {
-                Control::Free => Drive::Free,
+                Control::Free | Control::Spring => Drive::Free,
                 Control::Velocity => {
                     Drive::Velocity { target: j.target_velocity, max_force: j.max_force.abs(), slip: j.slip }
                 }
@@ -263,13 +294,15 @@ impl Dynamics {
                     target: j.target_position,
                     max_force: j.max_force.abs(),
                     max_velocity: j.max_velocity.abs(),
+                    tracking: j.gains.map(|[p, i, d]| Tracking { p, i, d, velocity: j.target_velocity }),
                 },
                 Control::Force => Drive::Force(j.max_force),
                 // A script answers for it in each engine step.
                 Control::Callback => continue,
             };
             self.engine.drive(id, drive);
-            self.engine.set_rest(id, j.passive.rest);
+            let rest = if j.control == Control::Spring { j.target_position } else { j.passive.rest };
+            self.engine.set_rest(id, rest);
         }
         self.drives = drives;
     }
@@ -281,6 +314,17 @@ impl Dynamics {
         self.apply_changes(scene);
     }
 
+    /// Gears by joints of the engine; cheap where nothing changed.
+    fn apply_gears(&mut self, scene: &Scene) {
+        let gears = self.geared.iter().filter_map(|(slot, leader)| {
+            let joint = scene.get(*slot)?.joint()?;
+            let leader = scene.get(*leader)?.joint()?.id?;
+            Some(Gear { joint: joint.id?, leader, ratio: joint.follow.factor, offset: joint.follow.offset })
+        });
+        let gears: Vec<Gear> = gears.collect();
+        self.engine.set_gears(&gears);
+    }
+
     /// In how many engine steps of equal length `dt` passes, none longer than the scene's.
     pub fn engine_steps(&self, dt: f64) -> u32 {
         if dt > 0.0 { (dt / self.settings.step - 1e-9).ceil().max(1.0) as u32 } else { 0 }
@@ -288,13 +332,16 @@ impl Dynamics {
 
     /// Lets `dt` pass in engine steps, then copies poses and joint states back. Objects whose bodies were lost.
     /// `before`, if there is one, is asked before each engine step for pushes that act in it.
-    pub fn advance(&mut self, scene: &mut Scene, dt: f64, before: Option<&mut BeforeStep<'_>>) -> Vec<u32> {
+    pub fn advance(&mut self, scene: &mut Scene, dt: f64, mut before: Option<&mut BeforeStep<'_>>) -> Vec<u32> {
         super::follow::update(scene, &self.followers, &mut self.drives);
         self.apply_changes(scene);
         let steps = self.engine_steps(dt);
         if steps > 0 {
             self.set_step(dt / f64::from(steps));
-            self.engine.advance_with(steps, before);
+            for part in 0..steps {
+                self.engine.advance_part(part, steps, before.as_deref_mut());
+                self.sample(scene);
+            }
         }
         self.look(scene)
     }
@@ -317,6 +364,7 @@ impl Dynamics {
         }
         if part < steps {
             self.engine.advance_part(part, steps, before);
+            self.sample(scene);
         }
         self.look(scene)
     }
@@ -362,6 +410,8 @@ impl Dynamics {
             moved,
             pose_writeback,
             followers,
+            geared,
+            force_sensors: _,
             settings,
             step,
         } = self;
@@ -373,7 +423,7 @@ impl Dynamics {
             built,
             moved,
             pose_writeback.whole(),
-            followers,
+            (followers, geared),
             settings,
             step,
         );
@@ -383,14 +433,15 @@ impl Dynamics {
     /// Takes it back. After a failure nothing has changed.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
         type Tables = (Vec<BodyRecord>, (Vec<JointRecord>, Vec<LoopRecord>), Vec<u32>);
-        type All = (Vec<u8>, Tables, u64, Vec<u32>, u64, Vec<(u32, u32)>, EngineSettings, f64);
-        let (engine, (bodies, (joints, loops), drives), built, moved, whole, followers, settings, step): All =
+        type Pairs = Vec<(u32, u32)>;
+        type All = (Vec<u8>, Tables, u64, Vec<u32>, u64, (Pairs, Pairs), EngineSettings, f64);
+        let (engine, (bodies, (joints, loops), drives), built, moved, whole, (followers, geared), settings, step): All =
             postcard::from_bytes(bytes).map_err(|e| format!("the table of bodies: {e}"))?;
         self.engine.restore(&engine)?;
         (self.bodies, self.joints, self.drives, self.built) = (bodies, joints, drives, built);
         self.loops = loops;
         (self.moved, self.pose_writeback) = (moved, Carried::after(whole));
-        (self.followers, self.settings, self.step) = (followers, settings, step);
+        (self.followers, self.geared, self.settings, self.step) = (followers, geared, settings, step);
         self.list_kinematic();
         Ok(())
     }
@@ -443,8 +494,32 @@ fn forget(scene: &mut Scene, slot: u32) {
     match scene.get_mut(slot).map(|o| &mut o.data) {
         Some(Data::Shape(s)) => s.body.0 = None,
         Some(Data::Joint(j)) => j.id = None,
+        Some(Data::ForceSensor(f)) => f.id = None,
         _ => {}
     }
+}
+
+/// The materials of the scene's friction pairs, in order; the engine knows them by their numbers, from 1.
+fn material_names(scene: &Scene) -> BTreeSet<&str> {
+    scene.friction_pairs.iter().flat_map(|p| p.materials.iter().map(String::as_str)).collect()
+}
+
+fn material(scene: &Scene, name: &str) -> u32 {
+    material_names(scene).iter().position(|n| *n == name).map_or(0, |i| i as u32 + 1)
+}
+
+fn materials(scene: &Scene) -> Vec<MaterialPair> {
+    let number = |name: &str| material(scene, name);
+    let pair = |p: &super::FrictionPair| MaterialPair {
+        materials: (number(&p.materials[0]), number(&p.materials[1])),
+        friction: p.friction,
+        restitution: p.restitution,
+    };
+    scene.friction_pairs.iter().map(pair).collect()
+}
+
+fn surface(scene: &Scene, shape: &Shape) -> Surface {
+    Surface { material: material(scene, &shape.material), ..shape.surface }
 }
 
 /// Mass properties of a shape, defaults filled in.

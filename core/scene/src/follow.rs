@@ -2,7 +2,7 @@
 //! is a multiple of another's.
 //!
 //! Whoever follows is driven by its own motor, with its own limit of force, towards what the other did by the end of
-//! the last step; nothing pushes back on the other one.
+//! the last step; nothing pushes back on the other one. A joint that is geared moves with the other one as one.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,11 +17,12 @@ pub struct Follow {
     pub factor: f64,
     pub offset: f64,
     pub curve: Vec<f64>,
+    pub geared: bool,
 }
 
 impl Default for Follow {
     fn default() -> Self {
-        Follow { master: String::new(), factor: 1.0, offset: 0.0, curve: Vec::new() }
+        Follow { master: String::new(), factor: 1.0, offset: 0.0, curve: Vec::new(), geared: false }
     }
 }
 
@@ -74,6 +75,17 @@ impl Scene {
     }
 }
 
+/// Joints that are geared to the one that they follow, and those that they follow.
+pub(super) fn geared(scene: &Scene) -> Vec<(u32, u32)> {
+    let is_geared = |slot: u32| scene.get(slot).and_then(|o| o.joint()).is_some_and(|j| j.follow.geared && j.dynamic);
+    followers(scene)
+        .into_iter()
+        .filter(|(slot, leader)| {
+            is_geared(*slot) && scene.get(*leader).and_then(|o| o.joint()).is_some_and(|j| j.dynamic)
+        })
+        .collect()
+}
+
 /// Tells followers where to go: they find it in their targets, kinematic ones are put there. `drives` takes those
 /// whose drive has changed.
 pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut Vec<u32>) {
@@ -82,6 +94,10 @@ pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut V
         // One that moves no body has no speed of its own: then what it is told counts.
         let (position, velocity) = (m.position, if m.id.is_some() { m.velocity } else { m.target_velocity });
         let Some(Data::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) else { continue };
+        // The engine moves both as one.
+        if j.follow.geared && j.dynamic {
+            continue;
+        }
         let position = j.follow.position(position);
         if !j.dynamic {
             j.velocity = j.follow.factor * velocity;
@@ -94,7 +110,7 @@ pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut V
         let (place, wanted) = match j.control {
             Control::Position => (&mut j.target_position, position),
             Control::Velocity => (&mut j.target_velocity, j.follow.factor * velocity),
-            Control::Free | Control::Force | Control::Callback => continue,
+            Control::Free | Control::Force | Control::Callback | Control::Spring => continue,
         };
         if std::mem::replace(place, wanted) != wanted {
             drives.push(*slot);

@@ -8,7 +8,7 @@
 //! - `props`: reading and setting them;
 //! - `dynamics`: bodies and joints of the engine; `ties`: which objects they are made of; `pose_writeback`: how their states come
 //!   back;
-//! - `follow`: joints that follow others;
+//! - `follow`: joints that follow others; `force_sensor`: what ties measure;
 //! - `forms`: the solids of a shape;
 //! - `moves`: which shapes have moved; `part`: some slots, for a thread of its own;
 //! - `places`: where objects are, by slot, and where they were at the last barrier; `poses`: asking for it, setting it.
@@ -17,6 +17,7 @@ mod body_rules;
 pub mod document;
 mod dynamics;
 mod follow;
+mod force_sensor;
 mod forms;
 pub mod graph;
 mod loops;
@@ -32,9 +33,11 @@ pub mod rows;
 mod transforms;
 mod tree;
 
+pub use document::{FRICTION_RULES, FrictionPair};
 pub use dynamics::Dynamics;
 pub use dynamics::mass_props;
 pub use follow::Follow;
+pub use force_sensor::ForceSensor;
 pub use forms::{collision_parts, default_inertia, default_mass, is_endless, visible_parts};
 pub use moves::Moves;
 pub use object::{

@@ -93,6 +93,7 @@ impl Dynamics {
                 limits: None,
                 form: JointForm::Loop,
                 passive: Passive::default(),
+                geared: false,
             };
             let versions = [one, other].map(|slot| scene.get(slot).map_or(0, |o| o.version));
             if let Some(id) = self.engine.add_joint(&desc) {

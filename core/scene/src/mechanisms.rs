@@ -11,6 +11,7 @@ use tatu_physics::{JointForm, Motion};
 use super::{
     Control, Data, JointSolver, JointType, Scene,
     body_rules::{motion_of, tie_of},
+    follow,
 };
 
 /// Most that a wheel's centre of mass lies beside its axis, m.
@@ -28,13 +29,21 @@ pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
     let mut of_root: BTreeMap<u32, JointForm> = BTreeMap::new();
     let mut light: BTreeMap<u32, bool> = BTreeMap::new();
     let leads: BTreeSet<u32> = ties.values().map(|(above, _)| *above).collect();
+    let mut coupled: BTreeSet<u32> = BTreeSet::new();
+    let geared: BTreeSet<u32> = follow::geared(scene).into_iter().flat_map(|(a, b)| [a, b]).collect();
     for (child, (_, tie)) in &ties {
         let (root, depth) = root(&ties, *child);
+        let screw = scene.get(*tie).and_then(|o| o.joint()).is_some_and(|j| j.lead_per_radian() != 0.0);
+        if screw || geared.contains(tie) {
+            coupled.insert(root);
+        }
         let wheels = light.entry(root).or_insert(true);
         *wheels &= depth <= DEEPEST && is_light(scene, *tie, *child, !leads.contains(child));
     }
     for (root, vehicle) in light {
         let form = match scene.get(root).and_then(|o| o.shape()).map(|s| s.joint_solver) {
+            // Only there can coordinates be coupled.
+            _ if coupled.contains(&root) => JointForm::Reduced,
             // A body that is moved by hand has no velocity in reduced coordinates.
             _ if motion_of(scene, root) == Some(Motion::Kinematic) => JointForm::Impulse,
             Some(JointSolver::Reduced) => JointForm::Reduced,

@@ -5,10 +5,10 @@ use std::{collections::BTreeMap, sync::Arc};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use tatu_geometry::Mesh;
-use tatu_physics::{BodyId, JointId, Passive};
+use tatu_physics::{BodyId, JointId, Passive, Surface};
 use tatu_plugin_api::abi::*;
 
-use super::follow::Follow;
+use super::{ForceSensor, follow::Follow};
 use crate::{graph::GraphSpec, noise::NoiseSpec};
 
 /// An object of the scene. What a step asks of a device's object comes first, so that it lies in one cache line.
@@ -51,7 +51,7 @@ pub enum Data {
     /// An actuator.
     Actuator(ActuatorData),
     /// Ties what is below rigidly to what is above.
-    ForceSensor,
+    ForceSensor(Box<ForceSensor>),
     /// Records numbers over time.
     Graph(Box<GraphSpec>),
     /// A script; belongs to its parent, and is not among its children.
@@ -67,7 +67,7 @@ impl Object {
             Data::Dummy(_) => TATU_KIND_DUMMY,
             Data::Sensor(_) => TATU_KIND_SENSOR,
             Data::Actuator(_) => TATU_KIND_ACTUATOR,
-            Data::ForceSensor => TATU_KIND_FORCE_SENSOR,
+            Data::ForceSensor(_) => TATU_KIND_FORCE_SENSOR,
             Data::Graph(_) => TATU_KIND_GRAPH,
             Data::Script => TATU_KIND_SCRIPT,
         }
@@ -162,6 +162,9 @@ pub struct Shape {
     pub initial_angular_velocity: Vector3<f64>,
     /// Share of its velocity, and of its angular velocity, that it loses in a second, 1/s.
     pub damping: [f64; 2],
+    /// Its number of the material is known to the engine alone.
+    pub surface: Surface,
+    pub material: String,
     /// Which beams see it, if it is detectable.
     pub detectable_mask: u16,
     pub collide_as: Option<Primitive>,
@@ -193,6 +196,8 @@ impl Default for Shape {
             initial_velocity: Vector3::zeros(),
             initial_angular_velocity: Vector3::zeros(),
             damping: [0.0; 2],
+            surface: Surface::default(),
+            material: String::new(),
             collide_as: None,
             collide_size: Vector3::zeros(),
             body: Body(None),
@@ -275,6 +280,7 @@ pub enum Control {
     Position,
     Force,
     Callback,
+    Spring,
 }
 
 /// A joint; rad and N m, or m and N. What changes in each step lies in one cache line.
@@ -299,6 +305,10 @@ pub struct Joint {
     pub max_velocity: f64,
     pub limits: Option<(f64, f64)>,
     pub follow: Follow,
+    /// Of its position controller, P, I and D.
+    pub gains: Option<[f64; 3]>,
+    /// Metres along its axis for a whole turn, if it is a screw.
+    pub lead: f64,
     /// Damping, dry friction, armature and spring.
     pub passive: Passive,
 }
@@ -320,6 +330,8 @@ impl Default for Joint {
             limits: None,
             slip: 0.0,
             follow: Follow::default(),
+            gains: None,
+            lead: 0.0,
             passive: Passive::default(),
             id: None,
         }
@@ -327,11 +339,15 @@ impl Default for Joint {
 }
 
 impl Joint {
+    /// Metres along its axis for each radian; 0 if it is no screw.
+    pub fn lead_per_radian(&self) -> f64 {
+        if self.kind == JointType::Revolute { self.lead / std::f64::consts::TAU } else { 0.0 }
+    }
     /// What its position does to the frame of its children.
     pub fn motion(&self) -> Isometry3<f64> {
         match self.kind {
             JointType::Revolute => Isometry3::from_parts(
-                Translation3::identity(),
+                Translation3::new(0.0, 0.0, self.lead_per_radian() * self.position),
                 UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.position),
             ),
             JointType::Prismatic => Isometry3::translation(0.0, 0.0, self.position),

@@ -69,7 +69,7 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
         (Row::JointType, Data::Joint(j)) => Value::text(j.kind.name()),
         (Row::JointMode, Data::Joint(j)) => Value::text(if j.dynamic { "dynamic" } else { "kinematic" }),
         (Row::Control, Data::Joint(j)) => {
-            let names = ["free", "velocity", "position", "force", "callback"];
+            let names = ["free", "velocity", "position", "force", "callback", "spring"];
             Value::text(names[j.control as usize])
         }
         (Row::Cyclic, Data::Joint(j)) => Value::Bool(j.limits.is_none() && j.kind == JointType::Revolute),
@@ -77,6 +77,18 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
             let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
             floats(&[low, high])
         }
+        (Row::JointRotation, Data::Joint(j)) => floats(j.rotation.coords.as_slice()),
+        (Row::Gains, Data::Joint(j)) => j.gains.map_or(floats(&[]), |g| floats(&g)),
+        (Row::Geared, Data::Joint(j)) => Value::Bool(j.follow.geared),
+        (Row::ForceFilter, Data::ForceSensor(f)) => Value::text(if f.median { "median" } else { "mean" }),
+        (Row::ForceSamples, Data::ForceSensor(f)) => Value::Int(f.samples as i64),
+        (Row::BreakCount, Data::ForceSensor(f)) => Value::Int(f.break_count.into()),
+        (Row::Broken, Data::ForceSensor(f)) => Value::Bool(f.broken),
+        (Row::SensedCount, Data::ForceSensor(f)) => Value::Bool(f.measured),
+        (Row::SensedForce, Data::ForceSensor(f)) => floats(&f.force),
+        (Row::SensedTorque, Data::ForceSensor(f)) => floats(&f.torque),
+        (Row::BreakForce, Data::ForceSensor(f)) => Value::Float(f.break_force),
+        (Row::BreakTorque, Data::ForceSensor(f)) => Value::Float(f.break_torque),
         (Row::Follows, Data::Joint(j)) => Value::text(&j.follow.master),
         (Row::FollowCurve, Data::Joint(j)) => floats(&j.follow.curve),
         (_, Data::Joint(_)) => {
@@ -134,6 +146,12 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
         Row::InitialAngularVelocity => Value::Floats(s.initial_angular_velocity.iter().copied().collect()),
         Row::LinearDamping => Value::Float(s.damping[0]),
         Row::AngularDamping => Value::Float(s.damping[1]),
+        Row::SurfaceVelocity => Value::Floats(s.surface.velocity.iter().copied().collect()),
+        Row::FrictionAxis => Value::Floats(s.surface.axis.unwrap_or_default().iter().copied().collect()),
+        Row::AxisFriction => Value::Float(s.surface.axis_friction),
+        Row::RollingFriction => Value::Float(s.surface.rolling_friction),
+        Row::SpinningFriction => Value::Float(s.surface.spinning_friction),
+        Row::Material => Value::text(&s.material),
         Row::JointSolver => Value::text(s.joint_solver.name()),
         Row::CollideAs => Value::text(s.collide_as.map_or("same", Primitive::name)),
         Row::CollideSize => Value::Floats(s.collide_size.iter().copied().collect()),
@@ -161,6 +179,10 @@ pub fn numbers(scene: &Scene, slot: u32, row: Row, out: &mut [f64]) -> Option<us
         (Row::Armature, Data::Joint(j)) => put(out, &[j.passive.armature]),
         (Row::Stiffness, Data::Joint(j)) => put(out, &[j.passive.stiffness]),
         (Row::RestPosition, Data::Joint(j)) => put(out, &[j.passive.rest]),
+        (Row::NoLoadSpeed, Data::Joint(j)) => put(out, &[j.passive.no_load_speed]),
+        (Row::Lead, Data::Joint(j)) => put(out, &[j.lead]),
+        (Row::SensedForce, Data::ForceSensor(f)) => put(out, &f.force),
+        (Row::SensedTorque, Data::ForceSensor(f)) => put(out, &f.torque),
         (Row::FollowFactor, Data::Joint(j)) => put(out, &[j.follow.factor]),
         (Row::FollowOffset, Data::Joint(j)) => put(out, &[j.follow.offset]),
         (Row::Position, _) => put(out, scene.local(slot).translation.vector.as_slice()),

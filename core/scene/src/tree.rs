@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
-use super::{Data, Object, moves::Moves, names::NameIndex, transforms::Transforms};
+use super::{Data, FrictionPair, Object, moves::Moves, names::NameIndex, transforms::Transforms};
 
 /// An object's id at the border: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -54,6 +54,8 @@ pub struct Scene {
     /// Grows with every change of a sensor's own settings.
     #[serde(skip)]
     pub sensor_version: u64,
+    /// Friction by material.
+    pub friction_pairs: Vec<FrictionPair>,
     /// Free data of the world itself, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     #[serde(skip)]
@@ -69,6 +71,7 @@ pub struct Scene {
 impl Default for Scene {
     fn default() -> Self {
         Scene {
+            friction_pairs: Vec::new(),
             slots: vec![Slot { object: None, last: String::new() }],
             places: Transforms::default(),
             free: VecDeque::new(),

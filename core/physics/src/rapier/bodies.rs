@@ -18,7 +18,7 @@ use super::{
     respond::{self, Tag},
     sleep,
 };
-use crate::{BodyDesc, BodyId, Engine, JointId, MassProps, Motion, Respond, convert};
+use crate::{BodyDesc, BodyId, Engine, FrictionRule, JointId, MassProps, Motion, Respond, Surface, convert};
 
 /// A body of ours.
 #[derive(Clone, Copy, Serialize, Deserialize)]
@@ -156,6 +156,10 @@ impl Rapier {
         if desc.respond.mask != 0 {
             self.add_colliders(id, desc);
             self.join_tree(id);
+            if desc.surface != Surface::default() {
+                self.tables.surfaces.insert(id, desc.surface);
+                self.watch_pairs(id);
+            }
         }
         // Rapier would do so in the next step; drives ask for the centre of mass before.
         self.world.bodies[handle].recompute_mass_properties_from_colliders(&self.world.colliders);
@@ -178,7 +182,12 @@ impl Rapier {
                 // The mass is the body's, told outright.
                 .density(0.0)
                 .friction(part.friction.unwrap_or(desc.friction))
-                .friction_combine_rule(CoefficientCombineRule::Multiply)
+                .friction_combine_rule(match self.tables.friction_rule {
+                    FrictionRule::Product => CoefficientCombineRule::Multiply,
+                    FrictionRule::Mean => CoefficientCombineRule::Average,
+                    FrictionRule::Least => CoefficientCombineRule::Min,
+                    FrictionRule::Greatest => CoefficientCombineRule::Max,
+                })
                 .restitution(desc.restitution)
                 .restitution_combine_rule(CoefficientCombineRule::Multiply)
                 .collision_groups(respond::groups(desc.respond.mask, false))
@@ -251,6 +260,7 @@ impl Rapier {
         for joint in gone {
             self.remove_joint(joint);
         }
+        self.release(body);
         self.world.remove_body(record.handle);
         self.tables.bodies[body.0 as usize] = None;
         self.forget_velocity(body);
@@ -355,12 +365,18 @@ fn sound_mass(mass: &MassProps) -> bool {
     mass.mass.is_finite() && finite(&mass.com.coords) && mass.inertia.iter().all(|x| x.is_finite())
 }
 
+pub(super) fn sound_surface(s: &Surface) -> bool {
+    let numbers = [s.axis_friction, s.rolling_friction, s.spinning_friction];
+    finite(&s.velocity) && s.axis.is_none_or(|a| finite(&a)) && numbers.iter().all(|x| x.is_finite() && *x >= 0.0)
+}
+
 fn sound(desc: &BodyDesc) -> bool {
     sound_pose(&desc.pose)
         && finite(&desc.linear_velocity)
         && finite(&desc.angular_velocity)
         && desc.friction.is_finite()
         && desc.restitution.is_finite()
+        && sound_surface(&desc.surface)
         && (desc.motion != Motion::Dynamic || sound_mass(&desc.mass))
         && desc.parts.iter().all(|part| sound_pose(&part.pose))
 }

@@ -10,11 +10,11 @@ use rapier3d::{
 use serde::{Deserialize, Serialize};
 
 use super::reduced::Reduced;
-use crate::{BodyId, Drive, JointDesc, JointForm, JointKind, Passive};
+use crate::{BodyId, Drive, JointDesc, JointForm, JointKind, Passive, Tracking};
 
 /// N m s/rad or N s/m. So stiff that a motor below its limit misses its speed by less than its load divided by this:
 /// 1e-6 rad/s at 1000 N m. It is a hard constraint in all but name, and stays well inside f64's range.
-const MOTOR_DAMPING: f64 = 1e9;
+pub(super) const MOTOR_DAMPING: f64 = 1e9;
 
 /// A speed that no joint reaches, so that a motor told to reach it exerts its whole limit, always.
 const NEVER_REACHED: f64 = 1e6;
@@ -45,10 +45,24 @@ pub(super) struct JointRecord {
     pub frames: (Pose, Pose),
     pub passive: Passive,
     pub limited: bool,
+    /// Whether it is geared to another joint.
+    pub geared: bool,
+    /// Whether it holds bodies together that other joints hold as well.
+    pub closes_loop: bool,
     /// What was asked for.
     pub drive: Drive,
     /// What a position drive is doing about it.
     pub phase: Phase,
+    /// What its controller remembers.
+    pub memory: Memory,
+    /// Where it stood before the step, rad or m, and how fast it moved, where its drive's limit depends on that.
+    pub place: f64,
+    /// rad/s or m/s.
+    pub speed: f64,
+    /// Whether its drive reached that limit in the last step.
+    pub at_limit: bool,
+    /// Dry friction that is taken off the drive's limit instead of having a row of its own, N m or N.
+    pub folded: f64,
     /// Whether the engine has yet to be told of `drive`.
     pub changed: bool,
 }
@@ -83,12 +97,21 @@ pub(super) enum Phase {
     Forward,
     Backward,
     Hold,
+    /// At the velocity that its controller asks for, rad/s or m/s.
+    Track(f64),
+}
+
+/// Sum of the error, rad s or m s, and the last error, rad or m, of a controller.
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
+pub(super) struct Memory {
+    sum: f64,
+    last: Option<f64>,
 }
 
 impl JointKind {
     pub(super) fn free_axis(self) -> Option<JointAxis> {
         match self {
-            JointKind::Revolute => Some(JointAxis::AngZ),
+            JointKind::Revolute | JointKind::Screw(_) => Some(JointAxis::AngZ),
             JointKind::Prismatic => Some(JointAxis::LinZ),
             JointKind::Fixed | JointKind::Spherical => None,
         }
@@ -99,6 +122,7 @@ pub(super) fn build(desc: &JointDesc, frames: (Pose, Pose)) -> GenericJoint {
     let free = desc.kind.free_axis();
     let freed = match desc.kind {
         JointKind::Spherical => JointAxesMask::ANG_AXES,
+        JointKind::Screw(_) => JointAxesMask::ANG_Z | JointAxesMask::LIN_Z,
         _ => free.map_or(JointAxesMask::empty(), JointAxesMask::from),
     };
     let mut joint = GenericJoint::new(JointAxesMask::LOCKED_FIXED_AXES & !freed);
@@ -141,8 +165,9 @@ pub(super) fn sane(drive: Drive) -> Drive {
     let good = match drive {
         Drive::Free => true,
         Drive::Velocity { target, max_force, slip } => target.is_finite() && max_force > 0.0 && slip >= 0.0,
-        Drive::Position { target, max_force, max_velocity } => {
-            target.is_finite() && max_force > 0.0 && max_velocity > 0.0
+        Drive::Position { target, max_force, max_velocity, tracking } => {
+            let sane = |t: Tracking| [t.p, t.i, t.d, t.velocity].iter().all(|x| x.is_finite());
+            target.is_finite() && max_force > 0.0 && max_velocity > 0.0 && tracking.is_none_or(sane)
         }
         Drive::Force(force) => force.is_finite() && force != 0.0,
     };
@@ -157,7 +182,7 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
     let motor = |target_vel: f64, max_force: f64| JointMotor {
         target_vel,
         damping: MOTOR_DAMPING,
-        max_force: max_force.min(f64::MAX),
+        max_force: (max_force - record.folded).min(f64::MAX),
         model: MotorModel::ForceBased,
         ..JointMotor::default()
     };
@@ -178,7 +203,8 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
         Drive::Velocity { target, max_force, .. } => motor(target, max_force),
         // The same force on both bodies, along the axis as it is in each sub-step.
         Drive::Force(force) => motor(NEVER_REACHED.copysign(force), force.abs()),
-        Drive::Position { target, max_force, max_velocity } => match record.phase {
+        Drive::Position { target, max_force, max_velocity, .. } => match record.phase {
+            Phase::Track(velocity) => motor(velocity, max_force),
             Phase::Forward => motor(max_velocity, max_force),
             Phase::Backward => motor(-max_velocity, max_force),
             Phase::Hold => {
@@ -186,8 +212,52 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
             }
         },
     };
+    let motor = match record.passive.no_load_speed > 0.0 {
+        true => weakened(motor, record),
+        false => motor,
+    };
     joint.motor_axes |= axis.into();
     joint.motors[axis as usize] = motor;
+}
+
+/// A motor whose limit falls with its speed. Where it had reached the limit it follows the line of torque over speed, which
+/// a row that gives way by a damping is, so that it settles at the speed at which the line meets the load.
+fn weakened(motor: JointMotor, record: &JointRecord) -> JointMotor {
+    let (no_load, speed) = (record.passive.no_load_speed, record.speed);
+    let wanted = wanted(record, record.place).unwrap_or(motor.target_vel);
+    let direction = 1.0f64.copysign(wanted - speed);
+    // A motor that brakes has its whole limit.
+    if direction * speed < 0.0 {
+        return motor;
+    }
+    if record.at_limit {
+        let damping = motor.max_force / no_load;
+        return JointMotor { target_vel: direction * no_load, damping, stiffness: 0.0, ..motor };
+    }
+    JointMotor { max_force: motor.max_force * (1.0 - direction * speed / no_load).max(0.0), ..motor }
+}
+
+/// Dry friction that a drive takes upon itself. Rapier solves the row of a drive before that of the friction, once in each
+/// sub-step: a light wheel would lag behind its motor by friction * sub-step / inertia.
+pub(super) fn folded(record: &JointRecord) -> f64 {
+    let limit = match record.drive {
+        Drive::Velocity { max_force, slip: 0.0, .. } | Drive::Position { max_force, .. } => max_force,
+        _ => return 0.0,
+    };
+    if limit > record.passive.friction && !record.at_limit { record.passive.friction } else { 0.0 }
+}
+
+/// The velocity that a drive wants at `position`; `None`: more than there is.
+pub(super) fn wanted(record: &JointRecord, position: f64) -> Option<f64> {
+    match (record.drive, record.phase) {
+        (Drive::Velocity { target, .. }, _) => Some(target),
+        (Drive::Position { .. }, Phase::Track(velocity)) => Some(velocity),
+        // Near its target it wants what is left of the way in its settling time.
+        (Drive::Position { target, .. }, Phase::Hold) => Some((target - position) / SETTLE_TIME),
+        (Drive::Position { max_velocity, .. }, Phase::Forward) => Some(max_velocity),
+        (Drive::Position { max_velocity, .. }, Phase::Backward) => Some(-max_velocity),
+        (Drive::Free | Drive::Force(_), _) => None,
+    }
 }
 
 /// How often more a driven joint must be gone through in each sub-step.
@@ -214,31 +284,42 @@ pub(super) fn iterations(frames: (Pose, Pose), a: &RigidBody, b: &RigidBody) -> 
     if q.is_nan() || q < 1.01 { 0 } else { (6.0 * (q - 1.0)).ceil().min(MOST_ITERATIONS) as usize }
 }
 
-/// What a position drive has to do at `position`.
-pub(super) fn phase(record: &JointRecord, position: f64) -> Phase {
-    let Drive::Position { target, max_velocity, .. } = record.drive else {
-        return record.phase;
+/// What a position drive has to do at `position` for the next `dt`, s, and what its controller then remembers.
+pub(super) fn phase(record: &JointRecord, position: f64, dt: f64) -> (Phase, Memory) {
+    let Drive::Position { target, max_velocity, tracking, .. } = record.drive else {
+        return (record.phase, record.memory);
     };
     let mut way = target - position;
     // A joint without limits takes the shorter way round.
     if record.kind == JointKind::Revolute && !record.limited {
         way = wrap(way);
     }
+    if let Some(t) = tracking {
+        let Memory { sum, last } = record.memory;
+        let next = sum + way * dt;
+        let change = last.map_or(0.0, |l| (way - l) / dt);
+        let wanted = t.p * way + t.i * next + t.d * change + t.velocity;
+        let velocity = wanted.clamp(-max_velocity, max_velocity);
+        // At its highest velocity the error is not summed up: it would have to be made up for later.
+        let sum = if velocity == wanted { next } else { sum };
+        return (Phase::Track(velocity), Memory { sum, last: Some(way) });
+    }
     // Holding starts where it is no faster than allowed. It ends a little further out, so that the two do not
     // take turns.
     let near = max_velocity * SETTLE_TIME;
     let hold = if record.phase == Phase::Hold { way.abs() <= 1.1 * near } else { way.abs() <= near };
-    match hold {
+    let phase = match hold {
         true => Phase::Hold,
         false if way > 0.0 => Phase::Forward,
         false => Phase::Backward,
-    }
+    };
+    (phase, Memory::default())
 }
 
 /// Position of a joint whose frames on both bodies stand so in the world.
 pub(super) fn position(kind: JointKind, frame_a: &Pose, frame_b: &Pose) -> f64 {
     match kind {
-        JointKind::Revolute => {
+        JointKind::Revolute | JointKind::Screw(_) => {
             let q = frame_a.rotation.inverse() * frame_b.rotation;
             // nalgebra's function is the same on every system, the standard library's is not.
             wrap(2.0 * nalgebra::RealField::atan2(q.z, q.w))

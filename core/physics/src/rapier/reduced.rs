@@ -18,7 +18,7 @@ use rapier3d::{
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Drive, JointDesc, Motion, Rapier,
+    Drive, JointDesc, Motion, Rapier, gears,
     joints::{self, JointRecord},
     push::Before,
 };
@@ -58,15 +58,21 @@ impl Rapier {
     pub(super) fn add_reduced(&mut self, desc: &JointDesc, data: GenericJoint) -> Option<Reduced> {
         let (a, b) = (*self.record(desc.a)?, *self.record(desc.b)?);
         let anchored = a.motion == Motion::Static;
-        let parent = match anchored {
-            true => {
+        // Joints that are geared to each other must be of one mechanism.
+        let shared = self.tables.joints.iter().flatten().find_map(|r| {
+            let other = r.reduced()?;
+            (desc.geared && r.geared && other.anchored && r.bodies.0 == desc.a).then_some(other.parent)
+        });
+        let parent = match (anchored, shared) {
+            (true, Some(anchor)) => anchor,
+            (true, None) => {
                 let pose = *self.world.bodies[a.handle].position();
                 self.world.insert_body(RigidBodyBuilder::fixed().pose(pose))
             }
-            false => a.handle,
+            (false, _) => a.handle,
         };
         let Some(handle) = self.world.insert_multibody_joint(parent, b.handle, data) else {
-            if anchored {
+            if anchored && shared.is_none() {
                 self.world.remove_body(parent);
             }
             return None;
@@ -75,7 +81,11 @@ impl Rapier {
             && let Some(link) = multibody.link(id)
         {
             let (first, count) = (link.assembly_id(), link.joint().ndofs());
-            for i in first..first + count {
+            let own = match desc.kind {
+                JointKind::Spherical => first..first + count,
+                kind => first + gears::coordinate(kind).0..(first + count).max(first + gears::coordinate(kind).0),
+            };
+            for i in own {
                 multibody.damping_mut()[i] = desc.passive.damping.max(0.0);
                 multibody.frictions_mut()[i] = desc.passive.friction.max(0.0);
                 multibody.armature_mut()[i] = desc.passive.armature.max(0.0);
@@ -95,7 +105,8 @@ impl Rapier {
             self.world.remove_impulse_joint(motor);
         }
         self.world.remove_multibody_joint(joint.handle);
-        if joint.anchored {
+        let others = self.tables.joints.iter().flatten().filter_map(JointRecord::reduced);
+        if joint.anchored && !others.into_iter().any(|o| o.parent == joint.parent) {
             self.world.remove_body(joint.parent);
         }
         // What hung on it goes on as it moved.
@@ -115,7 +126,8 @@ impl Rapier {
             }
             let Some((multibody, id)) = self.world.multibody_joints.get_mut(reduced.handle) else { continue };
             let mobility = multibody.dof_inverse_inertia(&self.world.bodies);
-            let Some(row) = multibody.link(id).map(|l| l.assembly_id()) else { continue };
+            let place = gears::coordinate(record.kind).0;
+            let Some(row) = multibody.link(id).map(|l| l.assembly_id() + place) else { continue };
             let slow = mobility.get(row).is_some_and(|m| stiffness * m * h * h < SLOW_SPRING);
             multibody.damping_mut()[row] = if slow { damping - stiffness * h } else { damping };
         }
@@ -206,7 +218,7 @@ impl Rapier {
         let joints = &mut self.tables.joints;
         self.tables.driven.retain(|id| {
             let Some(Some(record)) = joints.get_mut(id.0 as usize) else { return false };
-            let (axis, drive) = (record.kind.free_axis(), record.drive);
+            let (axis, drive, no_load) = (record.kind.free_axis(), record.drive, record.passive.no_load_speed);
             let Some(joint) = record.reduced_mut() else { return false };
             let (Some(axis), true) = (axis, drive != Drive::Free) else {
                 (joint.carried, joint.effort) = (0.0, 0.0);
@@ -215,8 +227,9 @@ impl Rapier {
             let Some(motor) = joint.motor.and_then(|m| world.impulse_joints.get(m)) else { return true };
             // Rapier's impulses slow the second body down.
             joint.effort = joint.carried - motor.data.motors[axis as usize].impulse / substep;
+            let weakening = no_load > 0.0;
             joint.carried = match limit(drive) {
-                Some(limit) if joint.effort.is_finite() => {
+                Some(limit) if joint.effort.is_finite() && !weakening => {
                     let most = CARRIED_SHARE * limit.min(f64::MAX);
                     joint.effort.clamp(-most, most)
                 }
@@ -275,6 +288,18 @@ fn find_coordinates_of(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
                             .dot(axis),
                     ),
                 };
+            }
+            // A screw.
+            2 => {
+                let axis = frame_a.rotation * Vector::Z;
+                let coordinates = link.joint().coords();
+                let angle = joints::position(JointKind::Revolute, &frame_a, &frame_b);
+                way[0] = joints::position(JointKind::Prismatic, &frame_a, &frame_b) - coordinates[2];
+                way[1] = joints::wrap(angle - coordinates[5]);
+                let slide =
+                    child.velocity_at_point(frame_b.translation) - parent.velocity_at_point(frame_b.translation);
+                velocities[first] = slide.dot(axis);
+                velocities[first + 1] = (child.angvel() - parent.angvel()).dot(axis);
             }
             3 => {
                 let turn = frame_a.rotation.inverse() * frame_b.rotation * link.joint().joint_rot().inverse();

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 use rapier3d::{
-    geometry::{Collider, ContactManifold, ContactPair, PairContacts},
+    geometry::{ColliderHandle, ContactManifold, ContactPair, PairContacts},
+    math::Vector,
     pipeline::PhysicsWorld,
 };
 
@@ -11,13 +12,11 @@ use crate::{BodyId, Contact, convert};
 
 pub(super) fn contacts(world: &PhysicsWorld, out: &mut Vec<Contact>) {
     out.clear();
-    // Impulses are summed over the sub-steps.
-    let step = world.integration_parameters.dt;
     for pair in world.narrow_phase.contact_pairs() {
         let PairContacts::Rigid(rigid) = &pair.contacts else {
             continue;
         };
-        out.extend(rigid.solver_manifolds().iter().filter_map(|m| contact(world, pair, m, step)));
+        out.extend(rigid.solver_manifolds().iter().filter_map(|m| contact(world, pair, m)));
     }
     // The engine's order of pairs depends on the past. A total order without allocation: equal bodies by place.
     out.sort_unstable_by(|l, r| {
@@ -28,40 +27,77 @@ pub(super) fn contacts(world: &PhysicsWorld, out: &mut Vec<Contact>) {
     });
 }
 
-/// One face of contact: where its force acts, or its middle if there is none.
-fn contact(world: &PhysicsWorld, pair: &ContactPair, face: &ContactManifold, step: f64) -> Option<Contact> {
-    let (first, second) = (&world.colliders[pair.collider1], &world.colliders[pair.collider2]);
+/// The body of a collider.
+pub(super) fn body_of(world: &PhysicsWorld, collider: ColliderHandle) -> Option<BodyId> {
+    Some(BodyId(Tag::unpack(world.colliders.get(collider)?.user_data).body))
+}
+
+/// What a face of contact exerted in the last step.
+pub(super) struct Face {
+    /// Where its normal force acts, or its middle if there is none.
+    pub point: Vector,
+    /// N.
+    pub force: f64,
+    /// On the second body, N.
+    pub friction: Vector,
+    /// Mean distance of what presses from that point, m.
+    pub radius: f64,
+}
+
+/// `None` where the two do not touch.
+pub(super) fn face(world: &PhysicsWorld, pair: &ContactPair, face: &ContactManifold) -> Option<Face> {
+    // Normal impulses are summed over the sub-steps, those of friction are the last one's.
+    let step = world.integration_parameters.dt;
+    let substep = step / world.integration_parameters.num_solver_iterations as f64;
+    let body = |c: ColliderHandle| {
+        let handle = world.colliders.get(c)?.parent()?;
+        Some((handle, world.bodies.get(handle)?))
+    };
     // Rapier finds contacts before it moves the bodies, and keeps them while these move little. What stays right is
     // the arm from the centre of mass of a body that moves.
-    let body = |c: &Collider| c.parent().and_then(|b| world.bodies.get(b));
-    let (on_first, arm_of) = match (body(first)?, body(second)?) {
-        (a, _) if a.is_dynamic() => (true, a),
-        (_, b) => (false, b),
-    };
-    let mut force = 0.0;
-    let mut weights = 0.0;
-    let mut sum = Vector3::zeros();
+    let (a, b) = (body(pair.collider1)?, body(pair.collider2)?);
+    let (on_first, arm_of) = if a.1.is_dynamic() { (true, a.1) } else { (false, b.1) };
+    let in_mechanism = [a.0, b.0].iter().any(|h| world.multibody_joints.rigid_body_link(*h).is_some());
+    let (mut force, mut weights, mut sum, mut friction) = (0.0, 0.0, Vector::ZERO, Vector::ZERO);
+    let mut count = 0;
     for point in &face.points {
         // Rapier also keeps points that may touch in the next step.
         if point.data.impulse <= 0.0 && point.dist > 0.0 {
             continue;
         }
-        let place = arm_of.center_of_mass() + if on_first { point.data.solver_dp1 } else { point.data.solver_dp2 };
+        let arm = if on_first { point.data.solver_dp1 } else { point.data.solver_dp2 };
         let weight = point.data.impulse.max(f64::MIN_POSITIVE);
         force += point.data.impulse / step;
         weights += weight;
-        sum += convert::vector_back(place) * weight;
+        sum += (arm_of.center_of_mass() + arm) * weight;
+        // Between free bodies rapier has one row of friction for four points, and writes it to each of them.
+        if in_mechanism || count % 4 == 0 {
+            friction -= point.data.warmstart_tangent_world / substep;
+        }
+        count += 1;
     }
-    if weights == 0.0 {
+    if weights <= 0.0 {
         return None;
     }
-    let bodies = [first, second].map(|c| BodyId(Tag::unpack(c.user_data).body));
+    let centre = sum / weights;
+    let spread = face.points.iter().filter(|p| p.data.impulse > 0.0).map(|p| {
+        let arm = if on_first { p.data.solver_dp1 } else { p.data.solver_dp2 };
+        (arm_of.center_of_mass() + arm - centre).length() * p.data.impulse
+    });
+    let radius = spread.sum::<f64>() / weights;
+    Some(Face { point: centre, force, friction, radius })
+}
+
+fn contact(world: &PhysicsWorld, pair: &ContactPair, manifold: &ContactManifold) -> Option<Contact> {
+    let bodies = [body_of(world, pair.collider1)?, body_of(world, pair.collider2)?];
+    let Face { point, force, friction, .. } = face(world, pair, manifold)?;
     let swap = bodies[0] > bodies[1];
-    let normal = convert::vector_back(face.data.normal);
+    let side = |v: Vector3<f64>| if swap { -v } else { v };
     Some(Contact {
         bodies: if swap { (bodies[1], bodies[0]) } else { (bodies[0], bodies[1]) },
-        point: (sum / weights).into(),
-        normal: if swap { -normal } else { normal },
+        point: convert::vector_back(point).into(),
+        normal: side(convert::vector_back(manifold.data.normal)),
         force,
+        friction: side(convert::vector_back(friction)),
     })
 }

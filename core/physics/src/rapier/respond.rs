@@ -8,10 +8,11 @@ use std::collections::BTreeMap;
 use rapier3d::{
     dynamics::RigidBodyHandle,
     geometry::{Group, InteractionGroups, InteractionTestMode, SolverFlags},
+    math::Vector,
     pipeline::{ContactModificationContext, PairFilterContext, PhysicsHooks},
 };
 
-use crate::{BodyId, PairRule, Respond};
+use crate::{BodyId, MaterialPair, PairRule, Respond, Surface, convert};
 
 /// What the filter must know of a collider, kept in its user data: body id, tree and mask.
 #[derive(Clone, Copy)]
@@ -49,17 +50,29 @@ pub(super) fn groups(mask: u16, low_too: bool) -> InteractionGroups {
     InteractionGroups::new(group, group, InteractionTestMode::And)
 }
 
-/// The filter: masks, then the rules of pairs. Both are part of the engine's state, so that it gives the same answer on
-/// every thread and after a restore.
-pub(super) struct PairFilter<'a>(pub &'a BTreeMap<(BodyId, BodyId), PairRule>);
+/// The filter: masks, then materials and surfaces, then the rules of pairs. All are part of the engine's state, so that it
+/// gives the same answer on every thread and after a restore.
+pub(super) struct PairFilter<'a> {
+    pub pairs: &'a BTreeMap<(BodyId, BodyId), PairRule>,
+    pub surfaces: &'a BTreeMap<BodyId, Surface>,
+    pub materials: &'a [MaterialPair],
+}
 
 impl PairFilter<'_> {
     fn rule(&self, a: Tag, b: Tag) -> Option<&PairRule> {
-        if self.0.is_empty() {
+        if self.pairs.is_empty() {
             return None;
         }
-        self.0.get(&(BodyId(a.body.min(b.body)), BodyId(a.body.max(b.body))))
+        self.pairs.get(&(BodyId(a.body.min(b.body)), BodyId(a.body.max(b.body))))
     }
+}
+
+/// Friction and restitution of two materials.
+pub(super) fn of_materials(pairs: &[MaterialPair], a: u32, b: u32) -> Option<&MaterialPair> {
+    if a == 0 || b == 0 {
+        return None;
+    }
+    pairs.iter().find(|p| p.materials == (a, b) || p.materials == (b, a))
 }
 
 impl PhysicsHooks for PairFilter<'_> {
@@ -78,7 +91,30 @@ impl PhysicsHooks for PairFilter<'_> {
     fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
         let a = Tag::unpack(context.colliders[context.collider1].user_data);
         let b = Tag::unpack(context.colliders[context.collider2].user_data);
-        let (Some(rule), Some(face)) = (self.rule(a, b), context.rigid_mut()) else { return };
+        let (first, second) = (self.surfaces.get(&BodyId(a.body)), self.surfaces.get(&BodyId(b.body)));
+        let rule = self.rule(a, b).copied();
+        let (bodies, handles) = (context.bodies, [context.rigid_body1, context.rigid_body2]);
+        let Some(face) = context.rigid_mut() else { return };
+        let material = |s: Option<&Surface>| s.map_or(0, |s| s.material);
+        if let Some(pair) = of_materials(self.materials, material(first), material(second)) {
+            *face.friction = pair.friction;
+            *face.restitution = pair.restitution.unwrap_or(*face.restitution);
+        }
+        // The second body is to move over the first one as the belts do.
+        let belt = |s: Option<&Surface>, h: Option<RigidBodyHandle>| match (s, h.and_then(|h| bodies.get(h))) {
+            (Some(s), Some(body)) => body.position().rotation * convert::vector(&s.velocity),
+            _ => Vector::ZERO,
+        };
+        let belts = belt(first, handles[0]) - belt(second, handles[1]);
+        if belts != Vector::ZERO {
+            let along = belts - *face.normal * belts.dot(*face.normal);
+            face.solver_contacts.iter_mut().for_each(|c| c.tangent_velocity += along);
+        }
+        // Friction by axis has rows of its own.
+        if [first, second].iter().any(|s| s.is_some_and(|s| s.axis.is_some())) {
+            *face.friction = 0.0;
+        }
+        let Some(rule) = rule else { return };
         if let Some(friction) = rule.friction {
             *face.friction = friction;
         }

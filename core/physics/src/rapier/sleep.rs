@@ -1,6 +1,6 @@
 //! Who may sleep: what rests on something. A body that drifts slowly through space keeps drifting.
 
-use rapier3d::dynamics::RigidBody;
+use rapier3d::dynamics::{RigidBody, RigidBodyHandle};
 
 use super::Rapier;
 use crate::Motion;
@@ -28,6 +28,21 @@ impl Rapier {
             set(&mut self.world.bodies[record.handle], self.tables.sleep);
         }
         self.world.wake_up_all(true);
+    }
+
+    /// Wakes what touches a body.
+    pub(super) fn wake_touching(&mut self, handle: RigidBodyHandle) {
+        let world = &self.world;
+        let mut touching = Vec::new();
+        for collider in world.bodies[handle].colliders() {
+            for pair in world.narrow_phase.contact_pairs_with(*collider) {
+                let bodies = [pair.collider1, pair.collider2].map(|c| world.colliders.get(c).and_then(|c| c.parent()));
+                touching.extend(bodies.into_iter().flatten());
+            }
+        }
+        for handle in touching {
+            self.world.wake_up(handle, true);
+        }
     }
 
     /// Keeps those awake that touch nothing.

@@ -34,7 +34,7 @@ pub use build::Target;
 pub use overrides::{Override, ScriptOverride};
 pub use presets::{Setting, settings as preset_settings};
 pub use services::{ServiceOverride, ServiceSpec};
-pub use settings::Settings;
+pub use settings::{FRICTION_RULES, FrictionPair, Settings};
 pub use sources::Sources;
 pub use toml::{Options, load, plugin_folders};
 
@@ -156,6 +156,7 @@ impl Document {
     /// The live tree that it describes, and the slot of each object.
     pub fn instantiate(&self) -> (Scene, Vec<u32>) {
         let mut scene = Scene::default();
+        scene.friction_pairs.clone_from(&self.settings.friction_pairs);
         let mut slots = Vec::with_capacity(self.objects.len());
         for spec in &self.objects {
             use tatu_plugin_api::abi::*;
@@ -168,7 +169,7 @@ impl Document {
                     // Filled when its device is made.
                     commands: Vec::new(),
                 }),
-                TATU_KIND_FORCE_SENSOR => Data::ForceSensor,
+                TATU_KIND_FORCE_SENSOR => Data::ForceSensor(Box::default()),
                 TATU_KIND_GRAPH => Data::Graph(Box::default()),
                 _ => Data::Dummy(None),
             };

@@ -105,7 +105,7 @@ pub(super) fn apply(
             if let ("dialect", Value::Text(t)) = (entry.0.key.as_str(), &value) {
                 registry.check_dialect(None, &String::from_utf8_lossy(t)).map_err(at)?;
             }
-            settings::apply(&mut document.settings, &entry.0.key, &value);
+            settings::apply(&mut document.settings, &entry.0.key, &value).map_err(at)?;
             continue;
         }
         let object = find(document, o.from, &o.path).map_err(at)?;

@@ -7,8 +7,63 @@ use std::{
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use tatu_errors::{Error, Result};
+use tatu_physics::FrictionRule;
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::Declared;
+
+/// Rules for the friction of a pair, as scene files write them.
+pub const FRICTION_RULES: [(&str, FrictionRule); 4] = [
+    ("product", FrictionRule::Product),
+    ("mean", FrictionRule::Mean),
+    ("least", FrictionRule::Least),
+    ("greatest", FrictionRule::Greatest),
+];
+
+/// Friction and restitution where two materials touch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrictionPair {
+    /// Names of the materials, in any order.
+    pub materials: [String; 2],
+    /// Coulomb friction coefficient.
+    pub friction: f64,
+    /// Restitution, 0 to 1; `None`: as the shapes say.
+    pub restitution: Option<f64>,
+}
+
+impl FrictionPair {
+    /// The same, for who asks.
+    pub fn to_value(&self) -> Value {
+        let [a, b] = &self.materials;
+        let mut items = vec![Value::text(a), Value::text(b), Value::Float(self.friction)];
+        items.extend(self.restitution.map(Value::Float));
+        Value::List(items)
+    }
+    /// As scene files write it: `["rubber", "ice", 0.1]`, or with a restitution as well.
+    fn parse(value: &Value) -> Result<Self> {
+        let wrong = || {
+            Error::new("E102", "`friction_pairs`: not a pair of materials")
+                .expected("two materials, friction, and restitution if it matters")
+                .help("for instance `friction_pairs = [[\"rubber\", \"ice\", 0.1]]`")
+        };
+        let number = |v: Option<&Value>| match v {
+            Some(Value::Float(x)) => Some(*x),
+            Some(Value::Int(i)) => Some(*i as f64),
+            _ => None,
+        };
+        let Value::List(items) = value else { return Err(wrong()) };
+        let ([Value::Text(a), Value::Text(b)], rest) = items.split_at_checked(2).ok_or_else(wrong)? else {
+            return Err(wrong());
+        };
+        let friction = number(rest.first()).filter(|f| *f >= 0.0).ok_or_else(wrong)?;
+        let restitution = number(rest.get(1));
+        if rest.len() > 2 || rest.len() == 2 && !restitution.is_some_and(|r| (0.0..=1.0).contains(&r)) {
+            return Err(wrong());
+        }
+        let materials = [a, b].map(|t| String::from_utf8_lossy(t).into_owned());
+        Ok(FrictionPair { materials, friction, restitution })
+    }
+}
 
 /// Numbers of the world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,6 +76,12 @@ pub struct Settings {
     pub physics_substeps: u32,
     /// Whether bodies that rest on something may sleep.
     pub sleep: bool,
+    /// How the friction of a pair comes from both shapes' numbers.
+    pub friction_rule: FrictionRule,
+    /// Friction by material.
+    pub friction_pairs: Vec<FrictionPair>,
+    /// Natural frequency (Hz) and damping ratio of contacts; `None`: as stiff as the sub-step can carry.
+    pub contact_spring: Option<[f64; 2]>,
     /// m/s^2.
     pub gravity: Vector3<f64>,
     /// Where on Earth the world's origin lies: latitude and longitude in rad (WGS 84), height above the ellipsoid in m.
@@ -47,6 +108,9 @@ impl Default for Settings {
             physics_dt: 0.005,
             physics_substeps: 4,
             sleep: true,
+            friction_rule: FrictionRule::Product,
+            friction_pairs: Vec::new(),
+            contact_spring: None,
             gravity: Vector3::new(0.0, 0.0, -9.81),
             origin: [0.0; 3],
             seed: 0,
@@ -84,6 +148,12 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
         of("physics_dt", TATU_F64, Some("s"), 1e-6, 0),
         Declared { highest: 64.0, ..of("physics_substeps", TATU_I64, None, 1.0, 0) },
         of("sleep", TATU_BOOL, None, any, 0),
+        Declared {
+            choices: FRICTION_RULES.iter().map(|(name, _)| (*name).to_owned()).collect(),
+            ..of("friction_rule", TATU_TEXT, None, any, 0)
+        },
+        of("friction_pairs", TATU_LIST, None, any, 0),
+        of("contact_spring", TATU_F64S, None, 1e-3, 2),
         of("gravity", TATU_F64S, Some("m/s^2"), any, 3),
         of("seed", TATU_I64, None, 0.0, 0),
         of("plugins", TATU_LIST, None, any, 0),
@@ -99,12 +169,21 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
     .collect()
 }
 
-pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) {
+/// Takes a value that fits its declaration.
+pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) -> Result {
     match (key, value) {
         ("dialect", Value::Text(t)) => settings.dialect = String::from_utf8_lossy(t).into_owned(),
         ("dt", Value::Float(x)) => settings.dt = *x,
         ("physics_dt", Value::Float(x)) => settings.physics_dt = *x,
         ("sleep", Value::Bool(b)) => settings.sleep = *b,
+        ("friction_rule", Value::Text(t)) => {
+            let found = FRICTION_RULES.iter().find(|(name, _)| name.as_bytes() == t.as_slice());
+            settings.friction_rule = found.map_or(FrictionRule::Product, |(_, rule)| *rule);
+        }
+        ("contact_spring", Value::Floats(v)) => settings.contact_spring = Some([v[0], v[1]]),
+        ("friction_pairs", Value::List(pairs)) => {
+            settings.friction_pairs = pairs.iter().map(FrictionPair::parse).collect::<Result<_>>()?;
+        }
         ("physics_substeps", Value::Int(i)) => settings.physics_substeps = *i as u32,
         ("gravity", Value::Floats(v)) => settings.gravity = Vector3::new(v[0], v[1], v[2]),
         ("origin.lat", Value::Float(x)) => settings.origin[0] = *x,
@@ -115,4 +194,5 @@ pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) {
         ("budget.memory_mb", Value::Int(i)) => settings.memory = (*i as u64) << 20,
         _ => {}
     }
+    Ok(())
 }

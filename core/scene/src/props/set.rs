@@ -8,14 +8,15 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{
     super::{
-        Control, Data, Joint, JointSolver, JointType, Primitive, Scene, SensorData, Shape, follow, from_euler,
-        pose_from_array,
+        Control, Data, ForceSensor, Joint, JointSolver, JointType, Primitive, Scene, SensorData, Shape, follow,
+        from_euler, pose_from_array,
         rows::{Change, Row},
     },
     Changed, lacks, refuse,
     values::{notes, parse_part, surface},
 };
 use crate::{
+    force_sensor::MOST_SAMPLES as MOST_SAMPLES_OF_FORCE,
     graph::{CurveSpec, GraphSpec, MOST_SAMPLES, StreamSpec},
     noise::NoiseSpec,
 };
@@ -39,11 +40,19 @@ pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<
             Row::MaxVelocity => replace(&mut j.max_velocity, *x),
             Row::Slip => replace(&mut j.slip, x.max(0.0)),
             Row::RestPosition => replace(&mut j.passive.rest, *x),
-            Row::Damping | Row::DryFriction | Row::Armature | Row::Stiffness => {
+            Row::Lead => {
+                if replace(&mut j.lead, *x) {
+                    scene.touch(slot);
+                    scene.refresh(slot);
+                }
+                return Some(Ok(Changed::Rebuild));
+            }
+            Row::Damping | Row::DryFriction | Row::Armature | Row::Stiffness | Row::NoLoadSpeed => {
                 let place = match row {
                     Row::Damping => &mut j.passive.damping,
                     Row::DryFriction => &mut j.passive.friction,
                     Row::Armature => &mut j.passive.armature,
+                    Row::NoLoadSpeed => &mut j.passive.no_load_speed,
                     _ => &mut j.passive.stiffness,
                 };
                 if *x < 0.0 {
@@ -64,6 +73,15 @@ pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<
             _ => return None,
         };
         return Some(Ok(if changed { Changed::Drive } else { Changed::Value }));
+    }
+    if let (Row::JointRotation, Data::Joint(j)) = (row, &mut o.data) {
+        let [x, y, z, w] = *v else { return None };
+        match pose_from_array(&[0.0, 0.0, 0.0, x, y, z, w]) {
+            Some(p) => j.rotation = p.rotation,
+            None => return Some(refuse(TATU_ERR_ARGUMENT, "expected a quaternion that is not zero")),
+        }
+        scene.refresh(slot);
+        return Some(Ok(Changed::Moved));
     }
     let mut local = scene.local(slot);
     match (row, v) {
@@ -185,6 +203,7 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         }
         (_, Data::Shape(s), _) => set_shape(s, row, value, &text)?,
         (_, Data::Joint(j), _) => set_joint(j, row, value, &text),
+        (_, Data::ForceSensor(f), _) => set_force_sensor(f, row, value, &text)?,
         (_, Data::Sensor(s), _) => set_sensor(s, row, value, text)?,
         (_, Data::Graph(g), _) => set_graph(g, row, value)?,
         _ => None,
@@ -257,6 +276,30 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         (Row::LinearDamping | Row::AngularDamping, _) => {
             return refuse(TATU_ERR_ARGUMENT, "a damping is not negative");
         }
+        (Row::SurfaceVelocity | Row::FrictionAxis, Value::Floats(v)) => {
+            let [x, y, z] = v.as_slice() else { return refuse(TATU_ERR_ARGUMENT, "expected 3 numbers") };
+            let v = Vector3::new(*x, *y, *z);
+            match row {
+                Row::SurfaceVelocity => s.surface.velocity = v,
+                _ => s.surface.axis = v.try_normalize(1e-9),
+            }
+            return Ok(Some(Changed::Drive));
+        }
+        (Row::AxisFriction | Row::RollingFriction | Row::SpinningFriction, Value::Float(x)) if *x >= 0.0 => {
+            match row {
+                Row::AxisFriction => s.surface.axis_friction = *x,
+                Row::RollingFriction => s.surface.rolling_friction = *x,
+                _ => s.surface.spinning_friction = *x,
+            }
+            return Ok(Some(Changed::Drive));
+        }
+        (Row::AxisFriction | Row::RollingFriction | Row::SpinningFriction, _) => {
+            return refuse(TATU_ERR_ARGUMENT, "a friction is not negative");
+        }
+        (Row::Material, _) => {
+            text.clone_into(&mut s.material);
+            return Ok(Some(Changed::Drive));
+        }
         (Row::JointSolver, _) => s.joint_solver = JointSolver::parse(text),
         (Row::CollideAs, _) => s.collide_as = Primitive::parse(text),
         (Row::Surface, Value::List(v)) => {
@@ -266,6 +309,24 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
             (s.primitive, s.size, s.mesh) = (Primitive::Mesh, high - low, Some(Arc::new(mesh)));
         }
         (Row::Parts, Value::List(parts)) => s.parts = parts.iter().map(parse_part).collect::<Result<_, _>>()?,
+        _ => return Ok(None),
+    }
+    Ok(Some(Changed::Value))
+}
+
+fn set_force_sensor(f: &mut ForceSensor, row: Row, value: &Value, text: &str) -> Result<Option<Changed>, Refusal> {
+    match (row, value) {
+        (Row::ForceFilter, _) => f.median = text == "median",
+        (Row::ForceSamples, Value::Int(n)) if (1..=MOST_SAMPLES_OF_FORCE as i64).contains(n) => f.samples = *n as usize,
+        (Row::ForceSamples, _) => {
+            return refuse(TATU_ERR_ARGUMENT, format!("a filter takes 1 to {MOST_SAMPLES_OF_FORCE} values"));
+        }
+        (Row::BreakForce, Value::Float(x)) if *x >= 0.0 => f.break_force = *x,
+        (Row::BreakTorque, Value::Float(x)) if *x >= 0.0 => f.break_torque = *x,
+        (Row::BreakForce | Row::BreakTorque, _) => return refuse(TATU_ERR_ARGUMENT, "a threshold is not negative"),
+        (Row::BreakCount, Value::Int(n)) if *n >= 1 => f.break_count = u32::try_from(*n).unwrap_or(u32::MAX),
+        (Row::BreakCount, _) => return refuse(TATU_ERR_ARGUMENT, "a count is at least 1"),
+        (Row::Broken, Value::Bool(b)) => f.broken = *b,
         _ => return Ok(None),
     }
     Ok(Some(Changed::Value))
@@ -315,6 +376,7 @@ fn set_joint(j: &mut Joint, row: Row, value: &Value, text: &str) -> Option<Chang
                 "position" => Control::Position,
                 "force" => Control::Force,
                 "callback" => Control::Callback,
+                "spring" => Control::Spring,
                 _ => Control::Free,
             };
             return Some(Changed::Drive);
@@ -324,6 +386,11 @@ fn set_joint(j: &mut Joint, row: Row, value: &Value, text: &str) -> Option<Chang
             j.position = clamp(j, j.position);
         }
         (Row::Follows, _) => text.clone_into(&mut j.follow.master),
+        (Row::Geared, Value::Bool(b)) => j.follow.geared = *b,
+        (Row::Gains, Value::Floats(v)) if matches!(v.len(), 0 | 3) => {
+            j.gains = v.as_slice().try_into().ok();
+            return Some(Changed::Drive);
+        }
         (Row::FollowCurve, Value::Floats(v)) if follow::is_curve(v) => j.follow.curve.clone_from(v),
         (Row::Cyclic, Value::Bool(true)) => j.limits = None,
         (Row::Cyclic, Value::Bool(false)) => {}

@@ -213,7 +213,7 @@ pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> boo
             Data::Shape(Box::new(Shape { dynamic: true, respondable: true, ..Default::default() }))
         }
         Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
-        Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor,
+        Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor(Box::default()),
         // Made with the next document.
         _ => return false,
     };

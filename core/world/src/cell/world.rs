@@ -299,6 +299,8 @@ impl WorldCell {
             step: settings.physics_dt.min(settings.dt),
             substeps: settings.physics_substeps,
             sleep: settings.sleep,
+            friction_rule: settings.friction_rule,
+            contact_spring: settings.contact_spring,
         }
     }
 }

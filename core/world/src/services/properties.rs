@@ -94,6 +94,12 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
         Row::Dt => Value::Float(world.clock.dt.get()),
         Row::PhysicsDt => Value::Float(settings.physics_dt),
         Row::Sleep => Value::Bool(settings.sleep),
+        Row::FrictionRule => {
+            let found = tatu_scene::FRICTION_RULES.iter().find(|(_, rule)| *rule == settings.friction_rule);
+            Value::text(found.map_or("product", |(name, _)| name))
+        }
+        Row::FrictionPairs => Value::List(settings.friction_pairs.iter().map(|p| p.to_value()).collect()),
+        Row::ContactSpring => Value::Floats(settings.contact_spring.map_or(Vec::new(), |s| s.to_vec())),
         Row::PhysicsSubsteps => Value::Int(settings.physics_substeps.into()),
         Row::Step => Value::Int(world.clock.step.get() as i64),
         Row::Gravity => Value::Floats(settings.gravity.iter().copied().collect()),

@@ -255,7 +255,7 @@ unsafe extern "C" fn create(
                 Some(TATU_KIND_SHAPE) => Data::Shape(Box::<Shape>::default()),
                 Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
                 Some(TATU_KIND_DUMMY) => Data::Dummy(None),
-                Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor,
+                Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor(Box::default()),
                 Some(TATU_KIND_GRAPH) => Data::Graph(Box::default()),
                 Some(k) => {
                     let text = format!("an object of kind {} is not made while the world lives", kind_name(k));

@@ -39,7 +39,7 @@ pub(super) unsafe extern "C" fn copy(
 
 /// Devices and scripts have instances, which are made with the world.
 fn is_copied(data: &Data) -> bool {
-    matches!(data, Data::Shape(_) | Data::Joint(_) | Data::Dummy(_) | Data::ForceSensor)
+    matches!(data, Data::Shape(_) | Data::Joint(_) | Data::Dummy(_) | Data::ForceSensor(_))
 }
 
 fn copies(scene: &mut Scene, from: &[u32]) -> Option<Vec<u32>> {

@@ -233,20 +233,25 @@ fn links(offer: &mut Offer<Vrep>) {
             for d in [dummy, other].into_iter().filter(|d| *d != 0) {
                 match id_of_note(c, d)? {
                     0 => {}
-                    old => tags::set_private(c, old, "link", None)?,
+                    old => {
+                        tags::set_private(c, old, "link", None)?;
+                        c.world().set(old, c.plugin().p.link, &"".into())?;
+                    }
                 }
                 tags::set_private(c, d, "link", None)?;
+                c.world().set(d, c.plugin().p.link, &"".into())?;
             }
             if other != 0 {
                 tags::set_private(c, dummy, "link", Some(other.to_string().as_bytes()))?;
                 tags::set_private(c, other, "link", Some(dummy.to_string().as_bytes()))?;
+                let path = text_of(c, other, c.plugin().p.path)?;
+                c.world().set(dummy, c.plugin().p.link, &path.as_str().into())?;
             }
             done(c)
         })
         .param(object("dummy"))
         .param(Param::int("other").text("-1: none"))
-        .text("Links two dummies, or lets them go.")
-        .partial("The link is kept; it closes no loop in physics and moves nothing."),
+        .text("Links two dummies, or lets them go: the dynamic shapes above them are held together there, which closes a loop."),
     );
     offer.command(
         Cmd::new("sim.getObjectHierarchyOrder", |c| {

@@ -227,10 +227,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getJointMatrix", |c| {
             let (joint, p) = (of_kind(c, 0, TATU_KIND_JOINT)?, &c.plugin().p);
             let x = c.world().f64(joint, p.joint_position)?;
-            let pose = if text_of(c, joint, p.joint_type)? == "prismatic" {
-                al::pose([0.0, 0.0, x], [0.0, 0.0, 0.0, 1.0])
-            } else {
-                al::pose([0.0; 3], al::from_euler([0.0, 0.0, x]))
+            let pose = match text_of(c, joint, p.joint_type)?.as_str() {
+                "prismatic" => al::pose([0.0, 0.0, x], [0.0, 0.0, 0.0, 1.0]),
+                "spherical" => al::pose([0.0; 3], c.world().f64s::<4>(joint, p.joint_rotation)?),
+                _ => al::pose([0.0; 3], al::from_euler([0.0, 0.0, x])),
             };
             let m = al::matrix(&pose);
             c.ret::<[f64]>(&m[..]);

@@ -15,6 +15,7 @@ mod custom_data;
 mod dialogs;
 mod distances;
 mod drawing;
+mod engine;
 mod examples;
 mod flags;
 mod force_sensors;
@@ -118,6 +119,7 @@ impl Plugin for Vrep {
         meshes::offer(offer);
         offer.subject("meshes");
         forces::offer(offer);
+        engine::offer(offer);
         distances::offer(offer);
         offer.subject("physics");
         properties::offer(offer);

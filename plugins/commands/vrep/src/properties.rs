@@ -147,6 +147,8 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
             "force" => 1,
             "velocity" => 4,
             "position" => 8,
+            "spring" => 12,
+            "callback" => 16,
             _ => 0,
         },
         (TATU_KIND_SHAPE, 3003) => 1 - yes(p.dynamic)?,
@@ -198,6 +200,8 @@ fn controlled(now: &str, n: i64, value: i64) -> Option<&str> {
         (2039, 1) => "force",
         (2039, 4) => "velocity",
         (2039, 8) => "position",
+        (2039, 12) => "spring",
+        (2039, 16) => "callback",
         _ => return None,
     })
 }
@@ -225,16 +229,54 @@ fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
         (_, 34) => 1.0,
         (TATU_KIND_JOINT, 2005..=2011) => w.f64s::<7>(id, p.local_pose)?[(n - 2005) as usize],
         (TATU_KIND_JOINT, 2012) => w.f64(id, p.joint_velocity)?,
+        (TATU_KIND_JOINT, 2002..=2004) => gains(c, id)?[(n - 2002) as usize] * engine_step(c)?,
+        (TATU_KIND_JOINT, 2013..=2016) => w.f64s::<4>(id, p.joint_rotation)?[(n - 2013) as usize],
+        (TATU_KIND_JOINT, 2017 | 2036) => w.f64(id, p.joint_max_velocity)?,
+        (TATU_KIND_JOINT, 2018) => w.f64(id, p.joint_stiffness)?,
+        (TATU_KIND_JOINT, 2019) => w.f64(id, p.joint_damping)?,
+        (TATU_KIND_JOINT, 2034) => w.f64(id, p.joint_lead)? / std::f64::consts::TAU,
+        (TATU_KIND_JOINT, 2042) => w.f64(id, p.joint_lead)?,
         (TATU_KIND_SHAPE, 3005) => w.f64(id, p.mass)?,
         (TATU_KIND_SENSOR, _) => return Ok(vision::parameters::get_float(c, id, n)),
         _ => return Ok(None),
     }))
 }
 
+/// P, I and D of a joint's position control, 1/s, 1/s^2 and 1.
+fn gains(c: &Ctx<'_>, joint: tatu_object) -> Result<[f64; 3]> {
+    let set = c.world().get(joint, c.plugin().p.joint_gains)?;
+    let set: Vec<f64> = (0..3).filter_map(|i| set.number(i)).collect();
+    // What joints without gains of their own do: 0.1 in each of 5 ms.
+    Ok(set.try_into().unwrap_or([20.0, 0.0, 0.0]))
+}
+
+/// The original's gains are per physics step.
+fn engine_step(c: &Ctx<'_>) -> Result<f64> {
+    c.world().f64(0, c.plugin().p.physics_dt)
+}
+
 fn set_float(c: &Ctx<'_>, o: Object, n: i64, value: f64) -> Result<bool> {
     let (id, p, w) = (o.id, &c.plugin().p, c.world());
     match (o.kind, n) {
         (TATU_KIND_SHAPE, 3005) => w.set_f64s(id, p.mass, &[value.max(1e-7)])?,
+        (TATU_KIND_JOINT, 2002..=2004) => {
+            let mut g = gains(c, id)?;
+            g[(n - 2002) as usize] = value / engine_step(c)?;
+            w.set(id, p.joint_gains, &Value::Floats(g.to_vec()))?;
+        }
+        (TATU_KIND_JOINT, 2017 | 2036) => w.set_f64s(id, p.joint_max_velocity, &[value])?,
+        (TATU_KIND_JOINT, 2018) => w.set_f64s(id, p.joint_stiffness, &[value.max(0.0)])?,
+        (TATU_KIND_JOINT, 2019) => w.set_f64s(id, p.joint_damping, &[value.max(0.0)])?,
+        (TATU_KIND_JOINT, 2034) => w.set_f64s(id, p.joint_lead, &[value * std::f64::consts::TAU])?,
+        (TATU_KIND_JOINT, 2042) => w.set_f64s(id, p.joint_lead, &[value])?,
+        // A static shape with an initial velocity is a conveyor: its surface moves, told in the world's axes.
+        (TATU_KIND_SHAPE, 3000..=3002) if !bool_of(c, id, p.dynamic)? => {
+            let turn = al::rotation(&w.pose(id, 0)?);
+            let mut v = al::rotate(turn, w.f64s::<3>(id, p.surface_velocity)?);
+            v[(n - 3000) as usize] = value;
+            let own = al::rotate(al::conjugate(turn), v);
+            w.set(id, p.surface_velocity, &Value::Floats(own.to_vec()))?;
+        }
         // Initial velocities; there is no reset to wait for, so they act now.
         (TATU_KIND_SHAPE, 3000..=3002 | 3020..=3022) => {
             let mut t = w.twist(id)?;
@@ -260,6 +302,7 @@ mod tests {
         assert_eq!(controlled("position", 2001, 0), Some("velocity"));
         assert_eq!(controlled("free", 2001, 0), Some("free"));
         assert_eq!(controlled("free", 2039, 8), Some("position"));
-        assert_eq!(controlled("free", 2039, 12), None);
+        assert_eq!(controlled("free", 2039, 12), Some("spring"));
+        assert_eq!(controlled("free", 2039, 7), None);
     }
 }

@@ -29,7 +29,6 @@ const PORTS: &str = "scripts have no serial ports";
 const SHAPES: &str = "shapes have no textures";
 const CLOUDS: &str = "there are no octrees and point clouds";
 const PLANNING: &str = "there is no path planning";
-const ENGINE: &str = "the engine has no parameters of the original's engines";
 const EDITOR: &str = "there is no editor";
 const PROGRAM: &str = "the original's program has it, this one does not";
 const PICTURES: &str = "images are not changed";
@@ -78,7 +77,6 @@ const OLD: &[(&str, Gives, &str)] = &[
     ("sim.createTexture", Int(-1), SHAPES),
     ("sim.writeTexture", Int(1), SHAPES),
     ("sim.readTexture", Nothing, SHAPES),
-    ("sim.setShapeMaterial", Int(1), "friction is a property of its own: shape.friction"),
     ("sim.reorientShapeBoundingBox", Int(1), "the box of a shape lies about its frame"),
     ("sim.enableWorkThreads", Int(0), THREADS),
     ("sim.waitForWorkThreads", Int(0), THREADS),
@@ -123,12 +121,6 @@ const OLD: &[(&str, Gives, &str)] = &[
     ("sim.getApiFunc", Empty, EDITOR),
     ("sim.getApiInfo", Text(""), EDITOR),
     ("sim.openTextEditor", Text(""), EDITOR),
-    ("sim.getEngineBoolParameter", False, ENGINE),
-    ("sim.getEngineInt32Parameter", Int(0), ENGINE),
-    ("sim.getEngineFloatParameter", Float(0.0), ENGINE),
-    ("sim.setEngineBoolParameter", Int(1), ENGINE),
-    ("sim.setEngineInt32Parameter", Int(1), ENGINE),
-    ("sim.setEngineFloatParameter", Int(1), ENGINE),
     ("sim.createOctree", Int(-1), CLOUDS),
     ("sim.createPointCloud", Int(-1), CLOUDS),
     ("sim.getOctreeVoxels", Empty, CLOUDS),
@@ -182,12 +174,6 @@ const OLD: &[(&str, Gives, &str)] = &[
 
 /// Commands of `sim` that never had a flat name.
 const MODERN: &[(&str, Gives, &str)] = &[
-    ("sim.getEngineBoolParam", False, ENGINE),
-    ("sim.getEngineInt32Param", Int(0), ENGINE),
-    ("sim.getEngineFloatParam", Float(0.0), ENGINE),
-    ("sim.setEngineBoolParam", Nothing, ENGINE),
-    ("sim.setEngineInt32Param", Nothing, ENGINE),
-    ("sim.setEngineFloatParam", Nothing, ENGINE),
     ("sim.getNamedStringParam", Nothing, "the command line hands no parameters to scripts"),
     ("sim.getNamedBoolParam", Nothing, "the command line hands no parameters to scripts"),
     ("sim.getNamedFloatParam", Nothing, "the command line hands no parameters to scripts"),

@@ -80,7 +80,7 @@ impl Reader<'_> {
                 self.registry.check_dialect(None, &dialect).map_err(|e| e.at(place()))?;
             }
             if top {
-                settings::apply(settings, &name, &value);
+                settings::apply(settings, &name, &value).map_err(|e| e.at(place()))?;
             }
         }
         Ok(())

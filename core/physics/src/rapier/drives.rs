@@ -1,0 +1,119 @@
+//! Drives from step to step: what changed is passed on to rapier's joints.
+
+use rapier3d::math::Pose;
+
+use super::{JointRecord, Rapier, gears, joints, mark};
+use crate::{BodyId, Drive, Engine};
+
+/// Share of its limit from which a drive counts as having reached it.
+const AT_LIMIT: f64 = 0.999;
+
+impl Rapier {
+    /// Passes changed drives on to rapier's joints.
+    pub(super) fn apply_drives(&mut self) {
+        let mut changed = std::mem::take(&mut self.tables.changed);
+        for id in changed.drain(..) {
+            let Some(record) = self.tables.joints[id.0 as usize].as_mut() else {
+                continue;
+            };
+            record.changed = false;
+            let folded = joints::folded(record);
+            if folded != record.folded {
+                record.folded = folded;
+                let own = record.passive.friction - folded;
+                let place = gears::coordinate(record.kind).0;
+                let link = record.reduced().and_then(|r| self.world.multibody_joints.get_mut(r.handle));
+                if let Some((multibody, id)) = link
+                    && let Some(row) = multibody.link(id).map(|l| l.assembly_id() + place)
+                {
+                    multibody.frictions_mut()[row] = own;
+                }
+            }
+            if record.drive != Drive::Free
+                && let (frames, Some(reduced)) = (record.frames, record.reduced_mut())
+            {
+                if reduced.motor.is_none() {
+                    let (a, b) = (reduced.parent, reduced.child);
+                    reduced.motor = Some(self.world.insert_impulse_joint(a, b, joints::motor_only(frames)));
+                }
+                if !self.tables.driven.contains(&id) {
+                    self.tables.driven.push(id);
+                }
+            }
+            // Bodies on joints are always awake.
+            let Some(joint) = record.driven().and_then(|j| self.world.impulse_joints.get_mut(j, false)) else {
+                continue;
+            };
+            let was_free = joint.data.motor_axes.is_empty();
+            joints::apply(&mut joint.data, record);
+            // What follows depends on masses and frames alone.
+            if record.drive == Drive::Free || !was_free || record.reduced().is_some() {
+                continue;
+            }
+            let (a, b) = (joint.body1(), joint.body2());
+            let carries = self.tables.bodies[record.bodies.1.0 as usize].as_ref().is_some_and(|r| r.joints > 1);
+            let needed = joints::iterations(record.frames, &self.world.bodies[a], &self.world.bodies[b])
+                .max(if carries { joints::CARRIER_ITERATIONS } else { 0 });
+            if needed > self.world.bodies[b].additional_pgs_iterations() {
+                self.world.bodies[b].set_additional_pgs_iterations(needed);
+            }
+        }
+        self.tables.changed = changed;
+    }
+
+    /// Lets position drives change from moving to holding and back.
+    pub(super) fn update_positions(&mut self) {
+        let dt = self.world.integration_parameters.dt;
+        let mut positioned = std::mem::take(&mut self.tables.positioned);
+        positioned.retain(|id| {
+            let Some(record) = &self.tables.joints[id.0 as usize] else {
+                return false;
+            };
+            if !matches!(record.drive, Drive::Position { .. }) {
+                return false;
+            }
+            let (frame_a, frame_b) = self.joint_frames(record);
+            let (phase, memory) = joints::phase(record, joints::position(record.kind, &frame_a, &frame_b), dt);
+            if let Some(record) = self.tables.joints[id.0 as usize].as_mut() {
+                record.memory = memory;
+                if record.phase != phase {
+                    record.phase = phase;
+                    mark(&mut self.tables.changed, *id, record);
+                }
+            }
+            true
+        });
+        self.tables.positioned = positioned;
+    }
+
+    /// Frames of a joint on both bodies, in the world.
+    pub(super) fn joint_frames(&self, record: &JointRecord) -> (Pose, Pose) {
+        let pose = |id: BodyId| self.record(id).map_or(Pose::IDENTITY, |r| *self.world.bodies[r.handle].position());
+        (pose(record.bodies.0) * record.frames.0, pose(record.bodies.1) * record.frames.1)
+    }
+
+    /// Drives whose limit falls with their speed learn how fast they move.
+    pub(super) fn weaken_drives(&mut self) {
+        for i in 0..self.tables.weakening.len() {
+            let id = self.tables.weakening[i];
+            let state = self.joint_state(id);
+            let Some(Some(record)) = self.tables.joints.get_mut(id.0 as usize) else { continue };
+            if record.drive == Drive::Free {
+                continue;
+            }
+            let row = record.driven().and_then(|j| self.world.impulse_joints.get(j));
+            let (Some(axis), Some(row)) = (record.kind.free_axis(), row) else { continue };
+            let motor = row.data.motors[axis as usize];
+            // On the line of torque over speed it stays until it is faster than it wants.
+            let beyond = (motor.target_vel - state.velocity) * state.effort > 0.0;
+            record.at_limit = match record.at_limit {
+                true => {
+                    joints::wanted(record, state.position).is_none_or(|w| (w - state.velocity) * state.effort > 0.0)
+                }
+                false => beyond && state.effort.abs() - record.folded >= AT_LIMIT * motor.max_force,
+            };
+            (record.place, record.speed) = (state.position, state.velocity);
+            mark(&mut self.tables.changed, id, record);
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! Friction that rapier's contacts do not have: along an axis of its own, against rolling, against spinning.
+//!
+//! Each pair that needs it gets rows of its own between the two bodies, drives that want no motion and are limited by the
+//! normal force of the step before.
+
+use rapier3d::{
+    dynamics::{ImpulseJointHandle, JointAxis, JointMotor, MotorModel},
+    geometry::PairContacts,
+    math::{Pose, Rotation, Vector},
+};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+use super::{Rapier, joints, report};
+use crate::{BodyId, Surface, convert};
+
+/// A pair of bodies, lower id first, and the rows between them.
+pub(super) type Grips = BTreeMap<(BodyId, BodyId), Grip>;
+
+/// The rows of a pair.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Grip {
+    handle: ImpulseJointHandle,
+    /// Whether it was touched in the last step.
+    used: bool,
+}
+
+/// All contact of a pair in one place.
+#[derive(Default)]
+struct Touch {
+    /// N.
+    force: f64,
+    /// N m, to be divided by the force.
+    point: Vector,
+    /// From the first to the second body.
+    normal: Vector,
+    /// N m for each 1 of friction: what the patch of contact has against spinning.
+    patch: f64,
+    /// Friction of the pair, by the rule of the pair or of both bodies.
+    friction: f64,
+}
+
+impl Surface {
+    /// Whether it needs rows of its own.
+    fn grips(&self) -> bool {
+        self.axis.is_some() || self.rolling_friction > 0.0 || self.spinning_friction > 0.0
+    }
+}
+
+impl Rapier {
+    /// Before a step: rows where special surfaces touch something, none where they no longer do.
+    pub(super) fn grip(&mut self) {
+        if self.tables.surfaces.is_empty() && self.tables.grips.is_empty() {
+            return;
+        }
+        for (pair, touch) in self.touches() {
+            self.set_grip(pair, &touch);
+        }
+        let world = &mut self.world;
+        self.tables.grips.retain(|_, grip| {
+            let kept = std::mem::take(&mut grip.used);
+            if !kept {
+                world.remove_impulse_joint(grip.handle);
+            }
+            kept
+        });
+    }
+
+    fn touches(&self) -> BTreeMap<(BodyId, BodyId), Touch> {
+        let mut all: BTreeMap<(BodyId, BodyId), Touch> = BTreeMap::new();
+        for (id, surface) in self.tables.surfaces.iter().filter(|(_, s)| s.grips()) {
+            let Some(handle) = self.record(*id).map(|r| r.handle) else { continue };
+            for collider in self.world.bodies[handle].colliders() {
+                for contact in self.world.narrow_phase.contact_pairs_with(*collider) {
+                    let PairContacts::Rigid(rigid) = &contact.contacts else { continue };
+                    let of = |c| report::body_of(&self.world, c);
+                    let (Some(a), Some(b)) = (of(contact.collider1), of(contact.collider2)) else { continue };
+                    let other = if a == *id { b } else { a };
+                    // Where both are special the pair is met twice.
+                    let twice = other < *id && self.tables.surfaces.get(&other).is_some_and(Surface::grips);
+                    if twice || a == b {
+                        continue;
+                    }
+                    let touch = all.entry((a.min(b), a.max(b))).or_default();
+                    for manifold in rigid.solver_manifolds() {
+                        let Some(face) = report::face(&self.world, contact, manifold) else { continue };
+                        let normal = if a < b { manifold.data.normal } else { -manifold.data.normal };
+                        touch.force += face.force;
+                        touch.patch += face.force * face.radius;
+                        touch.point += face.point * face.force;
+                        touch.normal += normal * face.force;
+                        touch.friction = match surface.axis {
+                            // The contact's own was switched off.
+                            Some(_) => self.pair_friction(contact.collider1, contact.collider2),
+                            None => manifold.data.friction,
+                        };
+                    }
+                }
+            }
+        }
+        all.retain(|_, t| t.force > 0.0 && t.normal.length_squared() > 0.0);
+        all
+    }
+
+    fn pair_friction(&self, a: rapier3d::geometry::ColliderHandle, b: rapier3d::geometry::ColliderHandle) -> f64 {
+        let bodies = [a, b].map(|c| report::body_of(&self.world, c));
+        if let [Some(a), Some(b)] = bodies
+            && let Some(friction) = self.met(a, b)
+        {
+            return friction;
+        }
+        let of = |c| self.world.colliders.get(c).map_or(0.0, |c| c.friction());
+        combined(self.tables.friction_rule, of(a), of(b))
+    }
+
+    fn set_grip(&mut self, pair: (BodyId, BodyId), touch: &Touch) {
+        let (Some(a), Some(b)) = (self.record(pair.0).copied(), self.record(pair.1).copied()) else { return };
+        let surface = |id| self.tables.surfaces.get(&id).copied().unwrap_or_default();
+        let (first, second) = (surface(pair.0), surface(pair.1));
+        let poses = [a.handle, b.handle].map(|h| *self.world.bodies[h].position());
+        let normal = touch.normal.normalize();
+        // x along the axis of its own friction, if there is one, z along the normal.
+        let axes = [(first, poses[0]), (second, poses[1])];
+        let axis = axes.iter().find_map(|(s, pose)| {
+            let axis = pose.rotation * convert::vector(&s.axis?);
+            let along = axis - normal * axis.dot(normal);
+            (along.length_squared() > 1e-6).then(|| along.normalize())
+        });
+        let x = axis.unwrap_or_else(|| normal.any_orthonormal_vector());
+        let frame = Pose {
+            translation: touch.point / touch.force,
+            rotation: Rotation::from_mat3(&rapier3d::math::Matrix::from_cols(x, normal.cross(x), normal)),
+        };
+        let frames = (poses[0].inverse() * frame, poses[1].inverse() * frame);
+        let handle = match self.tables.grips.get(&pair) {
+            Some(grip) => grip.handle,
+            None => self.world.insert_impulse_joint(a.handle, b.handle, joints::motor_only(frames)),
+        };
+        self.tables.grips.insert(pair, Grip { handle, used: true });
+        let Some(joint) = self.world.impulse_joints.get_mut(handle, false) else { return };
+        (joint.data.local_frame1, joint.data.local_frame2) = frames;
+        let along = if first.axis.is_some() { first.axis_friction } else { second.axis_friction };
+        let rolling = first.rolling_friction.max(second.rolling_friction);
+        let patch = if axis.is_some() { touch.friction * touch.patch / touch.force } else { 0.0 };
+        let spinning = first.spinning_friction.max(second.spinning_friction) + patch;
+        let slides = axis.is_some();
+        for (row, coefficient) in [
+            (JointAxis::LinX, if slides { along } else { 0.0 }),
+            (JointAxis::LinY, if slides { touch.friction } else { 0.0 }),
+            (JointAxis::AngX, rolling),
+            (JointAxis::AngY, rolling),
+            (JointAxis::AngZ, spinning),
+        ] {
+            if coefficient > 0.0 {
+                joint.data.motor_axes |= row.into();
+            } else {
+                joint.data.motor_axes &= !rapier3d::dynamics::JointAxesMask::from(row);
+            }
+            joint.data.motors[row as usize] = JointMotor {
+                damping: joints::MOTOR_DAMPING,
+                max_force: coefficient * touch.force,
+                model: MotorModel::ForceBased,
+                ..JointMotor::default()
+            };
+        }
+    }
+
+    /// Lets go of the rows of a body.
+    pub(super) fn release(&mut self, body: BodyId) {
+        let world = &mut self.world;
+        self.tables.surfaces.remove(&body);
+        self.tables.grips.retain(|(a, b), grip| {
+            let kept = *a != body && *b != body;
+            if !kept {
+                world.remove_impulse_joint(grip.handle);
+            }
+            kept
+        });
+    }
+}
+
+fn combined(rule: crate::FrictionRule, a: f64, b: f64) -> f64 {
+    use crate::FrictionRule::{Greatest, Least, Mean, Product};
+    match rule {
+        Product => a * b,
+        Mean => (a + b) / 2.0,
+        Least => a.min(b),
+        Greatest => a.max(b),
+    }
+}

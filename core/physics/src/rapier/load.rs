@@ -1,0 +1,134 @@
+//! What a joint carries, from the momentum of all that hangs below it: mechanisms in reduced form have no force of their
+//! joints to be read. What the joint exerts is the change of momentum less gravity, pushes and contacts.
+
+use rapier3d::{dynamics::RigidBody, geometry::PairContacts, math::Vector};
+use serde::{Deserialize, Serialize};
+
+use super::{Rapier, report};
+use crate::{BodyId, JointId, Wrench, convert};
+
+/// A joint that is measured.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Measured {
+    pub joint: JointId,
+    /// All that hangs below it, in order of ids.
+    bodies: Vec<BodyId>,
+    /// Momentum before the step, N s, and its moment about the world's origin, N m s; with the pushes, N and N m.
+    before: Option<Sum>,
+    /// In the last step.
+    pub wrench: Option<Wrench>,
+}
+
+/// A vector, and its moment about the world's origin.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Sum {
+    momentum: (Vector, Vector),
+    pushes: (Vector, Vector),
+}
+
+impl Measured {
+    pub fn new(joint: JointId) -> Self {
+        Measured { joint, bodies: Vec::new(), before: None, wrench: None }
+    }
+}
+
+impl Rapier {
+    /// Before a step: who hangs below, their momentum and what pushes them.
+    pub(super) fn weigh(&mut self) {
+        let mut measured = std::mem::take(&mut self.tables.measured);
+        measured.retain(|m| self.tables.joints.get(m.joint.0 as usize).is_some_and(Option::is_some));
+        for m in &mut measured {
+            if self.tables.joints_changed || m.bodies.is_empty() {
+                m.bodies = self.below(m.joint);
+            }
+            m.before = Some(Sum { momentum: self.momentum(&m.bodies), pushes: self.pushes(&m.bodies) });
+        }
+        self.tables.measured = measured;
+    }
+
+    /// After a step: what each measured joint carried in it.
+    pub(super) fn measure_loads(&mut self) {
+        let dt = self.world.integration_parameters.dt;
+        let mut measured = std::mem::take(&mut self.tables.measured);
+        for m in &mut measured {
+            let (Some(before), Some(Some(record))) = (m.before, self.tables.joints.get(m.joint.0 as usize)) else {
+                continue;
+            };
+            let now = self.momentum(&m.bodies);
+            let contacts = self.contact_forces(&m.bodies);
+            let force = (now.0 - before.momentum.0) / dt - before.pushes.0 - contacts.0;
+            let moment = (now.1 - before.momentum.1) / dt - before.pushes.1 - contacts.1;
+            let origin = self.joint_frames(record).0.translation;
+            // The joint exerts this on what hangs below; what hangs below exerts the opposite.
+            m.wrench = Some(Wrench {
+                force: -convert::vector_back(force),
+                torque: -convert::vector_back(moment - origin.cross(force)),
+            });
+        }
+        self.tables.measured = measured;
+    }
+
+    fn below(&self, joint: JointId) -> Vec<BodyId> {
+        let Some(Some(first)) = self.tables.joints.get(joint.0 as usize) else { return Vec::new() };
+        let mut found = vec![first.bodies.1];
+        // Joints stand in no order of their own.
+        loop {
+            let known = found.len();
+            for record in self.tables.joints.iter().flatten().filter(|r| !r.closes_loop) {
+                if found.contains(&record.bodies.0) && !found.contains(&record.bodies.1) {
+                    found.push(record.bodies.1);
+                }
+            }
+            if found.len() == known {
+                found.sort_unstable();
+                return found;
+            }
+        }
+    }
+
+    fn bodies<'a>(&'a self, ids: &'a [BodyId]) -> impl Iterator<Item = &'a RigidBody> {
+        ids.iter().filter_map(|id| Some(&self.world.bodies[self.record(*id)?.handle]))
+    }
+
+    fn momentum(&self, ids: &[BodyId]) -> (Vector, Vector) {
+        self.bodies(ids).fold((Vector::ZERO, Vector::ZERO), |(p, l), body| {
+            let push = body.linvel() * body.mass();
+            let mass = body.mass_properties();
+            let axes = body.position().rotation * mass.local_mprops.principal_inertia_local_frame;
+            let spin = axes * (mass.local_mprops.principal_inertia() * (axes.inverse() * body.angvel()));
+            (p + push, l + body.center_of_mass().cross(push) + spin)
+        })
+    }
+
+    fn pushes(&self, ids: &[BodyId]) -> (Vector, Vector) {
+        self.bodies(ids).fold((Vector::ZERO, Vector::ZERO), |(f, m), body| {
+            let force = self.world.gravity * body.mass() * body.gravity_scale() + body.user_force();
+            (f + force, m + body.center_of_mass().cross(force) + body.user_torque())
+        })
+    }
+
+    /// Of contacts with bodies that do not hang below the joint.
+    fn contact_forces(&self, ids: &[BodyId]) -> (Vector, Vector) {
+        let (mut force, mut moment) = (Vector::ZERO, Vector::ZERO);
+        for id in ids {
+            let Some(handle) = self.record(*id).map(|r| r.handle) else { continue };
+            for collider in self.world.bodies[handle].colliders() {
+                for pair in self.world.narrow_phase.contact_pairs_with(*collider) {
+                    let first = pair.collider1 == *collider;
+                    let other = if first { pair.collider2 } else { pair.collider1 };
+                    if report::body_of(&self.world, other).is_some_and(|b| ids.contains(&b)) {
+                        continue;
+                    }
+                    let PairContacts::Rigid(rigid) = &pair.contacts else { continue };
+                    for manifold in rigid.solver_manifolds() {
+                        let Some(face) = report::face(&self.world, pair, manifold) else { continue };
+                        let on_second = manifold.data.normal * face.force + face.friction;
+                        let f = if first { -on_second } else { on_second };
+                        (force, moment) = (force + f, moment + face.point.cross(f));
+                    }
+                }
+            }
+        }
+        (force, moment)
+    }
+}

@@ -1,0 +1,113 @@
+//! Force sensors: they tie what is below them rigidly to what is above, measure what that takes, and break under too much.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+use tatu_physics::JointId;
+
+use super::{Data, Dynamics, Scene};
+
+/// Most values that a filter takes.
+pub const MOST_SAMPLES: usize = 1000;
+
+/// A force sensor. Forces in N, torques in N m, in its own frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "each is a property row with its sentence")]
+pub struct ForceSensor {
+    pub force: [f64; 3],
+    pub torque: [f64; 3],
+    pub median: bool,
+    pub samples: usize,
+    pub break_force: f64,
+    pub break_torque: f64,
+    pub break_count: u32,
+    pub broken: bool,
+    /// Whether it has measured since the start.
+    pub measured: bool,
+    /// How many values in a row were above a threshold.
+    over: u32,
+    /// The newest values, force and torque.
+    last: VecDeque<[f64; 6]>,
+    /// In the engine, if it ties two bodies there.
+    pub id: Option<JointId>,
+}
+
+impl Default for ForceSensor {
+    fn default() -> Self {
+        ForceSensor {
+            force: [0.0; 3],
+            torque: [0.0; 3],
+            median: false,
+            samples: 1,
+            break_force: 0.0,
+            break_torque: 0.0,
+            break_count: 1,
+            broken: false,
+            measured: false,
+            over: 0,
+            last: VecDeque::new(),
+            id: None,
+        }
+    }
+}
+
+impl ForceSensor {
+    /// Takes the value of an engine step; whether it breaks.
+    fn take(&mut self, value: [f64; 6]) -> bool {
+        self.last.push_back(value);
+        while self.last.len() > self.samples {
+            self.last.pop_front();
+        }
+        let filtered: [f64; 6] = std::array::from_fn(|i| {
+            let mut all: Vec<f64> = self.last.iter().map(|v| v[i]).collect();
+            if self.median {
+                all.sort_unstable_by(f64::total_cmp);
+                return (all[(all.len() - 1) / 2] + all[all.len() / 2]) / 2.0;
+            }
+            all.iter().sum::<f64>() / all.len() as f64
+        });
+        let [fx, fy, fz, tx, ty, tz] = filtered;
+        (self.force, self.torque, self.measured) = ([fx, fy, fz], [tx, ty, tz], true);
+        let above = |v: [f64; 3], limit: f64| limit > 0.0 && v.iter().map(|x| x * x).sum::<f64>() > limit * limit;
+        self.over = match above(self.force, self.break_force) || above(self.torque, self.break_torque) {
+            true => self.over + 1,
+            false => 0,
+        };
+        self.over >= self.break_count.max(1)
+    }
+}
+
+impl Dynamics {
+    /// After an engine step: what force sensors measured in it. One that broke lets go at once.
+    pub(super) fn sample(&mut self, scene: &mut Scene) {
+        for i in 0..self.force_sensors.len() {
+            let (id, slot) = self.force_sensors[i];
+            let (Some(wrench), Some(((above, _), frame))) = (self.engine.wrench(id), self.tie(id)) else { continue };
+            let turn = (self.engine.pose(above).rotation * frame.rotation).inverse();
+            let (f, t) = (turn * wrench.force, turn * wrench.torque);
+            let Some(Data::ForceSensor(sensor)) = scene.get_mut(slot).map(|o| &mut o.data) else { continue };
+            if !sensor.broken && sensor.take([f.x, f.y, f.z, t.x, t.y, t.z]) {
+                sensor.broken = true;
+                self.engine.remove_joint(id);
+                scene.touch(slot);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn filters_and_thresholds() {
+        let mut median = ForceSensor { median: true, samples: 3, ..Default::default() };
+        for z in [1.0, 100.0, 2.0] {
+            median.take([0.0, 0.0, z, 0.0, 0.0, 0.0]);
+        }
+        assert_eq!(median.force, [0.0, 0.0, 2.0]);
+        let mut mean = ForceSensor { samples: 2, break_force: 5.0, break_count: 2, ..Default::default() };
+        let breaks = [2.0, 12.0, 2.0, 1.0].map(|z| mean.take([0.0, 0.0, z, 0.0, 0.0, 0.0]));
+        assert_eq!((breaks, mean.force), ([false, false, true, false], [0.0, 0.0, 1.5]));
+    }
+}

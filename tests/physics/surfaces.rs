@@ -1,0 +1,100 @@
+//! Belts, skates, rolling resistance, materials, and friction as contacts tell it.
+
+use crate::{kit::*, scenes::*};
+
+/// A box on a belt takes the belt's speed with friction * g, and keeps it.
+#[test]
+fn a_belt_carries() {
+    let belt = "[[object]]\nkind = \"shape\"\nalias = \"belt\"\nsize_m = [4.0, 0.5, 0.1]\nposition_m = [0.0, 0.0, -0.05]\nrespondable = true\nfriction = 1.0\nsurface_velocity_m_s = [0.5, 0.0, 0.0]\n";
+    let scene = belt.to_owned()
+        + &body("b", "", "box", [0.1; 3], 1.0, "position_m = [0.0, 0.0, 0.05]\nrespondable = true\nfriction = 0.1");
+    let lines = watch_run(&scene, &["/b"], 3.0);
+    let v = |l: &Line| l.object::<3>("/b", "linear_velocity")[0];
+    near("early", v(&lines[4]), 0.1 * G * lines[4].time(), 2e-3);
+    near("later", v(&lines[lines.len() - 1]), 0.5, 1e-4);
+}
+
+/// A skate slides along its axis and holds across it; friction along the axis slows it by that coefficient.
+#[test]
+fn a_skate_has_an_axis() {
+    let skate = |friction: f64, v: [f64; 3]| {
+        let more = format!(
+            "position_m = [0.0, 0.0, 0.05]\nrespondable = true\nfriction = 0.8\nfriction_axis = [1, 0, 0]\naxis_friction = {friction:?}\n{}",
+            starts(v, [0.0; 3])
+        );
+        floor(1.0) + &body("b", "", "box", [0.2, 0.1, 0.1], 1.0, &more)
+    };
+    let end = |scene: &str| {
+        let lines = watch_run(scene, &["/b"], 0.5);
+        (lines[lines.len() - 1].object::<3>("/b", "linear_velocity"), lines[lines.len() - 1].time())
+    };
+    near("free", end(&skate(0.0, [1.0, 0.0, 0.0])).0[0], 1.0, 1e-3);
+    let (v, t) = end(&skate(0.1, [1.0, 0.0, 0.0]));
+    near("slowed", v[0], 1.0 - 0.1 * G * t, 0.01);
+    let (v, _) = end(&skate(0.0, [0.5, 0.5, 0.0]));
+    near("along", v[0], 0.5, 0.01);
+    near("across", v[1], 0.0, 1e-3);
+    // On a slope of 10 degrees: along its axis like on ice, across not at all.
+    let on_slope = |axis: &str| {
+        let more = format!("position_m = [0.0, 0.0, 0.05]\nrespondable = true\nfriction = 0.8\nfriction_axis = {axis}");
+        slope(10.0) + &floor(1.0) + &body("b", "", "box", [0.2, 0.1, 0.1], 1.0, &more)
+    };
+    let (v, t) = end(&on_slope("[1, 0, 0]"));
+    near("down", v[0], G * 10f64.to_radians().sin() * t, 0.02);
+    let (v, _) = end(&on_slope("[0, 1, 0]"));
+    near("held", v[0], 0.0, 2e-3);
+}
+
+/// A rolling ball: 5/7 of what the resistance's lever gives; a spinning one comes to rest; one that is let alone on a slope
+/// gentler than the lever stays.
+#[test]
+fn rolling_and_spinning_are_resisted() {
+    let ball = |more: &str| {
+        floor(1.0)
+            + &body(
+                "b",
+                "",
+                "sphere",
+                [0.2; 3],
+                1.0,
+                &format!("position_m = [0.0, 0.0, 0.1]\nrespondable = true\n{more}"),
+            )
+    };
+    let start = starts([1.0, 0.0, 0.0], [0.0, 10.0, 0.0]);
+    let lines = watch_run(&ball(&format!("rolling_friction_m = 0.002\n{start}")), &["/b"], 2.0);
+    let end = &lines[lines.len() - 1];
+    near("rolling", speed(end, "/b"), 1.0 - 0.002 / 0.1 * G * 5.0 / 7.0 * end.time(), 0.01);
+    let start = starts([0.0; 3], [0.0, 0.0, 5.0]);
+    let lines = watch_run(&ball(&format!("spinning_friction_m = 0.001\n{start}")), &["/b"], 1.0);
+    let end = &lines[lines.len() - 1];
+    near("spinning", end.object::<3>("/b", "angular_velocity")[2], 5.0 - 0.001 * G / (0.4 * 0.01) * end.time(), 0.05);
+    let scene = slope(0.5) + &ball("rolling_friction_m = 0.002");
+    let lines = watch_run(&scene, &["/b"], 5.0);
+    near("stays", position(&lines[lines.len() - 1], "/b")[0], 0.0, 1e-3);
+}
+
+/// Friction by material takes the place of the shapes' own; a rule says how these meet.
+#[test]
+fn materials_and_rules() {
+    let slid = |settings: &str, material: &str| {
+        let more = format!(
+            "position_m = [0.0, 0.0, 0.05]\nrespondable = true\nfriction = 0.2\n{material}\n{}",
+            starts([1.0, 0.0, 0.0], [0.0; 3])
+        );
+        let floor = floor(1.0) + "material = \"steel\"\n";
+        let lines = watch_run(
+            &(settings.to_owned() + &floor + &body("b", "", "box", [0.3, 0.3, 0.1], 1.0, &more)),
+            &["/b"],
+            0.1,
+        );
+        let end = &lines[lines.len() - 1];
+        (1.0 - speed(end, "/b")) / (G * end.time())
+    };
+    let pairs = "friction_pairs = [[\"rubber\", \"steel\", 0.4], [\"ice\", \"steel\", 0.05, 0.5]]\n";
+    near("product", slid("", ""), 0.2, 0.002);
+    near("mean", slid("friction_rule = \"mean\"\n", ""), 0.6, 0.01);
+    near("least", slid("friction_rule = \"least\"\n", ""), 0.2, 0.002);
+    near("rubber", slid(pairs, "material = \"rubber\""), 0.4, 0.004);
+    near("ice", slid(pairs, "material = \"ice\""), 0.05, 0.001);
+    near("other", slid(pairs, "material = \"wood\""), 0.2, 0.002);
+}
