@@ -15,6 +15,7 @@ pub fn check(args: &Check) -> ExitCode {
         Ok(world) => {
             // A text that is no program does not keep a scene from starting; better told now than then.
             world.start();
+            world.mechanics().iter().for_each(|text| crate::report::err!("warning: {text}"));
             world.take_lines().iter().for_each(|l| crate::report::err!("warning: {}", l.text));
             crate::report::out!("{}: would start", args.scene.display());
             ExitCode::SUCCESS

@@ -7,6 +7,7 @@
 mod kit;
 
 mod arms;
+mod checks;
 mod contacts;
 mod flight;
 mod grippers;

@@ -127,6 +127,18 @@ pub enum FrictionRule {
     Greatest,
 }
 
+impl FrictionRule {
+    /// The friction of a pair.
+    pub fn of(self, a: f64, b: f64) -> f64 {
+        match self {
+            FrictionRule::Product => a * b,
+            FrictionRule::Mean => (a + b) / 2.0,
+            FrictionRule::Least => a.min(b),
+            FrictionRule::Greatest => a.max(b),
+        }
+    }
+}
+
 /// What a joint leaves free.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum JointKind {

@@ -9,6 +9,7 @@
 //! - `dynamics`: bodies and joints of the engine; `ties`: which objects they are made of; `pose_writeback`: how their states come
 //!   back;
 //! - `follow`: joints that follow others; `force_sensor`: what ties measure;
+//! - `mechanisms`: how joints are kept together; `mechanics`: what a scene asks too much of;
 //! - `forms`: the solids of a shape;
 //! - `moves`: which shapes have moved; `part`: some slots, for a thread of its own;
 //! - `places`: where objects are, by slot, and where they were at the last barrier; `poses`: asking for it, setting it.
@@ -21,6 +22,7 @@ mod force_sensor;
 mod forms;
 pub mod graph;
 mod loops;
+mod mechanics;
 mod mechanisms;
 mod moves;
 mod names;
@@ -39,6 +41,7 @@ pub use dynamics::mass_props;
 pub use follow::Follow;
 pub use force_sensor::ForceSensor;
 pub use forms::{collision_parts, default_inertia, default_mass, is_endless, visible_parts};
+pub use mechanics::mechanics;
 pub use moves::Moves;
 pub use object::{
     ActuatorData, Body, Control, Data, Joint, JointSolver, JointType, Object, Primitive, SensorData, Shape, ShapePart,

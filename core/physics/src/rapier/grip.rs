@@ -110,7 +110,7 @@ impl Rapier {
             return friction;
         }
         let of = |c| self.world.colliders.get(c).map_or(0.0, |c| c.friction());
-        combined(self.tables.friction_rule, of(a), of(b))
+        self.tables.friction_rule.of(of(a), of(b))
     }
 
     fn set_grip(&mut self, pair: (BodyId, BodyId), touch: &Touch) {
@@ -176,15 +176,5 @@ impl Rapier {
             }
             kept
         });
-    }
-}
-
-fn combined(rule: crate::FrictionRule, a: f64, b: f64) -> f64 {
-    use crate::FrictionRule::{Greatest, Least, Mean, Product};
-    match rule {
-        Product => a * b,
-        Mean => (a + b) / 2.0,
-        Least => a.min(b),
-        Greatest => a.max(b),
     }
 }

@@ -67,6 +67,11 @@ impl World {
         Ok(world)
     }
 
+    /// What mechanics forbids in this scene, or makes hard: a sentence each.
+    pub fn mechanics(&self) -> Vec<String> {
+        tatu_scene::mechanics(&self.cell.scene.borrow(), &self.cell.settings.borrow())
+    }
+
     /// Calls `f` with what the world shows now: its objects, and its graphs and drawings.
     pub fn look_at<T>(&self, f: impl FnOnce(&Scene, &Figures) -> T) -> T {
         f(&self.cell.scene.borrow(), &self.cell.figures.borrow())

@@ -1,0 +1,149 @@
+//! What mechanics forbids or makes hard, for whoever asks before a run: bodies that cannot be, chains of very different
+//! masses, grippers too weak for what they hold, steps too coarse for contacts.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, Point3, Vector3};
+use tatu_physics::Motion;
+
+use super::{
+    Scene, Shape,
+    body_rules::{motion_of, tie_of},
+    default_inertia, default_mass,
+    document::Settings,
+};
+
+/// Most of one body's mass over that of another on the same joint for which joints and contacts were tried.
+const MOST_RATIO: f64 = 1000.0;
+
+/// Longest sub-step at which ten boxes on each other stand, s: they shift by 0.4 mm; at twice that they sink by 70 mm.
+const COARSEST: f64 = 0.005;
+
+/// By how much a sum of moments may fall short by rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// What is wrong or hard, one sentence each, in order of objects.
+pub fn mechanics(scene: &Scene, settings: &Settings) -> Vec<String> {
+    let mut found = Vec::new();
+    let substep = settings.physics_dt.min(settings.dt) / f64::from(settings.physics_substeps.max(1));
+    if substep > COARSEST {
+        found.push(format!(
+            "physics steps of {} s in {} parts are too coarse for contacts: what is stacked sinks and topples; \
+             take parts of {COARSEST} s or less, by `physics_dt_s` or `physics_substeps`",
+            settings.physics_dt.min(settings.dt),
+            settings.physics_substeps
+        ));
+    }
+    // A hundred equal robots are one finding.
+    let mut alike: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (slot, object) in scene.slots() {
+        let Some(shape) = object.shape().filter(|s| s.dynamic) else { continue };
+        if let Some(why) = impossible(shape) {
+            alike.entry(why).or_default().push(scene.path(slot));
+        }
+        found.extend(uneven(scene, slot, shape));
+    }
+    for (why, paths) in alike {
+        let others = if paths.len() > 1 { format!(" and {} like it", paths.len() - 1) } else { String::new() };
+        found.push(format!("`{}`{others}: {why}", paths[0]));
+    }
+    found.extend(weak_grippers(scene, settings));
+    found
+}
+
+fn mass(shape: &Shape) -> f64 {
+    shape.mass.unwrap_or_else(|| default_mass(shape))
+}
+
+/// No body has an inertia whose greatest moment is above the sum of the others.
+fn impossible(shape: &Shape) -> Option<String> {
+    let inertia = Matrix3::from_row_slice(shape.inertia.as_ref()?);
+    let mut moments: Vec<f64> = inertia.symmetric_eigenvalues().iter().copied().collect();
+    moments.sort_unstable_by(f64::total_cmp);
+    let [a, b, c] = moments.as_slice() else { return None };
+    let even = default_inertia(shape, mass(shape)).diagonal();
+    let help = format!("an even body of its size and mass has {:.3e}, {:.3e}, {:.3e}", even.x, even.y, even.z);
+    if *a <= 0.0 {
+        return Some(format!("a moment of inertia is {a:.3e} kg m^2, and not above 0; {help}"));
+    }
+    (a + b < c * (1.0 - ROUNDING)).then(|| {
+        format!("no body has moments of inertia of {a:.3e}, {b:.3e} and {c:.3e} kg m^2: none is more than the other two together; {help}")
+    })
+}
+
+/// Very different masses on one joint.
+fn uneven(scene: &Scene, slot: u32, shape: &Shape) -> Option<String> {
+    let (above, tie) = tie_of(scene, slot)?;
+    if motion_of(scene, above) != Some(Motion::Dynamic) {
+        return None;
+    }
+    let (one, other) = (mass(scene.get(above)?.shape()?), mass(shape));
+    let ratio = one.max(other) / one.min(other);
+    (ratio > MOST_RATIO).then(|| {
+        format!(
+            "`{}` holds bodies of {one:.3e} kg and {other:.3e} kg: with more than {MOST_RATIO} times the mass the light one \
+             is shaken by rounding; give it more mass, or make both one body",
+            scene.path(tie)
+        )
+    })
+}
+
+/// Two fingers that slide towards each other.
+struct Gripper {
+    joint: u32,
+    fingers: [u32; 2],
+    force: f64,
+}
+
+fn grippers(scene: &Scene) -> Vec<Gripper> {
+    let finger = |joint: u32| {
+        let o = scene.get(joint)?;
+        let j = o.joint().filter(|j| j.dynamic && j.kind == super::JointType::Prismatic && j.max_force > 0.0)?;
+        let child = scene.children(joint).iter().copied().find(|c| tie_of(scene, *c).is_some())?;
+        scene.get(child)?.shape().filter(|s| s.respondable)?;
+        Some((o.parent, joint, child, scene.world(joint).rotation * Vector3::z(), j.max_force))
+    };
+    let all: Vec<_> = scene.slots().filter_map(|(slot, _)| finger(slot)).collect();
+    let mut found = Vec::new();
+    for (i, a) in all.iter().enumerate() {
+        for b in &all[i + 1..] {
+            if a.0 == b.0 && a.3.dot(&b.3).abs() > 0.99 {
+                found.push(Gripper { joint: a.1, fingers: [a.2, b.2], force: a.4.min(b.4) });
+            }
+        }
+    }
+    found
+}
+
+fn weak_grippers(scene: &Scene, settings: &Settings) -> Vec<String> {
+    let mut found = Vec::new();
+    for gripper in grippers(scene) {
+        let [a, b] = gripper.fingers.map(|f| scene.world(f).translation.vector);
+        let (way, middle) = (b - a, (a + b) / 2.0);
+        let Some(axis) = way.try_normalize(1e-9) else { continue };
+        for (slot, object) in scene.slots() {
+            let Some(held) = object.shape().filter(|s| s.dynamic && s.respondable) else { continue };
+            let centre = scene.world(slot) * Point3::from(held.com);
+            let off = centre.coords - middle;
+            let aside = (off - axis * off.dot(&axis)).norm();
+            let between = off.dot(&axis).abs() < way.norm() / 2.0 && aside < held.size.norm() / 2.0;
+            if gripper.fingers.contains(&slot) || tie_of(scene, slot).is_some() || !between {
+                continue;
+            }
+            let friction = gripper.fingers.iter().filter_map(|f| scene.get(*f)?.shape());
+            let friction = friction.map(|f| settings.friction_rule.of(f.friction, held.friction));
+            let most = gripper.force * friction.sum::<f64>();
+            let weight = mass(held) * settings.gravity.norm();
+            if most < weight {
+                found.push(format!(
+                    "the gripper of `{}` cannot hold `{}`: {} N from both sides give {most:.3} N of friction, its weight is \
+                     {weight:.3} N; raise `max_force_n` or the friction",
+                    scene.path(gripper.joint),
+                    scene.path(slot),
+                    gripper.force
+                ));
+            }
+        }
+    }
+    found
+}

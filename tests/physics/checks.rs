@@ -1,0 +1,69 @@
+//! What `tatu check` says about mechanics, before a run.
+
+use crate::{kit::*, scenes::*};
+
+fn told(scene: &str) -> String {
+    Place::scene(scene).tatu(&["check", "scene.toml"]).good().err
+}
+
+#[test]
+fn sound_scenes_are_not_blamed() {
+    let file = root().join("scenes/course/manta_keyboard_statusbar.toml");
+    let err = Place::new().tatu(&["check", file.to_str().unwrap()]).good().err;
+    assert!(!err.contains("warning"), "{err}");
+    let err =
+        told(&format!("{}[[model]]\nmodel = \"pioneer_p3dx\"\n[[model]]\nmodel = \"pioneer_p3dx\"\n", floor(1.0)));
+    assert!(err.contains("and 1 like it: no body has moments of inertia"), "V-REP's caster is told once: {err}");
+    assert_eq!(err.matches("warning").count(), 1, "{err}");
+}
+
+#[test]
+fn no_body_has_such_an_inertia() {
+    let err = told(&body("b", "", "box", [0.1; 3], 1.0, "inertia_kg_m2 = [0.001, 0.001, 0.01]"));
+    assert!(err.contains("`/b`: no body has moments of inertia of 1.000e-3, 1.000e-3 and 1.000e-2 kg m^2"), "{err}");
+    assert!(err.contains("an even body of its size and mass has 1.667e-3"), "{err}");
+    let err = told(&body("b", "", "box", [0.1; 3], 1.0, "inertia_kg_m2 = [0.001, 0.001, 0.0]"));
+    assert!(err.contains("not above 0"), "{err}");
+}
+
+#[test]
+fn a_heavy_body_on_a_light_one_is_hard() {
+    let chain = |mass: f64| {
+        body("a", "", "box", [0.1; 3], mass, "") + &joint("j", "/a", "") + &body("b", "/a/j", "box", [0.1; 3], 1e-3, "")
+    };
+    assert!(told(&chain(2.0)).contains("`/a/j` holds bodies of 2.000e0 kg and 1.000e-3 kg"));
+    assert!(!told(&chain(0.5)).contains("holds bodies"));
+}
+
+#[test]
+fn a_gripper_is_too_weak() {
+    let finger = |side: f64, force: f64| {
+        let name = if side < 0.0 { "left" } else { "right" };
+        let frame = placed([0.0, 0.0, 0.5], [1.0, 0.0, 0.0], -std::f64::consts::FRAC_PI_2 * side.signum());
+        joint(name, "/palm", &format!("{frame}\ntype = \"prismatic\"\ncontrol = \"force\"\nmax_force_n = {force:?}"))
+            + &body(
+                &format!("{name}_pad"),
+                &format!("/palm/{name}"),
+                "box",
+                [0.05, 0.02, 0.05],
+                0.1,
+                &format!("world_pose = [0, {}, 0.4, 0, 0, 0, 1]\nrespondable = true\nfriction = 0.5", 0.04 * side),
+            )
+    };
+    let palm = "[[object]]\nkind = \"shape\"\nalias = \"palm\"\nposition_m = [0, 0, 0.5]\n";
+    let held = body("o", "", "box", [0.05; 3], 1.0, "position_m = [0, 0, 0.4]\nrespondable = true\nfriction = 0.6");
+    let err = told(&(palm.to_owned() + &finger(-1.0, 10.0) + &finger(1.0, 10.0) + &held));
+    assert!(
+        err.contains("cannot hold `/o`: 10 N from both sides give 6.000 N of friction, its weight is 9.810 N"),
+        "{err}"
+    );
+    let err = told(&(palm.to_owned() + &finger(-1.0, 20.0) + &finger(1.0, 20.0) + &held));
+    assert!(!err.contains("cannot hold"), "{err}");
+}
+
+#[test]
+fn steps_are_too_coarse() {
+    let err = told("physics_dt_s = 0.05\nphysics_substeps = 4\n");
+    assert!(err.contains("physics steps of 0.05 s in 4 parts are too coarse for contacts"), "{err}");
+    assert!(!told("physics_dt_s = 0.02\nphysics_substeps = 4\n").contains("coarse"));
+}
