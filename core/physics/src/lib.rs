@@ -352,6 +352,20 @@ pub struct EngineSettings {
     pub contact_spring: Option<[f64; 2]>,
 }
 
+impl Default for EngineSettings {
+    /// As a scene without settings has them.
+    fn default() -> Self {
+        EngineSettings {
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            step: 0.005,
+            substeps: 4,
+            sleep: true,
+            friction_rule: FrictionRule::Product,
+            contact_spring: None,
+        }
+    }
+}
+
 /// A rigid-body engine.
 pub trait Engine: Send + Sync {
     /// Changes gravity or the length of a step.

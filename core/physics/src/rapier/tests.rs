@@ -11,12 +11,12 @@ use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3
 use tatu_geometry::{Form, Part};
 
 use super::Rapier;
-use crate::{BodyDesc, BodyId, Engine, EngineSettings, MassProps, Motion, Respond};
+use crate::{BodyDesc, BodyId, Engine, EngineSettings, MassProps, Motion, Respond, Surface};
 
 const G: f64 = 9.81;
 
 fn engine(step: f64) -> Rapier {
-    Rapier::new(EngineSettings { gravity: Vector3::new(0.0, 0.0, -G), step, substeps: 4, sleep: true })
+    Rapier::new(EngineSettings { gravity: Vector3::new(0.0, 0.0, -G), step, ..EngineSettings::default() })
 }
 
 fn at(x: f64, y: f64, z: f64) -> Isometry3<f64> {
@@ -53,6 +53,7 @@ fn body(pose: Isometry3<f64>, mass: MassProps, parts: Vec<Part>) -> BodyDesc {
         respond: Respond { mask: 0xffff, tree: 1 },
         bullet: false,
         damping: [0.0; 2],
+        surface: Surface::default(),
     }
 }
 

@@ -27,7 +27,7 @@ fn falls() {
 #[test]
 fn pushed() {
     let mut engine = engine(0.01);
-    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4, sleep: true });
+    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
     let ball = engine.add_body(&body(at(0.0, 0.0, 0.0), mass(2.0, [0.1, 0.2, 0.5]), vec![]));
     for _ in 0..20 {
         engine.push(ball, Vector3::x(), Vector3::z());
@@ -44,7 +44,7 @@ fn pushed() {
 #[test]
 fn spins_about_its_centre_of_mass() {
     let mut engine = engine(0.01);
-    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4, sleep: true });
+    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
     let com = Point3::new(0.3, 0.0, 0.0);
     let props = MassProps { com, ..mass(1.0, [0.1; 3]) };
     let spin = Vector3::z() * 2.0;
@@ -74,6 +74,7 @@ fn pendulum() {
             kind: JointKind::Revolute,
             form: JointForm::Impulse,
             passive: Passive::default(),
+            geared: false,
             limits: None,
         })
         .unwrap();

@@ -20,6 +20,7 @@ fn arm(engine: &mut Rapier, reach: f64, limits: Option<(f64, f64)>) -> JointId {
         limits,
         form: JointForm::Reduced,
         passive: Passive::default(),
+        geared: false,
     };
     engine.add_joint(&desc).unwrap()
 }
@@ -38,6 +39,7 @@ fn lift(engine: &mut Rapier, limits: Option<(f64, f64)>) -> JointId {
         limits,
         form: JointForm::Impulse,
         passive: Passive::default(),
+        geared: false,
     };
     engine.add_joint(&desc).unwrap()
 }
@@ -86,7 +88,7 @@ fn force() {
 #[test]
 fn force_is_mutual() {
     let mut engine = engine(0.01);
-    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4, sleep: true });
+    engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
     let bodies = [1.0, 3.0].map(|m| engine.add_body(&body(at(0.0, 0.0, 0.0), mass(m, [0.1 * m; 3]), vec![])));
     let frame = Isometry3::identity();
     let desc = JointDesc {
@@ -97,6 +99,7 @@ fn force_is_mutual() {
         kind: JointKind::Revolute,
         form: JointForm::Impulse,
         passive: Passive::default(),
+        geared: false,
         limits: None,
     };
     let joint = engine.add_joint(&desc).unwrap();
@@ -112,7 +115,7 @@ fn force_is_mutual() {
 fn position() {
     let mut engine = engine(0.01);
     let joint = arm(&mut engine, 0.5, None);
-    engine.drive(joint, Drive::Position { target: 1.0, max_force: 50.0, max_velocity: 0.5 });
+    engine.drive(joint, Drive::Position { target: 1.0, max_force: 50.0, max_velocity: 0.5, tracking: None });
     let mut fastest = 0.0f64;
     for step in 0..500 {
         engine.advance(1);
@@ -137,9 +140,9 @@ fn position() {
 fn ways_round() {
     for (limits, over_pi) in [(None, true), (Some((-3.0, 3.0)), false)] {
         let mut engine = engine(0.01);
-        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4, sleep: true });
+        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
         let joint = arm(&mut engine, 0.5, limits);
-        let go = |target| Drive::Position { target, max_force: 50.0, max_velocity: 2.0 };
+        let go = |target| Drive::Position { target, max_force: 50.0, max_velocity: 2.0, tracking: None };
         engine.drive(joint, go(2.8));
         engine.advance(300);
         assert!((engine.joint_state(joint).position - 2.8).abs() < 1e-3);
@@ -184,6 +187,7 @@ fn fixed_joint() {
         limits: None,
         form: JointForm::Impulse,
         passive: Passive::default(),
+        geared: false,
     };
     let joint = engine.add_joint(&desc).unwrap();
     engine.drive(joint, Drive::Force(10.0));
@@ -200,7 +204,7 @@ fn nonsense() {
     for drive in [
         Drive::Velocity { target: f64::NAN, max_force: 1.0, slip: 0.0 },
         Drive::Velocity { target: 1.0, max_force: f64::NAN, slip: 0.0 },
-        Drive::Position { target: f64::INFINITY, max_force: 1.0, max_velocity: 1.0 },
+        Drive::Position { target: f64::INFINITY, max_force: 1.0, max_velocity: 1.0, tracking: None },
         Drive::Force(f64::NAN),
     ] {
         engine.drive(joint, drive);
@@ -218,6 +222,7 @@ fn nonsense() {
         kind: JointKind::Fixed,
         form: JointForm::Impulse,
         passive: Passive::default(),
+        geared: false,
         limits: None,
     };
     assert_eq!(engine.add_joint(&own), None);

@@ -11,7 +11,7 @@ fn ball(engine: &mut Rapier) -> BodyId {
 
 #[test]
 fn pushes_of_a_step_act_in_it_alone_and_leave_the_others_as_they_were() {
-    let mut engine = Rapier::new(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4, sleep: true });
+    let mut engine = Rapier::new(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
     let ball = ball(&mut engine);
     engine.push(ball, Vector3::new(4.0, 0.0, 0.0), Vector3::zeros());
     let mut seen = Vec::new();
@@ -65,7 +65,7 @@ fn a_push_in_every_step_has_the_bits_of_one_for_all() {
 
 #[test]
 fn the_centre_of_mass_is_told_in_the_world() {
-    let mut engine = Rapier::new(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4, sleep: true });
+    let mut engine = Rapier::new(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
     let ball = ball(&mut engine);
     engine.set_pose(ball, &turned(Vector3::new(1.0, 2.0, 3.0), Vector3::z(), std::f64::consts::FRAC_PI_2));
     assert!((engine.centre_of_mass(ball) - Point3::new(1.0, 2.05, 3.0)).norm() < 1e-12);

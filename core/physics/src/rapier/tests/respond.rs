@@ -74,7 +74,7 @@ fn only_dynamic_bodies_meet() {
 fn jointed_bodies_collide() {
     for (mask, stopped) in [(0xffff, true), (0xff00, false)] {
         let mut engine = engine(0.01);
-        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, substeps: 4, sleep: true });
+        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
         let half = Vector3::repeat(0.1);
         let respond = Respond { mask, tree: 4 };
         let base = fixed(at(0.0, 0.0, 0.0), part(Form::Box { half }));
@@ -91,6 +91,7 @@ fn jointed_bodies_collide() {
             limits: None,
             form: JointForm::Impulse,
             passive: Passive::default(),
+            geared: false,
         };
         let joint = engine.add_joint(&desc).unwrap();
         engine.drive(joint, Drive::Velocity { target: -0.5, max_force: 5.0, slip: 0.0 });

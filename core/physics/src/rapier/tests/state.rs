@@ -27,10 +27,11 @@ fn busy() -> Rapier {
         kind: JointKind::Revolute,
         form: JointForm::Impulse,
         passive: Passive::default(),
+        geared: false,
         limits: Some((-1.0, 1.0)),
     };
     let joint = engine.add_joint(&desc).unwrap();
-    engine.drive(joint, Drive::Position { target: 0.8, max_force: 20.0, max_velocity: 0.4 });
+    engine.drive(joint, Drive::Position { target: 0.8, max_force: 20.0, max_velocity: 0.4, tracking: None });
     engine.push(arm, Vector3::x(), Vector3::zeros());
     engine
 }

@@ -65,6 +65,7 @@ pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u
                 kind: JointKind::Revolute,
                 form: JointForm::Impulse,
                 passive: Passive::default(),
+                geared: false,
                 limits: None,
             })
             .unwrap()
