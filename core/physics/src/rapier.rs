@@ -32,7 +32,7 @@ use std::collections::BTreeMap;
 
 use bodies::{BodyRecord, ShapeCache, Tree};
 use grip::Grips;
-use joints::{Held, JointRecord, Memory, Phase};
+use joints::{Held, JointRecord, Memory};
 use load::Measured;
 use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::{
@@ -250,9 +250,8 @@ impl Engine for Rapier {
             geared: desc.geared,
             closes_loop: desc.form == JointForm::Loop,
             drive: Drive::Free,
-            phase: Phase::Hold,
+            pursuit: 0.0,
             memory: Memory::default(),
-            place: 0.0,
             speed: 0.0,
             at_limit: false,
             folded: 0.0,

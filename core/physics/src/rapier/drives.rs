@@ -61,7 +61,7 @@ impl Rapier {
         self.tables.changed = changed;
     }
 
-    /// Lets position drives change from moving to holding and back.
+    /// How fast position drives move in the next step.
     pub(super) fn update_positions(&mut self) {
         let dt = self.world.integration_parameters.dt;
         let mut positioned = std::mem::take(&mut self.tables.positioned);
@@ -73,11 +73,11 @@ impl Rapier {
                 return false;
             }
             let (frame_a, frame_b) = self.joint_frames(record);
-            let (phase, memory) = joints::phase(record, joints::position(record.kind, &frame_a, &frame_b), dt);
+            let (pursuit, memory) = joints::pursue(record, joints::position(record.kind, &frame_a, &frame_b), dt);
             if let Some(record) = self.tables.joints[id.0 as usize].as_mut() {
                 record.memory = memory;
-                if record.phase != phase {
-                    record.phase = phase;
+                if record.pursuit != pursuit {
+                    record.pursuit = pursuit;
                     mark(&mut self.tables.changed, *id, record);
                 }
             }
@@ -107,12 +107,10 @@ impl Rapier {
             // On the line of torque over speed it stays until it is faster than it wants.
             let beyond = (motor.target_vel - state.velocity) * state.effort > 0.0;
             record.at_limit = match record.at_limit {
-                true => {
-                    joints::wanted(record, state.position).is_none_or(|w| (w - state.velocity) * state.effort > 0.0)
-                }
+                true => joints::wanted(record).is_none_or(|w| (w - state.velocity) * state.effort > 0.0),
                 false => beyond && state.effort.abs() - record.folded >= AT_LIMIT * motor.max_force,
             };
-            (record.place, record.speed) = (state.position, state.velocity);
+            record.speed = state.velocity;
             mark(&mut self.tables.changed, id, record);
         }
     }

@@ -51,13 +51,11 @@ pub(super) struct JointRecord {
     pub closes_loop: bool,
     /// What was asked for.
     pub drive: Drive,
-    /// What a position drive is doing about it.
-    pub phase: Phase,
+    /// Velocity at which a position drive moves in the next step, rad/s or m/s.
+    pub pursuit: f64,
     /// What its controller remembers.
     pub memory: Memory,
-    /// Where it stood before the step, rad or m, and how fast it moved, where its drive's limit depends on that.
-    pub place: f64,
-    /// rad/s or m/s.
+    /// How fast it moved before the step, rad/s or m/s, where its drive's limit depends on that.
     pub speed: f64,
     /// Whether its drive reached that limit in the last step.
     pub at_limit: bool,
@@ -88,17 +86,6 @@ impl JointRecord {
             Held::Reduced(r) => r.motor,
         }
     }
-}
-
-/// A position drive moves at its highest velocity until it is near, then it holds. Told apart here so that the
-/// engine's joint is touched only when the phase changes.
-#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) enum Phase {
-    Forward,
-    Backward,
-    Hold,
-    /// At the velocity that its controller asks for, rad/s or m/s.
-    Track(f64),
 }
 
 /// Sum of the error, rad s or m s, and the last error, rad or m, of a controller.
@@ -203,14 +190,8 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
         Drive::Velocity { target, max_force, .. } => motor(target, max_force),
         // The same force on both bodies, along the axis as it is in each sub-step.
         Drive::Force(force) => motor(NEVER_REACHED.copysign(force), force.abs()),
-        Drive::Position { target, max_force, max_velocity, .. } => match record.phase {
-            Phase::Track(velocity) => motor(velocity, max_force),
-            Phase::Forward => motor(max_velocity, max_force),
-            Phase::Backward => motor(-max_velocity, max_force),
-            Phase::Hold => {
-                JointMotor { target_pos: target, stiffness: MOTOR_DAMPING / SETTLE_TIME, ..motor(0.0, max_force) }
-            }
-        },
+        // Not by rapier's own spring: how fast that is depends on the number of sub-steps.
+        Drive::Position { max_force, .. } => motor(record.pursuit, max_force),
     };
     let motor = match record.passive.no_load_speed > 0.0 {
         true => weakened(motor, record),
@@ -224,7 +205,7 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
 /// a row that gives way by a damping is, so that it settles at the speed at which the line meets the load.
 fn weakened(motor: JointMotor, record: &JointRecord) -> JointMotor {
     let (no_load, speed) = (record.passive.no_load_speed, record.speed);
-    let wanted = wanted(record, record.place).unwrap_or(motor.target_vel);
+    let wanted = wanted(record).unwrap_or(motor.target_vel);
     let direction = 1.0f64.copysign(wanted - speed);
     // A motor that brakes has its whole limit.
     if direction * speed < 0.0 {
@@ -232,7 +213,7 @@ fn weakened(motor: JointMotor, record: &JointRecord) -> JointMotor {
     }
     if record.at_limit {
         let damping = motor.max_force / no_load;
-        return JointMotor { target_vel: direction * no_load, damping, stiffness: 0.0, ..motor };
+        return JointMotor { target_vel: direction * no_load, damping, ..motor };
     }
     JointMotor { max_force: motor.max_force * (1.0 - direction * speed / no_load).max(0.0), ..motor }
 }
@@ -247,16 +228,12 @@ pub(super) fn folded(record: &JointRecord) -> f64 {
     if limit > record.passive.friction && !record.at_limit { record.passive.friction } else { 0.0 }
 }
 
-/// The velocity that a drive wants at `position`; `None`: more than there is.
-pub(super) fn wanted(record: &JointRecord, position: f64) -> Option<f64> {
-    match (record.drive, record.phase) {
-        (Drive::Velocity { target, .. }, _) => Some(target),
-        (Drive::Position { .. }, Phase::Track(velocity)) => Some(velocity),
-        // Near its target it wants what is left of the way in its settling time.
-        (Drive::Position { target, .. }, Phase::Hold) => Some((target - position) / SETTLE_TIME),
-        (Drive::Position { max_velocity, .. }, Phase::Forward) => Some(max_velocity),
-        (Drive::Position { max_velocity, .. }, Phase::Backward) => Some(-max_velocity),
-        (Drive::Free | Drive::Force(_), _) => None,
+/// The velocity that a drive wants; `None`: more than there is.
+pub(super) fn wanted(record: &JointRecord) -> Option<f64> {
+    match record.drive {
+        Drive::Velocity { target, .. } => Some(target),
+        Drive::Position { .. } => Some(record.pursuit),
+        Drive::Free | Drive::Force(_) => None,
     }
 }
 
@@ -284,36 +261,28 @@ pub(super) fn iterations(frames: (Pose, Pose), a: &RigidBody, b: &RigidBody) -> 
     if q.is_nan() || q < 1.01 { 0 } else { (6.0 * (q - 1.0)).ceil().min(MOST_ITERATIONS) as usize }
 }
 
-/// What a position drive has to do at `position` for the next `dt`, s, and what its controller then remembers.
-pub(super) fn phase(record: &JointRecord, position: f64, dt: f64) -> (Phase, Memory) {
+/// Velocity at which a position drive that stands at `position` moves in the next `dt`, s, and what its controller then
+/// remembers.
+pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64) -> (f64, Memory) {
     let Drive::Position { target, max_velocity, tracking, .. } = record.drive else {
-        return (record.phase, record.memory);
+        return (0.0, Memory::default());
     };
     let mut way = target - position;
     // A joint without limits takes the shorter way round.
     if record.kind == JointKind::Revolute && !record.limited {
         way = wrap(way);
     }
-    if let Some(t) = tracking {
-        let Memory { sum, last } = record.memory;
-        let next = sum + way * dt;
-        let change = last.map_or(0.0, |l| (way - l) / dt);
-        let wanted = t.p * way + t.i * next + t.d * change + t.velocity;
-        let velocity = wanted.clamp(-max_velocity, max_velocity);
-        // At its highest velocity the error is not summed up: it would have to be made up for later.
-        let sum = if velocity == wanted { next } else { sum };
-        return (Phase::Track(velocity), Memory { sum, last: Some(way) });
-    }
-    // Holding starts where it is no faster than allowed. It ends a little further out, so that the two do not
-    // take turns.
-    let near = max_velocity * SETTLE_TIME;
-    let hold = if record.phase == Phase::Hold { way.abs() <= 1.1 * near } else { way.abs() <= near };
-    let phase = match hold {
-        true => Phase::Hold,
-        false if way > 0.0 => Phase::Forward,
-        false => Phase::Backward,
+    let Some(t) = tracking else {
+        return ((way / SETTLE_TIME.max(dt)).clamp(-max_velocity, max_velocity), Memory::default());
     };
-    (phase, Memory::default())
+    let Memory { sum, last } = record.memory;
+    let next = sum + way * dt;
+    let change = last.map_or(0.0, |l| (way - l) / dt);
+    let wanted = t.p * way + t.i * next + t.d * change + t.velocity;
+    let velocity = wanted.clamp(-max_velocity, max_velocity);
+    // At its highest velocity the error is not summed up: it would have to be made up for later.
+    let sum = if velocity == wanted { next } else { sum };
+    (velocity, Memory { sum, last: Some(way) })
 }
 
 /// Position of a joint whose frames on both bodies stand so in the world.

@@ -83,11 +83,17 @@ impl Rapier {
         let turn = body.position().rotation * before.rotation.inverse();
         let reduced = record.joints > 0 && self.world.multibody_joints.rigid_body_link(record.handle).is_some();
         Velocity {
-            linear: (centre - before.place) / dt + (linear - before.linear) * share,
-            angular: rate(turn, dt, (!reduced).then_some(n)) + (angular - before.angular) * share,
+            linear: ahead((centre - before.place) / dt, (linear - before.linear) * share, linear),
+            angular: ahead(rate(turn, dt, (!reduced).then_some(n)), (angular - before.angular) * share, angular),
             centre,
         }
     }
+}
+
+/// The mean and what was added to it by the end of the step, but not beyond what rapier has then: a motor that starts
+/// changes its velocity in the first sub-step, not evenly.
+fn ahead(mean: Vector, change: Vector, end: Vector) -> Vector {
+    (mean + change).clamp(mean.min(end), mean.max(end))
 }
 
 /// Angular velocity that turns a body so far in `dt`; in `linearized` sub-steps where these turn it by twice the arc tangent

@@ -5,10 +5,43 @@ assert(sim.getJointType(j) == sim.joint_prismatic_subtype and sim.getJointMode(j
 local f = sim.createForceSensor(0, {0, 1, 1, 0, 0}, {0.1, 0, 0, 0, 0})
 assert(sim.getObjectType(f) == sim.object_forcesensor_type)
 --- sim.breakForceSensor
-local f, d = sim.createForceSensor(0, {0, 1, 1, 0, 0}, {0.1, 0, 0, 0, 0}), sim.createDummy(0.01)
-sim.setObjectParent(d, f, true)
-sim.breakForceSensor(f)
-assert(sim.getObjectParent(d) == -1)
+function sysCall_init()
+    base = sim.createPureShape(0, 16, {0.1, 0.1, 0.1}, 1)
+    tool = sim.createPureShape(0, 0, {0.1, 0.1, 0.1}, 2)
+    sensor = sim.createForceSensor(0, {0, 1, 1, 0, 0}, {0.1, 0, 0, 0, 0})
+    sim.setObjectPosition(base, {80, 0, 2})
+    sim.setObjectPosition(sensor, {80, 0, 2.1})
+    sim.setObjectPosition(tool, {80, 0, 2.1})
+    sim.setObjectParent(sensor, base, true)
+    sim.setObjectParent(tool, sensor, true)
+    sim.breakForceSensor(sensor)
+end
+function sysCall_sensing()
+    if sim.getSimulationTime() > 0.3 then
+        assert(sim.getObjectPosition(tool)[3] < 2)
+    end
+end
+--- sim.readForceSensor
+function sysCall_init()
+    base = sim.createPureShape(0, 16, {0.1, 0.1, 0.1}, 1)
+    tool = sim.createPureShape(0, 0, {0.1, 0.1, 0.1}, 2)
+    sensor = sim.createForceSensor(0, {0, 1, 1, 0, 0}, {0.1, 0, 0, 0, 0})
+    sim.setObjectPosition(base, {82, 0, 2})
+    sim.setObjectPosition(sensor, {82, 0, 2.1})
+    sim.setObjectPosition(tool, {82, 0, 2.1})
+    sim.setObjectParent(sensor, base, true)
+    sim.setObjectParent(tool, sensor, true)
+end
+function sysCall_sensing()
+    local result, force, torque = sim.readForceSensor(sensor)
+    if sim.getSimulationTime() > 0.3 then
+        assert(result == 1 and math.abs(force[3] + 2 * 9.81) < 0.01 and #torque == 3)
+    end
+end
+--- sim.setSphericalJointMatrix
+local j = sim.createJoint(sim.joint_spherical_subtype, sim.jointmode_kinematic, 0)
+sim.setSphericalJointMatrix(j, {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0})
+assert(math.abs(sim.getJointMatrix(j)[7] + 1) < 1e-9)
 --- sim.getJointDependency
 local j = sim.createJoint(sim.joint_revolute_subtype, sim.jointmode_kinematic, 0)
 assert(sim.getJointDependency(j) == -1)

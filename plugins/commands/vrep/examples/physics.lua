@@ -286,3 +286,21 @@ sim.removeObjects({box})
 assert(near == 0 and far == 1)
 --- sim.resetProximitySensor
 assert(sim.resetProximitySensor(sim.getObject('/sonar')) == 1)
+--- sim.setShapeMaterial
+local box = sim.createPureShape(0, 0, {0.1, 0.1, 0.1}, 1)
+sim.setShapeMaterial(box, sim.dynmat_nofriction)
+assert(sim.getEngineFloatParam(sim.bullet_body_friction, box) == 0)
+--- sim.setEngineBoolParam
+sim.setEngineBoolParam(2, -1, true)
+--- sim.getEngineBoolParam
+assert(sim.getEngineBoolParam(2, -1) == false)
+--- sim.setEngineInt32Param
+sim.setEngineInt32Param(2, -1, 1)
+--- sim.getEngineInt32Param
+assert(sim.getEngineInt32Param(2, -1) == 0)
+--- sim.setEngineFloatParam
+local box = sim.createPureShape(0, 0, {0.1, 0.1, 0.1}, 1)
+sim.setEngineFloatParam(sim.bullet_body_friction, box, 0.5)
+assert(sim.getEngineFloatParam(sim.bullet_body_friction, box) == 0.5)
+--- sim.getEngineFloatParam
+assert(sim.getEngineFloatParam(sim.bullet_global_stepsize, -1) > 0)

@@ -30,11 +30,23 @@ fn friction_of(material: i64) -> Option<f64> {
 /// The engine's step, which scripts ask for by the number of Bullet's.
 const STEP: i64 = 1;
 
+/// A command, the name it had before, and its flat one.
+type Names = (&'static str, &'static str, &'static str);
+
+const GET: [(&str, Names); 3] = [
+    ("Bool", ("sim.getEngineBoolParam", "sim.getEngineBoolParameter", "simGetEngineBoolParameter")),
+    ("Int32", ("sim.getEngineInt32Param", "sim.getEngineInt32Parameter", "simGetEngineInt32Parameter")),
+    ("Float", ("sim.getEngineFloatParam", "sim.getEngineFloatParameter", "simGetEngineFloatParameter")),
+];
+const SET: [(&str, Names); 3] = [
+    ("Bool", ("sim.setEngineBoolParam", "sim.setEngineBoolParameter", "simSetEngineBoolParameter")),
+    ("Int32", ("sim.setEngineInt32Param", "sim.setEngineInt32Parameter", "simSetEngineInt32Parameter")),
+    ("Float", ("sim.setEngineFloatParam", "sim.setEngineFloatParameter", "simSetEngineFloatParameter")),
+];
+
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    for kind in ["Bool", "Int32", "Float"] {
-        get(offer, kind);
-        set(offer, kind);
-    }
+    GET.iter().for_each(|(kind, names)| get(offer, kind, *names));
+    SET.iter().for_each(|(kind, names)| set(offer, kind, *names));
     offer.command(
         both("sim.setShapeMaterial", MINUS, |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
@@ -50,10 +62,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-fn get(offer: &mut Offer<Vrep>, kind: &'static str) {
-    let name = format!("sim.getEngine{kind}Param");
+fn get(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): Names) {
     offer.command(
-        Cmd::new(&name, move |c| {
+        Cmd::new(name, move |c| {
             let (p, n) = (&c.plugin().p, c.i64(0)?);
             match (kind, prop(p, n)) {
                 ("Float", Some(prop)) => {
@@ -71,8 +82,8 @@ fn get(offer: &mut Offer<Vrep>, kind: &'static str) {
             }
             Ok(())
         })
-        .alias(format!("sim.getEngine{kind}Parameter"))
-        .old_name(format!("simGetEngine{kind}Parameter"), MINUS)
+        .alias(before)
+        .old_name(flat, MINUS)
         .param(Param::int("parameter").text("a number from the tables of constants"))
         .param(Param::any("object").optional())
         .returns(Param::any("value"))
@@ -81,10 +92,9 @@ fn get(offer: &mut Offer<Vrep>, kind: &'static str) {
     );
 }
 
-fn set(offer: &mut Offer<Vrep>, kind: &'static str) {
-    let name = format!("sim.setEngine{kind}Param");
+fn set(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): Names) {
     offer.command(
-        Cmd::new(&name, move |c| {
+        Cmd::new(name, move |c| {
             let (p, n) = (&c.plugin().p, c.i64(0)?);
             if let ("Float", Some(prop)) = (kind, prop(p, n)) {
                 let (shape, x) = (of_kind(c, 1, TATU_KIND_SHAPE)?, c.f64(2)?);
@@ -93,8 +103,8 @@ fn set(offer: &mut Offer<Vrep>, kind: &'static str) {
             }
             done(c)
         })
-        .alias(format!("sim.setEngine{kind}Parameter"))
-        .old_name(format!("simSetEngine{kind}Parameter"), MINUS)
+        .alias(before)
+        .old_name(flat, MINUS)
         .param(Param::int("parameter").text("a number from the tables of constants"))
         .param(Param::any("object").optional())
         .param(Param::any("value"))
