@@ -123,6 +123,17 @@ fn joint<'a>(
     if limit.velocity > 0.0 {
         node.set("joint.max_velocity", limit.velocity.min(1e6))?;
     }
+    if let Some(d) = &joint.dynamics {
+        let positive = |x: f64| if x.is_finite() { x.max(0.0) } else { 0.0 };
+        node.set("joint.damping", positive(d.damping))?.set("joint.dry_friction", positive(d.friction))?;
+    }
+    if let Some(mimic) = &joint.mimic {
+        let number = |x: Option<f64>, or: f64| x.filter(|x| x.is_finite()).unwrap_or(or);
+        node.set("joint.follows", format!(":/{}", alias(&mimic.joint)).as_str())?
+            .set("joint.follow_factor", number(mimic.multiplier, 1.0))?
+            .set("joint.follow_offset", number(mimic.offset, 0.0))?
+            .set("joint.geared", true)?;
+    }
     Ok(node)
 }
 
@@ -262,16 +273,6 @@ fn tell(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree) {
             "line {}: the joint `{}` is {kind}, which is not done here; it is fixed",
             outline.joints[*j].line, joint.name
         ));
-    }
-    let with = |has: fn(&Joint) -> bool| {
-        let names: Vec<_> = robot.joints.iter().filter(|j| has(j)).map(|j| format!("`{}`", j.name)).collect();
-        (!names.is_empty()).then(|| names.join(", "))
-    };
-    if let Some(names) = with(|j| j.dynamics.as_ref().is_some_and(|d| d.damping != 0.0 || d.friction != 0.0)) {
-        warn(format!("damping and friction of joints have no effect here: {names}"));
-    }
-    if let Some(names) = with(|j| j.mimic.is_some()) {
-        warn(format!("joints that mimic others move by themselves here: {names}"));
     }
     if !outline.others.is_empty() {
         let list: Vec<_> = outline.others.iter().map(|(n, c)| format!("{c} x <{n}>")).collect();
