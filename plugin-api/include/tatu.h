@@ -1032,6 +1032,9 @@ typedef struct tatu_host_bodies {
                                   double limit, double *points, tatu_object *pair);
   /* Whether the engine moves it: 1 for dynamic shapes and for joints between two bodies, once physics has run. */
   tatu_status(TATU_CALL *is_dynamic)(tatu_world *, tatu_object, uint32_t *yes);
+  /* Friction at the contacts that `contacts` gives, in the same order: on shape[1], world frame, N, over the last physics
+   * step, 3 numbers each. `cap` and `n` count numbers. */
+  tatu_status(TATU_CALL *frictions)(tatu_world *, tatu_object, double *out, uint32_t cap, uint32_t *n);
 } tatu_host_bodies;
 
 #define TATU_HOST_COMMANDS "tatu.host.commands/draft.1"

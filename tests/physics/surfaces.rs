@@ -98,3 +98,18 @@ fn materials_and_rules() {
     near("ice", slid(pairs, "material = \"ice\""), 0.05, 0.001);
     near("other", slid(pairs, "material = \"wood\""), 0.2, 0.002);
 }
+
+/// The contact forces on a box that lies on a slope are its weight, friction included.
+#[test]
+fn contacts_tell_friction() {
+    let reader = "[[object]]\nkind = \"dummy\"\nalias = \"reader\"\nscript = { text = '''\nfunction sysCall_init() b = sim.getObject('/b') end\nfunction sysCall_sensing()\n local x, y, z, i = 0, 0, 0, 0\n while true do\n  local o, p, f = sim.getContactInfo(sim.handle_all, b, i)\n  if not o then break end\n  local s = o[2] == b and 1 or -1\n  x, y, z, i = x + s * f[1], y + s * f[2], z + s * f[3], i + 1\n end\n sim.addStatusbarMessage(string.format('%.6f %.6f %.6f', x, y, z))\nend\n''' }\n";
+    for base in [floor(1.0), "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nsize_m = [4.0, 4.0, 1.0]\nposition_m = [0.0, 0.0, -0.5]\nrespondable = true\n".to_owned()] {
+        let block = body("b", "", "box", [0.2, 0.2, 0.1], 2.0, "position_m = [0.0, 0.0, 0.05]\nrespondable = true");
+        let lines = watch_run(&(slope(15.0) + &base + &block + reader), &[], 0.5);
+        let forces: Vec<f64> = lines[lines.len() - 1].status()[0].split(' ').map(|x| x.parse().unwrap()).collect();
+        let a = 15f64.to_radians();
+        near("along", forces[0], -2.0 * G * a.sin(), 0.02);
+        near("across", forces[1], 0.0, 0.02);
+        near("normal", forces[2], 2.0 * G * a.cos(), 0.02);
+    }
+}

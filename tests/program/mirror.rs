@@ -107,7 +107,7 @@ mirror! {
     }
     tatu_look { size, flags, only, far_m, max_incidence }
     tatu_host_readings { size, reserved, field, sense_now, reset, list, describe, look }
-    tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic }
+    tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic, frictions }
     tatu_host_commands {
         size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,
         retain, drop, call_func

@@ -108,6 +108,7 @@ pub struct tatu_host_bodies {
         ) -> tatu_status,
     >,
     pub is_dynamic: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut u32) -> tatu_status>,
+    pub frictions: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut f64, u32, *mut u32) -> tatu_status>,
 }
 
 #[repr(C)]

@@ -361,6 +361,16 @@ impl<'a> World<'a> {
         })
     }
 
+    /// Friction at the contacts of [`Self::contacts`], in the same order: N, world, on the second shape.
+    pub fn frictions(&self, object: tatu_object) -> Result<Vec<[f64; 3]>> {
+        let frictions = service!(self.bodies.frictions);
+        let numbers: Vec<f64> = self.fill(|out, cap, n| {
+            // SAFETY: the world is that of the running call, and what is passed lives until it returns.
+            unsafe { frictions(self.raw, object, out, cap, n) }
+        })?;
+        Ok(numbers.as_chunks::<3>().0.to_vec())
+    }
+
     /// The shortest way from any shape of a list to any of another (empty: to any other shape), no longer than `limit`
     /// if that is above 0: both ends, and the two shapes. `None`: there is none so near.
     pub fn closest(&self, a: &[tatu_object], b: &[tatu_object], limit: f64) -> Result<Option<Closest>> {

@@ -1,9 +1,9 @@
 //! `tatu.host.bodies`: velocities, pushes, contacts.
 
 use nalgebra::Vector3;
-use tatu_physics::{BodyId, Twist};
+use tatu_physics::{BodyId, Contact, Twist};
 use tatu_plugin_api::abi::*;
-use tatu_scene::rows::kind_name;
+use tatu_scene::{Scene, rows::kind_name};
 
 use super::{busy, fill, here, on, slot};
 use crate::cell::{WorldCell, stand_ins};
@@ -18,6 +18,7 @@ pub static TABLE: tatu_host_bodies = tatu_host_bodies {
     contacts: Some(contacts),
     closest: Some(super::solids::closest),
     is_dynamic: Some(super::solids::is_dynamic),
+    frictions: Some(frictions),
 };
 
 unsafe extern "C" fn twist(w: *mut tatu_world, object: tatu_object, out: *mut f64) -> tatu_status {
@@ -158,27 +159,46 @@ unsafe extern "C" fn contacts(
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, |world| {
-            let (Ok(scene), Ok(dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow()) else {
-                return Err(busy(world));
-            };
-            let wanted = match object {
-                0 => None,
-                o => match slot(world, &scene, o) {
-                    Ok(s) => Some(s),
-                    Err(status) => return Err(status),
-                },
-            };
-            let all: Vec<tatu_contact> = dynamics
-                .contacts()
-                .filter(|(a, b, _)| wanted.is_none_or(|s| *a == s || *b == s))
-                .map(|(a, b, c)| tatu_contact {
-                    shape: [scene.id(a), scene.id(b)],
-                    point: c.point.coords.into(),
-                    normal: c.normal.into(),
-                    force: c.force,
-                })
-                .collect();
+            let all = contacts_of(world, object, |scene, (a, b, c)| tatu_contact {
+                shape: [scene.id(a), scene.id(b)],
+                point: c.point.coords.into(),
+                normal: c.normal.into(),
+                force: c.force,
+            })?;
             fill(&all, out, cap, n)
         })
     }
+}
+
+unsafe extern "C" fn frictions(
+    w: *mut tatu_world,
+    object: tatu_object,
+    out: *mut f64,
+    cap: u32,
+    n: *mut u32,
+) -> tatu_status {
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    unsafe {
+        on(w, |world| {
+            let all = contacts_of(world, object, |_, (_, _, c)| [c.friction.x, c.friction.y, c.friction.z])?;
+            fill(all.as_flattened(), out, cap, n)
+        })
+    }
+}
+
+/// Contacts of a shape, or (0) of all, as `show` makes them.
+fn contacts_of<T>(
+    world: &WorldCell,
+    object: tatu_object,
+    show: impl Fn(&Scene, (u32, u32, Contact)) -> T,
+) -> Result<Vec<T>, tatu_status> {
+    let (Ok(scene), Ok(dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow()) else {
+        return Err(busy(world));
+    };
+    let wanted = match object {
+        0 => None,
+        o => Some(slot(world, &scene, o)?),
+    };
+    let touching = dynamics.contacts().filter(|(a, b, _)| wanted.is_none_or(|s| *a == s || *b == s));
+    Ok(touching.map(|c| show(&scene, c)).collect())
 }

@@ -90,7 +90,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("index").text("from 0; sim.handleflag_extended may be added: the normal is given too"))
             .returns(Param::list("objects").text("the two shapes; nothing at all past the last contact"))
             .returns(Param::floats("point", 3).unit("m"))
-            .returns(Param::floats("force", 3).unit("N").text("on the second shape"))
+            .returns(Param::floats("force", 3).unit("N").text("on the second shape, friction included"))
             .returns(Param::floats("normal", 3).text("from the first to the second shape"))
             .text("Gives one of the contacts of the last step, in the world's frame.")
             .example("shapes, point, force = sim.getContactInfo(sim.handle_all, box, 0)"),
@@ -124,7 +124,9 @@ fn contact(c: &mut Ctx<'_>) -> Result {
     };
     c.ret::<[i64]>(&contact.shape.map(handle)[..]);
     c.ret::<[f64]>(&contact.point[..]);
-    c.ret::<[f64]>(&contact.normal.map(|x| x * contact.force)[..]);
+    let friction = c.world().frictions(shape)?.get(index as usize).copied().unwrap_or_default();
+    let force: [f64; 3] = std::array::from_fn(|i| contact.normal[i] * contact.force + friction[i]);
+    c.ret::<[f64]>(&force[..]);
     if extended || version(c).0 >= 4 {
         c.ret::<[f64]>(&contact.normal[..]);
     }

@@ -120,7 +120,10 @@ fn position() {
     for step in 0..500 {
         engine.advance(1);
         let state = engine.joint_state(joint);
-        fastest = fastest.max(state.velocity.abs());
+        // What is read of the first step, a jump, is more than there is.
+        if step > 0 {
+            fastest = fastest.max(state.velocity.abs());
+        }
         if step == 100 {
             // What the iterations leave of a rod's error: 0.3 % of the velocity, less of the way (here with 20 ms
             // for getting under way).
