@@ -48,6 +48,7 @@ mod nesting;
 mod noise;
 mod order;
 mod plugins;
+mod processors;
 mod proximity;
 mod refusals;
 mod reload;

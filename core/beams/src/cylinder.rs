@@ -114,7 +114,7 @@ impl CylinderSide {
                 (Some(a), Some(b)) if round % 8 != 7 => (low * b - high * a) / (b - a),
                 _ => 0.5 * (low + high),
             };
-            let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
+            let normal = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0);
             let foot = normal * self.radius - self.cone.sight.origin.coords;
             let Some((bound, point)) = plane(&self.cone, normal.dot(&foot), &normal) else {
                 return Proof::Nothing;
@@ -142,9 +142,9 @@ impl CylinderSide {
     /// The ranges of angles whose surface shows its front, and its back, to the apex.
     fn arcs(&self) -> [Option<(f64, f64)>; 2] {
         let Sight { origin, faces, .. } = &self.cone.sight;
-        let away = origin.x.hypot(origin.y);
-        let toward = origin.y.atan2(origin.x);
-        let edge = if away > self.radius { (self.radius / away).acos() } else { 0.0 };
+        let away = libm::hypot(origin.x, origin.y);
+        let toward = libm::atan2(origin.y, origin.x);
+        let edge = if away > self.radius { libm::acos(self.radius / away) } else { 0.0 };
         let front = edge > 0.0 && faces.front;
         let back = faces.back && !self.skip_back;
         [front.then_some((toward - edge, toward + edge)), back.then_some((toward + edge, toward + TAU - edge))]
@@ -153,7 +153,7 @@ impl CylinderSide {
     /// Takes the nearest point on the straight line at one angle.
     fn sample(&self, angle: f64, best: &mut OnCylinderSide) {
         let sight = &self.cone.sight;
-        let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
+        let normal = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0);
         let foot = normal * self.radius - sight.origin.coords;
         let rise = Vector3::new(0.0, 0.0, self.half_length);
         let mut nearest = Nearest::new(sight.near, sight.reach(normal.dot(&foot).abs()));
@@ -167,7 +167,7 @@ impl CylinderSide {
     fn bound(&self, middle: f64, strip: &Strip) -> f64 {
         let Cone { sight, cos, sin, half_angle } = &self.cone;
         let offset = strip.offset;
-        let normal = Vector3::new(middle.cos(), middle.sin(), 0.0);
+        let normal = Vector3::new(libm::cos(middle), libm::sin(middle), 0.0);
         let tangent = Vector3::new(-normal.y, normal.x, 0.0);
         let centre = normal * (self.radius - offset) - sight.origin.coords;
         let beside = (centre.dot(&tangent).abs() - strip.reach).max(0.0);
@@ -177,7 +177,7 @@ impl CylinderSide {
             return (least - offset).max(0.0);
         }
         // A point this far away turns by at most `turn` when it moves by `offset`.
-        let (sin_turn, turn) = (offset / least, (offset / least).asin());
+        let (sin_turn, turn) = (offset / least, libm::asin(offset / least));
         let cos_turn = (1.0 - sin_turn * sin_turn).sqrt();
         let mut widened = Cone {
             half_angle: half_angle + turn,
@@ -194,8 +194,8 @@ impl CylinderSide {
             widened = Cone::new(widened.sight, PI);
         }
         if sight.cos_incidence > 0.0 {
-            let max_incidence = sight.cos_incidence.acos() + strip.half_width + turn;
-            widened.sight.cos_incidence = max_incidence.min(FRAC_PI_2).cos().max(0.0);
+            let max_incidence = libm::acos(sight.cos_incidence) + strip.half_width + turn;
+            widened.sight.cos_incidence = libm::cos(max_incidence.min(FRAC_PI_2)).max(0.0);
         }
         let (across, along) = (tangent * strip.reach, Vector3::new(0.0, 0.0, self.half_length));
         let corners =
@@ -215,7 +215,7 @@ struct Strip {
 
 impl Strip {
     fn new(radius: f64, half_width: f64) -> Self {
-        let offset = radius * (0.5 * half_width).sin().powi(2);
-        Self { half_width, offset, reach: radius * half_width.sin() }
+        let offset = radius * libm::sin(0.5 * half_width).powi(2);
+        Self { half_width, offset, reach: radius * libm::sin(half_width) }
     }
 }

@@ -30,7 +30,7 @@ fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, b
     let flat = normal * normal.dot(centre) - centre;
     let first = flat.try_normalize(1e-300).unwrap_or_else(|| any_perpendicular(normal));
     let second = normal.cross(&first);
-    let at = |angle: f64| centre + (first * angle.cos() + second * angle.sin()) * radius;
+    let at = |angle: f64| centre + (first * libm::cos(angle) + second * libm::sin(angle)) * radius;
     let even = centre.norm_squared() + radius * radius;
     let swing = 2.0 * radius * centre.dot(&first);
 
@@ -60,7 +60,7 @@ fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, b
     let mut offer = |angle: f64| {
         // One step on the unsquared form, which the squaring has blurred.
         let point = at(angle);
-        let tangent = (second * angle.cos() - first * angle.sin()) * radius;
+        let tangent = (second * libm::cos(angle) - first * libm::sin(angle)) * radius;
         let split = |p: &Vector3<f64>| (axis.dot(p), (p - axis * axis.dot(p)).norm());
         let excess = |p: &Vector3<f64>| cone.excess(split(p).0, split(p).1);
         let (height, width) = split(&point);
@@ -77,13 +77,13 @@ fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, b
     };
     let mut reversed = quartic;
     reversed.reverse();
-    roots(&quartic, |t| offer(2.0 * t.atan()));
-    roots(&reversed, |t| offer(2.0 * 1.0_f64.atan2(t)));
+    roots(&quartic, |t| offer(2.0 * libm::atan(t)));
+    roots(&reversed, |t| offer(2.0 * libm::atan2(1.0_f64, t)));
 
     // |p| = near.
     let cos = (best.near * best.near - even) / swing;
     if cos.abs() <= 1.0 {
-        for angle in [cos.acos(), -cos.acos()] {
+        for angle in [libm::acos(cos), -libm::acos(cos)] {
             if cone.contains(&at(angle)) {
                 best.offer_at(best.near, at(angle));
             }

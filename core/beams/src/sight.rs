@@ -70,7 +70,7 @@ impl Probe {
     /// A piece of the beam in the world's frame; nothing when its limits leave nothing to see.
     pub fn new(beam: &Beam, piece: usize) -> Option<Self> {
         // Beyond a right angle there is no limit; just below, the cosine is still positive.
-        let cos_incidence = if beam.max_incidence < FRAC_PI_2 { beam.max_incidence.max(0.0).cos() } else { 0.0 };
+        let cos_incidence = if beam.max_incidence < FRAC_PI_2 { libm::cos(beam.max_incidence.max(0.0)) } else { 0.0 };
         let sight = Sight {
             origin: beam.world_from_beam.translation.vector.into(),
             axis: beam.world_from_beam.rotation * Vector3::z(),
@@ -139,7 +139,7 @@ impl Sight {
 impl Cone {
     pub fn new(sight: Sight, half_angle: f64) -> Self {
         let half_angle = half_angle.clamp(0.0, PI);
-        Self { sight, half_angle, cos: half_angle.cos(), sin: half_angle.sin() }
+        Self { sight, half_angle, cos: libm::cos(half_angle), sin: libm::sin(half_angle) }
     }
 
     /// The same cone in a form's frame, looking no further than `far`.

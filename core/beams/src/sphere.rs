@@ -39,7 +39,7 @@ pub(super) fn sphere(
     // Where the cone begins to contain the circle.
     for spread in [view.off_axis - cone.half_angle, view.off_axis + cone.half_angle] {
         if (0.0..=std::f64::consts::PI).contains(&spread) {
-            let middle = view.away * spread.cos();
+            let middle = view.away * libm::cos(spread);
             let root = (middle * middle - view.power).sqrt();
             offer(middle - root, spread);
             offer(middle + root, spread);
@@ -91,13 +91,13 @@ impl<'a> View<'a> {
             power: (away - radius) * (away + radius),
             ahead,
             beside: across.try_normalize(1e-300).unwrap_or_else(|| any_perpendicular(&ahead)),
-            off_axis: across.norm().atan2(along),
+            off_axis: libm::atan2(across.norm(), along),
         }
     }
 
     /// The angle from the centre at which points at distance `d` are seen.
     fn spread(&self, d: f64) -> f64 {
-        ((d * d + self.power) / (2.0 * self.away * d)).clamp(-1.0, 1.0).acos()
+        libm::acos(((d * d + self.power) / (2.0 * self.away * d)).clamp(-1.0, 1.0))
     }
 
     /// The point at distance `d` and angle `spread` nearest to the axis, if it counts.
@@ -126,8 +126,8 @@ impl<'a> View<'a> {
 
     /// The point of the circle at an angle around it, counted from the place nearest to the axis.
     fn at(&self, d: f64, spread: f64, turn: f64) -> Vector3<f64> {
-        let around = self.beside * turn.cos() + self.ahead.cross(&self.beside) * turn.sin();
-        (self.ahead * spread.cos() + around * spread.sin()) * d
+        let around = self.beside * libm::cos(turn) + self.ahead.cross(&self.beside) * libm::sin(turn);
+        (self.ahead * libm::cos(spread) + around * libm::sin(spread)) * d
     }
 
     /// The point of the circle on one side of the centre that is nearest to the axis, if it is in the cone.
@@ -137,11 +137,11 @@ impl<'a> View<'a> {
             return Some(first);
         }
         // side . (p - centre) = even + swing cos(turn - lean)
-        let even = side.dot(&(self.ahead * (d * spread.cos()) - self.centre));
+        let even = side.dot(&(self.ahead * (d * libm::cos(spread)) - self.centre));
         let (x, y) = (side.dot(&self.beside), side.dot(&self.ahead.cross(&self.beside)));
-        let swing = d * spread.sin() * x.hypot(y);
-        let width = (-even / swing).acos();
-        let lean = y.atan2(x);
+        let swing = d * libm::sin(spread) * libm::hypot(x, y);
+        let width = libm::acos(-even / swing);
+        let lean = libm::atan2(y, x);
         // NaN, when no point of the circle is on that side, fails the test for the cone.
         let turn = if lean >= 0.0 { lean - width } else { lean + width };
         let point = self.at(d, spread, turn);

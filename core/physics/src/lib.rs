@@ -5,6 +5,8 @@
 //! joints is decided by the dynamics rule of the scene, not here. Ids are dense, start at 0 and are given in order
 //! of creation; a removed id is never used again by the same engine.
 
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+
 mod closest;
 pub(crate) mod convert;
 mod rapier;

@@ -34,7 +34,7 @@ impl Camera {
         let ahead = forward.try_normalize(0.0).unwrap_or_else(Vector3::x);
         // Straight up or down, y is the picture's upright.
         let right = ahead.cross(&Vector3::z()).try_normalize(1e-9).unwrap_or_else(Vector3::x);
-        let pixel = 2.0 * (self.fov / 2.0).tan() / f64::from(self.columns);
+        let pixel = 2.0 * libm::tan(self.fov / 2.0) / f64::from(self.columns);
         Lens {
             eye: self.from,
             ahead,
@@ -46,7 +46,7 @@ impl Camera {
 
     /// How wide a pixel is at distance 1, m.
     pub(super) fn pixel(&self) -> f64 {
-        2.0 * (self.fov / 2.0).tan() / f64::from(self.columns)
+        2.0 * libm::tan(self.fov / 2.0) / f64::from(self.columns)
     }
 }
 

@@ -8,6 +8,8 @@
 //!
 //! A picture depends on the world and the camera alone: not on the number of threads.
 
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+
 mod camera;
 mod light;
 mod marks;

@@ -28,13 +28,13 @@ impl Color {
 
     /// From numbers 0 to 1 as scenes have them, which are meant for screens.
     pub fn of(screen: [f64; 3]) -> Self {
-        let linear = |x: f64| x.clamp(0.0, 1.0).powf(2.2);
+        let linear = |x: f64| libm::pow(x.clamp(0.0, 1.0), 2.2);
         Color(Vector3::from(screen.map(linear)))
     }
 
     /// For a screen, 0 to 255.
     pub fn bytes(self) -> [u8; 3] {
-        let screen = |x: f64| (x.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8;
+        let screen = |x: f64| (libm::pow(x.clamp(0.0, 1.0), 1.0 / 2.2) * 255.0).round() as u8;
         [screen(self.0.x), screen(self.0.y), screen(self.0.z)]
     }
 
@@ -52,7 +52,7 @@ pub(super) fn to_lamp() -> Unit<Vector3<f64>> {
 pub(super) fn sky(direction: &Vector3<f64>) -> Color {
     let height = direction.z.max(0.0);
     let horizon = Color(Vector3::from(HORIZON));
-    horizon.mixed(Color(Vector3::from(ZENITH)), (height * 1.4).min(1.0).powf(0.7))
+    horizon.mixed(Color(Vector3::from(ZENITH)), libm::pow((height * 1.4).min(1.0), 0.7))
 }
 
 /// A surface in the light.
@@ -90,7 +90,7 @@ impl Lit {
 
 /// Things far away fade into the horizon; a camera that stands high sees farther.
 pub(super) fn hazed(color: Color, distance: f64, eye_height: f64) -> Color {
-    let share = 1.0 - (-(distance / (HAZE + 8.0 * eye_height.abs())).powi(2)).exp();
+    let share = 1.0 - libm::exp(-(distance / (HAZE + 8.0 * eye_height.abs())).powi(2));
     color.mixed(Color(Vector3::from(HORIZON)), share)
 }
 

@@ -115,7 +115,7 @@ impl View<'_> {
             // A sunflower on the disc below the half ball: even, and by the cosine of the angle. Neighbours take turns.
             let k = f64::from(i * BLOCK * BLOCK + SCATTERED[turn as usize]) + 0.5;
             let (r, angle) = ((k / f64::from(count)).sqrt(), k * 2.399_963_229_728_653);
-            let direction = a * (r * angle.cos()) + b * (r * angle.sin()) + n * (1.0 - r * r).sqrt();
+            let direction = a * (r * libm::cos(angle)) + b * (r * libm::sin(angle)) + n * (1.0 - r * r).sqrt();
             !self.stage.blocked(&from, &Unit::new_normalize(direction), SKY_REACH)
         });
         free.count() as f64 / f64::from(SKY_RAYS)

@@ -75,10 +75,10 @@ pub fn from_euler(e: [f64; 3]) -> UnitQuaternion<f64> {
 /// The turns of an orientation; the first is 0 where the second is +-90 degrees.
 pub fn to_euler(q: &UnitQuaternion<f64>) -> [f64; 3] {
     let r: Rotation3<f64> = q.to_rotation_matrix();
-    let beta = r[(0, 2)].clamp(-1.0, 1.0).asin();
+    let beta = libm::asin(r[(0, 2)].clamp(-1.0, 1.0));
     if r[(0, 2)].abs() < 0.999_995 {
-        [(-r[(1, 2)]).atan2(r[(2, 2)]), beta, (-r[(0, 1)]).atan2(r[(0, 0)])]
+        [libm::atan2(-r[(1, 2)], r[(2, 2)]), beta, libm::atan2(-r[(0, 1)], r[(0, 0)])]
     } else {
-        [0.0, beta, r[(1, 0)].atan2(r[(1, 1)])]
+        [0.0, beta, libm::atan2(r[(1, 0)], r[(1, 1)])]
     }
 }

@@ -83,5 +83,5 @@ fn is_light(scene: &Scene, tie: u32, child: u32, last: bool) -> bool {
         return false;
     };
     let local = scene.world(tie).inverse_transform_point(&com);
-    local.x.hypot(local.y) <= CENTRED
+    libm::hypot(local.x, local.y) <= CENTRED
 }

@@ -15,6 +15,7 @@ use std::{
 const LUA_SRC: &str = "=551.0.2";
 const LUA: &str = "lua-5.4.9";
 const OURS: &str = "src/lua_internals.c";
+const MATH: &str = "src/lua_math.h";
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
@@ -27,6 +28,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("cargo::rustc-cfg=no_shared");
     }
     println!("cargo::rerun-if-changed={OURS}");
+    println!("cargo::rerun-if-changed={MATH}");
+    let math = Path::new(&env::var("CARGO_MANIFEST_DIR")?).join(MATH);
     let lua = sources()?.join(LUA);
     let mut build = cc::Build::new();
     build.include(&lua).warnings(false).opt_level(3).file(OURS);
@@ -54,6 +57,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         .define("STRCACHE_N", "1")
         .define("STRCACHE_M", "1")
         .define("strspn", "tatu_lua_strspn")
+        .flag("-include")
+        .flag(math.to_string_lossy().as_ref())
         // One rounding per operation on every processor.
         .flag_if_supported("-ffp-contract=off")
         .flag_if_supported("-fno-common")

@@ -71,7 +71,7 @@ impl Limits {
     fn new(cast: &BundleCast<'_>) -> Option<Self> {
         let near = cast.near.max(0.0);
         let cos =
-            if cast.max_incidence < std::f64::consts::FRAC_PI_2 { cast.max_incidence.max(0.0).cos() } else { 0.0 };
+            if cast.max_incidence < std::f64::consts::FRAC_PI_2 { libm::cos(cast.max_incidence.max(0.0)) } else { 0.0 };
         let (front, back) = (cast.faces.front, cast.faces.back);
         let ordered = near <= cast.far && (front || back);
         ordered.then(|| Self {

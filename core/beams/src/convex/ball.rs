@@ -147,7 +147,7 @@ impl<'a> View<'a> {
     fn on_circle(&self, d: f64, planes: &[Half]) -> Option<Vector3<f64>> {
         let cos = ((d * d + self.power) / (2.0 * self.away * d)).clamp(-1.0, 1.0);
         let (middle, width) = (self.ahead * (d * cos), d * (1.0 - cos * cos).max(0.0).sqrt());
-        let at = |turn: f64| middle + (self.beside[0] * turn.cos() + self.beside[1] * turn.sin()) * width;
+        let at = |turn: f64| middle + (self.beside[0] * libm::cos(turn) + self.beside[1] * libm::sin(turn)) * width;
         let inside = |p: &Vector3<f64>| planes.iter().all(|plane| plane.excess(p) <= SLACK * (1.0 + d));
         let start = at(0.0);
         if inside(&start) {
@@ -156,8 +156,8 @@ impl<'a> View<'a> {
         // The arcs behind the planes begin and end where the circle crosses them; or they are the whole circle.
         for plane in planes {
             let (x, y) = (plane.normal.dot(&self.beside[0]), plane.normal.dot(&self.beside[1]));
-            let turn = y.atan2(x);
-            let reach = (-plane.excess(&middle) / (width * x.hypot(y))).clamp(-1.0, 1.0).acos();
+            let turn = libm::atan2(y, x);
+            let reach = libm::acos((-plane.excess(&middle) / (width * libm::hypot(x, y))).clamp(-1.0, 1.0));
             for point in [at(turn + reach), at(turn - reach)] {
                 if inside(&point) {
                     return Some(point);

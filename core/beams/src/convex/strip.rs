@@ -33,9 +33,9 @@ impl Side<'_> {
         if self.radius <= 0.0 || self.half_length.is_nan() || self.half_length < 0.0 {
             return None;
         }
-        let away = origin.x.hypot(origin.y);
-        let toward = origin.y.atan2(origin.x);
-        let edge = if away > self.radius { (self.radius / away).acos() } else { 0.0 };
+        let away = libm::hypot(origin.x, origin.y);
+        let toward = libm::atan2(origin.y, origin.x);
+        let edge = if away > self.radius { libm::acos(self.radius / away) } else { 0.0 };
         let arcs = [
             (edge > 0.0 && sight.faces.front).then_some((toward - edge, toward + edge)),
             sight.faces.back.then_some((toward + edge, toward + TAU - edge)),
@@ -71,7 +71,7 @@ impl Side<'_> {
     /// Takes the nearest point on the straight line at one angle.
     fn sample(&self, angle: f64, best: &mut Option<OnSide>) {
         let sight = &self.space.sight;
-        let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
+        let normal = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0);
         let foot = normal * self.radius - sight.origin.coords;
         let rise = Vector3::new(0.0, 0.0, self.half_length);
         let reach = sight.reach(normal.dot(&foot).abs());
@@ -86,9 +86,9 @@ impl Side<'_> {
     fn bound(&self, middle: f64, half_width: f64) -> Option<f64> {
         let sight = &self.space.sight;
         // The strip lies halfway between the chord and the tangent of its arc.
-        let offset = self.radius * (0.5 * half_width).sin().powi(2);
-        let reach = self.radius * half_width.sin();
-        let normal = Vector3::new(middle.cos(), middle.sin(), 0.0);
+        let offset = self.radius * libm::sin(0.5 * half_width).powi(2);
+        let reach = self.radius * libm::sin(half_width);
+        let normal = Vector3::new(libm::cos(middle), libm::sin(middle), 0.0);
         let tangent = Vector3::new(-normal.y, normal.x, 0.0);
         let centre = normal * (self.radius - offset) - sight.origin.coords;
         let beside = (centre.dot(&tangent).abs() - reach).max(0.0);
@@ -103,9 +103,9 @@ impl Side<'_> {
         grown.sight.faces = Faces::BOTH;
         if sight.cos_incidence > 0.0 {
             // A point this far away turns by at most this much when it moves by `offset`.
-            let turn = (offset / least).asin();
-            let widest = sight.cos_incidence.acos() + half_width + turn;
-            grown.sight.cos_incidence = widest.min(FRAC_PI_2).cos().max(0.0);
+            let turn = libm::asin(offset / least);
+            let widest = libm::acos(sight.cos_incidence) + half_width + turn;
+            grown.sight.cos_incidence = libm::cos(widest.min(FRAC_PI_2)).max(0.0);
         }
         let (across, along) = (tangent * reach, Vector3::new(0.0, 0.0, self.half_length));
         let corners =

@@ -47,7 +47,7 @@ impl Camera {
         let half = 0.5 * f64::from(grid.columns);
         let (perspective, scale) = match grid.view {
             View::Perspective { angle } if angle > 0.0 && angle < std::f64::consts::PI => {
-                (true, half / (0.5 * angle).tan())
+                (true, half / libm::tan(0.5 * angle))
             }
             View::Orthographic { width } if width > 0.0 => (false, 2.0 * half / width),
             _ => return None,
@@ -76,7 +76,7 @@ impl Camera {
             w_nothing: if w_far == 0.0 { 0.0 } else { (w_far as f32).next_down() },
             rotation,
             translation,
-            slant: slant.hypot(1.0),
+            slant: libm::hypot(slant, 1.0),
         })
     }
 
@@ -127,8 +127,11 @@ impl Camera {
         let h = self.homogeneous(centre);
         let (right, up) = (0.5 * self.columns as f64, 0.5 * self.rows as f64);
         // How far the borders of the image are behind the ball's surface, where they are.
-        let (across, along) =
-            if self.perspective { (self.scale.hypot(right), self.scale.hypot(up)) } else { (self.scale, self.scale) };
+        let (across, along) = if self.perspective {
+            (libm::hypot(self.scale, right), libm::hypot(self.scale, up))
+        } else {
+            (self.scale, self.scale)
+        };
         h.x.abs() - right * h.z > r * across
             || h.y.abs() - up * h.z > r * along
             || centre.z + r < self.near

@@ -26,7 +26,7 @@ pub(crate) fn edges(plan: &BeamPlan) -> Vec<Edge> {
         let aspect = f64::from(image.rows) / f64::from(image.columns);
         let corner = |z: f64, x: f64, y: f64| match image.view {
             View::Perspective { angle } => {
-                Vector3::new(x * z * (angle / 2.0).tan(), y * z * (angle / 2.0).tan() * aspect, z)
+                Vector3::new(x * z * libm::tan(angle / 2.0), y * z * libm::tan(angle / 2.0) * aspect, z)
             }
             View::Orthographic { width } => Vector3::new(x * width / 2.0, y * width / 2.0 * aspect, z),
         };
@@ -46,7 +46,7 @@ pub(crate) fn edges(plan: &BeamPlan) -> Vec<Edge> {
         Volume::Cone { half_angle } => {
             // A ball sector: the rims, and two arcs through the middle of the far end.
             let on = |r: f64, off: f64, turn: f64| {
-                Vector3::new(off.sin() * turn.cos(), off.sin() * turn.sin(), off.cos()) * r
+                Vector3::new(libm::sin(off) * libm::cos(turn), libm::sin(off) * libm::sin(turn), libm::cos(off)) * r
             };
             for (a, b) in pieces(TAU) {
                 edge(on(far, half_angle, a), on(far, half_angle, b));
@@ -70,7 +70,7 @@ pub(crate) fn edges(plan: &BeamPlan) -> Vec<Edge> {
             }
         }
         Volume::Cylinder { radius_near, radius_far } => {
-            let on = |z: f64, r: f64, turn: f64| Vector3::new(r * turn.cos(), r * turn.sin(), z);
+            let on = |z: f64, r: f64, turn: f64| Vector3::new(r * libm::cos(turn), r * libm::sin(turn), z);
             for (a, b) in pieces(TAU) {
                 edge(on(near, radius_near, a), on(near, radius_near, b));
                 edge(on(far, radius_far, a), on(far, radius_far, b));
@@ -80,7 +80,7 @@ pub(crate) fn edges(plan: &BeamPlan) -> Vec<Edge> {
                 .for_each(|t| edge(on(near, radius_near, t), on(far, radius_far, t)));
         }
         Volume::Disc { angle, height, gap } => {
-            let on = |r: f64, y: f64, turn: f64| Vector3::new(r * turn.sin(), y, r * turn.cos());
+            let on = |r: f64, y: f64, turn: f64| Vector3::new(r * libm::sin(turn), y, r * libm::cos(turn));
             for y in [-height / 2.0, height / 2.0] {
                 for side in [1.0, -1.0] {
                     for (a, b) in pieces((angle - gap).max(0.0) / 2.0) {

@@ -20,7 +20,7 @@ fn lag(now: f64, wanted: f64, time_constant: f64, dt: f64) -> (f64, f64) {
     }
     let x = dt / time_constant;
     // 1 - exp(-x), without loss where x is small.
-    let reached = -(-x).exp_m1();
+    let reached = -libm::expm1(-x);
     (now + (wanted - now) * reached, wanted + (now - wanted) * (reached / x))
 }
 
@@ -91,7 +91,7 @@ mod tests {
                 now = end;
                 impulse += mean * dt;
             }
-            let left = f64::exp(-t / tau);
+            let left = libm::exp(-t / tau);
             assert!((now - force * (1.0 - left)).abs() < 1e-12, "{steps}: {now}");
             assert!((impulse - force * (t - tau * (1.0 - left))).abs() < 1e-12, "{steps}: {impulse}");
         }

@@ -73,7 +73,7 @@ pub(crate) fn inverse(a: &Pose) -> Pose {
 /// The quaternion of a turn about an axis.
 pub(crate) fn about(axis: Vector, angle: f64) -> Option<Quaternion> {
     let n = length(axis);
-    let (s, c) = (angle / 2.0).sin_cos();
+    let (s, c) = libm::sincos(angle / 2.0);
     (n > 1e-12).then(|| [axis[0] / n * s, axis[1] / n * s, axis[2] / n * s, c])
 }
 /// Axis and angle, 0 to pi, of a turn.
@@ -84,11 +84,11 @@ pub(crate) fn axis_angle(q: Quaternion) -> (Vector, f64) {
     if s < 1e-12 {
         return ([0.0, 0.0, 1.0], 0.0);
     }
-    (v.map(|x| x / s), 2.0 * s.atan2(q[3]))
+    (v.map(|x| x / s), 2.0 * libm::atan2(s, q[3]))
 }
 
 pub(crate) fn from_euler([a, b, g]: Vector) -> Quaternion {
-    let half = |x: f64| (x / 2.0).sin_cos();
+    let half = |x: f64| libm::sincos(x / 2.0);
     let ((sa, ca), (sb, cb), (sg, cg)) = (half(a), half(b), half(g));
     turn(turn([sa, 0.0, 0.0, ca], [0.0, sb, 0.0, cb]), [0.0, 0.0, sg, cg])
 }
@@ -101,12 +101,12 @@ fn rows([x, y, z, w]: Quaternion) -> [Vector; 3] {
     ]
 }
 fn euler_of_rows(r: [Vector; 3]) -> Vector {
-    let beta = r[0][2].clamp(-1.0, 1.0).asin();
+    let beta = libm::asin(r[0][2].clamp(-1.0, 1.0));
     if r[0][2].abs() < 0.999_995 {
-        [(-r[1][2]).atan2(r[2][2]), beta, (-r[0][1]).atan2(r[0][0])]
+        [libm::atan2(-r[1][2], r[2][2]), beta, libm::atan2(-r[0][1], r[0][0])]
     } else {
         // The first and last axis coincide: all of the turn goes to the last.
-        [0.0, beta, r[1][0].atan2(r[1][1])]
+        [0.0, beta, libm::atan2(r[1][0], r[1][1])]
     }
 }
 pub(crate) fn to_euler(q: Quaternion) -> Vector {
@@ -119,12 +119,12 @@ pub(crate) fn from_yaw_pitch_roll([yaw, pitch, roll]: Vector) -> Quaternion {
 }
 pub(crate) fn to_yaw_pitch_roll(q: Quaternion) -> Vector {
     let r = rows(q);
-    let pitch = (-r[2][0]).clamp(-1.0, 1.0).asin();
+    let pitch = libm::asin((-r[2][0]).clamp(-1.0, 1.0));
     if r[2][0].abs() < 0.999_995 {
-        [r[1][0].atan2(r[0][0]), pitch, r[2][1].atan2(r[2][2])]
+        [libm::atan2(r[1][0], r[0][0]), pitch, libm::atan2(r[2][1], r[2][2])]
     } else {
         // Yaw and roll coincide: all of the turn goes to yaw.
-        [(-r[0][1]).atan2(r[1][1]), pitch, 0.0]
+        [libm::atan2(-r[0][1], r[1][1]), pitch, 0.0]
     }
 }
 pub(crate) fn matrix(p: &Pose) -> Matrix {
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn matrix_of_euler_angles() {
         let (a, b, g) = (0.3_f64, -0.7_f64, 1.9_f64);
-        let ((sa, ca), (sb, cb), (sg, cg)) = (a.sin_cos(), b.sin_cos(), g.sin_cos());
+        let ((sa, ca), (sb, cb), (sg, cg)) = (libm::sincos(a), libm::sincos(b), libm::sincos(g));
         let expected = [
             cb * cg,
             -cb * sg,
@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn heading_is_gamma() {
-        let e = to_euler([0.0, 0.0, (0.6_f64).sin(), (0.6_f64).cos()]);
+        let e = to_euler([0.0, 0.0, libm::sin(0.6_f64), libm::cos(0.6_f64)]);
         assert!(near(&e, &[0.0, 0.0, 1.2]));
     }
 

@@ -313,12 +313,14 @@ pub(crate) fn triangles(c: &Ctx<'_>, shape: tatu_object) -> Result<(Vec<f64>, Ve
             let numbers = |i: usize| lists.get(i).and_then(|v| v.numbers()).unwrap_or_default();
             (numbers(0), numbers(1).into_iter().map(|i| i as i64).collect())
         }
-        "sphere" => rings(x, &(0..=16).map(|k| half_turn(k, 16)).map(|a| (a.sin(), -a.cos() * x)).collect::<Vec<_>>()),
+        "sphere" => {
+            rings(x, &(0..=16).map(|k| half_turn(k, 16)).map(|a| (libm::sin(a), -libm::cos(a) * x)).collect::<Vec<_>>())
+        }
         "cylinder" => rings(x, &[(0.0, -z), (1.0, -z), (1.0, z), (0.0, z)]),
         "capsule" => {
             let straight = (z - x).max(0.0);
-            let low = (0..=8).map(|k| half_turn(k, 16)).map(|a| (a.sin(), -a.cos() * x - straight));
-            let high = (8..=16).map(|k| half_turn(k, 16)).map(|a| (a.sin(), -a.cos() * x + straight));
+            let low = (0..=8).map(|k| half_turn(k, 16)).map(|a| (libm::sin(a), -libm::cos(a) * x - straight));
+            let high = (8..=16).map(|k| half_turn(k, 16)).map(|a| (libm::sin(a), -libm::cos(a) * x + straight));
             rings(x, &low.chain(high).collect::<Vec<_>>())
         }
         "plane" => (vec![-x, -y, 0.0, x, -y, 0.0, x, y, 0.0, -x, y, 0.0], vec![0, 1, 2, 0, 2, 3]),
@@ -347,7 +349,7 @@ fn rings(radius: f64, profile: &[(f64, f64)]) -> (Vec<f64>, Vec<i64>) {
     for (r, z) in profile {
         for k in 0..N {
             let a = half_turn(k as i32 * 2, N as i32);
-            points.extend([radius * r * a.cos(), radius * r * a.sin(), *z]);
+            points.extend([radius * r * libm::cos(a), radius * r * libm::sin(a), *z]);
         }
     }
     for ring in 0..profile.len() as i64 - 1 {

@@ -27,7 +27,7 @@ impl Unit {
             let tj = a / j;
             (tj, tj / 2.0 + (tj * tj / 4.0 + 1.0 / a).sqrt())
         } else {
-            let tj = (0.5 / j).cbrt();
+            let tj = libm::cbrt(0.5 / j);
             (tj, 2.0 * tj)
         };
         Unit { jerk: j, tj, ta, tv: 0.0 }

@@ -119,12 +119,12 @@ pub fn place<'a>(node: Node<'a>, pose: &Isometry3<f64>) -> Result<Node<'a>> {
 /// Turns about x, then the new y, then the new z, as parts of compounds have them.
 fn euler(pose: &Isometry3<f64>) -> [f64; 3] {
     let r: Rotation3<f64> = pose.rotation.to_rotation_matrix();
-    let b = r[(0, 2)].clamp(-1.0, 1.0).asin();
-    if b.cos() < 1e-9 {
+    let b = libm::asin(r[(0, 2)].clamp(-1.0, 1.0));
+    if libm::cos(b) < 1e-9 {
         // The first and the third turn about one line: all of it is the first's.
-        return [f64::atan2(r[(2, 1)], r[(1, 1)]), b, 0.0];
+        return [libm::atan2(r[(2, 1)], r[(1, 1)]), b, 0.0];
     }
-    [f64::atan2(-r[(1, 2)], r[(2, 2)]), b, f64::atan2(-r[(0, 1)], r[(0, 0)])]
+    [libm::atan2(-r[(1, 2)], r[(2, 2)]), b, libm::atan2(-r[(0, 1)], r[(0, 0)])]
 }
 
 /// Centre and size of the box around a mesh; no side is flat.

@@ -122,7 +122,7 @@ pub fn rim<'a>(builder: &Builder<'a>, wheel: Node<'a>, alias: &str) -> Result {
     let mut parts = vec![disc(0.66, 0.001, HUB), disc(0.20, 0.006, RIM)];
     parts.extend((0..5).map(|i| {
         let turn = 2.0 * PI * f64::from(i) / 5.0;
-        let (s, c) = turn.sin_cos();
+        let (s, c) = libm::sincos(turn);
         let size = [0.30 * d, 0.07 * d, WIDTH + 0.003];
         part("box", size, [0.16 * d * c, 0.16 * d * s, 0.0], [0.0, 0.0, turn], RIM)
     }));

@@ -43,8 +43,8 @@ pub const LINK_INERTIA: [f64; 3] = [0.001, 0.001, 0.001];
 /// Angle of a front wheel, `y` to the left of the middle, for an angle of the steering: all four wheels turn about one
 /// point on the line of the rear axle, `WHEELBASE / tan(steering)` to the left.
 pub fn ackermann(steering: f64, y: f64) -> f64 {
-    let t = steering.tan();
-    f64::atan2(WHEELBASE * t, WHEELBASE - y * t)
+    let t = libm::tan(steering);
+    libm::atan2(WHEELBASE * t, WHEELBASE - y * t)
 }
 
 #[cfg(test)]
@@ -54,7 +54,7 @@ mod tests {
     #[test]
     fn front_wheels_turn_about_one_point() {
         for steering in [0.1, 0.3, 0.5, -0.5] {
-            let centre = WHEELBASE / f64::tan(steering);
+            let centre = WHEELBASE / libm::tan(steering);
             for y in [-TRACK / 2.0, TRACK / 2.0] {
                 // The wheel's axle, square to its heading, meets the line of the rear axle there.
                 let angle = ackermann(steering, y);

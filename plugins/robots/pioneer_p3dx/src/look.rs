@@ -67,7 +67,7 @@ fn hull(mut points: Vec<Corner>) -> Vec<Corner> {
 pub fn ring_corners(robot: &Robot) -> Vec<Corner> {
     let [radius, thickness, behind] = DISC;
     let places = robot.sonars.iter().flat_map(|&[x, y, heading]| {
-        let (s, c) = heading.to_radians().sin_cos();
+        let (s, c) = libm::sincos(heading.to_radians());
         let back = behind + thickness / 2.0;
         [-radius, radius].map(|t| [x - back * c - t * s, y - back * s + t * c])
     });
@@ -80,7 +80,7 @@ pub type Mesh = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 /// Pulls an outline up through levels of height and inset, closed below and above.
 pub fn loft(corners: &[Corner], levels: &[[f64; 2]]) -> Mesh {
     let n = corners.len() as u32;
-    let far = corners.iter().fold(0.0_f64, |m, c| m.max(c[0].hypot(c[1])));
+    let far = corners.iter().fold(0.0_f64, |m, c| m.max(libm::hypot(c[0], c[1])));
     let mut points = Vec::new();
     for [z, inset] in levels {
         // Toward the middle by a share of the greatest radius: near enough to a bevel for a rounded outline.
@@ -190,7 +190,7 @@ pub fn body<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot, color: [f6
     // Beams need not see the discs: they lie on the ring.
     let [radius, thickness, behind] = DISC;
     let discs = robot.sonars.iter().map(|&[x, y, heading]| {
-        let (s, c) = heading.to_radians().sin_cos();
+        let (s, c) = libm::sincos(heading.to_radians());
         let back = behind + thickness / 2.0;
         part(
             "cylinder",

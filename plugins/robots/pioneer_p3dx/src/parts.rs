@@ -139,7 +139,7 @@ pub fn caster<'a>(builder: &Builder<'a>, base: Node<'a>, robot: &Robot) -> Resul
 /// Places where lasers, cameras and grippers are hung; the file has them at the same places, as force sensors.
 pub fn slots<'a>(builder: &Builder<'a>, base: Node<'a>) -> Result {
     for (alias, [x, y, z, heading]) in SLOTS.iter().zip(SLOT_POSES) {
-        let (s, c) = (heading.to_radians() / 2.0).sin_cos();
+        let (s, c) = libm::sincos(heading.to_radians() / 2.0);
         builder
             .object("force_sensor", Some(base), alias)?
             .set("object.position", [x, y, z])?

@@ -40,7 +40,7 @@ pub struct Beam {
 
 /// Orientation of a sensor that looks horizontally to `heading` degrees: z ahead, y up; x y z w.
 pub fn looking(heading: f64) -> [f64; 4] {
-    let (s, c) = (heading.to_radians() / 2.0).sin_cos();
+    let (s, c) = libm::sincos(heading.to_radians() / 2.0);
     // A turn by the heading after the one that brings z to x, x to y and y to z.
     [(c - s) / 2.0, (c + s) / 2.0, (c + s) / 2.0, (c - s) / 2.0]
 }

@@ -27,6 +27,7 @@ mod io;
 mod lexer;
 mod load;
 mod lua_internals;
+mod lua_math;
 mod modules;
 mod pattern;
 mod permissions;

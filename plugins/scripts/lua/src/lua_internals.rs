@@ -7,6 +7,7 @@
 //! |---|---|---|---|
 //! | `luai_makeseed(L)=0x5EED` | Lua derives its hash seed from addresses and the clock, and `pairs` would visit string keys in another order in each run | [`problems`], at start | error in the log |
 //! | `STRCACHE_N=1`, `STRCACHE_M=1` | Lua caches C strings by their address, which would decide when a string is collected | [`problems`], at start | error in the log |
+//! | `lua_math.h` before every file | sine and kin of the C library have other bits with another library or processor | a test compares bits of them | the test fails |
 //! | `strspn=tatu_lua_strspn` | text of floats in scripts for Lua 5.1, see [`NumberFormat`] | [`problems`], at start | error in the log |
 //! | `lua_gc` with a negative step | collections at fixed numbers of calls, see `gc` | [`problems`], at start | error in the log |
 //! | `lua_State.hookcount` | exact instruction counts per call | [`hook_count`], in each state | budgets count whole thousands |

@@ -98,7 +98,7 @@ impl Sensor for DepthCamera {
             *pixel = if z.is_infinite() { s.background } else { *color };
         }
         for (angle, cosine) in out.f32(6).iter_mut().zip(sample.pixel_cosines()) {
-            *angle = cosine.clamp(0.0, 1.0).acos();
+            *angle = libm::acosf(cosine.clamp(0.0, 1.0));
         }
         self.tell_points(out);
         Ok(())

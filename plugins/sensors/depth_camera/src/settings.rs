@@ -112,7 +112,7 @@ impl Settings {
         let optics = Optics {
             least_cosine: match p.f64("max_incidence")? {
                 x if x >= FRAC_PI_2 => 0.0,
-                x => x.cos() as f32,
+                x => libm::cos(x) as f32,
             },
             projector: p.f64("projector")?,
             edges: match p.string("edges")?.as_str() {
@@ -182,7 +182,7 @@ impl Settings {
         if self.ortho_size > 0.0 {
             self.longer() / self.ortho_size
         } else {
-            self.longer() / 2.0 / (self.perspective_angle / 2.0).tan()
+            self.longer() / 2.0 / libm::tan(self.perspective_angle / 2.0)
         }
     }
 
@@ -192,7 +192,7 @@ impl Settings {
         let form = if self.ortho_size > 0.0 {
             Form::Parallel { columns, rows, width: f64::from(columns) / self.focal() }
         } else {
-            let horizontal_angle = 2.0 * (f64::from(columns) / 2.0 / self.focal()).atan();
+            let horizontal_angle = 2.0 * libm::atan(f64::from(columns) / 2.0 / self.focal());
             Form::Image { columns, rows, horizontal_angle }
         };
         Beams {
@@ -255,7 +255,7 @@ mod tests {
     fn the_default_opens_as_the_original() {
         let s = Settings::default();
         assert!((s.focal() - 589.366).abs() < 1e-3, "{}", s.focal());
-        let vertical = 2.0 * (240.0 / s.focal()).atan();
+        let vertical = 2.0 * libm::atan(240.0 / s.focal());
         assert!((vertical.to_degrees() - 44.315).abs() < 1e-2, "{}", vertical.to_degrees());
         assert_eq!(s.intrinsics()[2..], [319.5, 239.5]);
     }
@@ -273,7 +273,7 @@ mod tests {
     fn points_follow_from_pixels() {
         let s = Settings { columns: 641, rows: 481, ..Settings::default() };
         let [x, y, z] = s.point(s.intrinsics(), 220, 290, 2.0);
-        let f = 320.5 / 28.5_f64.to_radians().tan();
+        let f = 320.5 / libm::tan(28.5_f64.to_radians());
         assert!(
             (f64::from(x) - 200.0 / f).abs() < 1e-6 && (f64::from(y) - 100.0 / f).abs() < 1e-6 && z == 2.0,
             "{x} {y}"

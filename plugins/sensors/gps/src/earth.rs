@@ -28,7 +28,7 @@ pub struct Place {
 impl Place {
     /// Coordinates about the Earth's middle: x towards latitude and longitude 0, z towards the north pole; m.
     pub fn to_ecef(self) -> [f64; 3] {
-        let ((s, c), (sl, cl)) = (self.latitude.sin_cos(), self.longitude.sin_cos());
+        let ((s, c), (sl, cl)) = (libm::sincos(self.latitude), libm::sincos(self.longitude));
         let n = A / (1.0 - E2 * s * s).sqrt();
         [(n + self.altitude) * c * cl, (n + self.altitude) * c * sl, ((1.0 - E2) * n + self.altitude) * s]
     }
@@ -37,19 +37,19 @@ impl Place {
     /// coordinates", Survey Review 23, 1976): below 1e-9 m after three rounds from 10 km below ground up to satellites.
     /// Nearer to the middle than 45 km, where latitudes are ambiguous, the answer is finite and nothing more.
     pub fn from_ecef([x, y, z]: [f64; 3]) -> Self {
-        let p = x.hypot(y);
-        let mut reduced = (z * A).atan2(p * B);
+        let p = libm::hypot(x, y);
+        let mut reduced = libm::atan2(z * A, p * B);
         let mut latitude = 0.0;
         for _ in 0..ROUNDS {
-            let (s, c) = reduced.sin_cos();
-            latitude = (z + E2_SECOND * B * s.powi(3)).atan2((p - E2 * A * c.powi(3)).max(0.0));
-            let (s, c) = latitude.sin_cos();
-            reduced = ((1.0 - F) * s).atan2(c);
+            let (s, c) = libm::sincos(reduced);
+            latitude = libm::atan2(z + E2_SECOND * B * s.powi(3), (p - E2 * A * c.powi(3)).max(0.0));
+            let (s, c) = libm::sincos(latitude);
+            reduced = libm::atan2((1.0 - F) * s, c);
         }
-        let (s, c) = latitude.sin_cos();
+        let (s, c) = libm::sincos(latitude);
         // Good at the poles too, unlike p / cos - n: Bowring, "The accuracy of geodetic latitude and height equations", 1985.
         let altitude = p * c + z * s - A * (1.0 - E2 * s * s).sqrt();
-        Place { latitude, longitude: y.atan2(x), altitude }
+        Place { latitude, longitude: libm::atan2(y, x), altitude }
     }
 }
 
@@ -67,7 +67,7 @@ pub struct Plane {
 impl Plane {
     /// The plane whose origin is `origin`.
     pub fn at(origin: Place) -> Self {
-        let ((s, c), (sl, cl)) = (origin.latitude.sin_cos(), origin.longitude.sin_cos());
+        let ((s, c), (sl, cl)) = (libm::sincos(origin.latitude), libm::sincos(origin.longitude));
         Plane { ecef: origin.to_ecef(), axes: [[-sl, cl, 0.0], [-s * cl, -s * sl, c], [c * cl, c * sl, s]] }
     }
 

@@ -52,7 +52,7 @@ impl Laser {
         let cosine = cosine.clamp(0.0, 1.0);
         let reflectivity = color.iter().map(|c| f64::from(*c)).sum::<f64>() / (3.0 * 255.0);
         let spread = (self.settings.full_intensity / distance).powi(2).min(1.0);
-        Echo { distance, incidence: cosine.acos(), intensity: reflectivity * cosine * spread }
+        Echo { distance, incidence: libm::acos(cosine), intensity: reflectivity * cosine * spread }
     }
 
     fn is_told(&self, distance: f64) -> bool {

@@ -47,7 +47,7 @@ impl Motion {
             return v;
         }
         let axis = self.angular.map(|x| x / speed);
-        let ((s, c), side, along) = (angle.sin_cos(), cross(axis, v), dot(axis, v) * (1.0 - angle.cos()));
+        let ((s, c), side, along) = (libm::sincos(angle), cross(axis, v), dot(axis, v) * (1.0 - libm::cos(angle)));
         [0, 1, 2].map(|i| v[i] * c + side[i] * s + axis[i] * along)
     }
 }

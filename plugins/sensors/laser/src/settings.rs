@@ -163,6 +163,6 @@ impl Settings {
 
 /// The direction of a beam in the sensor's frame: +z ahead, +x to the left, +y up.
 pub(crate) fn direction((azimuth, elevation): (f64, f64)) -> [f64; 3] {
-    let ((sa, ca), (se, ce)) = (azimuth.sin_cos(), elevation.sin_cos());
+    let ((sa, ca), (se, ce)) = (libm::sincos(azimuth), libm::sincos(elevation));
     [sa * ce, se, ca * ce]
 }

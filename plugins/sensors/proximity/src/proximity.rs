@@ -70,9 +70,9 @@ fn nearest(sample: &Sample<'_>, needed: usize) -> Option<Echo> {
 /// A direction in a cone around +z whose full opening is `angle`, from two numbers of 0 to 1: evenly spread over the
 /// part of the sphere that the cone cuts out.
 fn within(angle: f64, [along, around]: [f64; 2]) -> [f64; 3] {
-    let cosine = 1.0 - along * (1.0 - (angle / 2.0).cos());
+    let cosine = 1.0 - along * (1.0 - libm::cos(angle / 2.0));
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-    let (s, c) = (TAU * around).sin_cos();
+    let (s, c) = libm::sincos(TAU * around);
     [sine * c, sine * s, cosine]
 }
 

@@ -79,6 +79,6 @@ pub fn allan(x: &[f64], m: usize) -> f64 {
 /// sigma^2 = q^2 tau / 2: for averages over `t`.
 pub fn allan_of_walk(sigma: f64, tau: f64, t: f64) -> f64 {
     let x = t / tau;
-    let rest = 1.0 - (3.0 - 4.0 * (-x).exp() + (-2.0 * x).exp()) / (2.0 * x);
+    let rest = 1.0 - (3.0 - 4.0 * libm::exp(-x) + libm::exp(-2.0 * x)) / (2.0 * x);
     (2.0 * sigma * sigma / x * rest).sqrt()
 }

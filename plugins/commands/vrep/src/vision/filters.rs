@@ -149,7 +149,9 @@ pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut F
         }
         23 => {
             let radius = f64::from(float(0, 1.0)) * columns.min(rows) / 2.0;
-            work.keep(bit(1), |c, r, _| (c as f64 + 0.5 - columns / 2.0).hypot(r as f64 + 0.5 - rows / 2.0) <= radius);
+            work.keep(bit(1), |c, r, _| {
+                libm::hypot(c as f64 + 0.5 - columns / 2.0, r as f64 + 0.5 - rows / 2.0) <= radius
+            });
         }
         24 => work.normalize(),
         25 => work.intensity_scale(float(0, 0.0), float(1, 1.0), f.ints.first().is_none_or(|n| n & 1 == 0)),

@@ -87,7 +87,7 @@ impl View {
         let intrinsics = told.filter(|k| k[0] > 0.0 && k[1] > 0.0).unwrap_or_else(|| {
             // Before its first image it tells nothing.
             let (columns, rows) = (self.columns as f64, self.rows as f64);
-            let f = columns.max(rows) / 2.0 / (parameters::angle(c, self.id) / 2.0).tan();
+            let f = columns.max(rows) / 2.0 / libm::tan(parameters::angle(c, self.id) / 2.0);
             [f, f, (columns - 1.0) / 2.0, (rows - 1.0) / 2.0]
         });
         Lens { intrinsics, parallel: parallel == Some(1), planes: self.planes }

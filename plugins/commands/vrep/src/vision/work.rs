@@ -197,8 +197,8 @@ pub(super) fn coordinates(
     let place = |i: usize, n: usize, side: usize, f: f64| {
         let part = (i as f64 + 0.5) / n as f64;
         if even_angles && !lens.parallel {
-            let half = (side as f64 / 2.0 / f).atan();
-            f * ((2.0 * part - 1.0) * half).tan() + (side as f64 - 1.0) / 2.0
+            let half = libm::atan(side as f64 / 2.0 / f);
+            f * libm::tan((2.0 * part - 1.0) * half) + (side as f64 - 1.0) / 2.0
         } else {
             part * side as f64 - 0.5
         }
@@ -281,8 +281,8 @@ fn box_of(spot: &[usize], w: usize, h: usize) -> [f64; 5] {
     }
     // The direction in which it is longest; a round one has none.
     let round = (xx - yy).abs() + xy.abs() < 1e-9 * (xx + yy).max(1.0);
-    let angle = if round { 0.0 } else { 0.5 * f64::atan2(2.0 * xy, xx - yy) };
-    let (s, c) = angle.sin_cos();
+    let angle = if round { 0.0 } else { 0.5 * libm::atan2(2.0 * xy, xx - yy) };
+    let (s, c) = libm::sincos(angle);
     let span = |f: &dyn Fn(f64, f64) -> f64| {
         let (a, b) =
             places().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (x, y)| (a.min(f(x, y)), b.max(f(x, y))));
