@@ -52,6 +52,7 @@ mod processors;
 mod proximity;
 mod refusals;
 mod reload;
+mod removals;
 mod replay;
 mod restart;
 mod returns;

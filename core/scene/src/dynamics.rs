@@ -473,11 +473,16 @@ impl Dynamics {
     pub fn push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
         self.engine.push(body, force, torque);
     }
-    /// Contacts after the last step, as objects. Read from the engine when asked for.
-    pub fn contacts(&self) -> impl Iterator<Item = (u32, u32, tatu_physics::Contact)> {
+    /// Contacts after the last step, as objects. Read from the engine when asked for. Those of objects that were removed
+    /// since are left out: their bodies go with the next step.
+    pub fn contacts(&self, scene: &Scene) -> impl Iterator<Item = (u32, u32, tatu_physics::Contact)> {
         let mut all = Vec::new();
         self.engine.contacts(&mut all);
-        all.into_iter().filter_map(|c| Some((self.object_of(c.bodies.0)?, self.object_of(c.bodies.1)?, c)))
+        let living = |body| {
+            let record = &self.bodies[self.bodies.binary_search_by_key(&body, |b| b.id).ok()?];
+            scene.get(record.slot).is_some_and(|o| o.uid == record.uid).then_some(record.slot)
+        };
+        all.into_iter().filter_map(move |c| Some((living(c.bodies.0)?, living(c.bodies.1)?, c)))
     }
     /// Changes gravity or the length of an engine step.
     pub fn configure(&mut self, settings: EngineSettings) {

@@ -23,7 +23,7 @@ pub(crate) fn compare(world: &WorldCell) {
     let (Ok(scene), Ok(dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow()) else { return };
     // Of each pair the strongest contact; pairs by slots.
     let mut pairs: Vec<(u32, u32, Contact)> = Vec::new();
-    for (a, b, c) in dynamics.contacts() {
+    for (a, b, c) in dynamics.contacts(&scene) {
         let (a, b, c) = if a <= b { (a, b, c) } else { (b, a, Contact { normal: -c.normal, ..c }) };
         match pairs.iter_mut().find(|(x, y, _)| (*x, *y) == (a, b)) {
             Some((_, _, strongest)) if strongest.force >= c.force => {}

@@ -229,7 +229,7 @@ impl World {
     pub fn contacts(&self) -> Vec<(String, String, f64)> {
         let scene = self.cell.scene.borrow();
         let dynamics = self.cell.dynamics.borrow();
-        dynamics.contacts().map(|(a, b, c)| (scene.path(a), scene.path(b), c.force)).collect()
+        dynamics.contacts(&scene).map(|(a, b, c)| (scene.path(a), scene.path(b), c.force)).collect()
     }
     /// Graphs and drawings; graphs keep what they recorded when the world stops.
     pub fn figures(&self) -> std::cell::Ref<'_, Figures> {

@@ -199,6 +199,6 @@ fn contacts_of<T>(
         0 => None,
         o => Some(slot(world, &scene, o)?),
     };
-    let touching = dynamics.contacts().filter(|(a, b, _)| wanted.is_none_or(|s| *a == s || *b == s));
+    let touching = dynamics.contacts(&scene).filter(|(a, b, _)| wanted.is_none_or(|s| *a == s || *b == s));
     Ok(touching.map(|c| show(&scene, c)).collect())
 }

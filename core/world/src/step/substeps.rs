@@ -80,8 +80,12 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::A
         lost.extend(l);
         failed.extend(f);
         let now = pairs(world);
-        for pair in now.difference(&touching) {
-            tell_contact(world, *pair);
+        for (a, b) in now.difference(&touching) {
+            // A callback may have removed one of them.
+            let there = |slot: &u32| world.scene.borrow().get(*slot).is_some_and(|o| o.shape().is_some());
+            if there(a) && there(b) {
+                tell_contact(world, (*a, *b));
+            }
         }
         touching = now;
         tell(world, part, true);
@@ -91,7 +95,8 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> (Vec<u32>, Vec<actuators::A
 
 /// The pairs of shapes that touch.
 fn pairs(world: &WorldCell) -> BTreeSet<(u32, u32)> {
-    world.dynamics.borrow().contacts().map(|(a, b, _)| (a.min(b), a.max(b))).collect()
+    let scene = world.scene.borrow();
+    world.dynamics.borrow().contacts(&scene).map(|(a, b, _)| (a.min(b), a.max(b))).collect()
 }
 
 fn tell(world: &WorldCell, part: Part, after: bool) {
