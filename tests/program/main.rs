@@ -7,6 +7,7 @@
 mod addons;
 mod away;
 mod beside;
+mod bounds;
 mod cascades;
 mod catalogue;
 mod claims;

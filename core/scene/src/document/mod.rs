@@ -211,6 +211,7 @@ impl Document {
 
     /// What no single property can tell: shapes that lack what their form needs.
     fn check(&self) -> Result {
+        self.settings.check()?;
         for spec in self.objects.iter().filter(|o| o.kind == tatu_plugin_api::abi::TATU_KIND_SHAPE) {
             let last = |row: Row| spec.rows.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
             let lacks = match last(Row::Primitive) {

@@ -123,6 +123,26 @@ impl Default for Settings {
     }
 }
 
+/// Longest step, s.
+const LONGEST: f64 = 100.0;
+
+/// Most physics steps in a step: more would take minutes, and nobody could stop them.
+const MOST_PHYSICS_STEPS: f64 = 100_000.0;
+
+impl Settings {
+    /// What no single number can tell.
+    pub(super) fn check(&self) -> Result {
+        let steps = (self.dt / self.physics_dt).ceil();
+        if steps <= MOST_PHYSICS_STEPS {
+            return Ok(());
+        }
+        let text = format!("a step of {} s would have {steps} physics steps of {} s", self.dt, self.physics_dt);
+        Err(Error::new("E102", text)
+            .expected(format!("at most {MOST_PHYSICS_STEPS}"))
+            .help("make `dt_s` shorter or `physics_dt_s` longer"))
+    }
+}
+
 /// The tables of `[scene]`.
 pub(super) const TABLES: &[&str] = &["budget", "origin"];
 
@@ -144,8 +164,8 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
     [
         of("text", TATU_TEXT, None, any, 0),
         of("dialect", TATU_TEXT, None, any, 0),
-        of("dt", TATU_F64, Some("s"), 1e-6, 0),
-        of("physics_dt", TATU_F64, Some("s"), 1e-6, 0),
+        Declared { highest: LONGEST, ..of("dt", TATU_F64, Some("s"), 1e-6, 0) },
+        Declared { highest: LONGEST, ..of("physics_dt", TATU_F64, Some("s"), 1e-6, 0) },
         Declared { highest: 64.0, ..of("physics_substeps", TATU_I64, None, 1.0, 0) },
         of("sleep", TATU_BOOL, None, any, 0),
         Declared {
@@ -153,14 +173,14 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
             ..of("friction_rule", TATU_TEXT, None, any, 0)
         },
         of("friction_pairs", TATU_LIST, None, any, 0),
-        of("contact_spring", TATU_F64S, None, 1e-3, 2),
-        of("gravity", TATU_F64S, Some("m/s^2"), any, 3),
+        Declared { highest: 1e6, ..of("contact_spring", TATU_F64S, None, 1e-3, 2) },
+        Declared { highest: 1e6, ..of("gravity", TATU_F64S, Some("m/s^2"), -1e6, 3) },
         of("seed", TATU_I64, None, 0.0, 0),
         of("plugins", TATU_LIST, None, any, 0),
         of("script_budget", TATU_I64, None, 1.0, 0),
         Declared { highest: FRAC_PI_2, ..of("origin.lat", TATU_F64, Some("rad"), -FRAC_PI_2, 0) },
         Declared { highest: PI, ..of("origin.lon", TATU_F64, Some("rad"), -PI, 0) },
-        of("origin.alt", TATU_F64, Some("m"), any, 0),
+        Declared { highest: 1e8, ..of("origin.alt", TATU_F64, Some("m"), -1e7, 0) },
         of("budget.instructions", TATU_I64, None, 1.0, 0),
         Declared { highest: 256.0, ..of("budget.memory_mb", TATU_I64, None, 1.0, 0) },
     ]

@@ -35,6 +35,9 @@ pub struct Message {
 }
 
 /// Keys, of which a message has exactly one beside `id` and `args`.
+/// Most steps that a client may ask for at once: at 20 steps a second a year and a half.
+const MOST_STEPS: u64 = 1_000_000_000;
+
 const ASKS: [&str; 7] = ["call", "stepping", "step", "request", "state", "events", "world"];
 
 impl Message {
@@ -81,7 +84,10 @@ fn ask(json: &Json) -> Result<Ask> {
             truth()?;
             Ask::State
         }
-        "step" => Ask::Step(value.as_u64().filter(|n| *n > 0).ok_or_else(|| wrong("a number of steps, at least 1"))?),
+        "step" => {
+            let count = value.as_u64().filter(|n| (1..=MOST_STEPS).contains(n));
+            Ask::Step(count.ok_or_else(|| wrong("a number of steps, 1 to 1000000000"))?)
+        }
         "world" => Ask::World(value.as_u64().ok_or_else(|| wrong("a number from 0"))? as usize),
         _ => Ask::Request(match value.as_str() {
             Some("stop") => TATU_REQUEST_STOP,
@@ -129,6 +135,7 @@ mod tests {
             r#"{"id":7,"call":5}"#,
             r#"{"id":7,"call":"f","args":3}"#,
             r#"{"id":7,"step":0}"#,
+            r#"{"id":7,"step":9223372036854775808}"#,
             r#"{"id":7,"step":-1}"#,
             r#"{"id":7,"request":"dance"}"#,
             r#"{"id":7,"kall":"f"}"#,

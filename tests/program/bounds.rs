@@ -1,0 +1,48 @@
+//! Numbers beyond all bounds are refused by every door, with a sentence, and never hang a run.
+
+use crate::kit::*;
+
+#[test]
+fn steps_have_bounds() {
+    let place = Place::scene("");
+    for (set, words) in [
+        ("scene.dt_s=inf", "`dt_s`: expected a number from 0.000001 to 100, found inf"),
+        ("scene.dt_s=1e5", "`dt_s`: expected a number from 0.000001 to 100, found 100000"),
+        ("scene.dt_s=1e300", "`dt_s`: expected a number from 0.000001 to 100"),
+        ("scene.dt_s=1e-9", "`dt_s`: expected a number from 0.000001 to 100"),
+        ("scene.dt_s=nan", "`dt_s`"),
+        ("scene.physics_dt_s=1e-9", "`physics_dt_s`: expected a number from 0.000001 to 100"),
+        ("scene.physics_dt_s=inf", "`physics_dt_s`"),
+        ("scene.gravity_m_s2=[0, 0, -1e300]", "`gravity_m_s2`"),
+        ("scene.physics_substeps=100000", "`physics_substeps`"),
+        ("scene.seed=1e40", "`seed`"),
+    ] {
+        place.run(&["--set", set, "--seconds", "1"]).refused(&[words]);
+        let (key, value) = set.split_once('=').unwrap();
+        let key = key.strip_prefix("scene.").unwrap();
+        Place::scene(&format!("{key} = {value}\n")).run(&["--seconds", "1"]).refused(&[key]);
+    }
+    let both = ["--set", "scene.dt_s=50", "--set", "scene.physics_dt_s=0.0001", "--seconds", "100"];
+    place.run(&both).refused(&["a step of 50 s would have 500000 physics steps of 0.0001 s", "at most 100000"]);
+}
+
+#[test]
+fn drives_may_be_told_anything() {
+    let joint = "[[object]]\nkind = \"shape\"\nalias = \"base\"\n[[object]]\nkind = \"joint\"\nalias = \"j\"\nparent = \"/base\"\ncontrol = \"velocity\"\nmax_force_nm = 1.0\n\
+                 [[object]]\nkind = \"shape\"\nalias = \"w\"\nparent = \"/base/j\"\ndynamic = true\n";
+    for line in [
+        "sim.setJointTargetVelocity(j, 1e308) sim.setJointMaxForce(j, 1e308)",
+        "sim.setJointTargetVelocity(j, -1e308) sim.setJointMaxForce(j, 1e3)",
+        "sim.setObjectInt32Param(j, 2039, 8) sim.setJointTargetPosition(j, 1e308)",
+        "sim.setObjectFloatParam(j, 2018, 1e308)",
+        "sim.setObjectPosition(j, {1e308, -1e308, 1e308})",
+    ] {
+        let script = format!(
+            "function sysCall_init() j = sim.getObject('/base/j') end\nfunction sysCall_actuation() pcall(function() {line} end) end"
+        );
+        let place = Place::scene(&format!("{joint}{}", watcher("hand", &script)));
+        let done = place.run(&["--seconds", "0.5"]);
+        // It may be told that a body was lost; it does not end without a word.
+        assert!(done.code <= 1 && !done.err.contains("panicked"), "{line}: exit {}\n{}", done.code, done.err);
+    }
+}
