@@ -18,12 +18,12 @@ use clap::Parser;
 fn main() -> ExitCode {
     let args = args::Args::parse();
     report::listen();
-    match args.command {
+    report::finish(match args.command {
         args::Command::Run(run) => commands::run::run(&run),
         args::Command::Check(check) => commands::check::check(&check),
         args::Command::Describe(describe) => commands::describe::describe(&describe),
         args::Command::List(list) => commands::list::list(&list),
         args::Command::Look(look) => commands::look::look(&look),
         args::Command::Diff(diff) => commands::diff::diff(&diff),
-    }
+    })
 }

@@ -1,15 +1,21 @@
 //! Errors as people see them: with the line they stand in.
 
-use std::{fs, io::IsTerminal};
+use std::{
+    fs,
+    io::{ErrorKind, IsTerminal, Write},
+    process::ExitCode,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use tatu_core::errors::Error;
 
-/// A line on standard output. Nobody may be reading any more (`| head`), or the disk may be full: the run goes on.
+/// A line on standard output. Nobody may be reading any more (`| head`), or the disk may be full: the run goes on, and
+/// [`finish`] says so.
 macro_rules! out {
     ($($text:tt)*) => {{
         use std::io::Write;
-        let _ = writeln!(std::io::stdout(), $($text)*);
+        $crate::report::wrote(writeln!(std::io::stdout(), $($text)*));
     }};
 }
 /// A line on standard error, likewise.
@@ -20,6 +26,31 @@ macro_rules! err {
     }};
 }
 pub(crate) use {err, out};
+
+/// Whether something that the program was to write is lost.
+static LOST: AtomicBool = AtomicBool::new(false);
+
+/// Remembers that standard output could not be written. A closed pipe is what `| head` does, and no fault.
+pub fn wrote(result: std::io::Result<()>) {
+    if let Err(e) = result
+        && e.kind() != ErrorKind::BrokenPipe
+        && !LOST.swap(true, Ordering::Relaxed)
+    {
+        error(&Error::new("E105", format!("cannot write standard output: {e}")).help("is the disk full?"));
+    }
+}
+
+/// Prints an error about something that was to be written: the program ends with 1.
+pub fn lost(e: &Error) {
+    LOST.store(true, Ordering::Relaxed);
+    error(e);
+}
+
+/// The exit code of the program: 1 where something that was to be written is lost.
+pub fn finish(code: ExitCode) -> ExitCode {
+    wrote(std::io::stdout().flush());
+    if LOST.load(Ordering::Relaxed) && code == ExitCode::SUCCESS { ExitCode::FAILURE } else { code }
+}
 
 /// Prints an error.
 pub fn error(e: &Error) {

@@ -48,6 +48,7 @@ mod misbehaves;
 mod nesting;
 mod noise;
 mod order;
+mod outputs;
 mod plugins;
 mod processors;
 mod proximity;

@@ -187,14 +187,22 @@ fn told_of(log: &file::Log, registry: &Registry) {
     }
 }
 
+/// Exit code after a second Ctrl-C, as shells know it.
+const INTERRUPTED: i32 = 130;
+
 fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let Ready { world, registry, session, log, steps, one_more_barrier, snapshots, mut reload } = ready;
     let mut reloads = 0;
     let mut trace = Trace::open(args.trace.as_deref(), &args.watch, args.hashes, &world)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
-    // Without a handler Ctrl-C still ends the program, only not in order: nothing to tell.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    // The first Ctrl-C ends the run in order, the second at once: a step, a script or a pipe may never end. Without a handler
+    // the first one ends the program, only not in order: nothing to tell.
+    let _ = ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(INTERRUPTED);
+        }
+    });
     if let Some(session) = &session {
         session.interrupt_by(interrupted.clone());
     }
@@ -263,10 +271,10 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     badly_ended.iter().for_each(report::error);
     world.take_lines().iter().for_each(|l| tell(args, l));
     if let Err(e) = trace.close() {
-        report::warning(&e);
+        report::lost(&e);
     }
     if let Some(Err(e)) = log.and_then(|log| log.take()).map(|log| log.end(done, begun, &opened)) {
-        report::warning(&e);
+        report::lost(&e);
     }
     let faults = world.faults();
     let ran = Ran { steps: done, time, times, reloads: reload.is_some().then_some(reloads), stand_ins };
@@ -297,7 +305,7 @@ fn pass(
     let failed = lines.iter().any(|l| l.level == TATU_LOG_ERROR);
     watchdog.step(world.steps(), world.time(), failed.then(|| world.faults()));
     if !idle && let Err(e) = trace.step(world, &lines, ending) {
-        bar.suspend(|| report::warning(&e));
+        bar.suspend(|| report::lost(&e));
     }
     lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
 }
@@ -309,7 +317,7 @@ fn write_log(world: &World, log: file::Writer) -> LogFile {
     world.input_log_mut().hand_to(move |record| {
         let mut file = file.borrow_mut();
         if let Some(Err(e)) = file.as_mut().map(|f| f.write(record)) {
-            report::warning(&e);
+            report::lost(&e);
             *file = None;
         }
     });
