@@ -63,7 +63,7 @@ const COMPONENT: &[Tag<Part>] = tags!(Part {
     "Shc" => |p, c, u| Ok(p.children.push(component(c, u)?)),
 });
 
-const IGNORED: &[&str] = &["Cl2", "Ecl", "Lvl", "Rdo", "Gsa", "Ved", "Bcm", "Cv2", "Uis"];
+const IGNORED: &[&str] = &["Cl2", "Ecl", "Lvl", "Rdo", "Gsa", "Ewt", "Ved", "Bcm", "Cv2", "Uis"];
 
 fn leaf(p: &mut Part) -> &mut Leaf {
     p.leaf.get_or_insert_default()

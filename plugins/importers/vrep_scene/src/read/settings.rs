@@ -86,14 +86,14 @@ pub fn simulation(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) 
     object(c, tags, IGNORED, s, unknown).map(drop)
 }
 
-/// A number of 4 bytes as people wrote it: 0.05, not 0.05000000074505806.
+/// A number of 4 bytes as people wrote it: 0.05, not 0.05000000074505806. Newer files hold such numbers in 8 bytes.
 fn short(x: f64) -> f64 {
-    (x as f32).to_string().parse().unwrap_or(x)
+    if f64::from(x as f32) == x { (x as f32).to_string().parse().unwrap_or(x) } else { x }
 }
 
 fn engine(s: &mut Settings, c: &mut Cursor<'_>) -> Read {
     s.engine = Some(c.i32()?);
-    s.gravity = Some(if c.wide { c.reals()? } else { c.reals()?.map(short) });
+    s.gravity = Some(c.reals()?.map(short));
     Ok(())
 }
 
@@ -105,9 +105,7 @@ pub fn dynamics(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) ->
         "En3" | "_n3" => |s, c, _| engine(s, c),
         "Ver" => |s, c, _| Ok(s.engine_version = c.i32()?),
         "Stp" | "_tp" => |s, c, _| {
-            let wide = c.wide;
-            let x = c.real()?;
-            Ok(s.physics_step = Some(if wide { x } else { short(x) }))
+            Ok(s.physics_step = Some(short(c.real()?)))
         },
         "Bul" => |s, c, _| Ok(s.bullet.reals = vec![short(c.single()?), c.single()?]),
         "Ode" => |s, c, _| Ok(s.ode.reals = vec![short(c.single()?), c.single()?]),
@@ -123,9 +121,8 @@ pub fn dynamics(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) ->
 }
 
 fn block(c: &mut Cursor<'_>) -> Read<EngineBlock> {
-    let wide = c.wide;
     let mut block = EngineBlock::read(c)?;
-    if let (false, Some(step)) = (wide, block.reals.first_mut()) {
+    if let Some(step) = block.reals.first_mut() {
         *step = short(*step);
     }
     Ok(block)
