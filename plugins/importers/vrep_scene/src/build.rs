@@ -149,14 +149,7 @@ fn is_number(suffix: &str) -> bool {
     suffix.strip_prefix('#').is_some_and(|n| n.len() < 9 && !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
 }
 
-fn shape<'a>(
-    builder: &Builder<'a>,
-    file: &File,
-    o: &Object,
-    s: &Shape,
-    node: Node<'a>,
-    report: &mut Report,
-) -> Result {
+fn shape<'a>(builder: &Builder<'a>, file: &File, o: &Object, s: &Shape, node: Node<'a>, report: &mut Report) -> Result {
     let Some(root) = &s.root else {
         report.add("refused", "it has no mesh", o);
         return node.set("shape.detectable", false).map(drop);

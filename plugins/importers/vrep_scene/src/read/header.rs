@@ -1,6 +1,6 @@
 //! The first bytes of a file, which are never packed.
 
-use super::{cursor::Read, cursor::Broken, cursor::Cursor};
+use super::{cursor::Broken, cursor::Cursor, cursor::Read};
 
 /// What every file begins with.
 pub const MAGIC: &[u8; 4] = b"VREP";
@@ -93,7 +93,8 @@ mod tests {
     fn file(edit: impl Fn(&mut Vec<u8>)) -> Read<Header> {
         let mut bytes = vec![0; 1200];
         bytes[..29].copy_from_slice(&[
-            0x56, 0x52, 0x45, 0x50, 25, 0, 0, 0, 24, 0, 0, 0, 1, 0x18, 1, 0, 0, 0, 0, 0, 0, 0x28, 0xA0, 1, 0x10, 0, 0, 0, 2,
+            0x56, 0x52, 0x45, 0x50, 25, 0, 0, 0, 24, 0, 0, 0, 1, 0x18, 1, 0, 0, 0, 0, 0, 0, 0x28, 0xA0, 1, 0x10, 0, 0,
+            0, 2,
         ]);
         edit(&mut bytes);
         Header::read(&bytes)

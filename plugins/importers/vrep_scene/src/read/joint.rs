@@ -126,6 +126,6 @@ pub const TAGS: &[Tag<Joint>] = tags!(Joint {
 
 /// Known and without meaning here: windows, older engines, and engines that do not run here.
 pub const IGNORED: &[&str] = &[
-    "Dpm", "Dvm", "V10", "Vo2", "_o2", "Vor", "Nw1", "_w1", "Mj1", "Mj2", "Od1", "Bt1", "Arg", "_rg", "Cl1", "Cl2", "Mss",
-    "_ss", "Ikw", "_kw", "Jm2", "Jm3", "_m3", "Cco", "Cv2",
+    "Dpm", "Dvm", "V10", "Vo2", "_o2", "Vor", "Nw1", "_w1", "Mj1", "Mj2", "Od1", "Bt1", "Arg", "_rg", "Cl1", "Cl2",
+    "Mss", "_ss", "Ikw", "_kw", "Jm2", "Jm3", "_m3", "Cco", "Cv2",
 ];

@@ -89,6 +89,7 @@ impl Primitive {
 
 /// Where the arrays of a leaf are.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs, reason = "each form has its sentence")]
 pub enum Arrays {
     /// In the pool, by number.
     Pool { vertices: i32, indices: i32 },

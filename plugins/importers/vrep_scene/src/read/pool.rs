@@ -85,7 +85,8 @@ fn unpack(data: &[u8], span: Span) -> Read<Vec<u32>> {
         let first = *bytes.get(at).ok_or_else(|| broken(at, "packed indices end too early"))?;
         let extra = usize::from(first >> 6);
         let more = bytes.get(at + 1..at + 1 + extra).ok_or_else(|| broken(at, "packed indices end too early"))?;
-        let raw = more.iter().enumerate().fold(i64::from(first & 63), |raw, (i, b)| raw + (i64::from(*b) << (6 + 8 * i)));
+        let raw =
+            more.iter().enumerate().fold(i64::from(first & 63), |raw, (i, b)| raw + (i64::from(*b) << (6 + 8 * i)));
         value += raw - OFFSET[extra];
         out.push(u32::try_from(value).map_err(|_| broken(at, &format!("an index of {value}")))?);
         at += 1 + extra;

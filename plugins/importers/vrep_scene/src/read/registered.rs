@@ -112,8 +112,8 @@ pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<IkGroup> {
         },
     });
     const IGNORED: &[&str] = &[
-        "Mit", "Dpg", "_pg", "Cmt", "Doo", "Var", "Ctr", "Wgt", "_gt", "Uis", "Jts", "_ts", "Avx", "Avt", "_vt", "Va2", "Cv2",
-        "Jlw", "Va3", "Dmp",
+        "Mit", "Dpg", "_pg", "Cmt", "Doo", "Var", "Ctr", "Wgt", "_gt", "Uis", "Jts", "_ts", "Avx", "Avt", "_vt", "Va2",
+        "Cv2", "Jlw", "Va3", "Dmp",
     ];
     object(c, tags, IGNORED, &mut group, unknown)?;
     Ok(group)

@@ -107,13 +107,7 @@ pub fn object<T>(
 }
 
 /// Reads all objects that stand one after the other in what is left: `EOO` may come more than once.
-pub fn objects<T>(
-    c: &mut Cursor<'_>,
-    tags: &[Tag<T>],
-    ignored: &[&str],
-    into: &mut T,
-    unknown: &mut Unknowns,
-) -> Read {
+pub fn objects<T>(c: &mut Cursor<'_>, tags: &[Tag<T>], ignored: &[&str], into: &mut T, unknown: &mut Unknowns) -> Read {
     while c.left() > 0 {
         object(c, tags, ignored, into, unknown)?;
     }

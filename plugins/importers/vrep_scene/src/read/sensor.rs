@@ -132,7 +132,8 @@ pub const VISION: &[Tag<Vision>] = tags!(Vision {
 
 /// Known, for windows only.
 pub const VISION_IGNORED: &[&str] = &[
-    "Siz", "Si2", "_i2", "Afr", "Pv1", "Cl1", "Cl2", "Cl3", "Cl4", "Cv2", "Dbv", "_b2", "_iz", "Dot", "Rm2", "Fow", "_f2",
+    "Siz", "Si2", "_i2", "Afr", "Pv1", "Cl1", "Cl2", "Cl3", "Cl4", "Cv2", "Dbv", "_b2", "_iz", "Dot", "Rm2", "Fow",
+    "_f2",
 ];
 
 /// A force sensor.

@@ -117,7 +117,8 @@ pub fn dynamics(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) ->
         "Var" => |s, c, _| Ok(s.dynamics_off = c.u8()? & 1 == 0),
     });
     s.there = true;
-    object(c, tags, &["Vo1", "Vo2", "Vo3", "Vo4", "_o4", "Vor", "Nwt", "Cv2", "Dcs", "Mj2", "_j2"], s, unknown).map(drop)
+    object(c, tags, &["Vo1", "Vo2", "Vo3", "Vo4", "_o4", "Vor", "Nwt", "Cv2", "Dcs", "Mj2", "_j2"], s, unknown)
+        .map(drop)
 }
 
 fn block(c: &mut Cursor<'_>) -> Read<EngineBlock> {
@@ -136,8 +137,8 @@ pub fn environment(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns)
     });
     s.there = true;
     const IGNORED: &[&str] = &[
-        "Clc", "Cld", "Al2", "Alc", "Fbg", "Fd2", "_d2", "Fdn", "_dn", "Var", "Ups", "Uis", "Mt2", "_t2", "Mrs", "_rs", "Evc",
-        "Wtc", "Rst", "Job", "Sh2", "Va2", "Va3", "Pof", "Cv2", "Fdt", "Fod",
+        "Clc", "Cld", "Al2", "Alc", "Fbg", "Fd2", "_d2", "Fdn", "_dn", "Var", "Ups", "Uis", "Mt2", "_t2", "Mrs", "_rs",
+        "Evc", "Wtc", "Rst", "Job", "Sh2", "Va2", "Va3", "Pof", "Cv2", "Fdt", "Fod",
     ];
     object(c, tags, IGNORED, s, unknown).map(drop)
 }
@@ -165,7 +166,8 @@ pub fn main(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Rea
     });
     s.there = true;
     const IGNORED: &[&str] = &[
-        "Al2", "Ss2", "Ddi", "Va4", "Dis", "Dcs", "Gvy", "Od2", "Deu", "Bcm", "Crc", "Iwc", "Cv2", "Var", "Alv", "Fbg", "Rst",
+        "Al2", "Ss2", "Ddi", "Va4", "Dis", "Dcs", "Gvy", "Od2", "Deu", "Bcm", "Crc", "Iwc", "Cv2", "Var", "Alv", "Fbg",
+        "Rst",
     ];
     object(c, tags, IGNORED, s, unknown).map(drop)
 }
