@@ -131,6 +131,9 @@ pub struct Run {
 pub struct Check {
     /// The scene file.
     pub scene: PathBuf,
+    /// Tell in JSON what the file holds, where its importer can, and what there is to report about it.
+    #[arg(long)]
+    pub json: bool,
     #[command(flatten)]
     pub changes: Changes,
 }

@@ -691,7 +691,10 @@ typedef struct tatu_builder {
   /* [setup] Adds an object of a kind ("shape", "joint", "dummy", "sensor", ...) below `parent` (0: the top of what is
    * being built). Its number, from 1; 0: refused, see the error of the build. */
   uint32_t(TATU_CALL *object)(const struct tatu_builder *, const char *kind, uint32_t parent, tatu_str alias);
-  /* [setup] Sets a property by key without the kind's prefix ("mass", "position", "color") or with it. SI units. */
+  /* [setup] Sets a property by key without the kind's prefix ("mass", "position", "color") or with it. SI units.
+   * Object 0 with a key that begins with "scene." sets a number of the world ("scene.dt", "scene.gravity") or its free
+   * data ("scene.data"); it has an effect where an importer's file stands in place of a scene. So has "object.name",
+   * the unique name ("arm#0"), with the object's alias before the `#`. */
   tatu_status(TATU_CALL *set)(const struct tatu_builder *, uint32_t object, const char *key, const tatu_value *);
   /* [setup] Adds a triangle mesh, `n_points` * 3 doubles and `n_triangles` * 3 indices; its number, for the property
    * "mesh" of shapes. Equal meshes are stored once. 0: refused. */
@@ -700,7 +703,8 @@ typedef struct tatu_builder {
   /* [setup] Adds an image, 4 bytes a pixel, first row on top; its number. 0: refused. */
   uint64_t(TATU_CALL *image)(const struct tatu_builder *, const uint8_t *rgba, uint32_t width, uint32_t height);
   /* [setup] Adds a script to an object. `language` and `dialect` may be null: by suffix and from the text. `kind`:
-   * "child", "threaded", "customization" or "main" (a scene's driver; in a model it is left out). Its number; 0: refused. */
+   * "child", "threaded", "customization" or "main" (a scene's driver; in a model, and in an import that is not the
+   * scene itself, it is left out). Its number; 0: refused. */
   uint32_t(TATU_CALL *script)(const struct tatu_builder *, uint32_t owner, const char *language, const char *dialect,
                               const char *kind, tatu_str name, tatu_str text);
   /* [setup] Makes an object of kind "sensor" or "actuator" one of a kind ("proximity") or of whoever fills a schema
@@ -713,6 +717,10 @@ typedef struct tatu_builder {
    * may lead up, within the folders of the source, of the scene and (importers) of the run; leaving these fails the
    * build. */
   tatu_status(TATU_CALL *file)(const struct tatu_builder *, tatu_str relative, tatu_str *bytes);
+  /* [setup] Tells what the source holds, for people and programs that ask (`tatu check FILE --json`): a map with texts
+   * as keys, in the importer's own words, which its documentation explains. Null, or absent: nobody asks, and nothing
+   * needs to be gathered. */
+  tatu_status(TATU_CALL *describe)(const struct tatu_builder *, const tatu_value *map);
 } tatu_builder;
 
 #define TATU_MODEL "tatu.model/draft.1"

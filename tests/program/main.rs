@@ -71,6 +71,7 @@ mod threads;
 mod thruster;
 mod tree;
 mod vision;
+mod vrep_files;
 mod watchers;
 mod wheels;
 mod worlds;

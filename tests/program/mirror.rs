@@ -86,7 +86,7 @@ mirror! {
     }
     tatu_actuator { size, flags, n_commands, reserved, id, text, params, commands, life, apply }
     tatu_ext_actuator { size, reserved, kinds }
-    tatu_builder { size, reserved, ctx, object, set, mesh, image, script, device, report, file }
+    tatu_builder { size, reserved, ctx, object, set, mesh, image, script, device, report, file, describe }
     tatu_model { size, reserved, id, text, params, slots, build }
     tatu_ext_model { size, reserved, models }
     tatu_importer { size, reserved, id, text, suffixes, params, sniff, load }

@@ -178,7 +178,8 @@ fn field(name: &str, elem: u32, shape: &[u32], unit: Option<&str>, text: &str, n
     })
 }
 
-fn to_json(v: &Value) -> Json {
+/// A value as JSON; bytes as text.
+pub fn to_json(v: &Value) -> Json {
     let text = |t: &[u8]| json!(String::from_utf8_lossy(t));
     match v {
         Value::Nil => Json::Null,

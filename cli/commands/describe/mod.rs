@@ -3,7 +3,7 @@
 //! `facts` gathers it as JSON, `example` writes TOML that could stand in a scene, this file prints.
 
 mod example;
-mod facts;
+pub(crate) mod facts;
 mod pages;
 
 use std::process::ExitCode;

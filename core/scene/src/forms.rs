@@ -1,19 +1,21 @@
 //! The solids of a shape: what is drawn and seen by beams, what collides, and what it weighs if nobody says.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use tatu_geometry::{Form, Mesh, Part};
 
 use super::{Primitive, Shape};
 
 /// The form of a primitive of full extents `size`; `None` for a mesh that is not there, and for compounds.
-fn form(primitive: Primitive, size: Vector3<f64>, shape: &Shape) -> Option<Form> {
+fn form(primitive: Primitive, size: Vector3<f64>, (mesh, convex): (Option<&Arc<Mesh>>, bool)) -> Option<Form> {
     Some(match primitive {
         Primitive::Box => Form::Box { half: size / 2.0 },
         Primitive::Sphere => Form::Sphere { radius: size.x / 2.0 },
         Primitive::Cylinder => Form::Cylinder { radius: size.x / 2.0, half_length: size.z / 2.0 },
         Primitive::Capsule => Form::Capsule { radius: size.x / 2.0, half_length: ((size.z - size.x) / 2.0).max(0.0) },
         Primitive::Plane => Form::Plane,
-        Primitive::Mesh => Form::Mesh { mesh: shape.mesh.clone()?, convex: shape.convex },
+        Primitive::Mesh => Form::Mesh { mesh: mesh?.clone(), convex },
         Primitive::Compound => return None,
     })
 }
@@ -22,11 +24,12 @@ fn form(primitive: Primitive, size: Vector3<f64>, shape: &Shape) -> Option<Form>
 pub fn visible_parts(shape: &Shape) -> Vec<Part> {
     if shape.primitive == Primitive::Compound {
         let part = |p: &super::ShapePart| {
-            Some(Part { pose: p.pose, form: form(p.primitive, p.size, shape)?, friction: p.friction, color: p.color })
+            let form = form(p.primitive, p.size, (p.mesh.as_ref(), p.convex))?;
+            Some(Part { pose: p.pose, form, friction: p.friction, color: p.color })
         };
         return shape.parts.iter().filter_map(part).collect();
     }
-    form(shape.primitive, shape.size, shape).map(whole).into_iter().collect()
+    form(shape.primitive, shape.size, (shape.mesh.as_ref(), shape.convex)).map(whole).into_iter().collect()
 }
 
 /// A form that is all of a shape.
@@ -40,7 +43,7 @@ pub fn collision_parts(shape: &Shape) -> Vec<Part> {
         None => visible_parts(shape),
         Some(primitive) => {
             let size = if shape.collide_size == Vector3::zeros() { shape.size } else { shape.collide_size };
-            form(primitive, size, shape).map(whole).into_iter().collect()
+            form(primitive, size, (shape.mesh.as_ref(), shape.convex)).map(whole).into_iter().collect()
         }
     }
 }
@@ -152,6 +155,9 @@ mod tests {
             pose: Isometry3::translation(x, 0.0, 0.0),
             color: None,
             friction: None,
+            mesh_number: 0,
+            mesh: None,
+            convex: false,
         };
         let halves =
             Shape { primitive: Primitive::Compound, parts: vec![part(-0.25), part(0.25)], ..Default::default() };

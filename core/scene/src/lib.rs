@@ -47,7 +47,7 @@ pub use object::{
     ActuatorData, Body, Control, Data, Joint, JointSolver, JointType, Object, Primitive, SensorData, Shape, ShapePart,
 };
 pub use props::{Changed, get, numbers, set, set_numbers};
-pub use props::{is_drive, notes, notes_value};
+pub use props::{is_drive, notes, notes_value, part_meshes};
 pub use tree::{Handle, Scene};
 
 use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};

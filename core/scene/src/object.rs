@@ -125,6 +125,13 @@ pub struct ShapePart {
     pub color: Option<[f64; 3]>,
     /// Its friction, if not the shape's.
     pub friction: Option<f64>,
+    /// Number of its mesh in the document, from 1, for the form `mesh`; else 0.
+    pub mesh_number: u32,
+    /// That mesh; left out of snapshots.
+    #[serde(skip)]
+    pub mesh: Option<Arc<Mesh>>,
+    /// Whether its mesh is its own convex hull.
+    pub convex: bool,
 }
 
 /// Where a shape stands in the engine.

@@ -15,7 +15,7 @@ use super::{
 pub use set::is_drive;
 pub use set::{set, set_numbers};
 use tatu_geometry::Mesh;
-pub use values::{notes, notes_value};
+pub use values::{notes, notes_value, part_meshes};
 
 /// What a change means for physics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

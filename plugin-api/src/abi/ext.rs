@@ -361,6 +361,7 @@ pub struct tatu_builder {
     pub device: Option<unsafe extern "C" fn(*const tatu_builder, u32, *const c_char) -> tatu_status>,
     pub report: Option<unsafe extern "C" fn(*const tatu_builder, u32, u32, tatu_str)>,
     pub file: Option<unsafe extern "C" fn(*const tatu_builder, tatu_str, *mut tatu_str) -> tatu_status>,
+    pub describe: Option<unsafe extern "C" fn(*const tatu_builder, *const tatu_value) -> tatu_status>,
 }
 
 #[repr(C)]

@@ -79,6 +79,35 @@ impl<'a> Builder<'a> {
             (status >= 0).then(|| bytes_of(out))
         }
     }
+    /// Sets a number of the world, "scene.dt", or its free data, "scene.data"; SI units. It has an effect where an
+    /// importer's file stands in place of a scene.
+    pub fn setting(&self, key: &str, value: impl Into<Value>) -> Result {
+        (Node { builder: *self, id: 0 }).set(key, value).map(drop)
+    }
+    /// Whether somebody wants to know what the source holds: [`Builder::describe`].
+    pub fn is_asked(&self) -> bool {
+        self.describing().is_some()
+    }
+    fn describing(&self) -> Option<unsafe extern "C" fn(*const tatu_builder, *const tatu_value) -> tatu_status> {
+        // Hosts of before have a shorter table.
+        let end = std::mem::offset_of!(tatu_builder, describe) + size_of::<usize>();
+        if (self.raw.size as usize) < end { None } else { self.raw.describe }
+    }
+    /// Tells what the source holds: a map with texts as keys.
+    pub fn describe(&self, map: &Value) -> Result {
+        let Some(f) = self.describing() else { return Ok(()) };
+        let mut room: Vec<Vec<u64>> = Vec::new();
+        let raw = map.to_raw(&mut |bytes| {
+            room.push(vec![0; bytes.div_ceil(8).max(1)]);
+            room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+        });
+        let raw = raw.unwrap_or(ValueRef::NIL.raw());
+        // SAFETY: the table is that of the running call, and `room` outlives it.
+        match unsafe { f(self.raw, &raw) } {
+            status if status < 0 => Err(Fail::with_code(status, "the host refused the description")),
+            _ => Ok(()),
+        }
+    }
     /// Tells something about the source: `TATU_REPORT_*`.
     pub fn report(&self, severity: u32, node: Option<Node<'a>>, text: &str) {
         if let Some(f) = self.raw.report {

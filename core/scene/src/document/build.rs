@@ -100,6 +100,9 @@ impl<'a> Builder<'a> {
         let Some(spec) = self.document.objects.get(object) else {
             return Err(Error::new("E110", "there is no such object in this build"));
         };
+        if matches!(key, "object.name" | "name") {
+            return self.name(object, &value);
+        }
         let kind = kind_name(spec.kind);
         let short = match key.split_once('.') {
             Some(("joint", "position")) => "joint_position",
@@ -120,6 +123,47 @@ impl<'a> Builder<'a> {
                 .nearest(short, known.iter().copied()));
         };
         self.put(object, declared, target, value)
+    }
+
+    /// Gives an object of the scene itself a unique name: its alias, or its alias with `#n`. In what is placed several
+    /// times, such as a model, it has no effect: all its objects then get one number.
+    fn name(&mut self, object: usize, value: &Value) -> Result {
+        let spec = &mut self.document.objects[object];
+        let name = if let Value::Text(t) = value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
+        if super::names::suffix_of(&name, &spec.alias).is_none() {
+            return Err(Error::new("E102", format!("`{name}` cannot be a unique name of `{}`", spec.alias))
+                .expected("the alias, or the alias with `#` and a number"));
+        }
+        spec.rows.push((Row::Name, Value::text(name)));
+        Ok(())
+    }
+
+    /// Sets a number of the world, `scene.dt` and the like, or `scene.data`; SI units. It is checked and has no effect
+    /// unless what is built is the scene itself.
+    pub(super) fn setting(&mut self, key: &str, value: Value, whole: bool) -> Result {
+        let short = key.strip_prefix("scene.").unwrap_or(key);
+        if short == "data" {
+            let notes = crate::notes(&value).map_err(|e| Error::new("E102", format!("`{key}`: {}", e.1)))?;
+            if whole {
+                self.document.notes = notes;
+            }
+            return Ok(());
+        }
+        let declared = super::settings::keys();
+        let Some((declared, ())) = declared.iter().find(|(d, ())| d.key == short) else {
+            let known: Vec<_> = declared.iter().map(|(d, ())| d.key.as_str()).collect();
+            return Err(Error::new("E101", format!("a scene has no setting `{key}`"))
+                .expected(known.join(", "))
+                .nearest(short, known.iter().copied()));
+        };
+        let value = keys::check(declared, key, value)?;
+        if let ("dialect", Value::Text(t)) = (short, &value) {
+            self.registry.check_dialect(None, &String::from_utf8_lossy(t))?;
+        }
+        if whole {
+            super::settings::apply(&mut self.document.settings, short, &value)?;
+        }
+        Ok(())
     }
 
     /// Gives an object another alias.
@@ -211,6 +255,13 @@ impl<'a> Builder<'a> {
         if row == Row::Mesh {
             let there = matches!(value, Value::Int(i) if *i >= 1 && *i as usize <= self.document.meshes.len());
             return if there { Ok(()) } else { Err(Error::new("E102", "there is no mesh of that number")) };
+        }
+        if row == Row::Parts {
+            let last = self.document.meshes.len();
+            let lost = crate::part_meshes(value).into_iter().find(|n| *n as usize > last);
+            if let Some(n) = lost {
+                return Err(Error::new("E102", format!("a part names mesh {n}; there are {last}")));
+            }
         }
         let blank = Document {
             objects: vec![ObjectSpec {

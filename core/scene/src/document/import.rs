@@ -28,6 +28,9 @@ pub(super) struct Import<'a> {
     pub choice: Choice,
     /// Parameters of the importer, by key.
     pub params: &'a [(String, Value)],
+    /// Whether the file stands in place of a scene: its objects are those of the scene, as are its numbers of the world
+    /// and its main script.
+    pub whole: bool,
 }
 
 /// Reads the file of an import, which its scene calls `name`.
@@ -64,9 +67,12 @@ impl Builder<'_> {
         let shown = import.file.display().to_string();
         self.document.reports.extend(import.choice.notes.iter().map(|note| format!("{shown}: {note}")));
         let first = self.document.objects.len();
-        let group = self.document.objects.iter().map(|o| o.group).max().unwrap_or(0) + 1;
+        let group = match import.whole {
+            true => 0,
+            false => self.document.objects.iter().map(|o| o.group).max().unwrap_or(0) + 1,
+        };
         let outer = std::mem::replace(&mut self.group, group);
-        let from = Source { name: Some(shown.clone()), folder: Some(folder), roots };
+        let from = Source { name: Some(shown.clone()), folder: Some(folder), roots, whole: import.whole };
         let me = registry.plugins[info.plugin].me;
         let asked = Asked { plugin: info.plugin, call: Call::Import, subject: &format!("the import of {shown}") };
         let done = run(self, asked, from, (&info.params, import.params), parent, |table, params, error| {

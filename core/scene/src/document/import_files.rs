@@ -14,6 +14,8 @@ pub(super) struct Source {
     pub folder: Option<PathBuf>,
     /// Folders that must not be left.
     pub roots: Vec<PathBuf>,
+    /// Whether the source is the scene itself, not a part of one.
+    pub whole: bool,
 }
 
 /// Files greater than this are not read, bytes.

@@ -111,6 +111,15 @@ pub struct ObjectSpec {
     pub place: Option<Place>,
 }
 
+impl ObjectSpec {
+    /// The suffix of its unique name, where it is an object of the scene itself and was given such a name.
+    fn told_suffix(&self) -> Option<i32> {
+        let (_, name) = self.rows.iter().rev().find(|(r, _)| *r == Row::Name).filter(|_| self.group == 0)?;
+        let Value::Text(name) = name else { return None };
+        names::suffix_of(&String::from_utf8_lossy(name), &self.alias)
+    }
+}
+
 /// Who built a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Made {
@@ -146,6 +155,12 @@ pub struct Document {
     pub services: Vec<ServiceSpec>,
     /// What builders told.
     pub reports: Vec<String>,
+    /// What an importer says that its file holds, if [`Options::describe`] asks for it; a map.
+    pub description: Option<Value>,
+    /// Free data of the world at its start, by tag.
+    pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
+    /// Whether importers are asked to describe their files.
+    pub(crate) describe: bool,
     /// The objects by aliases.
     pub(crate) names: names::Names,
     /// The files that it is made of.
@@ -176,10 +191,12 @@ impl Document {
             let parent = spec.parent.and_then(|p| slots.get(p).copied()).unwrap_or(0);
             let slot = scene.add(parent, &spec.alias, Isometry3::identity(), data).unwrap_or(0);
             slots.push(slot);
-            for (row, value) in &spec.rows {
+            // Names are given below, all together.
+            for (row, value) in spec.rows.iter().filter(|(r, _)| *r != Row::Name) {
                 // Checked when the document was written.
                 let _ = crate::set(&mut scene, slot, *row, value);
             }
+            self.fill_parts(&mut scene, slot);
             let placed = scene.get(slot).map(|_| spec.placement * scene.local(slot));
             if let Some(local) = placed.filter(|_| spec.placement != Isometry3::identity()) {
                 scene.set_local(slot, local);
@@ -192,7 +209,15 @@ impl Document {
             members.entry(spec.group).or_default().push(i);
         }
         let mut numbering = names::Numbering::default();
+        let mut named = vec![false; self.objects.len()];
         for (i, spec) in self.objects.iter().enumerate() {
+            let Some(suffix) = spec.told_suffix().filter(|n| numbering.take(&spec.alias, *n)) else { continue };
+            named[i] = true;
+            if let Some(o) = scene.get_mut(slots[i]) {
+                o.suffix = suffix;
+            }
+        }
+        for (i, spec) in self.objects.iter().enumerate().filter(|(i, _)| !named[*i]) {
             let together = if spec.group == 0 { vec![i] } else { members.remove(&spec.group).unwrap_or_default() };
             if together.is_empty() {
                 continue;
@@ -205,8 +230,17 @@ impl Document {
                 }
             }
         }
+        scene.notes.clone_from(&self.notes);
         scene.refresh(0);
         (scene, slots)
+    }
+
+    /// Gives the parts of a shape their meshes, by the numbers that they name.
+    pub fn fill_parts(&self, scene: &mut Scene, slot: u32) {
+        let Some(Data::Shape(shape)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
+        for part in shape.parts.iter_mut().filter(|p| p.mesh_number > 0) {
+            part.mesh = self.meshes.get(part.mesh_number as usize - 1).cloned();
+        }
     }
 
     /// What no single property can tell: shapes that lack what their form needs.

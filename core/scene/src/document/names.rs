@@ -56,4 +56,17 @@ impl<'a> Numbering<'a> {
         }
         number
     }
+
+    /// Takes a number for an alias; `false`: it is taken.
+    pub fn take(&mut self, alias: &'a str, number: i32) -> bool {
+        self.0.entry(alias).or_default().insert(number)
+    }
+}
+
+/// The suffix of a unique name of an alias: -1 for `b`, n for `b#n`. `None`: it is no name of that alias.
+pub fn suffix_of(name: &str, alias: &str) -> Option<i32> {
+    match name.strip_prefix(alias)? {
+        "" => Some(-1),
+        rest => rest.strip_prefix('#')?.parse().ok().filter(|n| *n >= 0),
+    }
 }

@@ -56,7 +56,7 @@ pub(super) fn run_model(
     let registry = builder.registry;
     let info = &registry.models[model];
     let folder = builder.document.file.as_ref().and_then(|f| f.parent().map(PathBuf::from));
-    let source = Source { name: None, roots: folder.iter().cloned().collect(), folder };
+    let source = Source { name: None, roots: folder.iter().cloned().collect(), folder, whole: false };
     let me = registry.plugins[info.plugin].me;
     let asked = Asked { plugin: info.plugin, call: Call::Build, subject: &format!("the model `{}`", info.id) };
     let done = run(builder, asked, source, (&info.params, params), parent, |table, params, error| {
@@ -99,6 +99,7 @@ pub(super) fn run(
             given.to_raw(&mut alloc).unwrap_or(ValueRef::NIL.raw())
         })
         .collect();
+    let builder_describes = builder.document.describe;
     let build = Build {
         first: builder.document.objects.len(),
         builder: RefCell::new(builder),
@@ -119,6 +120,7 @@ pub(super) fn run(
         device: Some(device),
         report: Some(report),
         file: Some(file),
+        describe: builder_describes.then_some(describe),
     };
     let mut slot = ErrorSlot::new();
     // SAFETY: the host's own error object.
@@ -195,7 +197,11 @@ unsafe extern "C" fn set(
         let key = c_text(key);
         let Some(value) = value.as_ref() else { return TATU_ERR_ARGUMENT };
         let value = ValueRef::new(*value).to_value().unwrap_or_default();
-        with(t, |build, b| b.set(index(build, object)?, &key, value)).map_or(TATU_ERR_ARGUMENT, |()| TATU_OK)
+        with(t, |build, b| match object {
+            0 if key.starts_with("scene.") => b.setting(&key, value, build.source.whole),
+            n => b.set(index(build, n)?, &key, value),
+        })
+        .map_or(TATU_ERR_ARGUMENT, |()| TATU_OK)
     }
 }
 
@@ -288,6 +294,22 @@ unsafe extern "C" fn report(t: *const tatu_builder, severity: u32, object: u32, 
             b.document.reports.push(build.source.name.as_ref().map_or(said.clone(), |f| format!("{f}: {said}")));
             Ok(())
         });
+    }
+}
+
+unsafe extern "C" fn describe(t: *const tatu_builder, map: *const tatu_value) -> tatu_status {
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    unsafe {
+        let Some(map) = map.as_ref() else { return TATU_ERR_ARGUMENT };
+        let map = ValueRef::new(*map).to_value().unwrap_or_default();
+        with(t, |_, b| match map {
+            Value::Map(_) => {
+                b.document.description = Some(map);
+                Ok(())
+            }
+            _ => Err(Error::new("E102", "the description of a file is no map")),
+        })
+        .map_or(TATU_ERR_ARGUMENT, |()| TATU_OK)
     }
 }
 

@@ -55,6 +55,12 @@ pub fn notes_value(notes: &BTreeMap<Vec<u8>, Vec<u8>>) -> Value {
     Value::Map(notes.iter().map(|(k, v)| (Value::Text(k.clone()), Value::Text(v.clone()))).collect())
 }
 
+/// The numbers of the meshes that a list of parts names.
+pub fn part_meshes(parts: &Value) -> Vec<u32> {
+    let Value::List(parts) = parts else { return Vec::new() };
+    parts.iter().filter_map(|p| parse_part(p).ok()).map(|p| p.mesh_number).filter(|n| *n > 0).collect()
+}
+
 pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
     let Value::Map(entries) = value else { return refuse(TATU_ERR_ARGUMENT, "a part is a table") };
     let mut part = ShapePart {
@@ -63,6 +69,9 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
         pose: nalgebra::Isometry3::identity(),
         color: None,
         friction: None,
+        mesh_number: 0,
+        mesh: None,
+        convex: false,
     };
     for (key, v) in entries {
         let Value::Text(key) = key else { continue };
@@ -77,7 +86,7 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
                     _ => String::new(),
                 };
                 part.primitive = Primitive::parse(&name)
-                    .filter(|p| !matches!(p, Primitive::Compound | Primitive::Mesh))
+                    .filter(|p| *p != Primitive::Compound)
                     .ok_or_else(|| Refusal(TATU_ERR_ARGUMENT, format!("a part cannot be a `{name}`")))?;
             }
             b"size" => part.size = Vector3::from(three()?),
@@ -89,14 +98,28 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
                 Value::Int(i) if *i >= 0 => part.friction = Some(*i as f64),
                 _ => return refuse(TATU_ERR_ARGUMENT, "part: `friction` is a number, at least 0"),
             },
+            b"mesh" => match v {
+                Value::Int(i) if (1..=i64::from(u32::MAX)).contains(i) => part.mesh_number = *i as u32,
+                _ => return refuse(TATU_ERR_ARGUMENT, "part: `mesh` is the number of a mesh"),
+            },
+            b"convex" => match v {
+                Value::Bool(b) => part.convex = *b,
+                _ => return refuse(TATU_ERR_ARGUMENT, "part: `convex` is true or false"),
+            },
             other => {
                 let key = String::from_utf8_lossy(other).into_owned();
                 return refuse(
                     TATU_ERR_ARGUMENT,
-                    format!("a part has no `{key}`; expected primitive, size, position, orientation, color, friction"),
+                    format!(
+                        "a part has no `{key}`; expected primitive, size, position, orientation, color, friction, mesh, \
+                         convex"
+                    ),
                 );
             }
         }
     }
-    Ok(part)
+    match part.primitive == Primitive::Mesh && part.mesh_number == 0 {
+        true => refuse(TATU_ERR_ARGUMENT, "a part of the form `mesh` lacks `mesh`"),
+        false => Ok(part),
+    }
 }

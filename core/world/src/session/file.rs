@@ -127,6 +127,7 @@ impl Header {
             set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_>>()?,
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_>>()?,
             services: Vec::new(),
+            describe: false,
             sources: Sources::of(files),
             // What other programs do is not in the log.
             allow: Vec::new(),

@@ -155,6 +155,8 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
             _ => return Err(damaged("it names a mesh that the scene does not have")),
         }
     }
+    let shapes: Vec<u32> = scene.slots().filter(|(_, o)| o.shape().is_some()).map(|(slot, _)| slot).collect();
+    shapes.into_iter().for_each(|slot| cell.document.fill_parts(&mut scene, slot));
     cell.dynamics.borrow_mut().restore(&dynamics).map_err(damaged)?;
     *cell.scene.borrow_mut() = scene;
     cell.reaped.set(0);

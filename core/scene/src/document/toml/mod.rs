@@ -42,6 +42,8 @@ pub struct Options {
     pub services: Vec<ServiceOverride>,
     /// `--allow`: what scripts may reach outside of the run: "exec" other programs, "native" libraries.
     pub allow: Vec<String>,
+    /// Whether importers are asked to tell what their files hold: [`Document::description`].
+    pub describe: bool,
     /// Where files are read from; the disk by default.
     pub sources: Sources,
 }
@@ -62,7 +64,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
     let mut model_params: Vec<(usize, String, Value)> = Vec::new();
     // Each round settles at least one of them; a scene has fewer than this.
     for _ in 0..10_000 {
-        let (mut document, set) = Reader::read(file, registry, &model_params, &options.sources)?;
+        let (mut document, set) = Reader::read(file, registry, &model_params, options)?;
         if let Some(seed) = options.seed {
             document.settings.seed = seed;
         }
@@ -104,9 +106,15 @@ impl<'a> Reader<'a> {
         file: &Path,
         registry: &'a Registry,
         model_params: &'a [(usize, String, Value)],
-        sources: &Sources,
+        options: &Options,
     ) -> Result<(Document, Vec<Override>)> {
-        let mut document = Document { file: Some(file.to_owned()), sources: sources.clone(), ..Default::default() };
+        let sources = &options.sources;
+        let mut document = Document {
+            file: Some(file.to_owned()),
+            sources: sources.clone(),
+            describe: options.describe,
+            ..Default::default()
+        };
         let mut builder = Builder { registry, document: &mut document, group: 0, place: None };
         let bytes = read_bytes(file, sources)?;
         let named = file.extension().is_some_and(|e| e == "toml");
@@ -114,7 +122,7 @@ impl<'a> Reader<'a> {
         if let Some(choice) = choice {
             let params = model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect::<Vec<_>>();
             builder.place = Some(Place { file: file.to_owned(), ..Default::default() });
-            let import = import::Import { file, bytes: &bytes, choice, params: &params };
+            let import = import::Import { file, bytes: &bytes, choice, params: &params, whole: true };
             builder.import(import, None, Isometry3::identity())?;
             return Ok((document, Vec::new()));
         }

@@ -68,7 +68,7 @@ impl Reader<'_> {
         };
         let info = &self.registry.importers[choice.importer];
         let params = self.params(b, table, &info.params, ("importer", &info.id), IMPORT_KEYS)?;
-        let import = import::Import { file: &file, bytes: &bytes, choice, params: &params };
+        let import = import::Import { file: &file, bytes: &bytes, choice, params: &params, whole: false };
         let base = b.import(import, parent, placement).map_err(|e| e.at(Some(at)))?;
         self.finish(b, table, base)
     }

@@ -164,6 +164,7 @@ pub fn build(given: &[(&str, Value)]) -> Result<Record, String> {
         device: Some(device),
         report: None,
         file: None,
+        describe: None,
     };
     let plugin = &crate::tatu_plugin.0;
     let mut me = std::ptr::null_mut();

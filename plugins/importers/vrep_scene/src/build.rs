@@ -1,0 +1,258 @@
+//! Makes a scene of a file: objects where they stand, shapes with their meshes and masses, joints with their motors.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, Vector3};
+use tatu_plugin_api::{
+    abi::{TATU_REPORT_NOTE, TATU_REPORT_WARNING},
+    safe::{Builder, Fail, Node, Result, Value},
+};
+
+use crate::{
+    describe::map,
+    read::{
+        file::{File, Kind, Object},
+        joint::{self, Joint},
+        pose::isometry,
+        shape::Shape,
+        surface::leaves,
+    },
+};
+
+/// What is to be told: what became of something, why, and of which objects.
+#[derive(Default)]
+struct Report(BTreeMap<(&'static str, String), Vec<(i32, String)>>);
+
+impl Report {
+    fn add(&mut self, what: &'static str, why: impl Into<String>, o: &Object) {
+        self.0.entry((what, why.into())).or_default().push((o.common.id, o.common.alias()));
+    }
+    fn all(&mut self, what: &'static str, why: impl Into<String>, count: usize) {
+        if count > 0 {
+            self.0.insert((what, why.into()), vec![(-1, format!("{count} in all"))]);
+        }
+    }
+}
+
+/// Builds everything; the report, object by object.
+pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
+    let mut report = Report::default();
+    settings(builder, file)?;
+    let mut nodes: BTreeMap<i32, Node<'_>> = BTreeMap::new();
+    for i in in_order(file) {
+        let o = &file.objects[i];
+        let node = object(builder, file, o, nodes.get(&o.common.parent).copied(), &mut report)?;
+        nodes.insert(o.common.id, node);
+    }
+    report.all("kept without effect", "images on shapes are not drawn yet", file.textures.len());
+    report.all("kept without effect", "scripts are not attached yet", file.scripts.len());
+    report.all("kept without effect", "collections are not made yet", file.collections.len());
+    report.all("kept without effect", "groups for inverse kinematics are not solved", file.ik_groups.len());
+    report.all("kept without effect", "collision objects are not made yet", file.collisions.len());
+    report.all("kept without effect", "distance objects are not made yet", file.distances.len());
+    report.all("kept without effect", "old windows of buttons are not shown", file.windows.len());
+    for (path, unknown) in &file.unknown.all {
+        report.all("not understood", format!("section {path}, first at byte {}", unknown.first.at), unknown.count);
+    }
+    tell(builder, &report);
+    let each = |(&(what, ref why), of): (&(&'static str, String), &Vec<(i32, String)>)| {
+        let line = |(id, alias): &(i32, String)| {
+            Value::Map(map! { "what": what, "why": why.as_str(), "object": *id, "alias": alias.as_str() })
+        };
+        of.iter().map(line).collect::<Vec<_>>()
+    };
+    Ok(report.0.iter().flat_map(each).collect())
+}
+
+/// For people: one line for each reason, with the objects.
+fn tell(builder: &Builder<'_>, report: &Report) {
+    for ((what, why), of) in &report.0 {
+        let names: Vec<&str> = of.iter().take(8).map(|(_, alias)| alias.as_str()).collect();
+        let more = if of.len() > 8 { format!(" and {} more", of.len() - 8) } else { String::new() };
+        let severity = if *what == "refused" { TATU_REPORT_WARNING } else { TATU_REPORT_NOTE };
+        builder.report(severity, None, &format!("{what}: {}{more}: {why}", names.join(", ")));
+    }
+}
+
+fn settings(builder: &Builder<'_>, file: &File) -> Result {
+    let s = &file.settings;
+    if let Some(dt) = s.step().filter(|dt| *dt >= 1e-6) {
+        builder.setting("scene.dt", dt)?;
+    }
+    if s.there {
+        builder.setting("scene.physics_dt", s.physics_step().max(1e-6))?;
+    }
+    match s.gravity.filter(|g| g.iter().all(|x| x.is_finite())) {
+        Some(gravity) => builder.setting("scene.gravity", gravity),
+        None => Ok(()),
+    }
+}
+
+/// Parents before children; siblings as the file orders them.
+fn in_order(file: &File) -> Vec<usize> {
+    let known: BTreeMap<i32, usize> = file.objects.iter().enumerate().map(|(i, o)| (o.common.id, i)).collect();
+    let mut below: BTreeMap<Option<usize>, Vec<usize>> = BTreeMap::new();
+    for (i, o) in file.objects.iter().enumerate() {
+        below.entry(known.get(&o.common.parent).copied()).or_default().push(i);
+    }
+    for children in below.values_mut() {
+        children.sort_by_key(|i| (file.objects[*i].common.order.unwrap_or(0), *i));
+    }
+    let mut out = Vec::with_capacity(file.objects.len());
+    let mut open: Vec<usize> = below.get(&None).into_iter().flatten().rev().copied().collect();
+    while let Some(i) = open.pop() {
+        out.push(i);
+        open.extend(below.get(&Some(i)).into_iter().flatten().rev());
+    }
+    out
+}
+
+fn object<'a>(
+    builder: &Builder<'a>,
+    file: &File,
+    o: &Object,
+    parent: Option<Node<'a>>,
+    report: &mut Report,
+) -> Result<Node<'a>> {
+    let c = &o.common;
+    let kind = match &o.kind {
+        Kind::Shape(_) => "shape",
+        Kind::Joint(_) => "joint",
+        Kind::Force(_) => "force_sensor",
+        _ => "dummy",
+    };
+    let alias = c.alias().replace('/', "_");
+    let node = builder.object(kind, parent, &alias)?;
+    let pose = isometry(&c.pose);
+    let q = pose.rotation.coords;
+    node.set("object.position", <[f64; 3]>::from(pose.translation.vector))?
+        .set("object.quaternion", [q.x, q.y, q.z, q.w])?
+        .set("object.model_base", c.model_base)?
+        .set("object.layer", i64::from(c.layers()))?;
+    let alias = if alias.is_empty() { kind } else { alias.as_str() };
+    let own_suffix = |n: &&String| n.strip_prefix(alias).is_some_and(|r| r.is_empty() || is_number(r));
+    if let Some(name) = c.name.as_ref().filter(own_suffix) {
+        node.set("object.name", name.as_str())?;
+    }
+    match &o.kind {
+        Kind::Shape(s) => shape(builder, file, o, s, node, report)?,
+        Kind::Joint(j) => make_joint(j, o, node, report)?,
+        Kind::Force(f) if f.bits & 3 != 0 => report.add("kept without effect", "thresholds at which it breaks", o),
+        Kind::Force(_) | Kind::Dummy(_) => {}
+        _ => report.add("kept without effect", format!("a {} is a dummy here", o.word()), o),
+    }
+    Ok(node)
+}
+
+/// "#3"
+fn is_number(suffix: &str) -> bool {
+    suffix.strip_prefix('#').is_some_and(|n| n.len() < 9 && !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
+}
+
+fn shape<'a>(builder: &Builder<'a>, file: &File, o: &Object, s: &Shape, node: Node<'a>, report: &mut Report) -> Result {
+    let Some(root) = &s.root else {
+        report.add("refused", "it has no mesh", o);
+        return node.set("shape.detectable", false).map(drop);
+    };
+    let mut parts = Vec::new();
+    for leaf in leaves(root) {
+        let surface = file.surface(leaf.leaf, s.shared.as_ref(), o.section.at);
+        let surface = surface.map_err(|e| Fail::argument(e.to_string()))?.moved(&leaf.frame);
+        if surface.triangles.is_empty() {
+            continue;
+        }
+        let number = builder.mesh(&surface.points, &surface.triangles)?;
+        let convex = leaf.leaf.convex || leaf.part.convex;
+        let color = Value::from(leaf.leaf.color.diffuse);
+        parts.push(map! { "primitive": "mesh", "mesh": number, "convex": convex, "color": color });
+    }
+    if parts.is_empty() {
+        report.add("refused", "its mesh has no triangles", o);
+    } else {
+        let parts = parts.into_iter().map(Value::Map).collect();
+        node.set("shape.primitive", "compound")?.set("shape.parts", Value::List(parts))?;
+    }
+    let waves = o.common.special_property.unwrap_or(0x1F0) & 0x1F0;
+    node.set("shape.respondable", s.respondable)?
+        .set("shape.respondable_mask", i64::from(s.mask))?
+        .set("shape.dynamic", s.dynamic)?
+        .set("shape.detectable", waves != 0)?;
+    let mass = if root.mass > 0.0 && root.mass.is_finite() { root.mass } else { 0.001 };
+    let (com, inertia) = inertia(root);
+    node.set("shape.mass", mass)?;
+    if com.iter().all(|x| x.is_finite()) {
+        node.set("shape.com", <[f64; 3]>::from(com))?;
+    }
+    let own = (inertia + inertia.transpose()) * (0.5 * mass);
+    if own.iter().all(|x| x.is_finite()) && own.symmetric_eigenvalues().min() > 0.0 {
+        node.set("shape.inertia", Value::Floats(own.as_slice().to_vec()))?;
+    } else if s.dynamic {
+        report.add("replaced", "its inertia is none that a body can have: that of its form is used", o);
+    }
+    let [a, b, c, d, e, f] = s.velocity;
+    if s.velocity.iter().all(|x| x.is_finite()) && s.velocity.iter().any(|x| *x != 0.0) {
+        node.set("shape.initial_velocity", [a, b, c])?.set("shape.initial_angular_velocity", [d, e, f])?;
+    }
+    Ok(())
+}
+
+/// Centre of mass and inertia divided by the mass, along the axes of the shape.
+fn inertia(root: &crate::read::mesh::Part) -> (Vector3<f64>, Matrix3<f64>) {
+    if let (Some(com), Some(i)) = (root.com, root.inertia) {
+        return (Vector3::from(com), Matrix3::from_row_slice(&i));
+    }
+    let axes = isometry(&root.axes);
+    let turn = axes.rotation.to_rotation_matrix();
+    let along = Matrix3::from_diagonal(&Vector3::from(root.moments));
+    (axes.translation.vector, turn.matrix() * along * turn.matrix().transpose())
+}
+
+fn make_joint(j: &Joint, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+    let kind = match j.kind {
+        joint::PRISMATIC => "prismatic",
+        joint::SPHERICAL => "spherical",
+        _ => "revolute",
+    };
+    node.set("joint.type", kind)?.set("joint.mode", if j.mode == 5 { "dynamic" } else { "kinematic" })?;
+    let sound = |x: f64| if x.is_finite() { x } else { 0.0 };
+    if j.kind == joint::SPHERICAL {
+        if j.rotation != [1.0, 0.0, 0.0, 0.0] {
+            report.add("kept without effect", "where a spherical joint stands at the start", o);
+        }
+        return Ok(());
+    }
+    let [low, range] = j.limits.map(sound);
+    if !j.cyclic {
+        node.set("joint.limits", [low, low + range.max(0.0)])?;
+    }
+    node.set("joint.position", sound(j.position))?
+        .set("joint.target_velocity", sound(j.target_velocity))?
+        .set("joint.target_position", sound(j.target_position))?
+        .set("joint.max_force", sound(j.max_force))?
+        .set("joint.control", control(j))?;
+    let fastest = j.max_motion.map(|m| m[0]).or(j.old_max_velocity).filter(|x| x.is_finite() && *x > 0.0);
+    if let Some(fastest) = fastest {
+        node.set("joint.max_velocity", fastest)?;
+    }
+    if j.pitch != 0.0 && j.kind == joint::REVOLUTE {
+        report.add("kept without effect", "it is a screw: it turns, and does not advance", o);
+    }
+    if matches!(j.mode, 3 | 4) {
+        report.add("kept without effect", "the joint that it depends on is not followed yet", o);
+    }
+    Ok(())
+}
+
+/// What the motor does. The newer way of telling it wins; in the older one the loop counts only while the motor is on.
+fn control(j: &Joint) -> &'static str {
+    match j.control {
+        Some(1) => "force",
+        Some(4) => "velocity",
+        Some(8 | 9 | 12 | 13) => "position",
+        Some(16) => "callback",
+        Some(_) => "free",
+        None if j.motor & 16 == 0 => "free",
+        None if j.motor & 32 == 0 => "velocity",
+        None => "position",
+    }
+}

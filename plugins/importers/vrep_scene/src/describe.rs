@@ -1,0 +1,79 @@
+//! What a file holds, for people and tools: a map with the file's own handles and poses as they are stored.
+
+use sha2::{Digest, Sha256};
+use tatu_plugin_api::safe::Value;
+
+use crate::read::{
+    file::{File, Kind, Object},
+    joint::SPHERICAL,
+    script::Script,
+    surface::leaves,
+};
+
+/// A map in order.
+macro_rules! map {
+    ($($key:literal: $value:expr),* $(,)?) => { vec![$((Value::text($key), Value::from($value))),*] };
+}
+pub(crate) use map;
+
+/// The whole file: objects, scripts, images.
+pub fn file(file: &File) -> Vec<(Value, Value)> {
+    map! {
+        "program_version": i64::from(file.header.program),
+        "serialization": i64::from(file.header.serialization),
+        "objects": Value::List(file.objects.iter().map(|o| object(file, o)).collect()),
+        "scripts": Value::List(file.scripts.iter().map(script).collect()),
+        "textures": Value::List(file.textures.iter().map(|t| Value::Ints(t.size.map(i64::from).to_vec())).collect()),
+    }
+}
+
+fn optional(text: Option<&String>) -> Value {
+    text.map_or(Value::Nil, Value::text)
+}
+
+/// Six decimals, as the poses of descriptions have.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.6}").parse().unwrap_or(x)
+}
+
+fn object(file: &File, o: &Object) -> Value {
+    let c = &o.common;
+    let mut out = map! {
+        "id": c.id,
+        "parent": c.parent,
+        "type": o.word(),
+        "name": optional(c.name.as_ref()),
+        "alias": optional(c.alias.as_ref()),
+        "pose_wxyz_xyz": c.pose.map(rounded),
+        "model_base": c.model_base,
+    };
+    let (key, value) = match &o.kind {
+        Kind::Shape(s) => {
+            let all = s.root.as_ref().map(leaves).unwrap_or_default();
+            let n: usize = all.iter().map(|p| file.count(p.leaf, s.shared.as_ref())).sum();
+            ("triangles", Value::from(n as i64))
+        }
+        Kind::Joint(j) => {
+            let position = if j.kind == SPHERICAL { 0.0 } else { j.position };
+            let kind = map! { "type": j.kind, "mode": j.mode, "limits_stored": j.limits, "position": [position] };
+            ("joint", Value::Map(kind))
+        }
+        Kind::Proximity(s) => ("sensor", Value::Map(map! { "type": s.kind, "volume_type": s.volume.kind })),
+        Kind::Vision(s) => ("resolution", Value::Ints(s.resolution.map(i64::from).to_vec())),
+        _ => return Value::Map(out),
+    };
+    out.push((Value::text(key), value));
+    Value::Map(out)
+}
+
+fn script(s: &Script) -> Value {
+    let hash: String = Sha256::digest(&s.text).iter().map(|b| format!("{b:02x}")).collect();
+    let object = if s.holder.is_some() { s.object } else { s.owner() };
+    Value::Map(map! {
+        "type": s.kind,
+        "object": object,
+        "bytes": s.text.len() as i64,
+        "sha256": hash.as_str(),
+        "language": s.language().as_str(),
+    })
+}

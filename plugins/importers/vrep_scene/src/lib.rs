@@ -1,0 +1,70 @@
+//! Scene and model files of V-REP and CoppeliaSim: `.ttt` and `.ttm`.
+//!
+//! `read` decodes a file and knows nothing of Tatu; `describe` tells what is in it; `build` makes a scene of it.
+
+#![allow(clippy::unit_arg, reason = "a row of a table of tags is one assignment that may fail")]
+
+mod build;
+mod describe;
+pub mod read;
+
+use tatu_plugin_api::{
+    safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result, Value, World},
+    tatu_plugin,
+};
+
+use read::{file::File, header::MAGIC};
+
+/// The plugin; it keeps nothing.
+pub struct VrepFiles;
+
+impl Plugin for VrepFiles {
+    type World = ();
+
+    fn start(_: &Host) -> Result<Self> {
+        Ok(VrepFiles)
+    }
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.importer::<VrepScene>();
+    }
+}
+
+/// The importer "vrep_scene".
+pub struct VrepScene;
+
+impl Importer for VrepScene {
+    type Plugin = VrepFiles;
+    const ID: &'static str = "vrep_scene";
+    const TEXT: &'static str = "Scenes and models of V-REP 2.6.6 to CoppeliaSim 4.10: objects, meshes and joints.";
+    const SUFFIXES: &'static [&'static str] = &[".ttt", ".ttm"];
+
+    fn params() -> Vec<Param> {
+        Vec::new()
+    }
+
+    fn sniff(head: &[u8]) -> u32 {
+        if head.starts_with(MAGIC) { 100 } else { 0 }
+    }
+
+    fn load(bytes: &[u8], builder: &Builder<'_>, _: &Params<'_>) -> Result {
+        let file = File::read(bytes).map_err(|e| Fail::argument(e.to_string()))?;
+        let report = build::scene(builder, &file)?;
+        if builder.is_asked() {
+            let mut map = describe::file(&file);
+            map.push((Value::text("report"), Value::List(report)));
+            builder.describe(&Value::Map(map))?;
+        }
+        Ok(())
+    }
+}
+
+tatu_plugin! {
+    plugin: VrepFiles,
+    id: "tatu.importer.vrep_scene",
+    name: "Scenes of V-REP",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

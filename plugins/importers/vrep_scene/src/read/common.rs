@@ -1,0 +1,145 @@
+//! What all objects of a scene have: the part of an object up to `NXT`.
+
+use super::{
+    data::{self, CustomData, Parameter},
+    pose::{IDENTITY, Stored, quaternion_first},
+    section::{Tag, tags},
+};
+
+/// The first element of every object, and its payload.
+pub const SIGNATURE: (&str, &[u8]) = ("3do", &[0x39, 0x3A, 0x3B]);
+
+/// The common part.
+#[derive(Debug, Clone)]
+pub struct Common {
+    /// Pose in the frame of the object above, without the motion of a joint.
+    pub pose: Stored,
+    /// The file's handle.
+    pub id: i32,
+    /// The handle of the object above; -1: none.
+    pub parent: i32,
+    /// Alias; only since 4.3.
+    pub alias: Option<String>,
+    /// Unique name, with its suffix.
+    pub name: Option<String>,
+    /// Bits for people and windows.
+    pub object_property: i32,
+    /// Whether the element that tells these bits was there.
+    pub has_object_property: bool,
+    /// Whether it is the base of a model.
+    pub model_base: bool,
+    /// What it is to sensors and commands, bits.
+    pub special_property: Option<i32>,
+    /// What it overrides in its model, bits.
+    pub model_property: i32,
+    /// Layers, one bit each.
+    pub layer: u16,
+    /// Which of its scripts come first; only since 4.4.
+    pub script_priority: i32,
+    /// Place among its siblings; only since 4.3.
+    pub order: Option<i32>,
+    /// Size factor that scripts read.
+    pub size_factor: f64,
+    /// Data by tag, of 4.3 and later, and of before.
+    pub data: CustomData,
+    /// Parameters of its script; only since 4.0.
+    pub parameters: Vec<Parameter>,
+    /// Handles of other objects that it keeps, by tag.
+    pub references: Vec<(String, Vec<i32>)>,
+    /// Text for renderers.
+    pub extension: String,
+    /// Acknowledgement of a model.
+    pub acknowledgement: String,
+}
+
+impl Default for Common {
+    fn default() -> Self {
+        Common {
+            pose: IDENTITY,
+            id: -1,
+            parent: -1,
+            alias: None,
+            name: None,
+            object_property: 0,
+            has_object_property: false,
+            model_base: false,
+            special_property: None,
+            model_property: 0,
+            layer: 1,
+            script_priority: 0,
+            order: None,
+            size_factor: 1.0,
+            data: CustomData::default(),
+            parameters: Vec::new(),
+            references: Vec::new(),
+            extension: String::new(),
+            acknowledgement: String::new(),
+        }
+    }
+}
+
+/// What the common part may hold.
+pub const TAGS: &[Tag<Common>] = tags!(Common {
+    "Cfq" | "_fq" => |o, c, _| Ok(o.pose = quaternion_first(c)?),
+    "Ids" => |o, c, _| Ok((o.id, o.parent) = (c.i32()?, c.i32()?)),
+    "Ali" => |o, c, _| Ok(o.alias = Some(c.text()?)),
+    "Nme" => |o, c, _| Ok(o.name = Some(c.text()?)),
+    "Op2" => |o, c, _| Ok((o.object_property, o.has_object_property) = (c.i32()?, true)),
+    "Var" => |o, c, _| Ok(o.model_base = c.u8()? & 1 != 0),
+    "Va2" => |o, c, _| Ok(o.model_base = c.u8()? & 1 != 0),
+    "Va3" => |o, c, _| Ok(o.model_base = c.u8()? & 1 != 0),
+    "Omp" => |o, c, _| Ok(o.special_property = Some(c.i32()?)),
+    "Mpo" => |o, c, _| Ok(o.model_property = c.i32()?),
+    "Lar" => |o, c, _| Ok(o.layer = c.u16()?),
+    "Sep" => |o, c, _| Ok(o.script_priority = c.i32()?),
+    "Cor" => |o, c, _| Ok(o.order = Some(c.i32()?)),
+    "Sfa" | "_fa" => |o, c, _| Ok(o.size_factor = c.real()?),
+    "Cda" => |o, c, u| data::tagged(&mut o.data, c, u),
+    "Cod" => |o, c, u| data::numbered(&mut o.data, c, u),
+    "Lsp" => |o, c, u| data::parameters(&mut o.parameters, c, u),
+    "Crh" => |o, c, _| {
+        let n = c.count()?;
+        let mut handles = Vec::new();
+        for _ in 0..n {
+            let (_kind, handle, _zero) = (c.i32()?, c.i32()?, c.i32()?);
+            handles.push(handle);
+        }
+        if n > 0 {
+            o.references.push((String::new(), handles));
+        }
+        Ok(())
+    },
+    "Cr2" => |o, c, _| {
+        let tag = c.text()?;
+        let n = c.count()?;
+        let mut handles = Vec::new();
+        for _ in 0..n {
+            handles.push(c.i32()?);
+        }
+        o.references.push((tag, handles));
+        Ok(())
+    },
+    "Rst" => |o, c, _| Ok(o.extension = c.text()?),
+    "Ack" => |o, c, _| Ok(o.acknowledgement = c.text()?),
+});
+
+/// What is known and has no meaning here: windows, editors, and what a copy of the file would need only.
+pub const IGNORED: &[&str] = &[
+    "3do", "Ots", "Oot", "Oma", "Omi", "Alt", "_lt", "Am2", "Amv", "Anm", "Hci", "Sci", "Va4", "Om5", "_m5", "Omr",
+    "_mr", "Sfb", "_fb", "Orh", "Or2", "Ups", "Uis", "Tdo", "_do", "Avo", "Cv2",
+];
+
+impl Common {
+    /// The alias: its own, or the name up to its suffix.
+    pub fn alias(&self) -> String {
+        let name = || self.name.as_deref().unwrap_or_default().split('#').next().unwrap_or_default().to_owned();
+        self.alias.clone().unwrap_or_else(name)
+    }
+
+    /// The layers, as programs since 2011 store them.
+    pub fn layers(&self) -> u16 {
+        // Objects of before then were hidden by a bit of their own.
+        let hidden = self.has_object_property && self.object_property & 4 == 0;
+        if hidden && self.layer < 256 { self.layer << 8 } else { self.layer }
+    }
+}

@@ -1,0 +1,108 @@
+//! Data that scripts keep with objects and scenes, and parameters of scripts.
+
+use std::collections::BTreeMap;
+
+use super::{
+    cursor::{Cursor, Read},
+    section::{object, tags},
+    unknown::Unknowns,
+};
+
+/// Header number of the container of tagged data, in files of before 4.3.
+const TAGGED: i32 = 356_248_756;
+
+/// Data by tag.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CustomData {
+    /// Of 4.3 and later.
+    new: BTreeMap<String, Vec<u8>>,
+    /// Of before, which counts where there is none of the other.
+    old: BTreeMap<String, Vec<u8>>,
+    /// Of before, under numbers.
+    numbered: BTreeMap<i32, Vec<u8>>,
+}
+
+impl CustomData {
+    /// What counts, by tag.
+    pub fn tagged(&self) -> &BTreeMap<String, Vec<u8>> {
+        if self.new.is_empty() { &self.old } else { &self.new }
+    }
+    /// Data of developers, by the number of their header.
+    pub fn numbered(&self) -> &BTreeMap<i32, Vec<u8>> {
+        &self.numbered
+    }
+}
+
+/// `Cda`, `CDA`: data of 4.3 and later.
+pub fn tagged(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
+    let tags = tags!(CustomData {
+        "Cdt" => |d, c, _| {
+            let (tag, bytes) = (c.text()?, c.blob()?);
+            d.new.insert(tag, bytes);
+            Ok(())
+        },
+    });
+    object(c, tags, &[], into, unknown).map(drop)
+}
+
+/// `Cod`, `CDS`: data of before 4.3.
+pub fn numbered(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
+    let tags = tags!(CustomData {
+        "Dat" => |d, c, _| {
+            let header = c.i32()?;
+            let n = c.count()?;
+            if header != TAGGED {
+                d.numbered.insert(header, c.take(n)?.to_vec());
+                return Ok(());
+            }
+            let mut records = c.part(n, false)?;
+            while records.left() > 0 {
+                record(d, &mut records)?;
+            }
+            Ok(())
+        },
+    });
+    object(c, tags, &[], into, unknown).map(drop)
+}
+
+/// A record: its size, the length of its name with a final zero, the name, the data.
+fn record(into: &mut CustomData, c: &mut Cursor<'_>) -> Read {
+    let size = c.count()?;
+    let Some(rest) = size.checked_sub(4) else {
+        return Err(c.broken(format!("a record of {size} bytes")));
+    };
+    let mut c = c.part(rest, false)?;
+    let n = c.count()?;
+    let name = c.take(n)?;
+    let name = super::cursor::decode(name.strip_suffix(&[0]).unwrap_or(name));
+    let left = c.left();
+    into.old.insert(name, c.take(left)?.to_vec());
+    Ok(())
+}
+
+/// A parameter of a script.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Unit, for people.
+    pub unit: String,
+    /// Value, always a text.
+    pub value: String,
+    /// Bits for windows.
+    pub properties: i32,
+}
+
+/// `Lsp`, `Prm`: parameters of a script.
+pub fn parameters(into: &mut Vec<Parameter>, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
+    let tags = tags!(Vec<Parameter> {
+        "Par" => |list, c, _| {
+            for _ in 0..c.count()? {
+                let (name, unit, value) = (c.text()?, c.text()?, c.text()?);
+                list.push(Parameter { name, unit, value, properties: c.i32()? });
+            }
+            Ok(())
+        },
+    });
+    object(c, tags, &[], into, unknown).map(drop)
+}

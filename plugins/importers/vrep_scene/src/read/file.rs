@@ -1,0 +1,285 @@
+//! A whole file: its sections, in whatever order they stand.
+
+use super::{
+    common::{self, Common},
+    cursor::{Broken, Cursor, Read, Span},
+    data::{self, CustomData},
+    header::Header,
+    huffman,
+    joint::{self, Joint},
+    material::{self, Material},
+    others::{self, Dummy, Graph, Path},
+    pool::{self, Pool},
+    registered::{self, Collection, IkGroup, Pair, Window},
+    script::{self, Script},
+    section::{self, End, Tag, object, tags},
+    sensor::{self, Force, Proximity, Vision},
+    settings::{self, Settings},
+    shape::{self, Shape},
+    texture::{self, Texture},
+    unknown::Unknowns,
+};
+
+/// More objects than this are refused; real files have some hundred, the greatest some thousand.
+const MOST_OBJECTS: usize = 200_000;
+
+/// What an object is.
+#[derive(Debug, Clone)]
+#[allow(missing_docs, reason = "named after what they are")]
+pub enum Kind {
+    Shape(Box<Shape>),
+    Joint(Box<Joint>),
+    Proximity(Box<Proximity>),
+    Vision(Box<Vision>),
+    Force(Force),
+    Dummy(Dummy),
+    Path(Path),
+    Graph(Graph),
+    Script,
+    /// One of which only the common part is read; the word for it.
+    Other(&'static str),
+}
+
+/// An object of the scene.
+#[derive(Debug, Clone)]
+pub struct Object {
+    /// What all objects have.
+    pub common: Common,
+    /// What its kind adds.
+    pub kind: Kind,
+    /// Its section in the unpacked data.
+    pub section: Span,
+}
+
+impl Object {
+    /// What it is, in one word.
+    pub fn word(&self) -> &'static str {
+        match &self.kind {
+            Kind::Shape(_) => "shape",
+            Kind::Joint(_) => "joint",
+            Kind::Proximity(_) => "proximitySensor",
+            Kind::Vision(_) => "visionSensor",
+            Kind::Force(_) => "forceSensor",
+            Kind::Dummy(_) => "dummy",
+            Kind::Path(_) => "path",
+            Kind::Graph(_) => "graph",
+            Kind::Script => "script",
+            Kind::Other(word) => word,
+        }
+    }
+}
+
+/// What a file holds.
+#[derive(Default)]
+pub struct File {
+    /// The file's first bytes.
+    pub header: Header,
+    /// The unpacked data, into which spans lead.
+    pub data: Vec<u8>,
+    /// Objects, in order of the file.
+    pub objects: Vec<Object>,
+    /// Scripts: those of their own sections, then those of script objects.
+    pub scripts: Vec<Script>,
+    /// Images.
+    pub textures: Vec<Texture>,
+    /// Materials of before 3.4.
+    pub materials: Vec<Material>,
+    /// Arrays of meshes.
+    pub pool: Pool,
+    /// Numbers of the scene.
+    pub settings: Settings,
+    /// Data of the scene.
+    pub scene_data: CustomData,
+    /// Collections.
+    pub collections: Vec<Collection>,
+    /// Collision objects of old versions.
+    pub collisions: Vec<Pair>,
+    /// Distance objects of old versions.
+    pub distances: Vec<Pair>,
+    /// Groups for inverse kinematics of old versions.
+    pub ik_groups: Vec<IkGroup>,
+    /// Windows of buttons of old versions.
+    pub windows: Vec<Window>,
+    /// What nobody understands.
+    pub unknown: Unknowns,
+    held: Vec<Script>,
+}
+
+/// Reads the common part, then the one that `tags` tell.
+fn read_object<T: Default>(
+    f: &mut File,
+    c: &mut Cursor<'_>,
+    u: &mut Unknowns,
+    (tags, ignored): (&[Tag<T>], &[&str]),
+    kind: fn(T) -> Kind,
+) -> Read {
+    let section = Span { at: c.at(), len: c.left() };
+    if f.objects.len() >= MOST_OBJECTS {
+        return Err(c.broken(format!("more than {MOST_OBJECTS} objects")));
+    }
+    let mut common = Common::default();
+    let end = object(c, common::TAGS, common::IGNORED, &mut common, u)?;
+    let mut own = T::default();
+    if end == End::Next {
+        object(c, tags, ignored, &mut own, u)?;
+    }
+    f.objects.push(Object { common, kind: kind(own), section });
+    Ok(())
+}
+
+/// An object of which only the common part is read.
+fn other(f: &mut File, c: &mut Cursor<'_>, u: &mut Unknowns, word: &'static str) -> Read {
+    let section = Span { at: c.at(), len: c.left() };
+    if f.objects.len() >= MOST_OBJECTS {
+        return Err(c.broken(format!("more than {MOST_OBJECTS} objects")));
+    }
+    let mut common = Common::default();
+    object(c, common::TAGS, common::IGNORED, &mut common, u)?;
+    f.objects.push(Object { common, kind: Kind::Other(word), section });
+    Ok(())
+}
+
+/// What a script object adds: its script.
+const SCRIPT: &[Tag<Vec<Script>>] = tags!(Vec<Script> {
+    "Soo" => |s, c, u| Ok(s.push(script::read(c, u)?)),
+});
+
+fn script_object(f: &mut File, c: &mut Cursor<'_>, u: &mut Unknowns) -> Read {
+    let section = Span { at: c.at(), len: c.left() };
+    let mut common = Common::default();
+    let end = object(c, common::TAGS, common::IGNORED, &mut common, u)?;
+    let mut own = Vec::new();
+    if end == End::Next {
+        object(c, SCRIPT, others::SCRIPT_IGNORED, &mut own, u)?;
+    }
+    for script in own {
+        f.held.push(Script { holder: Some(common.id), ..script });
+    }
+    f.objects.push(Object { common, kind: Kind::Script, section });
+    Ok(())
+}
+
+/// The sections of a file.
+const SECTIONS: &[Tag<File>] = tags!(File {
+    "TEX" => |f, c, u| Ok(f.textures.push(texture::read(c, u)?)),
+    "DMA" => |f, c, u| Ok(f.materials.push(material::read(c, u)?)),
+    "VIN" => |f, c, u| pool::read(&mut f.pool, c, u),
+    "SHP" => |f, c, u| read_object(f, c, u, (shape::TAGS, shape::IGNORED), |s| Kind::Shape(Box::new(s))),
+    "JNT" => |f, c, u| read_object(f, c, u, (joint::TAGS, joint::IGNORED), |j| Kind::Joint(Box::new(j))),
+    "DMY" => |f, c, u| read_object(f, c, u, (others::DUMMY, others::DUMMY_IGNORED), Kind::Dummy),
+    "GRH" => |f, c, u| read_object(f, c, u, (others::GRAPH, others::GRAPH_IGNORED), Kind::Graph),
+    "PAT" => |f, c, u| read_object(f, c, u, (others::PATH, others::PATH_IGNORED), Kind::Path),
+    "SNR" => |f, c, u| {
+        read_object(f, c, u, (sensor::PROXIMITY, sensor::PROXIMITY_IGNORED), |s| Kind::Proximity(Box::new(s)))
+    },
+    "RSN" => |f, c, u| {
+        read_object(f, c, u, (sensor::VISION, sensor::VISION_IGNORED), |s| Kind::Vision(Box::new(s)))
+    },
+    "FSE" => |f, c, u| read_object(f, c, u, (sensor::FORCE, sensor::FORCE_IGNORED), Kind::Force),
+    "SCT" => |f, c, u| script_object(f, c, u),
+    "CMA" => |f, c, u| other(f, c, u, "camera"),
+    "LGT" => |f, c, u| other(f, c, u, "light"),
+    "MIL" => |f, c, u| other(f, c, u, "mill"),
+    "MIR" => |f, c, u| other(f, c, u, "mirror"),
+    "OCT" => |f, c, u| other(f, c, u, "octree"),
+    "PTC" => |f, c, u| other(f, c, u, "pointCloud"),
+    "MKR" => |f, c, u| other(f, c, u, "marker"),
+    "CSO" => |f, c, u| other(f, c, u, "customSceneObject"),
+    "LST" => |f, c, u| Ok(f.scripts.push(script::read(c, u)?)),
+    "GRP" => |f, c, u| Ok(f.collections.push(registered::collection(c, u)?)),
+    "COL" => |f, c, u| Ok(f.collisions.push(registered::pair(c, u)?)),
+    "DST" => |f, c, u| Ok(f.distances.push(registered::pair(c, u)?)),
+    "IKO" => |f, c, u| Ok(f.ik_groups.push(registered::ik_group(c, u)?)),
+    "BBK" => |f, c, u| Ok(f.windows.push(registered::window(c, u)?)),
+    "SIM" => |f, c, u| settings::simulation(&mut f.settings, c, u),
+    "DYN" => |f, c, u| settings::dynamics(&mut f.settings, c, u),
+    "ENV" => |f, c, u| settings::environment(&mut f.settings, c, u),
+    "SET" => |f, c, u| settings::main(&mut f.settings, c, u),
+    "CDA" => |f, c, u| data::tagged(&mut f.scene_data, c, u),
+    "CDS" => |f, c, u| data::numbered(&mut f.scene_data, c, u),
+});
+
+/// Known and without meaning here: pictures of models, windows, what other programs keep.
+const IGNORED: &[&str] = &["BBC", "MTC", "ORD", "GHO", "PPL", "GCO", "MPL", "COB", "VEW"];
+
+impl File {
+    /// Reads a file; whatever the bytes are, it ends soon, with a file or an error.
+    pub fn read(bytes: &[u8]) -> Read<File> {
+        let header = Header::read(bytes)?;
+        let payload = &bytes[header.payload..];
+        let data = match header.packed {
+            true => huffman::unpack(payload, header.unpacked)?,
+            false => payload[..header.unpacked].to_vec(),
+        };
+        let mut file = File { header, ..Default::default() };
+        file.sections(&data)?;
+        file.data = data;
+        let held = std::mem::take(&mut file.held);
+        file.scripts.extend(held);
+        file.check()?;
+        Ok(file)
+    }
+
+    fn sections(&mut self, data: &[u8]) -> Read {
+        let mut c = Cursor::new(data);
+        let mut unknown = Unknowns::default();
+        loop {
+            let mut section = match section::next(&mut c)? {
+                Ok(section) => section,
+                Err(End::File) => break,
+                Err(_) => return Err(c.broken("the file ends without `EOF`")),
+            };
+            let tag = section.tag.as_str();
+            if let Some(row) = SECTIONS.iter().find(|row| row.single == tag) {
+                unknown.enter(tag);
+                let done = (row.read)(self, &mut section.body, &mut unknown);
+                unknown.leave();
+                done.map_err(|e| e.within(tag))?;
+            } else if !IGNORED.contains(&tag) {
+                let span = Span { at: section.body.at(), len: section.body.left() };
+                unknown.add(tag, span);
+                // An object of a kind that newer programs have: its place in the tree is known.
+                let (signature, bytes) = common::SIGNATURE;
+                let head = [signature.as_bytes(), &(bytes.len() as i32).to_le_bytes(), bytes].concat();
+                if span.of(data).starts_with(&head) {
+                    unknown.enter(tag);
+                    let done = other(self, &mut section.body, &mut unknown, "unknown");
+                    unknown.leave();
+                    done.map_err(|e| e.within(tag))?;
+                }
+            }
+        }
+        self.unknown = unknown;
+        Ok(())
+    }
+
+    /// What no single section can tell: handles that are used twice, parents that lead in a circle.
+    fn check(&mut self) -> Read {
+        let mut places = std::collections::BTreeMap::new();
+        for (i, o) in self.objects.iter().enumerate() {
+            if places.insert(o.common.id, i).is_some() {
+                let text = format!("two objects have the handle {}", o.common.id);
+                return Err(Broken::new(o.section.at, text));
+            }
+        }
+        // Whoever is reached from the top hangs well; what is left over hangs in a circle.
+        let parents: Vec<Option<usize>> = self.objects.iter().map(|o| places.get(&o.common.parent).copied()).collect();
+        let mut state = vec![0_u8; parents.len()];
+        for start in 0..parents.len() {
+            let mut walk = Vec::new();
+            let mut at = Some(start);
+            while let Some(i) = at.filter(|i| state[*i] == 0) {
+                state[i] = 1;
+                walk.push(i);
+                at = parents[i];
+            }
+            if let Some(i) = at.filter(|i| state[*i] == 1) {
+                let o = &self.objects[i];
+                let text = format!("the object with handle {} hangs below itself", o.common.id);
+                return Err(Broken::new(o.section.at, text));
+            }
+            walk.iter().for_each(|i| state[*i] = 2);
+        }
+        Ok(())
+    }
+}

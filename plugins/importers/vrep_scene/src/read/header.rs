@@ -1,0 +1,120 @@
+//! The first bytes of a file, which are never packed.
+
+use super::{cursor::Broken, cursor::Cursor, cursor::Read};
+
+/// What every file begins with.
+pub const MAGIC: &[u8; 4] = b"VREP";
+/// Serializations up to this one have a short header.
+const SHORT: i32 = 12;
+/// Where the packed data begins, bytes, in files with a short header and all others.
+const PAYLOAD: [usize; 2] = [17, 1021];
+/// The oldest serialization that is read.
+const OLDEST: i32 = 15;
+/// Serializations of programs after this one are not known.
+const NEWEST: i32 = 30;
+/// Files greater than this, unpacked, are refused, bytes.
+pub const MOST_UNPACKED: usize = 1 << 30;
+
+/// What the header tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Header {
+    /// Version of the grammar, 15 to 25 and later.
+    pub serialization: i32,
+    /// The oldest reader's serialization that the file asks for.
+    pub readable_from: i32,
+    /// Whether the payload is packed by Huffman's method.
+    pub packed: bool,
+    /// Bytes of the unpacked payload.
+    pub unpacked: usize,
+    /// Version of the program that wrote it: 30400 is 3.4.0, 41000 is 4.10.0.
+    pub program: u32,
+    /// Revision of that program.
+    pub revision: u8,
+    /// 1 scene, 2 model, 0 in files of before 3.6.1.
+    pub file_type: u8,
+    /// Where the payload begins, bytes.
+    pub payload: usize,
+}
+
+impl Header {
+    /// Reads and checks it.
+    pub fn read(file: &[u8]) -> Read<Header> {
+        let mut c = Cursor::new(file);
+        if c.take(4).ok() != Some(MAGIC) {
+            return Err(Broken::new(0, "the file does not begin with `VREP`").within("header"));
+        }
+        Self::fields(&mut c).map_err(|e| e.within("header"))
+    }
+
+    fn fields(c: &mut Cursor<'_>) -> Read<Header> {
+        let mut h = Header { serialization: c.i32()?, ..Default::default() };
+        if !(OLDEST..=NEWEST).contains(&h.serialization) {
+            let text = format!("serialization {} is not read; {OLDEST} to {NEWEST} are", h.serialization);
+            return Err(Broken::new(4, text));
+        }
+        h.readable_from = c.i32()?;
+        h.packed = match c.u8()? {
+            0 => false,
+            1 => true,
+            n => return Err(Broken::new(12, format!("packed by method {n}; 0 (not) and 1 (Huffman) are read"))),
+        };
+        h.unpacked = c.count()?;
+        h.payload = PAYLOAD[usize::from(h.serialization > SHORT)];
+        if h.serialization > SHORT {
+            c.i32()?;
+            h.program = c.u16()?.into();
+            c.i32()?;
+            h.revision = c.u8()?;
+            h.file_type = c.u8()?;
+        }
+        let rest = c.left().saturating_add(c.at());
+        if rest < h.payload {
+            return Err(c.broken(format!("the header has {} bytes, the file {rest}", h.payload)));
+        }
+        // A byte costs at least a bit: what claims more than that is not there.
+        let most = if h.packed { (rest - h.payload).saturating_mul(8) } else { rest - h.payload };
+        if h.unpacked > most || h.unpacked > MOST_UNPACKED {
+            let text = format!("{} bytes are told, at most {} can be there", h.unpacked, most.min(MOST_UNPACKED));
+            return Err(Broken::new(13, text));
+        }
+        Ok(h)
+    }
+
+    /// The version of the program, as people and scripts write it: "3.4.0".
+    pub fn version(&self) -> String {
+        format!("{}.{}.{}", self.program / 10_000, self.program / 100 % 100, self.program % 100)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(edit: impl Fn(&mut Vec<u8>)) -> Read<Header> {
+        let mut bytes = vec![0; 1200];
+        bytes[..29].copy_from_slice(&[
+            0x56, 0x52, 0x45, 0x50, 25, 0, 0, 0, 24, 0, 0, 0, 1, 0x18, 1, 0, 0, 0, 0, 0, 0, 0x28, 0xA0, 1, 0x10, 0, 0,
+            0, 2,
+        ]);
+        edit(&mut bytes);
+        Header::read(&bytes)
+    }
+
+    #[test]
+    fn the_worked_example_is_read() {
+        let h = file(|_| {}).unwrap();
+        assert_eq!((h.serialization, h.unpacked, h.file_type, h.packed), (25, 280, 2, true));
+        assert_eq!(h.version(), "4.10.0");
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let why = |edit: fn(&mut Vec<u8>)| file(edit).unwrap_err().what;
+        assert!(why(|b| b[0] = 0).contains("`VREP`"));
+        assert!(why(|b| b[4] = 3).contains("serialization 3"));
+        assert!(why(|b| b[12] = 7).contains("method 7"));
+        assert!(why(|b| b[13..17].copy_from_slice(&0x7FFF_FFFF_i32.to_le_bytes())).contains("at most 1432"));
+        assert!(why(|b| b[16] = 0x80).contains("no length"));
+        assert!(why(|b| b.truncate(20)).contains("wanted"));
+    }
+}

@@ -1,0 +1,131 @@
+//! Joints: what an object of section `JNT` adds.
+
+use super::{
+    material::EngineBlock,
+    section::{Tag, tags},
+};
+
+/// What a joint leaves free.
+pub const REVOLUTE: i32 = 10;
+/// Along its axis.
+pub const PRISMATIC: i32 = 11;
+/// All turns.
+pub const SPHERICAL: i32 = 12;
+
+/// A joint; rad or m.
+#[derive(Debug, Clone)]
+pub struct Joint {
+    /// One of the constants above.
+    pub kind: i32,
+    /// Where it stands.
+    pub position: f64,
+    /// Lowest position, and how far above it the highest is.
+    pub limits: [f64; 2],
+    /// Whether it turns without end: limits do not count.
+    pub cyclic: bool,
+    /// Bits of its motor: 4 on, 5 control loop, 6 hybrid, 7 spring.
+    pub motor: u8,
+    /// Whether the motor is locked at a target velocity of zero.
+    pub locked: bool,
+    /// Whether limits are enforced though it is not dynamic.
+    pub enforced: bool,
+    /// Pitch of a screw, m/rad.
+    pub pitch: f64,
+    /// Rotation of a spherical one: w x y z.
+    pub rotation: [f64; 4],
+    /// 0 kinematic, 1 motion, 2 inverse kinematics, 3 and 4 dependent, 5 dynamic.
+    pub mode: i32,
+    /// Handle of the joint that it depends on; factor and offset.
+    pub master: (i32, [f64; 2]),
+    /// rad/s or m/s.
+    pub target_velocity: f64,
+    /// N m or N; not negative.
+    pub max_force: f64,
+    /// rad or m.
+    pub target_position: f64,
+    /// Control of position: P, I, D.
+    pub pid: [f64; 3],
+    /// Stiffness and damping of the spring, N m/rad and N m s/rad, or N/m and N s/m.
+    pub spring: [f64; 2],
+    /// Greatest velocity of control of position, of before 4.4.
+    pub old_max_velocity: Option<f64>,
+    /// Greatest velocity, acceleration and jerk, from 4.3.
+    pub max_motion: Option<[f64; 3]>,
+    /// 0 free, 1 force, 4 velocity, 8 and 9 position, 12 and 13 spring, 16 callback; from 4.3.
+    pub control: Option<i32>,
+    /// Numbers of engines.
+    pub bullet: EngineBlock,
+    /// The same of ODE.
+    pub ode: EngineBlock,
+    /// The same of MuJoCo.
+    pub mujoco: EngineBlock,
+}
+
+impl Default for Joint {
+    fn default() -> Self {
+        Joint {
+            kind: REVOLUTE,
+            position: 0.0,
+            limits: [0.0; 2],
+            cyclic: false,
+            motor: 0,
+            locked: false,
+            enforced: false,
+            pitch: 0.0,
+            rotation: [1.0, 0.0, 0.0, 0.0],
+            mode: 0,
+            master: (-1, [1.0, 0.0]),
+            target_velocity: 0.0,
+            max_force: 0.0,
+            target_position: 0.0,
+            pid: [0.1, 0.0, 0.0],
+            spring: [0.0; 2],
+            old_max_velocity: None,
+            max_motion: None,
+            control: None,
+            bullet: EngineBlock::default(),
+            ode: EngineBlock::default(),
+            mujoco: EngineBlock::default(),
+        }
+    }
+}
+
+/// Its elements.
+pub const TAGS: &[Tag<Joint>] = tags!(Joint {
+    "Jtt" => |j, c, _| Ok(j.kind = c.i32()?),
+    "Prt" | "_rt" => |j, c, _| Ok(j.position = c.real()?),
+    "Pmr" | "_mr" => |j, c, _| Ok(j.limits = c.reals()?),
+    "Va9" => |j, c, _| {
+        j.motor = c.u8()?;
+        Ok(j.cyclic = j.motor & 1 != 0)
+    },
+    "Vaa" => |j, c, _| {
+        let bits = c.u8()?;
+        Ok((j.locked, j.enforced) = (bits & 2 != 0, bits & 4 != 0))
+    },
+    "Jsp" | "_sp" => |j, c, _| Ok(j.pitch = c.real()?),
+    "" | "Sld" => |j, c, _| Ok(j.pitch = c.real()? / std::f64::consts::TAU),
+    "Jst" | "_st" => |j, c, _| Ok(j.rotation = c.reals()?),
+    "Jmd" => |j, c, _| Ok(j.mode = c.i32()?),
+    "Jdt" | "_dt" => |j, c, _| Ok(j.master = (c.i32()?, c.reals()?)),
+    "Dmp" | "_mp" => |j, c, _| {
+        let [velocity, force] = c.reals()?;
+        Ok((j.target_velocity, j.max_force) = (velocity, force.abs()))
+    },
+    "Dtp" | "_tp" => |j, c, _| Ok(j.target_position = c.real()?),
+    "Dpc" => |j, c, _| Ok(j.pid = c.reals()?),
+    "Dp2" => |j, c, _| Ok(j.pid = c.reals()?),
+    "Spp" | "_pp" => |j, c, _| Ok(j.spring = c.reals()?),
+    "Ulv" => |j, c, _| Ok(j.old_max_velocity = Some(c.real()?)),
+    "Ruc" | "_uc" => |j, c, _| Ok(j.max_motion = Some(c.reals()?)),
+    "Dcm" => |j, c, _| Ok(j.control = Some(c.i32()?)),
+    "BtN" | "_tN" => |j, c, _| Ok(j.bullet = EngineBlock::read(c)?),
+    "OdN" | "_dN" => |j, c, _| Ok(j.ode = EngineBlock::read(c)?),
+    "Mj3" | "_j3" => |j, c, _| Ok(j.mujoco = EngineBlock::read(c)?),
+});
+
+/// Known and without meaning here: windows, older engines, and engines that do not run here.
+pub const IGNORED: &[&str] = &[
+    "Dpm", "Dvm", "V10", "Vo2", "_o2", "Vor", "Nw1", "_w1", "Mj1", "Mj2", "Od1", "Bt1", "Arg", "_rg", "Cl1", "Cl2",
+    "Mss", "_ss", "Ikw", "_kw", "Jm2", "Jm3", "_m3", "Cco", "Cv2",
+];

@@ -1,0 +1,104 @@
+//! Shapes of serialization 15 (2.6.6): arrays of the whole shape, and components that own ranges of them.
+
+use super::{
+    color,
+    cursor::{Cursor, Read, Span},
+    material::EngineBlock,
+    mesh::{Arrays, LEAF, Leaf, Part, Primitive},
+    pool::Indices,
+    pose::position_first,
+    section::{Tag, object, tags},
+    unknown::Unknowns,
+};
+
+/// Arrays of a shape, in its own frame.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Shared {
+    /// Coordinates.
+    pub vertices: Span,
+    /// Corners.
+    pub indices: Option<Indices>,
+}
+
+/// What `Geo` holds.
+#[derive(Default)]
+struct Geometry {
+    shared: Shared,
+    root: Option<Part>,
+}
+
+/// Elements of a component that differ from those of later leaves. The children of a component stand beside its own
+/// triangles, not in place of them.
+const COMPONENT: &[Tag<Part>] = tags!(Part {
+    "Nme" => |p, c, _| Ok(p.name = c.text()?),
+    "Mas" => |p, c, _| Ok(p.mass = c.real()?),
+    "Ine" => |p, c, _| Ok((p.axes, p.moments) = (position_first(c)?, c.reals()?)),
+    "Vrt" => |p, c, _| {
+        let vertices = [c.i32()?, c.i32()?];
+        range(p, Some(vertices), None);
+        Ok(())
+    },
+    "Tri" => |p, c, _| {
+        let triangles = [c.i32()?, c.i32()?];
+        range(p, None, Some(triangles));
+        Ok(())
+    },
+    "Dyp" => |p, c, _| {
+        let [restitution, friction, linear, angular] = c.reals()?;
+        let reals = vec![restitution, friction, friction, linear, angular];
+        p.own_material.get_or_insert_default().bullet = EngineBlock { reals, ints: Vec::new() };
+        Ok(())
+    },
+    "Od1" => |p, c, _| {
+        let contacts = c.i32()?;
+        p.own_material.get_or_insert_default().ode = EngineBlock { reals: c.list(5)?, ints: vec![contacts] };
+        Ok(())
+    },
+    "Cl0" => |p, c, u| Ok(leaf(p).color = color::read(c, u)?),
+    "Ppr" => |p, c, _| {
+        let leaf = leaf(p);
+        Ok((leaf.primitive, leaf.size) = (Primitive::of(c.i32()?), c.reals()?))
+    },
+    "Ppf" => |p, c, _| Ok(leaf(p).old_frame = position_first(c)?),
+    "Shc" => |p, c, u| Ok(p.children.push(component(c, u)?)),
+});
+
+const IGNORED: &[&str] = &["Cl2", "Ecl", "Lvl", "Rdo", "Gsa", "Ewt", "Ved", "Bcm", "Cv2", "Uis"];
+
+fn leaf(p: &mut Part) -> &mut Leaf {
+    p.leaf.get_or_insert_default()
+}
+
+fn range(p: &mut Part, vertices: Option<[i32; 2]>, triangles: Option<[i32; 2]>) {
+    let leaf = leaf(p);
+    let (v, t) = match leaf.arrays {
+        Arrays::Range { vertices, triangles } => (vertices, triangles),
+        _ => ([0; 2], [0; 2]),
+    };
+    leaf.arrays = Arrays::Range { vertices: vertices.unwrap_or(v), triangles: triangles.unwrap_or(t) };
+}
+
+fn component(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Part> {
+    let mut part = Part::default();
+    range(&mut part, None, None);
+    // What is not told here is read as of later leaves: images, heightfields.
+    let mut tags: Vec<&Tag<Part>> = COMPONENT.iter().collect();
+    tags.extend(LEAF.iter().filter(|t| ["Hfd", "Toj"].contains(&t.single)));
+    let rows: Vec<Tag<Part>> =
+        tags.into_iter().map(|t| Tag { single: t.single, double: t.double, read: t.read }).collect();
+    object(c, &rows, IGNORED, &mut part, unknown)?;
+    Ok(part)
+}
+
+/// `Geo` of a shape: its root component and the arrays of all.
+pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<(Option<Part>, Shared)> {
+    let mut geometry = Geometry::default();
+    let tags = tags!(Geometry {
+        "Ver" => |g, c, _| Ok(g.shared.vertices = c.rest()),
+        "Ind" => |g, c, _| Ok(g.shared.indices = Some(Indices::Plain(c.rest()))),
+        "In2" => |g, c, _| Ok(g.shared.indices = Some(Indices::Packed(c.rest()))),
+        "Gst" => |g, c, u| Ok(g.root = Some(component(c, u)?)),
+    });
+    object(c, tags, &["Var", "Nor", "No2", "Ved", "Cv2"], &mut geometry, unknown)?;
+    Ok((geometry.root, geometry.shared))
+}

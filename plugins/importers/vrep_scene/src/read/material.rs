@@ -1,0 +1,98 @@
+//! Dynamic materials: how engines let shapes slide and bounce.
+
+use super::{
+    cursor::{Cursor, Read},
+    section::{Tag, object, tags},
+    unknown::Unknowns,
+};
+
+/// Numbers of one engine: reals, then integers, as many as the file tells.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct EngineBlock {
+    /// Reals.
+    pub reals: Vec<f64>,
+    /// Integers.
+    pub ints: Vec<i32>,
+}
+
+impl EngineBlock {
+    /// Reads one: both numbers of items first.
+    pub fn read(c: &mut Cursor<'_>) -> Read<Self> {
+        let (reals, ints) = (c.count()?, c.count()?);
+        let reals = c.list(reals)?;
+        let ints = (0..ints).map(|_| c.i32()).collect::<Read<_>>()?;
+        Ok(EngineBlock { reals, ints })
+    }
+    /// A real, if it is there.
+    pub fn real(&self, i: usize) -> Option<f64> {
+        self.reals.get(i).copied().filter(|x| x.is_finite())
+    }
+    /// An integer, if it is there.
+    pub fn int(&self, i: usize) -> Option<i32> {
+        self.ints.get(i).copied()
+    }
+}
+
+/// A material.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Material {
+    /// Its number in lists of before 3.4.
+    pub id: i32,
+    /// Its name.
+    pub name: String,
+    /// Bullet: restitution, old friction, friction, linear and angular damping ...; bits: 1 sticky.
+    pub bullet: EngineBlock,
+    /// ODE: friction, ERP, CFM, linear and angular damping.
+    pub ode: EngineBlock,
+    /// Newton: static and kinetic friction, restitution, linear and angular drag.
+    pub newton: EngineBlock,
+    /// MuJoCo: friction, solref, solimp ...
+    pub mujoco: EngineBlock,
+    /// Vortex.
+    pub vortex: EngineBlock,
+    /// Bits of the older forms: 2 sticky.
+    old_bits: u8,
+}
+
+/// Bullet's numbers of before 3.4 had no friction of the newer version: it stood for both.
+fn old_bullet(m: &mut Material, c: &mut Cursor<'_>) -> Read {
+    let [restitution, friction, linear, angular] = c.reals()?;
+    m.bullet.reals = vec![restitution, friction, friction, linear, angular];
+    Ok(())
+}
+
+fn old_ode(m: &mut Material, c: &mut Cursor<'_>) -> Read {
+    let contacts = c.i32()?;
+    m.ode = EngineBlock { reals: c.list(5)?, ints: vec![contacts] };
+    Ok(())
+}
+
+/// What a material may hold.
+pub const TAGS: &[Tag<Material>] = tags!(Material {
+    "Ipa" => |m, c, _| Ok(m.id = c.i32()?),
+    "Gon" => |m, c, _| Ok(m.name = c.text()?),
+    "Bul" => |m, c, _| old_bullet(m, c),
+    "Bu2" => |m, c, _| old_bullet(m, c),
+    "Ode" => |m, c, _| old_ode(m, c),
+    "Od2" => |m, c, _| old_ode(m, c),
+    "Var" => |m, c, _| {
+        m.old_bits = c.u8()?;
+        m.bullet.ints = vec![i32::from(m.old_bits >> 1 & 1)];
+        Ok(())
+    },
+    "BuN" | "_uN" => |m, c, _| Ok(m.bullet = EngineBlock::read(c)?),
+    "OdN" | "_dN" => |m, c, _| Ok(m.ode = EngineBlock::read(c)?),
+    "Nw1" | "_w1" => |m, c, _| Ok(m.newton = EngineBlock::read(c)?),
+    "Mj1" | "_j1" => |m, c, _| Ok(m.mujoco = EngineBlock::read(c)?),
+    "Vo4" | "_o4" => |m, c, _| Ok(m.vortex = EngineBlock::read(c)?),
+});
+
+/// Older forms that the ones above replace in the same file.
+pub const IGNORED: &[&str] = &["Bcv", "Vo2", "Vo3", "Cv2", "Uis", "Ups"];
+
+/// A material object.
+pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Material> {
+    let mut material = Material { id: -1, ..Default::default() };
+    object(c, TAGS, IGNORED, &mut material, unknown)?;
+    Ok(material)
+}

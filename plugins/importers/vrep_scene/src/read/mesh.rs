@@ -1,0 +1,251 @@
+//! Meshes of shapes: a tree whose leaves hold triangles.
+
+use super::{
+    color::{self, Color},
+    cursor::{Cursor, Read, Span},
+    material::{self, Material},
+    pool::Indices,
+    pose::{IDENTITY, Stored, position_first},
+    section::{Tag, object, objects, tags},
+    texture::{self, Property},
+    unknown::Unknowns,
+};
+
+/// A part of a shape: a compound of others, or a leaf.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// Its name.
+    pub name: String,
+    /// kg; counts at the root.
+    pub mass: f64,
+    /// Number of its material in the list of before 3.4; -1: none.
+    pub material: i32,
+    /// Whether it is told to be convex, in files of before 4.5.1.
+    pub convex: bool,
+    /// Numbers of engines of serialization 16, which stood here.
+    pub own_material: Option<Material>,
+    /// Principal axes in the shape's frame.
+    pub axes: Stored,
+    /// Principal moments divided by the mass, m^2.
+    pub moments: [f64; 3],
+    /// Frame in that of the part above; from 4.5.1. The root's counts as none.
+    pub frame: Option<Stored>,
+    /// Centre of mass in that frame, m; from 4.5.1.
+    pub com: Option<[f64; 3]>,
+    /// Inertia divided by the mass about the centre of mass, along the axes of that frame, m^2; from 4.5.1.
+    pub inertia: Option<[f64; 9]>,
+    /// Frame of the vertices in that frame; from 4.5.1.
+    pub vertex_frame: Option<Stored>,
+    /// Parts of a compound, in order.
+    pub children: Vec<Part>,
+    /// What a leaf holds.
+    pub leaf: Option<Box<Leaf>>,
+}
+
+impl Default for Part {
+    fn default() -> Self {
+        Part {
+            name: String::new(),
+            mass: 0.0,
+            material: -1,
+            convex: false,
+            own_material: None,
+            axes: IDENTITY,
+            moments: [0.0; 3],
+            frame: None,
+            com: None,
+            inertia: None,
+            vertex_frame: None,
+            children: Vec::new(),
+            leaf: None,
+        }
+    }
+}
+
+/// What primitive a leaf is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[allow(missing_docs, reason = "named after what they are")]
+pub enum Primitive {
+    #[default]
+    None,
+    Plane,
+    Disc,
+    Cuboid,
+    Spheroid,
+    Cylinder,
+    Cone,
+    Heightfield,
+    Capsule,
+}
+
+impl Primitive {
+    /// By the number that stands in files; others count as none.
+    pub fn of(number: i32) -> Self {
+        use Primitive::*;
+        let all = [None, Plane, Disc, Cuboid, Spheroid, Cylinder, Cone, Heightfield, Capsule];
+        usize::try_from(number).ok().and_then(|n| all.get(n).copied()).unwrap_or(None)
+    }
+}
+
+/// Where the arrays of a leaf are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs, reason = "each form has its sentence")]
+pub enum Arrays {
+    /// In the pool, by number.
+    Pool { vertices: i32, indices: i32 },
+    /// In the leaf itself.
+    Own { vertices: Span, indices: Option<Indices> },
+    /// A range of the shape's own arrays (serialization 15): first and number of vertices, of triangles.
+    Range { vertices: [i32; 2], triangles: [i32; 2] },
+}
+
+/// Triangles, and what they look like.
+#[derive(Debug, Clone)]
+pub struct Leaf {
+    /// Outside.
+    pub color: Color,
+    /// Where its arrays are.
+    pub arrays: Arrays,
+    /// What primitive it is.
+    pub primitive: Primitive,
+    /// Full extents of the primitive, m.
+    pub size: [f64; 3],
+    /// 1: solid; less: hollow.
+    pub inside: f64,
+    /// Frame of the vertices in the shape's frame, in files of before 4.5.1.
+    pub old_frame: Stored,
+    /// Bits: 0 edges, 1 culling, 2 wire frame.
+    pub bits: u8,
+    /// Whether it is told to be convex.
+    pub convex: bool,
+    /// Points of a heightfield along x and y; none for others.
+    pub heights: [i32; 2],
+    /// Where the heights stand; of 4 bytes each, or 8.
+    pub height_data: (Span, bool),
+    /// Image on it.
+    pub texture: Option<Property>,
+}
+
+impl Default for Leaf {
+    fn default() -> Self {
+        Leaf {
+            color: Color::default(),
+            arrays: Arrays::Pool { vertices: -1, indices: -1 },
+            primitive: Primitive::None,
+            size: [0.0; 3],
+            inside: 1.0,
+            old_frame: IDENTITY,
+            bits: 0,
+            convex: false,
+            heights: [0; 2],
+            height_data: (Span::default(), false),
+            texture: None,
+        }
+    }
+}
+
+impl Leaf {
+    fn pool_vertices(&mut self, number: i32) {
+        let indices = if let Arrays::Pool { indices, .. } = self.arrays { indices } else { -1 };
+        self.arrays = Arrays::Pool { vertices: number, indices };
+    }
+    fn pool_indices(&mut self, number: i32) {
+        let vertices = if let Arrays::Pool { vertices, .. } = self.arrays { vertices } else { -1 };
+        self.arrays = Arrays::Pool { vertices, indices: number };
+    }
+    fn indices(&mut self, new: Indices) {
+        let vertices = if let Arrays::Own { vertices, .. } = self.arrays { vertices } else { Span::default() };
+        self.arrays = Arrays::Own { vertices, indices: Some(new) };
+    }
+    fn vertices(&mut self, new: Span) {
+        let indices = if let Arrays::Own { indices, .. } = self.arrays { indices } else { None };
+        self.arrays = Arrays::Own { vertices: new, indices };
+    }
+}
+
+/// The leaf of a part, which it has from now on.
+fn leaf(p: &mut Part) -> &mut Leaf {
+    p.leaf.get_or_insert_default()
+}
+
+/// Elements of every part.
+const PART: &[Tag<Part>] = tags!(Part {
+    "Nme" => |p, c, _| Ok(p.name = c.text()?),
+    "Mas" | "_as" => |p, c, _| Ok(p.mass = c.real()?),
+    "Dmi" => |p, c, _| Ok(p.material = c.i32()?),
+    "Ine" | "_ne" => |p, c, _| Ok((p.axes, p.moments) = (position_first(c)?, c.reals()?)),
+    "" | "Ifr" => |p, c, _| Ok(p.frame = Some(position_first(c)?)),
+    "" | "Com" => |p, c, _| Ok(p.com = Some(c.reals()?)),
+    "" | "Imx" => |p, c, _| Ok(p.inertia = Some(c.reals()?)),
+    "" | "Bbf" => |p, c, _| Ok(p.vertex_frame = Some(position_first(c)?)),
+    "Bul" => |p, c, u| own_material(p, "Bul", c, u),
+    "Bu2" => |p, c, u| own_material(p, "Bu2", c, u),
+    "Ode" => |p, c, u| own_material(p, "Ode", c, u),
+    "Geo" => |p, c, u| Ok(p.children.push(read_leaf(c, u)?)),
+    "Wrp" => |p, c, u| Ok(p.children.push(read_wrapper(c, u)?)),
+    "Var" => |p, c, _| Ok(p.convex = c.u8()? & 4 != 0),
+});
+
+const PART_IGNORED: &[&str] = &["Vtb", "_tb", "Bbs", "Cv2", "Uis", "Ups"];
+
+fn own_material(p: &mut Part, tag: &str, c: &mut Cursor<'_>, u: &mut Unknowns) -> Read {
+    match material::TAGS.iter().find(|t| t.single == tag) {
+        Some(row) => (row.read)(p.own_material.get_or_insert_default(), c, u),
+        None => Ok(()),
+    }
+}
+
+/// Elements that only leaves have; the form of serialization 15 has the same ones.
+pub const LEAF: &[Tag<Part>] = tags!(Part {
+    "Cl0" => |p, c, u| Ok(leaf(p).color = color::read(c, u)?),
+    "Vev" => |p, c, _| Ok(leaf(p).pool_vertices(c.i32()?)),
+    "Inv" => |p, c, _| Ok(leaf(p).pool_indices(c.i32()?)),
+    "Ver" => |p, c, _| Ok(leaf(p).vertices(c.rest())),
+    "Ind" => |p, c, _| Ok(leaf(p).indices(Indices::Plain(c.rest()))),
+    "In2" => |p, c, _| Ok(leaf(p).indices(Indices::Packed(c.rest()))),
+    "Ppr" | "_pr" => |p, c, _| {
+        let leaf = leaf(p);
+        Ok((leaf.primitive, leaf.size) = (Primitive::of(c.i32()?), c.reals()?))
+    },
+    "Pp2" | "_p2" => |p, c, _| Ok(leaf(p).inside = c.real()?),
+    "Ppf" | "_pf" => |p, c, _| Ok(leaf(p).old_frame = position_first(c)?),
+    "Var" => |p, c, _| Ok(leaf(p).bits = c.u8()?),
+    "Va2" => |p, c, _| Ok(leaf(p).convex = c.u8()? & 1 != 0),
+    "Hfd" | "_fd" => |p, c, _| {
+        let wide = c.wide;
+        let leaf = leaf(p);
+        leaf.heights = [c.i32()?, c.i32()?];
+        Ok(leaf.height_data = (c.rest(), wide))
+    },
+    "Toj" => |p, c, u| Ok(leaf(p).texture = Some(texture::property(c, u)?)),
+});
+
+const LEAF_IGNORED: &[&str] =
+    &["Cl2", "Ecl", "Nov", "Vvd", "Nor", "No2", "Ved", "Gsa", "_sa", "Gs2", "_s2", "Cv2", "Uis", "Ups"];
+
+/// `Gst`, `Geo`: the part's own object, then the leaf's.
+pub fn read_leaf(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Part> {
+    let mut part = Part::default();
+    object(c, PART, PART_IGNORED, &mut part, unknown)?;
+    leaf(&mut part);
+    objects(c, LEAF, LEAF_IGNORED, &mut part, unknown)?;
+    Ok(part)
+}
+
+/// `Gsg`, `Wrp`: a compound.
+pub fn read_wrapper(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Part> {
+    let mut part = Part::default();
+    object(c, PART, PART_IGNORED, &mut part, unknown)?;
+    Ok(part)
+}
+
+/// `Ge2`: the root.
+pub fn read_tree(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Option<Part>> {
+    let mut root = None;
+    let tags = tags!(Option<Part> {
+        "Gst" => |r, c, u| Ok(*r = Some(read_leaf(c, u)?)),
+        "Gsg" => |r, c, u| Ok(*r = Some(read_wrapper(c, u)?)),
+    });
+    object(c, tags, &["Coj", "Cv2"], &mut root, unknown)?;
+    Ok(root)
+}

@@ -1,0 +1,155 @@
+//! Dummies, paths and graphs, and objects of which only the common part is read.
+
+use super::{
+    cursor::{Cursor, Read},
+    pose::{IDENTITY, Stored, position_first},
+    section::{Tag, object, tags},
+    unknown::Unknowns,
+};
+
+/// A dummy.
+#[derive(Debug, Clone)]
+pub struct Dummy {
+    /// Handle of the dummy that it is linked to; -1: none.
+    pub link: i32,
+    /// 0 closes a loop of bodies, 1 pulls, 5 tip and target, 8 none, and older ones.
+    pub link_type: i32,
+}
+
+impl Default for Dummy {
+    fn default() -> Self {
+        Dummy { link: -1, link_type: 8 }
+    }
+}
+
+/// Elements of dummies.
+pub const DUMMY: &[Tag<Dummy>] = tags!(Dummy {
+    "Lli" => |d, c, _| Ok(d.link = c.i32()?),
+    "Dl2" => |d, c, _| Ok(d.link_type = c.i32()?),
+});
+
+/// Known, for windows and other engines.
+pub const DUMMY_IGNORED: &[&str] =
+    &["Dy2", "_y2", "Atg", "Var", "Po4", "Po5", "_o5", "Cl0", "Mj1", "_j1", "Dla", "Cv2", "Dlt", "Pob"];
+
+/// A control point of a path.
+#[derive(Debug, Clone)]
+pub struct PathPoint {
+    /// In the frame of the path.
+    pub pose: Stored,
+    /// Share of the way before and after it that is rounded, and by how many points.
+    pub bezier: ([f64; 2], i32),
+    /// Velocity, as a share of the path's.
+    pub velocity: f64,
+}
+
+/// A path of before 4.2.
+#[derive(Debug, Clone, Default)]
+pub struct Path {
+    /// Bits: 4 closed.
+    pub attributes: i32,
+    /// Control points.
+    pub points: Vec<PathPoint>,
+}
+
+/// Elements of paths.
+pub const PATH: &[Tag<Path>] = tags!(Path {
+    "Ntp" => |p, c, u| {
+        let tags = tags!(Path {
+            "Pat" => |p, c, u| {
+                let point = point(c, u)?;
+                Ok(p.points.push(point))
+            },
+            "At2" => |p, c, _| Ok(p.attributes = c.i32()?),
+        });
+        object(c, tags, &["Jm2", "_m2", "Si2", "_i2", "Av2", "Av3", "Av9", "_v9", "Cl0", "Cv2"], p, u).map(drop)
+    },
+});
+
+/// Known, for windows only.
+pub const PATH_IGNORED: &[&str] = &["Sec", "_ec", "Sha", "Pss", "Scl", "Var", "Cv2", "_ha", "_ss"];
+
+fn point(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<PathPoint> {
+    let mut point = PathPoint { pose: IDENTITY, bezier: ([0.0; 2], 1), velocity: 1.0 };
+    let tags = tags!(PathPoint {
+        "At2" | "_t2" => |p, c, _| {
+            p.pose = position_first(c)?;
+            p.bezier = (c.reals()?, c.i32()?);
+            Ok(p.velocity = c.real()?)
+        },
+    });
+    object(c, tags, &["At3", "_t3", "At4", "_t4", "Cv2"], &mut point, unknown)?;
+    Ok(point)
+}
+
+/// A stream of a graph: what it recorded.
+#[derive(Debug, Clone, Default)]
+pub struct Stream {
+    /// Its name.
+    pub name: String,
+    /// Its number.
+    pub id: i32,
+    /// What is recorded of it, a number of the API; of before 4.0.
+    pub data: i32,
+    /// The object of which it is recorded; of before 4.0.
+    pub object: i32,
+    /// Red, green, blue.
+    pub color: [f64; 3],
+    /// Its unit; since 4.0.
+    pub unit: String,
+    /// Whether it is of before 4.0: recorded by the program, not by a script.
+    pub old: bool,
+}
+
+/// A graph.
+#[derive(Debug, Clone)]
+pub struct Graph {
+    /// How many samples it keeps.
+    pub buffer: i32,
+    /// Whether it records only on request.
+    pub explicit: bool,
+    /// Streams, in order.
+    pub streams: Vec<Stream>,
+}
+
+impl Default for Graph {
+    fn default() -> Self {
+        Graph { buffer: 1000, explicit: false, streams: Vec::new() }
+    }
+}
+
+/// Elements of graphs.
+pub const GRAPH: &[Tag<Graph>] = tags!(Graph {
+    "Gbv" => |g, c, _| Ok(g.buffer = c.i32()?),
+    "Gps" => |g, c, _| Ok(g.explicit = c.u8()? & 16 != 0),
+    "Ghd" => |g, c, u| {
+        let mut stream = Stream { old: true, ..Default::default() };
+        let tags = tags!(Stream {
+            "Nme" => |s, c, _| Ok(s.name = c.text()?),
+            "Oid" => |s, c, _| Ok(s.id = c.i32()?),
+            "Dt2" => |s, c, _| Ok((s.data, s.object) = (c.i32()?, c.i32()?)),
+            "Col" => |s, c, _| Ok(s.color = c.reals()?),
+        });
+        const IGNORED: &[&str] =
+            &["Var", "_ar", "Mac", "Dci", "Pa2", "Par", "Dt9", "_t9", "Bla", "Bli", "Ifd", "_fd", "Cv2", "Dtt", "Zer"];
+        object(c, tags, IGNORED, &mut stream, u)?;
+        Ok(g.streams.push(stream))
+    },
+    "Dst" => |g, c, u| {
+        let mut stream = Stream::default();
+        let tags = tags!(Stream {
+            "Nme" => |s, c, _| Ok((s.name, s.unit) = (c.text()?, c.text()?)),
+            "Oid" => |s, c, _| Ok(s.id = c.i32()?),
+            "Col" => |s, c, _| Ok(s.color = c.reals()?),
+        });
+        object(c, tags, &["Sch", "Var", "_ar", "Pa0", "Pts", "_ts", "Cv2"], &mut stream, u)?;
+        Ok(g.streams.push(stream))
+    },
+});
+
+/// Known: curves and recorded values, which are dropped, and what windows show.
+pub const GRAPH_IGNORED: &[&str] =
+    &["Ghg", "_hg", "Cl0", "Cl1", "Gtd", "_td", "Gh2", "Gh3", "Sta", "Cuv", "Cv2", "Col", "Ghr"];
+
+/// A script object: its script stands in it.
+pub const SCRIPT_IGNORED: &[&str] = &["Sos", "Var", "Soc", "Cv2"];

@@ -1,0 +1,190 @@
+//! Scripts: sections `LST`, and `Soo` in script objects. Their texts are deciphered here.
+
+use super::{
+    cursor::{Cursor, Read, decode},
+    data::{self, Parameter},
+    section::{object, tags},
+    unknown::Unknowns,
+};
+
+/// Runs a scene.
+pub const MAIN: i32 = 0;
+/// Lives from start to stop.
+pub const CHILD: i32 = 1;
+/// Lives as long as the scene.
+pub const CUSTOMIZATION: i32 = 6;
+
+/// A script.
+#[derive(Debug, Clone)]
+pub struct Script {
+    /// Its number.
+    pub id: i32,
+    /// Handle of the object that it acts on; -1: the scene. Of a script object: its own handle.
+    pub object: i32,
+    /// The script object that holds it, by handle.
+    pub holder: Option<i32>,
+    /// 0 main, 1 child, 6 customization, and obsolete ones.
+    pub kind: i32,
+    /// Bits: 0 threaded, 1 off, 3 clear: default main script, 5 runs in sensing.
+    pub bits: u8,
+    /// Order among scripts, of before 4.4.
+    pub order: i32,
+    /// Text, deciphered, without zeros at its end; with the line that tells its language.
+    pub text: Vec<u8>,
+    /// Language, from 4.7.
+    pub language: Option<String>,
+    /// The object of a customization script of before 4.2.
+    pub customized: i32,
+    /// The object of a callback script of 3.0 to 3.6.
+    pub called_back: i32,
+    /// Its parameters, of before 4.0.
+    pub parameters: Vec<Parameter>,
+}
+
+impl Default for Script {
+    fn default() -> Self {
+        Script {
+            id: -1,
+            object: -1,
+            holder: None,
+            kind: CHILD,
+            bits: 8,
+            order: 0,
+            text: Vec::new(),
+            language: None,
+            customized: -1,
+            called_back: -1,
+            parameters: Vec::new(),
+        }
+    }
+}
+
+/// `LST`, `Soo`
+pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Script> {
+    let mut script = Script::default();
+    let tags = tags!(Script {
+        "Si2" => |s, c, _| Ok((s.id, s.object, s.kind) = (c.i32()?, c.i32()?, c.i32()?)),
+        "Va2" => |s, c, _| Ok(s.bits = c.u8()?),
+        "Seo" => |s, c, _| Ok(s.order = c.i32()?),
+        "Ste" => |s, c, _| {
+            let n = c.left();
+            Ok(s.text = decipher(c.take(n)?))
+        },
+        "Lne" => |s, c, _| Ok(s.language = Some(c.text()?)),
+        "Coc" => |s, c, _| Ok(s.customized = c.i32()?),
+        "Coi" => |s, c, _| Ok(s.called_back = c.i32()?),
+        "Prm" => |s, c, u| data::parameters(&mut s.parameters, c, u),
+    });
+    object(c, tags, &["Va3", "Pum", "Cod", "Sfi", "Ttd", "Dbl", "Cv2", "Uis", "Ups"], &mut script, unknown)?;
+    Ok(script)
+}
+
+/// Undoes the cipher of a text, and drops zeros at its end.
+fn decipher(bytes: &[u8]) -> Vec<u8> {
+    let mut b = bytes.to_vec();
+    if let ([first, .., last], n @ 3..) = (bytes, bytes.len()) {
+        let (s, e) = (i64::from(*first as i8) / 2, i64::from(*last as i8) * 3);
+        for (i, byte) in b.iter_mut().enumerate().take(n - 1).skip(1) {
+            let i = i as i64;
+            let mut x = i64::from(*byte);
+            if i & 1 != 0 {
+                x += i + s + e;
+            }
+            if i & 2 != 0 {
+                x -= 3 * i + s;
+            }
+            if i & 4 != 0 {
+                x += i / 2 + e;
+            }
+            *byte = x as u8;
+        }
+    }
+    b.truncate(b.iter().rposition(|x| *x != 0).map_or(0, |i| i + 1));
+    b
+}
+
+/// The cipher itself; for tests, which build their files themselves.
+#[cfg(test)]
+pub fn encipher(text: &[u8]) -> Vec<u8> {
+    let mut b = text.to_vec();
+    if let ([first, .., last], n @ 3..) = (text, text.len()) {
+        let (s, e) = (i64::from(*first as i8) / 2, i64::from(*last as i8) * 3);
+        for i in 1..n as i64 - 1 {
+            let mut x = i64::from(b[i as usize]);
+            x -= if i & 1 != 0 { i + s + e } else { 0 };
+            x += if i & 2 != 0 { 3 * i + s } else { 0 };
+            x -= if i & 4 != 0 { i / 2 + e } else { 0 };
+            b[i as usize] = x as u8;
+        }
+    }
+    b
+}
+
+impl Script {
+    /// "lua", "python" or another name: by the file, or by the first line.
+    pub fn language(&self) -> String {
+        let first = self.text.split(|b| *b == b'\n').next().unwrap_or_default();
+        match &self.language {
+            Some(l) if !l.is_empty() => l.clone(),
+            _ if first.trim_ascii().starts_with(b"#python") => "python".into(),
+            _ => "lua".into(),
+        }
+    }
+
+    /// The text without a line at its beginning that only tells its language; in UTF-8.
+    pub fn code(&self) -> String {
+        let text = decode(&self.text);
+        let (first, rest) = text.split_once('\n').unwrap_or((text.as_str(), ""));
+        match first.trim() {
+            // The line stays as an empty one, so that messages tell the lines of the file.
+            "--lua" => format!("\n{rest}"),
+            _ => text,
+        }
+    }
+
+    /// The handle of the object that it acts on, when it is not a script object's.
+    pub fn owner(&self) -> i32 {
+        [self.object, self.customized, self.called_back].into_iter().find(|h| *h >= 0).unwrap_or(-1)
+    }
+
+    /// Whether it is a copy of the default main script of its time.
+    pub fn is_default_main(&self) -> bool {
+        let calls_default = || decode(&self.text).contains("defaultMainScript");
+        self.kind == MAIN && (self.bits & 8 == 0 || calls_default())
+    }
+    /// Whether it is switched off.
+    pub fn is_off(&self) -> bool {
+        self.bits & 2 != 0
+    }
+    /// Whether its text runs as a thread.
+    pub fn is_threaded(&self) -> bool {
+        self.bits & 1 != 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_test_vectors_are_deciphered() {
+        let cases: [(&[u8], &[u8]); 2] = [
+            (&[0x70, 0x1B, 0xA7, 0x56, 0x54, 0xAD, 0x5A, 0xF8, 0x0A], b"print(1)\n"),
+            (&[0x2D, 0x83, 0x3C, 0x36, 0x14, 0xC7, 0x0A, 0x22, 0x31], "-- é\nx=1".as_bytes()),
+        ];
+        for (cipher, text) in cases {
+            assert_eq!(decipher(cipher), text);
+            assert_eq!(encipher(text), cipher);
+        }
+        assert_eq!(decipher(b"ab"), b"ab");
+        assert_eq!(decipher(&[]), b"");
+    }
+
+    #[test]
+    fn the_line_of_the_language_is_no_code() {
+        let code = |t: &str| Script { text: t.into(), ..Default::default() }.code();
+        assert_eq!(code("--lua\r\nx = 1"), "\nx = 1");
+        assert_eq!(code("--luau\nx = 1"), "--luau\nx = 1");
+        assert_eq!(Script { text: "  #python\nx".into(), ..Default::default() }.language(), "python");
+    }
+}

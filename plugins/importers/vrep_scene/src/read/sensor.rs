@@ -1,0 +1,161 @@
+//! Proximity sensors, vision sensors and force sensors: what objects of `SNR`, `RSN` and `FSE` add.
+
+use super::{
+    section::{Tag, object, tags},
+    volume::{self, Volume},
+};
+
+/// A proximity sensor.
+#[derive(Debug, Clone)]
+pub struct Proximity {
+    /// 30 pyramid, 31 cylinder, 32 disc, 33 cone, 34 ray.
+    pub kind: i32,
+    /// Where it looks.
+    pub volume: Volume,
+    /// Handle of the object or collection that it looks for; -1: all.
+    pub entity: i32,
+    /// Bits of what it is made of: 0x10 ultrasonic to 0x100 capacitive.
+    pub waves: i32,
+    /// Greatest angle to the normal, rad.
+    pub angle: f64,
+    /// Whether that counts whatever the bits say; from 4.10.
+    pub angle_alone: bool,
+    /// Bits: 1 nearest point, 2 angle counts, 4 no front faces, 5 no back faces, 7 only on request.
+    pub bits: u8,
+    /// Rays and hits needed of random rays.
+    pub random: Option<[i32; 2]>,
+}
+
+impl Default for Proximity {
+    fn default() -> Self {
+        Proximity {
+            kind: 33,
+            volume: Volume::default(),
+            entity: -1,
+            waves: 0x10,
+            angle: 0.0,
+            angle_alone: false,
+            bits: 2,
+            random: None,
+        }
+    }
+}
+
+/// Elements of proximity sensors.
+pub const PROXIMITY: &[Tag<Proximity>] = tags!(Proximity {
+    "Snt" => |s, c, _| Ok(s.kind = c.i32()?),
+    "Vod" => |s, c, u| Ok(s.volume = volume::read(c, u)?),
+    "Sox" => |s, c, _| Ok(s.entity = c.i32()?),
+    "Sst" => |s, c, _| Ok(s.waves = c.i32()?),
+    "Al2" | "_l2" => |s, c, _| Ok(s.angle = c.real()?),
+    "" | "al3" => |s, c, _| Ok((s.angle, s.angle_alone) = (c.real()?, true)),
+    "Pr4" => |s, c, _| Ok(s.bits = c.u8()?),
+    "Rad" => |s, c, _| Ok(s.random = Some([c.i32()?, c.i32()?])),
+});
+
+/// Known, for windows only.
+pub const PROXIMITY_IGNORED: &[&str] =
+    &["Sns", "_ns", "Pr5", "Pr3", "Pr2", "Pra", "Cl1", "Cl2", "Cl3", "Cl4", "Cv2", "Shk", "Var"];
+
+/// A vision sensor.
+#[derive(Debug, Clone)]
+pub struct Vision {
+    /// Side of what an orthographic one sees, m; angle of a perspective one, rad; near and far plane, m.
+    pub clip: [f64; 4],
+    /// Pixels: columns, rows.
+    pub resolution: [i32; 2],
+    /// Handle of what it renders; -1: all.
+    pub entity: i32,
+    /// Red, green, blue of pixels that see nothing.
+    pub background: [f64; 3],
+    /// 0 OpenGL, 2 colors for objects, 3 POV-Ray ...
+    pub mode: i32,
+    /// Bits: 0 perspective, 1 only on request.
+    pub bits: u8,
+    /// Bits: 0 image from outside, 1 no colors, 2 no depth.
+    pub more_bits: u8,
+    /// Filters of the old image processing, by number, those that are on.
+    pub filters: Vec<i32>,
+}
+
+impl Default for Vision {
+    fn default() -> Self {
+        Vision {
+            clip: [0.01, std::f64::consts::FRAC_PI_3, 0.01, 10.0],
+            resolution: [32, 32],
+            entity: -1,
+            background: [0.0; 3],
+            mode: 0,
+            bits: 1,
+            more_bits: 0,
+            filters: Vec::new(),
+        }
+    }
+}
+
+/// A filter of the old chain: its number, and whether it is on.
+#[derive(Default)]
+struct Filter {
+    kind: i32,
+    on: bool,
+}
+
+const FILTER: &[Tag<Filter>] = tags!(Filter {
+    "Sft" => |f, c, _| Ok(f.kind = c.i32()?),
+    "Sfe" => |f, c, _| Ok(f.on = c.u8()? & 1 != 0),
+});
+
+/// Elements of vision sensors.
+pub const VISION: &[Tag<Vision>] = tags!(Vision {
+    "Ccp" | "_cp" => |s, c, _| Ok(s.clip = c.reals()?),
+    "Res" => |s, c, _| Ok(s.resolution = [c.i32()?, c.i32()?]),
+    "Dox" => |s, c, _| Ok(s.entity = c.i32()?),
+    "Db2" => |s, c, _| Ok(s.background = c.reals()?),
+    "Rmd" => |s, c, _| Ok(s.mode = c.i32()?),
+    "Var" => |s, c, _| Ok(s.bits = c.u8()?),
+    "Va3" => |s, c, _| Ok(s.bits = c.u8()?),
+    "Va2" => |s, c, _| Ok(s.more_bits = c.u8()?),
+    "Cfr" => |s, c, u| {
+        let tags = tags!(Vision {
+            "Sfr" => |s, c, u| {
+                let mut filter = Filter::default();
+                object(c, FILTER, &["Sfv", "Cfn", "Pab", "Pai", "Paf", "Cfp", "_af"], &mut filter, u)?;
+                if filter.on {
+                    s.filters.push(filter.kind);
+                }
+                Ok(())
+            },
+        });
+        object(c, tags, &[], s, u).map(drop)
+    },
+});
+
+/// Known, for windows only.
+pub const VISION_IGNORED: &[&str] = &[
+    "Siz", "Si2", "_i2", "Afr", "Pv1", "Cl1", "Cl2", "Cl3", "Cl4", "Cv2", "Dbv", "_b2", "_iz", "Dot", "Rm2", "Fow",
+    "_f2",
+];
+
+/// A force sensor.
+#[derive(Debug, Clone, Default)]
+pub struct Force {
+    /// Bits: 0 threshold of force, 1 of torque.
+    pub bits: u8,
+    /// N and N m above which it breaks, and for how many measurements together.
+    pub threshold: ([f64; 2], i32),
+    /// Measurements of which one is made.
+    pub samples: i32,
+    /// 0 average, 1 median.
+    pub filter: i32,
+}
+
+/// Elements of force sensors.
+pub const FORCE: &[Tag<Force>] = tags!(Force {
+    "Vab" => |s, c, _| Ok(s.bits = c.u8()?),
+    "Tre" => |s, c, _| Ok(s.threshold = (c.reals()?, c.i32()?)),
+    "Tri" | "_ri" => |s, c, _| Ok(s.threshold = (c.reals()?, c.i32()?)),
+    "Fil" => |s, c, _| Ok((s.samples, s.filter) = (c.i32()?, c.i32()?)),
+});
+
+/// Known, for windows only.
+pub const FORCE_IGNORED: &[&str] = &["Siz", "_iz", "Cl1", "Cl2", "Cv2", "Var"];

@@ -1,0 +1,173 @@
+//! Numbers of the whole scene: sections `SIM`, `DYN`, `ENV`, `SET`.
+
+use super::{
+    cursor::{Cursor, Read},
+    material::EngineBlock,
+    section::{object, tags},
+    unknown::Unknowns,
+};
+
+/// What a scene tells about the simulation. A model tells nothing.
+#[derive(Debug, Clone, Default)]
+pub struct Settings {
+    /// Whether one of the sections was there.
+    pub there: bool,
+    step: [Option<f64>; 3],
+    step_index: Option<i32>,
+    step_micros: Option<u64>,
+    /// Whether a run follows the clock.
+    pub real_time: bool,
+    /// Whether it pauses at the first error of a script.
+    pub pause_at_error: bool,
+    /// 0 Bullet, 1 ODE, 2 Vortex, 3 Newton, 4 MuJoCo, 5 Drake.
+    pub engine: Option<i32>,
+    /// 0, 278 or 283: of Bullet.
+    pub engine_version: i32,
+    /// m/s^2.
+    pub gravity: Option<[f64; 3]>,
+    physics_step: Option<f64>,
+    /// Numbers of engines: step first.
+    pub bullet: EngineBlock,
+    /// The same of ODE.
+    pub ode: EngineBlock,
+    /// The same of Vortex, Newton, MuJoCo.
+    pub others: [EngineBlock; 3],
+    /// Whether physics runs at all.
+    pub dynamics_off: bool,
+    /// Layers that are shown.
+    pub layers: Option<u16>,
+    /// Text that is shown with the scene.
+    pub acknowledgement: String,
+    /// Kinds of handling that are off, in old files.
+    pub off: Vec<&'static str>,
+}
+
+/// Steps that stood in files by number, s.
+const STEPS: [f64; 5] = [0.2, 0.1, 0.05, 0.025, 0.01];
+
+impl Settings {
+    /// Length of a step, s.
+    pub fn step(&self) -> Option<f64> {
+        let [newest, seconds, oldest] = self.step;
+        let by_number = || match self.step_index? {
+            5 => self.step_micros.map(|us| us as f64 * 1e-6).or(oldest),
+            n => usize::try_from(n).ok().and_then(|n| STEPS.get(n).copied()),
+        };
+        newest.or(seconds).or_else(by_number).filter(|s| s.is_finite() && *s > 0.0)
+    }
+
+    /// Length of a physics step, s.
+    pub fn physics_step(&self) -> f64 {
+        let block = match self.engine {
+            Some(1) => &self.ode,
+            Some(n @ 2..=4) => &self.others[n as usize - 2],
+            _ => &self.bullet,
+        };
+        let told = self.physics_step.or_else(|| block.real(0));
+        told.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(0.005)
+    }
+}
+
+/// `SIM`
+pub fn simulation(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
+    let tags = tags!(Settings {
+        "" | "_t3" => |s, c, _| Ok(s.step[0] = Some(c.real()?)),
+        "St3" => |s, c, _| Ok(s.step[1] = Some(short(c.single()?))),
+        "Sts" => |s, c, _| Ok(s.step[2] = Some(short(c.single()?))),
+        "St2" => |s, c, _| Ok(s.step_micros = Some(c.u64()?)),
+        "Spi" => |s, c, _| Ok(s.step_index = Some(c.i32()?)),
+        "Ss2" => |s, c, _| {
+            let bits = c.u8()?;
+            Ok((s.real_time, s.pause_at_error) = (bits & 1 != 0, bits & 8 != 0))
+        },
+    });
+    s.there = true;
+    const IGNORED: &[&str] = &["Spr", "Rt2", "Rtc", "_a3", "Pa3", "Pa2", "Pat", "Cv2", "Ssi", "_t2", "Rts"];
+    object(c, tags, IGNORED, s, unknown).map(drop)
+}
+
+/// A number of 4 bytes as people wrote it: 0.05, not 0.05000000074505806. Newer files hold such numbers in 8 bytes.
+fn short(x: f64) -> f64 {
+    if f64::from(x as f32) == x { (x as f32).to_string().parse().unwrap_or(x) } else { x }
+}
+
+fn engine(s: &mut Settings, c: &mut Cursor<'_>) -> Read {
+    s.engine = Some(c.i32()?);
+    s.gravity = Some(c.reals()?.map(short));
+    Ok(())
+}
+
+/// `DYN`
+pub fn dynamics(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
+    let tags = tags!(Settings {
+        "Eng" => |s, c, _| engine(s, c),
+        "En2" => |s, c, _| engine(s, c),
+        "En3" | "_n3" => |s, c, _| engine(s, c),
+        "Ver" => |s, c, _| Ok(s.engine_version = c.i32()?),
+        "Stp" | "_tp" => |s, c, _| {
+            Ok(s.physics_step = Some(short(c.real()?)))
+        },
+        "Bul" => |s, c, _| Ok(s.bullet.reals = vec![short(c.single()?), c.single()?]),
+        "Ode" => |s, c, _| Ok(s.ode.reals = vec![short(c.single()?), c.single()?]),
+        "BuN" | "_uN" => |s, c, _| Ok(s.bullet = block(c)?),
+        "OdN" | "_dN" => |s, c, _| Ok(s.ode = block(c)?),
+        "Vo5" | "_o5" => |s, c, _| Ok(s.others[0] = block(c)?),
+        "Nw1" | "_w1" => |s, c, _| Ok(s.others[1] = block(c)?),
+        "Mj1" | "_j1" => |s, c, _| Ok(s.others[2] = block(c)?),
+        "Var" => |s, c, _| Ok(s.dynamics_off = c.u8()? & 1 == 0),
+    });
+    s.there = true;
+    object(c, tags, &["Vo1", "Vo2", "Vo3", "Vo4", "_o4", "Vor", "Nwt", "Cv2", "Dcs", "Mj2", "_j2"], s, unknown)
+        .map(drop)
+}
+
+fn block(c: &mut Cursor<'_>) -> Read<EngineBlock> {
+    let mut block = EngineBlock::read(c)?;
+    if let Some(step) = block.reals.first_mut() {
+        *step = short(*step);
+    }
+    Ok(block)
+}
+
+/// `ENV`
+pub fn environment(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
+    let tags = tags!(Settings {
+        "Vil" => |s, c, _| Ok(s.layers = Some(c.u16()?)),
+        "Ack" => |s, c, _| Ok(s.acknowledgement = c.text()?),
+    });
+    s.there = true;
+    const IGNORED: &[&str] = &[
+        "Clc", "Cld", "Al2", "Alc", "Fbg", "Fd2", "_d2", "Fdn", "_dn", "Var", "Ups", "Uis", "Mt2", "_t2", "Mrs", "_rs",
+        "Evc", "Wtc", "Rst", "Job", "Sh2", "Va2", "Va3", "Pof", "Cv2", "Fdt", "Fod",
+    ];
+    object(c, tags, IGNORED, s, unknown).map(drop)
+}
+
+/// `SET`
+pub fn main(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
+    fn note(s: &mut Settings, off: bool, what: &'static str) {
+        s.off.retain(|w| *w != what);
+        if off {
+            s.off.push(what);
+        }
+    }
+    let tags = tags!(Settings {
+        "Va5" => |s, c, _| Ok(note(s, c.u8()? & 1 == 0, "proximity sensors")),
+        "Va2" => |s, c, _| Ok(note(s, c.u8()? & 8 == 0, "inverse kinematics")),
+        "Va3" => |s, c, _| {
+            let bits = c.u8()?;
+            note(s, bits & 2 == 0, "collision detection");
+            note(s, bits & 4 == 0, "distance calculation");
+            note(s, bits & 8 != 0, "joint motion");
+            note(s, bits & 16 != 0, "path motion");
+            note(s, bits & 32 != 0, "vision sensors");
+            Ok(note(s, bits & 64 != 0, "mills"))
+        },
+    });
+    s.there = true;
+    const IGNORED: &[&str] = &[
+        "Al2", "Ss2", "Ddi", "Va4", "Dis", "Dcs", "Gvy", "Od2", "Deu", "Bcm", "Crc", "Iwc", "Cv2", "Var", "Alv", "Fbg",
+        "Rst",
+    ];
+    object(c, tags, IGNORED, s, unknown).map(drop)
+}

@@ -1,0 +1,134 @@
+//! The triangles of a mesh, in the frame of its shape.
+
+use nalgebra::{Isometry3, Point3};
+
+use super::{
+    cursor::{Broken, Read},
+    file::File,
+    legacy_mesh::Shared,
+    mesh::{Arrays, Leaf, Part},
+    pool::{self, Indices},
+    pose::isometry,
+};
+
+/// Points and triangles.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Surface {
+    /// m, in the frame of the vertices.
+    pub points: Vec<[f64; 3]>,
+    /// Three places of points, from 0.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A leaf, and the frame of its vertices in the frame of the shape.
+pub struct Placed<'a> {
+    /// The part that holds the leaf.
+    pub part: &'a Part,
+    /// The leaf.
+    pub leaf: &'a Leaf,
+    /// From vertices to shape.
+    pub frame: Isometry3<f64>,
+}
+
+/// All leaves of a shape, in order.
+pub fn leaves(root: &Part) -> Vec<Placed<'_>> {
+    let mut out = Vec::new();
+    // The root's own frame counts as none, whatever is stored.
+    walk(root, Isometry3::identity(), &mut out);
+    out
+}
+
+fn walk<'a>(part: &'a Part, frame: Isometry3<f64>, out: &mut Vec<Placed<'a>>) {
+    if let Some(leaf) = &part.leaf {
+        let own = match (&part.vertex_frame, leaf.arrays) {
+            (Some(vertices), _) => frame * isometry(vertices),
+            // Vertices of serialization 15 stand in the shape's frame already.
+            (None, Arrays::Range { .. }) => Isometry3::identity(),
+            (None, _) => isometry(&leaf.old_frame),
+        };
+        out.push(Placed { part, leaf, frame: own });
+    }
+    for child in &part.children {
+        let below = child.frame.as_ref().map_or(frame, |f| frame * isometry(f));
+        walk(child, below, out);
+    }
+}
+
+impl File {
+    fn arrays(&self, leaf: &Leaf, shared: Option<&Shared>) -> Option<(super::cursor::Span, Indices)> {
+        let at = |i: i32| usize::try_from(i).ok();
+        match leaf.arrays {
+            Arrays::Pool { vertices, indices } => {
+                Some((*self.pool.vertices.get(at(vertices)?)?, *self.pool.indices.get(at(indices)?)?))
+            }
+            Arrays::Own { vertices, indices } => Some((vertices, indices?)),
+            Arrays::Range { .. } => shared.and_then(|s| Some((s.vertices, s.indices?))),
+        }
+    }
+
+    /// How many triangles a leaf has.
+    pub fn count(&self, leaf: &Leaf, shared: Option<&Shared>) -> usize {
+        match (leaf.arrays, self.arrays(leaf, shared)) {
+            (Arrays::Range { triangles, .. }, _) => usize::try_from(triangles[1]).unwrap_or(0),
+            (_, Some((_, indices))) => pool::count(&self.data, indices) / 3,
+            _ => 0,
+        }
+    }
+
+    /// The triangles of a leaf; numbers that lead nowhere are an error.
+    pub fn surface(&self, leaf: &Leaf, shared: Option<&Shared>, at: usize) -> Read<Surface> {
+        let broken = |what: String| Broken::new(at, what).within("mesh");
+        let (vertices, indices) =
+            self.arrays(leaf, shared).ok_or_else(|| broken("its vertices or indices are not in the file".into()))?;
+        let points = pool::points(&self.data, vertices);
+        let corners = pool::corners(&self.data, indices)?;
+        let mut triangles: Vec<[u32; 3]> = corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
+        if let Arrays::Range { triangles: [first, n], .. } = leaf.arrays {
+            let range = usize::try_from(first).ok().zip(usize::try_from(n).ok());
+            let own = range.and_then(|(first, n)| triangles.get(first..first.checked_add(n)?));
+            let text = || format!("{n} triangles from {first} on are told, there are {}", triangles.len());
+            triangles = own.ok_or_else(|| broken(text()))?.to_vec();
+        }
+        if let Some(i) = triangles.iter().flatten().find(|i| **i as usize >= points.len()) {
+            return Err(broken(format!("a triangle names point {i} of {}", points.len())));
+        }
+        if points.iter().flatten().any(|x| !x.is_finite()) {
+            return Err(broken("a coordinate is no number".into()));
+        }
+        Ok(compact(&points, triangles))
+    }
+}
+
+/// Leaves out points that no triangle uses: arrays may be those of a whole shape.
+fn compact(points: &[[f32; 3]], mut triangles: Vec<[u32; 3]>) -> Surface {
+    let mut places = vec![u32::MAX; points.len()];
+    let mut used = Vec::with_capacity(points.len());
+    for corner in triangles.iter_mut().flatten() {
+        let place = &mut places[*corner as usize];
+        if *place == u32::MAX {
+            *place = used.len() as u32;
+            used.push(points[*corner as usize].map(f64::from));
+        }
+        *corner = *place;
+    }
+    Surface { points: used, triangles }
+}
+
+impl Surface {
+    /// Moved by a pose.
+    pub fn moved(mut self, pose: &Isometry3<f64>) -> Self {
+        if *pose != Isometry3::identity() {
+            self.points.iter_mut().for_each(|p| *p = (pose * Point3::from(*p)).coords.into());
+        }
+        self
+    }
+
+    /// Lowest and highest coordinates.
+    pub fn bounds(&self) -> Option<([f64; 3], [f64; 3])> {
+        let mut points = self.points.iter();
+        let first = *points.next()?;
+        Some(points.fold((first, first), |(low, high), p| {
+            (std::array::from_fn(|i| low[i].min(p[i])), std::array::from_fn(|i| high[i].max(p[i])))
+        }))
+    }
+}

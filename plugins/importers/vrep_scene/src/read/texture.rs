@@ -1,0 +1,67 @@
+//! Images, and how they lie on meshes.
+
+use super::{
+    cursor::{Cursor, Read, Span},
+    pose::{IDENTITY, Stored, quaternion_first},
+    section::{object, tags},
+    unknown::Unknowns,
+};
+
+/// An image.
+#[derive(Debug, Clone, Default)]
+pub struct Texture {
+    /// Its number.
+    pub id: i32,
+    /// Pixels: columns, rows.
+    pub size: [i32; 2],
+    /// Its name.
+    pub name: String,
+    /// Whether a pixel has 4 bytes, not 3.
+    pub alpha: bool,
+    /// Pixels, row after row.
+    pub pixels: Span,
+}
+
+/// `TEX`
+pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Texture> {
+    let mut texture = Texture { id: -1, ..Default::default() };
+    let tags = tags!(Texture {
+        "Ipa" => |t, c, _| Ok((t.id, t.size) = (c.i32()?, [c.i32()?, c.i32()?])),
+        "Gon" => |t, c, _| Ok(t.name = c.text()?),
+        "Bst" => |t, c, _| Ok(t.alpha = c.u8()? & 1 != 0),
+        "Img" => |t, c, _| Ok(t.pixels = c.rest()),
+    });
+    let at = c.at();
+    object(c, tags, &["Cv2", "Ups", "Uis"], &mut texture, unknown)?;
+    let [w, h] = texture.size.map(|n| usize::try_from(n).unwrap_or(0));
+    let wanted = w.saturating_mul(h).saturating_mul(if texture.alpha { 4 } else { 3 });
+    if texture.pixels.len < wanted {
+        let text = format!("an image of {w} x {h} pixels has {wanted} bytes, here are {}", texture.pixels.len);
+        return Err(super::cursor::Broken::new(at, text));
+    }
+    Ok(texture)
+}
+
+/// How an image lies on a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Property {
+    /// Number of the image, or handle of the vision sensor that gives it.
+    pub texture: i32,
+    /// How corners get their coordinates.
+    pub mode: i32,
+    /// Scale along u and v.
+    pub scale: [f64; 2],
+    /// Frame of the projection.
+    pub pose: Stored,
+}
+
+/// `Toj`
+pub fn property(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Property> {
+    let mut property = Property { texture: -1, mode: 0, scale: [1.0; 2], pose: IDENTITY };
+    let tags = tags!(Property {
+        "Tob" | "_ob" => |p, c, _| Ok((p.texture, p.mode, p.scale) = (c.i32()?, c.i32()?, c.reals()?)),
+        "Trc" | "_rc" => |p, c, _| Ok(p.pose = quaternion_first(c)?),
+    });
+    object(c, tags, &["Ftc", "Bs2", "Bst", "Apm", "Cv2"], &mut property, unknown)?;
+    Ok(property)
+}

@@ -1,0 +1,68 @@
+//! Scene files of V-REP: what the importer finds in 41 of them is what an independent reader found, and all of them run.
+
+use std::{fs, path::PathBuf};
+
+use serde_json::Value;
+
+use crate::kit::*;
+
+fn files() -> Vec<PathBuf> {
+    let mut all: Vec<PathBuf> = fs::read_dir(shared("corpus/ttt"))
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .filter(|p| p.extension().is_some_and(|x| x == "ttt" || x == "ttm"))
+        .collect();
+    all.sort();
+    all
+}
+
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn files_are_read_as_an_independent_reader_does() {
+    let mut count = 0;
+    for file in files() {
+        let wanted: Value =
+            serde_json::from_str(&fs::read_to_string(file.with_extension("expected.json")).unwrap()).unwrap();
+        let done = Place::new().tatu(&["check", file.to_str().unwrap(), "--json"]).good();
+        let mut found = done.json();
+        assert!(found["report"].is_array(), "{}: no report", file.display());
+        found.as_object_mut().unwrap().remove("report");
+        let differs: Vec<&String> =
+            wanted.as_object().unwrap().iter().filter(|(k, v)| found.get(*k) != Some(*v)).map(|(k, _)| k).collect();
+        assert!(differs.is_empty() && found == wanted, "{}: {differs:?} differ", file.display());
+        count += 1;
+    }
+    assert_eq!(count, 41);
+}
+
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn files_run() {
+    for file in files() {
+        let done = Place::new().tatu(&["run", file.to_str().unwrap(), "--steps", "5", "--json"]).good();
+        assert!(!done.err.contains("panicked"), "{}: {}", file.display(), done.err);
+    }
+}
+
+/// Cut at many places and with bits turned: a file is refused with its offset, or read; never a crash.
+#[test]
+#[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
+fn damaged_files_are_refused() {
+    let smallest = files().into_iter().min_by_key(|f| fs::metadata(f).unwrap().len()).unwrap();
+    let whole = fs::read(&smallest).unwrap();
+    let place = Place::new();
+    for i in 0..60 {
+        let mut bytes = whole.clone();
+        let at = (i * 7919 + 31) % whole.len();
+        if i % 2 == 0 {
+            bytes.truncate(at);
+        } else {
+            bytes[at] ^= 1 << (i % 8);
+        }
+        let name = if smallest.extension().is_some_and(|x| x == "ttm") { "d.ttm" } else { "d.ttt" };
+        fs::write(place.path().join(name), &bytes).unwrap();
+        let done = place.tatu(&["check", name]);
+        assert!(matches!(done.code, 0 | 2), "{at}: exit {}\n{}", done.code, done.err);
+        assert!(!done.err.contains("panicked"), "{at}: {}", done.err);
+    }
+}
