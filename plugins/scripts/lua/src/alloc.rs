@@ -32,8 +32,8 @@ const FIRST_LINES: u64 = 4096;
 const LINE: usize = 64;
 const CLASSES: usize = 32 + 4 * 20;
 
-/// A callback and its argument.
-pub(crate) type Listener = (unsafe fn(*const c_void), *const c_void);
+/// A callback and its argument. It also gets the block that was to grow; null for a new block.
+pub(crate) type Listener = (unsafe fn(*const c_void, *const u8), *const c_void);
 
 /// Memory of one state. Boxed, since Lua keeps its address.
 pub(crate) struct Slot {
@@ -182,11 +182,12 @@ impl Slot {
         }
     }
 
-    fn allocate(&self, bytes: usize, force: bool) -> *mut u8 {
+    /// `grown`: the block in whose place the new one comes; null if there is none.
+    fn allocate(&self, bytes: usize, force: bool, grown: *const u8) -> *mut u8 {
         let (c, size) = class(bytes);
         let used = self.used.get() + size;
         if used > self.limit.get() && !force {
-            self.report_full();
+            self.report_full(grown);
             return null_mut();
         }
         let block = if !self.is_mapped() {
@@ -207,15 +208,15 @@ impl Slot {
             }
         } else if !force {
             // Free blocks of other size classes cannot be used for this one.
-            self.report_full();
+            self.report_full(grown);
         }
         block
     }
 
-    fn report_full(&self) {
+    fn report_full(&self, grown: *const u8) {
         if let Some((callback, argument)) = self.full.get() {
             // SAFETY: the callback was set by the owner of this slot, which is alive.
-            unsafe { callback(argument) };
+            unsafe { callback(argument, grown) };
         }
     }
 
@@ -277,14 +278,14 @@ pub(crate) unsafe extern "C" fn lua_alloc(
         return null_mut();
     }
     if block.is_null() {
-        return slot.allocate(new, false).cast();
+        return slot.allocate(new, false, block).cast();
     }
     let (from, to) = (class(old), class(new));
     if from.0 == to.0 {
         return block.cast();
     }
     let shrinks = new < old;
-    let fresh = slot.allocate(new, shrinks);
+    let fresh = slot.allocate(new, shrinks, block);
     if fresh.is_null() {
         if !shrinks {
             return null_mut();

@@ -6,7 +6,7 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
-    hints,
+    hints, lua_internals,
     state::{self, State, bytes, push},
 };
 
@@ -147,10 +147,10 @@ pub(crate) unsafe fn from_lua(s: &State, l: *mut lua_State, status: i32) -> Fail
 ///
 /// # Safety
 /// `s` is a state of this plugin.
-pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void) {
+pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void, grown: *const u8) {
     let s = &*s.cast::<State>();
     if let Ok(mut places) = s.memory_positions.try_borrow_mut() {
-        *places = running_at(s);
+        lua_internals::with_frames(s.running.get(), grown, || *places = running_at(s));
     }
 }
 

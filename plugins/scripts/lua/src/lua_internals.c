@@ -16,6 +16,7 @@
 
 #include "lua.h"
 
+#include "ldo.h"
 #include "lobject.h"
 #include "lstate.h"
 #include "lstring.h"
@@ -56,6 +57,22 @@ int *tatu_lua_hook_count(lua_State *L) {
 
 ptrdiff_t tatu_lua_gc_debt(lua_State *L) {
   return G(L)->GCdebt;
+}
+
+/* While a stack grows, Lua keeps the places of its functions as offsets from its begin (`relstack` in ldo.c). */
+
+int tatu_lua_is_stack(lua_State *L, const void *block) {
+  return (const void *)L->stack.p == block;
+}
+
+void tatu_lua_point_frames(lua_State *L) {
+  CallInfo *ci;
+  for (ci = L->ci; ci != NULL; ci = ci->previous) ci->func.p = restorestack(L, ci->func.offset);
+}
+
+void tatu_lua_unpoint_frames(lua_State *L) {
+  CallInfo *ci;
+  for (ci = L->ci; ci != NULL; ci = ci->previous) ci->func.offset = savestack(L, ci->func.p);
 }
 
 /* ---- hashes ---- */

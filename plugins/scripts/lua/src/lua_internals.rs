@@ -11,6 +11,7 @@
 //! | `strspn=tatu_lua_strspn` | text of floats in scripts for Lua 5.1, see [`NumberFormat`] | [`problems`], at start | error in the log |
 //! | `lua_gc` with a negative step | collections at fixed numbers of calls, see `gc` | [`problems`], at start | error in the log |
 //! | `lua_State.hookcount` | exact instruction counts per call | [`hook_count`], in each state | budgets count whole thousands |
+//! | `lua_State.stack`, `CallInfo.func` | where a script ran out of memory, even while its stack was growing | a test | no place |
 //! | `Table`, `Node` | snapshots restore keys to their nodes, so that `pairs` continues in the same order | [`knows_tables`], before each snapshot | snapshots are refused, and the run is replayed |
 //! | hashes of strings and floats | main positions of keys in a restored table | all nodes are verified after a restore | the snapshot is refused |
 //! | `Proto` | snapshots refer to functions by their index in a text | a function is looked up by its bytecode | the snapshot is refused |
@@ -49,6 +50,9 @@ unsafe extern "C" {
     fn tatu_lua_seed(l: *mut lua_State) -> u32;
     fn tatu_lua_has_small_string_cache(l: *mut lua_State) -> c_int;
     fn tatu_lua_gc_debt(l: *mut lua_State) -> isize;
+    fn tatu_lua_is_stack(l: *mut lua_State, block: *const c_void) -> c_int;
+    fn tatu_lua_point_frames(l: *mut lua_State);
+    fn tatu_lua_unpoint_frames(l: *mut lua_State);
     fn tatu_lua_hash_text(text: *const u8, len: usize) -> u32;
     fn tatu_lua_hash_float(x: f64) -> u32;
     fn tatu_lua_nodes(t: *const c_void) -> usize;
@@ -133,6 +137,22 @@ impl Drop for NumberFormat {
 pub(crate) unsafe fn hook_count(l: *mut lua_State) -> *mut c_int {
     let left = tatu_lua_hook_count(l);
     if *left == lua_gethookcount(l) { left } else { null_mut() }
+}
+
+/// Lets `look` see the running functions of a thread while its allocator refuses to let `block` grow. Lua moves a stack with
+/// all pointers into it turned into offsets; without their pointers a look at the functions would end the process.
+///
+/// # Safety
+/// Called by the allocator; `look` only asks which functions run.
+pub(crate) unsafe fn with_frames(l: *mut lua_State, block: *const u8, look: impl FnOnce()) {
+    let moves = !l.is_null() && !block.is_null() && tatu_lua_is_stack(l, block.cast()) != 0;
+    if moves {
+        tatu_lua_point_frames(l);
+    }
+    look();
+    if moves {
+        tatu_lua_unpoint_frames(l);
+    }
 }
 
 /// Lua's hash of a string.

@@ -128,6 +128,27 @@ fn memory_has_a_limit() {
     assert_eq!(s.function("fine", &[]).unwrap(), [Value::Int(200_000)]);
 }
 
+/// The stack grows last: the place of the error is asked for while Lua moves it.
+#[test]
+fn a_stack_that_cannot_grow_is_an_error() {
+    let h = host();
+    for (mb, text) in [
+        (1, "function f(n) return 1 + f(n + 1) end"),
+        (4, "function f(n) return 1 + f(n + 1) end"),
+        (4, "local function g(n) return 1 + g(n + 1) end function f() coroutine.wrap(g)(1) g(1) end"),
+        (8, "t = {} function deep(n) return 1 + deep(n) end
+             function f() pcall(function() while true do t[#t + 1] = {} end end) return deep(1) end"),
+    ] {
+        let s = h.script(1);
+        s.budget.set((50_000_000, mb << 20));
+        s.load(text, "t.lua", "").unwrap();
+        if let Err(e) = s.init().and_then(|_| s.function("f", &[Value::Int(1)]).map(drop)) {
+            assert!([TATU_ERR_MEMORY, TATU_ERR_SCRIPT, TATU_ERR_BUDGET].contains(&e.code), "{text}: {e:?}");
+            assert_eq!((e.file.as_str(), e.line > 0), ("t.lua", true), "{text}: {e:?}");
+        }
+    }
+}
+
 #[test]
 fn depth_gives_an_error() {
     let h = host();

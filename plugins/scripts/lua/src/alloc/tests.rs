@@ -48,7 +48,7 @@ fn sorted_free_lists_are_left_alone() {
     let free = || slot.free.each_ref().map(Cell::get);
     // SAFETY: blocks are handed back with the sizes they have.
     unsafe {
-        let all: Vec<_> = (0..6).map(|_| slot.allocate(100, false)).collect();
+        let all: Vec<_> = (0..6).map(|_| slot.allocate(100, false, std::ptr::null())).collect();
         assert!(!slot.unsorted.get());
         // In order, and not at the end.
         slot.free_block(all[2], 100);
@@ -62,7 +62,7 @@ fn sorted_free_lists_are_left_alone() {
         assert!(slot.unsorted.get(), "a higher one before a lower one");
         slot.sort_free_lists();
         assert_eq!(
-            [slot.allocate(100, false), slot.allocate(100, false), slot.allocate(100, false)],
+            [slot.allocate(100, false, std::ptr::null()), slot.allocate(100, false, std::ptr::null()), slot.allocate(100, false, std::ptr::null())],
             [all[1], all[2], all[3]]
         );
         assert!(!slot.unsorted.get());
@@ -76,7 +76,7 @@ fn sorting_releases_the_end_and_reuses_low_addresses_first() {
     let Some(slot) = Slot::in_test(0) else { return };
     // SAFETY: blocks are handed back with the sizes they have.
     unsafe {
-        let all: Vec<_> = (0..6).map(|_| slot.allocate(100, false)).collect();
+        let all: Vec<_> = (0..6).map(|_| slot.allocate(100, false, std::ptr::null())).collect();
         let end = slot.top.get();
         for i in [1, 0, 5, 4] {
             slot.free_block(all[i], 100);
@@ -84,7 +84,7 @@ fn sorting_releases_the_end_and_reuses_low_addresses_first() {
         slot.sort_free_lists();
         assert_eq!(slot.top.get(), end - 2 * class(100).1);
         assert_eq!(
-            [slot.allocate(100, false), slot.allocate(100, false), slot.allocate(100, false)],
+            [slot.allocate(100, false, std::ptr::null()), slot.allocate(100, false, std::ptr::null()), slot.allocate(100, false, std::ptr::null())],
             [all[0], all[1], all[4]]
         );
         assert_eq!(slot.used.get(), 5 * class(100).1);
@@ -96,7 +96,7 @@ fn a_backup_brings_content_and_order_back() {
     let Some(slot) = Slot::in_test(9) else { return };
     // SAFETY: blocks are handed back with the sizes they have.
     unsafe {
-        let all: Vec<_> = (0..50).map(|_| slot.allocate(3000, false)).collect();
+        let all: Vec<_> = (0..50).map(|_| slot.allocate(3000, false, std::ptr::null())).collect();
         for (i, block) in all.iter().enumerate() {
             block.write_bytes(i as u8, 3000);
         }
@@ -118,7 +118,7 @@ fn a_backup_brings_content_and_order_back() {
             for (i, block) in all.iter().enumerate() {
                 assert!(std::slice::from_raw_parts(*block, 3000).iter().all(|b| *b == i as u8));
             }
-            let more = slot.allocate(3000, false);
+            let more = slot.allocate(3000, false, std::ptr::null());
             assert_eq!(slot.offset(more), top);
             slot.free_block(more, 3000);
         }
