@@ -136,8 +136,11 @@ fn a_stack_that_cannot_grow_is_an_error() {
         (1, "function f(n) return 1 + f(n + 1) end"),
         (4, "function f(n) return 1 + f(n + 1) end"),
         (4, "local function g(n) return 1 + g(n + 1) end function f() coroutine.wrap(g)(1) g(1) end"),
-        (8, "t = {} function deep(n) return 1 + deep(n) end
-             function f() pcall(function() while true do t[#t + 1] = {} end end) return deep(1) end"),
+        (
+            8,
+            "t = {} function deep(n) return 1 + deep(n) end
+             function f() pcall(function() while true do t[#t + 1] = {} end end) return deep(1) end",
+        ),
     ] {
         let s = h.script(1);
         s.budget.set((50_000_000, mb << 20));

@@ -62,7 +62,11 @@ fn sorted_free_lists_are_left_alone() {
         assert!(slot.unsorted.get(), "a higher one before a lower one");
         slot.sort_free_lists();
         assert_eq!(
-            [slot.allocate(100, false, std::ptr::null()), slot.allocate(100, false, std::ptr::null()), slot.allocate(100, false, std::ptr::null())],
+            [
+                slot.allocate(100, false, std::ptr::null()),
+                slot.allocate(100, false, std::ptr::null()),
+                slot.allocate(100, false, std::ptr::null())
+            ],
             [all[1], all[2], all[3]]
         );
         assert!(!slot.unsorted.get());
@@ -84,7 +88,11 @@ fn sorting_releases_the_end_and_reuses_low_addresses_first() {
         slot.sort_free_lists();
         assert_eq!(slot.top.get(), end - 2 * class(100).1);
         assert_eq!(
-            [slot.allocate(100, false, std::ptr::null()), slot.allocate(100, false, std::ptr::null()), slot.allocate(100, false, std::ptr::null())],
+            [
+                slot.allocate(100, false, std::ptr::null()),
+                slot.allocate(100, false, std::ptr::null()),
+                slot.allocate(100, false, std::ptr::null())
+            ],
             [all[0], all[1], all[4]]
         );
         assert_eq!(slot.used.get(), 5 * class(100).1);
