@@ -1,7 +1,7 @@
 //! The decoder: from bytes to what they say. It knows nothing of Tatu.
 //!
 //! - [`header`], [`huffman`], [`cursor`], [`section`]: how a file is put together;
-//! - [`file`]: the sections of a whole file;
+//! - [`mod@file`]: the sections of a whole file;
 //! - one module for each kind of object: [`common`] for what all have, [`shape`], [`joint`], [`sensor`], [`others`];
 //! - what stands inside of these: [`mesh`], [`legacy_mesh`], [`pool`], [`color`], [`material`], [`texture`], [`volume`],
 //!   [`pose`], [`data`];
