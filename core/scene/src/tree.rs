@@ -1,12 +1,16 @@
 //! The tree: slots with generations, parents and children.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
 use super::{Data, FrictionPair, Object, moves::Moves, names::NameIndex, transforms::Transforms};
+
+/// How many numbers lie free before one is given again: a number that a script kept stays stale for so many removals.
+/// Free slots cost some memory, and no time.
+const FREE_NUMBERS: usize = 1 << 16;
 
 /// An object's id at the border: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -39,6 +43,8 @@ pub struct Scene {
     /// Where they are.
     pub(super) places: Transforms,
     free: VecDeque<u32>,
+    /// Slots that hold an object: a look at all objects does not go through the free ones.
+    taken: BTreeSet<u32>,
     roots: Vec<u32>,
     /// All objects, parents before children, one tree after the other; made anew when the tree changes.
     order: Vec<u32>,
@@ -75,6 +81,7 @@ impl Default for Scene {
             slots: vec![Slot { object: None, last: String::new() }],
             places: Transforms::default(),
             free: VecDeque::new(),
+            taken: BTreeSet::new(),
             roots: Vec::new(),
             order: Vec::new(),
             next_uid: 1,
@@ -94,7 +101,7 @@ impl Scene {
     /// Adds an object below `parent` (0: the world). Its slot; `None` when all are taken.
     pub fn add(&mut self, parent: u32, alias: &str, local: Isometry3<f64>, data: Data) -> Option<u32> {
         // A slot is used again only when many are free: a stale number in a script then rarely meets a new object.
-        let slot = if self.free.len() > 1024 {
+        let slot = if self.free.len() >= FREE_NUMBERS {
             self.free.pop_front()?
         } else {
             let slot = u32::try_from(self.slots.len()).ok().filter(|s| *s < 0x10_0000);
@@ -124,6 +131,7 @@ impl Scene {
         self.next_uid += 1;
         self.places.begin(slot, parent, local, world);
         self.slots[slot as usize].object = Some(object);
+        self.taken.insert(slot);
         self.note_kind(slot);
         if !attached {
             self.siblings_mut(parent).push(slot);
@@ -148,6 +156,7 @@ impl Scene {
         self.siblings_mut(object.parent).retain(|s| *s != slot);
         self.places.end(slot);
         self.slots[slot as usize].last = object.alias;
+        self.taken.remove(&slot);
         self.free.push_back(slot);
         self.reorder();
         true
@@ -259,7 +268,7 @@ impl Scene {
 
     /// Every slot that holds an object, scripts included, in order of slots.
     pub fn slots(&self) -> impl DoubleEndedIterator<Item = (u32, &Object)> {
-        self.slots.iter().enumerate().filter_map(|(i, s)| s.object.as_ref().map(|o| (i as u32, o)))
+        self.taken.iter().filter_map(|slot| Some((*slot, self.get(*slot)?)))
     }
 
     /// Objects without a parent.
@@ -333,6 +342,26 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A number that a script kept means nothing else for as many removals as the reference promises.
+    #[test]
+    fn numbers_come_again_late_and_in_order() {
+        let mut scene = Scene::default();
+        let mut new = |scene: &mut Scene| scene.add(0, "o", Isometry3::identity(), Data::Dummy(None)).unwrap();
+        let stays = new(&mut scene);
+        let first = new(&mut scene);
+        let id = scene.id(first);
+        scene.remove(first);
+        for _ in 1..FREE_NUMBERS {
+            let slot = new(&mut scene);
+            assert_ne!(slot, first);
+            scene.remove(slot);
+        }
+        assert!(scene.resolve(id).is_err() && scene.resolve(first.into()).is_err());
+        assert_eq!((new(&mut scene), new(&mut scene)), (first, FREE_NUMBERS as u32 + 2));
+        let all: Vec<u32> = scene.slots().map(|(slot, _)| slot).collect();
+        assert_eq!(all, [stays, first, FREE_NUMBERS as u32 + 2]);
+    }
 
     #[test]
     fn each_tree_comes_as_a_whole_and_parents_come_before_children() {

@@ -27,6 +27,8 @@ pub(crate) struct Subscription {
 pub(crate) struct Bus {
     /// Published and not delivered, in order.
     pub queue: RefCell<VecDeque<(Rc<str>, Value)>>,
+    /// Bytes of what scripts have published since the queue was empty.
+    waiting: Cell<u64>,
     /// In the order in which they were made.
     pub subscriptions: RefCell<Vec<Subscription>>,
     pub last: Cell<u64>,
@@ -55,6 +57,13 @@ impl Bus {
     /// Whether a script of this instance does.
     pub fn has_of(&self, instance: u64) -> bool {
         self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| s.handler >> 32 == instance))
+    }
+    /// Whether so many bytes more may wait.
+    pub fn has_room(&self, bytes: u64, room: u64) -> bool {
+        let before = if self.queue.try_borrow().is_ok_and(|q| q.is_empty()) { 0 } else { self.waiting.get() };
+        let fits = before.saturating_add(bytes) <= room;
+        self.waiting.set(if fits { before + bytes } else { before });
+        fits
     }
     /// Keeps an event until the next delivery.
     pub fn push(&self, name: &str, payload: Value) {

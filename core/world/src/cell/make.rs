@@ -2,7 +2,6 @@
 
 use std::{
     cell::{Cell, RefCell},
-    collections::BTreeMap,
     sync::Arc,
 };
 
@@ -16,7 +15,7 @@ use tatu_scene::{
 use super::{clock::Clock, stand_ins::StandIns, swap::Swap};
 use crate::{
     actuators::Actuators,
-    cell::{CallbackMask, Calls, Outside, Scripts, WorldCell},
+    cell::{CallbackMask, Calls, Noted, Outside, Scripts, WorldCell},
     figures::Figures,
     sense::Sensing,
 };
@@ -40,7 +39,9 @@ impl WorldCell {
             actuators: RefCell::new(Actuators::default()),
             scripts: RefCell::new(Scripts::default()),
             callback_mask: CallbackMask::default(),
-            signals: RefCell::new(BTreeMap::new()),
+            signals: RefCell::default(),
+            noted: Noted::default(),
+            line_bytes: Cell::new(0),
             calls: Calls::new(),
             phase: Cell::default(),
             over: Cell::new(false),

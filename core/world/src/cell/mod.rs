@@ -7,7 +7,8 @@
 //! - `script_worker`: what a thread sees of the world while it runs scripts in parallel;
 //! - `events`: what has been published; `report`: lines and faults;
 //! - `outside`, `session`, `service`, `input_log`, `wake`: services, and what came in;
-//! - `swap`: what a reload exchanges; `stand_ins`: objects made for scripts that ask for them.
+//! - `stores`: how much scripts may leave in a world; `swap`: what a reload exchanges; `stand_ins`: objects made for scripts
+//!   that ask for them.
 
 mod arena;
 mod calls;
@@ -27,6 +28,7 @@ mod scripts;
 mod service;
 mod session;
 pub(crate) mod stand_ins;
+mod stores;
 mod swap;
 mod waits;
 mod wake;
@@ -53,6 +55,7 @@ pub(crate) use scripts::{ExitRequest, Script, Scripts};
 pub(crate) use service::Running;
 pub(crate) use session::SessionCell;
 pub use stand_ins::{StandIn, Wish};
+pub(crate) use stores::{Noted, Signals, bytes_of};
 pub(crate) use waits::{Due, Owner, Wait, Waits, parse as parse_wait};
 pub(crate) use wake::Wake;
 pub(crate) use world::{Instance, Signal, WorldCell};

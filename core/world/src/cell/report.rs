@@ -83,6 +83,21 @@ impl WorldCell {
         }
         self.tell_line(level, text);
         let Ok(mut lines) = self.lines.try_borrow_mut() else { return };
+        if lines.is_empty() {
+            self.line_bytes.set(0);
+        }
+        let bytes = self.line_bytes.get().saturating_add(text.len() as u64);
+        if bytes > self.store_room() {
+            if self.line_bytes.replace(u64::MAX) != u64::MAX {
+                let text = format!(
+                    "the lines of one step take more than {} MB, the memory that scripts may use: the rest is left out",
+                    self.store_room() >> 20
+                );
+                lines.push(LogLine { level: TATU_LOG_WARNING, code: None, text });
+            }
+            return;
+        }
+        self.line_bytes.set(bytes);
         match lines.len() {
             0..MAX_LINES => lines.push(LogLine { level, code: None, text: text.to_owned() }),
             MAX_LINES => lines.push(LogLine {

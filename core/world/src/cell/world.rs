@@ -6,7 +6,6 @@
 use std::{
     borrow::Cow,
     cell::{Cell, RefCell},
-    collections::BTreeMap,
     ffi::c_void,
     sync::Arc,
 };
@@ -28,7 +27,7 @@ use super::{clock::Clock, phase::Phase, stand_ins::StandIns, swap::Swap};
 use crate::{
     actuators::Actuators,
     cell::{
-        CallbackMask, Calls, Due, Outside, Scripts,
+        CallbackMask, Calls, Due, Noted, Outside, Scripts, Signals,
         report::LogLine,
         script_worker::{self, ScriptWorker, WorkerView},
     },
@@ -64,7 +63,10 @@ pub(crate) struct WorldCell {
     pub scripts: RefCell<Scripts>,
     /// What there has been among its scripts, so that nobody looks for the rest in all of them.
     pub callback_mask: CallbackMask,
-    pub signals: RefCell<BTreeMap<(u32, Vec<u8>), Signal>>,
+    pub signals: RefCell<Signals>,
+    pub noted: Noted,
+    /// Bytes of the lines that are kept; all bits: they take too much, which was told.
+    pub line_bytes: Cell<u64>,
     pub calls: Calls,
     pub clock: Clock,
     pub phase: Cell<Phase>,

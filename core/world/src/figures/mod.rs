@@ -55,6 +55,10 @@ impl Figures {
             _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("object {slot} `{}` is no graph", scene.path(slot)))),
         }
     }
+    /// What all items take, roughly.
+    pub fn bytes(&self) -> u64 {
+        self.drawings.values().map(|d| (d.items.len() * (8 * d.stride() + 32)) as u64).sum()
+    }
     /// Adds a drawing; its number, from 1.
     pub fn draw(&mut self, drawing: Drawing) -> Result<i64, Refusal> {
         if self.drawings.len() >= MOST_DRAWINGS {

@@ -11,7 +11,10 @@ use tatu_plugins::{
 };
 
 use super::{Done, busy, on};
-use crate::{cell::WorldCell, scripts};
+use crate::{
+    cell::{WorldCell, bytes_of},
+    scripts,
+};
 
 pub static TABLE: tatu_host_events = tatu_host_events {
     size: size_of::<tatu_host_events>() as u32,
@@ -42,6 +45,9 @@ unsafe extern "C" fn publish(w: *mut tatu_world, name: tatu_str, payload: *const
                 return Ok(());
             }
             match if nothing { Ok(Value::Nil) } else { payload.to_value() } {
+                Ok(value) if !world.outside.bus.has_room(bytes_of(&value), world.store_room()) => {
+                    return Err(world.no_room("events"));
+                }
                 Ok(value) => world.outside.publish(&name, || value),
                 Err(e) => return Err(world.calls.refuse(e.code(), e.text())),
             }

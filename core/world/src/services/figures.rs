@@ -140,9 +140,18 @@ unsafe extern "C" fn put(
             let numbers =
                 if numbers.is_null() || n == 0 { &[][..] } else { std::slice::from_raw_parts(numbers, n as usize) };
             let owner = if object == 0 { 0 } else { full(world, object)? };
+            let room = world.store_room();
             let count = with(world, |scene, all| {
                 if owner == 0 {
                     all.remove_orphans(scene);
+                    if !numbers.is_empty() && all.bytes() + 8 * numbers.len() as u64 > room {
+                        let text = format!(
+                            "drawings of the scene would take more than {} MB, the memory that its scripts may use: remove \
+                             items, or raise `budget.memory_mb` of the scene",
+                            room >> 20
+                        );
+                        return Err(Refusal(TATU_ERR_SPACE, text));
+                    }
                     let Some(drawing) = all.drawings.get_mut(&id) else { return missing("drawing", id) };
                     if numbers.is_empty() {
                         drawing.items.clear();

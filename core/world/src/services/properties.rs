@@ -127,6 +127,7 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         .map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {e}", row.info().key)))?;
     if row == Row::WorldNotes {
         let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        world.check_notes(&scene, 0, &value)?;
         scene.notes = tatu_scene::notes(&value).map_err(|r| refusal(world, r))?;
         return Ok(());
     }
@@ -140,6 +141,9 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
     let set = || {
         let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
         let slot = slot(world, &scene, object)?;
+        if row == Row::Notes {
+            world.check_notes(&scene, slot, &value)?;
+        }
         let changed = tatu_scene::set(&mut scene, slot, row, &value).map_err(|r| refusal(world, r))?;
         Ok((slot, changed))
     };

@@ -41,8 +41,10 @@ unsafe extern "C" fn set(w: *mut tatu_world, kind: u32, name: tatu_str, value: *
                 Ok(v) => {
                     let mut signals = world.signals.try_borrow_mut().map_err(|_| busy(world))?;
                     let of_run = crate::cell::Scripts::caller_is_of_run(world);
-                    signals.insert((kind, name.to_vec()), Signal { value: v, of_run });
-                    Ok(())
+                    match signals.set((kind, name.to_vec()), Signal { value: v, of_run }, world.store_room()) {
+                        true => Ok(()),
+                        false => Err(world.no_room("signals")),
+                    }
                 }
                 Err(e) => Err(world.calls.refuse(e.code(), e.text())),
             }

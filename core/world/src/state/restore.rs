@@ -1,6 +1,6 @@
 //! Into a world: a snapshot, or a replay of the run that led to it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::safe::Value;
@@ -173,7 +173,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
         .signals
         .into_iter()
         .map(|(kind, name, v, of_run)| ((kind, name), Signal { value: v.into(), of_run }))
-        .collect::<BTreeMap<_, _>>();
+        .collect();
     cell.calls.waits.borrow_mut().restore(image.waits);
     *cell.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
     // What starting told has been told by the run that wrote the snapshot.

@@ -1,0 +1,69 @@
+//! What scripts leave in a world has room, and what does not fit is an error of the script.
+
+use crate::kit::*;
+
+/// A script that does this 100 times a step, in a world with little memory; what it was told.
+fn greedy(body: &str) -> Done {
+    let script = format!(
+        "big = ('x'):rep(1000000)\nfunction sysCall_init() me = sim.getObject('.') n = 0 end\n\
+         function sysCall_actuation()\n  for i = 1, 100 do n = n + 1\n{body}\nend\nend"
+    );
+    let place = Place::scene(&format!("budget.memory_mb = 8\n{}", watcher("d", &script)));
+    place.run(&["--steps", "3"])
+}
+
+#[track_caller]
+fn refused(body: &str, words: &str) {
+    let errors = greedy(body).errors();
+    let text = errors.iter().map(|e| e["message"].as_str().unwrap()).collect::<Vec<_>>().join("\n");
+    assert!(text.contains(words) && text.contains("more than 8 MB"), "{text}");
+    assert!(errors[0]["line"].is_u64(), "{errors:?}");
+}
+
+#[test]
+fn what_scripts_leave_has_room() {
+    refused("sim.setStringSignal('s' .. n, big)", "signals of the scene");
+    refused("sim.writeCustomDataBlock(sim.createDummy(0.01), 'tag', big)", "custom data of the scene");
+    refused("sim.writeCustomDataBlock(me, 'tag' .. n, big)", "custom data of the scene");
+    refused(
+        "d = d or sim.addDrawingObject(sim.drawing_lines, 1, 0, -1, 1000000)\n\
+         for k = 1, 1000 do sim.addDrawingObjectItem(d, {n, k, 0, 1, 1, 1}) end",
+        "drawings of the scene",
+    );
+    refused("if n == 1 then tatu.on('a.b', function() end) end tatu.emit('a.b', {text = big})", "events of the scene");
+}
+
+#[test]
+fn what_is_replaced_or_removed_makes_room() {
+    for body in [
+        "sim.setStringSignal('s', big .. n)",
+        "sim.setStringSignal('s' .. n, big) sim.clearStringSignal('s' .. n)",
+        "sim.writeCustomDataBlock(me, 'tag', big)",
+        "local d = sim.createDummy(0.01) sim.writeCustomDataBlock(d, 'tag', big) sim.removeObjects({d})",
+    ] {
+        greedy(body).good();
+    }
+}
+
+#[test]
+fn lines_that_take_too_much_are_left_out() {
+    let done = greedy("print(big .. n)").good();
+    assert!(done.err.len() < 60_000_000, "{} bytes", done.err.len());
+    done.tells(&["the lines of one step take more than 8 MB"]);
+}
+
+/// As many removals as the reference promises: an old number is an error, and never another object.
+#[test]
+fn a_number_that_was_kept_does_not_become_another_object() {
+    let script = "
+        function sysCall_init() old = sim.createDummy(0.01) sim.removeObjects({old}) end
+        function sysCall_actuation()
+          for i = 1, 3000 do
+            local new = sim.createDummy(0.01)
+            assert(new ~= old)
+            sim.removeObjects({new})
+          end
+          assert(not sim.isHandle(old))
+        end";
+    Place::scene(&watcher("d", script)).run(&["--steps", "4"]).good();
+}
