@@ -44,7 +44,8 @@ pub struct Changes {
     #[arg(long = "set", value_name = "PATH=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
     /// Let scripts reach beyond the run: `exec` starts programs, `native` loads libraries. Such a run cannot be repeated.
-    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["exec", "native"])]
+    /// `plugins`: load plugins from the folders that the scene names.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["exec", "native", "plugins"])]
     pub allow: Vec<String>,
     /// Put a script in place of an object's own: `/Robot=my_controller.lua`. With `--stand-ins`: the script to run.
     #[arg(long = "script", value_name = "[OBJECT=]FILE")]
@@ -202,6 +203,9 @@ pub struct List {
     /// A scene whose plugin folders are searched too.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
+    /// `plugins`: load those in the folders that the scene names.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["plugins"])]
+    pub allow: Vec<String>,
     /// As a JSON array.
     #[arg(long)]
     pub json: bool,
@@ -221,6 +225,9 @@ pub struct Describe {
     /// A scene whose plugin folders are searched too.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
+    /// `plugins`: load those in the folders that the scene names.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["plugins"])]
+    pub allow: Vec<String>,
     /// In JSON.
     #[arg(long)]
     pub json: bool,
@@ -287,7 +294,8 @@ impl Changes {
             seed: self.seed,
             set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_, _>>()?,
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_, _>>()?,
-            allow: self.allow.clone(),
+            // Plugins concern what is loaded, not what scripts may do.
+            allow: self.allow.iter().filter(|a| *a != "plugins").cloned().collect(),
             services: services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_, _>>()?,
             ..Default::default()
         })

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use tatu_core::{Graph, World, errors::Error};
+use tatu_core::{Graph, World, errors::Error, state::write_whole};
 
 use crate::plot;
 
@@ -27,7 +27,7 @@ pub fn write(world: &World, dir: &Path) -> Vec<Error> {
     for graph in figures.graphs.values() {
         let file = |ending: &str| -> PathBuf { dir.join(format!("{}.{ending}", file_name(&graph.name))) };
         let (csv, png) = (file("csv"), file("png"));
-        if let Err(e) = fs::write(&csv, table(graph)) {
+        if let Err(e) = write_whole(&csv, table(graph).as_bytes()) {
             failed.push(told(&csv, e.to_string()));
         }
         if let Err(e) = plot::draw(graph, &png) {

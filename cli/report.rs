@@ -74,7 +74,11 @@ fn print(e: &Error, level: Level<'_>) {
         level.primary_title(e.text.as_str()).id(e.code).elements(Vec::<annotate_snippets::Element<'_>>::new());
     if let Some((place, text)) = &source {
         let end = place.span.end.min(text.len()).max(place.span.start.min(text.len()));
-        let span = place.span.start.min(end)..end;
+        // Where only the line is known, the whole line is meant.
+        let span = match place.span.is_empty() && place.span.start == 0 {
+            true => line_of(text, place.line),
+            false => place.span.start.min(end)..end,
+        };
         let label = e.expected.as_deref().filter(|x| x.len() <= 60).map(|x| format!("expected {x}"));
         let annotation = AnnotationKind::Primary.span(span);
         let annotation = match &label {
@@ -92,6 +96,16 @@ fn print(e: &Error, level: Level<'_>) {
     }
     let renderer = if std::io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
     crate::report::err!("{}\n", renderer.render(&[group]));
+}
+
+/// Longer lines, such as those of logs and traces, are not shown whole.
+const SHOWN_LINE: usize = 200;
+
+/// Where a line stands in a text.
+fn line_of(text: &str, line: usize) -> std::ops::Range<usize> {
+    let start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
+    let length = text[start..].lines().next().map_or(0, |l| l.chars().take(SHOWN_LINE).map(char::len_utf8).sum());
+    start..start + length
 }
 
 /// Takes what the host and its plugins tell outside of any world: services that say where they listen, for instance.

@@ -67,6 +67,25 @@ impl Wanted {
     }
 }
 
+/// Runs what goes on from a snapshot. The parts of one that was forged may be at odds with each other in ways that only show
+/// when they are used: a panic then is an error of the file.
+pub fn guarded<T>(path: &Path, run: impl FnOnce() -> Result<T>) -> Result<T> {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
+    std::panic::set_hook(usual);
+    done.unwrap_or_else(|payload| {
+        let why = payload.downcast_ref::<String>().map(String::as_str).or(payload.downcast_ref::<&str>().copied());
+        let text = format!(
+            "{}: the world of the snapshot cannot go on: its parts do not fit together ({})",
+            path.display(),
+            why.unwrap_or("without a text")
+        );
+        Err(Error::new("E501", text)
+            .help("write the snapshot again; if that does not help, this is a fault of the program"))
+    })
+}
+
 /// A world that goes on from a snapshot: restored, or replayed where something could not be captured.
 pub fn resume(path: &Path, document: Arc<Document>, registry: Arc<Registry>, threads: usize) -> Result<World> {
     let snapshot = Snapshot::read(path)?;

@@ -108,11 +108,11 @@ fn end(stuck: &Stuck, limit: f64, known: &Known) {
 
 /// Ends the process at once: what libraries want done at exit could hang just as well.
 #[cfg(unix)]
-fn leave(code: i32) {
+pub fn leave(code: i32) {
     // SAFETY: does not return, and runs nothing of this process.
     unsafe { libc::_exit(code) }
 }
 #[cfg(not(unix))]
-fn leave(code: i32) {
+pub fn leave(code: i32) {
     std::process::exit(code)
 }

@@ -14,7 +14,7 @@ use crate::{args::Check, report};
 /// Exit code 0 if it would, else 2.
 pub fn check(args: &Check) -> ExitCode {
     let options = args.changes.options(&[]).map(|o| Options { describe: args.json, ..o });
-    let world = super::registry(Some(&args.scene), &Sources::default()).and_then(|registry| {
+    let world = super::registry(Some(&args.scene), &Sources::default(), &args.changes.allow).and_then(|registry| {
         let document = super::load(&args.scene, &options?, &registry)?;
         let described = args.json.then(|| described(args, &document));
         let world = World::new(document, registry)?;

@@ -49,7 +49,7 @@ fn compare(a: &Path, b: &Path) -> Result<Option<String>, Error> {
                 return Ok(Some(format!("equal for {steps} steps; then {shorter} ends, and {longer} goes on")));
             }
         };
-        if let Some(text) = differ(&one, &other) {
+        if let Some(text) = differ(&one, &other).or_else(|| other_key(&one, &other)) {
             return Ok(Some(text));
         }
         steps += u64::from(!ends(&one));
@@ -136,6 +136,20 @@ fn differ(a: &Value, b: &Value) -> Option<String> {
     }
     let told = ["statusbar", "console"].into_iter().find(|key| a[*key] != b[*key])?;
     Some(format!("{at}: the scripts' lines ({told}): {} and {}", a[told], b[told]))
+}
+
+/// What differs beside the fields that are compared in words. One trace may lack hashes of objects that the other has.
+fn other_key(a: &Value, b: &Value) -> Option<String> {
+    let (a, b) = (a.as_object()?, b.as_object()?);
+    let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+    let differs = |key: &&&String| {
+        let (x, y) = (a.get(**key), b.get(**key));
+        x != y && (key.as_str() != "hashes" || x.is_some() && y.is_some())
+    };
+    let key = keys.iter().find(differs)?;
+    let show = |v: Option<&Value>| v.map_or("nothing".to_owned(), Value::to_string);
+    let at = format!("step {} (t = {} s)", a["step"], a["time"]);
+    Some(format!("{at}: `{key}`: {} and {}", show(a.get(*key)), show(b.get(*key))))
 }
 
 /// The first key, in order of names, whose values differ: an object comes before what hangs below it.

@@ -16,7 +16,7 @@ use crate::{
 
 /// Prints the list.
 pub fn list(args: &List) -> ExitCode {
-    let registry = match super::registry(args.scene.as_deref(), &Default::default()) {
+    let registry = match super::registry(args.scene.as_deref(), &Default::default(), &args.allow) {
         Ok(r) => r,
         Err(e) => {
             report::error(&e);

@@ -23,14 +23,15 @@ fn built() -> Vec<&'static str> {
 }
 
 /// Loads every plugin that can be found, for a scene or for a list.
-pub fn registry(scene: Option<&Path>, sources: &Sources) -> Result<Arc<Registry>, Error> {
-    registry_watched(scene, sources, Watches::default(), None)
+pub fn registry(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Result<Arc<Registry>, Error> {
+    registry_watched(scene, sources, allow, Watches::default(), None)
 }
 
 /// The same under a watchdog; libraries are opened as copies if a folder for these is given.
 pub fn registry_watched(
     scene: Option<&Path>,
     sources: &Sources,
+    allow: &[String],
     watches: Watches,
     copies: Option<Copies>,
 ) -> Result<Arc<Registry>, Error> {
@@ -39,13 +40,49 @@ pub fn registry_watched(
     let mut search = Search::standard(exe.as_deref(), environment.as_deref(), &built());
     search.copies = copies.map(Arc::new);
     if let Some(scene) = scene {
-        document::plugin_folders(scene, sources)?.into_iter().for_each(|f| search.add_scene_folder(f));
+        for folder in document::plugin_folders(scene, sources)? {
+            let known = search.folders.iter().any(|(f, _)| same_folder(f, &folder));
+            let mut own = Search { built: search.built.clone(), ..Search::default() };
+            own.add_scene_folder(folder.clone());
+            // A folder without libraries runs nothing.
+            if !known && !own.candidates().is_empty() && !allow.iter().any(|a| a == "plugins") && !trusted(&folder) {
+                return Err(untrusted(scene, &folder));
+            }
+            search.add_scene_folder(folder);
+        }
     }
     let registry = Registry::load_watched(search, tatu_core::host_tables(), watches);
     registry.refused.iter().for_each(report::warning);
     registry.notes.iter().for_each(|n| report::note(n));
     missing(&registry);
     Ok(Arc::new(registry))
+}
+
+fn same_folder(a: &Path, b: &Path) -> bool {
+    a == b || a.canonicalize().ok().is_some_and(|a| b.canonicalize().is_ok_and(|b| a == b))
+}
+
+/// Whether a folder is one of those that TATU_TRUST names, or below one.
+fn trusted(folder: &Path) -> bool {
+    let (Some(all), Ok(folder)) = (std::env::var_os("TATU_TRUST"), folder.canonicalize()) else { return false };
+    // A relative name would mean another folder wherever the program is started.
+    std::env::split_paths(&all)
+        .filter(|p| p.is_absolute())
+        .any(|p| p.canonicalize().is_ok_and(|p| folder.starts_with(p)))
+}
+
+/// A scene that would run code which is no script of it.
+fn untrusted(scene: &Path, folder: &Path) -> Error {
+    let shown = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let text = format!(
+        "{} wants to load plugins from {}: native code, which can do whatever you can",
+        scene.display(),
+        shown.display()
+    );
+    Error::new("E312", text).help(
+        "if you trust the folder, add `--allow plugins`, or name it once for all runs in the environment: \
+         TATU_TRUST=/absolute/folder",
+    )
 }
 
 /// Ends the plugins, which no world uses any more; whether all went well.

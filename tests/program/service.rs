@@ -48,6 +48,7 @@ impl Running {
             .args(args)
             .current_dir(place.path())
             .env_remove("TATU_PLUGIN_PATH")
+            .env("TATU_TRUST", place.path())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -414,7 +415,7 @@ fn signals_end_a_held_run_in_order() {
         let ended = run.end().good();
         assert!(ended.err.contains("3 steps"), "{}", ended.err);
         assert_eq!(ended.out, "begun\ncleaned up\n", "{signal}");
-        assert!(place.read("run.log").ends_with("{\"begun\":true,\"end\":3}\n"));
+        assert!(place.read("run.log").contains("{\"begun\":true,\"end\":3,"));
     }
 }
 
@@ -560,4 +561,57 @@ fn faults_are_told_to_those_who_want_events() {
     assert_eq!(client.receive()["step"], 1);
     client.ask(json!({ "request": "stop" }));
     assert_eq!(run.end().code, Some(1), "as in any run with an error");
+}
+
+/// A browser that a page tells to post to the port: its body would be commands.
+#[test]
+fn a_client_whose_first_line_is_no_message_is_refused() {
+    let place = arena();
+    let run = Running::start(&place, "", &["--seconds", "1000000", "--log", "run.log"]);
+    let mut page = run.client();
+    page.send_bytes(b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n{\"id\":1,\"request\":\"quit\"}\n");
+    let refused = page.receive();
+    assert!(refused["error"]["text"].as_str().unwrap().contains("the connection is closed"), "{refused}");
+    let mut client = run.client();
+    client.stepping();
+    assert_eq!(client.ask(json!({ "state": true }))["state"], "running");
+    client.ask(json!({ "request": "stop" }));
+    run.end().good();
+    assert!(!place.read("run.log").contains("quit"));
+}
+
+#[test]
+fn a_token_lets_clients_in() {
+    let place = arena();
+    let run = Running::start(&place, ",wait_for=1,token=open-sesame", &[]);
+    for first in [json!({ "request": "quit" }), json!({ "token": "sesame" })] {
+        let mut stranger = run.client();
+        let refused = stranger.ask(first);
+        assert!(refused["error"]["text"].as_str().unwrap().contains("token"), "{refused}");
+    }
+    let mut client = run.client();
+    assert!(client.ask(json!({ "token": "open-sesame" }))["result"].is_array());
+    client.stepping();
+    client.step(2);
+    client.ask(json!({ "request": "stop" }));
+    run.end().good();
+}
+
+/// The step cannot be done while time stands; the client's own next line lifts the pause.
+#[test]
+fn a_step_that_waits_in_a_pause_does_not_keep_the_start_away() {
+    let place = arena();
+    let run = Running::start(&place, ",wait_for=1", &[]);
+    let mut client = run.client();
+    client.stepping();
+    client.step(2);
+    client.ask(json!({ "request": "pause" }));
+    client.step(1);
+    let step = client.send(json!({ "step": 3 }));
+    let start = client.send(json!({ "request": "start" }));
+    let mut answered = vec![client.receive()["id"].as_u64().unwrap(), client.receive()["id"].as_u64().unwrap()];
+    answered.sort_unstable();
+    assert_eq!(answered, [step, start]);
+    client.ask(json!({ "request": "stop" }));
+    run.end().good();
 }

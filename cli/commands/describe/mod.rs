@@ -23,7 +23,7 @@ const WIDTH: usize = 100;
 
 /// Prints it; exit code 2 if there is no such id.
 pub fn describe(args: &Describe) -> ExitCode {
-    let registry = match super::registry(args.scene.as_deref(), &Sources::default()) {
+    let registry = match super::registry(args.scene.as_deref(), &Sources::default(), &args.allow) {
         Ok(r) => r,
         Err(e) => {
             report::error(&e);

@@ -1,13 +1,13 @@
 //! Pictures as PNG files.
 
-use std::{fs, io, path::Path};
+use std::{io, path::Path};
 
-use tatu_core::errors::Error;
+use tatu_core::{errors::Error, state::write_whole};
 use tatu_render::Picture;
 
 /// Writes a picture. What stands in the file before is only replaced by a whole one.
 pub fn write(path: &Path, picture: &Picture) -> Result<(), Error> {
-    encode(picture).and_then(|bytes| fs::write(path, bytes)).map_err(|e| {
+    encode(picture).and_then(|bytes| write_whole(path, &bytes)).map_err(|e| {
         let error = Error::new("E105", format!("cannot write {}: {e}", path.display()));
         error.help("is the folder there, and writable?")
     })

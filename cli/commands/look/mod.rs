@@ -37,7 +37,13 @@ pub fn look(args: &Look) -> ExitCode {
 fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
     let camera = camera(args)?;
     let options = args.changes.options(&[])?;
-    let registry = super::registry_watched(Some(&args.scene), &options.sources, watchdog.watches.clone(), None)?;
+    let registry = super::registry_watched(
+        Some(&args.scene),
+        &options.sources,
+        &args.changes.allow,
+        watchdog.watches.clone(),
+        None,
+    )?;
     let document = super::load(&args.scene, &options, &registry)?;
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = args.threads.map_or(all, usize::from);

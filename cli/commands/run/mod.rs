@@ -52,7 +52,12 @@ const DEFAULT_SECONDS: f64 = 10.0;
 /// Exit code 0; 1 if something went wrong during the run; 2 if nothing could be started.
 pub fn run(args: &Run) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, args.json);
-    match start(args, &watchdog).and_then(|ready| go(args, ready, &watchdog)) {
+    let run = || start(args, &watchdog).and_then(|ready| go(args, ready, &watchdog));
+    let done = match &args.from {
+        Some(snapshot) => state::guarded(snapshot, run),
+        None => run(),
+    };
+    match done {
         Ok(code) => code,
         Err(e) => {
             report::error(&e);
@@ -71,6 +76,8 @@ struct Ready {
     log: Option<LogFile>,
     /// Steps to run; `None`: until it is stopped.
     steps: Option<u64>,
+    /// Steps and hash at the end of the run that is replayed, if its log tells.
+    logged: Option<(u64, u64)>,
     /// The barrier after these belongs to the run: it is a replay of one that was ended there.
     one_more_barrier: bool,
     snapshots: Wanted,
@@ -87,7 +94,8 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     };
     let copies = args.reload.then(Copies::new).transpose()?;
     let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref()).map(PathBuf::as_path);
-    let registry = super::registry_watched(scene, &options.sources, watchdog.watches.clone(), copies)?;
+    let registry =
+        super::registry_watched(scene, &options.sources, &args.changes.allow, watchdog.watches.clone(), copies)?;
     let made;
     let mut values = replay.as_ref().and_then(|log| log.header.stand_ins.clone());
     let scene = match scene {
@@ -156,10 +164,11 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     };
     let reload = args.reload.then(|| Reload::new(scene, &options, &world));
     let one_more_barrier = args.steps.is_none() && args.seconds.is_none() && replay.as_ref().is_some_and(|l| l.begun);
+    let logged = replay.as_ref().and_then(|log| log.end.zip(log.hash));
     if let Some(log) = replay {
         world.feed(log.records.into());
     }
-    Ok(Ready { world, registry, session, log, steps, one_more_barrier, snapshots, reload })
+    Ok(Ready { world, registry, session, log, steps, logged, one_more_barrier, snapshots, reload })
 }
 
 fn no_scene() -> Error {
@@ -191,22 +200,23 @@ fn told_of(log: &file::Log, registry: &Registry) {
 const INTERRUPTED: i32 = 130;
 
 fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> {
-    let Ready { world, registry, session, log, steps, one_more_barrier, snapshots, mut reload } = ready;
+    let Ready { world, registry, session, log, steps, logged, one_more_barrier, snapshots, mut reload } = ready;
     let mut reloads = 0;
     let mut trace = Trace::open(args.trace.as_deref(), &args.watch, args.hashes, &world)?;
+    // Keys may come through a pipe that nobody writes to: until they are there Ctrl-C ends the program at once.
+    let mut pace = Pace::new(args, &world)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
     // The first Ctrl-C ends the run in order, the second at once: a step, a script or a pipe may never end. Without a handler
     // the first one ends the program, only not in order: nothing to tell.
     let _ = ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(INTERRUPTED);
+            crate::watchdog::leave(INTERRUPTED);
         }
     });
     if let Some(session) = &session {
         session.interrupt_by(interrupted.clone());
     }
-    let mut pace = Pace::new(args, &world)?;
     let bar = progress(args, steps);
     let mut clock = Clock::start();
     watchdog.begin(trace.shared());
@@ -255,6 +265,15 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     unwritten.extend(snapshots.unwritten(&world));
     unwritten.iter().chain(&undrawn).for_each(report::error);
     let (done, time, hash) = (world.steps(), world.time(), world.hash());
+    if let Some((_, then)) = logged.filter(|(steps, then)| *steps == done && *then != hash.total) {
+        let now = hash.total;
+        let text =
+            format!("the replay came out differently: hash {now:016x} after {done} steps, the log has {then:016x}");
+        report::lost(&Error::new("E504", text).help(
+            "replay it with the program, the plugins and the files that the run had; runs with `--allow`, `--reload` or \
+             threads of services that act on other things than commands cannot be repeated",
+        ));
+    }
     let objects = objects(&world, &hash);
     let opened = world.files_opened();
     let stand_ins = args.stand_ins.then(|| standins::told(&world));
@@ -273,7 +292,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     if let Err(e) = trace.close() {
         report::lost(&e);
     }
-    if let Some(Err(e)) = log.and_then(|log| log.take()).map(|log| log.end(done, begun, &opened)) {
+    if let Some(Err(e)) = log.and_then(|log| log.take()).map(|log| log.end(done, begun, &opened, hash.total)) {
         report::lost(&e);
     }
     let faults = world.faults();

@@ -347,7 +347,7 @@ mod tests {
     #[test]
     fn numbers_come_again_late_and_in_order() {
         let mut scene = Scene::default();
-        let mut new = |scene: &mut Scene| scene.add(0, "o", Isometry3::identity(), Data::Dummy(None)).unwrap();
+        let new = |scene: &mut Scene| scene.add(0, "o", Isometry3::identity(), Data::Dummy(None)).unwrap();
         let stays = new(&mut scene);
         let first = new(&mut scene);
         let id = scene.id(first);

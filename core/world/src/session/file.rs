@@ -3,6 +3,9 @@
 //! The first line is the [`Header`]: versions, what the command line changed, and the text of every file that the
 //! document was made of. Then one line per [`Record`]; at the end one that tells how many steps were done. Each line is
 //! handed to the system before what it tells is done, so that the log of a run that was killed can be used.
+//!
+//! Each line ends with a check of itself and of all lines before it, and the last one tells the hash of the world: lines
+//! that are lost, exchanged or edited are found. What is cut off at the end is not damage: the rest is replayed.
 
 use std::{
     fs::File,
@@ -21,7 +24,7 @@ use super::json;
 use crate::cell::{Input, REQUESTS, Record};
 
 /// Version of the format.
-const FORMAT: u64 = 1;
+const FORMAT: u64 = 2;
 
 /// What a replay needs beside the records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -166,6 +169,26 @@ fn versions(registry: &Registry) -> Vec<PluginVersion> {
 pub struct Writer {
     file: BufWriter<File>,
     path: PathBuf,
+    /// Of all lines so far.
+    check: u64,
+}
+
+/// What stands between a line and its check.
+const CHECK: &str = ",\"check\":\"";
+
+/// The check of a line, which is given without its closing brace and without the check itself.
+fn check_of(before: u64, line: &[u8]) -> u64 {
+    xxhash_rust::xxh3::xxh3_64_with_seed(line, before)
+}
+
+/// The check of a line of a file, if it is the right one.
+fn verified(before: u64, line: &[u8]) -> Option<u64> {
+    let rest = line.strip_suffix(b"\"}")?;
+    let (rest, digits) = rest.split_at_checked(rest.len().checked_sub(16)?)?;
+    let found = u64::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok()?;
+    let right = check_of(before, rest.strip_suffix(CHECK.as_bytes())?);
+    // Capitals would be read as the same number.
+    (found == right && !digits.iter().any(u8::is_ascii_uppercase)).then_some(right)
 }
 
 impl Writer {
@@ -173,7 +196,7 @@ impl Writer {
     pub fn create(path: &Path, header: &Header) -> Result<Self> {
         let file = File::create(path)
             .map_err(|e| Error::new("E105", format!("cannot write the input log {}: {e}", path.display())))?;
-        let mut writer = Writer { file: BufWriter::new(file), path: path.to_owned() };
+        let mut writer = Writer { file: BufWriter::new(file), path: path.to_owned(), check: 0 };
         writer.line(&json!(header))?;
         writer.flush()?;
         Ok(writer)
@@ -184,9 +207,9 @@ impl Writer {
         self.flush()
     }
     /// Ends it: so many steps were done; `begun`: and the barrier after them had begun; `opened`: these files were read
-    /// meanwhile and are not in the log.
-    pub fn end(mut self, steps: u64, begun: bool, opened: &[String]) -> Result {
-        let mut line = json!({ "end": steps, "begun": begun });
+    /// meanwhile and are not in the log; `hash`: the world's total after the last step.
+    pub fn end(mut self, steps: u64, begun: bool, opened: &[String], hash: u64) -> Result {
+        let mut line = json!({ "end": steps, "begun": begun, "hash": format!("{hash:016x}") });
         if !opened.is_empty() {
             line["opened"] = json!(opened);
         }
@@ -194,7 +217,10 @@ impl Writer {
         self.flush()
     }
     fn line(&mut self, line: &Json) -> Result {
-        writeln!(self.file, "{line}").map_err(|e| self.failed(&e))
+        let text = line.to_string();
+        let open = text.strip_suffix('}').unwrap_or(&text);
+        self.check = check_of(self.check, open.as_bytes());
+        writeln!(self.file, "{open}{CHECK}{:016x}\"}}", self.check).map_err(|e| self.failed(&e))
     }
     fn flush(&mut self) -> Result {
         self.file.flush().map_err(|e| self.failed(&e))
@@ -239,6 +265,8 @@ pub struct Log {
     pub begun: bool,
     /// Files that were read while it ran, which the log does not hold: a replay reads them from the disk.
     pub opened: Vec<String>,
+    /// Hash of the world after the last step.
+    pub hash: Option<u64>,
     /// Its last line is cut off, and left out.
     pub cut: bool,
 }
@@ -277,10 +305,22 @@ pub fn read(path: &Path) -> Result<Log> {
             return Err(wrong(1, text).help("write one with `tatu run SCENE --log FILE`"));
         }
     }
+    let changed = |line: usize| {
+        let text = match line {
+            1 => "the header of the input log is damaged: it was edited, or bytes in it were changed".to_owned(),
+            n => format!(
+                "the input log is damaged at line {n}: it was changed, or lines before it are missing or in another order"
+            ),
+        };
+        wrong(line, text)
+            .help("copy the log again from where it is whole, or write it again with `tatu run SCENE --log FILE`")
+    };
+    let mut check = verified(0, first).ok_or_else(|| changed(1))?;
     let header =
         serde_json::from_slice(first).map_err(|e| wrong(1, format!("the input log's header is damaged: {e}")))?;
-    let mut log = Log { header, records: Vec::new(), end: None, begun: true, opened: Vec::new(), cut };
+    let mut log = Log { header, records: Vec::new(), end: None, begun: true, opened: Vec::new(), hash: None, cut };
     for (i, line) in lines.iter().enumerate().skip(1) {
+        check = verified(check, line).ok_or_else(|| changed(i + 1))?;
         let json: Json = serde_json::from_slice(line)
             .map_err(|e| wrong(i + 1, format!("this line of the input log is damaged: {e}")))?;
         if let Some(steps) = json.get("end").and_then(Json::as_u64) {
@@ -288,6 +328,7 @@ pub fn read(path: &Path) -> Result<Log> {
             let opened = json["opened"].as_array().into_iter().flatten();
             log.opened = opened.filter_map(|f| f.as_str().map(str::to_owned)).collect();
             log.begun = json["begun"].as_bool().unwrap_or(true);
+            log.hash = json["hash"].as_str().and_then(|h| u64::from_str_radix(h, 16).ok());
             continue;
         }
         let record = record(&json).filter(|_| log.end.is_none()).ok_or_else(|| {

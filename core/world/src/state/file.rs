@@ -1,6 +1,6 @@
 //! The file of a snapshot: magic, format, checksum, head, sections.
 
-use std::{io::Write, path::Path};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use tatu_errors::{Error, Result};
@@ -114,15 +114,7 @@ impl Snapshot {
     pub fn write(&self, path: &Path) -> Result {
         let bytes = self.to_bytes()?;
         let fail = |e: std::io::Error| Error::new("E105", format!("cannot write the snapshot {}: {e}", path.display()));
-        let mut part = path.as_os_str().to_owned();
-        part.push(".part");
-        let part = std::path::PathBuf::from(part);
-        let written = std::fs::File::create(&part).and_then(|mut f| f.write_all(&bytes));
-        written.and_then(|()| std::fs::rename(&part, path)).map_err(|e| {
-            // What is left of it is of no use.
-            let _ = std::fs::remove_file(&part);
-            fail(e)
-        })
+        super::write_whole(path, &bytes).map_err(fail)
     }
 
     /// Reads a file.

@@ -4,7 +4,7 @@
 //! - [`Snapshot`]: everything that decides the future, as a file (`file`);
 //! - `snapshot`, `restore`: out of a world, and into one;
 //! - `image`: the parts of a world as they stand in the file;
-//! - `document`: which scene a snapshot is of.
+//! - `document`: which scene a snapshot is of; `whole`: files that are written as a whole.
 //!
 //! A world whose state a plugin cannot write comes back by *replay*: a new world of the same scene runs to the step.
 
@@ -14,6 +14,7 @@ mod hash;
 mod image;
 pub(crate) mod restore;
 mod snapshot;
+mod whole;
 
 pub use crate::instances::Missed;
 pub use document::fingerprint;
@@ -21,3 +22,4 @@ pub use file::{Head, Snapshot};
 pub use hash::Hash;
 pub(crate) use hash::{hash, hash_of};
 pub(crate) use snapshot::take;
+pub use whole::write_whole;

@@ -42,6 +42,8 @@ struct Shared {
     /// Connected since the last look, in order.
     new: Mutex<Vec<Client>>,
     stopping: AtomicBool,
+    /// What each client says first; empty: nothing.
+    token: String,
 }
 
 /// One connection.
@@ -67,13 +69,13 @@ struct Link {
 
 impl Listener {
     /// Listens on a port of this machine; 0: any.
-    pub fn open(port: u16, session: Session) -> Result<Self> {
+    pub fn open(port: u16, token: String, session: Session) -> Result<Self> {
         let socket = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
         })?;
         let address = socket.local_addr().map_err(|e| Fail::new(format!("the socket has no address: {e}")))?;
         session.log(TATU_LOG_INFO, &format!("jsonl: listening on {address}"));
-        let shared = Arc::new(Shared { session, new: Mutex::default(), stopping: AtomicBool::new(false) });
+        let shared = Arc::new(Shared { session, new: Mutex::default(), stopping: AtomicBool::new(false), token });
         let inside = shared.clone();
         let thread = thread::Builder::new().name("jsonl".into()).spawn(move || listen(&socket, &inside));
         let thread = thread.map_err(|e| Fail::new(format!("cannot start a thread: {e}")))?;
@@ -114,7 +116,7 @@ fn listen(socket: &TcpListener, shared: &Shared) {
             return;
         }
         number += 1;
-        match Client::new(number, stream, shared.session) {
+        match Client::new(number, stream, shared) {
             Ok(client) => shared.new.lock().unwrap_or_else(PoisonError::into_inner).push(client),
             Err(e) => shared.session.log(TATU_LOG_WARNING, &format!("jsonl: client {number}: {e}")),
         }
@@ -123,7 +125,8 @@ fn listen(socket: &TcpListener, shared: &Shared) {
 }
 
 impl Client {
-    fn new(number: u64, stream: TcpStream, session: Session) -> std::io::Result<Self> {
+    fn new(number: u64, stream: TcpStream, shared: &Shared) -> std::io::Result<Self> {
+        let (session, token) = (shared.session, shared.token.clone());
         stream.set_nodelay(true)?;
         stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
         let (queue, lines) = sync_channel(QUEUE);
@@ -134,7 +137,7 @@ impl Client {
         let inside = link.clone();
         let writer = named("writer").spawn(move || write(writing, &waiting, &inside, session))?;
         let inside = link.clone();
-        let reader = named("reader").spawn(move || read(reading, &queue, &inside, session))?;
+        let reader = named("reader").spawn(move || read(reading, &queue, &inside, session, &token))?;
         Ok(Client { number, lines, link, replies, threads: [reader, writer] })
     }
     /// The next line, if one waits.
@@ -183,8 +186,10 @@ fn write(mut stream: TcpStream, waiting: &Receiver<Vec<u8>>, link: &Link, sessio
     session.wake();
 }
 
-/// Puts lines into the queue until the client ends.
-fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: Session) {
+/// Puts lines into the queue until the client ends. One whose first line is no message is refused: a web page can make a
+/// browser send its own lines to any port, but not without the head of a request before them.
+fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: Session, token: &str) {
+    let mut first = true;
     let mut stream = BufReader::with_capacity(64 << 10, stream);
     let mut line = Vec::new();
     loop {
@@ -201,7 +206,9 @@ fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: Se
             Ok(_) if line.trim_ascii().is_empty() => continue,
             Ok(_) => Message::parse(line.trim_ascii()),
         };
-        if queue.send(message).is_err() {
+        let refused = std::mem::take(&mut first).then(|| message.refusal(token)).flatten();
+        let over = refused.is_some();
+        if queue.send(refused.unwrap_or(message)).is_err() || over {
             break;
         }
         session.wake();

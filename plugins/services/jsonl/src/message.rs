@@ -25,6 +25,8 @@ pub enum Ask {
     Events(bool),
     /// Which world is meant from now on.
     World(usize),
+    /// The word that lets a client in.
+    Token(String),
 }
 
 /// A line: the client's own number for it, and what it asks for or what is wrong with it.
@@ -32,26 +34,44 @@ pub enum Ask {
 pub struct Message {
     pub id: Json,
     pub ask: Result<Ask>,
+    /// It is no JSON object at all.
+    pub no_json: bool,
 }
 
-/// Keys, of which a message has exactly one beside `id` and `args`.
 /// Most steps that a client may ask for at once: at 20 steps a second a year and a half.
 const MOST_STEPS: u64 = 1_000_000_000;
 
-const ASKS: [&str; 7] = ["call", "stepping", "step", "request", "state", "events", "world"];
+/// Keys, of which a message has exactly one beside `id` and `args`.
+const ASKS: [&str; 8] = ["call", "stepping", "step", "request", "state", "events", "world", "token"];
 
 impl Message {
     /// Reads a line.
     pub fn parse(line: &[u8]) -> Message {
         let json: Json = match serde_json::from_slice(line) {
             Ok(json) => json,
-            Err(e) => return Message::wrong(Fail::argument(format!("no JSON: {e}"))),
+            Err(e) => return Message { no_json: true, ..Message::wrong(Fail::argument(format!("no JSON: {e}"))) },
         };
-        Message { id: json.get("id").cloned().unwrap_or_default(), ask: ask(&json) }
+        Message { id: json.get("id").cloned().unwrap_or_default(), ask: ask(&json), no_json: !json.is_object() }
+    }
+    /// Why a client is refused whose first line this is. `token`: what it has to say; empty: nothing.
+    pub fn refusal(&self, token: &str) -> Option<Message> {
+        let text = match &self.ask {
+            Ok(Ask::Token(said)) if said == token || token.is_empty() => return None,
+            Ok(_) if !token.is_empty() => "this service asks for a token first",
+            Err(fail) if self.no_json => {
+                let fail = Fail::argument(format!("the first line is {}: the connection is closed", fail.text()));
+                return Some(Message::wrong(fail.help("send one JSON object a line; this is no web server")));
+            }
+            _ => return None,
+        };
+        let fail = Fail::argument(format!("{text}: the connection is closed"));
+        let fail =
+            fail.help("send {\"token\": \"...\"} as the first line, with the word that the service was started with");
+        Some(Message { id: self.id.clone(), ask: Err(fail), no_json: false })
     }
     /// What is wrong with a line whose number is not known.
     pub fn wrong(fail: Fail) -> Message {
-        Message { id: Json::Null, ask: Err(fail) }
+        Message { id: Json::Null, ask: Err(fail), no_json: false }
     }
 }
 
@@ -80,6 +100,7 @@ fn ask(json: &Json) -> Result<Ask> {
         }
         "stepping" => Ask::Stepping(truth()?),
         "events" => Ask::Events(truth()?),
+        "token" => Ask::Token(value.as_str().ok_or_else(|| wrong("a word"))?.to_owned()),
         "state" => {
             truth()?;
             Ask::State

@@ -76,11 +76,14 @@ impl Service for Jsonl {
                 .range(0.0, 1000.0)
                 .default(0)
                 .text("how many clients must have sent a `stepping` message before the first step"),
+            Param::string("token")
+                .default("")
+                .text("what each client must send first, as `{\"token\": \"...\"}`; empty: clients need none"),
         ]
     }
 
     fn start(plugin: &JsonLines, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
-        let listener = Listener::open(params.i64("port")? as u16, session)?;
+        let listener = Listener::open(params.i64("port")? as u16, params.string("token")?, session)?;
         let state = State { clients: Vec::new(), threads: Vec::new(), waits: BTreeMap::new(), listener };
         Ok(Jsonl {
             state: RefCell::new(state),
@@ -174,6 +177,15 @@ impl Jsonl {
         let here = guest.world;
         for _ in 0..AT_ONCE {
             match &guest.until {
+                // While time stands its own next line may be the one that lifts the pause.
+                Some((_, until)) if step < *until && turn.state() == TATU_PAUSED => {
+                    guest.next = guest.next.take().or_else(|| guest.client.next_line());
+                    match guest.next.take_if(|m| matches!(m.ask, Ok(Ask::Request(_) | Ask::State))) {
+                        Some(message) => self.handle(guest, waits, message, turn, step, worlds)?,
+                        None => return Ok(false),
+                    }
+                    continue;
+                }
                 Some((_, until)) if step < *until => return Ok(false),
                 Some((id, _)) => {
                     guest.client.send(&json!({ "id": id, "time": turn.f64(0, self.time)?, "step": step }));
@@ -228,6 +240,7 @@ impl Jsonl {
                     Err(fail) => error(&id, &fail),
                 }
             }
+            Ok(Ask::Token(_)) => done(json!([])),
             Ok(Ask::Stepping(on)) => {
                 guest.stepping = on;
                 if !std::mem::replace(&mut guest.greeted, true) {

@@ -1,0 +1,52 @@
+//! Files that stand under their name as a whole or not at all.
+
+use std::{
+    fs::{self, File},
+    io::{Error, ErrorKind, Result, Write},
+    path::{Path, PathBuf},
+};
+
+/// Writes a file beside its place, then puts it there in one go. A link stays, and the file that it leads to is replaced; a
+/// file that is there keeps its mode. What is no plain file, such as a pipe or a device, is refused: it would be replaced by
+/// one.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let path = target(path)?;
+    let before = match fs::metadata(&path) {
+        Ok(m) if m.is_file() => Some(m.permissions()),
+        Ok(_) => return Err(Error::new(ErrorKind::InvalidInput, "there is something that is no plain file")),
+        Err(e) if e.kind() == ErrorKind::NotFound => None,
+        Err(e) => return Err(e),
+    };
+    if before.as_ref().is_some_and(fs::Permissions::readonly) {
+        return Err(Error::new(ErrorKind::PermissionDenied, "the file that is there is read-only"));
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut part = builder().tempfile_in(folder)?;
+    part.write_all(bytes)?;
+    part.flush()?;
+    if let Some(mode) = before {
+        File::set_permissions(part.as_file(), mode)?;
+    }
+    part.persist(&path).map(drop).map_err(|e| e.error)
+}
+
+/// Where a path leads, which need not be there itself.
+fn target(path: &Path) -> Result<PathBuf> {
+    let mut path = path.to_owned();
+    for _ in 0..40 {
+        match fs::read_link(&path) {
+            Ok(next) => path = path.parent().unwrap_or(Path::new("")).join(next),
+            Err(_) => return Ok(path),
+        }
+    }
+    Err(Error::new(ErrorKind::InvalidInput, "the link leads to itself"))
+}
+
+/// Names of their own, so that two runs do not share one; the mode that a new file gets.
+fn builder() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".tatu-").suffix(".part");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder
+}
