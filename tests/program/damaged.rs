@@ -1,5 +1,5 @@
 //! Damaged files of each kind that is read back: refused or run, never a panic, never without a word. The long form, with
-//! thousands of files, is in `tests/soak`.
+//! thousands of files, is the same test: `TATU_DAMAGED=10000 cargo test --release --test program damaged`.
 
 use std::fs;
 
@@ -36,6 +36,11 @@ impl Dice {
     }
 }
 
+/// How many of something: more in the long form.
+fn times(few: usize) -> usize {
+    std::env::var("TATU_DAMAGED").ok().and_then(|n| n.parse().ok()).unwrap_or(few)
+}
+
 const URDF: &str = r#"<robot name="r"><link name="a"><visual><geometry><box size="0.1 0.2 0.3"/></geometry></visual>
 <collision><geometry><mesh filename="m.obj"/></geometry></collision></link>
 <link name="b"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
@@ -67,7 +72,7 @@ fn damaged_files_are_refused_or_run() {
         let path = place.path().join(file);
         let whole = fs::read(&path).unwrap();
         fs::write(place.path().join(format!("{file}.whole")), &whole).unwrap();
-        for _ in 0..12 {
+        for _ in 0..times(12) {
             let bad = dice.damage(&whole);
             fs::write(&path, &bad).unwrap();
             let done = place.tatu(args);
@@ -134,7 +139,7 @@ fn random_calls_end_nothing() {
              {contact}"
         );
         let place = Place::scene(&format!("{FLOOR}{boxes}{}", watcher("d", &script)));
-        let done = place.tatu(&["run", "scene.toml", "--steps", "20", "--files", "."]);
+        let done = place.tatu(&["run", "scene.toml", "--steps", &times(20).to_string(), "--files", "."]);
         assert!((0..=1).contains(&done.code) && !done.err.contains("panicked"), "exit {}: {}", done.code, done.err);
     }
 }

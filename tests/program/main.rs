@@ -59,6 +59,7 @@ mod removals;
 mod replay;
 mod restart;
 mod returns;
+mod room;
 mod said;
 mod scans;
 mod script_errors;

@@ -36,6 +36,32 @@ impl Scene {
         if same.len() > 1 { format!("{above}/{}[{index}]", o.alias) } else { format!("{above}/{}", o.alias) }
     }
 
+    /// The paths of all objects, by slot: as [`Scene::path`], but in one pass.
+    pub fn paths(&self) -> BTreeMap<u32, String> {
+        let mut all = BTreeMap::new();
+        let mut ahead: Vec<(u32, String)> = vec![(0, String::new())];
+        while let Some((base, above)) = ahead.pop() {
+            let mut count: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
+            for o in self.children(base).iter().filter_map(|s| self.get(*s)) {
+                count.entry(&o.alias).or_default().0 += 1;
+            }
+            for slot in self.children(base) {
+                let Some(o) = self.get(*slot) else { continue };
+                let Some((same, index)) = count.get_mut(o.alias.as_str()) else { continue };
+                let path = match *same {
+                    1 => format!("{above}/{}", o.alias),
+                    _ => format!("{above}/{}[{index}]", o.alias),
+                };
+                *index += 1;
+                if !o.children.is_empty() {
+                    ahead.push((*slot, path.clone()));
+                }
+                all.insert(*slot, path);
+            }
+        }
+        all
+    }
+
     /// Finds by path or unique name. `from` is what "." means.
     pub fn find(&self, from: u32, path: &str) -> Option<u32> {
         let (mut base, rest) = match path.as_bytes().first()? {
@@ -124,12 +150,15 @@ impl Scene {
     pub fn make_unique(&mut self, slots: &[u32]) {
         let aliases: Vec<String> = slots.iter().filter_map(|s| self.get(*s).map(|o| o.alias.clone())).collect();
         let wanted: std::collections::BTreeSet<&str> = aliases.iter().map(String::as_str).collect();
-        let taken: std::collections::BTreeSet<i32> = self
-            .slots()
-            .filter(|(s, o)| !slots.contains(s) && wanted.contains(o.alias.as_str()))
-            .map(|(_, o)| o.suffix)
-            .collect();
-        let suffix = (-1..i32::MAX).find(|n| !taken.contains(n)).unwrap_or(-1);
+        let new: std::collections::BTreeSet<u32> = slots.iter().copied().collect();
+        // More numbers than objects are not taken; the first place is that of -1.
+        let mut taken = vec![false; self.slots.len() + 1];
+        for (_, o) in self.slots().filter(|(s, o)| wanted.contains(o.alias.as_str()) && !new.contains(s)) {
+            if let Some(place) = usize::try_from(o.suffix + 1).ok().and_then(|n| taken.get_mut(n)) {
+                *place = true;
+            }
+        }
+        let suffix = taken.iter().position(|t| !t).map_or(-1, |n| n as i32 - 1);
         for s in slots {
             if let Some(o) = self.get_mut(*s) {
                 o.suffix = suffix;
@@ -196,6 +225,13 @@ mod tests {
             s.make_unique(&tree);
         }
         s
+    }
+
+    #[test]
+    fn all_paths_are_those_of_each() {
+        let s = scene();
+        let one_by_one: BTreeMap<u32, String> = s.slots().map(|(slot, _)| (slot, s.path(slot))).collect();
+        assert_eq!(s.paths(), one_by_one);
     }
 
     #[test]

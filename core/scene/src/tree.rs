@@ -268,7 +268,12 @@ impl Scene {
 
     /// Every slot that holds an object, scripts included, in order of slots.
     pub fn slots(&self) -> impl DoubleEndedIterator<Item = (u32, &Object)> {
-        self.taken.iter().filter_map(|slot| Some((*slot, self.get(*slot)?)))
+        // Where most slots are taken, going through the table is faster than through the set.
+        let dense = 8 * self.taken.len() >= self.slots.len();
+        let all =
+            dense.then(|| self.slots.iter().enumerate().filter_map(|(i, s)| s.object.as_ref().map(|o| (i as u32, o))));
+        let taken = (!dense).then(|| self.taken.iter().filter_map(|slot| Some((*slot, self.get(*slot)?))));
+        all.into_iter().flatten().chain(taken.into_iter().flatten())
     }
 
     /// Objects without a parent.

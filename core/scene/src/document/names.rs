@@ -8,19 +8,38 @@ use crate::{Data, Scene};
 
 /// Aliases and parents of the objects written so far; the object of index i is in slot i + 1.
 #[derive(Debug, Clone, Default)]
-pub struct Names(Scene);
+pub struct Names {
+    scene: Scene,
+    /// Indices of the objects of each alias.
+    by_alias: BTreeMap<String, Vec<usize>>,
+    count: usize,
+}
 
 impl Names {
     /// Adds the next object.
     pub fn add(&mut self, parent: Option<usize>, alias: &str) {
         let parent = parent.map_or(0, |p| p as u32 + 1);
-        self.0.add(parent, alias, Isometry3::identity(), Data::Dummy(None));
+        self.scene.add(parent, alias, Isometry3::identity(), Data::Dummy(None));
+        self.by_alias.entry(alias.to_owned()).or_default().push(self.count);
+        self.count += 1;
     }
 
     /// Gives an object another alias.
     pub fn rename(&mut self, object: usize, alias: &str) {
-        if let Some(o) = self.0.get_mut(object as u32 + 1) {
+        if let Some(o) = self.scene.get_mut(object as u32 + 1) {
+            if let Some(same) = self.by_alias.get_mut(&o.alias) {
+                same.retain(|i| *i != object);
+            }
             o.alias = alias.to_owned();
+            self.by_alias.entry(alias.to_owned()).or_default().push(object);
+        }
+    }
+
+    /// The only object with this alias; `None`: there is none, or several.
+    pub fn only(&self, alias: &str) -> Option<usize> {
+        match self.by_alias.get(alias)?.as_slice() {
+            [one] => Some(*one),
+            _ => None,
         }
     }
 
@@ -31,9 +50,9 @@ impl Names {
         }
         let base = from.map_or(0, |f| f as u32 + 1);
         let found = match path.starts_with(['/', '.']) {
-            true => self.0.find(base, path),
+            true => self.scene.find(base, path),
             // Below a model, a plain name means one of its parts.
-            false if base != 0 => self.0.find(base, &format!("./{path}")),
+            false if base != 0 => self.scene.find(base, &format!("./{path}")),
             false => None,
         };
         found.map(|slot| slot as usize - 1)
@@ -43,16 +62,27 @@ impl Names {
 /// Gives unique names in order: objects that come together get the smallest number that is free for all of them, -1
 /// meaning none.
 #[derive(Default)]
-pub struct Numbering<'a>(BTreeMap<&'a str, BTreeSet<i32>>);
+pub struct Numbering<'a>(BTreeMap<&'a str, Taken>);
+
+/// The numbers of an alias that are taken.
+struct Taken {
+    all: BTreeSet<i32>,
+    /// The least that is free.
+    free: i32,
+}
 
 impl<'a> Numbering<'a> {
     /// The number of objects with these aliases; it is taken from now on.
     pub fn next(&mut self, aliases: &[&'a str]) -> i32 {
-        let free = |n: &i32| aliases.iter().all(|a| self.0.get(a).is_none_or(|taken| !taken.contains(n)));
-        // Numbers are mostly given without gaps: there is none below the least of the counts that is full.
-        let number = (-1..i32::MAX).find(free).unwrap_or(-1);
+        let free = |n: &i32| aliases.iter().all(|a| self.0.get(a).is_none_or(|taken| !taken.all.contains(n)));
+        let least = aliases.iter().filter_map(|a| self.0.get(a)).map(|taken| taken.free).max().unwrap_or(-1);
+        let number = (least..i32::MAX).find(free).unwrap_or(-1);
         for alias in aliases {
-            self.0.entry(alias).or_default().insert(number);
+            let taken = self.0.entry(alias).or_insert(Taken { all: BTreeSet::new(), free: -1 });
+            taken.all.insert(number);
+            while taken.all.contains(&taken.free) {
+                taken.free += 1;
+            }
         }
         number
     }

@@ -20,6 +20,9 @@ struct Inner {
     closed: bool,
 }
 
+/// Bytes of the longest file that is read.
+const MOST_BYTES: u64 = 256 << 20;
+
 impl Sources {
     /// These files and no others, by the paths under which they were read.
     pub fn of(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
@@ -45,6 +48,15 @@ impl Sources {
         }
         if self.0.closed {
             return Err(io::Error::new(io::ErrorKind::NotFound, "it is not among the files that were kept"));
+        }
+        let about = fs::metadata(path)?;
+        // A pipe or a device may have no end.
+        if !about.is_file() && !about.is_dir() {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no plain file"));
+        }
+        if about.len() > MOST_BYTES {
+            let text = format!("it has {} MB, and at most {} MB are read", about.len() >> 20, MOST_BYTES >> 20);
+            return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
         }
         let bytes = fs::read(path)?;
         files.insert(path.to_owned(), bytes.as_slice().into());

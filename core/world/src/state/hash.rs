@@ -34,7 +34,7 @@ pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
     let mut total = Xxh3::new();
     total.update(&clock.step.get().to_le_bytes());
     let twists: std::collections::BTreeMap<u32, tatu_physics::Twist> = dynamics.twists().collect();
-    let mut objects = Vec::new();
+    let (mut objects, mut paths) = (Vec::new(), scene.paths());
     for (slot, o) in scene.slots() {
         let mut h = Xxh3::new();
         let mut put = |x: f64| h.update(&(x + 0.0).to_bits().to_le_bytes());
@@ -52,7 +52,7 @@ pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
         }
         let digest = h.digest();
         total.update(&digest.to_le_bytes());
-        objects.push((scene.path(slot), digest));
+        objects.push((paths.remove(&slot).unwrap_or_else(|| scene.path(slot)), digest));
     }
     Hash { total: total.digest(), objects }
 }

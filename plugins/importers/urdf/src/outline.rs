@@ -35,10 +35,17 @@ pub struct Outline {
 pub fn read(text: &str) -> Result<Outline> {
     let starts: Vec<usize> = std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect();
     // Rows and columns count from 0; columns count characters.
-    let byte = |row: u64, column: u64| {
-        let start = starts.get(row as usize).copied().unwrap_or(text.len());
+    // Asked for in order: within a line it goes on from the last place, since a file may be one line.
+    let mut last = (0, 0, 0);
+    let mut byte = |row: u64, column: u64| {
+        let (start, skip) = match last {
+            (r, c, at) if r == row && c <= column => (at, column - c),
+            _ => (starts.get(row as usize).copied().unwrap_or(text.len()), column),
+        };
         let rest = &text[start..];
-        start + rest.char_indices().nth(column as usize).map_or(rest.len(), |(i, _)| i)
+        let at = start + rest.char_indices().nth(skip as usize).map_or(rest.len(), |(i, _)| i);
+        last = (row, column, at);
+        at
     };
     if let Some(at) = text.find("<!DOCTYPE") {
         let line = text[..at].matches('\n').count() as u64 + 1;

@@ -48,6 +48,8 @@ pub(crate) struct Slot {
     limit: Cell<usize>,
     /// Bytes of large blocks allocated since the last query: filling them takes time that no instruction counts.
     large_bytes: Cell<u64>,
+    /// The system gave no memory although the limit was not reached.
+    refused: Cell<bool>,
     /// Called when memory runs out.
     pub full: Cell<Option<Listener>>,
     free: [Cell<*mut u8>; CLASSES],
@@ -94,6 +96,7 @@ impl Slot {
             used: Cell::new(0),
             limit: Cell::new(SLOT_BYTES),
             large_bytes: Cell::new(0),
+            refused: Cell::new(false),
             full: Cell::new(None),
             free: [const { Cell::new(null_mut()) }; CLASSES],
             unsorted: Cell::new(false),
@@ -121,6 +124,14 @@ impl Slot {
     /// Bytes of large blocks allocated since the last call.
     pub(crate) fn take_large_bytes(&self) -> u64 {
         self.large_bytes.replace(0)
+    }
+    /// Whether the system gave no memory although the limit was not reached; asking forgets it.
+    pub(crate) fn take_refused(&self) -> bool {
+        self.refused.replace(false)
+    }
+    /// Bytes in use.
+    pub(crate) fn used(&self) -> usize {
+        self.used.get()
     }
     /// Memory limit, bytes.
     pub(crate) fn limit(&self) -> usize {
@@ -207,6 +218,7 @@ impl Slot {
                 self.large_bytes.set(self.large_bytes.get() + size as u64);
             }
         } else if !force {
+            self.refused.set(self.refused.get() || !self.is_mapped());
             // Free blocks of other size classes cannot be used for this one.
             self.report_full(grown);
         }
@@ -231,6 +243,7 @@ impl Slot {
             let more = (end - committed).next_multiple_of(COMMIT).min(SLOT_BYTES - committed);
             // SAFETY: whole pages of the reserved region.
             if !unsafe { system::commit(self.base().add(committed), more) } {
+                self.refused.set(true);
                 return null_mut();
             }
             self.committed.set(committed + more);

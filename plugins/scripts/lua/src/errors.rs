@@ -195,6 +195,11 @@ fn at_places(fail: Fail, places: &[(String, u64)]) -> Fail {
 
 fn memory_fail(s: &State) -> Fail {
     let limit = s.slot.limit();
+    if s.slot.take_refused() {
+        let text = format!("the system gives the script no more memory: it has {} of {limit} bytes", s.slot.used());
+        return Fail::with_code(TATU_ERR_MEMORY, text)
+            .help("allow the program more memory (`ulimit -v`, or the job's limit)");
+    }
     Fail::with_code(TATU_ERR_MEMORY, format!("the script used up its {limit} bytes of memory"))
         .help("look for a table that grows in each step")
 }

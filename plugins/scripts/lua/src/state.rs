@@ -200,6 +200,12 @@ impl Script {
         let commands =
             table(host).ok_or_else(|| Fail::unsupported("this host offers no commands, so scripts cannot run"))?;
         let slot = Slot::new(instance.seed);
+        static TOLD: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
+        if !slot.is_mapped() && cfg!(unix) && !TOLD.swap(true, std::sync::atomic::Ordering::Relaxed) {
+            let text = "Lua: the system has too little address space for a script: `pairs` may visit keys that are tables or \
+                        functions in another order in each run; allow the program more (`ulimit -v`)";
+            world.log(TATU_LOG_WARNING, text.as_bytes());
+        }
         // SAFETY: the slot is boxed and outlives the state.
         let main = unsafe { lua_newstate(lua_alloc, (&raw const *slot).cast_mut().cast()) };
         if main.is_null() {

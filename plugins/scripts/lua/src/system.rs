@@ -3,16 +3,46 @@
 /// Reserves address space that uses no memory until committed. Null: not supported, or refused.
 #[cfg(unix)]
 pub(crate) fn reserve(bytes: usize) -> *mut u8 {
-    #[cfg(any(target_os = "linux", target_os = "android", target_os = "macos"))]
-    const FLAGS: i32 = libc::MAP_PRIVATE | libc::MAP_ANON | libc::MAP_NORESERVE;
-    #[cfg(not(any(target_os = "linux", target_os = "android", target_os = "macos")))]
-    const FLAGS: i32 = libc::MAP_PRIVATE | libc::MAP_ANON;
-    // SAFETY: creates a new mapping at an address chosen by the system.
-    let at = unsafe { libc::mmap(std::ptr::null_mut(), bytes, libc::PROT_NONE, FLAGS, -1, 0) };
-    if at == libc::MAP_FAILED {
-        return std::ptr::null_mut();
+    reserve_near(std::ptr::null_mut(), bytes)
+}
+
+#[cfg(any(target_os = "linux", target_os = "android", target_os = "macos"))]
+const FLAGS: i32 = libc::MAP_PRIVATE | libc::MAP_ANON | libc::MAP_NORESERVE;
+#[cfg(all(unix, not(any(target_os = "linux", target_os = "android", target_os = "macos"))))]
+const FLAGS: i32 = libc::MAP_PRIVATE | libc::MAP_ANON;
+
+/// The same at `wish`, or elsewhere if that is taken.
+#[cfg(unix)]
+fn reserve_near(wish: *mut u8, bytes: usize) -> *mut u8 {
+    // SAFETY: creates a new mapping; the address is only a wish, so that nothing that is there is replaced.
+    let at = unsafe { libc::mmap(wish.cast(), bytes, libc::PROT_NONE, FLAGS, -1, 0) };
+    if at == libc::MAP_FAILED { std::ptr::null_mut() } else { at.cast() }
+}
+
+/// Reserves address space that begins at a multiple of `align`, and no more than that. Null: none was found at the places
+/// that are tried.
+#[cfg(all(unix, target_pointer_width = "64"))]
+pub(crate) fn reserve_aligned(bytes: usize, align: usize) -> *mut u8 {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    /// Where systems of 47 bits and more put neither programs nor their libraries, heaps and stacks.
+    const PLACES: std::ops::Range<usize> = 0x1000_0000_0000..0x5000_0000_0000;
+    const TRIES: usize = 32;
+    static NEXT: AtomicUsize = AtomicUsize::new(0);
+    for _ in 0..TRIES {
+        let number = NEXT.fetch_add(1, Ordering::Relaxed) % (PLACES.len() / align);
+        let wish = (PLACES.start + number * align) as *mut u8;
+        let at = reserve_near(wish, bytes);
+        if at.is_null() || at == wish {
+            return at;
+        }
+        // SAFETY: just reserved, and not used.
+        unsafe { free(at, bytes) };
     }
-    at.cast()
+    std::ptr::null_mut()
+}
+#[cfg(not(all(unix, target_pointer_width = "64")))]
+pub(crate) fn reserve_aligned(_: usize, _: usize) -> *mut u8 {
+    std::ptr::null_mut()
 }
 
 /// Makes reserved pages usable; they read zero.

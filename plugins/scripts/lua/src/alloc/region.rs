@@ -14,7 +14,12 @@ pub(super) struct Region {
 impl Region {
     /// `None` if the system refuses.
     pub fn new(bytes: usize) -> Option<Region> {
-        let mapped = system::reserve(ALIGN + bytes);
+        // Where address space is short (`ulimit -v`), 4 GiB more for each script would be too much.
+        let base = system::reserve_aligned(bytes, ALIGN);
+        if !base.is_null() {
+            return Some(Region { mapped: base, bytes, base });
+        }
+        let (mapped, bytes) = (system::reserve(ALIGN + bytes), ALIGN + bytes);
         (!mapped.is_null()).then(|| Region { mapped, bytes, base: mapped.wrapping_add(mapped.align_offset(ALIGN)) })
     }
 }
@@ -22,6 +27,6 @@ impl Region {
 impl Drop for Region {
     fn drop(&mut self) {
         // SAFETY: the owner has dropped everything inside the region.
-        unsafe { system::free(self.mapped, ALIGN + self.bytes) };
+        unsafe { system::free(self.mapped, self.bytes) };
     }
 }

@@ -1,0 +1,49 @@
+//! Little address space, as clusters and `ulimit -v` give it: the same bits, or a word.
+#![cfg(target_os = "linux")]
+
+use std::process::Command;
+
+use crate::kit::*;
+
+/// Scripts that go through tables whose keys are tables.
+fn scene(scripts: usize) -> Place {
+    let script = "
+        function sysCall_init()
+          local keys, all = {}, {}
+          for i = 1, 50 do keys[i] = {i} all[keys[i]] = i all[function() end] = -i end
+          local order = ''
+          for _, v in pairs(all) do order = order .. v .. ' ' end
+          print('> ' .. order)
+        end";
+    Place::scene(&(0..scripts).map(|i| watcher(&format!("w{i}"), script)).collect::<String>())
+}
+
+/// The lines of the scripts with so much address space, MB, and standard error.
+fn orders(place: &Place, mb: usize) -> (Vec<String>, Done) {
+    let line = format!("ulimit -v {}; exec \"$0\" run scene.toml --steps 2", mb << 10);
+    let output = Command::new("sh").args(["-c", &line]).arg(program()).current_dir(place.path()).output().unwrap();
+    let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
+    let done = Done { code: output.status.code().unwrap_or(-1), out: text(&output.stdout), err: text(&output.stderr) };
+    let all = done.out.clone() + &done.err;
+    (all.lines().filter(|l| l.starts_with("> ")).map(str::to_owned).collect(), done)
+}
+
+#[test]
+fn eight_scripts_need_no_more_than_their_slots() {
+    let place = scene(8);
+    let free = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
+    let all = free.out.clone() + &free.err;
+    let whole: Vec<&str> = all.lines().filter(|l| l.starts_with("> ")).collect();
+    assert_eq!(whole.len(), 8);
+    let (short, done) = orders(&place, 5000);
+    assert_eq!((short, done.code), (whole.iter().map(|s| (*s).to_owned()).collect(), 0), "{}", done.err);
+    assert!(!done.err.contains("address space"), "{}", done.err);
+}
+
+#[test]
+fn what_cannot_be_had_is_told() {
+    let (lines, done) = orders(&scene(8), 1200);
+    assert_eq!((lines.len(), done.code), (8, 0), "{}", done.err);
+    done.tells(&["too little address space", "ulimit -v"]);
+    assert_eq!(done.err.matches("too little address space").count(), 1);
+}
