@@ -129,8 +129,6 @@ fn a_log_that_was_edited_is_found() {
     done.tells(&["error[E504]", "0000000000000007"]);
 }
 
-<<<<<<< ours
-=======
 /// A pipe has no end until somebody closes it.
 #[test]
 #[cfg(unix)]
@@ -143,25 +141,6 @@ fn scenes_and_scripts_are_plain_files() {
     done.refused(&["pipe.lua", "no plain file"]);
 }
 
-#[test]
-fn settings_have_bounds_by_every_door() {
-    let place = scene();
-    for (set, words) in [
-        ("scene.dt_s=inf", "dt_s"),
-        ("scene.dt_s=1e5", "dt_s"),
-        ("scene.dt_s=1e300", "dt_s"),
-        ("scene.physics_dt_s=1e-9", "physics_dt_s"),
-        ("scene.dt_s=nan", "dt_s"),
-    ] {
-        place.run(&["--set", set]).refused(&["error[E102]", words]);
-        let (key, value) = set.trim_start_matches("scene.").split_once('=').unwrap();
-        let file = Place::scene(&format!("{key} = {value}\n{FLOOR}"));
-        file.run(&[]).refused(&["error[E102]", words]);
-    }
-    place.run(&["--set", "scene.dt_s=10", "--set", "scene.physics_dt_s=1e-6"]).refused(&["E102", "steps of physics"]);
-}
-
->>>>>>> theirs
 /// Nobody writes to the pipe: the program waits for its keys, and goes when it is told to.
 #[test]
 #[cfg(target_os = "linux")]

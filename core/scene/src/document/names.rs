@@ -71,6 +71,23 @@ struct Taken {
     free: i32,
 }
 
+impl Default for Taken {
+    fn default() -> Self {
+        Taken { all: BTreeSet::new(), free: -1 }
+    }
+}
+
+impl Taken {
+    /// `false`: it was taken.
+    fn insert(&mut self, number: i32) -> bool {
+        let new = self.all.insert(number);
+        while self.all.contains(&self.free) {
+            self.free += 1;
+        }
+        new
+    }
+}
+
 impl<'a> Numbering<'a> {
     /// The number of objects with these aliases; it is taken from now on.
     pub fn next(&mut self, aliases: &[&'a str]) -> i32 {
@@ -78,11 +95,7 @@ impl<'a> Numbering<'a> {
         let least = aliases.iter().filter_map(|a| self.0.get(a)).map(|taken| taken.free).max().unwrap_or(-1);
         let number = (least..i32::MAX).find(free).unwrap_or(-1);
         for alias in aliases {
-            let taken = self.0.entry(alias).or_insert(Taken { all: BTreeSet::new(), free: -1 });
-            taken.all.insert(number);
-            while taken.all.contains(&taken.free) {
-                taken.free += 1;
-            }
+            self.0.entry(alias).or_default().insert(number);
         }
         number
     }
