@@ -123,6 +123,9 @@ pub struct Run {
     /// Take scripts, models and plugins that are changed while it runs at the next step; such a run cannot be repeated.
     #[arg(long, conflicts_with_all = ["log", "replay", "snapshot_at", "from"])]
     pub reload: bool,
+    /// Take no warnings: one before the start keeps the run from starting, one while it runs makes the exit code 1.
+    #[arg(long)]
+    pub strict: bool,
     /// End with a summary in JSON on standard output; everything else goes to standard error.
     #[arg(long)]
     pub json: bool,

@@ -4,7 +4,10 @@ use std::{
     fs,
     io::{ErrorKind, IsTerminal, Write},
     process::ExitCode,
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
@@ -57,9 +60,35 @@ pub fn error(e: &Error) {
     print(e, Level::ERROR);
 }
 
+/// The warnings so far, for the summary and for `--strict`.
+static WARNINGS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// At most this many are kept; a script may warn in every step.
+const KEPT_WARNINGS: usize = 1000;
+
+/// Remembers a warning that was printed.
+fn keep(text: String) {
+    let mut all = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
+    if all.len() < KEPT_WARNINGS {
+        all.push(text);
+    }
+}
+
+/// The warnings so far, at most the first 1,000.
+pub fn warnings() -> Vec<String> {
+    WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).clone()
+}
+
 /// Prints a warning.
 pub fn warning(e: &Error) {
+    keep(format!("[{}] {}", e.code, e.text));
     print(e, Level::WARNING);
+}
+
+/// Prints a warning of the world.
+pub fn warned(text: &str) {
+    keep(text.to_owned());
+    crate::report::err!("warning: {text}");
 }
 
 /// Prints a note.

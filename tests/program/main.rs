@@ -36,6 +36,7 @@ mod interactive;
 mod isolation;
 mod keys;
 mod kit;
+mod large;
 mod laser;
 mod layers;
 mod layout;

@@ -47,3 +47,24 @@ fn what_cannot_be_had_is_told() {
     done.tells(&["too little address space", "ulimit -v"]);
     assert_eq!(done.err.matches("too little address space").count(), 1);
 }
+
+#[test]
+fn a_strict_run_takes_no_warnings() {
+    let place = scene(8);
+    let line = format!("ulimit -v {}; exec \"$0\" run scene.toml --steps 2 --strict", 1200 << 10);
+    let output = Command::new("sh").args(["-c", &line]).arg(program()).current_dir(place.path()).output().unwrap();
+    let err = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{err}");
+    assert!(err.contains("too little address space") && err.contains("error[E123]"), "{err}");
+    let done = place.run(&["--steps", "2", "--strict"]).good();
+    assert_eq!(done.json()["warnings"], serde_json::json!([]));
+    // One that comes while it runs.
+    let place = Place::scene(&watcher(
+        "d",
+        "function sysCall_actuation() sim.addLog(sim.verbosity_warnings, 'low battery') end",
+    ));
+    let done = place.run(&["--steps", "2", "--strict"]);
+    assert_eq!(done.code, 1, "{}", done.err);
+    assert!(done.json()["warnings"][0].as_str().unwrap().contains("low battery"), "{}", done.out);
+    place.run(&["--steps", "2"]).good();
+}

@@ -221,6 +221,10 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let mut clock = Clock::start();
     watchdog.begin(trace.shared());
     world.start();
+    if args.strict {
+        world.take_lines().iter().for_each(|l| tell(args, l));
+        strict()?;
+    }
     bar.set_position(world.steps());
     let mut snapshots = snapshots;
     let mut unwritten = snapshots.write(&world);
@@ -304,10 +308,20 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     drop(world);
     let good = super::end(registry)
         && faults.is_empty()
+        && (!args.strict || report::warnings().is_empty())
         && badly_ended.is_empty()
         && unwritten.is_empty()
         && undrawn.is_empty();
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Warnings keep a strict run from starting.
+fn strict() -> Result<(), Error> {
+    match report::warnings().len() {
+        0 => Ok(()),
+        n => Err(Error::new("E123", format!("{n} warning(s), and `--strict` takes none"))
+            .help("mend what the warnings above tell, or run without `--strict`")),
+    }
 }
 
 /// After a pass: what was told is told on, and the trace gets its line. `idle`: time stood, and no step was done.
@@ -362,7 +376,7 @@ fn progress(args: &Run, steps: Option<u64>) -> ProgressBar {
 fn tell(args: &Run, line: &tatu_core::LogLine) {
     match line.level {
         TATU_LOG_ERROR => report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),
-        TATU_LOG_WARNING => report::err!("warning: {}", line.text),
+        TATU_LOG_WARNING => report::warned(&line.text),
         TATU_LOG_DEBUG => tracing::debug!("{}", line.text),
         TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => {}
         _ if args.json => report::err!("{}", line.text),
@@ -377,19 +391,12 @@ fn tell_reload(told: &ReloadReport) {
 }
 
 fn objects(world: &World, hash: &Hash) -> Map<String, Value> {
-    world
-        .model_bases()
-        .into_iter()
-        .filter_map(|path| {
-            let p = world.observe(&path)?.pose;
-            let value = json!({
-                "position": p[..3],
-                "quaternion": p[3..],
-                "hash": format!("{:016x}", hash.subtree(&path)),
-            });
-            Some((path, value))
-        })
-        .collect()
+    let bases = world.model_bases();
+    let hashes = hash.subtrees(bases.iter().map(|(path, _)| path.as_str()));
+    let told = |((path, p), hash): ((String, [f64; 7]), u64)| {
+        (path, json!({"position": p[..3], "quaternion": p[3..], "hash": format!("{hash:016x}")}))
+    };
+    bases.into_iter().zip(hashes).map(told).collect()
 }
 
 /// How far a run came.
@@ -410,7 +417,7 @@ fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faul
     if args.json {
         let mut out = json!({
             "steps": steps, "sim_time_s": time, "wall_s": wall, "step_wall_s": times.step(), "hash": hash,
-            "objects": objects, "errors": faults, "scripts": scripts,
+            "objects": objects, "errors": faults, "warnings": report::warnings(), "scripts": scripts,
         });
         if let Some(n) = reloads {
             out["reloads"] = n.into();

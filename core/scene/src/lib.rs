@@ -25,6 +25,7 @@ mod loops;
 mod mechanics;
 mod mechanisms;
 mod moves;
+mod name_index;
 mod names;
 pub mod noise;
 mod object;

@@ -1,28 +1,8 @@
 //! Paths ("/a/b[1]", "./b", ":/b") and unique names ("b#0").
 
-use std::{
-    collections::BTreeMap,
-    sync::{Mutex, PoisonError},
-};
+use std::collections::BTreeMap;
 
 use super::{Object, Scene};
-
-/// Unique names and where they were when the tree last changed. Behind a lock, since documents, which worlds on several
-/// threads share, hold a tree too; a copy makes its own.
-#[derive(Debug, Default)]
-pub(super) struct NameIndex(Mutex<Names>);
-
-#[derive(Debug, Default)]
-struct Names {
-    version: u64,
-    slots: BTreeMap<(String, i32), u32>,
-}
-
-impl Clone for NameIndex {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
 
 impl Scene {
     /// Where an object stands: `/robot[1]/arm`; an index where siblings share its alias.
@@ -102,25 +82,27 @@ impl Scene {
         let (pattern, sibling, index) = split_index(part)?;
         let wild = pattern.contains(['*', '?']);
         let fits = |o: &Object| if wild { matches(&pattern, &o.alias) } else { o.alias == pattern };
-        let is_meant = |s: u32| {
-            let Some(o) = self.get(s) else { return false };
-            fits(o)
-                && sibling.is_none_or(|n| {
-                    let same = self.children(o.parent).iter().filter(|c| self.get(**c).is_some_and(fits));
-                    same.copied().nth(n) == Some(s)
-                })
-        };
         // Level by level, and no further than needed: what is meant mostly lies near.
-        let mut level = self.children(base).to_vec();
+        let mut level = vec![base];
         let mut left = index;
         while !level.is_empty() {
-            for s in level.iter().filter(|s| is_meant(**s)) {
-                if left == 0 {
-                    return Some(*s);
+            let mut next = Vec::new();
+            for parent in level {
+                let children = self.children(parent);
+                next.extend(children);
+                let mut meant = children.iter().copied().filter(|s| self.get(*s).is_some_and(fits));
+                let meant: &mut dyn Iterator<Item = u32> = match sibling {
+                    Some(n) => &mut meant.nth(n).into_iter(),
+                    None => &mut meant,
+                };
+                for s in meant {
+                    if left == 0 {
+                        return Some(s);
+                    }
+                    left -= 1;
                 }
-                left -= 1;
             }
-            level = level.iter().flat_map(|s| self.children(*s)).copied().collect();
+            level = next;
         }
         None
     }
@@ -132,37 +114,44 @@ impl Scene {
             Some((alias, n)) => (alias, n.parse().ok()?),
             None => (name, -1),
         };
-        let fits =
-            |o: &Object| o.kind() != tatu_plugin_api::abi::TATU_KIND_SCRIPT && o.suffix == suffix && o.alias == alias;
-        let mut index = self.index.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if index.version != self.shape_version {
-            let named = self.slots().map(|(s, o)| ((o.alias.clone(), o.suffix), s));
-            // In reverse, so that of equal names the first slot stays.
-            index.slots = named.rev().collect();
-            index.version = self.shape_version;
+        let is_script = |s: &u32| self.get(*s).is_none_or(|o| o.kind() == tatu_plugin_api::abi::TATU_KIND_SCRIPT);
+        self.index.named(alias, suffix).find(|s| !is_script(s))
+    }
+
+    /// The only object with this alias; `None`: there is none, or several.
+    pub fn only(&self, alias: &str) -> Option<u32> {
+        self.index.only(alias)
+    }
+
+    /// Gives an object another alias and number of its unique name.
+    pub fn set_name(&mut self, slot: u32, alias: &str, suffix: i32) {
+        let Some(o) = self.slots.get_mut(slot as usize).and_then(|s| s.object.as_mut()) else { return };
+        if o.alias == alias && o.suffix == suffix {
+            return self.index.add(alias, suffix, slot);
         }
-        // Names may have changed since: what was found is looked at, what was not is searched for.
-        let found = index.slots.get(&(alias.to_owned(), suffix)).copied();
-        found.filter(|s| self.get(*s).is_some_and(fits)).or_else(|| self.slots().find(|(_, o)| fits(o)).map(|(s, _)| s))
+        self.index.remove(&o.alias, o.suffix, slot);
+        alias.clone_into(&mut o.alias);
+        o.suffix = suffix;
+        self.index.add(alias, suffix, slot);
+    }
+
+    /// Makes the index of names of a tree that was read from a file.
+    pub fn index_names(&mut self) {
+        let mut index = super::name_index::NameIndex::default();
+        self.slots().for_each(|(slot, o)| index.add(&o.alias, o.suffix, slot));
+        self.index = index;
     }
 
     /// Gives objects that came together the smallest suffix that is free for all of them.
     pub fn make_unique(&mut self, slots: &[u32]) {
         let aliases: Vec<String> = slots.iter().filter_map(|s| self.get(*s).map(|o| o.alias.clone())).collect();
-        let wanted: std::collections::BTreeSet<&str> = aliases.iter().map(String::as_str).collect();
-        let new: std::collections::BTreeSet<u32> = slots.iter().copied().collect();
-        // More numbers than objects are not taken; the first place is that of -1.
-        let mut taken = vec![false; self.slots.len() + 1];
-        for (_, o) in self.slots().filter(|(s, o)| wanted.contains(o.alias.as_str()) && !new.contains(s)) {
-            if let Some(place) = usize::try_from(o.suffix + 1).ok().and_then(|n| taken.get_mut(n)) {
-                *place = true;
-            }
+        for (slot, alias) in slots.iter().zip(&aliases) {
+            let suffix = self.get(*slot).map_or(-1, |o| o.suffix);
+            self.index.remove(alias, suffix, *slot);
         }
-        let suffix = taken.iter().position(|t| !t).map_or(-1, |n| n as i32 - 1);
-        for s in slots {
-            if let Some(o) = self.get_mut(*s) {
-                o.suffix = suffix;
-            }
+        let suffix = self.index.free(aliases.iter().map(String::as_str));
+        for (slot, alias) in slots.iter().zip(&aliases) {
+            self.set_name(*slot, alias, suffix);
         }
     }
 

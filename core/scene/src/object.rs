@@ -18,9 +18,9 @@ pub struct Object {
     /// What its kind adds.
     pub data: Data,
     /// Name among its siblings.
-    pub alias: String,
+    pub(super) alias: String,
     /// Number of its unique name: -1 for `alias`, n for `alias#n`.
-    pub suffix: i32,
+    pub(super) suffix: i32,
     /// Slot of the object above; 0: the world.
     pub parent: u32,
     /// Slots of the objects below, in order.
@@ -71,6 +71,14 @@ impl Object {
             Data::Graph(_) => TATU_KIND_GRAPH,
             Data::Script => TATU_KIND_SCRIPT,
         }
+    }
+    /// Its name among its siblings; changed by [`Scene::set_name`](crate::Scene::set_name).
+    pub fn alias(&self) -> &str {
+        &self.alias
+    }
+    /// The number of its unique name: -1 for `alias`, n for `alias#n`.
+    pub fn suffix(&self) -> i32 {
+        self.suffix
     }
     /// Its unique name.
     pub fn name(&self) -> String {

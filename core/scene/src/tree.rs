@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
-use super::{Data, FrictionPair, Object, moves::Moves, names::NameIndex, transforms::Transforms};
+use super::{Data, FrictionPair, Object, moves::Moves, name_index::NameIndex, transforms::Transforms};
 
 /// How many numbers lie free before one is given again: a number that a script kept stays stale for so many removals.
 /// Free slots cost some memory, and no time.
@@ -132,6 +132,7 @@ impl Scene {
         self.places.begin(slot, parent, local, world);
         self.slots[slot as usize].object = Some(object);
         self.taken.insert(slot);
+        self.index.add(alias, -1, slot);
         self.note_kind(slot);
         if !attached {
             self.siblings_mut(parent).push(slot);
@@ -155,6 +156,7 @@ impl Scene {
         }
         self.siblings_mut(object.parent).retain(|s| *s != slot);
         self.places.end(slot);
+        self.index.remove(&object.alias, object.suffix, slot);
         self.slots[slot as usize].last = object.alias;
         self.taken.remove(&slot);
         self.free.push_back(slot);

@@ -27,6 +27,9 @@ pub struct Builder<'a> {
     pub place: Option<Place>,
 }
 
+/// Most objects of a scene; the live tree has room for a million.
+const MOST_OBJECTS: usize = 1_000_000;
+
 /// What a key of an object means.
 #[derive(Debug, Clone, Copy)]
 pub enum Target {
@@ -51,6 +54,9 @@ impl<'a> Builder<'a> {
         let alias = if alias.is_empty() { kind } else { alias };
         if alias.contains('/') {
             return Err(Error::new("E102", format!("`{alias}` cannot be an alias")).expected("text without `/`"));
+        }
+        if self.document.objects.len() >= MOST_OBJECTS {
+            return Err(Error::new("E124", format!("the scene has more than {MOST_OBJECTS} objects")));
         }
         self.document.names.add(parent, alias);
         self.document.objects.push(ObjectSpec {
@@ -345,7 +351,7 @@ impl<'a> Builder<'a> {
         placement: Isometry3<f64>,
     ) -> Result<usize> {
         let first = self.document.objects.len();
-        let group = self.document.objects.iter().map(|o| o.group).max().unwrap_or(0) + 1;
+        let group = self.document.new_group();
         let outer = std::mem::replace(&mut self.group, group);
         let built = super::plugin_builder::run_model(self, model, params, parent);
         self.group = outer;

@@ -69,7 +69,7 @@ impl Builder<'_> {
         let first = self.document.objects.len();
         let group = match import.whole {
             true => 0,
-            false => self.document.objects.iter().map(|o| o.group).max().unwrap_or(0) + 1,
+            false => self.document.new_group(),
         };
         let outer = std::mem::replace(&mut self.group, group);
         let from = Source { name: Some(shown.clone()), folder: Some(folder), roots, whole: import.whole };

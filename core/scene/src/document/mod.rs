@@ -163,11 +163,21 @@ pub struct Document {
     pub(crate) describe: bool,
     /// The objects by aliases.
     pub(crate) names: names::Names,
+    /// Groups of objects that came together, so far.
+    groups: usize,
+    /// Scenes read as models, so far.
+    scenes_within: usize,
     /// The files that it is made of.
     pub sources: Sources,
 }
 
 impl Document {
+    /// A number for objects that come together; see [`ObjectSpec::group`].
+    fn new_group(&mut self) -> usize {
+        self.groups += 1;
+        self.groups
+    }
+
     /// The live tree that it describes, and the slot of each object.
     pub fn instantiate(&self) -> (Scene, Vec<u32>) {
         let mut scene = Scene::default();
@@ -208,26 +218,24 @@ impl Document {
         for (i, spec) in self.objects.iter().enumerate().filter(|(_, o)| o.group > 0) {
             members.entry(spec.group).or_default().push(i);
         }
-        let mut numbering = names::Numbering::default();
+        let mut taken = crate::name_index::NameIndex::default();
         let mut named = vec![false; self.objects.len()];
         for (i, spec) in self.objects.iter().enumerate() {
-            let Some(suffix) = spec.told_suffix().filter(|n| numbering.take(&spec.alias, *n)) else { continue };
+            let free = |n: &i32| taken.named(&spec.alias, *n).next().is_none();
+            let Some(suffix) = spec.told_suffix().filter(free) else { continue };
+            taken.add(&spec.alias, suffix, slots[i]);
             named[i] = true;
-            if let Some(o) = scene.get_mut(slots[i]) {
-                o.suffix = suffix;
-            }
+            scene.set_name(slots[i], &spec.alias, suffix);
         }
         for (i, spec) in self.objects.iter().enumerate().filter(|(i, _)| !named[*i]) {
             let together = if spec.group == 0 { vec![i] } else { members.remove(&spec.group).unwrap_or_default() };
             if together.is_empty() {
                 continue;
             }
-            let aliases: Vec<&str> = together.iter().map(|i| self.objects[*i].alias.as_str()).collect();
-            let suffix = numbering.next(&aliases);
+            let suffix = taken.free(together.iter().map(|i| self.objects[*i].alias.as_str()));
             for i in together {
-                if let Some(o) = scene.get_mut(slots[i]) {
-                    o.suffix = suffix;
-                }
+                taken.add(&self.objects[i].alias, suffix, slots[i]);
+                scene.set_name(slots[i], &self.objects[i].alias, suffix);
             }
         }
         scene.notes.clone_from(&self.notes);

@@ -171,9 +171,14 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
             }
             let (alias, suffix) = text.split_once('#').map_or((text.as_str(), Ok(-1)), |(a, n)| (a, n.parse()));
             let Ok(suffix) = suffix else { return refuse(TATU_ERR_ARGUMENT, format!("`{text}` is not a name")) };
-            if let Some(o) = scene.get_mut(slot) {
-                (o.alias, o.suffix) = (alias.to_owned(), suffix);
-            }
+            scene.set_name(slot, alias, suffix);
+            return Ok(Changed::Value);
+        }
+        Row::Alias => {
+            let Some(suffix) = scene.get(slot).map(|o| o.suffix) else {
+                return refuse(TATU_ERR_MISSING, "there is no such object");
+            };
+            scene.set_name(slot, &text, suffix);
             return Ok(Changed::Value);
         }
         _ => {}
@@ -181,10 +186,6 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
     let rebuilds = info.change == Change::Rebuilds;
     let Some(o) = scene.get_mut(slot) else { return refuse(TATU_ERR_MISSING, "there is no such object") };
     let done = match (row, &mut o.data, value) {
-        (Row::Alias, _, _) => {
-            o.alias = text;
-            Some(Changed::Value)
-        }
         (Row::Visible, _, Value::Bool(b)) => {
             o.visible = *b;
             Some(Changed::Value)

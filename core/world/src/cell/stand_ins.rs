@@ -85,7 +85,7 @@ impl StandIns {
             .iter()
             .zip(origins.iter())
             .map(|(spec, id)| {
-                let suffix = scene.resolve(*id).ok().and_then(|s| scene.get(s)).map_or(-1, |o| o.suffix);
+                let suffix = scene.resolve(*id).ok().and_then(|s| scene.get(s)).map_or(-1, |o| o.suffix());
                 let kind = match spec.kind {
                     TATU_KIND_SENSOR => spec.device.as_ref().and_then(schema),
                     _ => None,
@@ -137,7 +137,7 @@ impl StandIns {
         let above = scene.id(parent);
         let slot = scene.add(parent, alias, Isometry3::identity(), Data::Dummy(None))?;
         scene.make_unique(&[slot]);
-        let suffix = scene.get(slot).map_or(-1, |o| o.suffix);
+        let suffix = scene.get(slot).map_or(-1, |o| o.suffix());
         let parent = if above == 0 { None } else { list.iter().position(|(id, _)| *id == above) };
         list.push((
             scene.id(slot),

@@ -188,8 +188,11 @@ fn leave(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<Vec<u8>, Vec<u8>>
 fn go_back(cell: &WorldCell, mut initial: Scene) {
     let mut scene = cell.scene.borrow_mut();
     for (slot, now) in scene.slots() {
+        if initial.get(slot).is_some_and(|o| o.uid == now.uid) {
+            initial.set_name(slot, now.alias(), now.suffix());
+        }
         if let Some(then) = initial.get_mut(slot).filter(|o| o.uid == now.uid) {
-            (then.alias, then.suffix, then.layer) = (now.alias.clone(), now.suffix, now.layer);
+            then.layer = now.layer;
             leave(&mut then.notes, &now.notes);
             if let (Data::Shape(then), Data::Shape(now)) = (&mut then.data, &now.data) {
                 (then.color, then.mass, then.inertia) = (now.color, now.mass, now.inertia);

@@ -200,10 +200,12 @@ impl World {
     pub fn take_lines(&self) -> Vec<LogLine> {
         std::mem::take(&mut *self.cell.lines.borrow_mut())
     }
-    /// The path of every model base, in order of slots.
-    pub fn model_bases(&self) -> Vec<String> {
+    /// Path and pose (m, quaternion x y z w) of every model base, in order of slots.
+    pub fn model_bases(&self) -> Vec<(String, [f64; 7])> {
         let scene = self.cell.scene.borrow();
-        scene.slots().filter(|(s, _)| scene.is_model_base(*s)).map(|(s, _)| scene.path(s)).collect()
+        let mut paths = scene.paths();
+        let bases = scene.slots().map(|(s, _)| s).filter(|s| scene.is_model_base(*s));
+        bases.filter_map(|s| Some((paths.remove(&s)?, pose_to_array(&scene.world(s))))).collect()
     }
     /// What can be seen of an object by path or unique name; `None`: there is none.
     pub fn observe(&self, path: &str) -> Option<Observed> {

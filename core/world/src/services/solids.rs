@@ -56,7 +56,7 @@ fn copies(scene: &mut Scene, from: &[u32]) -> Option<Vec<u32>> {
     let mut to = vec![0; from.len()];
     for i in order {
         let o = scene.get(from[i])?;
-        let (alias, world, mut data) = (o.alias.clone(), scene.world(from[i]), o.data.clone());
+        let (alias, world, mut data) = (o.alias().to_owned(), scene.world(from[i]), o.data.clone());
         let (model_base, visible, layer, notes) = (scene.is_model_base(from[i]), o.visible, o.layer, o.notes.clone());
         let parent = from.iter().position(|s| *s == o.parent).map_or(0, |p| to[p]);
         match &mut data {

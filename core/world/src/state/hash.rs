@@ -17,14 +17,23 @@ pub struct Hash {
 impl Hash {
     /// The hash of an object and of all below it.
     pub fn subtree(&self, path: &str) -> u64 {
-        let mut h = Xxh3::new();
-        let below = format!("{path}/");
-        for (p, x) in &self.objects {
-            if p == path || p.starts_with(&below) {
-                h.update(&x.to_le_bytes());
+        self.subtrees([path])[0]
+    }
+    /// The same of several objects, in one pass.
+    pub fn subtrees<'a>(&self, paths: impl IntoIterator<Item = &'a str>) -> Vec<u64> {
+        let mut all = Vec::new();
+        let mut number = std::collections::BTreeMap::new();
+        for path in paths {
+            number.insert(path, all.len());
+            all.push(Xxh3::new());
+        }
+        for (path, hash) in &self.objects {
+            let above = path.match_indices('/').map(|(i, _)| &path[..i]).chain([path.as_str()]);
+            for i in above.filter_map(|p| number.get(p)) {
+                all[*i].update(&hash.to_le_bytes());
             }
         }
-        h.digest()
+        all.iter().map(Xxh3::digest).collect()
     }
 }
 

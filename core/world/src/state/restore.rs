@@ -157,6 +157,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     }
     let shapes: Vec<u32> = scene.slots().filter(|(_, o)| o.shape().is_some()).map(|(slot, _)| slot).collect();
     shapes.into_iter().for_each(|slot| cell.document.fill_parts(&mut scene, slot));
+    scene.index_names();
     cell.dynamics.borrow_mut().restore(&dynamics).map_err(damaged)?;
     *cell.scene.borrow_mut() = scene;
     cell.reaped.set(0);

@@ -16,6 +16,11 @@ use super::{
 const IMPORT_KEYS: &[&str] =
     &["file", "importer", "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set"];
 
+/// How deep scenes may stand within scenes: files that each name the next one twice make two to the power of it.
+const DEEPEST: usize = 16;
+/// How many scenes may stand within one.
+const MOST_SCENES: usize = 20_000;
+
 const MODEL_KEYS: &[&str] =
     &["model", "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set"];
 
@@ -123,13 +128,19 @@ impl Reader<'_> {
                 .help(format!("the chain is {}", chain.join(" > ")))
                 .at(at));
         }
+        b.document.scenes_within += 1;
+        if self.chain.len() >= DEEPEST || b.document.scenes_within > MOST_SCENES {
+            return Err(Error::new("E124", format!("the model `{id}` is one scene too many within scenes"))
+                .expected(format!("scenes within scenes at most {DEEPEST} deep, and at most {MOST_SCENES} of them"))
+                .at(at));
+        }
         let text = b.document.sources.read_text(&file).map_err(|e| {
             Error::new("E105", format!("cannot read the model `{id}`: {e}"))
                 .expected(format!("a file {}", file.display()))
                 .at(at)
         })?;
         let alias = Path::new(id).file_stem().map_or("model".into(), |s| s.to_string_lossy().into_owned());
-        let group = b.document.objects.iter().map(|o| o.group).max().unwrap_or(0) + 1;
+        let group = b.document.new_group();
         let outer = std::mem::replace(&mut b.group, group);
         let base = b.object("dummy", parent, &alias)?;
         b.document.objects[base].placement = placement;

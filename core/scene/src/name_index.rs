@@ -1,0 +1,88 @@
+//! Which objects have an alias, and the numbers of their unique names, kept as the tree changes: a world may hold a
+//! hundred thousand objects of one alias.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Aliases, and who has them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct NameIndex(BTreeMap<String, Users>);
+
+/// The objects of one alias.
+#[derive(Debug, Clone)]
+struct Users {
+    /// Number of the unique name and slot of each.
+    all: BTreeSet<(i32, u32)>,
+    /// All numbers below are taken; the next that is asked for begins here.
+    free: i32,
+}
+
+impl Users {
+    fn is_taken(&self, number: i32) -> bool {
+        self.all.range((number, 0)..=(number, u32::MAX)).next().is_some()
+    }
+}
+
+impl NameIndex {
+    pub fn add(&mut self, alias: &str, suffix: i32, slot: u32) {
+        if !self.0.contains_key(alias) {
+            self.0.insert(alias.to_owned(), Users { all: BTreeSet::new(), free: -1 });
+        }
+        let Some(users) = self.0.get_mut(alias) else { return };
+        users.all.insert((suffix, slot));
+    }
+
+    pub fn remove(&mut self, alias: &str, suffix: i32, slot: u32) {
+        let Some(users) = self.0.get_mut(alias) else { return };
+        users.all.remove(&(suffix, slot));
+        if users.all.is_empty() {
+            self.0.remove(alias);
+        } else if suffix >= -1 && suffix < users.free && !users.is_taken(suffix) {
+            users.free = suffix;
+        }
+    }
+
+    /// Slots of the objects with this unique name, in order.
+    pub fn named(&self, alias: &str, suffix: i32) -> impl Iterator<Item = u32> {
+        let users = self.0.get(alias);
+        users.into_iter().flat_map(move |u| u.all.range((suffix, 0)..=(suffix, u32::MAX))).map(|(_, slot)| *slot)
+    }
+
+    /// The only object of this alias; `None`: there is none, or several.
+    pub fn only(&self, alias: &str) -> Option<u32> {
+        let users = self.0.get(alias).filter(|u| u.all.len() == 1)?;
+        users.all.first().map(|(_, slot)| *slot)
+    }
+
+    /// The least number that is free for all these aliases; -1: none is needed.
+    pub fn free<'a>(&mut self, aliases: impl Iterator<Item = &'a str> + Clone) -> i32 {
+        for alias in aliases.clone() {
+            let Some(users) = self.0.get_mut(alias) else { continue };
+            while users.is_taken(users.free) {
+                users.free += 1;
+            }
+        }
+        let users = aliases.filter_map(|a| self.0.get(a));
+        let least = users.clone().map(|u| u.free).max().unwrap_or(-1);
+        (least..i32::MAX).find(|n| users.clone().all(|u| !u.is_taken(*n))).unwrap_or(-1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_number_that_is_free_for_all_is_found() {
+        let mut index = NameIndex::default();
+        for (alias, suffix, slot) in [("a", -1, 1), ("a", 0, 2), ("b", 1, 3), ("a", 5, 4)] {
+            index.add(alias, suffix, slot);
+        }
+        let free = |index: &mut NameIndex, aliases: &[&str]| index.free(aliases.iter().copied());
+        assert_eq!((free(&mut index, &["a"]), free(&mut index, &["b"]), free(&mut index, &["c"])), (1, -1, -1));
+        assert_eq!(free(&mut index, &["a", "b"]), 2);
+        index.remove("a", 0, 2);
+        assert_eq!((free(&mut index, &["a"]), free(&mut index, &["a", "b"])), (0, 0));
+        assert_eq!((index.only("b"), index.only("a"), index.only("c")), (Some(3), None, None));
+        assert_eq!(index.named("a", 5).collect::<Vec<_>>(), [4]);
+    }
+}
