@@ -142,7 +142,7 @@ impl CylinderSide {
     /// The ranges of angles whose surface shows its front, and its back, to the apex.
     fn arcs(&self) -> [Option<(f64, f64)>; 2] {
         let Sight { origin, faces, .. } = &self.cone.sight;
-        let away = libm::hypot(origin.x, origin.y);
+        let away = crate::length(origin.x, origin.y);
         let toward = libm::atan2(origin.y, origin.x);
         let edge = if away > self.radius { libm::acos(self.radius / away) } else { 0.0 };
         let front = edge > 0.0 && faces.front;

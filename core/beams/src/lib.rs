@@ -51,6 +51,12 @@ pub use bundle::{BundleCast, BundleHits, RayBundle};
 pub use grid::{Grid, GridCast, GridImage, Light, View, Want, color_of};
 pub use scene::{BeamScene, Target};
 
+/// Length of a vector of two numbers in metres. The exact one of the C library guards against numbers that overflow when
+/// they are squared, and takes ten times as long.
+pub(crate) fn length(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
 // Named after the crate, so that the filter `cargo test --workspace --lib beams` finds them.
 #[cfg(test)]
 pub(crate) mod beams_tests;

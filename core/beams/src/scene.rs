@@ -276,7 +276,7 @@ impl BeamScene {
             Form::Plane => f64::INFINITY,
             Form::Box { half } => half.norm(),
             Form::Sphere { radius } => *radius,
-            Form::Cylinder { radius, half_length } => libm::hypot(*radius, *half_length),
+            Form::Cylinder { radius, half_length } => crate::length(*radius, *half_length),
             Form::Capsule { radius, half_length } => radius + half_length,
             Form::Mesh { .. } => {
                 let aabb = self.trees[index].as_ref().map_or(Aabb::EMPTY, |tree| tree.aabb);

@@ -80,9 +80,9 @@ fn cuboid(cone: &Cone, half: &Vector3<f64>) -> Option<Found> {
 fn cylinder(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
     let sight = &cone.sight;
     let origin = sight.origin.coords;
-    let away = libm::hypot(origin.x, origin.y);
+    let away = crate::length(origin.x, origin.y);
     let (beside, above) = (away - radius, origin.z.abs() - half_length);
-    let least = libm::hypot(beside.max(0.0), above.max(0.0));
+    let least = crate::length(beside.max(0.0), above.max(0.0));
     if least > sight.far {
         return None;
     }

@@ -139,7 +139,7 @@ impl<'a> View<'a> {
         // side . (p - centre) = even + swing cos(turn - lean)
         let even = side.dot(&(self.ahead * (d * libm::cos(spread)) - self.centre));
         let (x, y) = (side.dot(&self.beside), side.dot(&self.ahead.cross(&self.beside)));
-        let swing = d * libm::sin(spread) * libm::hypot(x, y);
+        let swing = d * libm::sin(spread) * crate::length(x, y);
         let width = libm::acos(-even / swing);
         let lean = libm::atan2(y, x);
         // NaN, when no point of the circle is on that side, fails the test for the cone.

@@ -157,7 +157,7 @@ impl<'a> View<'a> {
         for plane in planes {
             let (x, y) = (plane.normal.dot(&self.beside[0]), plane.normal.dot(&self.beside[1]));
             let turn = libm::atan2(y, x);
-            let reach = libm::acos((-plane.excess(&middle) / (width * libm::hypot(x, y))).clamp(-1.0, 1.0));
+            let reach = libm::acos((-plane.excess(&middle) / (width * crate::length(x, y))).clamp(-1.0, 1.0));
             for point in [at(turn + reach), at(turn - reach)] {
                 if inside(&point) {
                     return Some(point);

@@ -48,7 +48,7 @@ impl Taper {
     pub fn touching(&self, p: &Vector3<f64>) -> Half {
         let along = self.axis.dot(p);
         let out = (p - self.axis * along).try_normalize(1e-300).unwrap_or_else(Vector3::zeros);
-        let scale = 1.0 / libm::hypot(self.rise, 1.0);
+        let scale = 1.0 / crate::length(self.rise, 1.0);
         Half { normal: (out - self.axis * self.rise) * scale, height: self.radius * scale }
     }
 }
@@ -95,7 +95,7 @@ impl Convex {
     pub fn new(sight: &Sight, volume: &Volume, piece: usize) -> Option<Self> {
         let (near, far) = (sight.near, sight.far);
         let half = |x: f64, y: f64, z: f64, height: f64| {
-            let length = libm::hypot(libm::hypot(x, y), z);
+            let length = crate::length(crate::length(x, y), z);
             Half { normal: Vector3::new(x, y, z) / length, height: height / length }
         };
         let ends = [half(0.0, 0.0, 1.0, far), half(0.0, 0.0, -1.0, -near)];
@@ -119,7 +119,7 @@ impl Convex {
                     half(0.0, -1.0, -by, ay),
                 ];
                 let size = [(x_near, y_near, near), (x_far, y_far, far)]
-                    .map(|(x, y, z)| libm::hypot(libm::hypot(x / 2.0, y / 2.0), z));
+                    .map(|(x, y, z)| crate::length(crate::length(x / 2.0, y / 2.0), z));
                 Some(Self {
                     sight: flat_ends,
                     planes: ends.into_iter().chain(sides).collect(),
@@ -137,7 +137,7 @@ impl Convex {
                     sight: flat_ends,
                     planes: ends.into_iter().collect(),
                     side: Some(Taper { axis: Vector3::z(), radius, rise }),
-                    size: libm::hypot(radius_near, near).max(libm::hypot(radius_far, far)),
+                    size: crate::length(radius_near, near).max(crate::length(radius_far, far)),
                 })
             }
             Volume::Disc { angle, height, gap } => {
@@ -189,7 +189,7 @@ impl Convex {
             plane.height += by;
         }
         if let Some(side) = &mut out.side {
-            side.radius += by * libm::hypot(side.rise, 1.0);
+            side.radius += by * crate::length(side.rise, 1.0);
         }
         out.size += by;
         out

@@ -46,7 +46,7 @@ pub(crate) fn cast(space: &Convex, form: &Form) -> Option<Found> {
             Some(Found { distance, point, normal: unit(&(point + origin)), primitive: 0 })
         }
         Form::Cylinder { radius, half_length } => {
-            if space.misses_ball(&-origin, libm::hypot(*radius, *half_length)) {
+            if space.misses_ball(&-origin, crate::length(*radius, *half_length)) {
                 return None;
             }
             let ends = [(1, 1.0), (2, -1.0)].map(|(primitive, sign)| {

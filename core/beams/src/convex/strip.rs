@@ -33,7 +33,7 @@ impl Side<'_> {
         if self.radius <= 0.0 || self.half_length.is_nan() || self.half_length < 0.0 {
             return None;
         }
-        let away = libm::hypot(origin.x, origin.y);
+        let away = crate::length(origin.x, origin.y);
         let toward = libm::atan2(origin.y, origin.x);
         let edge = if away > self.radius { libm::acos(self.radius / away) } else { 0.0 };
         let arcs = [

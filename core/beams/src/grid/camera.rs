@@ -76,7 +76,7 @@ impl Camera {
             w_nothing: if w_far == 0.0 { 0.0 } else { (w_far as f32).next_down() },
             rotation,
             translation,
-            slant: libm::hypot(slant, 1.0),
+            slant: crate::length(slant, 1.0),
         })
     }
 
@@ -128,7 +128,7 @@ impl Camera {
         let (right, up) = (0.5 * self.columns as f64, 0.5 * self.rows as f64);
         // How far the borders of the image are behind the ball's surface, where they are.
         let (across, along) = if self.perspective {
-            (libm::hypot(self.scale, right), libm::hypot(self.scale, up))
+            (crate::length(self.scale, right), crate::length(self.scale, up))
         } else {
             (self.scale, self.scale)
         };
