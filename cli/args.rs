@@ -23,6 +23,8 @@ pub enum Command {
     Run(Run),
     /// Check that a scene would start.
     Check(Check),
+    /// Write a scene of any format as a scene file, with its meshes and scripts beside it.
+    Convert(Convert),
     /// List what plugins offer.
     List(List),
     /// Describe a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or
@@ -129,6 +131,16 @@ pub struct Run {
     /// End with a summary in JSON on standard output; everything else goes to standard error.
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(clap::Args)]
+pub struct Convert {
+    /// The scene: a scene file, or one of a format that an importer reads.
+    pub scene: PathBuf,
+    /// The scene file to write; its name ends with `.toml`.
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub changes: Changes,
 }
 
 #[derive(clap::Args)]

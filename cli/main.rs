@@ -21,6 +21,7 @@ fn main() -> ExitCode {
     report::finish(match args.command {
         args::Command::Run(run) => commands::run::run(&run),
         args::Command::Check(check) => commands::check::check(&check),
+        args::Command::Convert(convert) => commands::convert::convert(&convert),
         args::Command::Describe(describe) => commands::describe::describe(&describe),
         args::Command::List(list) => commands::list::list(&list),
         args::Command::Look(look) => commands::look::look(&look),

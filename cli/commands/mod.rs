@@ -1,6 +1,7 @@
 //! One file per command, and what they share: plugins, scenes.
 
 pub mod check;
+pub mod convert;
 pub mod describe;
 pub mod diff;
 pub mod list;

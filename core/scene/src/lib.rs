@@ -63,7 +63,12 @@ pub fn pose_to_array(p: &Isometry3<f64>) -> [f64; 7] {
 pub fn pose_from_array(a: &[f64; 7]) -> Option<Isometry3<f64>> {
     let q = Quaternion::new(a[6], a[3], a[4], a[5]);
     let finite = a.iter().all(|x| x.is_finite()) && q.norm() > 1e-12;
-    finite.then(|| Isometry3::from_parts(Translation3::new(a[0], a[1], a[2]), UnitQuaternion::from_quaternion(q)))
+    // One of length 1 stays as it is, so that what was written down comes back with all its bits.
+    let unit = |q: Quaternion<f64>| match (q.norm_squared() - 1.0).abs() <= 4.0 * f64::EPSILON {
+        true => UnitQuaternion::new_unchecked(q),
+        false => UnitQuaternion::from_quaternion(q),
+    };
+    finite.then(|| Isometry3::from_parts(Translation3::new(a[0], a[1], a[2]), unit(q)))
 }
 
 /// Orientation from turns about the own x, then y, then z axis, rad.

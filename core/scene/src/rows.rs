@@ -100,7 +100,7 @@ rows! {
     Mesh "shape.mesh" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Number of its mesh, for the primitive `mesh`.";
     Surface "shape.surface" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Points and triangles of its mesh: a list of x y z and a list of three places of points, from 0; setting it makes it a mesh.";
     Convex "shape.convex" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether its mesh is its own convex hull; default false.";
-    Parts "shape.parts" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Parts of a compound: primitive, size, position, orientation, color, friction; mesh and convex for the primitive `mesh`.";
+    Parts "shape.parts" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Parts of a compound: primitive, size, position, orientation or quaternion, color, friction; mesh and convex for the primitive `mesh`.";
     Color "shape.color" SHAPE, TATU_F64S 3 None, Live FREE, "Red, green, blue, 0 to 1; default 0.7 each.";
     Mass "shape.mass" SHAPE, TATU_F64 0 Some("kg"), Rebuilds FREE, "Mass; default: 1000 kg/m^3 of its volume.";
     Inertia "shape.inertia" SHAPE, TATU_F64S 0 Some("kg m^2"), Rebuilds FREE, "Inertia about the centre of mass: 3 (xx yy zz) or 9 by rows; default: of its form with even density.";

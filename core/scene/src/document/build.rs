@@ -136,11 +136,14 @@ impl<'a> Builder<'a> {
     fn name(&mut self, object: usize, value: &Value) -> Result {
         let spec = &mut self.document.objects[object];
         let name = if let Value::Text(t) = value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
-        if super::names::suffix_of(&name, &spec.alias).is_none() {
+        let Some(suffix) = super::names::suffix_of(&name, &spec.alias) else {
             return Err(Error::new("E102", format!("`{name}` cannot be a unique name of `{}`", spec.alias))
                 .expected("the alias, or the alias with `#` and a number"));
-        }
+        };
         spec.rows.push((Row::Name, Value::text(name)));
+        if spec.group == 0 {
+            self.document.names.tell(object, &spec.alias, suffix);
+        }
         Ok(())
     }
 

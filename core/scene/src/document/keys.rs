@@ -5,6 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use base64::{Engine, engine::general_purpose::STANDARD};
 use tatu_errors::{Error, Place, Result, nearest};
 use tatu_plugin_api::{abi::TATU_PARAM_READ_ONLY, safe::Value};
 use tatu_plugins::{Declared, check_value, units};
@@ -59,8 +60,15 @@ pub fn to_value(item: &Item, factor: f64) -> Result<Value> {
 /// A table whose keys are free, as a map.
 pub fn to_map(item: &Item) -> Result<Value> {
     let table = item.as_table_like().ok_or_else(|| Error::new("E102", "expected a table"))?;
-    let entries = table.iter().map(|(k, v)| Ok((Value::text(k), to_value(v, 1.0)?)));
+    let entries = table.iter().map(|(k, v)| Ok((Value::text(k), free(v)?)));
     Ok(Value::Map(entries.collect::<Result<_>>()?))
+}
+
+/// A value of free data: what is no text stands as `{ base64 = "..." }`.
+fn free(item: &Item) -> Result<Value> {
+    let coded = item.as_table_like().filter(|t| t.len() == 1).and_then(|t| t.get("base64")).and_then(Item::as_str);
+    let Some(coded) = coded else { return to_value(item, 1.0) };
+    STANDARD.decode(coded).map(Value::Text).map_err(|e| Error::new("E102", format!("it is no base64: {e}")))
 }
 
 fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
@@ -93,15 +101,26 @@ fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
     })
 }
 
+/// Keys of a part of a compound, and their units.
+pub const PART_KEYS: &[(&str, &str)] = &[
+    ("primitive", ""),
+    ("size", "m"),
+    ("position", "m"),
+    ("orientation", "rad"),
+    ("quaternion", ""),
+    ("color", ""),
+    ("friction", ""),
+    ("mesh", ""),
+    ("convex", ""),
+];
+
 /// A part of a compound: its keys carry units like all others.
 fn part(table: &toml_edit::InlineTable) -> Result<Value> {
-    const KEYS: &[(&str, &str)] =
-        &[("primitive", ""), ("size", "m"), ("position", "m"), ("orientation", "rad"), ("color", ""), ("friction", "")];
     let mut entries = Vec::new();
     for (written, v) in table.iter() {
-        let found = KEYS.iter().find_map(|(k, u)| units::factor(written, k, Some(u)).map(|f| (*k, f)));
+        let found = PART_KEYS.iter().find_map(|(k, u)| units::factor(written, k, Some(u)).map(|f| (*k, f)));
         let Some((key, factor)) = found else {
-            let known: Vec<String> = KEYS.iter().map(|(k, u)| units::written(k, Some(u))).collect();
+            let known: Vec<String> = PART_KEYS.iter().map(|(k, u)| units::written(k, Some(u))).collect();
             return Err(Error::new("E101", format!("a part has no key `{written}`"))
                 .expected(known.join(", "))
                 .nearest(written, known.iter().map(String::as_str)));

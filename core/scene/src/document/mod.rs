@@ -36,7 +36,7 @@ pub use presets::{Setting, settings as preset_settings};
 pub use services::{ServiceOverride, ServiceSpec};
 pub use settings::{FRICTION_RULES, FrictionPair, Settings};
 pub use sources::Sources;
-pub use toml::{Options, load, plugin_folders};
+pub use toml::{Options, Written, load, plugin_folders, write};
 
 use crate::{ActuatorData, Data, Joint, Scene, SensorData, Shape, rows::Row};
 use tatu_errors::{Error, Place, Result};

@@ -1,28 +1,49 @@
 //! The tree of a document by aliases: what paths are looked up in while it is written, and how unique names are given.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Isometry3;
 
 use crate::{Data, Scene};
 
 /// Aliases and parents of the objects written so far; the object of index i is in slot i + 1.
 #[derive(Debug, Clone, Default)]
-pub struct Names(Scene);
+pub struct Names {
+    scene: Scene,
+    /// Objects whose unique name the file tells, by alias and number: nobody else gets it.
+    told: BTreeMap<(String, i32), usize>,
+}
 
 impl Names {
     /// Adds the next object.
     pub fn add(&mut self, parent: Option<usize>, alias: &str) {
         let parent = parent.map_or(0, |p| p as u32 + 1);
-        self.0.add(parent, alias, Isometry3::identity(), Data::Dummy(None));
+        self.scene.add(parent, alias, Isometry3::identity(), Data::Dummy(None));
     }
 
     /// Gives an object another alias.
     pub fn rename(&mut self, object: usize, alias: &str) {
-        self.0.set_name(object as u32 + 1, alias, -1);
+        self.scene.set_name(object as u32 + 1, alias, -1);
+    }
+
+    /// The file tells an object's unique name; the first of equal ones keeps it.
+    pub fn tell(&mut self, object: usize, alias: &str, suffix: i32) {
+        self.told.entry((alias.to_owned(), suffix)).or_insert(object);
+    }
+
+    /// The object of a unique name that the file tells.
+    pub fn told(&self, name: &str) -> Option<usize> {
+        let (alias, suffix) = match name.split_once('#') {
+            Some((alias, "")) => (alias, -1),
+            Some((alias, n)) => (alias, n.parse().ok()?),
+            None => (name, -1),
+        };
+        self.told.get(&(alias.to_owned(), suffix)).copied()
     }
 
     /// The only object with this alias; `None`: there is none, or several.
     pub fn only(&self, alias: &str) -> Option<usize> {
-        self.0.only(alias).map(|slot| slot as usize - 1)
+        self.scene.only(alias).map(|slot| slot as usize - 1)
     }
 
     /// Finds by a path that needs nothing but aliases; `None`: there is none, or it needs more.
@@ -32,9 +53,9 @@ impl Names {
         }
         let base = from.map_or(0, |f| f as u32 + 1);
         let found = match path.starts_with(['/', '.']) {
-            true => self.0.find(base, path),
+            true => self.scene.find(base, path),
             // Below a model, a plain name means one of its parts.
-            false if base != 0 => self.0.find(base, &format!("./{path}")),
+            false if base != 0 => self.scene.find(base, &format!("./{path}")),
             false => None,
         };
         found.map(|slot| slot as usize - 1)

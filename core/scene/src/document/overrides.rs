@@ -70,13 +70,14 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
     if let Some(object) = document.names.find(from, path) {
         return Ok(object);
     }
-    // An alias that only one object has, which came by itself, is its unique name.
-    if from.is_none()
-        && !path.contains(['/', '.', ':', '#'])
-        && let Some(one) = document.names.only(path)
-        && document.objects.get(one).is_some_and(|o| o.group == 0)
-    {
-        return Ok(one);
+    if from.is_none() && !path.starts_with(['/', '.', ':']) {
+        if let Some(told) = document.names.told(path) {
+            return Ok(told);
+        }
+        // An alias that only one object has, which came by itself, is its unique name.
+        if let Some(one) = document.names.only(path).filter(|i| document.objects.get(*i).is_some_and(|o| o.group == 0)) {
+            return Ok(one);
+        }
     }
     let (scene, slots) = document.instantiate();
     let base = from.and_then(|f| slots.get(f).copied()).unwrap_or(0);

@@ -189,6 +189,29 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
     .collect()
 }
 
+/// All numbers that `[scene]` can hold, by key, as they are.
+pub(super) fn values(settings: &Settings) -> Vec<(&'static str, Value)> {
+    let rule = FRICTION_RULES.iter().find(|(_, r)| *r == settings.friction_rule).map_or("product", |(name, _)| name);
+    let mut all = vec![
+        ("dt", Value::Float(settings.dt)),
+        ("physics_dt", Value::Float(settings.physics_dt)),
+        ("physics_substeps", Value::Int(settings.physics_substeps.into())),
+        ("sleep", Value::Bool(settings.sleep)),
+        ("friction_rule", Value::text(rule)),
+        ("friction_pairs", Value::List(settings.friction_pairs.iter().map(FrictionPair::to_value).collect())),
+        ("gravity", Value::Floats(settings.gravity.iter().copied().collect())),
+        ("origin.lat", Value::Float(settings.origin[0])),
+        ("origin.lon", Value::Float(settings.origin[1])),
+        ("origin.alt", Value::Float(settings.origin[2])),
+        ("seed", Value::Int(settings.seed as i64)),
+        ("dialect", Value::text(&settings.dialect)),
+        ("budget.instructions", Value::Int(settings.budget as i64)),
+        ("budget.memory_mb", Value::Int((settings.memory >> 20) as i64)),
+    ];
+    all.extend(settings.contact_spring.map(|s| ("contact_spring", Value::Floats(s.to_vec()))));
+    all
+}
+
 /// Takes a value that fits its declaration.
 pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) -> Result {
     match (key, value) {

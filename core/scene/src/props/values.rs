@@ -8,7 +8,7 @@ use tatu_geometry::Mesh;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{
-    super::{Primitive, ShapePart, from_euler},
+    super::{Primitive, ShapePart, from_euler, pose_from_array},
     refuse,
 };
 
@@ -92,6 +92,14 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
             b"size" => part.size = Vector3::from(three()?),
             b"position" => part.pose.translation.vector = Vector3::from(three()?),
             b"orientation" => part.pose.rotation = from_euler(three()?),
+            b"quaternion" => {
+                let pose = match v {
+                    Value::Floats(q) if q.len() == 4 => pose_from_array(&[0.0, 0.0, 0.0, q[0], q[1], q[2], q[3]]),
+                    _ => None,
+                };
+                let wrong = || Refusal(TATU_ERR_ARGUMENT, "part: `quaternion` is x y z w, not all 0".into());
+                part.pose.rotation = pose.ok_or_else(wrong)?.rotation;
+            }
             b"color" => part.color = Some(three()?),
             b"friction" => match v {
                 Value::Float(f) if *f >= 0.0 => part.friction = Some(*f),
@@ -111,8 +119,8 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
                 return refuse(
                     TATU_ERR_ARGUMENT,
                     format!(
-                        "a part has no `{key}`; expected primitive, size, position, orientation, color, friction, mesh, \
-                         convex"
+                        "a part has no `{key}`; expected primitive, size, position, orientation, quaternion, color, friction, \
+                         mesh, convex"
                     ),
                 );
             }

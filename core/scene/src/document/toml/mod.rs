@@ -5,11 +5,15 @@
 //!
 //! - [`load`] and the reader of a file's tables, in their order;
 //! - `scene`: `[scene]` and `[providers]`; `parts`: `[[model]]`, `[[import]]` and scenes as models; `object`: `[[object]]`,
-//!   places and `[set]`.
+//!   places and `[set]`; `meshes`: meshes that stand in files of their own;
+//! - `write`: a document as a scene file, its values by `value_text`.
 
+mod meshes;
 mod object;
 mod parts;
 mod scene;
+mod value_text;
+mod write;
 
 use std::{
     collections::BTreeMap,
@@ -28,6 +32,8 @@ use super::{
     services::{self, ServiceOverride},
     sources::Sources,
 };
+
+pub use write::{Written, write};
 
 /// What a run changes in a scene.
 #[derive(Debug, Clone, Default)]
@@ -99,6 +105,8 @@ struct Reader<'a> {
     set: Vec<Override>,
     /// Files that are being read, outermost first: a scene used as a model must not contain itself.
     chain: Vec<PathBuf>,
+    /// Numbers of the meshes that were read from files.
+    meshes: BTreeMap<PathBuf, i64>,
 }
 
 impl<'a> Reader<'a> {
@@ -136,6 +144,7 @@ impl<'a> Reader<'a> {
             model_params,
             set: Vec::new(),
             chain: vec![canonical(file)],
+            meshes: BTreeMap::new(),
         };
         reader.file(&mut builder, None, true)?;
         let set = std::mem::take(&mut reader.set);
@@ -173,6 +182,11 @@ impl<'a> Reader<'a> {
         }
         if let Some(scene) = self.table(root, "scene")? {
             self.scene(scene, &mut b.document.settings, top)?;
+            if let Some(item) = scene.get("data") {
+                let at = |e: Error| e.at(Some(self.text.value(scene, "data")));
+                let data = keys::to_map(item).map_err(at)?;
+                b.setting("data", data, top).map_err(at)?;
+            }
         }
         if let Some(providers) = self.table(root, "providers")? {
             for (key, item) in providers.iter() {

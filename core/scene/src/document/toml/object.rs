@@ -59,10 +59,14 @@ impl Reader<'_> {
             let preset = Value::text(self.string(table, "preset", item)?);
             b.set(object, "sensor.preset", preset).map_err(|e| e.at(Some(self.text.value(table, "preset"))))?;
         }
+        if let Some(item) = table.get("name") {
+            let name = Value::text(self.string(table, "name", item)?);
+            b.set(object, "object.name", name).map_err(|e| e.at(Some(self.text.value(table, "name"))))?;
+        }
         let owner = format!("{} {kind}", if kind == "actuator" { "an" } else { "a" });
         let declared = b.declared(object);
         for (key, item) in table.iter() {
-            const OTHERS: &[&str] = &["kind", "alias", "parent", "script", "scripts"];
+            const OTHERS: &[&str] = &["kind", "alias", "name", "parent", "script", "scripts"];
             let done = key == "preset" && b.document.objects[object].kind == TATU_KIND_SENSOR;
             if done || OTHERS.contains(&key) || device.is_some_and(|(d, _)| d == key) {
                 continue;
@@ -74,7 +78,9 @@ impl Reader<'_> {
                 let within = within.map(|span| self.text.place(Some(span)));
                 e.at(within.or_else(place))
             })?;
-            b.put(object, declared, target, value).map_err(|e| e.at(place()))?;
+            let place = place();
+            let value = self.with_meshes(b, target, value).map_err(|e| e.at(place.clone()))?;
+            b.put(object, declared, target, value).map_err(|e| e.at(place))?;
         }
         scripts::read(&self.text, b, table, object)
     }

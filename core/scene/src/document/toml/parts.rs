@@ -1,6 +1,6 @@
 //! What consists of several objects: models, imports, scenes as models.
 
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 use nalgebra::Isometry3;
 use tatu_errors::{Error, Place, Result};
@@ -151,6 +151,7 @@ impl Reader<'_> {
             model_params: &[],
             set: Vec::new(),
             chain: self.chain.iter().cloned().chain([full]).collect(),
+            meshes: BTreeMap::new(),
         };
         inner.file(b, Some(base), false)?;
         self.set.append(&mut inner.set);

@@ -54,7 +54,7 @@ impl Reader<'_> {
     /// A table of settings; `within` stands before its keys.
     fn settings(&self, table: &dyn TableLike, within: &str, settings: &mut Settings, top: bool) -> Result {
         let declared = settings::keys();
-        for (key, item) in table.iter() {
+        for (key, item) in table.iter().filter(|(key, _)| !(within.is_empty() && *key == "data")) {
             if let (Some(inner), "", true) = (item.as_table_like(), within, settings::TABLES.contains(&key)) {
                 self.settings(inner, &format!("{key}."), settings, top)?;
                 continue;

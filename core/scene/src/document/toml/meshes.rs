@@ -1,0 +1,69 @@
+//! Meshes that a scene names by their files.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Isometry3;
+use tatu_errors::{Error, Result};
+use tatu_plugin_api::safe::Value;
+
+use super::{
+    super::{Builder, Document, Target, import, import_files::Source},
+    Reader,
+};
+use crate::rows::Row;
+
+impl Reader<'_> {
+    /// A value with the numbers of meshes in place of the names of their files.
+    pub(super) fn with_meshes(&mut self, b: &mut Builder<'_>, target: &Target, value: Value) -> Result<Value> {
+        match (target, value) {
+            (Target::Row(Row::Mesh), Value::Text(name)) => self.mesh(b, &name),
+            (Target::Row(Row::Parts), Value::List(mut parts)) => {
+                let entries = parts.iter_mut().filter_map(|p| if let Value::Map(m) = p { Some(m) } else { None });
+                for (_, value) in entries.flatten().filter(|(key, _)| *key == Value::text("mesh")) {
+                    if let Value::Text(name) = value {
+                        *value = self.mesh(b, name)?;
+                    }
+                }
+                Ok(Value::List(parts))
+            }
+            (_, value) => Ok(value),
+        }
+    }
+
+    /// The number of the mesh in a file, which stands in the scene's folder or below.
+    fn mesh(&mut self, b: &mut Builder<'_>, name: &[u8]) -> Result<Value> {
+        let name = String::from_utf8_lossy(name).into_owned();
+        let folder = self.text.file.parent().unwrap_or(Path::new("")).to_owned();
+        let file = folder.join(&name);
+        if let Some(number) = self.meshes.get(&file) {
+            return Ok(Value::Int(*number));
+        }
+        let from = Source { name: None, folder: Some(folder.clone()), roots: roots(b, folder), whole: false };
+        let lacks = || {
+            Error::new("E105", format!("cannot read the mesh `{name}`"))
+                .expected(format!("a mesh file {}", file.display()))
+        };
+        let bytes = from.read(&name, &b.document.sources)?.ok_or_else(lacks)?;
+        let choice = self.registry.importer_of(&file, &bytes, &b.document.settings.providers)?;
+        let choice = choice.ok_or_else(|| self.registry.no_importer(Path::new(&name)))?;
+        // What else the file may hold is left in a document of its own.
+        let mut alone = Document { sources: b.document.sources.clone(), ..Default::default() };
+        let mut inner = Builder { registry: self.registry, document: &mut alone, group: 0, place: b.place.clone() };
+        let import = import::Import { file: &file, bytes: &bytes, choice, params: &[], whole: false };
+        inner.import(import, None, Isometry3::identity())?;
+        let [mesh] = alone.meshes.as_slice() else {
+            return Err(Error::new("E120", format!("`{name}` holds {} meshes", alone.meshes.len()))
+                .expected("one mesh")
+                .help("place what it holds by `[[import]]`"));
+        };
+        let number = b.mesh((**mesh).clone())? as i64;
+        self.meshes.insert(file, number);
+        Ok(Value::Int(number))
+    }
+}
+
+/// Folders that must not be left: that of the file at hand, and that of the scene.
+fn roots(b: &Builder<'_>, folder: PathBuf) -> Vec<PathBuf> {
+    let scene = b.document.file.as_ref().and_then(|f| f.parent()).map(PathBuf::from);
+    [folder].into_iter().chain(scene).collect()
+}

@@ -1,0 +1,130 @@
+//! Values as scene files write them: short numbers that come back with all their bits.
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use tatu_plugin_api::safe::Value;
+use tatu_plugins::units;
+
+use super::keys::PART_KEYS;
+
+/// A key and its value, as a line of a table has them: `limits_deg = [-90.0, 90.0]`. `None`: no file can say it.
+pub fn line(key: &str, unit: Option<&str>, value: &Value) -> Option<String> {
+    let units = units::suffixes(unit.unwrap_or(""));
+    let written = |(suffix, factor): &(&str, f64)| Some(format!("{key}{suffix} = {}", text(value, *factor)?));
+    units.iter().find_map(written)
+}
+
+/// A text, quoted.
+pub fn quoted(text: &str) -> String {
+    toml_edit::Value::from(text).to_string()
+}
+
+/// A key, quoted where it must be.
+fn key(text: &str) -> String {
+    toml_edit::Key::new(text).to_string()
+}
+
+/// A value whose numbers are divided by the factor of their unit; `None`: one of them would come back as another, or it
+/// is of a kind that files do not have.
+pub fn text(value: &Value, factor: f64) -> Option<String> {
+    let list = |items: Option<Vec<String>>| Some(format!("[{}]", items?.join(", ")));
+    Some(match value {
+        Value::Bool(b) => b.to_string(),
+        Value::Int(i) if factor == 1.0 => i.to_string(),
+        Value::Int(i) => number(divided(*i as f64, factor)?),
+        Value::Float(x) => number(divided(*x, factor)?),
+        Value::Floats(v) => list(v.iter().map(|x| divided(*x, factor).map(number)).collect())?,
+        Value::Ints(v) => list(v.iter().map(|i| Some(i.to_string())).collect())?,
+        Value::Text(t) => quoted(std::str::from_utf8(t).ok()?),
+        Value::List(items) if items.iter().any(|i| matches!(i, Value::Map(_))) => {
+            let items: Option<Vec<String>> = items.iter().map(|i| Some(format!("    {},\n", text(i, factor)?))).collect();
+            format!("[\n{}]", items?.concat())
+        }
+        Value::List(items) => list(items.iter().map(|i| text(i, factor)).collect())?,
+        Value::Map(entries) => table(entries)?,
+        _ => return None,
+    })
+}
+
+/// A part of a compound, whose keys carry units; or something with a name, whose keys do not.
+fn table(entries: &[(Value, Value)]) -> Option<String> {
+    let named = entries.iter().any(|(k, _)| *k == Value::text("name"));
+    let entry = |(k, v): &(Value, Value)| {
+        let Value::Text(k) = k else { return None };
+        let k = std::str::from_utf8(k).ok()?;
+        let unit = PART_KEYS.iter().find(|(known, _)| !named && *known == k).map(|(_, unit)| *unit);
+        line(k, unit, v)
+    };
+    Some(format!("{{ {} }}", entries.iter().map(entry).collect::<Option<Vec<_>>>()?.join(", ")))
+}
+
+/// Free data by tag. `None`: it is no map, or a tag is no text.
+pub fn free_data(value: &Value) -> Option<String> {
+    let Value::Map(entries) = value else { return None };
+    let entry = |(tag, data): &(Value, Value)| match (tag, data) {
+        (Value::Text(tag) | Value::Bytes(tag), Value::Text(data) | Value::Bytes(data)) => {
+            let data = match std::str::from_utf8(data) {
+                Ok(text) => quoted(text),
+                Err(_) => format!("{{ base64 = {} }}", quoted(&STANDARD.encode(data))),
+            };
+            Some(format!("{} = {data}", key(std::str::from_utf8(tag).ok()?)))
+        }
+        _ => None,
+    };
+    Some(format!("{{ {} }}", entries.iter().map(entry).collect::<Option<Vec<_>>>()?.join(", ")))
+}
+
+/// A number as TOML has it, with as many digits as it needs.
+fn number(x: f64) -> String {
+    if x.is_nan() { "nan".into() } else { format!("{x:?}") }
+}
+
+/// The shortest number that gives `x` again when it is multiplied by a factor; `None`: there is none.
+pub fn divided(x: f64, factor: f64) -> Option<f64> {
+    if factor == 1.0 {
+        return Some(x);
+    }
+    let near = x / factor;
+    let short = format!("{near:.11e}").parse().unwrap_or(near);
+    [short, near, near.next_up(), near.next_down()].into_iter().find(|n| (n * factor).to_bits() == x.to_bits())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_come_back() {
+        assert_eq!(line("a", Some("rad"), &Value::Float(PI / 2.0)).unwrap(), "a_deg = 90.0");
+        assert_eq!(line("a", Some("rad"), &Value::Floats(vec![f64::INFINITY, 0.0])).unwrap(), "a_deg = [inf, 0.0]");
+        assert_eq!(line("b", Some("m"), &Value::Float(1e-7)).unwrap(), "b_m = 1e-7");
+        assert_eq!(line("c", None, &Value::text("a \"b\"")).unwrap(), "c = 'a \"b\"'");
+    }
+
+    #[test]
+    fn parts_carry_units_and_data_any_bytes() {
+        let part = Value::Map(vec![(Value::text("size"), Value::Floats(vec![1.0, 2.0, 3.0]))]);
+        assert_eq!(line("parts", None, &Value::List(vec![part])).unwrap(), "parts = [\n    { size_m = [1.0, 2.0, 3.0] },\n]");
+        let data = Value::Map(vec![
+            (Value::text("\u{1}tag"), Value::text("text")),
+            (Value::text("b"), Value::Text(vec![0xFF, 0])),
+        ]);
+        let text = free_data(&data).unwrap();
+        let read: toml_edit::DocumentMut = format!("data = {text}").parse().unwrap();
+        assert_eq!(super::super::keys::to_map(&read["data"]).unwrap(), data);
+    }
+
+    proptest! {
+        #[test]
+        fn every_angle_comes_back(x in -10.0..10.0) {
+            let written = line("a", Some("rad"), &Value::Float(x)).unwrap();
+            let (key, number) = written.split_once(" = ").unwrap();
+            let number: f64 = number.parse().unwrap();
+            let factor = units::factor(key, "a", Some("rad")).unwrap();
+            prop_assert_eq!((number * factor).to_bits(), x.to_bits());
+        }
+    }
+}

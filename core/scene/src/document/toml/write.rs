@@ -1,0 +1,322 @@
+//! A document as a scene file: the objects that it has come to, one by one, with nothing but the difference from what
+//! is the default. Scripts and meshes stand in files beside it.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt::Write,
+};
+
+use nalgebra::UnitQuaternion;
+use tatu_errors::Result;
+use tatu_geometry::Mesh;
+use tatu_plugin_api::safe::Value;
+use tatu_plugins::Registry;
+
+use super::{
+    super::{Builder, Document, NORMAL, ObjectSpec, PRIORITIES, Settings, Target, settings},
+    value_text::{divided, free_data, line, quoted, text},
+};
+use crate::{Scene, from_euler, rows::Row, rows::kind_name, to_euler};
+
+/// A scene file and those beside it.
+#[derive(Debug, Clone, Default)]
+pub struct Written {
+    /// The scene file.
+    pub text: String,
+    /// Names, seen from the scene file, and what they hold.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// What no file can say, and is left out.
+    pub left_out: Vec<String>,
+}
+
+/// Writes a document; the files beside it go into `folder`, seen from the scene file.
+///
+/// Read again it is the same scene, with the same bits in every number: models and imports have become single objects,
+/// which keep the unique names that they have.
+pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<Written> {
+    let (scene, slots) = document.instantiate();
+    // Only to ask what keys mean.
+    let mut copy = document.clone();
+    let builder = Builder { registry, document: &mut copy, group: 0, place: None };
+    let mut writer = Writer {
+        document,
+        registry,
+        scene,
+        slots,
+        folder,
+        out: Written { text: "format = 1\n".into(), ..Default::default() },
+        names: BTreeSet::new(),
+        meshes: BTreeMap::new(),
+        users: BTreeMap::new(),
+    };
+    for spec in &document.objects {
+        *writer.users.entry(&spec.alias).or_default() += 1;
+    }
+    writer.world();
+    writer.services();
+    for (i, spec) in document.objects.iter().enumerate() {
+        writer.object(&builder, i, spec)?;
+    }
+    Ok(writer.out)
+}
+
+struct Writer<'a> {
+    document: &'a Document,
+    registry: &'a Registry,
+    scene: Scene,
+    slots: Vec<u32>,
+    folder: &'a str,
+    out: Written,
+    /// Names of files that are taken.
+    names: BTreeSet<String>,
+    /// Files of meshes, by their numbers.
+    meshes: BTreeMap<i64, String>,
+    /// How many objects have an alias.
+    users: BTreeMap<&'a str, usize>,
+}
+
+impl Writer<'_> {
+    fn put(&mut self, line: &str) {
+        self.out.text += line;
+        self.out.text.push('\n');
+    }
+
+    /// `[scene]` and `[providers]`.
+    fn world(&mut self) {
+        let mut lines = Vec::new();
+        let (ours, usual) = (settings::values(&self.document.settings), settings::values(&Settings::default()));
+        for (key, value) in ours {
+            if usual.iter().any(|(k, v)| *k == key && *v == value) {
+                continue;
+            }
+            let unit = settings::keys().into_iter().find(|(d, ())| d.key == key).and_then(|(d, ())| d.unit);
+            match line(key, unit.as_deref(), &value) {
+                Some(line) => lines.push(line),
+                None => self.out.left_out.push(format!("scene.{key}")),
+            }
+        }
+        let notes = crate::notes_value(&self.document.notes);
+        if !self.document.notes.is_empty() {
+            match free_data(&notes) {
+                Some(text) => lines.push(format!("data = {text}")),
+                None => self.out.left_out.push("scene.data".into()),
+            }
+        }
+        if !lines.is_empty() {
+            self.put("\n[scene]");
+            lines.iter().for_each(|l| self.put(l));
+        }
+        if !self.document.settings.providers.is_empty() {
+            self.put("\n[providers]");
+            for (role, id) in &self.document.settings.providers {
+                self.put(&format!("{} = {}", quoted(role), quoted(id)));
+            }
+        }
+    }
+
+    fn services(&mut self) {
+        for spec in &self.document.services {
+            let kind = &self.registry.services[spec.kind];
+            self.put("\n[[service]]");
+            self.put(&format!("id = {}", quoted(&kind.id)));
+            for declared in &kind.params {
+                let Some((key, value)) = spec.params.iter().rev().find(|(k, _)| *k == declared.key) else { continue };
+                match line(key, declared.unit.as_deref(), value) {
+                    Some(line) => self.put(&line),
+                    None => self.out.left_out.push(format!("{}: {key}", kind.id)),
+                }
+            }
+        }
+    }
+
+    fn object(&mut self, builder: &Builder<'_>, index: usize, spec: &ObjectSpec) -> Result {
+        let slot = self.slots[index];
+        let own = self.name_of(slot);
+        self.put("\n[[object]]");
+        self.put(&format!("kind = {}", quoted(kind_name(spec.kind))));
+        self.put(&format!("alias = {}", quoted(&spec.alias)));
+        // An object that is alone with its alias has it as its name.
+        if own != spec.alias || self.users.get(spec.alias.as_str()).is_some_and(|n| *n > 1) {
+            self.put(&format!("name = {}", quoted(&own)));
+        }
+        if let Some(parent) = spec.parent {
+            let parent = self.name_of(self.slots[parent]);
+            self.put(&format!("parent = {}", quoted(&parent)));
+        }
+        if let Some(d) = &spec.device {
+            let key = kind_name(spec.kind);
+            let kind = self.registry.device(spec.kind, d.kind);
+            self.put(&format!("{key} = {}", quoted(&kind.id)));
+        }
+        self.pose(slot);
+        let declared = builder.declared(index);
+        for (row, value) in last_of_each(&spec.rows) {
+            let placed = matches!(row, Row::Position | Row::Quaternion | Row::Orientation | Row::Pose | Row::WorldPose);
+            if placed || row == Row::Name {
+                continue;
+            }
+            let info = declared.iter().find(|(_, t)| matches!(t, Target::Row(r) if *r == row));
+            let Some((d, _)) = info else { continue };
+            let written = match row {
+                Row::Notes => free_data(value).map(|text| format!("data = {text}")),
+                Row::Mesh | Row::Parts => line(&d.key, None, &self.with_files(value, &spec.alias)),
+                _ => line(&d.key, d.unit.as_deref(), value),
+            };
+            match written {
+                Some(line) => self.put(&line),
+                None => self.out.left_out.push(format!("{own}: {}", d.key)),
+            }
+        }
+        for (key, value) in spec.device.iter().flat_map(|d| last_of_each(&d.params)) {
+            let param = declared.iter().find(|(d, t)| matches!(t, Target::Param(_)) && d.key == key);
+            let Some((d, _)) = param else { continue };
+            match line(&d.key, d.unit.as_deref(), value) {
+                Some(line) => self.put(&line),
+                None => self.out.left_out.push(format!("{own}: {key}")),
+            }
+        }
+        self.scripts(spec)
+    }
+
+    fn name_of(&self, slot: u32) -> String {
+        self.scene.get(slot).map_or_else(String::new, crate::Object::name)
+    }
+
+    /// Where it stands in the frame of its parent.
+    fn pose(&mut self, slot: u32) {
+        let local = self.scene.local(slot);
+        let place: Vec<f64> = local.translation.vector.iter().copied().collect();
+        if place.iter().any(|x| *x != 0.0) {
+            let value = text(&Value::Floats(place), 1.0).unwrap_or_default();
+            self.put(&format!("position_m = {value}"));
+        }
+        let line = turned(&local.rotation);
+        if !line.is_empty() {
+            self.put(&line);
+        }
+    }
+
+    /// A value with the names of files in place of the numbers of meshes.
+    fn with_files(&mut self, value: &Value, alias: &str) -> Value {
+        match value {
+            Value::Int(number) => Value::text(self.mesh(*number, alias)),
+            Value::List(parts) => Value::List(
+                parts
+                    .iter()
+                    .map(|part| {
+                        let Value::Map(entries) = part else { return part.clone() };
+                        let entry = |(k, v): &(Value, Value)| match v {
+                            Value::Int(_) if *k == Value::text("mesh") => (k.clone(), self.with_files(v, alias)),
+                            _ => (k.clone(), v.clone()),
+                        };
+                        Value::Map(entries.iter().map(entry).collect())
+                    })
+                    .collect(),
+            ),
+            other => other.clone(),
+        }
+    }
+
+    /// The file of a mesh, which is written where it is first used.
+    fn mesh(&mut self, number: i64, alias: &str) -> String {
+        if let Some(file) = self.meshes.get(&number) {
+            return file.clone();
+        }
+        let file = self.file(alias, ".ply");
+        let mesh = usize::try_from(number - 1).ok().and_then(|n| self.document.meshes.get(n));
+        self.out.files.push((file.clone(), mesh.map_or_else(Vec::new, |m| ply(m))));
+        self.meshes.insert(number, file.clone());
+        file
+    }
+
+    fn scripts(&mut self, spec: &ObjectSpec) -> Result {
+        let mut all = Vec::new();
+        for script in &spec.scripts {
+            let language = &self.registry.languages[script.language];
+            let suffix = language.suffixes.first().map_or(".txt", String::as_str);
+            let file = self.file(&spec.alias, suffix);
+            let mut entry = format!("file = {}", quoted(&file));
+            let by_suffix = self.registry.language(&file, &self.document.settings.providers);
+            if by_suffix.ok() != Some(script.language) {
+                let _ = write!(entry, ", language = {}", quoted(&language.id));
+            }
+            if !script.dialect.is_empty() {
+                let _ = write!(entry, ", dialect = {}", quoted(&script.dialect));
+            }
+            if script.kind != "child" {
+                let _ = write!(entry, ", kind = {}", quoted(&script.kind));
+            }
+            if script.priority != NORMAL {
+                let _ = write!(entry, ", priority = {}", quoted(PRIORITIES[usize::from(script.priority)]));
+            }
+            if script.side_by_side {
+                entry += ", side_by_side = true";
+            }
+            self.out.files.push((file, script.text.clone()));
+            all.push(format!("{{ {entry} }}"));
+        }
+        match all.as_slice() {
+            [] => {}
+            [one] => self.put(&format!("script = {one}")),
+            _ => {
+                let list: String = all.iter().map(|s| format!("    {s},\n")).collect();
+                self.put(&format!("scripts = [\n{list}]"));
+            }
+        }
+        Ok(())
+    }
+
+    /// A name for a file beside the scene, after the object that uses it.
+    fn file(&mut self, alias: &str, suffix: &str) -> String {
+        let keep = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+        let stem: String = alias.chars().map(|c| if keep(c) { c } else { '_' }).take(60).collect();
+        let mut name = format!("{}/{stem}{suffix}", self.folder);
+        for n in 2.. {
+            // Some systems do not tell capital letters from small ones.
+            if self.names.insert(name.to_lowercase()) {
+                break;
+            }
+            name = format!("{}/{stem}_{n}{suffix}", self.folder);
+        }
+        name
+    }
+}
+
+/// The last value of each key, in the order in which they were set.
+fn last_of_each<K: PartialEq + Clone, V>(all: &[(K, V)]) -> impl Iterator<Item = (K, &V)> {
+    let kept = all.iter().enumerate().filter(|(i, (k, _))| !all[i + 1..].iter().any(|(later, _)| later == k));
+    kept.map(|(_, (k, v))| (k.clone(), v))
+}
+
+/// An orientation: nothing, turns where these give it back with all its bits, or else a quaternion.
+fn turned(q: &UnitQuaternion<f64>) -> String {
+    const DEG: f64 = std::f64::consts::PI / 180.0;
+    // As an orientation -1 equals 1; its bits do not.
+    if q.coords == UnitQuaternion::identity().coords {
+        return String::new();
+    }
+    let near = to_euler(q).map(|x| format!("{:.9}", x / DEG).parse::<f64>().unwrap_or(0.0));
+    let short = from_euler(near.map(|d| d * DEG));
+    if short.coords == q.coords && near.iter().all(|d| divided(d * DEG, DEG).is_some()) {
+        return format!("orientation_deg = {}", text(&Value::Floats(near.to_vec()), 1.0).unwrap_or_default());
+    }
+    let value = Value::Floats(q.coords.iter().copied().collect());
+    format!("quaternion = {}", text(&value, 1.0).unwrap_or_default())
+}
+
+/// A mesh as a PLY file with all digits.
+fn ply(mesh: &Mesh) -> Vec<u8> {
+    let mut out = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
+         element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        mesh.vertices.len(),
+        mesh.triangles.len()
+    );
+    for v in &mesh.vertices {
+        let _ = writeln!(out, "{:?} {:?} {:?}", v.x, v.y, v.z);
+    }
+    for [a, b, c] in &mesh.triangles {
+        let _ = writeln!(out, "3 {a} {b} {c}");
+    }
+    out.into_bytes()
+}
