@@ -125,6 +125,9 @@ pub struct Run {
     /// Take scripts, models and plugins that are changed while it runs at the next step; such a run cannot be repeated.
     #[arg(long, conflicts_with_all = ["log", "replay", "snapshot_at", "from"])]
     pub reload: bool,
+    /// Write the scene as it is when the run ends, before scripts clean up, as a scene file with meshes and scripts beside it.
+    #[arg(long, value_name = "FILE")]
+    pub save: Option<PathBuf>,
     /// Take no warnings: one before the start keeps the run from starting, one while it runs makes the exit code 1.
     #[arg(long)]
     pub strict: bool,

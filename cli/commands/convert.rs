@@ -1,12 +1,9 @@
 //! `tatu convert`: a scene of any format as a scene file, with meshes and scripts beside it.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    process::ExitCode,
-};
+use std::{path::Path, process::ExitCode};
 
 use tatu_core::{
+    World,
     document::{self, Sources, Written},
     errors::Error,
     state::write_whole,
@@ -26,36 +23,34 @@ pub fn convert(args: &Convert) -> ExitCode {
 }
 
 fn converted(args: &Convert) -> Result<(), Error> {
-    if args.output.extension().is_none_or(|e| e != "toml") {
-        return Err(Error::new("E105", format!("cannot write {}", args.output.display()))
-            .expected("a name that ends with `.toml`, by which scene files are known"));
-    }
+    check_name(&args.output)?;
     let registry = super::registry(Some(&args.scene), &Sources::default(), &args.changes.allow)?;
     let document = super::load(&args.scene, &args.changes.options(&[])?, &registry)?;
-    let written = document::write(&document, &registry, &folder_of(&args.output))?;
+    let written = document::write(&document, &registry, &document::folder_beside(&args.output))?;
     save(&args.output, &written)?;
     let (objects, files) = (document.objects.len(), written.files.len());
     report::out!("{}: {objects} objects, {files} files beside it", args.output.display());
     Ok(())
 }
 
-/// The folder for what stands beside a scene file, seen from it.
-pub fn folder_of(scene: &Path) -> String {
-    let stem = scene.file_stem().map_or("scene".into(), |s| s.to_string_lossy().into_owned());
-    format!("{stem}_files")
+/// Writes a running world as a scene file.
+pub fn save_world(file: &Path, world: &World) -> Result<(), Error> {
+    check_name(file)?;
+    save(file, &document::write(&world.to_document(), &world.registry(), &document::folder_beside(file))?)
 }
 
-/// Writes a scene file after those that it names, so that it never names what is not there.
-pub fn save(scene: &Path, written: &Written) -> Result<(), Error> {
-    let above = scene.parent().unwrap_or(Path::new(""));
-    let fail = |path: &Path, e: std::io::Error| Error::new("E105", format!("cannot write {}: {e}", path.display()));
-    for (name, bytes) in &written.files {
-        let path: PathBuf = above.join(name);
-        let folder = path.parent().unwrap_or(above);
-        fs::create_dir_all(folder).map_err(|e| fail(folder, e))?;
-        write_whole(&path, bytes).map_err(|e| fail(&path, e))?;
+/// Scene files are known by their names.
+pub fn check_name(file: &Path) -> Result<(), Error> {
+    if file.extension().is_some_and(|e| e == "toml") {
+        return Ok(());
     }
-    write_whole(scene, written.text.as_bytes()).map_err(|e| fail(scene, e))?;
+    let error = Error::new("E105", format!("cannot write {}", file.display()));
+    Err(error.expected("a name that ends with `.toml`, by which scene files are known"))
+}
+
+/// Writes a scene file with what stands beside it, and tells what it cannot say.
+fn save(scene: &Path, written: &Written) -> Result<(), Error> {
+    document::save(scene, written, &write_whole)?;
     for what in &written.left_out {
         report::note(&format!("{}: `{what}` is left out: a scene file cannot say it", scene.display()));
     }

@@ -982,8 +982,16 @@ typedef struct tatu_host_scene {
    * no cost, without a sentence. `kind`, `object` may be null. */
   tatu_status(TATU_CALL *wanted)(tatu_world *, tatu_object from, tatu_str name, const char *kind, tatu_object *object);
   /* Copies `n` objects, in place: a copy hangs below the copy of its parent, or below nothing where the parent is not
-   * in the list. All get one new suffix. `out` has room for `n`. Devices and scripts are not copied. */
+   * in the list. All get one new suffix. `out` has room for `n`. Sensors, actuators and scripts come with what they
+   * have now as parameters and text, and begin anew. */
   tatu_status(TATU_CALL *copy)(tatu_world *, const tatu_object *objects, uint32_t n, tatu_object *out);
+  /* [step] Reads a scene file, or a file that an importer reads, into the world below `parent` (0: the world): objects,
+   * sensors, actuators and scripts. `file` is a path that `files.resolve` gave. `*out` is the first object. Numbers of
+   * the world and a main script in the file have no effect. What is in the file is refused as at a start. */
+  tatu_status(TATU_CALL *load)(tatu_world *, tatu_str file, tatu_object parent, tatu_object *out);
+  /* [step] Writes an object and all below it (0: the whole scene) as a scene file, with meshes and scripts in a folder
+   * beside it. `file` is a path that `files.resolve` gave; it ends with ".toml". */
+  tatu_status(TATU_CALL *save)(tatu_world *, tatu_str file, tatu_object base);
 } tatu_host_scene;
 
 #define TATU_HOST_READINGS "tatu.host.readings/draft.1"

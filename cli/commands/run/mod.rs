@@ -86,6 +86,7 @@ struct Ready {
 }
 
 fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
+    args.save.as_deref().map_or(Ok(()), super::convert::check_name)?;
     let replay = args.replay.as_deref().map(file::read).transpose()?;
     let mut options = match &replay {
         Some(log) => log.header.options()?,
@@ -279,6 +280,10 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         ));
     }
     let objects = objects(&world, &hash);
+    let saved = args.save.as_deref().map(|file| super::convert::save_world(file, &world));
+    if let Some(Err(e)) = saved {
+        report::lost(&e);
+    }
     let opened = world.files_opened();
     let stand_ins = args.stand_ins.then(|| standins::told(&world));
     // The passes in which scripts see the end coming are not counted.

@@ -60,6 +60,8 @@ pub struct tatu_host_scene {
     pub wanted:
         Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *const c_char, *mut tatu_object) -> tatu_status>,
     pub copy: Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32, *mut tatu_object) -> tatu_status>,
+    pub load: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_object, *mut tatu_object) -> tatu_status>,
+    pub save: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_object) -> tatu_status>,
 }
 
 #[repr(C)]

@@ -246,6 +246,19 @@ impl<'a> World<'a> {
         self.check(unsafe { service!(self.scene.copy)(self.raw, from, n, out.as_mut_ptr()) })?;
         Ok(out)
     }
+    /// Reads a scene file, or one that an importer reads, below `parent` (0: the world); its first object. `file` is what
+    /// [`World::file`] gave.
+    pub fn load(&self, file: &[u8], parent: tatu_object) -> Result<tatu_object> {
+        let mut out = 0;
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
+        self.check(unsafe { service!(self.scene.load)(self.raw, bytes_raw(file), parent, &mut out) })?;
+        Ok(out)
+    }
+    /// Writes an object and all below it (0: the whole scene) as a scene file. `file` is what [`World::file`] gave.
+    pub fn save(&self, file: &[u8], base: tatu_object) -> Result {
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
+        self.check(unsafe { service!(self.scene.save)(self.raw, bytes_raw(file), base) })
+    }
     pub(super) fn fill<T: Copy + Default>(
         &self,
         call: impl Fn(*mut T, u32, *mut u32) -> tatu_status,

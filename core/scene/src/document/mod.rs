@@ -14,6 +14,7 @@ mod build;
 mod import;
 mod import_files;
 mod keys;
+mod live;
 mod names;
 mod overrides;
 mod plugin_builder;
@@ -31,12 +32,13 @@ use tatu_plugin_api::safe::Value;
 
 pub use build::Builder;
 pub use build::Target;
+pub use live::Beside;
 pub use overrides::{Override, ScriptOverride};
 pub use presets::{Setting, settings as preset_settings};
 pub use services::{ServiceOverride, ServiceSpec};
 pub use settings::{FRICTION_RULES, FrictionPair, Settings};
 pub use sources::Sources;
-pub use toml::{Options, Written, load, plugin_folders, write};
+pub use toml::{Options, Written, folder_beside, load, load_part, plugin_folders, save, write};
 
 use crate::{ActuatorData, Data, Joint, Scene, SensorData, Shape, rows::Row};
 use tatu_errors::{Error, Place, Result};
@@ -182,36 +184,7 @@ impl Document {
     pub fn instantiate(&self) -> (Scene, Vec<u32>) {
         let mut scene = Scene::default();
         scene.friction_pairs.clone_from(&self.settings.friction_pairs);
-        let mut slots = Vec::with_capacity(self.objects.len());
-        for spec in &self.objects {
-            use tatu_plugin_api::abi::*;
-            let data = match spec.kind {
-                TATU_KIND_SHAPE => Data::Shape(Box::new(self.shape(spec))),
-                TATU_KIND_JOINT => Data::Joint(Box::<Joint>::default()),
-                TATU_KIND_SENSOR => Data::Sensor(SensorData::new(spec.device.as_ref().map_or(usize::MAX, |d| d.kind))),
-                TATU_KIND_ACTUATOR => Data::Actuator(ActuatorData {
-                    kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
-                    // Filled when its device is made.
-                    commands: Vec::new(),
-                }),
-                TATU_KIND_FORCE_SENSOR => Data::ForceSensor(Box::default()),
-                TATU_KIND_GRAPH => Data::Graph(Box::default()),
-                _ => Data::Dummy(None),
-            };
-            let parent = spec.parent.and_then(|p| slots.get(p).copied()).unwrap_or(0);
-            let slot = scene.add(parent, &spec.alias, Isometry3::identity(), data).unwrap_or(0);
-            slots.push(slot);
-            // Names are given below, all together.
-            for (row, value) in spec.rows.iter().filter(|(r, _)| *r != Row::Name) {
-                // Checked when the document was written.
-                let _ = crate::set(&mut scene, slot, *row, value);
-            }
-            self.fill_parts(&mut scene, slot);
-            let placed = scene.get(slot).map(|_| spec.placement * scene.local(slot));
-            if let Some(local) = placed.filter(|_| spec.placement != Isometry3::identity()) {
-                scene.set_local(slot, local);
-            }
-        }
+        let slots = self.plant(&mut scene, 0);
         // Names are given in the order of the file, so that the first of equal ones keeps its plain name. Objects of
         // the scene itself come one by one, those of a model together.
         let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -241,6 +214,42 @@ impl Document {
         scene.notes.clone_from(&self.notes);
         scene.refresh(0);
         (scene, slots)
+    }
+
+    /// Adds the objects to a tree, below `above` (0: the world), with nothing but their aliases for names; the slot of each,
+    /// 0 where the tree is full.
+    pub fn plant(&self, scene: &mut Scene, above: u32) -> Vec<u32> {
+        let mut slots = Vec::with_capacity(self.objects.len());
+        for spec in &self.objects {
+            use tatu_plugin_api::abi::*;
+            let data = match spec.kind {
+                TATU_KIND_SHAPE => Data::Shape(Box::new(self.shape(spec))),
+                TATU_KIND_JOINT => Data::Joint(Box::<Joint>::default()),
+                TATU_KIND_SENSOR => Data::Sensor(SensorData::new(spec.device.as_ref().map_or(usize::MAX, |d| d.kind))),
+                TATU_KIND_ACTUATOR => Data::Actuator(ActuatorData {
+                    kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
+                    // Filled when its device is made.
+                    commands: Vec::new(),
+                }),
+                TATU_KIND_FORCE_SENSOR => Data::ForceSensor(Box::default()),
+                TATU_KIND_GRAPH => Data::Graph(Box::default()),
+                _ => Data::Dummy(None),
+            };
+            let parent = spec.parent.and_then(|p| slots.get(p).copied()).unwrap_or(above);
+            let slot = scene.add(parent, &spec.alias, Isometry3::identity(), data).unwrap_or(0);
+            slots.push(slot);
+            // Names are given below, all together.
+            for (row, value) in spec.rows.iter().filter(|(r, _)| *r != Row::Name) {
+                // Checked when the document was written.
+                let _ = crate::set(scene, slot, *row, value);
+            }
+            self.fill_parts(scene, slot);
+            let placed = scene.get(slot).map(|_| spec.placement * scene.local(slot));
+            if let Some(local) = placed.filter(|_| spec.placement != Isometry3::identity()) {
+                scene.set_local(slot, local);
+            }
+        }
+        slots
     }
 
     /// Gives the parts of a shape their meshes, by the numbers that they name.

@@ -75,7 +75,8 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
             return Ok(told);
         }
         // An alias that only one object has, which came by itself, is its unique name.
-        if let Some(one) = document.names.only(path).filter(|i| document.objects.get(*i).is_some_and(|o| o.group == 0)) {
+        if let Some(one) = document.names.only(path).filter(|i| document.objects.get(*i).is_some_and(|o| o.group == 0))
+        {
             return Ok(one);
         }
     }

@@ -13,7 +13,7 @@ pub(crate) fn make_devices(cell: &WorldCell, slots: &[u32]) -> Result {
     let document = cell.document.shared();
     for (spec, slot) in document.objects.iter().zip(slots) {
         if let Some(device) = &spec.device {
-            make(cell, *slot, device, spec.place.as_ref())?;
+            make_device(cell, *slot, device, spec.place.as_ref())?;
         }
     }
     Ok(())
@@ -39,7 +39,7 @@ pub(crate) fn note_devices(cell: &WorldCell) {
 pub(crate) fn remake_devices(cell: &WorldCell) {
     end_devices(cell);
     for (slot, spec) in std::mem::take(&mut *cell.initial_devices.borrow_mut()) {
-        if let Err(e) = make(cell, slot, &spec, None) {
+        if let Err(e) = make_device(cell, slot, &spec, None) {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
         }
     }
@@ -53,8 +53,8 @@ pub(crate) fn end_devices(cell: &WorldCell) {
     actuators.into_iter().for_each(|d| d.destroy(cell));
 }
 
-/// Makes the device of an object.
-fn make(cell: &WorldCell, slot: u32, device: &DeviceSpec, place: Option<&Place>) -> Result {
+/// Makes the device of an object. Must be called without any borrow of the world.
+pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, place: Option<&Place>) -> Result {
     let (owner, name, path, object_kind) = {
         let scene = cell.scene.borrow();
         let Some(o) = scene.get(slot) else { return Ok(()) };

@@ -19,7 +19,7 @@ use tatu_plugins::{
 
 use crate::cell::WorldCell;
 
-pub(crate) use devices::{end_devices, make_devices, note_devices, remake_devices};
+pub(crate) use devices::{end_devices, make_device, make_devices, note_devices, remake_devices};
 pub use save::Missed;
 pub(crate) use save::{InstanceImage, load_instance, save_instance, state_of};
 

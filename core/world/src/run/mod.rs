@@ -207,6 +207,11 @@ impl World {
         let bases = scene.slots().map(|(s, _)| s).filter(|s| scene.is_model_base(*s));
         bases.filter_map(|s| Some((paths.remove(&s)?, pose_to_array(&scene.world(s))))).collect()
     }
+    /// The world as a document, for a scene file: how it would begin if it began as it is now. Velocities, and what
+    /// scripts and devices keep, are left out.
+    pub fn to_document(&self) -> Document {
+        crate::state::save::document_of(&self.cell, 0)
+    }
     /// What can be seen of an object by path or unique name; `None`: there is none.
     pub fn observe(&self, path: &str) -> Option<Observed> {
         let cell = &self.cell;

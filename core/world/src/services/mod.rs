@@ -17,6 +17,7 @@ mod scripts;
 mod session;
 mod signals;
 mod solids;
+mod whole_parts;
 
 use std::ffi::{CStr, c_void};
 

@@ -35,7 +35,9 @@ pub static TABLE: tatu_host_scene = tatu_host_scene {
     remove: Some(remove),
     list: Some(list),
     wanted: Some(wanted),
-    copy: Some(super::solids::copy),
+    copy: Some(super::whole_parts::copy),
+    load: Some(super::whole_parts::load),
+    save: Some(super::whole_parts::save),
 };
 
 unsafe extern "C" fn prop(host: *const tatu_host, key: *const c_char) -> tatu_prop {

@@ -4,7 +4,7 @@
 //! - [`Snapshot`]: everything that decides the future, as a file (`file`);
 //! - `snapshot`, `restore`: out of a world, and into one;
 //! - `image`: the parts of a world as they stand in the file;
-//! - `document`: which scene a snapshot is of; `whole`: files that are written as a whole.
+//! - `document`: which scene a snapshot is of; `save`: a world as a document; `whole`: files that are written as a whole.
 //!
 //! A world whose state a plugin cannot write comes back by *replay*: a new world of the same scene runs to the step.
 
@@ -13,6 +13,7 @@ mod file;
 mod hash;
 mod image;
 pub(crate) mod restore;
+pub(crate) mod save;
 mod snapshot;
 mod whole;
 

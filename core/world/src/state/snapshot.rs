@@ -1,7 +1,8 @@
 //! Out of a world.
 
 use tatu_errors::{Error, Result};
-use tatu_scene::Scene;
+use tatu_geometry::Mesh;
+use tatu_scene::{Scene, Shape};
 
 use super::{
     Head, Snapshot, file, fingerprint, hash_of,
@@ -51,6 +52,13 @@ pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
 fn meshes(cell: &WorldCell, scene: &Scene) -> Result<Vec<(u32, u32)>> {
     let mut out = Vec::new();
     for (slot, o) in scene.slots() {
+        let own = |m: &std::sync::Arc<Mesh>, n: u32| {
+            cell.document.meshes.get((n as usize).wrapping_sub(1)).is_some_and(|known| std::sync::Arc::ptr_eq(known, m))
+        };
+        let foreign = |s: &Shape| s.parts.iter().any(|p| p.mesh.as_ref().is_some_and(|m| !own(m, p.mesh_number)));
+        if o.shape().is_some_and(foreign) {
+            return Err(Error::new("E503", format!("the meshes of {} are not the scene's", scene.path(slot))));
+        }
         let Some(mesh) = o.shape().and_then(|s| s.mesh.as_ref()) else { continue };
         let number =
             cell.document.meshes.iter().position(|m| std::sync::Arc::ptr_eq(m, mesh)).ok_or_else(|| {

@@ -26,5 +26,11 @@ sim.scaleObjects({box}, 2, false)
 assert(math.abs(sim.getShapeBB(box)[3] - 0.6) < 1e-9 and sim.getObjectSizeFactor(box) == 2)
 --- sim.loadModel
 assert(not pcall(sim.loadModel, 'missing.ttm'))
+sim.saveModel(sim.createDummy(0.01), 'model.toml')
+assert(sim.getObjectType(sim.loadModel('model.toml')) == sim.object_dummy_type)
 --- sim.loadScene
 assert(not pcall(sim.loadScene, 'missing.ttt'))
+--- sim.saveModel
+assert(sim.saveModel(sim.createDummy(0.01), 'saved_model.toml') == 1)
+--- sim.saveScene
+assert(sim.saveScene('saved_scene.toml') == 1)

@@ -3,8 +3,7 @@
 use crate::{Vrep, handle_sets, kit::*, tags};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let devices =
-        "Sensors, actuators and scripts are made with the scene only: an object that has one is copied without it.";
+    let devices = "Sensors, actuators and scripts come along and begin anew; what scripts keep is not copied.";
     offer.command(
         both("sim.copyPasteObjects", NIL, |c| {
             let ids = handle_sets::list(c, 0)?;
@@ -119,49 +118,86 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     files(offer);
 }
 
-/// Files of the original, which are read before a scene lives.
+/// Models and scenes as files.
 fn files(offer: &mut Offer<Vrep>) {
-    for (name, what) in [("sim.loadModel", "model"), ("sim.loadScene", "scene")] {
-        offer.command(
-            both(name, MINUS, move |c| -> Result {
-                let file = c.bytes(0)?;
-                let known = c.world().file(file, TATU_FILE_READ);
+    offer.command(
+        both("sim.loadModel", MINUS, |c| {
+            let file = c.bytes(0)?;
+            let w = c.world();
+            // What `sim.saveModel` wrote under a name of another ending.
+            let found =
+                [file.to_vec(), scene_file(file)].into_iter().find_map(|name| w.file(&name, TATU_FILE_READ).ok());
+            let Some(path) = found else {
+                // Models of an installation are objects that a script asks for by name.
                 let file = String::from_utf8_lossy(file).into_owned();
-                if known.is_err() || !std::path::Path::new(&file).exists() {
-                    // Models of an installation are objects that a script asks for by name.
-                    let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
-                    let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
-                    if what == "model"
-                        && let Some(made) = c.world().wanted(0, &format!("/{stem}"), "")
-                    {
-                        c.ret(handle(made));
-                        return Ok(());
-                    }
-                    known?;
-                    return Err(Fail::missing(format!("there is no file `{file}`")));
+                let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
+                let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
+                if let Some(made) = w.wanted(0, &format!("/{stem}"), "") {
+                    c.ret(handle(made));
+                    return Ok(());
                 }
-                Err(Fail::unsupported(format!("a {what} is not loaded while a scene runs"))
-                    .help("name it in the scene file"))
-            })
-            .param(Param::string("file"))
-            .param(Param::any("options").optional())
-            .returns(Param::int("result"))
-            .text(format!("Loads a {what}."))
-            .partial(format!("No {what} is loaded while a scene runs: it says so, and that a file is not there.")),
-        );
-    }
-    for name in ["sim.saveModel", "sim.saveScene", "sim.closeScene"] {
+                w.file(file.as_bytes(), TATU_FILE_READ)?;
+                return Err(Fail::missing(format!("there is no file `{file}`")));
+            };
+            c.ret(handle(w.load(&path, 0)?));
+            Ok(())
+        })
+        .param(Param::string("file"))
+        .param(Param::any("options").optional())
+        .returns(Param::int("model").text("handle of its base"))
+        .text("Loads a model: a scene file, or one that an importer reads, such as `.ttm` and `.urdf`.")
+        .partial("A model from a buffer is not loaded; options have no effect."),
+    );
+    offer.command(
+        both("sim.loadScene", MINUS, |c| {
+            c.world().file(c.bytes(0)?, TATU_FILE_READ)?;
+            Err::<(), _>(Fail::unsupported("a scene is not loaded while another one runs"))
+                .map_err(|e| e.help("start it by itself, or load it as a model"))
+        })
+        .param(Param::string("file"))
+        .returns(Param::int("result"))
+        .text("Loads a scene.")
+        .partial("No scene is loaded while another runs: it says so, and that a file is not there."),
+    );
+    for (name, model) in [("sim.saveModel", true), ("sim.saveScene", false)] {
+        let command = both(name, MINUS, move |c| {
+            let (base, at) = if model { (living(c, 0)?.id, 1) } else { (0, 0) };
+            let w = c.world();
+            let path = w.file(&scene_file(c.bytes(at)?), TATU_FILE_WRITE)?;
+            w.save(&path, base)?;
+            c.ret(1_i64);
+            Ok(())
+        });
+        let command = if model { command.param(object("base")) } else { command };
         offer.command(
-            both(name, MINUS, |c| {
-                c.ret(-1_i64);
-                Ok(())
-            })
-            .param(Param::any("arguments").rest())
-            .returns(Param::int("result").text("-1"))
-            .text("Writes or closes a scene or model: not while it runs.")
-            .stub("scenes and models are not written by scripts"),
+            command
+                .param(Param::string("file"))
+                .returns(Param::int("result").text("1"))
+                .text("Writes a scene or a model as a scene file, as it is now.")
+                .partial(
+                    "It is a scene file of this program: a name that does not end with `.toml` gets that at its end.",
+                ),
         );
     }
+    offer.command(
+        both("sim.closeScene", MINUS, |c| {
+            c.ret(-1_i64);
+            Ok(())
+        })
+        .param(Param::any("arguments").rest())
+        .returns(Param::int("result").text("-1"))
+        .text("Closes a scene: not while it runs.")
+        .stub("a run has one scene"),
+    );
+}
+
+/// The name of a scene file for what a script calls its file.
+fn scene_file(name: &[u8]) -> Vec<u8> {
+    let mut out = name.to_vec();
+    if !out.ends_with(b".toml") {
+        out.extend(b".toml");
+    }
+    out
 }
 
 fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
@@ -174,10 +210,8 @@ fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
             all.push(*id);
         }
     }
-    // What has an instance is not copied; an object that was asked for by itself is refused by the host.
-    let kind = |o: &tatu_object| w.look(*o).map_or(-1, |o| o.kind);
-    let left = |o: &tatu_object| matches!(kind(o), TATU_KIND_SENSOR | TATU_KIND_ACTUATOR | TATU_KIND_SCRIPT);
-    all.retain(|o| ids.contains(o) || !left(o));
+    // Scripts come with the object that they belong to; one that was asked for by itself is refused by the host.
+    all.retain(|o| ids.contains(o) || w.look(*o).is_ok_and(|o| o.kind != TATU_KIND_SCRIPT));
     let copies = w.copy(&all)?;
     Ok(ids
         .iter()

@@ -35,7 +35,10 @@ impl Importer for MeshFile {
 
     fn params() -> Vec<Param> {
         vec![
-            Param::float("scale").range(1e-9, 1e9).default(1.0).text("What the numbers of the file are multiplied by: 0.001 for mm."),
+            Param::float("scale")
+                .range(1e-9, 1e9)
+                .default(1.0)
+                .text("What the numbers of the file are multiplied by: 0.001 for mm."),
             Param::bool("respondable").default(false).text("Whether it collides."),
         ]
     }

@@ -33,7 +33,7 @@ use super::{
     sources::Sources,
 };
 
-pub use write::{Written, write};
+pub use write::{Written, folder_beside, save, write};
 
 /// What a run changes in a scene.
 #[derive(Debug, Clone, Default)]
@@ -87,6 +87,21 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
         }
     }
     Err(Error::new("E102", "the settings of model parameters change which models there are"))
+}
+
+/// Reads a file that becomes a part of a scene which lives already: a scene file, or one that an importer reads.
+pub fn load_part(file: &Path, registry: &Registry) -> Result<Document> {
+    if file.extension().is_some_and(|e| e == "toml") {
+        return load(file, registry, &Options::default());
+    }
+    let mut document = Document { file: Some(file.to_owned()), ..Default::default() };
+    let bytes = read_bytes(file, &document.sources)?;
+    let choice = registry.importer_of(file, &bytes, &BTreeMap::new())?.ok_or_else(|| registry.no_importer(file))?;
+    let mut builder = Builder { registry, document: &mut document, group: 0, place: None };
+    builder.place = Some(Place { file: file.to_owned(), ..Default::default() });
+    let import = import::Import { file, bytes: &bytes, choice, params: &[], whole: false };
+    builder.import(import, None, Isometry3::identity())?;
+    Ok(document)
 }
 
 fn read_bytes(file: &Path, sources: &Sources) -> Result<Vec<u8>> {

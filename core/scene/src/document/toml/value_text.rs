@@ -36,7 +36,8 @@ pub fn text(value: &Value, factor: f64) -> Option<String> {
         Value::Ints(v) => list(v.iter().map(|i| Some(i.to_string())).collect())?,
         Value::Text(t) => quoted(std::str::from_utf8(t).ok()?),
         Value::List(items) if items.iter().any(|i| matches!(i, Value::Map(_))) => {
-            let items: Option<Vec<String>> = items.iter().map(|i| Some(format!("    {},\n", text(i, factor)?))).collect();
+            let items: Option<Vec<String>> =
+                items.iter().map(|i| Some(format!("    {},\n", text(i, factor)?))).collect();
             format!("[\n{}]", items?.concat())
         }
         Value::List(items) => list(items.iter().map(|i| text(i, factor)).collect())?,
@@ -54,7 +55,8 @@ fn table(entries: &[(Value, Value)]) -> Option<String> {
         let unit = PART_KEYS.iter().find(|(known, _)| !named && *known == k).map(|(_, unit)| *unit);
         line(k, unit, v)
     };
-    Some(format!("{{ {} }}", entries.iter().map(entry).collect::<Option<Vec<_>>>()?.join(", ")))
+    let there = entries.iter().filter(|(_, v)| *v != Value::Nil);
+    Some(format!("{{ {} }}", there.map(entry).collect::<Option<Vec<_>>>()?.join(", ")))
 }
 
 /// Free data by tag. `None`: it is no map, or a tag is no text.
@@ -107,7 +109,10 @@ mod tests {
     #[test]
     fn parts_carry_units_and_data_any_bytes() {
         let part = Value::Map(vec![(Value::text("size"), Value::Floats(vec![1.0, 2.0, 3.0]))]);
-        assert_eq!(line("parts", None, &Value::List(vec![part])).unwrap(), "parts = [\n    { size_m = [1.0, 2.0, 3.0] },\n]");
+        assert_eq!(
+            line("parts", None, &Value::List(vec![part])).unwrap(),
+            "parts = [\n    { size_m = [1.0, 2.0, 3.0] },\n]"
+        );
         let data = Value::Map(vec![
             (Value::text("\u{1}tag"), Value::text("text")),
             (Value::text("b"), Value::Text(vec![0xFF, 0])),

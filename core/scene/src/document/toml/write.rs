@@ -4,10 +4,12 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     fmt::Write,
+    fs, io,
+    path::Path,
 };
 
 use nalgebra::UnitQuaternion;
-use tatu_errors::Result;
+use tatu_errors::{Error, Result};
 use tatu_geometry::Mesh;
 use tatu_plugin_api::safe::Value;
 use tatu_plugins::Registry;
@@ -58,6 +60,25 @@ pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<W
         writer.object(&builder, i, spec)?;
     }
     Ok(writer.out)
+}
+
+/// The folder for what stands beside a scene file, seen from it.
+pub fn folder_beside(scene: &Path) -> String {
+    let stem = scene.file_stem().map_or("scene".into(), |s| s.to_string_lossy().into_owned());
+    format!("{stem}_files")
+}
+
+/// Writes a scene file after those that it names, so that it never names what is not there; `whole` writes one file.
+pub fn save(scene: &Path, written: &Written, whole: &dyn Fn(&Path, &[u8]) -> io::Result<()>) -> Result {
+    let above = scene.parent().unwrap_or(Path::new(""));
+    let fail = |path: &Path, e: io::Error| Error::new("E105", format!("cannot write {}: {e}", path.display()));
+    for (name, bytes) in &written.files {
+        let path = above.join(name);
+        let folder = path.parent().unwrap_or(above);
+        fs::create_dir_all(folder).map_err(|e| fail(folder, e))?;
+        whole(&path, bytes).map_err(|e| fail(&path, e))?;
+    }
+    whole(scene, written.text.as_bytes()).map_err(|e| fail(scene, e))
 }
 
 struct Writer<'a> {
@@ -152,7 +173,7 @@ impl Writer<'_> {
         let declared = builder.declared(index);
         for (row, value) in last_of_each(&spec.rows) {
             let placed = matches!(row, Row::Position | Row::Quaternion | Row::Orientation | Row::Pose | Row::WorldPose);
-            if placed || row == Row::Name {
+            if placed || row == Row::Name || is_usual(row, value) {
                 continue;
             }
             let info = declared.iter().find(|(_, t)| matches!(t, Target::Row(r) if *r == row));
@@ -280,6 +301,20 @@ impl Writer<'_> {
         }
         name
     }
+}
+
+/// Whether a value is the default, of rows whose default depends on nothing else.
+fn is_usual(row: Row, value: &Value) -> bool {
+    let usual = match row {
+        Row::ModelBase | Row::Dynamic | Row::Respondable | Row::Bullet | Row::Convex => Value::Bool(false),
+        Row::Visible => Value::Bool(true),
+        Row::Layer => Value::Int(1),
+        Row::RespondableMask | Row::DetectableMask => Value::Int(0xFFFF),
+        Row::JointPosition | Row::TargetPosition | Row::TargetVelocity | Row::MaxForce => Value::Float(0.0),
+        Row::JointMode => Value::text("dynamic"),
+        _ => return false,
+    };
+    *value == usual
 }
 
 /// The last value of each key, in the order in which they were set.

@@ -1,0 +1,191 @@
+//! A document of a tree as it is now: what was made, moved or changed since it was built is in it. Velocities, and what
+//! scripts and devices keep for themselves, are not: a document is how something begins.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use tatu_geometry::Mesh;
+use tatu_plugin_api::safe::Value;
+
+use super::{DeviceSpec, Document, ObjectSpec, ScriptSpec, Settings};
+use crate::{
+    Data, Scene, Shape, get, pose_to_array,
+    rows::{Row, rows_of},
+};
+
+/// What a tree does not hold itself.
+pub struct Beside<'a> {
+    /// Kind and parameters of a sensor's or actuator's device, by slot.
+    pub device: &'a dyn Fn(u32) -> Option<DeviceSpec>,
+    /// Scripts of an object, by slot, in their order.
+    pub scripts: &'a dyn Fn(u32) -> Vec<ScriptSpec>,
+}
+
+impl Document {
+    /// An object and all below it as a document; 0: the whole tree.
+    pub fn of_scene(scene: &Scene, base: u32, settings: Settings, beside: &Beside<'_>) -> Document {
+        let mut document = Document { settings, ..Default::default() };
+        if base == 0 {
+            document.notes.clone_from(&scene.notes);
+        }
+        let mut meshes = Meshes::default();
+        let mut index: BTreeMap<u32, usize> = BTreeMap::new();
+        let mut ahead: Vec<u32> = if base == 0 { scene.roots().iter().rev().copied().collect() } else { vec![base] };
+        // Parents before children, one tree after the other.
+        while let Some(slot) = ahead.pop() {
+            let Some(o) = scene.get(slot) else { continue };
+            ahead.extend(scene.children(slot).iter().rev());
+            let device = (beside.device)(slot);
+            index.insert(slot, document.objects.len());
+            document.objects.push(ObjectSpec {
+                kind: o.kind(),
+                alias: o.alias().to_owned(),
+                parent: index.get(&o.parent).copied(),
+                rows: rows(scene, slot, device.as_ref(), &mut meshes),
+                device,
+                scripts: (beside.scripts)(slot),
+                placement: nalgebra::Isometry3::identity(),
+                group: 0,
+                place: None,
+            });
+        }
+        document.meshes = meshes.list;
+        document
+    }
+}
+
+/// Meshes by the numbers that they get.
+#[derive(Default)]
+struct Meshes {
+    list: Vec<Arc<Mesh>>,
+}
+
+impl Meshes {
+    fn number(&mut self, mesh: &Arc<Mesh>) -> Value {
+        let known = self.list.iter().position(|m| Arc::ptr_eq(m, mesh));
+        let at = known.unwrap_or_else(|| {
+            self.list.push(mesh.clone());
+            self.list.len() - 1
+        });
+        Value::Int(at as i64 + 1)
+    }
+}
+
+/// The rows of an object that differ from those of a new one of its kind.
+fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, meshes: &mut Meshes) -> Vec<(Row, Value)> {
+    let Some(o) = scene.get(slot) else { return Vec::new() };
+    let (blank, blank_slot) = blank(o.kind(), device);
+    // A preset sets what it knows when a file is read: then everything must be told.
+    let preset = matches!(&o.data, Data::Sensor(s) if !s.preset.is_empty());
+    let pose = Value::Floats(pose_to_array(&scene.local(slot)).to_vec());
+    let mut out = vec![(Row::Name, Value::text(o.name())), (Row::Pose, pose)];
+    for info in rows_of(Some(o.kind())).filter(|r| r.change != crate::rows::Change::ReadOnly) {
+        let row = super::build::row(info.key);
+        match (row, &o.data) {
+            (Row::Alias | Row::Name | Row::Parent | Row::Pose | Row::WorldPose, _) => continue,
+            (Row::Position | Row::Quaternion | Row::Orientation | Row::Surface | Row::Cyclic, _) => continue,
+            (Row::Mesh, Data::Shape(s)) => out.extend(s.mesh.as_ref().map(|m| (row, meshes.number(m)))),
+            (Row::Parts, Data::Shape(s)) => out.extend(parts(s, meshes).map(|p| (row, p))),
+            (Row::Mass, Data::Shape(s)) if s.mass.is_none() => {}
+            (Row::Inertia, Data::Shape(s)) if s.inertia.is_none() => {}
+            (Row::Limits, Data::Joint(j)) if j.limits.is_none() => {}
+            _ => {
+                let Ok(value) = get(scene, slot, row) else { continue };
+                let usual = get(&blank, blank_slot, row).is_ok_and(|v| v == value);
+                let none = row == Row::Noise && value == Value::text("");
+                match usual {
+                    true if !preset => {}
+                    _ if none => out.push((row, Value::text("none"))),
+                    _ => out.push((row, value)),
+                }
+            }
+        }
+    }
+    out
+}
+
+/// A tree with one new object of a kind.
+fn blank(kind: i32, device: Option<&DeviceSpec>) -> (Scene, u32) {
+    let spec = ObjectSpec {
+        kind,
+        alias: "blank".into(),
+        parent: None,
+        rows: Vec::new(),
+        device: device.cloned(),
+        scripts: Vec::new(),
+        placement: nalgebra::Isometry3::identity(),
+        group: 0,
+        place: None,
+    };
+    let (scene, slots) = Document { objects: vec![spec], ..Default::default() }.instantiate();
+    (scene, slots[0])
+}
+
+/// Parts of a compound.
+fn parts(shape: &Shape, meshes: &mut Meshes) -> Option<Value> {
+    if shape.parts.is_empty() {
+        return None;
+    }
+    let part = |p: &crate::ShapePart| {
+        let pose = pose_to_array(&p.pose);
+        let mut map = vec![(Value::text("primitive"), Value::text(p.primitive.name()))];
+        match &p.mesh {
+            Some(mesh) => map.push((Value::text("mesh"), meshes.number(mesh))),
+            None => map.push((Value::text("size"), Value::Floats(p.size.iter().copied().collect()))),
+        }
+        if pose[..3] != [0.0; 3] {
+            map.push((Value::text("position"), Value::Floats(pose[..3].to_vec())));
+        }
+        if pose[3..] != [0.0, 0.0, 0.0, 1.0] {
+            map.push((Value::text("quaternion"), Value::Floats(pose[3..].to_vec())));
+        }
+        map.extend(p.color.map(|c| (Value::text("color"), Value::Floats(c.to_vec()))));
+        map.extend(p.friction.map(|f| (Value::text("friction"), Value::Float(f))));
+        if p.convex {
+            map.push((Value::text("convex"), Value::Bool(true)));
+        }
+        Value::Map(map)
+    };
+    Some(Value::List(shape.parts.iter().map(part).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::from_euler;
+
+    /// A tree that was changed comes back from its document as it is.
+    #[test]
+    fn a_changed_tree_comes_back() {
+        let mut scene = Scene::default();
+        let a = scene.add(0, "a", nalgebra::Isometry3::translation(1.0, 2.0, 3.0), Data::Dummy(None)).unwrap();
+        let b = scene.add(a, "b", nalgebra::Isometry3::identity(), Data::Shape(Box::default())).unwrap();
+        let c = scene.add(b, "b", nalgebra::Isometry3::identity(), Data::Joint(Box::default())).unwrap();
+        scene.make_unique(&[c]);
+        scene.set_local(b, nalgebra::Isometry3::from_parts(Default::default(), from_euler([0.1, 0.2, 0.3])));
+        for (slot, row, value) in [
+            (b, Row::Mass, Value::Float(0.1)),
+            (b, Row::Primitive, Value::text("cylinder")),
+            (b, Row::Dynamic, Value::Bool(true)),
+            (c, Row::JointType, Value::text("prismatic")),
+            (c, Row::Limits, Value::Floats(vec![-0.5, 0.5])),
+            (c, Row::JointPosition, Value::Float(0.25)),
+        ] {
+            crate::set(&mut scene, slot, row, &value).unwrap();
+        }
+        let beside = Beside { device: &|_| None, scripts: &|_| Vec::new() };
+        let document = Document::of_scene(&scene, 0, Settings::default(), &beside);
+        let (again, slots) = document.instantiate();
+        assert_eq!(slots.len(), 3);
+        for (old, new) in [a, b, c].into_iter().zip(slots) {
+            assert_eq!(scene.path(old), again.path(new));
+            assert_eq!(scene.get(old).unwrap().name(), again.get(new).unwrap().name());
+            assert_eq!(scene.world(old), again.world(new));
+            for row in [Row::Mass, Row::Primitive, Row::Dynamic, Row::JointType, Row::Limits, Row::JointPosition] {
+                assert_eq!(get(&scene, old, row).ok(), get(&again, new, row).ok(), "{row:?}");
+            }
+        }
+        // A part of it stands alone.
+        let part = Document::of_scene(&scene, b, Settings::default(), &beside);
+        assert_eq!((part.objects.len(), part.objects[0].parent, part.objects[1].parent), (2, None, Some(0)));
+    }
+}

@@ -1,0 +1,191 @@
+//! Parts of a scene as wholes: copied, read from a file, written to one; with their sensors, actuators and scripts.
+
+use std::path::PathBuf;
+
+use tatu_plugin_api::abi::*;
+use tatu_scene::{
+    Data, Scene,
+    document::{self, MAIN, ScriptSpec},
+};
+
+use super::{busy, on, slot};
+use crate::{
+    cell::{Kind, Scripts, WorldCell},
+    instances::make_device,
+    state::{
+        save::{device_of, document_of, scripts_of},
+        write_whole,
+    },
+};
+
+/// Copies objects: with their place in the world; below the copy of their parent if that is copied too, else below none.
+pub(super) unsafe extern "C" fn copy(
+    w: *mut tatu_world,
+    objects: *const tatu_object,
+    n: u32,
+    out: *mut tatu_object,
+) -> tatu_status {
+    // SAFETY: by the contract: `objects` has `n`, `out` has room for `n`.
+    unsafe {
+        on(w, |world| {
+            let objects = if n == 0 { &[] } else { std::slice::from_raw_parts(objects, n as usize) };
+            let (from, to) = {
+                let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+                let mut from = Vec::with_capacity(objects.len());
+                for o in objects {
+                    from.push(slot(world, &scene, *o)?);
+                }
+                let script = from.iter().find(|s| scene.get(**s).is_some_and(|o| matches!(o.data, Data::Script)));
+                if let Some(s) = script {
+                    let text = format!("object {s} is a script, which is copied with the object that it belongs to");
+                    return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
+                }
+                let to = copies(&mut scene, &from).ok_or_else(|| full(world))?;
+                (from, to)
+            };
+            free(world)?;
+            for (old, new) in from.iter().zip(&to) {
+                // Nothing is borrowed while a plugin makes what it keeps.
+                if let Some(device) = device_of(world, *old) {
+                    make_device(world, *new, &device, None).map_err(|e| world.calls.refuse(TATU_ERR, &e.text))?;
+                }
+                add_scripts(world, *new, &scripts_of(world, *old));
+            }
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            for (i, s) in to.iter().enumerate() {
+                *out.add(i) = scene.id(*s);
+            }
+            Ok(())
+        })
+    }
+}
+
+/// Reads a file into the world.
+pub(super) unsafe extern "C" fn load(
+    w: *mut tatu_world,
+    file: tatu_str,
+    parent: tatu_object,
+    out: *mut tatu_object,
+) -> tatu_status {
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    unsafe {
+        on(w, |world| {
+            let path = PathBuf::from(tatu_plugins::border::text(file).into_owned());
+            let parent = match parent {
+                0 => 0,
+                parent => {
+                    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                    slot(world, &scene, parent)?
+                }
+            };
+            let refuse = |e: tatu_errors::Error| {
+                let help = e.help.map_or(String::new(), |h| format!(" ({h})"));
+                world.calls.refuse(TATU_ERR_ARGUMENT, &format!("{}{help}", e.text))
+            };
+            free(world)?;
+            let read = document::load_part(&path, &world.registry).map_err(refuse)?;
+            for text in &read.reports {
+                world.log(TATU_LOG_DEBUG, text);
+            }
+            let slots = {
+                let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+                let slots = read.plant(&mut scene, parent);
+                if slots.contains(&0) {
+                    return Err(full(world));
+                }
+                scene.make_unique(&slots);
+                slots
+            };
+            for (spec, slot) in read.objects.iter().zip(&slots) {
+                if let Some(device) = &spec.device {
+                    make_device(world, *slot, device, None).map_err(refuse)?;
+                }
+                add_scripts(world, *slot, &spec.scripts);
+            }
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            for s in &slots {
+                world.tell_object("object_added", &scene, *s);
+            }
+            *out = slots.first().map_or(0, |s| scene.id(*s));
+            Ok(())
+        })
+    }
+}
+
+/// Writes an object and all below it, or the whole scene.
+pub(super) unsafe extern "C" fn save(w: *mut tatu_world, file: tatu_str, base: tatu_object) -> tatu_status {
+    // SAFETY: by the contract, what a plugin passes is valid during the call.
+    unsafe {
+        on(w, |world| {
+            let path = PathBuf::from(tatu_plugins::border::text(file).into_owned());
+            let fail = |text: String| world.calls.refuse(TATU_ERR, &text);
+            if path.extension().is_none_or(|e| e != "toml") {
+                let text = format!("`{}` does not end with `.toml`, by which scene files are known", path.display());
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
+            }
+            let base = match base {
+                0 => 0,
+                base => {
+                    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                    slot(world, &scene, base)?
+                }
+            };
+            free(world)?;
+            let written = document::write(&document_of(world, base), &world.registry, &document::folder_beside(&path));
+            let written = written.map_err(|e| fail(e.text))?;
+            document::save(&path, &written, &write_whole).map_err(|e| fail(e.text))
+        })
+    }
+}
+
+/// Nothing of the world is in use by a caller further up.
+fn free(world: &WorldCell) -> Result<(), tatu_status> {
+    let busy_now = world.scene.try_borrow_mut().is_err()
+        || world.sensing.try_borrow_mut().is_err()
+        || world.actuators.try_borrow_mut().is_err()
+        || world.scripts.try_borrow_mut().is_err()
+        || world.settings.try_borrow().is_err();
+    if busy_now { Err(busy(world)) } else { Ok(()) }
+}
+
+fn full(world: &WorldCell) -> tatu_status {
+    world.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")
+}
+
+/// Adds scripts to an object. There is one main script in a scene, and it is not this one.
+fn add_scripts(world: &WorldCell, owner: u32, scripts: &[ScriptSpec]) {
+    for spec in scripts.iter().filter(|s| s.kind != MAIN && Kind::parse(&s.kind).is_some()) {
+        Scripts::add(world, owner, spec);
+    }
+}
+
+fn copies(scene: &mut Scene, from: &[u32]) -> Option<Vec<u32>> {
+    // Parents before children, whatever the order of the list.
+    let mut order: Vec<usize> = (0..from.len()).collect();
+    let depth = |scene: &Scene, mut s: u32| {
+        let mut n = 0;
+        while let Some(o) = scene.get(s) {
+            (s, n) = (o.parent, n + 1);
+        }
+        n
+    };
+    order.sort_by_key(|i| depth(scene, from[*i]));
+    let mut to = vec![0; from.len()];
+    for i in order {
+        let o = scene.get(from[i])?;
+        let (alias, world, mut data) = (o.alias().to_owned(), scene.world(from[i]), o.data.clone());
+        let (model_base, visible, layer, notes) = (scene.is_model_base(from[i]), o.visible, o.layer, o.notes.clone());
+        let parent = from.iter().position(|s| *s == o.parent).map_or(0, |p| to[p]);
+        match &mut data {
+            Data::Shape(s) => s.body = tatu_scene::Body(None),
+            Data::Joint(j) => j.id = None,
+            _ => {}
+        }
+        to[i] = scene.add(parent, &alias, scene.frame(parent).inverse() * world, data)?;
+        scene.set_model_base(to[i], model_base);
+        let o = scene.get_mut(to[i])?;
+        (o.visible, o.layer, o.notes) = (visible, layer, notes);
+    }
+    scene.make_unique(&to);
+    Some(to)
+}
