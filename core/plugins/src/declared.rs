@@ -119,6 +119,7 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
             .map(|v| match v {
                 Value::Float(f) => Some(*f),
                 Value::Int(i) => Some(*i as f64),
+                Value::Text(t) => number(t),
                 _ => None,
             })
             .collect::<Option<Vec<_>>>()

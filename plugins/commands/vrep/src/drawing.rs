@@ -48,9 +48,16 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         command("sim.addDrawingObjectItem", |c| {
             let drawing = c.i64(0)? & HANDLE_BITS;
-            let items = if c.has(1) { c.arg(1).numbers().unwrap_or_default() } else { Vec::new() };
+            let mut items = if c.has(1) { c.arg(1).numbers().unwrap_or_default() } else { Vec::new() };
             if c.has(1) && items.is_empty() {
                 return Err(Fail::argument("argument 2: expected a table of numbers, or nil"));
+            }
+            // The original takes one item and lets the rest be: a segment of `sim.checkDistance` has its length behind it.
+            if let Some(stride) = c.world().figure(0, drawing, false).ok().and_then(stride)
+                && items.len() > stride
+                && !items.len().is_multiple_of(stride)
+            {
+                items.truncate(stride);
             }
             let taken = c.world().put_figure(0, drawing, &items)?;
             c.ret(i64::from(items.is_empty() || taken > 0));
@@ -70,6 +77,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .example("sim.removeDrawingObject(lines)"),
     );
     particles(offer);
+}
+
+/// Numbers of an item of a drawing.
+fn stride(drawing: ValueRef<'_>) -> Option<usize> {
+    let entries = drawing.map()?;
+    let found = entries.iter().find(|e| {
+        // SAFETY: keys of a map live as long as the map.
+        unsafe { ValueRef::new(e.key) }.as_str() == Some("stride".into())
+    })?;
+    // SAFETY: likewise its values.
+    unsafe { ValueRef::new(found.value) }.as_f64().map(|x| x as usize).filter(|n| *n > 0)
 }
 
 fn keys_of(form: &str, more: Vec<(&str, Value)>) -> Value {

@@ -21,6 +21,7 @@ files!(
     "distances",
     "flags",
     "graphs",
+    "lights",
     "making",
     "math",
     "meshes",

@@ -28,6 +28,7 @@ mod joints;
 mod keys;
 mod kinds;
 mod kit;
+mod lights;
 mod main_script;
 mod math;
 mod meshes;
@@ -117,6 +118,7 @@ impl Plugin for Vrep {
         offer.subject("joints");
         shapes::offer(offer);
         appearance::offer(offer);
+        lights::offer(offer);
         offer.subject("shapes");
         meshes::offer(offer);
         offer.subject("meshes");

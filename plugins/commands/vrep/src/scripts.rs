@@ -66,7 +66,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getScriptHandle", |c| {
             let text = if c.has(0) { c.text(0)? } else { String::new() };
-            let script = if text.is_empty() {
+            let script = if !c.has(0) {
+                c.caller_script()
+            } else if text.is_empty() {
                 main_script(c)?
             } else {
                 let (kind, name) = text.split_once('@').unwrap_or(("child", &text));
@@ -79,7 +81,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(
             Param::string("name")
                 .optional()
-                .text("of the object; `customization@name` for that kind; none: the main script"),
+                .text("of the object; `customization@name` for that kind; empty: the main script; none: the caller"),
         )
         .returns(Param::int("script").text("-1: none"))
         .text("Finds a script by the name of its object.")

@@ -69,8 +69,6 @@ const OLD: &[(&str, Gives, &str)] = &[
     ("sim.modifyGhost", Int(1), LOOKS),
     ("sim.addPointCloud", Int(1), LOOKS),
     ("sim.modifyPointCloud", Int(1), LOOKS),
-    ("sim.getLightParameters", Int(1), LOOKS),
-    ("sim.setLightParameters", Int(1), LOOKS),
     ("sim.setShapeTexture", Int(1), SHAPES),
     ("sim.getShapeTextureId", Int(-1), SHAPES),
     ("sim.getTextureId", Int(-1), SHAPES),

@@ -10,6 +10,7 @@ use tatu_plugin_api::{
 
 use crate::{
     describe::map,
+    graphs,
     read::{
         file::{File, Kind, Object},
         joint::{self, Joint},
@@ -17,19 +18,24 @@ use crate::{
         shape::Shape,
         surface::leaves,
     },
+    scripts, sensors,
 };
 
 /// What is to be told: what became of something, why, and of which objects.
 #[derive(Default)]
-struct Report(BTreeMap<(&'static str, String), Vec<(i32, String)>>);
+pub struct Report(BTreeMap<(&'static str, String), Vec<(i32, String)>>);
 
 impl Report {
-    fn add(&mut self, what: &'static str, why: impl Into<String>, o: &Object) {
+    /// Something became of an object.
+    pub fn add(&mut self, what: &'static str, why: impl Into<String>, o: &Object) {
         self.0.entry((what, why.into())).or_default().push((o.common.id, o.common.alias()));
     }
-    fn all(&mut self, what: &'static str, why: impl Into<String>, count: usize) {
+    /// Something became of so many things that are no objects.
+    pub fn all(&mut self, what: &'static str, why: impl Into<String>, count: usize) {
         if count > 0 {
-            self.0.insert((what, why.into()), vec![(-1, format!("{count} in all"))]);
+            let of = self.0.entry((what, why.into())).or_default();
+            let before = of.first().and_then(|(_, text)| text.split(' ').next()?.parse::<usize>().ok()).unwrap_or(0);
+            *of = vec![(-1, format!("{} in all", before + count))];
         }
     }
 }
@@ -41,11 +47,14 @@ pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
     let mut nodes: BTreeMap<i32, Node<'_>> = BTreeMap::new();
     for i in in_order(file) {
         let o = &file.objects[i];
+        if scripts::is_holder(o) {
+            continue;
+        }
         let node = object(builder, file, o, nodes.get(&o.common.parent).copied(), &mut report)?;
         nodes.insert(o.common.id, node);
     }
     report.all("kept without effect", "images on shapes are not drawn yet", file.textures.len());
-    report.all("kept without effect", "scripts are not attached yet", file.scripts.len());
+    scripts::attach(builder, file, &nodes, &mut report)?;
     report.all("kept without effect", "collections are not made yet", file.collections.len());
     report.all("kept without effect", "groups for inverse kinematics are not solved", file.ik_groups.len());
     report.all("kept without effect", "collision objects are not made yet", file.collisions.len());
@@ -119,6 +128,8 @@ fn object<'a>(
         Kind::Shape(_) => "shape",
         Kind::Joint(_) => "joint",
         Kind::Force(_) => "force_sensor",
+        Kind::Proximity(_) | Kind::Vision(_) => "sensor",
+        Kind::Graph(_) => "graph",
         _ => "dummy",
     };
     let alias = c.alias().replace('/', "_");
@@ -134,11 +145,15 @@ fn object<'a>(
     if let Some(name) = c.name.as_ref().filter(own_suffix) {
         node.set("object.name", name.as_str())?;
     }
+    node.set("object.data", scripts::data(file, o))?;
     match &o.kind {
         Kind::Shape(s) => shape(builder, file, o, s, node, report)?,
         Kind::Joint(j) => make_joint(j, o, node, report)?,
-        Kind::Force(f) if f.bits & 3 != 0 => report.add("kept without effect", "thresholds at which it breaks", o),
-        Kind::Force(_) | Kind::Dummy(_) => {}
+        Kind::Proximity(s) => sensors::proximity(s, o, node, report)?,
+        Kind::Vision(s) => sensors::vision(s, o, node, report)?,
+        Kind::Force(f) => sensors::force(f, o, node, report)?,
+        Kind::Graph(g) => graphs::graph(g, o, node, report)?,
+        Kind::Dummy(_) => {}
         _ => report.add("kept without effect", format!("a {} is a dummy here", o.word()), o),
     }
     Ok(node)

@@ -6,7 +6,10 @@
 
 mod build;
 mod describe;
+mod graphs;
 pub mod read;
+mod scripts;
+mod sensors;
 
 use tatu_plugin_api::{
     safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result, Value, World},

@@ -1,0 +1,159 @@
+//! Scripts of a file, in the dialect of their time, with the objects that they act on; and what scripts keep with objects.
+
+use std::collections::BTreeMap;
+
+use tatu_plugin_api::safe::{Builder, Node, Result, Value};
+
+use crate::{
+    build::Report,
+    read::{
+        data::{CustomData, Parameter},
+        file::{File, Kind, Object},
+        script::{self, Script},
+    },
+};
+
+/// First version whose main scripts call what later ones have; older ones that people changed are not called any more by
+/// the original either.
+const MAIN_SCRIPTS_SINCE: u32 = 30_103;
+/// Bit of a model's overrides: scripts of it do not run.
+const SCRIPTS_OFF: i32 = 0x200;
+/// First character of the tags that commands of V-REP keep their own data under.
+const OWN: char = '\u{1}';
+
+/// The handle of the object that a script acts on; -1: the scene.
+pub fn target(file: &File, s: &Script) -> i32 {
+    match s.holder {
+        Some(holder) => file.objects.iter().find(|o| o.common.id == holder).map_or(-1, |o| o.common.parent),
+        None => s.owner(),
+    }
+}
+
+/// Attaches all scripts.
+pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>>, report: &mut Report) -> Result {
+    let off = switched_off(file);
+    let version = file.header.program;
+    let dialect = if version == 0 { String::new() } else { format!("{}.{}", version / 10_000, version / 100 % 100) };
+    for s in &file.scripts {
+        let target = target(file, s);
+        let object = file.objects.iter().find(|o| o.common.id == target);
+        let mut left = |what, why: &str| match object {
+            Some(o) => report.add(what, why, o),
+            None => report.all(what, why.to_owned(), 1),
+        };
+        if s.kind == script::MAIN {
+            match s.is_default_main() {
+                true => continue,
+                false if version < MAIN_SCRIPTS_SINCE => {
+                    left("replaced", "the main script of a time that had another one: the default one runs");
+                    continue;
+                }
+                false => {}
+            }
+        }
+        let kind = match s.kind {
+            script::MAIN => "main",
+            script::CHILD if s.is_threaded() => "threaded",
+            script::CHILD => "child",
+            script::CUSTOMIZATION => "customization",
+            other => {
+                left("kept without effect", &format!("a script of the obsolete kind {other}"));
+                continue;
+            }
+        };
+        if s.is_off() {
+            left("kept without effect", "a script that is switched off");
+            continue;
+        }
+        if off.contains_key(&target) {
+            left("kept without effect", "a script of a model whose scripts are switched off");
+            continue;
+        }
+        let language = s.language();
+        if language != "lua" {
+            left("refused", &format!("a script in {language}: only Lua runs here"));
+            continue;
+        }
+        let owner = if s.kind == script::MAIN { nodes.values().next() } else { nodes.get(&target) };
+        let Some(node) = owner else {
+            left("refused", "a script of an object that is not in the file");
+            continue;
+        };
+        let name = object.map_or("main script".to_owned(), |o| o.common.alias());
+        node.script("lua", &dialect, kind, &name, s.code().as_bytes())?;
+    }
+    scene_data(builder, &file.scene_data)
+}
+
+/// Handles of the objects in models whose scripts are switched off.
+fn switched_off(file: &File) -> BTreeMap<i32, ()> {
+    let parents: BTreeMap<i32, i32> = file.objects.iter().map(|o| (o.common.id, o.common.parent)).collect();
+    let bases: BTreeMap<i32, ()> = file
+        .objects
+        .iter()
+        .filter(|o| o.common.model_base && o.common.model_property & SCRIPTS_OFF != 0)
+        .map(|o| (o.common.id, ()))
+        .collect();
+    let below = |o: &&Object| {
+        let mut at = o.common.id;
+        // As many steps as there are objects: parents that go in a circle were refused when the file was read.
+        for _ in 0..=parents.len() {
+            if bases.contains_key(&at) {
+                return true;
+            }
+            match parents.get(&at) {
+                Some(above) => at = *above,
+                None => return false,
+            }
+        }
+        false
+    };
+    if bases.is_empty() { bases } else { file.objects.iter().filter(below).map(|o| (o.common.id, ())).collect() }
+}
+
+/// What is kept with an object: data of scripts, parameters of its script, and bits that only V-REP knows.
+pub fn data(file: &File, o: &Object) -> Value {
+    let c = &o.common;
+    let mut out = tagged(&c.data);
+    let own: Vec<&Parameter> = file
+        .scripts
+        .iter()
+        .filter(|s| !s.parameters.is_empty() && target(file, s) == c.id)
+        .flat_map(|s| &s.parameters)
+        .chain(&c.parameters)
+        .collect();
+    out.extend(own.iter().map(|p| (Value::text(format!("parameter.{}", p.name)), Value::text(&p.value))));
+    let mut bits =
+        |name: &str, value: i32| out.push((Value::text(format!("{OWN}{name}")), Value::text(value.to_string())));
+    if c.model_property != 0 {
+        bits("model property", c.model_property);
+    }
+    if let Some(special) = c.special_property {
+        bits("special property", special);
+    }
+    if c.has_object_property {
+        bits("object property", c.object_property);
+    }
+    if c.size_factor != 1.0 && c.size_factor.is_finite() {
+        out.push((Value::text(format!("{OWN}scale")), Value::text(c.size_factor.to_string())));
+    }
+    Value::Map(out)
+}
+
+fn tagged(data: &CustomData) -> Vec<(Value, Value)> {
+    let numbered = data.numbered().iter().map(|(n, bytes)| (format!("{OWN}developer {n}"), bytes.clone()));
+    let tagged = data.tagged().iter().map(|(tag, bytes)| (tag.clone(), bytes.clone()));
+    tagged.chain(numbered).map(|(tag, bytes)| (Value::text(tag), Value::Bytes(bytes))).collect()
+}
+
+fn scene_data(builder: &Builder<'_>, data: &CustomData) -> Result {
+    match tagged(data) {
+        all if all.is_empty() => Ok(()),
+        all => builder.setting("scene.data", Value::Map(all)),
+    }
+}
+
+/// Whether an object only holds a script, which is attached to the object above.
+pub fn is_holder(o: &Object) -> bool {
+    matches!(o.kind, Kind::Script)
+}

@@ -1,0 +1,133 @@
+//! Proximity and vision sensors, force sensors.
+
+use tatu_plugin_api::safe::{Node, Result};
+
+use crate::{
+    build::Report,
+    read::{
+        file::Object,
+        sensor::{Force, Proximity, Vision},
+    },
+};
+
+/// Lengths and angles that a sensor cannot have are garbage in fields that its kind does not use.
+fn sound(x: f64, low: f64, high: f64) -> f64 {
+    if x.is_finite() { x.clamp(low, high) } else { low }
+}
+
+/// Longest way that a sensor sees, m.
+const FARTHEST: f64 = 1e6;
+
+/// A proximity sensor.
+pub fn proximity(s: &Proximity, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+    let v = &s.volume;
+    // The volume may tell another form; the sensor's own kind wins.
+    let volume = match s.kind {
+        30 => "pyramid",
+        31 => "cylinder",
+        32 => "disc",
+        33 => "cone",
+        _ if s.random.is_some_and(|[rays, _]| rays > 0) && v.kind == 5 => "random_rays",
+        _ => "ray",
+    };
+    let near = sound(v.offset, 0.0, FARTHEST);
+    let far = sound(v.offset + v.range, near + 1e-6, FARTHEST);
+    let node = node.device("proximity/1")?.set("volume", volume)?.set("near", near)?.set("range", far)?;
+    let size = |x: f64| sound(x, 1e-6, FARTHEST);
+    let angle = sound(v.angle, 1e-4, std::f64::consts::TAU);
+    match volume {
+        "pyramid" => node.set("size_near", v.near.map(size))?.set("size_far", v.far.map(size)).map(drop)?,
+        "cylinder" => node.set("radius_near", size(v.radius))?.set("radius_far", size(v.radius)).map(drop)?,
+        "disc" => {
+            let gap = sound(v.inside, 0.0, 0.99) * angle;
+            node.set("angle", angle)?.set("gap", gap)?.set("height", size(v.near[1]).min(far)).map(drop)?;
+        }
+        "cone" => {
+            node.set("angle", angle)?;
+            if sound(v.inside, 0.0, 1.0) > 0.0 {
+                report.add("kept without effect", "the gap inside its cone", o);
+            }
+        }
+        "random_rays" => {
+            let [rays, needed] = s.random.unwrap_or([1, 1]).map(|n| i64::from(n.clamp(1, 100_000)));
+            node.set("angle", angle)?.set("samples", rays)?.set("samples_needed", needed.min(rays)).map(drop)?;
+        }
+        _ => {}
+    }
+    if let Some(least) = v.smallest {
+        node.set("min_range", sound(least, 0.0, FARTHEST))?;
+    }
+    let limited = s.angle_alone || s.bits & 4 != 0;
+    let quarter = std::f64::consts::FRAC_PI_2;
+    if limited && s.angle > 1e-3 && s.angle < quarter {
+        node.set("max_incidence", s.angle)?;
+    }
+    let (front, back) = (s.bits & 0x10 == 0, s.bits & 0x20 == 0);
+    match front || back {
+        true => node.set("front_faces", front)?.set("back_faces", back).map(drop)?,
+        false => report.add("replaced", "it detects neither side of faces: it detects both here", o),
+    }
+    let waves = match s.waves {
+        0x10 => "ultrasonic",
+        0x20 => "infrared",
+        0x40 => "laser",
+        0x80 => "inductive",
+        0x100 => "capacitive",
+        _ => "any",
+    };
+    node.set("waves", waves)?.set("sensor.explicit", s.bits & 0x80 != 0)?;
+    if s.entity != -1 {
+        report.add("kept without effect", "it looks for one thing only: here it sees everything", o);
+    }
+    Ok(())
+}
+
+/// A vision sensor.
+pub fn vision(s: &Vision, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+    let [side, angle, near, far] = s.clip;
+    let near = sound(near, 1e-5, FARTHEST);
+    let far = sound(far, near * 1.001 + 1e-6, FARTHEST);
+    let pixels = |n: i32| i64::from(n.clamp(1, 8192));
+    let node = node
+        .device("depth_camera")?
+        .set("columns", pixels(s.resolution[0]))?
+        .set("rows", pixels(s.resolution[1]))?
+        .set("near", near)?
+        .set("far", far)?
+        .set("background", s.background.map(|x| sound(x, 0.0, 1.0)))?
+        .set("color", s.more_bits & 2 == 0)?
+        .set("sensor.explicit", s.bits & 2 != 0)?;
+    match s.bits & 1 != 0 {
+        true => node.set("perspective_angle", sound(angle, 1e-3, 3.13))?,
+        false => node.set("ortho_size", sound(side, 1e-6, FARTHEST))?,
+    };
+    if s.entity != -1 {
+        report.add("kept without effect", "it renders one thing only: here it sees everything", o);
+    }
+    if s.filters.iter().any(|f| !matches!(f, 1 | 4)) {
+        report.add("kept without effect", "filters of its image", o);
+    }
+    if matches!(s.mode, 2) {
+        report.add("replaced", "it gives each object a colour of its own: here the object's colour", o);
+    }
+    Ok(())
+}
+
+/// A force sensor.
+pub fn force(f: &Force, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+    let node = node.set("force_sensor.samples", i64::from(f.samples.clamp(1, 1000)))?;
+    let node = node.set("force_sensor.filter", if f.filter == 1 { "median" } else { "mean" })?;
+    let ([force, torque], count) = f.threshold;
+    let known = |x: f64| x.is_finite() && x > 0.0;
+    if f.bits & 1 != 0 && known(force) {
+        node.set("force_sensor.break_force", force)?;
+    }
+    if f.bits & 2 != 0 && known(torque) {
+        node.set("force_sensor.break_torque", torque)?;
+    }
+    if f.bits & 3 != 0 {
+        node.set("force_sensor.break_count", i64::from(count.max(1)))?;
+        report.add("kept", "it breaks above its thresholds, as scripts of the original decided themselves", o);
+    }
+    Ok(())
+}
