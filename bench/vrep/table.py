@@ -161,6 +161,9 @@ def compare(args, name):
     scene = next(base + e for e in (".ttt", ".ttm") if os.path.exists(base + e))
     reference = json.load(open(base + ".reference.json"))
     row = {"name": name, "objects": reference.get("object_count")}
+    if "objects" not in reference:
+        row["why"] = "the original does not load it"
+        return row
     with tempfile.TemporaryDirectory() as place:
         done = subprocess.run([args.program, "convert", scene, "c.toml"], cwd=place, capture_output=True, text=True)
         if done.returncode:

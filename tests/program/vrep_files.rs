@@ -40,7 +40,7 @@ const LACKING: &[(&str, &str)] = &[
     ("v30003_quadcopter", "simExtQuadcopterReadSensors"),
     ("v30103_3Rob_freeEnvironm", "dlgStyle"),
     ("v30203_Lab2_Environment", "there is no object -1"),
-    ("v30301_Pioneer_p3dx_traj_DEMO", "CustomDataFromHeader"),
+    ("v30301_Pioneer_p3dx_traj_DEMO", "CustomDataFromHeader|a nil value"),
     ("v40000_ur10-rg2-rack-bottles-box", "module `"),
     ("v40300_testSceneForModelDevelopment", "module `blimp`"),
     ("v40900_local_path_FSM", "simROS2"),
@@ -60,7 +60,7 @@ fn files_run() {
             Some((_, words)) => {
                 for e in done.errors() {
                     let text = e["message"].as_str().unwrap();
-                    assert!(text.contains(words), "{name}: {text}");
+                    assert!(words.split('|').any(|w| text.contains(w)), "{name}: {text}");
                 }
             }
             None => {
