@@ -6,11 +6,12 @@ FOLDER holds scenes with a NAME.reference.json beside each: poses at load and ev
 scripts, measured with the original (its sensors answered nothing). --write puts the table into docs/vrep-scenes.md.
 """
 import argparse
+import functools
 import json
 import math
+import multiprocessing
 import os
 import subprocess
-import sys
 import tempfile
 import tomllib
 
@@ -110,7 +111,7 @@ def run(program, scene, seconds, watch, place):
             line = json.loads(line)
             for path in watch:
                 o = line.get("objects", {}).get(path)
-                if o:
+                if o and None not in o["position"] + o["quaternion"]:
                     poses[path].append((line["time"], o["position"] + o["quaternion"]))
     return (json.loads(done.stdout), poses), done.stderr
 
@@ -132,8 +133,10 @@ def facts(converted, reference):
     """How the load differs: greatest distance and angle, and what else."""
     ours = {o["_path"]: (o, w) for o, w in at_load(converted)}
     worst, other, missing = (0.0, 0.0), [], 0
-    spherical = set()
+    spherical, overridden = set(), []
     for i, (o, path) in enumerate(zip(reference["objects"], paths(reference))):
+        above = overridden[o["parent"]] if o["parent"] >= 0 else 0
+        overridden.append(above | (o.get("modelProp", 0) if o.get("model") else 0))
         if o["parent"] in spherical or o.get("joint") == "spherical":
             spherical.add(i)
         if o["type"] == "script" or o["alias"] == "addedFloor":
@@ -149,9 +152,11 @@ def facts(converted, reference):
             if abs(table.get("mass_kg", 0.0) - o["mass"]) > 1e-4 * max(1e-3, o["mass"]):
                 other.append("mass")
         if table["kind"] == "shape":
-            if bool(table.get("dynamic", False)) != (not o.get("static", True)):
+            dynamic = not o.get("static", True) and not overridden[i] & 0x20
+            respondable = o.get("respondable", False) and not overridden[i] & 0x40
+            if bool(table.get("dynamic", False)) != dynamic:
                 other.append("static")
-            if bool(table.get("respondable", False)) != bool(o.get("respondable", False)):
+            if bool(table.get("respondable", False)) != bool(respondable):
                 other.append("respondable")
     return worst, missing, other
 
@@ -227,28 +232,30 @@ def main():
     names = sorted(f[:-len(".reference.json")] for f in os.listdir(args.folder) if f.endswith(".reference.json"))
     lines = ["| file | objects | pose at load, m / rad | differs | errors of scripts, here / there | bodies that move likewise |",
              "|---|---|---|---|---|---|"]
-    for name in names:
-        if args.only and args.only not in name:
-            continue
-        r = compare(args, name)
-        if "why" in r:
-            lines.append(f"| {name} | {r['objects']} | | {r['why']} | | |")
-        else:
-            other = ", ".join(sorted(set(r["other"]))) + (f" {r['missing']} not found" if r["missing"] else "")
-            lines.append(f"| {name} | {r['objects']} | {r['load'][0]:.0e} / {r['load'][1]:.0e} | {other} "
-                         f"| {r['errors'][0]} / {r['errors'][1]} | {r['good']} of {r['bodies']} |")
-        print(lines[-1], flush=True)
-        if args.only or "-v" in sys.argv:
-            for path, a, b, d in r.get("worst", []):
-                print(f"    {path}: {a:.4f} m/s here, {b:.4f} there, {d:.4f} m apart at 5 s")
-        elif r.get("worst"):
-            path, a, b, d = max(r["worst"], key=lambda w: w[3])
-            print(f"    worst {path}: {a:.4f} m/s here, {b:.4f} there, {d:.4f} m apart at 5 s")
+    names = [n for n in names if not args.only or args.only in n]
+    with multiprocessing.Pool() as pool:
+        rows = pool.imap(functools.partial(compare, args), names)
+        lines += [told(args, name, r) for name, r in zip(names, rows)]
     if args.write:
         page = open(PAGE).read()
         head, rest = page.split(BEGIN, 1)
         _, tail = rest.split(END, 1)
         open(PAGE, "w").write(head + BEGIN + "\n" + "\n".join(lines) + "\n" + END + tail)
+
+
+def told(args, name, r):
+    """The line of a file, printed."""
+    if "why" in r:
+        line = f"| {name} | {r['objects']} | | {r['why']} | | |"
+    else:
+        other = ", ".join(sorted(set(r["other"]))) + (f" {r['missing']} not found" if r["missing"] else "")
+        line = (f"| {name} | {r['objects']} | {r['load'][0]:.0e} / {r['load'][1]:.0e} | {other} "
+                f"| {r['errors'][0]} / {r['errors'][1]} | {r['good']} of {r['bodies']} |")
+    print(line, flush=True)
+    worst = sorted(r.get("worst", []), key=lambda w: -w[3])
+    for path, a, b, d in worst if args.only else worst[:1]:
+        print(f"    {path}: {a:.4f} m/s here, {b:.4f} there, {d:.4f} m apart at 5 s")
+    return line
 
 
 if __name__ == "__main__":

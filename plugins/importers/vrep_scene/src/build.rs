@@ -10,13 +10,14 @@ use tatu_plugin_api::{
 
 use crate::{
     describe::map,
+    dynamics::{self, Tree},
     graphs,
     read::{
         file::{File, Kind, Object},
-        joint::{self, Joint},
+        mesh::{Leaf, Primitive},
         pose::isometry,
         shape::Shape,
-        surface::leaves,
+        surface::{Surface, leaves},
     },
     scripts, sensors,
 };
@@ -45,12 +46,14 @@ pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
     let mut report = Report::default();
     settings(builder, file)?;
     let mut nodes: BTreeMap<i32, Node<'_>> = BTreeMap::new();
-    for i in in_order(file) {
+    let order = in_order(file);
+    let tree = Tree::new(file, &order);
+    for i in order {
         let o = &file.objects[i];
         if scripts::is_holder(o) {
             continue;
         }
-        let node = object(builder, file, o, nodes.get(&o.common.parent).copied(), &mut report)?;
+        let node = object(builder, (file, &tree), o, nodes.get(&o.common.parent).copied(), &mut report)?;
         nodes.insert(o.common.id, node);
     }
     report.all("kept without effect", "images on shapes are not drawn yet", file.textures.len());
@@ -118,7 +121,7 @@ fn in_order(file: &File) -> Vec<usize> {
 
 fn object<'a>(
     builder: &Builder<'a>,
-    file: &File,
+    (file, tree): (&File, &Tree<'_>),
     o: &Object,
     parent: Option<Node<'a>>,
     report: &mut Report,
@@ -147,13 +150,13 @@ fn object<'a>(
     }
     node.set("object.data", scripts::data(file, o))?;
     match &o.kind {
-        Kind::Shape(s) => shape(builder, file, o, s, node, report)?,
-        Kind::Joint(j) => make_joint(j, o, node, report)?,
+        Kind::Shape(s) => shape(builder, (file, tree), o, s, node, report)?,
+        Kind::Joint(j) => dynamics::joint(file, tree, j, o, node, report)?,
         Kind::Proximity(s) => sensors::proximity(s, o, node, report)?,
         Kind::Vision(s) => sensors::vision(s, o, node, report)?,
         Kind::Force(f) => sensors::force(f, o, node, report)?,
         Kind::Graph(g) => graphs::graph(g, o, node, report)?,
-        Kind::Dummy(_) => {}
+        Kind::Dummy(d) => dynamics::link(tree, d, o, node, report)?,
         _ => report.add("kept without effect", format!("a {} is a dummy here", o.word()), o),
     }
     Ok(node)
@@ -164,7 +167,15 @@ fn is_number(suffix: &str) -> bool {
     suffix.strip_prefix('#').is_some_and(|n| n.len() < 9 && !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
 }
 
-fn shape<'a>(builder: &Builder<'a>, file: &File, o: &Object, s: &Shape, node: Node<'a>, report: &mut Report) -> Result {
+fn shape<'a>(
+    builder: &Builder<'a>,
+    (file, tree): (&File, &Tree<'_>),
+    o: &Object,
+    s: &Shape,
+    node: Node<'a>,
+    report: &mut Report,
+) -> Result {
+    let overrides = tree.overrides(o);
     let Some(root) = &s.root else {
         report.add("refused", "it has no mesh", o);
         return node.set("shape.detectable", false).map(drop);
@@ -172,13 +183,21 @@ fn shape<'a>(builder: &Builder<'a>, file: &File, o: &Object, s: &Shape, node: No
     let mut parts = Vec::new();
     for leaf in leaves(root) {
         let surface = file.surface(leaf.leaf, s.shared.as_ref(), o.section.at);
-        let surface = surface.map_err(|e| Fail::argument(e.to_string()))?.moved(&leaf.frame);
+        let surface = surface.map_err(|e| Fail::argument(e.to_string()))?;
         if surface.triangles.is_empty() {
             continue;
         }
+        let color = Value::from(leaf.leaf.color.diffuse);
+        if let Some((form, size)) = pure(leaf.leaf, &surface) {
+            let q = leaf.frame.rotation.coords;
+            let place = <[f64; 3]>::from(leaf.frame.translation.vector);
+            let turn = [q.x, q.y, q.z, q.w];
+            parts.push(map! { "primitive": form, "size": size, "position": place, "quaternion": turn, "color": color });
+            continue;
+        }
+        let surface = surface.moved(&leaf.frame);
         let number = builder.mesh(&surface.points, &surface.triangles)?;
         let convex = leaf.leaf.convex || leaf.part.convex;
-        let color = Value::from(leaf.leaf.color.diffuse);
         parts.push(map! { "primitive": "mesh", "mesh": number, "convex": convex, "color": color });
     }
     if parts.is_empty() {
@@ -188,10 +207,22 @@ fn shape<'a>(builder: &Builder<'a>, file: &File, o: &Object, s: &Shape, node: No
         node.set("shape.primitive", "compound")?.set("shape.parts", Value::List(parts))?;
     }
     let waves = o.common.special_property.unwrap_or(0x1F0) & 0x1F0;
-    node.set("shape.respondable", s.respondable)?
+    let dynamic = s.dynamic && !overrides.not_dynamic();
+    node.set("shape.respondable", s.respondable && !overrides.not_respondable())?
         .set("shape.respondable_mask", i64::from(s.mask))?
-        .set("shape.dynamic", s.dynamic)?
-        .set("shape.detectable", waves != 0)?;
+        .set("shape.dynamic", dynamic)?
+        .set("shape.detectable", waves != 0 && !overrides.not_detectable())?;
+    if waves != 0 && waves != 0x1F0 {
+        node.set("shape.detectable_mask", i64::from(waves))?;
+    }
+    if overrides.not_visible() {
+        node.set("object.visible", false)?;
+    }
+    dynamics::material(file, s, dynamic, node)?;
+    if tree.has_loop(o) {
+        // Loops of parts that weigh grams beside kilograms are too stiff for joints that cannot come apart.
+        node.set("shape.joint_solver", "impulse")?;
+    }
     let mass = if root.mass > 0.0 && root.mass.is_finite() { root.mass } else { 0.001 };
     let (com, inertia) = inertia(root);
     node.set("shape.mass", mass)?;
@@ -201,7 +232,7 @@ fn shape<'a>(builder: &Builder<'a>, file: &File, o: &Object, s: &Shape, node: No
     let own = (inertia + inertia.transpose()) * (0.5 * mass);
     if own.iter().all(|x| x.is_finite()) && own.symmetric_eigenvalues().min() > 0.0 {
         node.set("shape.inertia", Value::Floats(own.as_slice().to_vec()))?;
-    } else if s.dynamic {
+    } else if dynamic {
         report.add("replaced", "its inertia is none that a body can have: that of its form is used", o);
     }
     let [a, b, c, d, e, f] = s.velocity;
@@ -209,6 +240,27 @@ fn shape<'a>(builder: &Builder<'a>, file: &File, o: &Object, s: &Shape, node: No
         node.set("shape.initial_velocity", [a, b, c])?.set("shape.initial_angular_velocity", [d, e, f])?;
     }
     Ok(())
+}
+
+/// Form and full extents of a leaf that is a primitive, and whose points lie where those of the primitive do.
+fn pure(leaf: &Leaf, surface: &Surface) -> Option<(&'static str, [f64; 3])> {
+    let form = match leaf.primitive {
+        Primitive::Cuboid => "box",
+        Primitive::Spheroid => "sphere",
+        Primitive::Cylinder if leaf.inside >= 1.0 => "cylinder",
+        _ => return None,
+    };
+    let (low, high) = surface.bounds()?;
+    let size: [f64; 3] = std::array::from_fn(|i| high[i] - low[i]);
+    let even = |a: f64, b: f64| (a - b).abs() <= 0.02 * a.max(b);
+    let middle = (0..3).all(|i| (low[i] + high[i]).abs() <= 0.02 * size[i]);
+    let told = (0..3).all(|i| leaf.size[i].is_finite() && leaf.size[i] > 0.0 && even(leaf.size[i], size[i]));
+    let round = match form {
+        "sphere" => even(leaf.size[0], leaf.size[1]) && even(leaf.size[1], leaf.size[2]),
+        "cylinder" => even(leaf.size[0], leaf.size[1]),
+        _ => true,
+    };
+    (middle && told && round).then_some((form, leaf.size))
 }
 
 /// Centre of mass and inertia divided by the mass, along the axes of the shape.
@@ -220,54 +272,4 @@ fn inertia(root: &crate::read::mesh::Part) -> (Vector3<f64>, Matrix3<f64>) {
     let turn = axes.rotation.to_rotation_matrix();
     let along = Matrix3::from_diagonal(&Vector3::from(root.moments));
     (axes.translation.vector, turn.matrix() * along * turn.matrix().transpose())
-}
-
-fn make_joint(j: &Joint, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
-    let kind = match j.kind {
-        joint::PRISMATIC => "prismatic",
-        joint::SPHERICAL => "spherical",
-        _ => "revolute",
-    };
-    node.set("joint.type", kind)?.set("joint.mode", if j.mode == 5 { "dynamic" } else { "kinematic" })?;
-    let sound = |x: f64| if x.is_finite() { x } else { 0.0 };
-    if j.kind == joint::SPHERICAL {
-        if j.rotation != [1.0, 0.0, 0.0, 0.0] {
-            report.add("kept without effect", "where a spherical joint stands at the start", o);
-        }
-        return Ok(());
-    }
-    let [low, range] = j.limits.map(sound);
-    if !j.cyclic {
-        node.set("joint.limits", [low, low + range.max(0.0)])?;
-    }
-    node.set("joint.position", sound(j.position))?
-        .set("joint.target_velocity", sound(j.target_velocity))?
-        .set("joint.target_position", sound(j.target_position))?
-        .set("joint.max_force", sound(j.max_force))?
-        .set("joint.control", control(j))?;
-    let fastest = j.max_motion.map(|m| m[0]).or(j.old_max_velocity).filter(|x| x.is_finite() && *x > 0.0);
-    if let Some(fastest) = fastest {
-        node.set("joint.max_velocity", fastest)?;
-    }
-    if j.pitch != 0.0 && j.kind == joint::REVOLUTE {
-        report.add("kept without effect", "it is a screw: it turns, and does not advance", o);
-    }
-    if matches!(j.mode, 3 | 4) {
-        report.add("kept without effect", "the joint that it depends on is not followed yet", o);
-    }
-    Ok(())
-}
-
-/// What the motor does. The newer way of telling it wins; in the older one the loop counts only while the motor is on.
-fn control(j: &Joint) -> &'static str {
-    match j.control {
-        Some(1) => "force",
-        Some(4) => "velocity",
-        Some(8 | 9 | 12 | 13) => "position",
-        Some(16) => "callback",
-        Some(_) => "free",
-        None if j.motor & 16 == 0 => "free",
-        None if j.motor & 32 == 0 => "velocity",
-        None => "position",
-    }
 }

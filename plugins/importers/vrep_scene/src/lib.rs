@@ -6,6 +6,7 @@
 
 mod build;
 mod describe;
+mod dynamics;
 mod graphs;
 pub mod read;
 mod scripts;
@@ -41,7 +42,8 @@ pub struct VrepScene;
 impl Importer for VrepScene {
     type Plugin = VrepFiles;
     const ID: &'static str = "vrep_scene";
-    const TEXT: &'static str = "Scenes and models of V-REP 2.6.6 to CoppeliaSim 4.10: objects, meshes and joints.";
+    const TEXT: &'static str =
+        "Scenes and models of V-REP 2.6.6 to CoppeliaSim 4.10: objects, dynamics, sensors and scripts.";
     const SUFFIXES: &'static [&'static str] = &[".ttt", ".ttm"];
 
     fn params() -> Vec<Param> {

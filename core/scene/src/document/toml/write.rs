@@ -167,7 +167,7 @@ impl Writer<'_> {
         if let Some(d) = &spec.device {
             let key = kind_name(spec.kind);
             let kind = self.registry.device(spec.kind, d.kind);
-            self.put(&format!("{key} = {}", quoted(&kind.id)));
+            self.put(&format!("{key} = {}", quoted(kind.id)));
         }
         self.pose(slot);
         let declared = builder.declared(index);

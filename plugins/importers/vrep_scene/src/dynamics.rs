@@ -1,0 +1,247 @@
+//! How things move: what models override, friction, drives and springs of joints, joints that follow others, closed loops.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use tatu_plugin_api::safe::{Node, Result};
+
+use crate::{
+    build::Report,
+    read::{
+        file::{File, Kind, Object},
+        joint::{self, Joint},
+        material::Material,
+        others::Dummy,
+        shape::Shape,
+    },
+};
+
+/// What a model overrides in all its objects, bits of `model_property`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Overrides(i32);
+
+impl Overrides {
+    pub fn not_detectable(self) -> bool {
+        self.0 & 0x8 != 0
+    }
+    pub fn not_dynamic(self) -> bool {
+        self.0 & 0x20 != 0
+    }
+    pub fn not_respondable(self) -> bool {
+        self.0 & 0x40 != 0
+    }
+    pub fn not_visible(self) -> bool {
+        self.0 & 0x100 != 0
+    }
+}
+
+/// The tree of a file by handles: what objects need to know of others.
+pub struct Tree<'a> {
+    objects: BTreeMap<i32, &'a Object>,
+    overrides: BTreeMap<i32, Overrides>,
+    names: BTreeMap<i32, String>,
+    /// Outermost objects of trees with closed loops.
+    loops: BTreeSet<i32>,
+}
+
+impl<'a> Tree<'a> {
+    /// `order`: parents before children, by places in the file.
+    pub fn new(file: &'a File, order: &[usize]) -> Self {
+        let objects: BTreeMap<i32, &Object> = file.objects.iter().map(|o| (o.common.id, o)).collect();
+        let mut overrides: BTreeMap<i32, Overrides> = BTreeMap::new();
+        let mut names = BTreeMap::new();
+        // Which of its siblings of the same alias an object is.
+        let mut count: BTreeMap<(i32, String), usize> = BTreeMap::new();
+        for o in order.iter().map(|i| &file.objects[*i]) {
+            let c = &o.common;
+            let above = overrides.get(&c.parent).copied().unwrap_or_default();
+            let own = if c.model_base { c.model_property } else { 0 };
+            overrides.insert(c.id, Overrides(above.0 | own));
+            let alias = c.alias().replace('/', "_");
+            let n = count.entry((c.parent, alias.clone())).or_default();
+            names.insert(c.id, format!("{alias}[{n}]"));
+            *n += 1;
+        }
+        let mut tree = Tree { objects, overrides, names, loops: BTreeSet::new() };
+        let closes = |o: &&Object| matches!(&o.kind, Kind::Dummy(d) if d.link >= 0 && d.link_type == 0);
+        tree.loops = file.objects.iter().filter(closes).map(|o| tree.root(o.common.id)).collect();
+        tree
+    }
+
+    pub fn overrides(&self, o: &Object) -> Overrides {
+        self.overrides.get(&o.common.id).copied().unwrap_or_default()
+    }
+
+    /// Whether a loop is closed somewhere in the tree that an object belongs to.
+    pub fn has_loop(&self, o: &Object) -> bool {
+        self.loops.contains(&self.root(o.common.id))
+    }
+
+    /// The handle of the outermost object above one.
+    fn root(&self, id: i32) -> i32 {
+        self.above(id).into_iter().rev().find(|h| self.objects.contains_key(h)).unwrap_or(id)
+    }
+
+    /// Handles of an object and of all above it, nearest first.
+    fn above(&self, id: i32) -> Vec<i32> {
+        let mut out = vec![id];
+        let mut at = id;
+        while let Some(o) = self.objects.get(&at).filter(|_| out.len() <= self.objects.len()) {
+            at = o.common.parent;
+            out.push(at);
+        }
+        out
+    }
+
+    /// The path of an object, seen from another one; it stays right wherever both are copied together. `None`: they
+    /// have nothing in common but the world.
+    fn path(&self, from: i32, to: i32) -> Option<String> {
+        let (ups, downs) = (self.above(from), self.above(to));
+        let common = ups.iter().find(|h| **h >= 0 && downs.contains(h));
+        let up = ups.iter().position(|h| Some(h) == common);
+        let down = downs.iter().position(|h| Some(h) == common);
+        let parts = |n: usize| downs[..n].iter().rev().map(|h| self.names.get(h).map(String::as_str)).collect();
+        let Some((up, down)) = up.zip(down).filter(|(_, down)| *down > 0) else {
+            let all: Option<Vec<&str>> = parts(downs.len().saturating_sub(1));
+            return all.map(|names| format!("/{}", names.join("/")));
+        };
+        let names: Option<Vec<&str>> = parts(down);
+        let begin = if up == 0 { ".".to_owned() } else { vec![".."; up].join("/") };
+        names.map(|names| format!("{begin}/{}", names.join("/")))
+    }
+}
+
+/// Friction, bounce and damping of a shape.
+pub fn material(file: &File, s: &Shape, dynamic: bool, node: Node<'_>) -> Result {
+    let root = s.root.as_ref();
+    let listed = || file.materials.iter().find(|m| root.is_some_and(|r| r.material >= 0 && m.id == r.material));
+    // The material in the shape counts since 3.3.3; before, the one of the list that the mesh names.
+    let own = s.material.as_ref().filter(|_| file.header.program >= 30_303);
+    let Some(m) = own.or_else(listed).or(root.and_then(|r| r.own_material.as_ref())) else { return Ok(()) };
+    let new_bullet = file.settings.engine == Some(0) && file.settings.engine_version == 283;
+    let friction = match (is_sticky(m) && file.header.program < 30_301, dynamic) {
+        // What stuck by a trick of the engine then has this friction in the original today.
+        (true, true) => Some(0.25),
+        _ => m.bullet.real(if new_bullet { 2 } else { 1 }),
+    };
+    let known = |x: Option<f64>, low: f64, high: f64| x.filter(|x| x.is_finite()).map(|x| x.clamp(low, high));
+    if let Some(friction) = known(friction, 0.0, 1e6) {
+        node.set("shape.friction", friction)?;
+    }
+    if let Some(bounce) = known(m.bullet.real(0), 0.0, 1.0).filter(|x| *x > 0.0) {
+        node.set("shape.restitution", bounce)?;
+    }
+    for (i, key) in [(3, "shape.linear_damping"), (4, "shape.angular_damping")] {
+        // The share that is lost in a second; of 1 nothing would be left, which no number of ours says.
+        if let Some(share) = known(m.bullet.real(i), 0.0, 0.999).filter(|x| *x > 0.0) {
+            node.set(key, -libm::log1p(-share))?;
+        }
+    }
+    Ok(())
+}
+
+fn is_sticky(m: &Material) -> bool {
+    m.bullet.int(0).is_some_and(|bits| bits & 1 != 0)
+}
+
+/// Length of a step of the original's physics that its gains are meant for, s.
+const USUAL_STEP: f64 = 0.005;
+
+/// A joint.
+pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+    let kind = match j.kind {
+        joint::PRISMATIC => "prismatic",
+        joint::SPHERICAL => "spherical",
+        _ => "revolute",
+    };
+    let dynamic = j.mode == 5 && !tree.overrides(o).not_dynamic();
+    node.set("joint.type", kind)?.set("joint.mode", if dynamic { "dynamic" } else { "kinematic" })?;
+    let sound = |x: f64| if x.is_finite() { x } else { 0.0 };
+    if j.kind == joint::SPHERICAL {
+        let [w, x, y, z] = j.rotation;
+        let turned = j.rotation.iter().all(|x| x.is_finite()) && j.rotation.iter().any(|x| *x != 0.0);
+        if turned && j.rotation != [1.0, 0.0, 0.0, 0.0] {
+            node.set("joint.rotation", [x, y, z, w])?;
+        }
+        return Ok(());
+    }
+    let [low, range] = j.limits.map(sound);
+    if !j.cyclic {
+        node.set("joint.limits", [low, low + range.max(0.0)])?;
+    }
+    if j.pitch != 0.0 && j.pitch.is_finite() && j.kind == joint::REVOLUTE {
+        node.set("joint.lead", j.pitch * std::f64::consts::TAU)?;
+    }
+    let control = control(j);
+    // The sign of the force belongs to the velocity.
+    node.set("joint.position", sound(j.position))?
+        .set("joint.target_velocity", sound(j.target_velocity))?
+        .set("joint.target_position", sound(j.target_position))?
+        .set("joint.max_force", sound(j.max_force))?
+        .set("joint.control", control)?;
+    let fastest = j.max_motion.map(|m| m[0]).or(j.old_max_velocity).filter(|x| x.is_finite() && *x > 0.0);
+    if let Some(fastest) = fastest {
+        node.set("joint.max_velocity", fastest)?;
+    }
+    match control {
+        "position" => {
+            let step = if file.settings.there { file.settings.physics_step().max(1e-5) } else { USUAL_STEP };
+            let [p, i, d] = j.pid.map(sound);
+            // The velocity is the gain times the error in each physics step: by its length it is one per second.
+            if p > 0.0 || i > 0.0 {
+                node.set("joint.gains", [p / step, i / step, d / step])?;
+            }
+        }
+        "spring" => {
+            let [k, c] = j.spring.map(|x| sound(x).max(0.0));
+            node.set("joint.stiffness", k)?.set("joint.damping", c)?;
+        }
+        _ => {}
+    }
+    if matches!(j.mode, 3 | 4) {
+        let (master, [factor, offset]) = (j.master.0, j.master.1.map(sound));
+        match Some(master).filter(|m| *m >= 0).and_then(|m| tree.path(o.common.id, m)) {
+            Some(path) => {
+                node.set("joint.follows", path.as_str())?
+                    .set("joint.follow_factor", factor)?
+                    .set("joint.follow_offset", offset)?;
+            }
+            None => report.add("kept without effect", "it depends on a joint that is not in the file", o),
+        }
+    }
+    Ok(())
+}
+
+/// What the motor does. The newer way of telling it wins; in the older one the loop counts only while the motor is on.
+fn control(j: &Joint) -> &'static str {
+    match j.control {
+        Some(1) => "force",
+        Some(4) => "velocity",
+        Some(8 | 9) => "position",
+        Some(12 | 13) => "spring",
+        Some(16) => "callback",
+        Some(_) => "free",
+        None if j.motor & 16 == 0 => "free",
+        None if j.motor & 128 != 0 => "spring",
+        None if j.motor & 32 != 0 => "position",
+        None => "velocity",
+    }
+}
+
+/// A dummy that closes a loop of bodies with another one; both of a pair tell it, and the one with the lower handle counts.
+pub fn link(tree: &Tree<'_>, d: &Dummy, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+    if d.link < 0 || d.link_type != 0 {
+        return Ok(());
+    }
+    let back = tree.objects.get(&d.link).and_then(|o| if let Kind::Dummy(d) = &o.kind { Some(d.link) } else { None });
+    match back {
+        Some(back) if back == o.common.id && d.link < o.common.id => Ok(()),
+        Some(_) => match tree.path(o.common.id, d.link) {
+            Some(path) => node.set("dummy.link", path.as_str()).map(drop),
+            None => Ok(()),
+        },
+        None => {
+            report.add("kept without effect", "it is linked to a dummy that is not in the file", o);
+            Ok(())
+        }
+    }
+}
