@@ -39,7 +39,7 @@ fn files_of_vrep_stay_the_same() {
     for e in fs::read_dir(shared("corpus/ttt")).unwrap() {
         let file = e.unwrap().path();
         if file.extension().is_some_and(|x| x == "ttt" || x == "ttm") {
-            let (a, b, _) = both(file.to_str().unwrap(), "40");
+            let (a, b, _) = both(file.to_str().unwrap(), "15");
             assert_eq!(a, b, "{}", file.display());
             count += 1;
         }

@@ -87,8 +87,9 @@ fn every_example_is_a_scene_that_would_start() {
             let place = Place::new();
             // An importer's example names a file, which has to be there.
             for file in example.lines().filter_map(|l| l.strip_prefix("file = ")) {
-                let robot = std::fs::read_to_string(root().join("plugins/importers/urdf/robot.urdf")).unwrap();
-                place.write(file.trim_matches('"'), &robot);
+                let file = file.trim_matches('"');
+                let like = if file.ends_with(".obj") { "mesh/pyramid.obj" } else { "urdf/robot.urdf" };
+                place.write(file, &std::fs::read_to_string(root().join("plugins/importers").join(like)).unwrap());
             }
             place.write("scene.toml", &format!("format = 1\n\n{example}"));
             place.tatu(&["check", "scene.toml"]).good();
