@@ -167,6 +167,9 @@ fn is_number(suffix: &str) -> bool {
     suffix.strip_prefix('#').is_some_and(|n| n.len() < 9 && !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
 }
 
+/// Bit of a leaf that is drawn as the edges of its triangles.
+const WIRE_FRAME: u8 = 4;
+
 fn shape<'a>(
     builder: &Builder<'a>,
     (file, tree): (&File, &Tree<'_>),
@@ -181,7 +184,13 @@ fn shape<'a>(
         return node.set("shape.detectable", false).map(drop);
     };
     let mut parts = Vec::new();
-    for leaf in leaves(root) {
+    let leaves = leaves(root);
+    // Lines on a surface lie in it: drawn as a surface they would shine through.
+    let is_lines = |leaf: &Leaf| leaf.bits & WIRE_FRAME != 0 && !s.respondable && leaves.len() > 1;
+    if leaves.iter().any(|l| is_lines(l.leaf)) {
+        report.add("kept without effect", "a part that is drawn as lines", o);
+    }
+    for leaf in leaves.iter().filter(|l| !is_lines(l.leaf)) {
         let surface = file.surface(leaf.leaf, s.shared.as_ref(), o.section.at);
         let surface = surface.map_err(|e| Fail::argument(e.to_string()))?;
         if surface.triangles.is_empty() {
