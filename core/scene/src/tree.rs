@@ -134,8 +134,10 @@ impl Scene {
         self.taken.insert(slot);
         self.index.add(alias, -1, slot);
         self.note_kind(slot);
-        if !attached {
-            self.siblings_mut(parent).push(slot);
+        match attached {
+            // A script goes along with what it belongs to: nobody follows it, so it is computed when it is asked for.
+            true => self.places.links[slot as usize].hangs = true,
+            false => self.siblings_mut(parent).push(slot),
         }
         self.reorder();
         Some(slot)
@@ -349,6 +351,15 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_script_goes_along_with_its_object() {
+        let mut scene = Scene::default();
+        let body = scene.add(0, "body", Isometry3::identity(), Data::Dummy(None)).unwrap();
+        let script = scene.add(body, "script", Isometry3::identity(), Data::Script).unwrap();
+        scene.set_local(body, Isometry3::translation(1.0, 2.0, 3.0));
+        assert_eq!(scene.world(script), scene.world(body));
+    }
 
     /// A number that a script kept means nothing else for as many removals as the reference promises.
     #[test]
