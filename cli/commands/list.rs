@@ -1,6 +1,6 @@
 //! `tatu list`: what plugins offer.
 
-use std::{process::ExitCode, sync::Arc};
+use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
 use serde_json::{Value, json};
 use tatu_core::{
@@ -88,7 +88,44 @@ fn models(r: &Registry) -> Vec<Value> {
             let plugin = &r.plugins[m.plugin].id;
             json!({ "id": m.id, "plugin": plugin, "slots": m.slots, "text": m.text, "parameters": params(&m.params) })
         })
+        .chain(model_files(r))
         .collect()
+}
+
+/// Files that hold models, in the folders `models` here and of `TATU_MODEL_PATH`.
+fn model_files(r: &Registry) -> Vec<Value> {
+    let given = std::env::var_os("TATU_MODEL_PATH").unwrap_or_default();
+    let folders = std::iter::once(PathBuf::from("models")).chain(std::env::split_paths(&given));
+    let mut files: Vec<PathBuf> = folders.filter(|f| !f.as_os_str().is_empty()).flat_map(files_below).collect();
+    files.sort();
+    files.dedup();
+    let row = |file: &PathBuf| {
+        let name = file.to_string_lossy();
+        let importer = r.importers.iter().find(|i| i.suffixes.iter().any(|s| name.ends_with(s.as_str())));
+        let by = match importer {
+            Some(i) => r.plugins[i.plugin].id.clone(),
+            None if name.ends_with(".toml") => String::new(),
+            None => return None,
+        };
+        Some(json!({ "id": name, "plugin": by, "slots": [], "text": "a file", "parameters": [] }))
+    };
+    files.iter().filter_map(row).collect()
+}
+
+/// All files below a folder, at most eight folders deep; those that cannot be read are passed over.
+fn files_below(folder: PathBuf) -> Vec<PathBuf> {
+    let mut open = vec![(folder, 0)];
+    let mut out = Vec::new();
+    while let Some((folder, depth)) = open.pop() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            match entry.file_type() {
+                Ok(kind) if kind.is_dir() && depth < 8 => open.push((entry.path(), depth + 1)),
+                Ok(kind) if kind.is_file() => out.push(entry.path()),
+                _ => {}
+            }
+        }
+    }
+    out
 }
 
 fn services(r: &Registry) -> Vec<Value> {

@@ -57,6 +57,7 @@ mod plugins;
 mod processors;
 mod proximity;
 mod refusals;
+mod registered;
 mod reload;
 mod removals;
 mod replay;

@@ -35,6 +35,7 @@ mod props;
 pub mod rows;
 mod transforms;
 mod tree;
+mod views;
 
 pub use document::{FRICTION_RULES, FrictionPair};
 pub use dynamics::Dynamics;
@@ -50,6 +51,7 @@ pub use object::{
 pub use props::{Changed, get, numbers, set, set_numbers};
 pub use props::{is_drive, notes, notes_value, part_meshes};
 pub use tree::{Handle, Scene};
+pub use views::{Camera, Light, LightForm, Path};
 
 use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 

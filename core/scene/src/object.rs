@@ -9,7 +9,11 @@ use tatu_physics::{BodyId, JointId, Passive, Surface};
 use tatu_plugin_api::abi::*;
 
 use super::{ForceSensor, follow::Follow};
-use crate::{graph::GraphSpec, noise::NoiseSpec};
+use crate::{
+    graph::GraphSpec,
+    noise::NoiseSpec,
+    views::{Camera, Light, Path},
+};
 
 /// An object of the scene. What a step asks of a device's object comes first, so that it lies in one cache line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -56,6 +60,12 @@ pub enum Data {
     Graph(Box<GraphSpec>),
     /// A script; belongs to its parent, and is not among its children.
     Script,
+    /// From where a view looks.
+    Camera(Box<Camera>),
+    /// What lights a view.
+    Light(Box<Light>),
+    /// A way through space.
+    Path(Box<Path>),
 }
 
 impl Object {
@@ -70,6 +80,9 @@ impl Object {
             Data::ForceSensor(_) => TATU_KIND_FORCE_SENSOR,
             Data::Graph(_) => TATU_KIND_GRAPH,
             Data::Script => TATU_KIND_SCRIPT,
+            Data::Camera(_) => TATU_KIND_CAMERA,
+            Data::Light(_) => TATU_KIND_LIGHT,
+            Data::Path(_) => TATU_KIND_PATH,
         }
     }
     /// Its name among its siblings; changed by [`Scene::set_name`](crate::Scene::set_name).

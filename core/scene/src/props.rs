@@ -30,7 +30,7 @@ pub enum Changed {
     Rebuild,
 }
 
-fn refuse<T>(status: tatu_status, text: impl Into<String>) -> Result<T, Refusal> {
+pub(crate) fn refuse<T>(status: tatu_status, text: impl Into<String>) -> Result<T, Refusal> {
     Err(Refusal(status, text.into()))
 }
 
@@ -103,6 +103,9 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
         (Row::Rate, Data::Sensor(s)) => Value::Float(s.rate),
         (Row::Preset, Data::Sensor(s)) => Value::text(&*s.preset),
         (Row::Noise, Data::Sensor(s)) => Value::text(s.noise.as_ref().map_or(String::new(), |n| n.to_toml())),
+        (_, Data::Camera(x)) => return x.get(row).map_or_else(|| lacks(scene, slot, row), Ok),
+        (_, Data::Light(x)) => return x.get(row).map_or_else(|| lacks(scene, slot, row), Ok),
+        (_, Data::Path(x)) => return x.get(row).map_or_else(|| lacks(scene, slot, row), Ok),
         (Row::GraphExplicit, Data::Graph(g)) => Value::Bool(g.explicit),
         (Row::GraphBuffer, Data::Graph(g)) => Value::Int(g.buffer as i64),
         (Row::GraphStreams, Data::Graph(g)) => Value::List(g.streams.iter().map(|s| s.to_value()).collect()),

@@ -2,6 +2,8 @@
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
+use crate::views::LIGHT_FORMS;
+
 /// Which objects have a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Of {
@@ -71,6 +73,9 @@ const SENSOR: Of = Of::Kind(TATU_KIND_SENSOR);
 const ACTUATOR: Of = Of::Kind(TATU_KIND_ACTUATOR);
 const GRAPH: Of = Of::Kind(TATU_KIND_GRAPH);
 const SCRIPT: Of = Of::Kind(TATU_KIND_SCRIPT);
+const CAMERA: Of = Of::Kind(TATU_KIND_CAMERA);
+const LIGHT: Of = Of::Kind(TATU_KIND_LIGHT);
+const PATH: Of = Of::Kind(TATU_KIND_PATH);
 const ANY: Of = Of::Any;
 const WORLD: Of = Of::World;
 const M: Option<&str> = Some("m");
@@ -175,6 +180,17 @@ rows! {
     GraphBuffer "graph.buffer" GRAPH, TATU_I64 0 None, Live FREE, "How many samples of a stream it keeps, the newest ones, 1 to 1000000; default 10000.";
     GraphStreams "graph.streams" GRAPH, TATU_LIST 0 None, Live FREE, "What it records: name, unit, color, of, data, transform, factor, offset, window, hidden; default: nothing.";
     GraphCurves "graph.curves" GRAPH, TATU_LIST 0 None, Live FREE, "Curves of one stream over another: name, x, y, z, unit, color; default: none.";
+    CameraAngle "camera.angle" CAMERA, TATU_F64 0 RAD, Live FREE, "Angle that it sees, over the longer side of its picture; default 60 degrees.";
+    CameraOrtho "camera.ortho_size" CAMERA, TATU_F64 0 M, Live FREE, "What it sees in parallel projection, over the longer side; 0: it sees in perspective; default 0.";
+    CameraNear "camera.near" CAMERA, TATU_F64 0 M, Live FREE, "Nearest place that it sees; default 0.05.";
+    CameraFar "camera.far" CAMERA, TATU_F64 0 M, Live FREE, "Farthest place that it sees; default 1000.";
+    LightForm "light.form" LIGHT, TATU_TEXT 0 None, Live LIGHT_FORMS, "Where its light goes: everywhere, in a cone along its z axis, or along its z axis from far away; default omni.";
+    LightOn "light.on" LIGHT, TATU_BOOL 0 None, Live FREE, "Whether it is on; default true.";
+    LightColor "light.color" LIGHT, TATU_F64S 3 None, Live FREE, "Red, green, blue of its light, 0 to 1; default 0.5 each.";
+    LightAngle "light.angle" LIGHT, TATU_F64 0 RAD, Live FREE, "Half the angle of the cone of a spot; default 90 degrees.";
+    PathPoints "path.points" PATH, TATU_F64S 0 None, Live FREE, "Control points in its frame: position and quaternion x y z w, 7 numbers each; default: none.";
+    PathRounding "path.rounding" PATH, TATU_F64S 0 None, Live FREE, "For each point the share of half the way before and after it that is rounded, 0 to 1, and by how many places; default: none, ways are straight.";
+    PathClosed "path.closed" PATH, TATU_BOOL 0 None, Live FREE, "Whether it leads back to its first point; default false.";
     ScriptLanguage "script.language" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "Its language.";
     ScriptDialect "script.dialect" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "The dialect chosen for it.";
     ScriptKind "script.kind" SCRIPT, TATU_TEXT 0 None, ReadOnly FREE, "child, customization, main, addon or sandbox.";
@@ -255,6 +271,9 @@ pub const KINDS: &[(&str, i32)] = &[
     ("actuator", TATU_KIND_ACTUATOR),
     ("force_sensor", TATU_KIND_FORCE_SENSOR),
     ("graph", TATU_KIND_GRAPH),
+    ("camera", TATU_KIND_CAMERA),
+    ("light", TATU_KIND_LIGHT),
+    ("path", TATU_KIND_PATH),
 ];
 
 /// The name of a kind.

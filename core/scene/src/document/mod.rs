@@ -233,6 +233,9 @@ impl Document {
                 }),
                 TATU_KIND_FORCE_SENSOR => Data::ForceSensor(Box::default()),
                 TATU_KIND_GRAPH => Data::Graph(Box::default()),
+                TATU_KIND_CAMERA => Data::Camera(Box::default()),
+                TATU_KIND_LIGHT => Data::Light(Box::default()),
+                TATU_KIND_PATH => Data::Path(Box::default()),
                 _ => Data::Dummy(None),
             };
             let parent = spec.parent.and_then(|p| slots.get(p).copied()).unwrap_or(above);

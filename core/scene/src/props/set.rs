@@ -207,6 +207,9 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         (_, Data::ForceSensor(f), _) => set_force_sensor(f, row, value, &text)?,
         (_, Data::Sensor(s), _) => set_sensor(s, row, value, text)?,
         (_, Data::Graph(g), _) => set_graph(g, row, value)?,
+        (_, Data::Camera(x), _) => x.set(row, value)?,
+        (_, Data::Light(x), _) => x.set(row, value, &text)?,
+        (_, Data::Path(x), _) => x.set(row, value)?,
         _ => None,
     };
     match row {

@@ -259,6 +259,9 @@ unsafe extern "C" fn create(
                 Some(TATU_KIND_DUMMY) => Data::Dummy(None),
                 Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor(Box::default()),
                 Some(TATU_KIND_GRAPH) => Data::Graph(Box::default()),
+                Some(TATU_KIND_CAMERA) => Data::Camera(Box::default()),
+                Some(TATU_KIND_LIGHT) => Data::Light(Box::default()),
+                Some(TATU_KIND_PATH) => Data::Path(Box::default()),
                 Some(k) => {
                     let text = format!("an object of kind {} is not made while the world lives", kind_name(k));
                     return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));

@@ -15,6 +15,9 @@ const KINDS: &[(&str, u32)] = &[
     ("actuator", TATU_KIND_ACTUATOR as u32),
     ("force_sensor", TATU_KIND_FORCE_SENSOR as u32),
     ("graph", TATU_KIND_GRAPH as u32),
+    ("camera", TATU_KIND_CAMERA as u32),
+    ("light", TATU_KIND_LIGHT as u32),
+    ("path", TATU_KIND_PATH as u32),
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {

@@ -22,3 +22,15 @@ assert(not pcall(sim.getDistanceHandle, 'nothing'))
 assert(not pcall(sim.getIkGroupHandle, 'nothing'))
 --- sim.getMechanismHandle
 assert(not pcall(sim.getMechanismHandle, 'nothing'))
+--- sim.readCollision
+assert(not pcall(sim.readCollision, 5))
+--- sim.readDistance
+assert(not pcall(sim.readDistance, 5))
+--- sim.handleCollision
+assert(sim.handleCollision(sim.handle_all) == 0)
+--- sim.handleDistance
+assert(sim.handleDistance(sim.handle_all) == 0)
+--- sim.resetCollision
+sim.resetCollision(sim.handle_all)
+--- sim.resetDistance
+sim.resetDistance(sim.handle_all)

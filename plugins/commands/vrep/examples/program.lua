@@ -160,3 +160,25 @@ function sysCall_actuation()
         assert(message == sim.message_keypress and aux[1] == 2007)
     end
 end
+--- sim.getModuleName
+assert(sim.getModuleName(0) == nil)
+--- sim.handleSimulationStart
+assert(sim.handleSimulationStart() == 0)
+--- sim.handleSensingStart
+assert(sim.handleSensingStart() == 0)
+--- sim.openModule
+assert(sim.openModule(sim.handle_all) == 0)
+--- sim.handleModule
+assert(sim.handleModule(sim.handle_all, false) == 0)
+--- sim.closeModule
+assert(sim.closeModule(sim.handle_all) == 0)
+--- sim.resumeThreads
+assert(sim.resumeThreads(0) == 0)
+--- sim.launchThreadedChildScripts
+assert(sim.launchThreadedChildScripts() == 0)
+--- sim.handleCustomizationScripts
+assert(sim.handleCustomizationScripts(sim.syscb_actuation) == 0)
+--- sim.handleAddOnScripts
+assert(sim.handleAddOnScripts(sim.syscb_actuation) == 0)
+--- sim.handleVarious
+assert(sim.handleVarious() == 0)

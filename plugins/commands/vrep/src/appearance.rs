@@ -45,7 +45,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (w, p) = (c.world(), &c.plugin().p);
             let rgb = numbers::<3>(c, 1)?.map(|x| x.clamp(0.0, 1.0));
             let mut before = Vec::new();
-            for o in crate::collections::entity(c, 0)? {
+            for o in crate::collections::entity(c, 0)?.list(c)? {
                 if w.look(o)?.kind != TATU_KIND_SHAPE {
                     continue;
                 }

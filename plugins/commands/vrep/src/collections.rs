@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Vrep, handle_sets, kit::*, state::state};
+use crate::{Vrep, handle_sets, kit::*, registered, state::state};
 
 /// Handles of collections lie above those of objects that a scene is likely to have.
 const FIRST: i64 = 0xE_0000;
@@ -32,6 +32,12 @@ pub(crate) struct Collections {
 }
 
 impl Collections {
+    /// One of the scene.
+    pub(crate) fn insert(&mut self, (name, handle, parts): registered::FromFile) {
+        let part = |p: registered::Part| Part { what: p.what, object: p.object, remove: p.remove, exclude: p.exclude };
+        let parts = parts.into_iter().map(part).collect();
+        self.all.insert(handle, Collection { name, parts });
+    }
     /// A new one, without objects; its handle.
     fn add(&mut self, name: String) -> i64 {
         self.made += 1;
@@ -183,11 +189,32 @@ pub(crate) fn objects(c: &Ctx<'_>, which: i64) -> Result<Vec<tatu_object>> {
     Ok(out)
 }
 
-/// The objects that a handle of an object or of a collection means.
-pub(crate) fn entity(c: &Ctx<'_>, i: usize) -> Result<Vec<tatu_object>> {
-    let which = c.i64(i)?;
-    if which > FIRST && state(c)?.collections.all.contains_key(&which) {
-        return objects(c, which);
+/// Whether a number is the handle of a collection.
+pub(crate) fn is_one(c: &Ctx<'_>, which: i64) -> Result<bool> {
+    Ok(which > FIRST && state(c)?.collections.all.contains_key(&which))
+}
+
+/// What is looked at: all shapes, or some objects.
+pub(crate) enum Entity {
+    All,
+    Objects(Vec<tatu_object>),
+}
+
+impl Entity {
+    /// The objects, one by one.
+    pub(crate) fn list(self, c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
+        match self {
+            Entity::All => c.world().list(0, 0, 0),
+            Entity::Objects(all) => Ok(all),
+        }
     }
-    Ok(vec![living(c, i)?.id])
+}
+
+/// What argument `i` means: the handle of an object, of a collection, or `sim.handle_all`.
+pub(crate) fn entity(c: &Ctx<'_>, i: usize) -> Result<Entity> {
+    Ok(match c.i64(i)? {
+        HANDLE_ALL => Entity::All,
+        which if is_one(c, which)? => Entity::Objects(objects(c, which)?),
+        _ => Entity::Objects(vec![living(c, i)?.id]),
+    })
 }

@@ -1,12 +1,18 @@
 //! Collisions and distances between shapes.
 
-use crate::{Vrep, collections, kit::*};
+use crate::{
+    Vrep,
+    collections::{self, Entity},
+    kit::*,
+    registered::by_name,
+    state::state,
+};
 
 /// From here on lie the handles of collision objects and their like in runs that make stand-ins.
 const REGISTERED: i64 = 0x8_0000;
 
 /// Whether a number is one of these.
-pub(crate) fn is_registered(c: &Ctx<'_>, handle: i64) -> bool {
+pub(crate) fn is_stand_in(c: &Ctx<'_>, handle: i64) -> bool {
     (REGISTERED..=REGISTERED + 0xFFFF).contains(&handle) && c.world().makes_stand_ins()
 }
 
@@ -16,7 +22,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let notes = "Surfaces of meshes that are not convex are hollow: what is wholly inside does not touch them.";
     offer.command(
         both("sim.checkCollision", MINUS, |c| {
-            let touching = closest(c, 1e-9)?.filter(|d| d.length() == 0.0);
+            let touching = closest(c, &collections::entity(c, 0)?, &collections::entity(c, 1)?, 1e-9)?
+                .filter(|d| d.length() == 0.0);
             c.ret(i64::from(touching.is_some()));
             if version(c) >= (4, 0) {
                 c.ret::<[i64]>(&touching.map_or([-1, -1], |d| d.0.pair.map(handle))[..]);
@@ -33,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.checkDistance", NIL, |c| {
             let threshold = if c.has(2) { c.f64(2)? } else { 0.0 };
-            let found = closest(c, threshold)?;
+            let found = closest(c, &collections::entity(c, 0)?, &collections::entity(c, 1)?, threshold)?;
             let modern = version(c) >= (4, 0);
             c.ret(i64::from(found.is_some()));
             match found {
@@ -61,62 +68,65 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Measures the shortest way between shapes.")
         .notes(notes),
     );
-    for name in ["sim.readCollision", "sim.readDistance"] {
-        offer.command(
-            both(name, MINUS, |c| {
-                c.ret(0_i64);
-                Ok(())
-            })
-            .param(Param::int("object"))
-            .returns(Param::int("result").text("0: never handled"))
-            .text("Reads a registered collision or distance object: scenes here have none.")
-            .stub("scenes have no registered collision and distance objects"),
-        );
-    }
     for (name, irregular, text) in [
-        ("sim.getCollisionHandle", "simGetCollisionhandle", "collision object"),
-        ("sim.getDistanceHandle", "simGetDistancehandle", "distance object"),
         ("sim.getIkGroupHandle", "simGetIkGrouphandle", "IK group"),
         ("sim.getMechanismHandle", "simGetMechanismhandle", "mechanism"),
     ] {
         offer.command(
             both(name, MINUS, move |c| -> Result {
                 let name = c.text(0)?;
-                let silent = name.contains("@silentError");
-                if c.world().makes_stand_ins() && !silent {
-                    // A number that names no object, and the same in each run.
-                    let sum = name.bytes().fold(0_i64, |sum, b| (31 * sum + i64::from(b)) & 0xFFFF);
-                    c.ret(REGISTERED + sum);
-                    return Ok(());
-                }
-                Err(Fail::missing(format!("there is no {text} `{name}`")))
+                let known: Vec<(String, i64)> = match text {
+                    "IK group" => state(c)?.registered.ik_groups.iter().map(|g| (g.name.clone(), g.handle)).collect(),
+                    _ => Vec::new(),
+                };
+                let found = by_name(c, &name, known.iter().map(|(n, h)| (n.as_str(), *h)))?;
+                answer_handle(c, &name, text, found)
             })
             .old_name(irregular, MINUS)
             .param(Param::string("name"))
             .returns(Param::int("object"))
-            .text(format!("Finds a registered {text}."))
-            .partial(format!("Scenes here have no registered {text}s: none is ever found.")),
+            .text(format!("Finds the {text} of a name in the scene."))
+            .partial(format!("{text}s are not solved.")),
         );
     }
 }
 
-struct Way(Closest);
+/// Answers a search for something registered. A run that makes stand-ins has no scene: it gives a number that names no
+/// object, the same in each run.
+pub(crate) fn answer_handle(c: &mut Ctx<'_>, name: &str, what: &str, found: Option<i64>) -> Result {
+    match found {
+        Some(found) => c.ret(found),
+        None if c.world().makes_stand_ins() && !name.contains("@silentError") => {
+            let sum = name.bytes().fold(0_i64, |sum, b| (31 * sum + i64::from(b)) & 0xFFFF);
+            c.ret(REGISTERED + sum);
+        }
+        None => return Err(Fail::missing(format!("there is no {what} `{name}`"))),
+    }
+    Ok(())
+}
+
+/// The shortest way between two things.
+pub(crate) struct Way(pub(crate) Closest);
 
 impl Way {
-    fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         (0..3).map(|i| (self.0.from[i] - self.0.to[i]).powi(2)).sum::<f64>().sqrt()
     }
 }
 
-fn closest(c: &Ctx<'_>, limit: f64) -> Result<Option<Way>> {
-    let first = collections::entity(c, 0)?;
-    let second = if c.i64(1)? == HANDLE_ALL { Vec::new() } else { collections::entity(c, 1)? };
+/// The shortest way from one to the other, where both have shapes; `limit` > 0: no longer than this, m.
+pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) -> Result<Option<Way>> {
+    let (first, second) = match (first, second) {
+        (Entity::Objects(a), Entity::Objects(b)) => (a.as_slice(), b.as_slice()),
+        (Entity::Objects(a), Entity::All) | (Entity::All, Entity::Objects(a)) => (a.as_slice(), &[][..]),
+        (Entity::All, Entity::All) => return Ok(None),
+    };
     if !second.is_empty() && first.iter().all(|o| second.contains(o)) {
         return Ok(None);
     }
     let shapes = |all: &[tatu_object]| all.iter().any(|o| c.world().look(*o).is_ok_and(|o| o.kind == TATU_KIND_SHAPE));
-    if !shapes(&first) || !second.is_empty() && !shapes(&second) {
+    if !shapes(first) || !second.is_empty() && !shapes(second) {
         return Ok(None);
     }
-    Ok(c.world().closest(&first, &second, limit)?.map(Way))
+    Ok(c.world().closest(first, second, limit)?.map(Way))
 }

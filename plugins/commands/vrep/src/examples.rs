@@ -33,6 +33,7 @@ files!(
     "script_more",
     "selection",
     "vision",
+    "windows",
 );
 
 /// Gives all commands their examples, and what holds for all.

@@ -121,7 +121,7 @@ fn explicit(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both("sim.setExplicitHandling", MINUS, |c| {
-            if distances::is_registered(c, id(c, 0)? as i64) {
+            if distances::is_stand_in(c, id(c, 0)? as i64) {
                 return done(c);
             }
             let (o, on) = (living(c, 0)?, c.i64(1)? & 1 != 0);

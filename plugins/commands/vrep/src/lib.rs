@@ -37,7 +37,9 @@ mod modules;
 mod motion;
 mod names;
 mod objects;
+mod old_windows;
 mod packing;
+mod pairs;
 mod parameters;
 mod path_objects;
 mod paths;
@@ -47,6 +49,7 @@ mod profile;
 mod profiles;
 mod properties;
 mod proximity;
+mod registered;
 mod script_more;
 mod scripts;
 mod selection;
@@ -82,7 +85,7 @@ impl Plugin for Vrep {
         Ok(state::State::new(*world.host()))
     }
 
-    const STATE_VERSION: u32 = 2;
+    const STATE_VERSION: u32 = 3;
     fn save(world: &state::State) -> Result<Vec<u8>> {
         world.save()
     }
@@ -125,6 +128,7 @@ impl Plugin for Vrep {
         forces::offer(offer);
         engine::offer(offer);
         distances::offer(offer);
+        pairs::offer(offer);
         offer.subject("physics");
         properties::offer(offer);
         by_name::offer(offer);
@@ -152,6 +156,8 @@ impl Plugin for Vrep {
         messages::offer(offer);
         dialogs::offer(offer);
         offer.subject("messages");
+        old_windows::offer(offer);
+        offer.subject("windows");
         graphs::offer(offer);
         drawing::offer(offer);
         views::offer(offer);

@@ -2,7 +2,7 @@
 
 use crate::{Vrep, kit::*, tags};
 
-/// Tag of a light's own data: whether it is on, diffuse and specular red, green and blue.
+/// Tag of a light's own data: whether it is on, diffuse and specular red, green and blue. What the light itself has wins.
 const TAG: &str = "light";
 
 /// On, and white.
@@ -39,6 +39,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     light[at..at + 3].copy_from_slice(&numbers::<3>(c, argument)?);
                 }
             }
+            let p = &c.plugin().p;
+            if c.world().look(id)?.kind == TATU_KIND_LIGHT {
+                c.world().set(id, p.light_on, &Value::Bool(light[0] > 0.0))?;
+                let color = [light[1], light[2], light[3]].map(|x| x.clamp(0.0, 1.0));
+                c.world().set(id, p.light_color, &Value::Floats(color.to_vec()))?;
+            }
             let text: Vec<String> = light.iter().map(f64::to_string).collect();
             tags::set_private(c, id, TAG, Some(text.join(" ").as_bytes()))?;
             c.ret(1_i64);
@@ -60,6 +66,13 @@ fn light(c: &Ctx<'_>, id: tatu_object) -> Result<[f64; 7]> {
     let mut out = USUAL;
     for (place, number) in out.iter_mut().zip(kept.split(' ')) {
         *place = number.parse().unwrap_or(*place);
+    }
+    if c.world().look(id)?.kind == TATU_KIND_LIGHT {
+        let p = &c.plugin().p;
+        out[0] = f64::from(u8::from(bool_of(c, id, p.light_on)?));
+        if let [r, g, b] = c.world().get(id, p.light_color)?.numbers().unwrap_or_default()[..] {
+            out[1..4].copy_from_slice(&[r, g, b]);
+        }
     }
     Ok(out)
 }

@@ -69,7 +69,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             both(name, MINUS, move |c| {
                 // All of what is not there is handled; one of them cannot be.
                 match c.arg(0).as_i64() {
-                    Some(n) if *of_objects && n > 0 && !distances::is_registered(c, n) => {
+                    Some(n) if *of_objects && n > 0 && !distances::is_stand_in(c, n) => {
                         Err(Fail::missing(format!("object {n} is none: {what}")))
                     }
                     _ => {
@@ -84,34 +84,46 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .stub(*what),
         );
     }
+    for (name, what) in ELSEWHERE {
+        offer.command(
+            both(name, MINUS, |c| {
+                c.ret(0_i64);
+                Ok(())
+            })
+            .param(Param::any("arguments").rest())
+            .returns(Param::int("count").text("0"))
+            .text(format!("For main scripts, which call it in each step: {what}."))
+            .partial("It has nothing left to do, and counts nothing."),
+        );
+    }
 }
+
+/// What main scripts call and what happens here in another part of the step, or by itself.
+const ELSEWHERE: &[(&str, &str)] = &[
+    ("sim.handleSimulationStart", "whatever a run needs is prepared before its first step"),
+    ("sim.handleSensingStart", "distances and colours of sensors are made anew in the sensing part"),
+    ("sim.openModule", "plugins hear of a start by themselves"),
+    ("sim.handleModule", "plugins hear of each step by themselves"),
+    ("sim.closeModule", "plugins hear of a stop by themselves"),
+    ("sim.resumeThreads", "threads go on in the actuation part, with the child scripts"),
+    ("sim.launchThreadedChildScripts", "threads begin in the actuation part, with the child scripts"),
+    ("sim.handleCustomizationScripts", "they are called together with the child scripts"),
+    ("sim.handleAddOnScripts", "add-ons are called by the host in each step"),
+    ("sim.handleVarious", "all that it did, other parts of the step do"),
+];
 
 /// What default main scripts call and for which there is nothing to do here, why, and whether the first argument may name one
 /// object of a kind that no scene has.
 const NOTHING: &[(&str, &str, bool)] = &[
-    ("sim.handleSimulationStart", "nothing has to be prepared", false),
-    ("sim.handleSensingStart", "nothing has to be prepared", false),
-    ("sim.openModule", "there are no modules of the original's kind", false),
-    ("sim.handleModule", "there are no modules of the original's kind", false),
-    ("sim.closeModule", "there are no modules of the original's kind", false),
-    ("sim.resumeThreads", "threads go on in the actuation part", false),
-    ("sim.launchThreadedChildScripts", "threads begin in the actuation part", false),
-    ("sim.handleCustomizationScripts", "they are called together with the child scripts", false),
-    ("sim.handleAddOnScripts", "there are no add-ons", false),
     ("sim.handleSandboxScript", "there is no sandbox", false),
     ("sim.handleJoint", "no joint moves by itself without physics", false),
     ("sim.handleJointMotion", "no joint moves by itself without physics", false),
     ("sim.handlePath", "there are no paths", true),
     ("sim.handleMechanism", "there are no mechanisms", true),
     ("sim.handleIkGroup", "there are no IK groups", true),
-    ("sim.handleVarious", "nothing is left over", false),
     ("sim.handleMill", "there are no mills", true),
     ("sim.resetMill", "there are no mills", true),
     ("sim.resetMilling", "there are no mills", false),
-    ("sim.handleCollision", "there are no collision objects", true),
-    ("sim.resetCollision", "there are no collision objects", true),
-    ("sim.handleDistance", "there are no distance objects", true),
-    ("sim.resetDistance", "there are no distance objects", true),
 ];
 
 /// Whether the caller is a main script.

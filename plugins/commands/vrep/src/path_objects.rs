@@ -1,4 +1,4 @@
-//! Path objects of old scenes: a dummy with control points, along which places are asked for.
+//! Path objects of old scenes: control points, along which places are asked for. Since 4.2 they are dummies.
 
 use crate::{
     Vrep,
@@ -7,24 +7,29 @@ use crate::{
     paths, tags,
 };
 
-const NOTES: &str = "A path goes straight from one control point to the next; Bezier factors, velocities and virtual \
-    distances are ignored. A dummy without control points is a path of one point.";
+const NOTES: &str = "Corners are rounded as the scene tells; a path that a script makes goes straight from one control point to the \
+    next. Velocities and virtual distances are ignored. A dummy without control points is a path of one point.";
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let path = || flagged("path");
     let along = || Param::float("along").text("0: the beginning, 1: the end");
     offer.command(
         both("sim.createPath", MINUS, |c| {
-            let dummy = c.world().create("dummy", 0, "Path")?;
-            // Since 4.2 the control points come first: 7 numbers each.
-            if is_table(c.arg(0)) {
+            // Since 4.2 it is a dummy, and the control points come first: 7 numbers each.
+            let modern = is_table(c.arg(0));
+            let dummy = c.world().create(if modern { "dummy" } else { "path" }, 0, "Path")?;
+            if modern {
                 let all = paths::floats(c, 0)?;
                 let points: Vec<Pose> = all.chunks_exact(7).map(|p| std::array::from_fn(|i| p[i])).collect();
                 let closed = c.arg(1).as_i64().unwrap_or(0) & 2 != 0;
-                write(c, dummy, &Path { points, closed })?;
+                write(c, dummy, &Path { points, rounding: Vec::new(), closed })?;
             } else {
                 let attributes = if c.has(0) { c.i64(0)? } else { 0 };
-                write(c, dummy, &Path { points: Vec::new(), closed: attributes > 0 && attributes & 4 != 0 })?;
+                write(
+                    c,
+                    dummy,
+                    &Path { points: Vec::new(), rounding: Vec::new(), closed: attributes > 0 && attributes & 4 != 0 },
+                )?;
             }
             c.ret(handle(dummy));
             Ok(())
@@ -208,14 +213,33 @@ fn of_path(c: &Ctx<'_>) -> Result<tatu_object> {
 /// Control points in the path's own frame.
 struct Path {
     points: Vec<Pose>,
+    /// Of each point: shares of the ways before and after it that are rounded, and by how many places; empty: none is.
+    rounding: Vec<[f64; 3]>,
     closed: bool,
 }
 
 impl Path {
+    /// Places that the way leads through, straight from one to the next.
     fn line(&self) -> Vec<Pose> {
-        let mut line = self.points.clone();
-        if line.is_empty() {
-            line.push(al::IDENTITY);
+        let n = self.points.len();
+        if n == 0 {
+            return vec![al::IDENTITY];
+        }
+        let mut line = Vec::new();
+        for (i, p) in self.points.iter().enumerate() {
+            let inner = self.closed || i > 0 && i + 1 < n;
+            match self.rounding.get(i) {
+                Some([before, after, places]) if inner && n > 2 && *places > 1.0 => {
+                    let from = al::interpolate(p, &self.points[(i + n - 1) % n], *before / 2.0);
+                    let to = al::interpolate(p, &self.points[(i + 1) % n], *after / 2.0);
+                    // A curve of second order, from the one place to the other, that the point pulls.
+                    line.extend((0..=*places as usize).map(|k| {
+                        let t = k as f64 / places.trunc();
+                        al::interpolate(&al::interpolate(&from, p, t), &al::interpolate(p, &to, t), t)
+                    }));
+                }
+                _ => line.push(*p),
+            }
         }
         if self.closed {
             line.push(line[0]);
@@ -244,17 +268,37 @@ impl Path {
     }
 }
 
+fn is_kind(c: &Ctx<'_>, id: tatu_object) -> bool {
+    c.world().look(id).is_ok_and(|o| o.kind == TATU_KIND_PATH)
+}
+
 fn read(c: &Ctx<'_>, id: tatu_object) -> Result<Path> {
+    let p = &c.plugin().p;
+    let sevens = |numbers: &[f64]| numbers.chunks_exact(7).map(|p| std::array::from_fn(|i| p[i])).collect();
+    if is_kind(c, id) {
+        let points = c.world().get(id, p.path_points)?.numbers().unwrap_or_default();
+        let rounding = c.world().get(id, p.path_rounding)?.numbers().unwrap_or_default();
+        let rounding = rounding.chunks_exact(3).map(|r| [r[0], r[1], r[2]]).collect();
+        return Ok(Path { points: sevens(&points), rounding, closed: bool_of(c, id, p.path_closed)? });
+    }
     let text = tags::private(c, id, "path")?.unwrap_or_default();
     let text = String::from_utf8_lossy(&text).into_owned();
     let numbers: Vec<f64> = text.split(' ').filter_map(|t| t.parse().ok()).collect();
-    let points = numbers.get(1..).unwrap_or_default().chunks_exact(7).map(|p| std::array::from_fn(|i| p[i]));
-    Ok(Path { points: points.collect(), closed: numbers.first() == Some(&1.0) })
+    let points = sevens(numbers.get(1..).unwrap_or_default());
+    Ok(Path { points, rounding: Vec::new(), closed: numbers.first() == Some(&1.0) })
 }
 
 fn write(c: &Ctx<'_>, id: tatu_object, path: &Path) -> Result {
+    let p = &c.plugin().p;
+    let numbers: Vec<f64> = path.points.iter().flatten().copied().collect();
+    if is_kind(c, id) {
+        let rounding = if path.rounding.len() == path.points.len() { path.rounding.concat() } else { Vec::new() };
+        c.world().set(id, p.path_rounding, &Value::Floats(rounding))?;
+        c.world().set(id, p.path_closed, &Value::Bool(path.closed))?;
+        return c.world().set(id, p.path_points, &Value::Floats(numbers));
+    }
     let mut text = String::from(if path.closed { "1" } else { "0" });
-    path.points.iter().flatten().for_each(|x| text += &format!(" {x}"));
+    numbers.iter().for_each(|x| text += &format!(" {x}"));
     tags::set_private(c, id, "path", Some(text.as_bytes()))
 }
 

@@ -94,7 +94,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("index").text("from 0"))
             .returns(Param::string("name").text("nothing past the end"))
             .text("Gives the name of one of the V-REP plugins that are loaded: there are none.")
-            .stub("there are no plugins of the original's kind"),
+            .partial("There are no plugins of the original's kind: the list is empty."),
     );
     offer.command(
         Cmd::new("sim.getSystemTime", |c| {

@@ -15,6 +15,7 @@ use crate::{
     messages::Messages,
     motion::Motion,
     profiles::Profiles,
+    registered::{self, Registered},
     tubes::Tubes,
     vision::{AllSeen, AllWork},
     wireless::InTransit,
@@ -29,6 +30,9 @@ pub(crate) struct Inner {
     #[serde(skip)]
     host: Option<Host>,
     step: i64,
+    /// Whether what the scene registers was read.
+    read: bool,
+    pub(crate) registered: Registered,
     pub(crate) consoles: Consoles,
     pub(crate) tubes: Tubes,
     pub(crate) messages: Messages,
@@ -85,6 +89,8 @@ impl Inner {
         Inner {
             host,
             step: 0,
+            read: false,
+            registered: Registered::default(),
             consoles: Consoles::default(),
             tubes: Tubes::default(),
             messages: Messages::default(),
@@ -131,5 +137,14 @@ pub(crate) fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Inner>> {
         *inner = Inner::new(inner.host);
     }
     inner.step = step;
+    if inner.read {
+        return Ok(inner);
+    }
+    inner.read = true;
+    drop(inner);
+    let (registered, collections) = registered::read(c)?;
+    let mut inner = c.instance().0.try_borrow_mut().map_err(|_| busy())?;
+    inner.registered = registered;
+    collections.into_iter().for_each(|k| inner.collections.insert(k));
     Ok(inner)
 }

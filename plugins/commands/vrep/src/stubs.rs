@@ -14,8 +14,7 @@ enum Gives {
     Text(&'static str),
     False,
     Empty,
-    /// Two integers, as one table or as two values.
-    Pair,
+    /// Two integers.
     TwoInts,
     Three(f64),
 }
@@ -36,27 +35,11 @@ const SCRIPTS: &str = "scripts are made with the scene";
 
 /// Commands of `sim` that had a flat name: name, what it gives, what a failed call gave, why.
 const OLD: &[(&str, Gives, &str)] = &[
-    ("sim.getUIHandle", Int(-1), OLD_UI),
-    ("sim.getUISlider", Int(-1), OLD_UI),
-    ("sim.setUISlider", Int(-1), OLD_UI),
-    ("sim.getUIButtonLabel", Int(-1), OLD_UI),
-    ("sim.setUIButtonLabel", Int(-1), OLD_UI),
-    ("sim.getUIEventButton", Int(-1), OLD_UI),
-    ("sim.getUIButtonProperty", Int(-1), OLD_UI),
-    ("sim.setUIButtonProperty", Int(-1), OLD_UI),
-    ("sim.setUIButtonColor", Int(-1), OLD_UI),
     ("sim.setUIButtonTexture", Int(-1), OLD_UI),
     ("sim.setUIButtonArrayColor", Int(-1), OLD_UI),
     ("sim.createUIButtonArray", Int(-1), OLD_UI),
     ("sim.deleteUIButtonArray", Int(-1), OLD_UI),
     ("sim.getUIButtonSize", Int(-1), OLD_UI),
-    ("sim.getUIPosition", Pair, OLD_UI),
-    ("sim.setUIPosition", Int(-1), OLD_UI),
-    ("sim.getUIProperty", Int(-1), OLD_UI),
-    ("sim.setUIProperty", Int(-1), OLD_UI),
-    ("sim.createUI", Int(-1), OLD_UI),
-    ("sim.createUIButton", Int(-1), OLD_UI),
-    ("sim.removeUI", Int(-1), OLD_UI),
     ("sim.handleUI", Int(-1), OLD_UI),
     ("sim.cameraFitToView", Int(1), WINDOWS),
     ("sim.getPage", Int(0), WINDOWS),
@@ -349,7 +332,7 @@ const UI: &[(&str, Gives)] = &[
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for (name, gives, why) in OLD {
-        let on_error = if matches!(gives, Nothing | Text(_) | Empty | Pair) { NIL } else { MINUS };
+        let on_error = if matches!(gives, Nothing | Text(_) | Empty) { NIL } else { MINUS };
         add(offer, name, Some((&flat_name(name), on_error)), *gives, why);
     }
     for (name, gives, why) in MODERN {
@@ -410,7 +393,6 @@ fn add(offer: &mut Offer<Vrep>, name: &str, flat: Option<(&str, [Value; 1])>, gi
             Text(t) => c.ret::<str>(t),
             False => c.ret(false),
             Empty => c.ret::<Value>(Value::List(Vec::new())),
-            Pair => c.ret::<[i64]>(&[0, 0][..]),
             TwoInts => {
                 c.ret(0_i64);
                 c.ret(0_i64);
@@ -428,7 +410,7 @@ fn add(offer: &mut Offer<Vrep>, name: &str, flat: Option<(&str, [Value; 1])>, gi
         Float(_) => Some(Param::float("result")),
         Text(_) => Some(Param::string("text")),
         False => Some(Param::bool("result")),
-        Empty | Pair | TwoInts => Some(Param::any("result")),
+        Empty | TwoInts => Some(Param::any("result")),
         Three(_) => Some(Param::floats("result", 3)),
     };
     let mut command = command.param(Param::any("arguments").rest());

@@ -1,6 +1,6 @@
 //! Makes a scene of a file: objects where they stand, shapes with their meshes and masses, joints with their motors.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Matrix3, Vector3};
 use tatu_plugin_api::{
@@ -11,15 +11,15 @@ use tatu_plugin_api::{
 use crate::{
     describe::map,
     dynamics::{self, Tree},
-    graphs,
+    forms, graphs, kept,
     read::{
         file::{File, Kind, Object},
-        mesh::{Leaf, Primitive},
+        mesh::Leaf,
         pose::isometry,
         shape::Shape,
-        surface::{Surface, leaves},
+        surface::leaves,
     },
-    scripts, sensors,
+    scripts, sensors, views,
 };
 
 /// What is to be told: what became of something, why, and of which objects.
@@ -48,23 +48,26 @@ pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
     let mut nodes: BTreeMap<i32, Node<'_>> = BTreeMap::new();
     let order = in_order(file);
     let tree = Tree::new(file, &order);
+    let meant = kept::meant(file);
     for i in order {
         let o = &file.objects[i];
         if scripts::is_holder(o) {
             continue;
         }
-        let node = object(builder, (file, &tree), o, nodes.get(&o.common.parent).copied(), &mut report)?;
+        let node = object(builder, (file, &tree, &meant), o, nodes.get(&o.common.parent).copied(), &mut report)?;
         nodes.insert(o.common.id, node);
     }
     report.all("kept without effect", "images on shapes are not drawn yet", file.textures.len());
     scripts::attach(builder, file, &nodes, &mut report)?;
-    report.all("kept without effect", "collections are not made yet", file.collections.len());
     report.all("kept without effect", "groups for inverse kinematics are not solved", file.ik_groups.len());
-    report.all("kept without effect", "collision objects are not made yet", file.collisions.len());
-    report.all("kept without effect", "distance objects are not made yet", file.distances.len());
     report.all("kept without effect", "old windows of buttons are not shown", file.windows.len());
     for (path, unknown) in &file.unknown.all {
-        report.all("not understood", format!("section {path}, first at byte {}", unknown.first.at), unknown.count);
+        let first = unknown.spans.first().map_or(0, |span| span.at);
+        report.all(
+            "not understood",
+            format!("section {path}, first at byte {first}: kept with the scene"),
+            unknown.count,
+        );
     }
     tell(builder, &report);
     let each = |(&(what, ref why), of): (&(&'static str, String), &Vec<(i32, String)>)| {
@@ -121,7 +124,7 @@ fn in_order(file: &File) -> Vec<usize> {
 
 fn object<'a>(
     builder: &Builder<'a>,
-    (file, tree): (&File, &Tree<'_>),
+    (file, tree, meant): (&File, &Tree<'_>, &BTreeSet<i32>),
     o: &Object,
     parent: Option<Node<'a>>,
     report: &mut Report,
@@ -133,6 +136,9 @@ fn object<'a>(
         Kind::Force(_) => "force_sensor",
         Kind::Proximity(_) | Kind::Vision(_) => "sensor",
         Kind::Graph(_) => "graph",
+        Kind::Camera(_) => "camera",
+        Kind::Light(_) => "light",
+        Kind::Path(_) => "path",
         _ => "dummy",
     };
     let alias = c.alias().replace('/', "_");
@@ -148,14 +154,17 @@ fn object<'a>(
     if let Some(name) = c.name.as_ref().filter(own_suffix) {
         node.set("object.name", name.as_str())?;
     }
-    node.set("object.data", scripts::data(file, o))?;
+    node.set("object.data", scripts::data(file, o, meant.contains(&c.id)))?;
     match &o.kind {
         Kind::Shape(s) => shape(builder, (file, tree), o, s, node, report)?,
         Kind::Joint(j) => dynamics::joint(file, tree, j, o, node, report)?,
-        Kind::Proximity(s) => sensors::proximity(s, o, node, report)?,
+        Kind::Proximity(s) => sensors::proximity(file, s, o, node, report)?,
         Kind::Vision(s) => sensors::vision(s, o, node, report)?,
         Kind::Force(f) => sensors::force(f, o, node, report)?,
         Kind::Graph(g) => graphs::graph(g, o, node, report)?,
+        Kind::Camera(k) => views::camera(k, node)?,
+        Kind::Light(l) => views::light(l, node)?,
+        Kind::Path(p) => views::path(p, node)?,
         Kind::Dummy(d) => dynamics::link(tree, d, o, node, report)?,
         _ => report.add("kept without effect", format!("a {} is a dummy here", o.word()), o),
     }
@@ -197,16 +206,17 @@ fn shape<'a>(
             continue;
         }
         let color = Value::from(leaf.leaf.color.diffuse);
-        if let Some((form, size)) = pure(leaf.leaf, &surface) {
-            let q = leaf.frame.rotation.coords;
-            let place = <[f64; 3]>::from(leaf.frame.translation.vector);
-            let turn = [q.x, q.y, q.z, q.w];
-            parts.push(map! { "primitive": form, "size": size, "position": place, "quaternion": turn, "color": color });
+        let convex = leaf.leaf.convex || leaf.part.convex;
+        let round = || if convex { forms::round(&surface) } else { None };
+        if let Some((form, size, place)) = forms::pure(leaf.leaf, &surface).or_else(round) {
+            let place = leaf.frame * place;
+            let q = place.rotation.coords;
+            let (at, turn) = (<[f64; 3]>::from(place.translation.vector), [q.x, q.y, q.z, q.w]);
+            parts.push(map! { "primitive": form, "size": size, "position": at, "quaternion": turn, "color": color });
             continue;
         }
         let surface = surface.moved(&leaf.frame);
         let number = builder.mesh(&surface.points, &surface.triangles)?;
-        let convex = leaf.leaf.convex || leaf.part.convex;
         parts.push(map! { "primitive": "mesh", "mesh": number, "convex": convex, "color": color });
     }
     if parts.is_empty() {
@@ -249,27 +259,6 @@ fn shape<'a>(
         node.set("shape.initial_velocity", [a, b, c])?.set("shape.initial_angular_velocity", [d, e, f])?;
     }
     Ok(())
-}
-
-/// Form and full extents of a leaf that is a primitive, and whose points lie where those of the primitive do.
-fn pure(leaf: &Leaf, surface: &Surface) -> Option<(&'static str, [f64; 3])> {
-    let form = match leaf.primitive {
-        Primitive::Cuboid => "box",
-        Primitive::Spheroid => "sphere",
-        Primitive::Cylinder if leaf.inside >= 1.0 => "cylinder",
-        _ => return None,
-    };
-    let (low, high) = surface.bounds()?;
-    let size: [f64; 3] = std::array::from_fn(|i| high[i] - low[i]);
-    let even = |a: f64, b: f64| (a - b).abs() <= 0.02 * a.max(b);
-    let middle = (0..3).all(|i| (low[i] + high[i]).abs() <= 0.02 * size[i]);
-    let told = (0..3).all(|i| leaf.size[i].is_finite() && leaf.size[i] > 0.0 && even(leaf.size[i], size[i]));
-    let round = match form {
-        "sphere" => even(leaf.size[0], leaf.size[1]) && even(leaf.size[1], leaf.size[2]),
-        "cylinder" => even(leaf.size[0], leaf.size[1]),
-        _ => true,
-    };
-    (middle && told && round).then_some((form, leaf.size))
 }
 
 /// Centre of mass and inertia divided by the mass, along the axes of the shape.

@@ -7,10 +7,13 @@
 mod build;
 mod describe;
 mod dynamics;
+mod forms;
 mod graphs;
+mod kept;
 pub mod read;
 mod scripts;
 mod sensors;
+mod views;
 
 use tatu_plugin_api::{
     safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result, Value, World},

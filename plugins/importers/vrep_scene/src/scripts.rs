@@ -6,6 +6,7 @@ use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
 use crate::{
     build::Report,
+    kept,
     read::{
         data::{CustomData, Parameter},
         file::{File, Kind, Object},
@@ -19,7 +20,7 @@ const MAIN_SCRIPTS_SINCE: u32 = 30_103;
 /// Bit of a model's overrides: scripts of it do not run.
 const SCRIPTS_OFF: i32 = 0x200;
 /// First character of the tags that commands of V-REP keep their own data under.
-const OWN: char = '\u{1}';
+pub const OWN: char = '\u{1}';
 
 /// The handle of the object that a script acts on; -1: the scene.
 pub fn target(file: &File, s: &Script) -> i32 {
@@ -82,7 +83,7 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
         let name = object.map_or("main script".to_owned(), |o| o.common.alias());
         node.script("lua", &dialect, kind, &name, s.code().as_bytes())?;
     }
-    scene_data(builder, &file.scene_data)
+    scene_data(builder, file)
 }
 
 /// Handles of the objects in models whose scripts are switched off.
@@ -112,7 +113,7 @@ fn switched_off(file: &File) -> BTreeMap<i32, ()> {
 }
 
 /// What is kept with an object: data of scripts, parameters of its script, and bits that only V-REP knows.
-pub fn data(file: &File, o: &Object) -> Value {
+pub fn data(file: &File, o: &Object, meant: bool) -> Value {
     let c = &o.common;
     let mut out = tagged(&c.data);
     let own: Vec<&Parameter> = file
@@ -125,6 +126,9 @@ pub fn data(file: &File, o: &Object) -> Value {
     out.extend(own.iter().map(|p| (Value::text(format!("parameter.{}", p.name)), Value::text(&p.value))));
     let mut bits =
         |name: &str, value: i32| out.push((Value::text(format!("{OWN}{name}")), Value::text(value.to_string())));
+    if meant {
+        bits("handle", c.id);
+    }
     if c.model_property != 0 {
         bits("model property", c.model_property);
     }
@@ -146,11 +150,10 @@ fn tagged(data: &CustomData) -> Vec<(Value, Value)> {
     tagged.chain(numbered).map(|(tag, bytes)| (Value::text(tag), Value::Bytes(bytes))).collect()
 }
 
-fn scene_data(builder: &Builder<'_>, data: &CustomData) -> Result {
-    match tagged(data) {
-        all if all.is_empty() => Ok(()),
-        all => builder.setting("scene.data", Value::Map(all)),
-    }
+fn scene_data(builder: &Builder<'_>, file: &File) -> Result {
+    let mut all = tagged(&file.scene_data);
+    all.extend(kept::tags(file));
+    if all.is_empty() { Ok(()) } else { builder.setting("scene.data", Value::Map(all)) }
 }
 
 /// Whether an object only holds a script, which is attached to the object above.

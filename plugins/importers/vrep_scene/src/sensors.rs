@@ -5,7 +5,7 @@ use tatu_plugin_api::safe::{Node, Result};
 use crate::{
     build::Report,
     read::{
-        file::Object,
+        file::{File, Object},
         sensor::{Force, Proximity, Vision},
     },
 };
@@ -19,7 +19,7 @@ fn sound(x: f64, low: f64, high: f64) -> f64 {
 const FARTHEST: f64 = 1e6;
 
 /// A proximity sensor.
-pub fn proximity(s: &Proximity, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+pub fn proximity(file: &File, s: &Proximity, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     let v = &s.volume;
     // The volume may tell another form; the sensor's own kind wins.
     let volume = match s.kind {
@@ -76,10 +76,27 @@ pub fn proximity(s: &Proximity, o: &Object, node: Node<'_>, report: &mut Report)
         _ => "any",
     };
     node.set("waves", waves)?.set("sensor.explicit", s.bits & 0x80 != 0)?;
-    if s.entity != -1 {
+    if is_all_but_own_model(file, s.entity, o) {
+        node.set("skip_own_model", true)?;
+    } else if s.entity != -1 {
         report.add("kept without effect", "it looks for one thing only: here it sees everything", o);
     }
     Ok(())
+}
+
+/// Whether what a sensor looks for is a collection of all objects but those of the model that the sensor is part of.
+fn is_all_but_own_model(file: &File, entity: i32, o: &Object) -> bool {
+    let find = |id: i32| file.objects.iter().find(|o| o.common.id == id);
+    let Some(collection) = file.collections.iter().find(|k| k.handle == entity) else { return false };
+    let [all, own] = collection.items.as_slice() else { return false };
+    let mut above = Some(o);
+    let mut model = None;
+    // Parents do not lead in a circle: that was refused when the file was read.
+    while let Some(at) = above {
+        model = if at.common.model_base { Some(at.common.id) } else { model };
+        above = find(at.common.parent);
+    }
+    (all.kind, all.remove) == (5, false) && (own.kind, own.remove) == (1, true) && model == Some(own.object)
 }
 
 /// A vision sensor.

@@ -22,17 +22,21 @@ const DEEPEST: usize = 16;
 const MOST_SCENES: usize = 20_000;
 
 const MODEL_KEYS: &[&str] =
-    &["model", "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set"];
+    &["model", "file", "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set"];
 
 impl Reader<'_> {
     pub(super) fn model(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result {
-        let Some(item) = table.get("model") else {
-            return Err(Error::new("E104", "a [[model]] without `model`")
-                .expected("model = \"<id>\"")
+        let key = if table.contains_key("file") { "file" } else { "model" };
+        let Some(item) = table.get(key).filter(|_| key == "model" || !table.contains_key("model")) else {
+            return Err(Error::new("E104", "a [[model]] has either `model` or `file`")
+                .expected("model = \"<id>\", or file = \"<name>\" of a model that was saved")
                 .at(Some(self.text.place(table_span(table)))));
         };
-        let id = self.string(table, "model", item)?;
-        let at = Some(self.text.value(table, "model"));
+        let id = self.string(table, key, item)?;
+        let at = Some(self.text.value(table, key));
+        if key == "file" && !id.ends_with(".toml") {
+            return self.import(b, table, parent);
+        }
         let placement = self.placement(table)?;
         let parent = self.parent(b, table, parent)?;
         if id.ends_with(".toml") {

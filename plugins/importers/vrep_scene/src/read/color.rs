@@ -11,6 +11,8 @@ use super::{
 pub struct Color {
     /// Red, green, blue of diffuse light, 0 to 1.
     pub diffuse: [f64; 3],
+    /// Of what a light gives out; nothing in others.
+    pub light: [f64; 3],
     /// Of what it gives out itself.
     pub emission: [f64; 3],
     /// 0 clear to 1, where it is translucent.
@@ -22,7 +24,14 @@ pub struct Color {
 
 impl Default for Color {
     fn default() -> Self {
-        Color { diffuse: [0.7; 3], emission: [0.0; 3], opacity: None, name: String::new(), factor: 0.5 }
+        Color {
+            diffuse: [0.7; 3],
+            light: [0.0; 3],
+            emission: [0.0; 3],
+            opacity: None,
+            name: String::new(),
+            factor: 0.5,
+        }
     }
 }
 
@@ -38,7 +47,7 @@ pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Color> {
     let tags = tags!(Color {
         "Cl3" => |k, c, _| {
             k.diffuse = c.reals()?;
-            let _light: [f64; 3] = c.reals()?;
+            k.light = c.reals()?;
             let _specular: [f64; 3] = c.reals()?;
             Ok(k.emission = c.reals()?)
         },
@@ -52,6 +61,7 @@ pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Color> {
     object(c, tags, &["Sh2", "Shi", "Fi3", "Rst", "Pov"], &mut color, unknown)?;
     let sound = |x: f64| if x.is_finite() { x.clamp(0.0, 1.0) } else { 0.7 };
     color.diffuse = color.diffuse.map(sound);
+    color.light = color.light.map(sound);
     color.emission = color.emission.map(sound);
     color.opacity = color.opacity.map(|_| sound(color.factor));
     Ok(color)

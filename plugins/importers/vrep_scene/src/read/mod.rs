@@ -6,7 +6,7 @@
 //! - what stands inside of these: [`mesh`], [`legacy_mesh`], [`pool`], [`color`], [`material`], [`texture`], [`volume`],
 //!   [`pose`], [`data`];
 //! - what stands beside them: [`script`], [`settings`], [`registered`];
-//! - [`surface`]: the triangles of a mesh; [`unknown`]: what nobody understands.
+//! - [`surface`]: the triangles of a mesh; [`unknown`]: what nobody understands; [`made`]: small files for tests.
 
 pub mod color;
 pub mod common;
@@ -17,6 +17,7 @@ pub mod header;
 pub mod huffman;
 pub mod joint;
 pub mod legacy_mesh;
+pub mod made;
 pub mod material;
 pub mod mesh;
 pub mod others;

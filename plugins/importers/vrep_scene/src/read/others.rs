@@ -1,6 +1,7 @@
 //! Dummies, paths and graphs, and objects of which only the common part is read.
 
 use super::{
+    color::{self, Color},
     cursor::{Cursor, Read},
     pose::{IDENTITY, Stored, position_first},
     section::{Tag, object, tags},
@@ -31,6 +32,55 @@ pub const DUMMY: &[Tag<Dummy>] = tags!(Dummy {
 /// Known, for windows and other engines.
 pub const DUMMY_IGNORED: &[&str] =
     &["Dy2", "_y2", "Atg", "Var", "Po4", "Po5", "_o5", "Cl0", "Mj1", "_j1", "Dla", "Cv2", "Dlt", "Pob"];
+
+/// A camera.
+#[derive(Debug, Clone, Default)]
+pub struct Camera {
+    /// What it sees in parallel projection, m, and angle in perspective, rad.
+    pub sees: [f64; 2],
+    /// Nearest and farthest place, m.
+    pub clip: [f64; 2],
+    /// Bits: 2 perspective; of before 3.3.
+    pub bits: u8,
+    /// Whether it sees in perspective: -1 as its view tells, 0 no, 1 yes.
+    pub perspective: Option<i32>,
+}
+
+/// Elements of cameras.
+pub const CAMERA: &[Tag<Camera>] = tags!(Camera {
+    "Cp3" | "_p3" => |k, c, _| Ok(k.sees = c.reals()?),
+    "Ccp" | "_cp" => |k, c, _| Ok(k.clip = c.reals()?),
+    "Ca3" => |k, c, _| Ok(k.bits = c.u8()?),
+    "Cpm" => |k, c, _| Ok(k.perspective = Some(c.i32()?)),
+});
+
+/// Known, for windows and other renderers.
+pub const CAMERA_IGNORED: &[&str] =
+    &["Cp4", "_p4", "Ca2", "Rmd", "Rm2", "Cmp", "Cl1", "Cl2", "Rcm", "Pv1", "Var", "Cv2"];
+
+/// A light.
+#[derive(Debug, Clone, Default)]
+pub struct Light {
+    /// 1 omnidirectional, 2 spot, 3 directional.
+    pub kind: i32,
+    /// Half the angle of the cone of a spot, rad.
+    pub angle: f64,
+    /// Bits: 1 on.
+    pub bits: u8,
+    /// What it gives out.
+    pub color: Option<Color>,
+}
+
+/// Elements of lights.
+pub const LIGHT: &[Tag<Light>] = tags!(Light {
+    "Cp2" | "_p2" => |l, c, _| Ok(l.kind = c.i32()?),
+    "Cp3" | "_p3" => |l, c, _| Ok(l.angle = c.real()?),
+    "Cas" => |l, c, _| Ok(l.bits = c.u8()?),
+    "Cl2" => |l, c, u| Ok(l.color = Some(color::read(c, u)?)),
+});
+
+/// Known, for other renderers.
+pub const LIGHT_IGNORED: &[&str] = &["Caf", "_af", "Cl1", "Pfd", "Var", "Cv2"];
 
 /// A control point of a path.
 #[derive(Debug, Clone)]

@@ -1,6 +1,8 @@
 //! What stands beside the objects of a scene: collections, and the objects of old versions for collisions, distances,
 //! inverse kinematics and windows of buttons.
 
+use serde::Serialize;
+
 use super::{
     cursor::{Cursor, Read},
     section::{object, tags},
@@ -8,7 +10,7 @@ use super::{
 };
 
 /// An item of a collection.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Item {
     /// Handle of the object.
     pub object: i32,
@@ -19,7 +21,7 @@ pub struct Item {
 }
 
 /// A collection.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Collection {
     /// Its name.
     pub name: String,
@@ -51,7 +53,7 @@ pub fn collection(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Collection
 }
 
 /// A collision or distance object.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Pair {
     /// Its name.
     pub name: String,
@@ -59,22 +61,45 @@ pub struct Pair {
     pub handle: i32,
     /// Handles of what is looked at; -1: everything.
     pub of: [i32; 2],
+    /// Of a distance: farther apart is not looked at, m; 0: everything is.
+    pub threshold: f64,
+    /// Whether it is looked at on request only.
+    pub explicit: bool,
 }
 
-/// `COL`, `DST`
-pub fn pair(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Pair> {
+/// `COL`
+pub fn collision(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Pair> {
     let mut pair = Pair { handle: -1, of: [-1; 2], ..Default::default() };
     let tags = tags!(Pair {
         "Nme" => |p, c, _| Ok(p.name = c.text()?),
         "Inx" => |p, c, _| Ok((p.of, p.handle) = ([c.i32()?, c.i32()?], c.i32()?)),
+        "Par" => |p, c, _| Ok(p.explicit = c.u8()? & 8 != 0),
     });
-    const IGNORED: &[&str] = &["Par", "Cwt", "Col", "Uis", "Trh", "_rh", "Var", "Swt", "Cv2", "Ups"];
-    object(c, tags, IGNORED, &mut pair, unknown)?;
+    object(c, tags, &["Cwt", "Col", "Uis", "Cv2", "Ups"], &mut pair, unknown)?;
+    Ok(pair)
+}
+
+/// `DST`
+pub fn distance(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Pair> {
+    let mut read = (Pair { handle: -1, of: [-1; 2], ..Default::default() }, 0.0);
+    let tags = tags!((Pair, f64) {
+        "Nme" => |p, c, _| Ok(p.0.name = c.text()?),
+        "Inx" => |p, c, _| Ok((p.0.of, p.0.handle) = ([c.i32()?, c.i32()?], c.i32()?)),
+        "Trh" | "_rh" => |p, c, _| Ok(p.1 = c.real()?),
+        "Var" => |p, c, _| {
+            let bits = c.u8()?;
+            p.0.explicit = bits & 4 != 0;
+            Ok(p.0.threshold = f64::from(bits & 1))
+        },
+    });
+    object(c, tags, &["Swt", "Col", "Uis", "Cv2", "Ups"], &mut read, unknown)?;
+    let (mut pair, threshold) = read;
+    pair.threshold = if pair.threshold > 0.0 && threshold.is_finite() { threshold.max(0.0) } else { 0.0 };
     Ok(pair)
 }
 
 /// An element of a group for inverse kinematics.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct IkElement {
     /// Handle of the dummy at the tip.
     pub tip: i32,
@@ -85,7 +110,7 @@ pub struct IkElement {
 }
 
 /// A group for inverse kinematics.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct IkGroup {
     /// Its name.
     pub name: String,
@@ -119,8 +144,23 @@ pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<IkGroup> {
     Ok(group)
 }
 
+/// A button, label, slider or field of a window.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Button {
+    /// What it is and how it looks, bits of the API.
+    pub attributes: i32,
+    /// Its number in the window.
+    pub handle: i32,
+    /// Cells that it takes, and the first of them.
+    pub cells: [i32; 4],
+    /// What stands on it, as it is and pressed.
+    pub labels: [String; 2],
+    /// Where a slider stands, 0 to 1000.
+    pub slider: f64,
+}
+
 /// A window of buttons of old versions.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Window {
     /// Its name.
     pub name: String,
@@ -128,8 +168,12 @@ pub struct Window {
     pub handle: i32,
     /// Handle of the object that it belongs to; -1: none.
     pub object: i32,
-    /// How many buttons it has.
-    pub buttons: usize,
+    /// How it behaves, bits of the API.
+    pub attributes: i32,
+    /// Columns and rows of cells.
+    pub cells: [i32; 2],
+    /// Its buttons.
+    pub buttons: Vec<Button>,
 }
 
 /// `BBK`
@@ -138,9 +182,28 @@ pub fn window(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Window> {
     let tags = tags!(Window {
         "Bkh" => |w, c, _| Ok(w.handle = c.i32()?),
         "Bkn" => |w, c, _| Ok(w.name = c.text()?),
+        "Att" => |w, c, _| Ok(w.attributes = c.i32()?),
+        "Bks" => |w, c, _| Ok(w.cells = [c.i32()?, c.i32()?]),
         "Aoi" => |w, c, _| Ok(w.object = c.i32()?),
-        "Btn" => |w, _, _| Ok(w.buttons += 1),
+        "Btn" => |w, c, u| {
+            let button = button(c, u)?;
+            Ok(w.buttons.push(button))
+        },
     });
-    object(c, tags, &["Att", "Bks", "Bkp", "Bns", "Vew", "Rus", "Toj", "Cv2", "Uis"], &mut window, unknown)?;
+    object(c, tags, &["Bkp", "Bns", "Vew", "Rus", "Toj", "Cv2", "Uis"], &mut window, unknown)?;
     Ok(window)
+}
+
+fn button(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Button> {
+    let mut button = Button::default();
+    let tags = tags!(Button {
+        "Bva" | "_va" => |b, c, _| {
+            (b.attributes, b.handle) = (c.i32()?, c.i32()?);
+            b.cells = [c.i32()?, c.i32()?, c.i32()?, c.i32()?];
+            b.labels = [c.text()?, c.text()?];
+            Ok(b.slider = c.real()?)
+        },
+    });
+    object(c, tags, &["Bnc", "Toj", "Cv2"], &mut button, unknown)?;
+    Ok(button)
 }

@@ -11,8 +11,8 @@ pub struct Unknown {
     pub count: usize,
     /// Their bytes together.
     pub bytes: usize,
-    /// Where the first is.
-    pub first: Span,
+    /// Where they are: the first ones.
+    pub spans: Vec<Span>,
 }
 
 /// All of them, by the tags that lead to them: `SHP/Ge2/Xyz`.
@@ -23,7 +23,7 @@ pub struct Unknowns {
     path: Vec<String>,
 }
 
-/// More sorts than this are counted together: hostile files have as many as they like.
+/// More sorts than this are counted together, and more of a sort are only counted: hostile files have as many as they like.
 const MOST: usize = 1000;
 
 impl Unknowns {
@@ -45,7 +45,10 @@ impl Unknowns {
         if self.all.len() >= MOST && !self.all.contains_key(&path) {
             path = "others".into();
         }
-        let entry = self.all.entry(path).or_insert_with(|| Unknown { first: span, ..Default::default() });
+        let entry = self.all.entry(path).or_default();
+        if entry.spans.len() < MOST {
+            entry.spans.push(span);
+        }
         entry.count += 1;
         entry.bytes += span.len;
     }

@@ -1,0 +1,153 @@
+//! Cameras, lights and paths: objects that views and scripts use. Physics and sensors do not know them.
+
+use serde::{Deserialize, Serialize};
+use tatu_errors::Refusal;
+use tatu_plugin_api::{abi::TATU_ERR_ARGUMENT, safe::Value};
+
+use crate::{
+    props::{Changed, refuse},
+    rows::Row,
+};
+
+/// From where a view looks: along its z axis, y is up.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "each is a property row with its sentence")]
+pub struct Camera {
+    pub angle: f64,
+    pub ortho_size: f64,
+    pub near: f64,
+    pub far: f64,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Camera { angle: std::f64::consts::FRAC_PI_3, ortho_size: 0.0, near: 0.05, far: 1000.0 }
+    }
+}
+
+/// What lights a view.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "each is a property row with its sentence")]
+pub struct Light {
+    pub form: LightForm,
+    pub on: bool,
+    pub color: [f64; 3],
+    pub angle: f64,
+}
+
+/// Where its light goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "named after what they are")]
+pub enum LightForm {
+    Omni,
+    Spot,
+    Directional,
+}
+
+/// Their names, in the order of [`LightForm`].
+pub const LIGHT_FORMS: &[&str] = &["omni", "spot", "directional"];
+
+impl Default for Light {
+    fn default() -> Self {
+        Light { form: LightForm::Omni, on: true, color: [0.5; 3], angle: std::f64::consts::FRAC_PI_2 }
+    }
+}
+
+/// A way through space.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "each is a property row with its sentence")]
+pub struct Path {
+    pub points: Vec<f64>,
+    pub rounding: Vec<f64>,
+    pub closed: bool,
+}
+
+impl Camera {
+    pub(crate) fn get(&self, row: Row) -> Option<Value> {
+        Some(Value::Float(match row {
+            Row::CameraAngle => self.angle,
+            Row::CameraOrtho => self.ortho_size,
+            Row::CameraNear => self.near,
+            Row::CameraFar => self.far,
+            _ => return None,
+        }))
+    }
+
+    pub(crate) fn set(&mut self, row: Row, value: &Value) -> Result<Option<Changed>, Refusal> {
+        let Value::Float(x) = *value else { return Ok(None) };
+        match row {
+            Row::CameraAngle if x > 0.0 && x < std::f64::consts::PI => self.angle = x,
+            Row::CameraAngle => return refuse(TATU_ERR_ARGUMENT, "a camera sees an angle between 0 and pi"),
+            Row::CameraOrtho if x >= 0.0 => self.ortho_size = x,
+            Row::CameraNear if x > 0.0 => self.near = x,
+            Row::CameraFar if x > 0.0 => self.far = x,
+            Row::CameraOrtho | Row::CameraNear | Row::CameraFar => {
+                return refuse(TATU_ERR_ARGUMENT, "a length is greater than 0");
+            }
+            _ => return Ok(None),
+        }
+        Ok(Some(Changed::Value))
+    }
+}
+
+impl Light {
+    pub(crate) fn get(&self, row: Row) -> Option<Value> {
+        Some(match row {
+            Row::LightForm => Value::text(LIGHT_FORMS[self.form as usize]),
+            Row::LightOn => Value::Bool(self.on),
+            Row::LightColor => Value::Floats(self.color.to_vec()),
+            Row::LightAngle => Value::Float(self.angle),
+            _ => return None,
+        })
+    }
+
+    pub(crate) fn set(&mut self, row: Row, value: &Value, text: &str) -> Result<Option<Changed>, Refusal> {
+        match (row, value) {
+            (Row::LightForm, _) => {
+                self.form = match text {
+                    "omni" => LightForm::Omni,
+                    "spot" => LightForm::Spot,
+                    _ => LightForm::Directional,
+                }
+            }
+            (Row::LightOn, Value::Bool(on)) => self.on = *on,
+            (Row::LightColor, Value::Floats(v)) => match v.as_slice() {
+                [r, g, b] if v.iter().all(|x| (0.0..=1.0).contains(x)) => self.color = [*r, *g, *b],
+                _ => return refuse(TATU_ERR_ARGUMENT, "a color is red, green and blue, each from 0 to 1"),
+            },
+            (Row::LightAngle, Value::Float(x)) if *x > 0.0 && *x <= std::f64::consts::FRAC_PI_2 => self.angle = *x,
+            (Row::LightAngle, _) => return refuse(TATU_ERR_ARGUMENT, "half the angle of a spot is at most pi / 2"),
+            _ => return Ok(None),
+        }
+        Ok(Some(Changed::Value))
+    }
+}
+
+impl Path {
+    pub(crate) fn get(&self, row: Row) -> Option<Value> {
+        Some(match row {
+            Row::PathPoints => Value::Floats(self.points.clone()),
+            Row::PathRounding => Value::Floats(self.rounding.clone()),
+            Row::PathClosed => Value::Bool(self.closed),
+            _ => return None,
+        })
+    }
+
+    pub(crate) fn set(&mut self, row: Row, value: &Value) -> Result<Option<Changed>, Refusal> {
+        match (row, value) {
+            (Row::PathPoints, Value::Floats(v)) if v.len() % 7 == 0 && v.iter().all(|x| x.is_finite()) => {
+                self.points.clone_from(v);
+            }
+            (Row::PathPoints, _) => return refuse(TATU_ERR_ARGUMENT, "points of a path are 7 finite numbers each"),
+            (Row::PathRounding, Value::Floats(v)) if v.len() % 3 == 0 && v.iter().all(|x| x.is_finite()) => {
+                self.rounding.clone_from(v);
+            }
+            (Row::PathRounding, _) => {
+                return refuse(TATU_ERR_ARGUMENT, "a rounding is 3 finite numbers for each point");
+            }
+            (Row::PathClosed, Value::Bool(b)) => self.closed = *b,
+            _ => return Ok(None),
+        }
+        Ok(Some(Changed::Value))
+    }
+}

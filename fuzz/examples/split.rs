@@ -1,0 +1,36 @@
+//! Cuts files into their sections, one seed each: `split FILE... FOLDER`. Sections above 20 kB are left out: small seeds
+//! are tried faster.
+
+use std::{env, fs, path::Path};
+
+use tatu_importers_vrep_scene::read::{
+    cursor::Cursor,
+    file::File,
+    made::Bytes,
+    section,
+};
+
+const MOST: usize = 20_000;
+
+fn main() {
+    let mut arguments: Vec<String> = env::args().skip(1).collect();
+    let Some(folder) = arguments.pop() else { return eprintln!("split FILE... FOLDER") };
+    fs::create_dir_all(&folder).expect("the folder of the seeds");
+    for path in arguments {
+        let Ok(bytes) = fs::read(&path) else { continue };
+        let Ok(file) = File::read(&bytes) else { continue };
+        let mut c = Cursor::new(&file.data);
+        let name = Path::new(&path).file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+        let mut at = 0;
+        while let Ok(Ok(mut element)) = section::next(&mut c) {
+            let span = element.body.rest();
+            at += 1;
+            if span.len > MOST {
+                continue;
+            }
+            let body = Bytes::new().bytes(span.of(&file.data));
+            let seed = Bytes::new().element(&element.tag, body).mark("EOF");
+            fs::write(format!("{folder}/{name}-{at}"), seed.0).expect("a seed");
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! Which meshes are really boxes, balls and cylinders: these roll and touch as round things do.
+
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use crate::read::{
+    mesh::{Leaf, Primitive},
+    surface::Surface,
+};
+
+/// A form, its full extents, and where it stands in the frame of the mesh.
+pub type Form = (&'static str, [f64; 3], Isometry3<f64>);
+
+/// A leaf that the file calls a primitive, and whose points lie where those of the primitive do.
+pub fn pure(leaf: &Leaf, surface: &Surface) -> Option<Form> {
+    let form = match leaf.primitive {
+        Primitive::Cuboid => "box",
+        Primitive::Spheroid => "sphere",
+        Primitive::Cylinder if leaf.inside >= 1.0 => "cylinder",
+        _ => return None,
+    };
+    let (low, high) = surface.bounds()?;
+    let size: [f64; 3] = std::array::from_fn(|i| high[i] - low[i]);
+    let even = |a: f64, b: f64| (a - b).abs() <= 0.02 * a.max(b);
+    let middle = (0..3).all(|i| (low[i] + high[i]).abs() <= 0.02 * size[i]);
+    let told = (0..3).all(|i| leaf.size[i].is_finite() && leaf.size[i] > 0.0 && even(leaf.size[i], size[i]));
+    let round = match form {
+        "sphere" => even(leaf.size[0], leaf.size[1]) && even(leaf.size[1], leaf.size[2]),
+        "cylinder" => even(leaf.size[0], leaf.size[1]),
+        _ => true,
+    };
+    (middle && told && round).then_some((form, leaf.size, Isometry3::identity()))
+}
+
+/// Fewest points of a circle that is meant to be round.
+const FEWEST: usize = 12;
+
+/// A convex mesh of points on two circles, or all equally far from its middle: a wheel or a ball that was drawn with flat
+/// sides, on which it would roll with bumps. Only along the axes of its frame.
+pub fn round(surface: &Surface) -> Option<Form> {
+    let (low, high) = surface.bounds()?;
+    let middle = Vector3::from_fn(|i, _| (low[i] + high[i]) / 2.0);
+    let size = Vector3::from_fn(|i, _| high[i] - low[i]);
+    let points: Vec<Vector3<f64>> = surface.points.iter().map(|p| Vector3::from(*p) - middle).collect();
+    let even = |a: f64, b: f64| (a - b).abs() <= 0.005 * b;
+    let place = |turn| Isometry3::from_parts(Translation3::from(middle), turn);
+    let radius = size.x / 2.0;
+    if radius > 0.0 && points.len() >= FEWEST * 3 && points.iter().all(|p| even(p.norm(), radius)) {
+        return Some(("sphere", size.into(), place(UnitQuaternion::identity())));
+    }
+    (0..3).find_map(|axis| {
+        let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+        let (height, diameter) = (size[axis], size[a].max(size[b]));
+        let radial = |p: &Vector3<f64>| libm::hypot(p[a], p[b]);
+        let on_end = |p: &Vector3<f64>| even(p[axis].abs(), height / 2.0);
+        let on_circle = |p: &&Vector3<f64>| even(radial(p), diameter / 2.0);
+        let all = height > 0.0 && points.iter().all(|p| on_end(p) && (on_circle(&p) || radial(p) <= 0.01 * diameter));
+        let count = points.iter().filter(on_circle).count();
+        let turn = match axis {
+            0 => UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2),
+            1 => UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -FRAC_PI_2),
+            _ => UnitQuaternion::identity(),
+        };
+        (all && count >= 2 * FEWEST).then(|| ("cylinder", [diameter, diameter, height], place(turn)))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn prism(sides: usize, height: f64, axis: usize) -> Surface {
+        let mut points = Vec::new();
+        for i in 0..sides * 2 {
+            let t = std::f64::consts::TAU * (i / 2) as f64 / sides as f64;
+            let mut p = [0.0; 3];
+            p[axis] = if i % 2 == 0 { height / 2.0 } else { -height / 2.0 };
+            p[(axis + 1) % 3] = 0.1 * libm::cos(t);
+            p[(axis + 2) % 3] = 0.1 * libm::sin(t);
+            points.push(p);
+        }
+        Surface { points, triangles: vec![[0, 1, 2]] }
+    }
+
+    #[test]
+    fn wheels_of_many_sides_are_round() {
+        for axis in 0..3 {
+            let (form, size, place) = round(&prism(32, 0.05, axis)).unwrap();
+            assert_eq!(form, "cylinder");
+            assert!((size[0] - 0.2).abs() < 1e-12 && (size[2] - 0.05).abs() < 1e-12);
+            let along = place * Vector3::z();
+            assert!((along[axis].abs() - 1.0).abs() < 1e-12, "axis {axis}: {along}");
+        }
+    }
+
+    #[test]
+    fn prisms_of_few_sides_stay_what_they_are() {
+        assert!(round(&prism(6, 0.05, 2)).is_none());
+        let mut bent = prism(32, 0.05, 2);
+        bent.points[0][0] *= 0.9;
+        assert!(round(&bent).is_none());
+    }
+}

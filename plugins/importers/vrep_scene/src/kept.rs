@@ -1,0 +1,60 @@
+//! What stands beside the objects of a file, kept with the scene: collections, collision and distance objects, groups for
+//! inverse kinematics and windows of buttons, for the commands that ask for them; and elements that nobody here understands.
+//!
+//! They are one JSON text under the tag `registered` of the scene's data. Objects are told by their handle in the file, which
+//! those that are meant carry under the tag `handle`; -1 means all objects, or none.
+
+use std::collections::BTreeSet;
+
+use serde::Serialize;
+use tatu_plugin_api::safe::Value;
+
+use crate::{
+    read::{
+        file::File,
+        registered::{Collection, IkGroup, Pair, Window},
+    },
+    scripts::OWN,
+};
+
+#[derive(Serialize)]
+struct Registered<'a> {
+    collections: &'a [Collection],
+    collisions: &'a [Pair],
+    distances: &'a [Pair],
+    ik_groups: &'a [IkGroup],
+    windows: &'a [Window],
+}
+
+/// Handles of the objects that something of it means.
+pub fn meant(file: &File) -> BTreeSet<i32> {
+    let items = file.collections.iter().flat_map(|k| &k.items).map(|i| i.object);
+    let pairs = file.collisions.iter().chain(&file.distances).flat_map(|p| p.of);
+    let elements = file.ik_groups.iter().flat_map(|g| &g.elements).flat_map(|e| [e.tip, e.base]);
+    items.chain(pairs).chain(elements).chain(file.windows.iter().map(|w| w.object)).filter(|h| *h >= 0).collect()
+}
+
+/// What the scene keeps, by tag.
+pub fn tags(file: &File) -> Vec<(Value, Value)> {
+    let registered = Registered {
+        collections: &file.collections,
+        collisions: &file.collisions,
+        distances: &file.distances,
+        ik_groups: &file.ik_groups,
+        windows: &file.windows,
+    };
+    let mut out = Vec::new();
+    let empty = [file.collections.len(), file.collisions.len(), file.distances.len(), file.ik_groups.len()] == [0; 4];
+    if !empty || !file.windows.is_empty() {
+        // Numbers and texts: nothing of it can fail to become JSON.
+        let text = serde_json::to_string(&registered).unwrap_or_default();
+        out.push((Value::text(format!("{OWN}registered")), Value::text(text)));
+    }
+    for (path, unknown) in &file.unknown.all {
+        for (i, span) in unknown.spans.iter().enumerate() {
+            let tag = Value::text(format!("{OWN}section {path} {i}"));
+            out.push((tag, Value::Bytes(span.of(&file.data).to_vec())));
+        }
+    }
+    out
+}
