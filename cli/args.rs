@@ -21,6 +21,10 @@ pub struct Args {
 pub enum Command {
     /// Run a scene.
     Run(Run),
+    /// Serve a scene to remote clients and views: they start, stop and change it, and the program goes on.
+    Serve(Serve),
+    /// Open a scene in the browser: see it, drive it, change its scripts.
+    Open(Open),
     /// Check that a scene would start.
     Check(Check),
     /// Write a scene of any format as a scene file, with its meshes and scripts beside it.
@@ -134,6 +138,43 @@ pub struct Run {
     /// End with a summary in JSON on standard output; everything else goes to standard error.
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(clap::Args)]
+pub struct Serve {
+    /// The scene: a scene file, or one of a format that an importer reads; none: clients open one.
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub changes: Changes,
+    /// Start a service: `ID`, or `ID:KEY=VALUE,KEY=VALUE`. Those that a scene names are not started.
+    #[arg(long = "service", value_name = "ID")]
+    pub services: Vec<String>,
+    #[command(flatten)]
+    pub addons: crate::addons::Flags,
+    /// The folder in which scripts open files [default: the working folder].
+    #[arg(long, value_name = "DIR")]
+    pub files: Option<PathBuf>,
+    /// Threads; the results do not depend on them.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: u16,
+    /// Run as fast as the clock; a page has a pace of its own.
+    #[arg(long)]
+    pub realtime: bool,
+    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
+}
+
+#[derive(clap::Args)]
+pub struct Open {
+    #[command(flatten)]
+    pub serve: Serve,
+    /// The port of the page, on this machine only; 0: any that is free.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub port: u16,
+    /// Start no browser: only print the address of the page.
+    #[arg(long)]
+    pub no_browser: bool,
 }
 
 #[derive(clap::Args)]

@@ -20,6 +20,8 @@ fn main() -> ExitCode {
     report::listen();
     report::finish(match args.command {
         args::Command::Run(run) => commands::run::run(&run),
+        args::Command::Serve(serve) => commands::serve::serve(&serve),
+        args::Command::Open(open) => commands::serve::open(open),
         args::Command::Check(check) => commands::check::check(&check),
         args::Command::Convert(convert) => commands::convert::convert(&convert),
         args::Command::Describe(describe) => commands::describe::describe(&describe),

@@ -7,6 +7,7 @@ pub mod diff;
 pub mod list;
 pub mod look;
 pub mod run;
+pub mod serve;
 
 use std::{path::Path, sync::Arc};
 

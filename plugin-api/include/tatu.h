@@ -992,6 +992,10 @@ typedef struct tatu_host_scene {
   /* [step] Writes an object and all below it (0: the whole scene) as a scene file, with meshes and scripts in a folder
    * beside it. `file` is a path that `files.resolve` gave; it ends with ".toml". */
   tatu_status(TATU_CALL *save)(tatu_world *, tatu_str file, tatu_object base);
+  /* [step] The `index`-th property of an object, from 0 (object 0: of the world), as a map: "key", "type" (as TATU_*
+   * numbers), "count", "unit", "settable", "choices" (a list of texts), "text". Parameters of its device come after its
+   * own. Lives until the call that you are in returns. TATU_ERR_MISSING, without a sentence: it has no more. */
+  tatu_status(TATU_CALL *row)(tatu_world *, tatu_object, uint32_t index, tatu_value *);
 } tatu_host_scene;
 
 #define TATU_HOST_READINGS "tatu.host.readings/draft.1"
@@ -1118,6 +1122,11 @@ typedef struct tatu_host_scripts {
    * TATU_STAGE_REACT; where it is not running, none is called. `*n`: how many were. */
   tatu_status(TATU_CALL *call_below)(tatu_world *, tatu_object above, uint32_t stage, const tatu_value *args,
                                      uint32_t n_args, uint32_t *n);
+  /* [step] The text of a script, as bytes. Lives until the call that you are in returns. */
+  tatu_status(TATU_CALL *text)(tatu_world *, tatu_object script, tatu_value *);
+  /* [step] Puts another text in the place of a script's: what it keeps in numbers, texts and tables goes on where the new
+   * text has it. Refused where the text cannot be loaded; then nothing has changed. Not while the script itself runs. */
+  tatu_status(TATU_CALL *change)(tatu_world *, tatu_object script, tatu_str text);
 } tatu_host_scripts;
 
 #define TATU_HOST_SIGNALS "tatu.host.signals/draft.1"
@@ -1197,6 +1206,12 @@ typedef struct tatu_host_session {
    * puts in and who reads. The texts live until the call that you are in returns. TATU_ERR_MISSING, without a sentence:
    * no more has come. */
   tatu_status(TATU_CALL *input)(tatu_world *, uint64_t index, tatu_str *kind, tatu_str *text);
+  /* [step] Puts something in as if it came from outside: see `input`. The call itself is what an input log holds. */
+  tatu_status(TATU_CALL *put_in)(tatu_world *, tatu_str kind, tatu_str text);
+  /* [step] Asks the program to go on with another scene, once this world has stopped. `file` is a path that
+   * `files.resolve` gave; empty: this scene again, as its file says. TATU_ERR_UNSUPPORTED: the program runs one scene, and
+   * no other. A file that cannot be opened is told in a message, and this world goes on. */
+  tatu_status(TATU_CALL *open)(tatu_world *, tatu_str file);
 } tatu_host_session;
 
 #define TATU_HOST_STAGE "tatu.host.stage/draft.1"
@@ -1276,6 +1291,11 @@ typedef struct tatu_host_figures {
    * "values" of a stream (not a number: missing), "points" of a curve and "dims" coordinates each, "items" of a drawing and the "stride"
    * of each. Lives until the call that you are in returns. */
   tatu_status(TATU_CALL *get)(tatu_world *, tatu_object graph, int64_t id, uint32_t numbers, tatu_value *);
+  /* [step] The `index`-th visible part of a shape, from 0, as a map: "form" (box, sphere, cylinder, capsule, plane, mesh),
+   * "size" (full extents, m; none of a plane), "pose" (7 numbers, in the shape), "color", and of a mesh "points" (x y z) and
+   * "triangles" (three places of points) in the part's frame. Lives until the call that you are in returns.
+   * TATU_ERR_MISSING, without a sentence: it has no more. */
+  tatu_status(TATU_CALL *part)(tatu_world *, tatu_object shape, uint32_t index, tatu_value *);
 } tatu_host_figures;
 
 /* ================================================================ 12. Conveniences =================== */

@@ -103,7 +103,7 @@ mirror! {
     tatu_ext_event { size, reserved, events }
     tatu_host_scene {
         size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
-        find, create, remove, list, wanted, copy, load, save
+        find, create, remove, list, wanted, copy, load, save, row
     }
     tatu_look { size, flags, only, far_m, max_incidence }
     tatu_host_readings { size, reserved, field, sense_now, reset, list, describe, look }
@@ -112,12 +112,12 @@ mirror! {
         size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,
         retain, drop, call_func
     }
-    tatu_host_scripts { size, reserved, list, call, broadcast, options, add, call_below }
+    tatu_host_scripts { size, reserved, list, call, broadcast, options, add, call_below, text, change }
     tatu_host_signals { size, reserved, get, set, clear, name }
     tatu_host_events { size, reserved, publish, subscribe, unsubscribe, wanted, declared }
-    tatu_host_session { size, reserved, request, wake, worlds, client, state, input }
+    tatu_host_session { size, reserved, request, wake, worlds, client, state, input, put_in, open }
     tatu_host_stage { size, reserved, run }
     tatu_host_log { size, reserved, write, last_error }
     tatu_host_files { size, reserved, resolve }
-    tatu_host_figures { size, reserved, add, change, put, record, list, get }
+    tatu_host_figures { size, reserved, add, change, put, record, list, get, part }
 }

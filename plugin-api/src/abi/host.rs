@@ -62,6 +62,7 @@ pub struct tatu_host_scene {
     pub copy: Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32, *mut tatu_object) -> tatu_status>,
     pub load: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_object, *mut tatu_object) -> tatu_status>,
     pub save: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_object) -> tatu_status>,
+    pub row: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *mut tatu_value) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -157,6 +158,8 @@ pub struct tatu_host_scripts {
     >,
     pub call_below:
         Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *const tatu_value, u32, *mut u32) -> tatu_status>,
+    pub text: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_value) -> tatu_status>,
+    pub change: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -198,6 +201,8 @@ pub struct tatu_host_session {
     pub client: Option<unsafe extern "C" fn(WorldPtr, u64) -> tatu_status>,
     pub state: Option<unsafe extern "C" fn(WorldPtr) -> u32>,
     pub input: Option<unsafe extern "C" fn(WorldPtr, u64, *mut tatu_str, *mut tatu_str) -> tatu_status>,
+    pub put_in: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_str) -> tatu_status>,
+    pub open: Option<unsafe extern "C" fn(WorldPtr, tatu_str) -> tatu_status>,
 }
 
 pub const TATU_STOPPED: u32 = 0;
@@ -271,4 +276,5 @@ pub struct tatu_host_figures {
     pub record: Option<unsafe extern "C" fn(WorldPtr, tatu_object, f64) -> tatu_status>,
     pub list: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *mut i64, u32, *mut u32) -> tatu_status>,
     pub get: Option<unsafe extern "C" fn(WorldPtr, tatu_object, i64, u32, *mut tatu_value) -> tatu_status>,
+    pub part: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *mut tatu_value) -> tatu_status>,
 }

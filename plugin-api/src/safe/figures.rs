@@ -67,4 +67,50 @@ impl<'a> World<'a> {
             Ok(ValueRef::new(value))
         }
     }
+    /// The `index`-th visible part of a shape, a map: see `tatu_host_figures.part`. `None`: it has no more.
+    pub fn part(&self, shape: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
+        let mut out = ValueRef::NIL.raw();
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
+        match unsafe { service!(self.figures.part)(self.raw(), shape, index, &mut out) } {
+            TATU_ERR_MISSING => Ok(None),
+            // SAFETY: the host's value lives until the running call returns, as the world does.
+            status => self.check(status).map(|()| Some(unsafe { ValueRef::new(out) })),
+        }
+    }
+    /// The `index`-th property of an object, a map: see `tatu_host_scene.row`. `None`: it has no more.
+    pub fn row(&self, object: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
+        let mut out = ValueRef::NIL.raw();
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
+        match unsafe { service!(self.scene.row)(self.raw(), object, index, &mut out) } {
+            TATU_ERR_MISSING => Ok(None),
+            // SAFETY: the host's value lives until the running call returns, as the world does.
+            status => self.check(status).map(|()| Some(unsafe { ValueRef::new(out) })),
+        }
+    }
+    /// The text of a script.
+    pub fn script_text(&self, script: tatu_object) -> Result<Vec<u8>> {
+        let mut out = ValueRef::NIL.raw();
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
+        self.check(unsafe { service!(self.scripts.text)(self.raw(), script, &mut out) })?;
+        // SAFETY: the host's value lives until the running call returns.
+        Ok(unsafe { ValueRef::new(out) }.as_bytes().unwrap_or_default().to_vec())
+    }
+    /// Puts another text in the place of a script's.
+    pub fn change_script(&self, script: tatu_object, text: &[u8]) -> Result {
+        let text = tatu_str { ptr: text.as_ptr().cast(), len: text.len() as u64 };
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
+        self.check(unsafe { service!(self.scripts.change)(self.raw(), script, text) })
+    }
+    /// Puts something in as if it came from outside.
+    pub fn put_in(&self, kind: &str, what: &str) -> Result {
+        let raw = |t: &str| tatu_str { ptr: t.as_ptr().cast(), len: t.len() as u64 };
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
+        self.check(unsafe { service!(self.session.put_in)(self.raw(), raw(kind), raw(what)) })
+    }
+    /// Asks the program to go on with another scene; empty: with this one again.
+    pub fn open_scene(&self, file: &str) -> Result {
+        let raw = tatu_str { ptr: file.as_ptr().cast(), len: file.len() as u64 };
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
+        self.check(unsafe { service!(self.session.open)(self.raw(), raw) })
+    }
 }

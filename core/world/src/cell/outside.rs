@@ -40,6 +40,10 @@ pub(crate) struct Outside {
     pub files: RefCell<Option<PathBuf>>,
     /// Files that scripts or plugins asked to read since the start.
     pub opened: RefCell<BTreeSet<String>>,
+    /// The program goes on with another scene when it is asked to.
+    pub takes_scenes: Cell<bool>,
+    /// The scene that was asked for; empty: this one again.
+    pub next_scene: RefCell<Option<PathBuf>>,
 }
 
 /// Where clocks show simulation time, runs start with the first second of 2015, in universal time.
@@ -62,6 +66,8 @@ impl Default for Outside {
             epoch: Cell::new(EPOCH),
             files: RefCell::default(),
             opened: RefCell::default(),
+            takes_scenes: Cell::default(),
+            next_scene: RefCell::default(),
         }
     }
 }

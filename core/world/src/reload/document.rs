@@ -308,7 +308,7 @@ impl World {
         told
     }
 
-    /// Puts a new text in the place of a script's.
+    /// Puts another text in the place of a script's, and tells it as a reload does.
     fn exchange(&self, script: &Rc<Script>, spec: &ScriptSpec, what: &str, told: &mut ReloadReport) {
         let cell: &WorldCell = self.cell();
         match script.renewed(cell, Some(spec)) {
@@ -327,4 +327,20 @@ impl World {
             }
         }
     }
+}
+
+/// Puts another text in the place of a script's, between two calls of it. `Err`: it cannot be loaded, or the script runs.
+pub(crate) fn change_script(cell: &WorldCell, script: &Rc<Script>, text: Vec<u8>) -> Result<(), Error> {
+    if script.depth.get() > 0 {
+        return Err(Error::new("E305", "a script cannot be exchanged while it runs"));
+    }
+    let next = script.renewed(cell, Some(&script.spec(text)))?;
+    let image = script.written(cell);
+    let handed = Scripts::replace(cell, script, &next, image);
+    script.end_replaced(cell);
+    if let Handed::Reset(why) = handed {
+        cell.log(TATU_LOG_INFO, &format!("the script {} begins anew: {why}", next.name));
+    }
+    cell.restore_process_state("the exchange of a script");
+    Ok(())
 }

@@ -19,6 +19,8 @@ use tatu_errors::Error;
 use tatu_scene::document::{self as scene, Options, Sources};
 use watch::Watcher;
 
+pub(crate) use document::change_script;
+
 use crate::run::World;
 
 /// What became of changed files.

@@ -125,6 +125,21 @@ impl World {
         self.cell.outside.interactive.set(on);
     }
 
+    /// The program goes on with another scene when a service asks for one: see [`next_scene`](Self::next_scene).
+    pub fn take_scenes(&self) {
+        self.cell.outside.takes_scenes.set(true);
+    }
+
+    /// The scene that was asked for since the last call; an empty path: this one again.
+    pub fn next_scene(&self) -> Option<std::path::PathBuf> {
+        self.cell.outside.next_scene.borrow_mut().take()
+    }
+
+    /// Writes a line, as the host does.
+    pub fn say(&self, level: u32, text: &str) {
+        self.cell.log(level, text);
+    }
+
     /// Whether something asked for a stop.
     pub fn stop_requested(&self) -> bool {
         self.cell.stop_requested()

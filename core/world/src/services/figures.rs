@@ -26,6 +26,7 @@ pub static TABLE: tatu_host_figures = tatu_host_figures {
     record: Some(record),
     list: Some(list),
     get: Some(get),
+    part: Some(super::shown::part),
 };
 
 /// Runs `f` on the figures of a world.

@@ -15,6 +15,7 @@ mod readings;
 mod scene;
 mod scripts;
 mod session;
+mod shown;
 mod signals;
 mod solids;
 mod whole_parts;

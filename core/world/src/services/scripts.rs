@@ -16,6 +16,8 @@ pub static TABLE: tatu_host_scripts = tatu_host_scripts {
     options: Some(options),
     add: Some(add),
     call_below: Some(call_below),
+    text: Some(super::shown::text),
+    change: Some(super::shown::change),
 };
 
 unsafe extern "C" fn list(

@@ -3,6 +3,7 @@
 use tatu_plugin_api::abi::*;
 
 use super::{busy, fill, on, passed};
+use tatu_plugins::border::text;
 use crate::{
     cell::{Phase, SessionCell, WorldCell},
     step::{self, Stage},
@@ -17,6 +18,8 @@ pub static TABLE: tatu_host_session = tatu_host_session {
     client: Some(client),
     state: Some(state),
     input: Some(input),
+    put_in: Some(put_in),
+    open: Some(open),
 };
 
 pub static STAGE: tatu_host_stage =
@@ -104,6 +107,33 @@ unsafe extern "C" fn input(w: *mut tatu_world, index: u64, kind: *mut tatu_str, 
             *to = tatu_str { ptr: room.cast(), len: from.len() as u64 };
         }
         TATU_OK
+    }
+}
+
+unsafe extern "C" fn put_in(w: *mut tatu_world, kind: tatu_str, what: tatu_str) -> tatu_status {
+    // SAFETY: by the contract: both texts are valid during the call.
+    unsafe {
+        on(w, |world| {
+            world.outside.take_in(&text(kind), &text(what));
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn open(w: *mut tatu_world, file: tatu_str) -> tatu_status {
+    // SAFETY: by the contract: the text is valid during the call.
+    unsafe {
+        on(w, |world| {
+            if !world.outside.takes_scenes.get() {
+                let text = "this program runs one scene, and no other: `tatu serve` and `tatu open` go from one to the next";
+                return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text));
+            }
+            let file = text(file).into_owned();
+            *world.outside.next_scene.borrow_mut() = Some(file.into());
+            let ends = if world.running() { TATU_REQUEST_STOP } else { TATU_REQUEST_QUIT };
+            world.requests.set(world.requests.get() | 1 << ends);
+            Ok(())
+        })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Commands of Tatu's own, for what the V-REP script API has no name for: `tatu.on`, `tatu.emit`, `tatu.options`,
-//! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.read` and `tatu.save`.
+//! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`, `tatu.setScript`,
+//! `tatu.press` and `tatu.open`.
 //!
 //! One file per subject; `tests/program/events.rs` of the program drives them through scripts.
 
@@ -8,6 +9,7 @@ mod options;
 mod properties;
 mod read;
 mod save;
+mod scenes;
 
 use tatu_plugin_api::safe::{Call, Command, Host, Offer, Plugin, Result, World};
 
@@ -34,6 +36,7 @@ impl Plugin for Tatu {
         properties::offer(offer);
         read::offer(offer);
         save::offer(offer);
+        scenes::offer(offer);
         // Tells the language which names belong to this API.
         offer.prelude("lua", "", "return { api = { 'tatu.' } }");
     }

@@ -150,14 +150,15 @@ fn files(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both("sim.loadScene", MINUS, |c| {
-            c.world().file(c.bytes(0)?, TATU_FILE_READ)?;
-            Err::<(), _>(Fail::unsupported("a scene is not loaded while another one runs"))
-                .map_err(|e| e.help("start it by itself, or load it as a model"))
+            let file = c.world().file(c.bytes(0)?, TATU_FILE_READ)?;
+            c.world().open_scene(&String::from_utf8_lossy(&file))?;
+            c.ret(1_i64);
+            Ok(())
         })
         .param(Param::string("file"))
         .returns(Param::int("result"))
-        .text("Loads a scene.")
-        .partial("No scene is loaded while another runs: it says so, and that a file is not there."),
+        .text("Goes on with another scene, once this one has stopped.")
+        .partial("Only `tatu serve` and `tatu open` go from one scene to the next; `tatu run` says so."),
     );
     for (name, model) in [("sim.saveModel", true), ("sim.saveScene", false)] {
         let command = both(name, MINUS, move |c| {

@@ -2,11 +2,9 @@
 //!
 //! - `service`: what is done at the barrier;
 //! - `clients`: connections and their threads;
-//! - `message`: from a line to what it asks for;
-//! - `json`: values as JSON.
+//! - `message`: from a line to what it asks for.
 
 mod clients;
-mod json;
 mod message;
 mod service;
 

@@ -6,7 +6,7 @@ use tatu_plugin_api::{
     safe::{Fail, Result, Value},
 };
 
-use crate::json;
+use tatu_services_common::json;
 
 /// What a client asks for.
 #[derive(Debug, Clone, PartialEq)]

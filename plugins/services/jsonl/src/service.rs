@@ -12,10 +12,11 @@ use tatu_plugin_api::{
     safe::{Answer, Called, Fail, Host, Param, Params, Prop, Result, Service, Session, Turn, ValueRef},
 };
 
+use tatu_services_common::json;
+
 use crate::{
     JsonLines,
     clients::{Client, Listener},
-    json,
     message::{Ask, Message, error},
 };
 

@@ -1,0 +1,191 @@
+//! `tatu serve` and `tatu open`: a program that services steer. It begins stopped; a start, a stop and another scene come
+//! from outside, and only a request to quit, or Ctrl-C, ends it.
+
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use tatu_core::{
+    Phase, Session, World,
+    document::{Document, Sources},
+    errors::Error,
+    plugins::Registry,
+};
+use tatu_plugin_api::abi::*;
+
+use crate::{
+    addons,
+    args::{Open, Serve},
+    report,
+    watchdog::Watchdog,
+};
+
+/// Exit code after a second Ctrl-C, as shells know it.
+const INTERRUPTED: i32 = 130;
+/// The name of the scene that is there where none was given.
+const NOTHING: &str = "nothing.toml";
+const NOTHING_TEXT: &str = "format = 1\n";
+/// How long a wait lasts before anything else is looked at.
+const SLICE: Duration = Duration::from_millis(20);
+
+/// `tatu open`: the page, and a browser.
+pub fn open(args: Open) -> ExitCode {
+    let mut web = format!("web:port={}", args.port);
+    web += if args.no_browser { ",browser=false" } else { ",browser=true" };
+    let mut serve = args.serve;
+    serve.services.insert(0, web);
+    self::serve(&serve)
+}
+
+/// Exit code 0; 1 if something went wrong while it ran; 2 if nothing could be started.
+pub fn serve(args: &Serve) -> ExitCode {
+    let watchdog = Watchdog::start(args.watchdog, false);
+    match start(args, &watchdog) {
+        Ok(code) => code,
+        Err(e) => {
+            report::error(&e);
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
+    let options = args.changes.options(&args.services)?;
+    let registry = super::registry_watched(
+        args.scene.as_deref(),
+        &options.sources,
+        &args.changes.allow,
+        watchdog.watches.clone(),
+        None,
+    )?;
+    let mut document = read(args, args.scene.as_deref(), &registry)?;
+    if document.services.is_empty() {
+        return Err(Error::new("E404", "nobody could start this scene: no service was named")
+            .help("name one: `tatu serve SCENE --service jsonl`; `tatu open` serves a page"));
+    }
+    let session = Session::new(registry.clone(), &document.services)?;
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = interrupted.clone();
+    let _ = ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            crate::watchdog::leave(INTERRUPTED);
+        }
+    });
+    session.interrupt_by(interrupted.clone());
+    let mut failed = false;
+    let mut scene = args.scene.clone();
+    loop {
+        let world = World::with_threads(document.clone(), registry.clone(), args.threads.into())?;
+        addons::choose(&args.addons, &document, &registry)?.attach(&world)?;
+        if let Some(folder) = &args.files {
+            world.open_files_in(folder)?;
+        }
+        world.take_scenes();
+        world.set_interactive(true);
+        session.join(&world);
+        let next = live(args, &world, &session, &interrupted, |file| {
+            let file = if file.as_os_str().is_empty() { scene.clone() } else { Some(file.to_owned()) };
+            read(args, file.as_deref(), &registry).map(|document| (document, file))
+        });
+        failed |= !world.faults().is_empty();
+        world.stop();
+        world.end();
+        tell(&world);
+        match next {
+            Some(next) => (document, scene) = next,
+            None => break,
+        }
+    }
+    let badly_ended = session.end();
+    badly_ended.iter().for_each(report::error);
+    watchdog.told();
+    let good = super::end(registry) && !failed && badly_ended.is_empty();
+    Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// A scene as the command line changes it, with the services of the command line and no others.
+fn read(args: &Serve, scene: Option<&Path>, registry: &Registry) -> Result<Arc<Document>, Error> {
+    let mut options = args.changes.options(&args.services)?;
+    let nothing = PathBuf::from(NOTHING);
+    if scene.is_none() {
+        options.sources = Sources::of(vec![(nothing.clone(), NOTHING_TEXT.as_bytes().to_vec())]);
+    }
+    let document = super::load(scene.unwrap_or(&nothing), &options, registry)?;
+    let named = |id: &str| args.services.iter().any(|s| s.split(':').next() == Some(id));
+    if document.services.iter().all(|s| named(&registry.services[s.kind].id)) {
+        return Ok(document);
+    }
+    let mut own = Document::clone(&document);
+    own.services.retain(|s| named(&registry.services[s.kind].id));
+    Ok(Arc::new(own))
+}
+
+/// The life of one world: until another scene is asked for and can be read, or the end.
+fn live<T>(
+    args: &Serve,
+    world: &World,
+    session: &Session,
+    interrupted: &AtomicBool,
+    read: impl Fn(&Path) -> Result<T, Error>,
+) -> Option<T> {
+    loop {
+        let started = session.wait_for_start(world);
+        tell(world);
+        if interrupted.load(Ordering::Relaxed) {
+            return None;
+        }
+        if started {
+            run(args, world, interrupted);
+        }
+        match world.next_scene() {
+            Some(file) => match read(&file) {
+                Ok(next) => return Some(next),
+                // This world goes on, and whoever asked reads why.
+                Err(e) => world.say(TATU_LOG_ERROR, &e.to_string()),
+            },
+            None if !started => return None,
+            None => {}
+        }
+        tell(world);
+    }
+}
+
+/// From a start to a stop.
+fn run(args: &Serve, world: &World, interrupted: &AtomicBool) {
+    world.start();
+    let began = Instant::now();
+    while world.phase() != Phase::Stopped {
+        if interrupted.load(Ordering::Relaxed) {
+            world.request_stop();
+        }
+        if args.realtime && world.phase() != Phase::Paused {
+            while let Some(left) = Duration::try_from_secs_f64(world.time() - began.elapsed().as_secs_f64()).ok()
+                && !left.is_zero()
+                && !interrupted.load(Ordering::Relaxed)
+            {
+                std::thread::sleep(left.min(SLICE));
+            }
+        }
+        world.step();
+        tell(world);
+    }
+}
+
+/// What was told goes on: lines of the status bar to standard output, all else to standard error.
+fn tell(world: &World) {
+    for line in world.take_lines() {
+        match line.level {
+            TATU_LOG_ERROR => report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),
+            TATU_LOG_WARNING => report::warned(&line.text),
+            TATU_LOG_DEBUG => tracing::debug!("{}", line.text),
+            TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => {}
+            _ => report::err!("{}", line.text),
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! What views ask for: the properties of an object with what they mean, the visible parts of a shape, texts of scripts.
+
+use tatu_geometry::Form;
+use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::Declared;
+use tatu_scene::{
+    Data, pose_to_array,
+    rows::{Change, rows_of},
+    visible_parts,
+};
+
+use super::{busy, give, on, slot};
+use crate::{cell::WorldCell, reload};
+
+fn map<const N: usize>(entries: [(&str, Value); N]) -> Value {
+    Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
+}
+
+/// A declared property or parameter as views get it. `prefix`: the kind of device before its own keys.
+fn told(p: &Declared, prefix: &str, settable: bool) -> Value {
+    let choices = p.choices.iter().map(|c| Value::text(c)).collect();
+    let key = if prefix.is_empty() { p.key.clone() } else { format!("{prefix}.{}", p.key) };
+    map([
+        ("key", Value::text(key)),
+        ("type", Value::Int(p.kind.into())),
+        ("count", Value::Int(p.count.into())),
+        ("unit", Value::text(p.unit.as_deref().unwrap_or(""))),
+        ("settable", Value::Bool(settable)),
+        ("choices", Value::List(choices)),
+        ("text", Value::text(&p.text)),
+    ])
+}
+
+pub(super) unsafe extern "C" fn row(
+    w: *mut tatu_world,
+    object: tatu_object,
+    index: u32,
+    out: *mut tatu_value,
+) -> tatu_status {
+    // SAFETY: by the contract: `out` is writable.
+    unsafe {
+        on(w, |world| {
+            let found = nth_row(world, object, index as usize)?.ok_or(TATU_ERR_MISSING)?;
+            give(world, &found, out)
+        })
+    }
+}
+
+fn nth_row(world: &WorldCell, object: tatu_object, index: usize) -> Result<Option<Value>, tatu_status> {
+    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let slot = if object == 0 { 0 } else { slot(world, &scene, object)? };
+    let kind = (object != 0).then(|| scene.get(slot).map(|o| o.kind())).flatten();
+    let rows: Vec<_> = rows_of(kind).collect();
+    if let Some(row) = rows.get(index) {
+        let declared = Declared { key: row.key.to_owned(), ..row.param() };
+        return Ok(Some(told(&declared, "", row.change != Change::ReadOnly)));
+    }
+    let (id, params) = match scene.get(slot).map(|o| &o.data).filter(|_| object != 0) {
+        Some(Data::Sensor(s)) => world.registry.sensors.get(s.kind).map(|k| (&k.id, &k.params)).unzip(),
+        Some(Data::Actuator(a)) => world.registry.actuators.get(a.kind).map(|k| (&k.id, &k.params)).unzip(),
+        _ => (None, None),
+    };
+    let (Some(id), Some(params)) = (id, params) else { return Ok(None) };
+    Ok(params.get(index - rows.len()).map(|p| told(p, id, p.flags & TATU_PARAM_READ_ONLY == 0)))
+}
+
+pub(super) unsafe extern "C" fn part(
+    w: *mut tatu_world,
+    object: tatu_object,
+    index: u32,
+    out: *mut tatu_value,
+) -> tatu_status {
+    // SAFETY: by the contract: `out` is writable.
+    unsafe {
+        on(w, |world| {
+            let found = nth_part(world, object, index as usize)?.ok_or(TATU_ERR_MISSING)?;
+            give(world, &found, out)
+        })
+    }
+}
+
+fn nth_part(world: &WorldCell, object: tatu_object, index: usize) -> Result<Option<Value>, tatu_status> {
+    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+    let slot = slot(world, &scene, object)?;
+    let Some(shape) = scene.get(slot).and_then(|o| o.shape()) else { return Ok(None) };
+    let parts = visible_parts(shape);
+    let Some(part) = parts.get(index) else { return Ok(None) };
+    let (form, size) = match &part.form {
+        Form::Plane => ("plane", None),
+        Form::Box { half } => ("box", Some([2.0 * half.x, 2.0 * half.y, 2.0 * half.z])),
+        Form::Sphere { radius } => ("sphere", Some([2.0 * radius; 3])),
+        Form::Cylinder { radius, half_length } => ("cylinder", Some([2.0 * radius, 2.0 * radius, 2.0 * half_length])),
+        Form::Capsule { radius, half_length } => {
+            ("capsule", Some([2.0 * radius, 2.0 * radius, 2.0 * (half_length + radius)]))
+        }
+        Form::Mesh { .. } => ("mesh", None),
+    };
+    let mut entries = vec![
+        (Value::text("form"), Value::text(form)),
+        (Value::text("pose"), Value::Floats(pose_to_array(&part.pose).to_vec())),
+        (Value::text("color"), Value::Floats(part.color.unwrap_or(shape.color).to_vec())),
+    ];
+    if let Some(size) = size {
+        entries.push((Value::text("size"), Value::Floats(size.to_vec())));
+    }
+    if let Form::Mesh { mesh, .. } = &part.form {
+        let points = mesh.vertices.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
+        let triangles = mesh.triangles.iter().flatten().map(|i| i64::from(*i)).collect();
+        entries.push((Value::text("points"), Value::Floats(points)));
+        entries.push((Value::text("triangles"), Value::Ints(triangles)));
+    }
+    Ok(Some(Value::Map(entries)))
+}
+
+pub(super) unsafe extern "C" fn text(w: *mut tatu_world, script: tatu_object, out: *mut tatu_value) -> tatu_status {
+    // SAFETY: by the contract: `out` is writable.
+    unsafe {
+        on(w, |world| {
+            let found = script_at(world, script)?;
+            give(world, &Value::Bytes(found.text.to_vec()), out)
+        })
+    }
+}
+
+/// The script that a caller names.
+fn script_at(world: &WorldCell, script: tatu_object) -> Result<std::rc::Rc<crate::cell::Script>, tatu_status> {
+    let slot = {
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        slot(world, &scene, script)?
+    };
+    let found = world.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
+    found.ok_or_else(|| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("object {slot} is no script")))
+}
+
+pub(super) unsafe extern "C" fn change(w: *mut tatu_world, script: tatu_object, text: tatu_str) -> tatu_status {
+    // SAFETY: by the contract: the text is valid during the call.
+    unsafe {
+        on(w, |world| {
+            let found = script_at(world, script)?;
+            let text = tatu_plugins::border::bytes(text).to_vec();
+            reload::change_script(world, &found, text).map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &e.text))
+        })
+    }
+}

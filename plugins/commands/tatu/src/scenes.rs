@@ -1,0 +1,81 @@
+//! What views and remote clients ask of a world beyond single properties: what properties there are, texts of scripts, keys,
+//! another scene.
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Offer, Param, Value},
+};
+
+use crate::{Cmd, Ctx, Tatu};
+
+/// The object of argument `i`; 0: the world.
+fn object(c: &Ctx<'_>, i: usize) -> tatu_plugin_api::safe::Result<tatu_object> {
+    match c.i64(i)? {
+        0 => Ok(0),
+        n => Ok(c.world().look(n as u64)?.id),
+    }
+}
+
+pub(crate) fn offer(offer: &mut Offer<Tatu>) {
+    offer.command(
+        Cmd::new("tatu.properties", |c| {
+            let object = object(c, 0)?;
+            let mut all = Vec::new();
+            while let Some(row) = c.world().row(object, all.len() as u32)? {
+                all.push(row.to_value()?);
+            }
+            c.ret::<Value>(Value::List(all));
+            Ok(())
+        })
+        .param(Param::int("object").text("a handle; 0: the world"))
+        .returns(Param::any("properties").text("of each a table: key, type, count, unit, settable, choices, text"))
+        .text("Lists the properties of an object, those of its device included.")
+        .example("for _, p in ipairs(tatu.properties(0)) do assert(p.key:find('scene.') == 1) end"),
+    );
+    offer.command(
+        Cmd::new("tatu.getScript", |c| {
+            let text = c.world().script_text(object(c, 0)?)?;
+            c.ret::<Value>(Value::Bytes(text));
+            Ok(())
+        })
+        .param(Param::int("script").text("a handle: tatu.list('script')"))
+        .returns(Param::string("text"))
+        .text("Gives the text of a script.")
+        .example("assert(#tatu.getScript(tatu.list('script')[1]) > 0)"),
+    );
+    offer.command(
+        Cmd::new("tatu.setScript", |c| {
+            let script = object(c, 0)?;
+            c.world().change_script(script, c.bytes(1)?)
+        })
+        .param(Param::int("script").text("a handle: tatu.list('script')"))
+        .param(Param::string("text"))
+        .text(
+            "Puts another text in the place of a script's, between two of its calls; what it keeps goes on where the new text \
+             has it. A text that cannot be loaded is refused, and nothing changes. A script cannot change itself.",
+        )
+        .example("assert(not pcall(tatu.setScript, tatu.list('script')[1], 'this is no Lua'))"),
+    );
+    offer.command(
+        Cmd::new("tatu.press", |c| {
+            let key = c.text(0)?;
+            c.world().put_in("key", &key)
+        })
+        .param(Param::string("key").text("a character, or a name such as `up`, or a code"))
+        .text("Presses a key, as `--keys` and a terminal do.")
+        .example("tatu.press('up')"),
+    );
+    offer.command(
+        Cmd::new("tatu.open", |c| {
+            let name = c.bytes(0)?;
+            if name.is_empty() {
+                return c.world().open_scene("");
+            }
+            let file = c.world().file(name, TATU_FILE_READ)?;
+            c.world().open_scene(&String::from_utf8_lossy(&file))
+        })
+        .param(Param::string("file").text("a scene, or a file that an importer reads; empty: this scene again"))
+        .text("Goes on with another scene, once this one has stopped. Only `tatu serve` and `tatu open` can.")
+        .example("assert(not pcall(tatu.open, ''))"),
+    );
+}

@@ -1,0 +1,102 @@
+//! Heads of HTTP requests, and answers to them.
+
+use std::{
+    io::{self, Read, Write},
+    net::TcpStream,
+    time::{Duration, Instant},
+};
+
+/// Bytes of the head of a request.
+const MOST_HEAD: usize = 16 << 10;
+/// How long a client may take to send it.
+const HEAD_TIME: Duration = Duration::from_secs(5);
+
+/// The head of a request.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Request {
+    /// "GET"
+    pub method: String,
+    /// Path, without what follows a `?`.
+    pub path: String,
+    /// What follows it.
+    pub query: String,
+    headers: Vec<(String, String)>,
+}
+
+impl Request {
+    /// A header, by its name in small letters.
+    pub fn header(&self, name: &str) -> Option<&str> {
+        self.headers.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_str())
+    }
+    /// A value of the query.
+    pub fn value(&self, name: &str) -> Option<&str> {
+        self.query.split('&').find_map(|pair| pair.split_once('=').filter(|(n, _)| *n == name)).map(|(_, v)| v)
+    }
+
+    /// Reads a head; whatever the client sends or does not send, it ends soon.
+    pub fn read(stream: &mut TcpStream) -> io::Result<Request> {
+        let begin = Instant::now();
+        stream.set_read_timeout(Some(Duration::from_millis(500)))?;
+        let mut bytes = Vec::new();
+        let mut part = [0; 2048];
+        loop {
+            match stream.read(&mut part) {
+                Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
+                Ok(n) => bytes.extend_from_slice(&part[..n]),
+                Err(e) if matches!(e.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) => {}
+                Err(e) => return Err(e),
+            }
+            if let Some(request) = Self::parse(&bytes)? {
+                return Ok(request);
+            }
+            if bytes.len() > MOST_HEAD || begin.elapsed() > HEAD_TIME {
+                return Err(io::Error::new(io::ErrorKind::InvalidData, "a head that does not end"));
+            }
+        }
+    }
+
+    /// A head, if it is whole.
+    fn parse(bytes: &[u8]) -> io::Result<Option<Request>> {
+        let mut headers = [httparse::EMPTY_HEADER; 64];
+        let mut head = httparse::Request::new(&mut headers);
+        let wrong = |e: httparse::Error| io::Error::new(io::ErrorKind::InvalidData, e.to_string());
+        if head.parse(bytes).map_err(wrong)?.is_partial() {
+            return Ok(None);
+        }
+        let target = head.path.unwrap_or("/");
+        let (path, query) = target.split_once('?').unwrap_or((target, ""));
+        let text = |v: &[u8]| String::from_utf8_lossy(v).into_owned();
+        Ok(Some(Request {
+            method: head.method.unwrap_or("").to_owned(),
+            path: path.to_owned(),
+            query: query.to_owned(),
+            headers: head.headers.iter().map(|h| (h.name.to_ascii_lowercase(), text(h.value))).collect(),
+        }))
+    }
+}
+
+/// Answers a request and closes the connection.
+pub fn answer(stream: &mut TcpStream, status: &str, headers: &[(&str, &str)], body: &[u8]) -> io::Result<()> {
+    let mut head = format!("HTTP/1.1 {status}\r\nContent-Length: {}\r\nConnection: close\r\n", body.len());
+    for (name, value) in headers {
+        head += &format!("{name}: {value}\r\n");
+    }
+    head += "\r\n";
+    stream.set_write_timeout(Some(Duration::from_secs(10)))?;
+    stream.write_all(head.as_bytes())?;
+    stream.write_all(body)?;
+    stream.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heads_are_read_when_they_are_whole() {
+        assert_eq!(Request::parse(b"GET /a?b=c&token=x HTTP/1.1\r\nHost: h").unwrap(), None);
+        let r = Request::parse(b"GET /a?b=c&token=x HTTP/1.1\r\nHost: h\r\n\r\n").unwrap().unwrap();
+        assert_eq!((r.path.as_str(), r.value("token"), r.header("host")), ("/a", Some("x"), Some("h")));
+        assert!(Request::parse(b"\x00\x01\x02\r\n\r\n").is_err());
+    }
+}

@@ -1,0 +1,299 @@
+//! A port of this machine that serves files and WebSockets.
+//!
+//! Who connects must name the address that it reached (`Host`), a page must come from here (`Origin`), and a WebSocket
+//! must bring the token. All else costs only whoever sends it: heads, messages, connections and times have bounds. Each
+//! connection has a thread of its own, which never touches a world: what comes in waits in an inbox.
+
+use std::{
+    collections::VecDeque,
+    io,
+    net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
+    },
+    thread::JoinHandle,
+    time::Duration,
+};
+
+use tungstenite::{
+    Message as Frame, WebSocket,
+    handshake::derive_accept_key,
+    protocol::{Role, WebSocketConfig},
+};
+
+use crate::{
+    http::{Request, answer},
+    outbox::{Message, Outbox},
+};
+
+/// Connections at a time.
+const MOST_CONNECTIONS: usize = 256;
+/// Messages of one client that may wait.
+const MOST_WAITING: usize = 10_000;
+/// How long a thread waits for something to read before it looks for something to send.
+const SLICE: Duration = Duration::from_millis(8);
+
+/// What a client may do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rights {
+    /// Everything.
+    Act,
+    /// Look only.
+    Look,
+}
+
+/// What a path is answered with: type, bytes, and headers beside.
+pub type Page = (&'static str, Vec<u8>, Vec<(&'static str, String)>);
+
+/// How a listener is to be.
+pub struct Settings {
+    /// Port of 127.0.0.1; 0: any that is free.
+    pub port: u16,
+    /// Where WebSockets connect.
+    pub path: &'static str,
+    /// Bytes of a message.
+    pub most_message: usize,
+    /// Files by path.
+    pub files: Box<dyn Fn(&str) -> Option<Page> + Send + Sync>,
+    /// Called whenever something came in.
+    pub wake: Box<dyn Fn() + Send + Sync>,
+}
+
+/// A client on a WebSocket.
+pub struct Client {
+    /// Its number, from 1.
+    pub number: u64,
+    /// What it may do.
+    pub role: Rights,
+    /// What waits to be sent.
+    pub out: Arc<Outbox>,
+    inbox: Arc<Mutex<VecDeque<String>>>,
+    gone: Arc<AtomicBool>,
+}
+
+impl Client {
+    /// The next message.
+    pub fn next(&self) -> Option<String> {
+        lock(&self.inbox).pop_front()
+    }
+    /// Whether it has gone.
+    pub fn is_gone(&self) -> bool {
+        self.gone.load(Ordering::Acquire)
+    }
+}
+
+/// A port that is listened to; dropping it ends its threads.
+pub struct Listener {
+    /// Where it listens.
+    pub address: SocketAddr,
+    /// What a client that acts must bring.
+    pub token: String,
+    /// What one that only looks must bring.
+    pub look_token: String,
+    new: Arc<Mutex<Vec<Client>>>,
+    end: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A text that nobody guesses.
+pub fn token() -> io::Result<String> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes).map_err(|e| io::Error::other(format!("no random numbers: {e}")))?;
+    Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
+}
+
+/// What all connections of a listener share.
+struct Shared {
+    settings: Settings,
+    address: SocketAddr,
+    tokens: [String; 2],
+    new: Arc<Mutex<Vec<Client>>>,
+    end: Arc<AtomicBool>,
+    count: AtomicUsize,
+    numbers: AtomicU64,
+}
+
+impl Listener {
+    /// Listens on 127.0.0.1.
+    pub fn open(settings: Settings) -> io::Result<Listener> {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, settings.port))?;
+        let address = listener.local_addr()?;
+        listener.set_nonblocking(true)?;
+        let tokens = [token()?, token()?];
+        let new = Arc::new(Mutex::new(Vec::new()));
+        let end = Arc::new(AtomicBool::new(false));
+        let shared = Arc::new(Shared {
+            settings,
+            address,
+            tokens: tokens.clone(),
+            new: new.clone(),
+            end: end.clone(),
+            count: AtomicUsize::new(0),
+            numbers: AtomicU64::new(1),
+        });
+        let thread = std::thread::Builder::new().name("listener".into()).spawn(move || accept(&listener, &shared))?;
+        let [token, look_token] = tokens;
+        Ok(Listener { address, token, look_token, new, end, thread: Some(thread) })
+    }
+    /// Clients that have come since the last call.
+    pub fn take_new(&self) -> Vec<Client> {
+        std::mem::take(&mut *lock(&self.new))
+    }
+}
+
+impl Drop for Listener {
+    fn drop(&mut self) {
+        self.end.store(true, Ordering::Release);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
+    let mut threads: Vec<JoinHandle<()>> = Vec::new();
+    while !shared.end.load(Ordering::Acquire) {
+        match listener.accept() {
+            Ok((stream, _)) if shared.count.load(Ordering::Relaxed) < MOST_CONNECTIONS => {
+                let own = shared.clone();
+                own.count.fetch_add(1, Ordering::Relaxed);
+                let serve = move || {
+                    // What a client does wrong ends its own connection.
+                    let _ = serve(stream, &own);
+                    own.count.fetch_sub(1, Ordering::Relaxed);
+                };
+                match std::thread::Builder::new().name("client".into()).spawn(serve) {
+                    Ok(thread) => threads.push(thread),
+                    Err(_) => {
+                        shared.count.fetch_sub(1, Ordering::Relaxed);
+                    }
+                }
+            }
+            // One too many is closed.
+            Ok(_) => {}
+            Err(_) => std::thread::sleep(SLICE),
+        }
+        threads.retain(|t| !t.is_finished());
+    }
+    for thread in threads {
+        let _ = thread.join();
+    }
+}
+
+/// Whether a `Host` or the rest of an `Origin` names this listener.
+fn is_here(name: &str, address: SocketAddr) -> bool {
+    let port = address.port();
+    [format!("127.0.0.1:{port}"), format!("localhost:{port}")].iter().any(|here| here == name)
+}
+
+fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
+    stream.set_nonblocking(false)?;
+    stream.set_nodelay(true)?;
+    let request = Request::read(&mut stream)?;
+    let refuse = |stream: &mut TcpStream, status: &str, why: &str| {
+        answer(stream, status, &[("Content-Type", "text/plain; charset=utf-8")], why.as_bytes())
+    };
+    if !request.header("host").is_some_and(|h| is_here(h, shared.address)) {
+        return refuse(&mut stream, "421 Misdirected Request", "this address is served under its own name only\n");
+    }
+    if request.method != "GET" {
+        return refuse(&mut stream, "405 Method Not Allowed", "only GET is answered\n");
+    }
+    if request.path != shared.settings.path {
+        return match (shared.settings.files)(&request.path) {
+            Some((kind, bytes, more)) => {
+                let mut headers = vec![
+                    ("Content-Type", kind),
+                    ("X-Content-Type-Options", "nosniff"),
+                    ("Referrer-Policy", "no-referrer"),
+                    ("Cache-Control", "no-cache"),
+                ];
+                headers.extend(more.iter().map(|(n, v)| (*n, v.as_str())));
+                answer(&mut stream, "200 OK", &headers, &bytes)
+            }
+            None => refuse(&mut stream, "404 Not Found", "there is no such page\n"),
+        };
+    }
+    let page = request.header("origin").and_then(|o| o.strip_prefix("http://"));
+    if request.header("origin").is_some() && !page.is_some_and(|o| is_here(o, shared.address)) {
+        return refuse(&mut stream, "403 Forbidden", "a page of another origin\n");
+    }
+    let role = match request.value("token") {
+        Some(t) if same(t, &shared.tokens[0]) => Rights::Act,
+        Some(t) if same(t, &shared.tokens[1]) => Rights::Look,
+        _ => return refuse(&mut stream, "401 Unauthorized", "the token is missing, or it is another one's\n"),
+    };
+    let Some(key) = request.header("sec-websocket-key") else {
+        return refuse(&mut stream, "426 Upgrade Required", "a WebSocket is expected here\n");
+    };
+    let accept = derive_accept_key(key.as_bytes());
+    let head = format!(
+        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n\r\n"
+    );
+    io::Write::write_all(&mut stream, head.as_bytes())?;
+    talk(stream, role, shared)
+}
+
+/// Equal, in a time that does not tell where they differ.
+fn same(a: &str, b: &str) -> bool {
+    a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |sum, (x, y)| sum | (x ^ y)) == 0
+}
+
+/// A WebSocket until its end.
+fn talk(stream: TcpStream, role: Rights, shared: &Arc<Shared>) -> io::Result<()> {
+    stream.set_read_timeout(Some(SLICE))?;
+    stream.set_write_timeout(Some(Duration::from_secs(5)))?;
+    let most = shared.settings.most_message;
+    let config = WebSocketConfig::default().max_message_size(Some(most)).max_frame_size(Some(most));
+    let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config));
+    let out = Arc::new(Outbox::default());
+    let inbox = Arc::new(Mutex::new(VecDeque::new()));
+    let gone = Arc::new(AtomicBool::new(false));
+    let number = shared.numbers.fetch_add(1, Ordering::Relaxed);
+    let client = Client { number, role, out: out.clone(), inbox: inbox.clone(), gone: gone.clone() };
+    lock(&shared.new).push(client);
+    (shared.settings.wake)();
+    while !shared.end.load(Ordering::Acquire) && !out.is_cut() {
+        let mut wrote = false;
+        while let Some(message) = out.next() {
+            let frame = match message {
+                Message::Text(text) => Frame::text(text),
+                Message::Binary(bytes) => Frame::binary(bytes),
+            };
+            if socket.write(frame).is_err() {
+                out.cut();
+                break;
+            }
+            wrote = true;
+        }
+        if wrote && socket.flush().is_err() {
+            break;
+        }
+        match socket.read() {
+            Ok(Frame::Text(text)) => {
+                let mut inbox = lock(&inbox);
+                if inbox.len() >= MOST_WAITING {
+                    break;
+                }
+                inbox.push_back(text.to_string());
+                drop(inbox);
+                (shared.settings.wake)();
+            }
+            Ok(Frame::Close(_)) => break,
+            Ok(_) => {}
+            Err(tungstenite::Error::Io(e))
+                if matches!(e.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) => {}
+            Err(_) => break,
+        }
+    }
+    let _ = socket.close(None);
+    let _ = socket.flush();
+    gone.store(true, Ordering::Release);
+    (shared.settings.wake)();
+    Ok(())
+}

@@ -1,0 +1,70 @@
+// Play, pause, step, stop; speed; time and how it passes.
+
+import { call, on, send } from "tatu/net";
+import { changed, scene } from "tatu/store";
+
+const SPEEDS = [0.125, 0.25, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 10, 15, 20, 40];
+const get = (id) => document.getElementById(id);
+let state = "stopped";
+let speed = 1;
+let dt = 0.05;
+
+export function act(what) {
+  send({ do: what });
+}
+
+for (const [id, what] of [["play", "start"], ["pause", "pause"], ["step", "step"], ["stop", "stop"]]) {
+  get(id).onclick = () => act(what);
+}
+document.addEventListener("keydown", (e) => {
+  if (e.key === "F5") act(state === "running" ? "pause" : "start");
+  else if (e.key === "F6") act("step");
+  else if (e.key === "F7") act("stop");
+  else return;
+  e.preventDefault();
+});
+
+function turn(faster) {
+  const next = faster ? SPEEDS.find((s) => s > speed) : SPEEDS.findLast((s) => s < speed);
+  if (next) send({ speed: next });
+}
+get("faster").onclick = () => turn(true);
+get("slower").onclick = () => turn(false);
+
+on("state", (message) => {
+  ({ state, speed, dt } = message);
+  get("play").classList.toggle("on", state === "running");
+  get("pause").classList.toggle("on", state === "paused");
+  get("stop").classList.toggle("on", state === "stopped");
+  get("speed").textContent = speed > 0 ? `${speed}x` : "max";
+});
+
+/** hours:minutes:seconds with hundredths. */
+function clock(t) {
+  const pad = (x) => String(x).padStart(2, "0");
+  return `${pad(Math.floor(t / 3600))}:${pad(Math.floor(t / 60) % 60)}:${(t % 60).toFixed(2).padStart(5, "0")}`;
+}
+
+let before = null;
+on("frame", (view) => {
+  const time = view.getFloat64(8, true);
+  get("time").textContent = `${clock(time)} (dt ${+(dt * 1000).toFixed(3)} ms)`;
+  const now = performance.now() / 1000;
+  if (!before || time < before.time) before = { now, time };
+  if (now - before.now > 0.5) {
+    const factor = (time - before.time) / (now - before.now);
+    get("factor").textContent = state === "running" ? `${factor.toFixed(2)} x real time` : "";
+    before = { now, time };
+  }
+});
+
+get("save").onclick = async () => {
+  const name = prompt("Save the scene as", (scene.file || "scene").replace(/\.\w+$/, "") + "_saved.toml");
+  if (!name) return;
+  try {
+    await call("sim.saveScene", name);
+    changed(false);
+  } catch (e) {
+    alert(`${e.error}\n${e.help ?? ""}`);
+  }
+};

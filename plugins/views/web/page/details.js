@@ -1,0 +1,91 @@
+// Every property of the selection with its unit; those that can be set are fields.
+
+import { call, on, send } from "tatu/net";
+import { changed, rights, scene, selected, watch } from "tatu/store";
+
+const rows = document.getElementById("rows");
+const what = document.getElementById("what");
+let shown = 0;
+
+/** Numbers as people read them. */
+function short(x) {
+  if (typeof x === "object" && x !== null && "number" in x) return x.number;
+  if (typeof x !== "number") return String(x ?? "");
+  return Number.isInteger(x) ? String(x) : String(+x.toPrecision(6));
+}
+
+function written(value) {
+  return Array.isArray(value) ? value.map(short).join(", ") : short(value);
+}
+
+/** What was typed, as the type of the value that stood there. */
+function read(text, value) {
+  if (Array.isArray(value)) return text.split(",").map(Number);
+  if (typeof value === "number") return Number(text);
+  if (typeof value === "boolean") return text === "true";
+  return text;
+}
+
+async function set(row, value, field) {
+  try {
+    if (Array.isArray(value) ? value.some(Number.isNaN) : Number.isNaN(value)) throw { error: "a number is expected" };
+    await call("tatu.set", shown, row.key, value);
+    field.setCustomValidity("");
+    row.value = value;
+    changed();
+  } catch (e) {
+    field.setCustomValidity(e.error);
+    field.reportValidity();
+  }
+}
+
+function field(row) {
+  const settable = row.settable && rights.acts && row.key !== "object.parent";
+  if (!settable) {
+    const text = document.createElement("span");
+    text.className = "fixed";
+    text.textContent = written(row.value) + (row.unit ? ` ${row.unit}` : "");
+    return text;
+  }
+  if (row.choices.length || typeof row.value === "boolean") {
+    const list = document.createElement("select");
+    const choices = typeof row.value === "boolean" ? ["true", "false"] : row.choices;
+    for (const c of choices) list.add(new Option(c, c, false, c === String(row.value)));
+    list.onchange = () => set(row, read(list.value, row.value), list);
+    return list;
+  }
+  const input = document.createElement("input");
+  input.value = written(row.value);
+  input.onkeydown = (e) => { if (e.key === "Enter") input.blur(); e.stopPropagation(); };
+  input.onchange = () => set(row, read(input.value, row.value), input);
+  return input;
+}
+
+on("details", (message) => {
+  if (message.details !== selected()) return;
+  // What is being typed is not replaced.
+  if (shown === message.details && rows.contains(document.activeElement)) return;
+  shown = message.details;
+  rows.replaceChildren(...message.rows.map((row) => {
+    const div = document.createElement("div");
+    div.className = "row";
+    const name = document.createElement("span");
+    name.textContent = row.key + (row.settable && row.unit ? ` (${row.unit})` : "");
+    name.title = row.text;
+    const f = field(row);
+    f.setAttribute("aria-label", row.key);
+    div.append(name, f);
+    return div;
+  }));
+});
+
+watch("selected", (id) => {
+  const o = scene.objects.get(id);
+  what.textContent = o ? `${o.alias} \u2014 ${o.sensor ?? o.kind}` : "Nothing is selected";
+  rows.replaceChildren();
+  document.getElementById("eye").hidden = o?.schema !== "image";
+  document.getElementById("plot").hidden = o?.kind !== "graph";
+  shown = 0;
+  if (o) send({ details: id });
+});
+setInterval(() => { if (selected() && !document.hidden) send({ details: selected() }); }, 1000);

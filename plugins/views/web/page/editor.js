@@ -1,0 +1,101 @@
+// The script editor: Lua in colours, commands completed and explained, errors at their line.
+
+import { EditorState } from "@codemirror/state";
+import { EditorView, keymap, lineNumbers, highlightActiveLine, drawSelection } from "@codemirror/view";
+import { StreamLanguage, HighlightStyle, syntaxHighlighting, bracketMatching, indentOnInput } from "@codemirror/language";
+import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirror/commands";
+import { autocompletion, completionKeymap } from "@codemirror/autocomplete";
+import { lintGutter, setDiagnostics } from "@codemirror/lint";
+import { lua } from "@codemirror/legacy-modes/mode/lua";
+import { tags } from "@lezer/highlight";
+import { call, on, send } from "tatu/net";
+import { changed, rights } from "tatu/store";
+import { line } from "tatu/output";
+
+const get = (id) => document.getElementById(id);
+let view = null;
+let open = null;
+let commands = null;
+
+const colours = HighlightStyle.define([
+  { tag: tags.keyword, color: "var(--mark)", fontWeight: "600" },
+  { tag: tags.comment, color: "var(--soft)", fontStyle: "italic" },
+  { tag: tags.string, color: "light-dark(#0a7d3c, #7ee2a8)" },
+  { tag: tags.number, color: "light-dark(#9a4a00, #ffb86b)" },
+  { tag: tags.standard(tags.variableName), color: "light-dark(#6f42c1, #d2a8ff)" },
+]);
+const look = EditorView.theme({
+  "&": { backgroundColor: "var(--panel)", color: "var(--text)", fontSize: "13px" },
+  ".cm-gutters": { backgroundColor: "var(--back)", color: "var(--soft)", border: "none" },
+  ".cm-activeLine": { backgroundColor: "color-mix(in srgb, var(--mark) 9%, transparent)" },
+  ".cm-cursor": { borderLeftColor: "var(--text)" },
+  ".cm-tooltip": { backgroundColor: "var(--panel)", border: "1px solid var(--line)", maxWidth: "34rem" },
+});
+
+function complete(context) {
+  const word = context.matchBefore(/[\w.]+/);
+  if (!word || (word.from === word.to && !context.explicit)) return null;
+  return {
+    from: word.from,
+    options: (commands ?? []).map(([label, detail, info]) => ({ label, detail: `(${detail})`, info, type: "function" })),
+    validFor: /^[\w.]*$/,
+  };
+}
+
+function fill(text) {
+  view?.destroy();
+  view = new EditorView({
+    parent: get("editor"),
+    state: EditorState.create({
+      doc: text,
+      extensions: [
+        lineNumbers(), history(), drawSelection(), highlightActiveLine(), bracketMatching(), indentOnInput(), lintGutter(),
+        StreamLanguage.define(lua), syntaxHighlighting(colours), look, autocompletion({ override: [complete] }),
+        keymap.of([{ key: "Mod-s", run: () => { save(); return true; } }, ...completionKeymap, ...historyKeymap, ...defaultKeymap, indentWithTab]),
+        EditorState.readOnly.of(!rights.acts), EditorView.contentAttributes.of({ "aria-label": "Script" }),
+      ],
+    }),
+  });
+  view.focus();
+}
+
+/** Opens a script of the scene. */
+export function openScript(script) {
+  open = script;
+  get("script-name").textContent = script.name;
+  get("script").hidden = false;
+  if (!commands) send({ commands: true });
+  send({ script: script.id });
+}
+
+on("commands", (message) => { commands = message.commands; });
+on("script", (message) => { if (open?.id === message.script) fill(message.text); });
+
+/** Marks a line that a message names: "name:12: what is wrong". */
+function mark(text) {
+  const at = text.match(/:(\d+):/);
+  const n = at ? Math.min(Number(at[1]), view.state.doc.lines) : 1;
+  const { from, to } = view.state.doc.line(Math.max(1, n));
+  view.dispatch(setDiagnostics(view.state, [{ from, to, severity: "error", message: text }]));
+}
+
+async function save() {
+  if (!view || !open || !rights.acts) return;
+  view.dispatch(setDiagnostics(view.state, []));
+  try {
+    await call("tatu.setScript", open.id, view.state.doc.toString());
+    changed();
+    line("Status", `${open.name}: the new text is in the scene`);
+  } catch (e) {
+    mark(e.error);
+    line("Status", e.error, "error");
+  }
+}
+
+on("event", ({ event, payload }) => {
+  if (event === "script_error" && open && view && payload.script === open.name && payload.line) {
+    mark(`${payload.script}:${payload.line}: ${payload.message}`);
+  }
+});
+get("script-save").onclick = save;
+get("script-close").onclick = () => { get("script").hidden = true; open = null; };

@@ -1,0 +1,18 @@
+// Puts the parts of the page together.
+
+import { connect, on } from "tatu/net";
+import "tatu/store";
+import "tatu/controls";
+import "tatu/tree";
+import "tatu/details";
+import "tatu/output";
+import "tatu/gallery";
+import "tatu/keys";
+import "tatu/view";
+import "tatu/moving";
+import "tatu/sensing";
+import "tatu/drawings";
+import "tatu/editor";
+
+on("closed", () => { document.getElementById("lost").hidden = false; });
+connect();

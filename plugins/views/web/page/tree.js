@@ -1,0 +1,126 @@
+// The tree of objects: a click selects, a double click opens the script.
+
+import { openScript } from "tatu/editor";
+import { scene, select, selected, watch } from "tatu/store";
+
+const ICONS = {
+  shape: "\u25A0", joint: "\u25CE", dummy: "\u2739", sensor: "\u25C9", actuator: "\u2191", force_sensor: "\u25B3",
+  camera: "\u25A3", light: "\u2600", graph: "\u223F", path: "\u3030",
+};
+const tree = document.getElementById("tree");
+const search = document.getElementById("search");
+const closed = new Set();
+let items = new Map();
+
+function button(text, title, f) {
+  const b = document.createElement("button");
+  b.className = "tool";
+  b.textContent = text;
+  b.title = title;
+  b.setAttribute("aria-label", title);
+  b.onclick = (e) => { e.stopPropagation(); f(); };
+  return b;
+}
+
+function item(object, children) {
+  const li = document.createElement("li");
+  li.setAttribute("role", "none");
+  const row = document.createElement("div");
+  row.className = "item";
+  row.setAttribute("role", "treeitem");
+  row.dataset.id = object.id;
+  const twist = document.createElement("span");
+  twist.className = "twist";
+  twist.textContent = children.length ? (closed.has(object.id) ? "\u25B8" : "\u25BE") : "";
+  twist.onclick = (e) => {
+    e.stopPropagation();
+    if (!closed.delete(object.id)) closed.add(object.id);
+    draw();
+  };
+  if (children.length) row.setAttribute("aria-expanded", String(!closed.has(object.id)));
+  const icon = document.createElement("span");
+  icon.className = "kind";
+  icon.textContent = ICONS[object.kind] ?? "\u25AB";
+  icon.title = object.sensor ?? object.kind;
+  const name = document.createElement("span");
+  name.textContent = object.alias;
+  row.append(twist, icon, name);
+  for (const script of object.scripts ?? []) {
+    row.append(button("\u270E", `Script ${script.name}`, () => openScript(script)));
+  }
+  row.onclick = () => select(object.id);
+  row.ondblclick = () => { if (object.scripts?.length) openScript(object.scripts[0]); };
+  items.set(object.id, row);
+  li.append(row);
+  if (children.length && !closed.has(object.id)) {
+    const ul = document.createElement("ul");
+    ul.setAttribute("role", "group");
+    ul.append(...children);
+    li.append(ul);
+  }
+  return li;
+}
+
+function draw() {
+  const below = new Map();
+  for (const o of scene.objects.values()) {
+    if (!below.has(o.parent)) below.set(o.parent, []);
+    below.get(o.parent).push(o);
+  }
+  const wanted = search.value.trim().toLowerCase();
+  items = new Map();
+  const build = (o) => {
+    const children = (below.get(o.id) ?? []).map(build).filter(Boolean);
+    const meant = !wanted || o.alias.toLowerCase().includes(wanted) || children.length;
+    return meant ? item(o, children) : null;
+  };
+  const roots = (below.get(0) ?? []).map(build).filter(Boolean);
+  for (const script of scene.scripts) {
+    const li = document.createElement("li");
+    const row = document.createElement("div");
+    row.className = "item";
+    row.append(button("\u270E", script.name, () => openScript(script)), `${script.kind}: ${script.name}`);
+    row.ondblclick = () => openScript(script);
+    li.append(row);
+    roots.unshift(li);
+  }
+  tree.replaceChildren(...roots);
+  mark(selected());
+}
+
+function mark(id) {
+  for (const [n, row] of items) row.setAttribute("aria-selected", String(n === id));
+  items.get(id)?.scrollIntoView({ block: "nearest" });
+}
+
+tree.addEventListener("keydown", (e) => {
+  const all = [...items.keys()];
+  const at = all.indexOf(selected());
+  if (e.key === "ArrowDown") select(all[Math.min(at + 1, all.length - 1)]);
+  else if (e.key === "ArrowUp") select(all[Math.max(at - 1, 0)]);
+  else if (e.key === "ArrowLeft") { closed.add(selected()); draw(); }
+  else if (e.key === "ArrowRight") { closed.delete(selected()); draw(); }
+  else if (e.key === "Enter") {
+    const script = scene.objects.get(selected())?.scripts?.[0];
+    if (script) openScript(script);
+  } else return;
+  e.preventDefault();
+});
+search.oninput = draw;
+watch("scene", () => {
+  // Large models open closed: their base is what one looks for.
+  if (scene.objects.size > 60 && !tree.childElementCount) {
+    for (const o of scene.objects.values()) if (o.model) closed.add(o.id);
+  }
+  draw();
+});
+watch("selected", (id) => {
+  let up = scene.objects.get(id)?.parent;
+  let opened = false;
+  while (up) {
+    opened = closed.delete(up) || opened;
+    up = scene.objects.get(up)?.parent;
+  }
+  if (opened) draw();
+  mark(id);
+});

@@ -1,0 +1,137 @@
+// The 3-D view: camera, light, floor grid, and when a picture is drawn.
+
+import * as THREE from "three";
+import { OrbitControls } from "three/controls";
+import { on } from "tatu/net";
+import { bounds, groups, root } from "tatu/objects";
+import { select, selected, watch } from "tatu/store";
+
+THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
+const host = document.getElementById("view");
+const dark = matchMedia("(prefers-color-scheme: dark)");
+
+export const stage = new THREE.Scene();
+export const camera = new THREE.PerspectiveCamera(50, 1, 0.02, 2000);
+camera.up.set(0, 0, 1);
+camera.position.set(3, -4, 2.5);
+export const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+renderer.shadowMap.enabled = true;
+renderer.shadowMap.type = THREE.PCFShadowMap;
+host.append(renderer.domElement);
+export const controls = new OrbitControls(camera, renderer.domElement);
+controls.target.set(0, 0, 0.2);
+
+const sun = new THREE.DirectionalLight(0xffffff, 2.2);
+sun.castShadow = true;
+sun.shadow.mapSize.set(2048, 2048);
+stage.add(sun, sun.target, new THREE.HemisphereLight(0xffffff, 0x8d8d88, 1.5), root);
+let grid = null;
+
+/** The grid lies below what is there, a line for each metre. */
+function lay(size) {
+  if (grid) stage.remove(grid);
+  const n = Math.min(200, Math.max(10, 2 * Math.ceil(size)));
+  grid = new THREE.GridHelper(n, n, dark.matches ? 0x5c6770 : 0x9aa3ad, dark.matches ? 0x343c44 : 0xd0d5da);
+  grid.rotation.x = Math.PI / 2;
+  grid.position.z = -0.001;
+  stage.add(grid);
+}
+
+function paint() {
+  stage.background = new THREE.Color(dark.matches ? 0x1b2026 : 0xe9edf2);
+  redraw();
+}
+dark.addEventListener("change", paint);
+
+let due = false;
+/** Draws a picture soon. */
+export function redraw() {
+  if (due) return;
+  due = true;
+  requestAnimationFrame(() => {
+    due = false;
+    renderer.render(stage, camera);
+  });
+}
+controls.addEventListener("change", redraw);
+
+new ResizeObserver(() => {
+  const { clientWidth: w, clientHeight: h } = host;
+  if (!w || !h) return;
+  renderer.setSize(w, h);
+  camera.aspect = w / h;
+  camera.updateProjectionMatrix();
+  redraw();
+}).observe(host);
+
+/** Moves the camera so that everything, or what is selected, is seen. */
+export function fit(object = null) {
+  const box = object ? new THREE.Box3().setFromObject(object) : bounds();
+  if (box.isEmpty()) return;
+  const center = box.getCenter(new THREE.Vector3());
+  const radius = Math.max(0.1, box.getSize(new THREE.Vector3()).length() / 2);
+  const away = new THREE.Vector3(0.55, -0.75, 0.5).normalize();
+  camera.position.copy(center).addScaledVector(away, radius / Math.sin((camera.fov * Math.PI) / 360));
+  controls.target.copy(center);
+  controls.update();
+  lay(radius);
+  light(center, radius);
+  redraw();
+}
+
+function light(center, radius) {
+  const r = Math.min(radius, 15);
+  sun.position.set(center.x + r, center.y - 0.7 * r, center.z + 2 * r);
+  sun.target.position.copy(center);
+  Object.assign(sun.shadow.camera, { left: -1.5 * r, right: 1.5 * r, top: 1.5 * r, bottom: -1.5 * r, near: 0.01, far: 6 * r });
+  sun.shadow.camera.updateProjectionMatrix();
+  sun.shadow.normalBias = 0.02;
+}
+
+// Follow: the camera keeps its place beside the object.
+const follow = document.getElementById("follow");
+let last = null;
+follow.onclick = () => {
+  const is = follow.getAttribute("aria-pressed") !== "true";
+  follow.setAttribute("aria-pressed", String(is));
+  last = null;
+};
+on("frame", () => {
+  if (follow.getAttribute("aria-pressed") === "true" && groups.has(selected())) {
+    const here = groups.get(selected()).getWorldPosition(new THREE.Vector3());
+    if (last) {
+      const way = here.clone().sub(last);
+      camera.position.add(way);
+      controls.target.add(way);
+      controls.update();
+    }
+    last = here;
+  } else last = null;
+  redraw();
+});
+
+document.getElementById("fit").onclick = () => fit(groups.get(selected()));
+let file = null;
+watch("scene", (scene) => {
+  // Another scene is seen as a whole; the same one is seen as before.
+  if (file !== scene.file) requestAnimationFrame(() => fit());
+  file = scene.file;
+  redraw();
+});
+
+// A click selects what is seen there; a drag turns the camera.
+let down = null;
+renderer.domElement.addEventListener("pointerdown", (e) => { down = [e.clientX, e.clientY]; host.focus({ preventScroll: true }); });
+renderer.domElement.addEventListener("pointerup", (e) => {
+  if (!down || Math.hypot(e.clientX - down[0], e.clientY - down[1]) > 4) return;
+  const box = renderer.domElement.getBoundingClientRect();
+  const at = new THREE.Vector2(((e.clientX - box.left) / box.width) * 2 - 1, 1 - ((e.clientY - box.top) / box.height) * 2);
+  const ray = new THREE.Raycaster();
+  ray.setFromCamera(at, camera);
+  const hit = ray.intersectObject(root, true).find((h) => h.object.isMesh && h.object.visible && h.object.userData.id);
+  select(hit ? hit.object.userData.id : 0);
+});
+
+lay(5);
+paint();

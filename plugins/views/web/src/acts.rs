@@ -1,0 +1,140 @@
+//! What clients ask for. All that acts on the world is a command or a request: it stands in the input log.
+
+use std::path::Path;
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Called, Fail, Result, Turn, Value},
+};
+use tatu_services_common::json;
+
+use crate::{frames::object, scene::HANDLE};
+
+/// Rows that are too large to be read as text.
+const LARGE: &[&str] = &["shape.surface", "shape.parts", "object.data", "scene.data", "graph.streams", "graph.curves"];
+/// Files that a list of scenes names.
+const MOST_FILES: usize = 500;
+
+/// The properties of an object and their values.
+pub fn details(turn: &Turn<'_>, n: u64) -> Result<Json> {
+    let id = object(n);
+    let mut rows = Vec::new();
+    let mut index = 0;
+    while let Some(row) = turn.row(id, index)? {
+        index += 1;
+        let mut row = json::write(&row.to_value()?);
+        let key = row["key"].as_str().unwrap_or("").to_owned();
+        if LARGE.contains(&key.as_str()) {
+            continue;
+        }
+        // What cannot be read just now is left out.
+        let Ok(value) = turn.get(id, turn.host().prop(&key)).and_then(|v| v.to_value()) else { continue };
+        row["value"] = match value {
+            Value::Object(o) => json!(o & HANDLE),
+            Value::Bytes(b) => json!(String::from_utf8_lossy(&b)),
+            value => json::write(&value),
+        };
+        rows.push(row);
+    }
+    Ok(json!({ "details": n, "rows": rows }))
+}
+
+/// The text of a script.
+pub fn script(turn: &Turn<'_>, n: u64) -> Result<Json> {
+    Ok(json!({ "script": n, "text": String::from_utf8_lossy(&turn.script_text(object(n))?) }))
+}
+
+/// Calls a command; what it gives.
+pub fn call(turn: &Turn<'_>, name: &str, args: &[Json]) -> Result<Json> {
+    let args = args.iter().map(json::read).collect::<Result<Vec<_>>>()?;
+    match turn.call(name, &args, 0)? {
+        Called::Done(values) => Ok(values.iter().map(json::write).collect()),
+        Called::Waits => Err(Fail::unsupported(format!("`{name}` waits: a page does not"))),
+    }
+}
+
+/// All commands, for completion: name, parameters and a sentence.
+pub fn commands(turn: &Turn<'_>) -> Json {
+    let Some(table) = turn.host().commands_table() else { return json!([]) };
+    let (Some(count), Some(describe)) = (table.count, table.describe) else { return json!([]) };
+    let text = |p: *const std::ffi::c_char| -> String {
+        if p.is_null() {
+            return String::new();
+        }
+        // SAFETY: declarations of the host are texts that end with 0 and live as long as the host.
+        unsafe { std::ffi::CStr::from_ptr(p) }.to_string_lossy().into_owned()
+    };
+    // SAFETY: the world of this turn.
+    let n = unsafe { count(turn.raw()) };
+    let mut out = Vec::new();
+    for id in 1..=n {
+        // SAFETY: the declaration is the host's own copy; its lists end with null.
+        unsafe {
+            let Some(command) = describe(turn.raw(), id).as_ref() else { continue };
+            let mut params = Vec::new();
+            let mut at = command.params;
+            while !at.is_null() && !(*at).is_null() {
+                params.push(text((**at).key));
+                at = at.add(1);
+            }
+            let first = if command.names.is_null() { None } else { (*command.names).as_ref() };
+            let name = first.map_or(String::new(), |n| text(n.name));
+            out.push(json!([name, params.join(", "), text(command.text)]));
+        }
+    }
+    Json::Array(out)
+}
+
+/// Scenes in the folder `scenes` and beside it, for the gallery: names as `tatu.open` takes them.
+pub fn files() -> Json {
+    let mut out = Vec::new();
+    let mut open = vec![(Path::new(".").to_path_buf(), 0)];
+    while let Some((folder, depth)) = open.pop() {
+        let mut entries: Vec<_> =
+            std::fs::read_dir(&folder).into_iter().flatten().flatten().map(|e| e.path()).collect();
+        entries.sort();
+        for path in entries {
+            let name = path.strip_prefix("./").unwrap_or(&path).to_string_lossy().into_owned();
+            let hidden = path.file_name().is_none_or(|n| n.to_string_lossy().starts_with('.'));
+            let below_scenes = depth > 0 || name == "scenes" || name == "models";
+            if hidden || out.len() >= MOST_FILES {
+                continue;
+            }
+            if path.is_dir() && below_scenes && depth < 3 && !path.is_symlink() {
+                open.push((path, depth + 1));
+            } else if is_scene(&path, depth) {
+                let about = std::fs::read_to_string(&path).ok().and_then(|t| about(&t)).unwrap_or_default();
+                out.push(json!({ "file": name, "about": about }));
+            }
+        }
+    }
+    Json::Array(out)
+}
+
+fn is_scene(path: &Path, depth: usize) -> bool {
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("ttt" | "ttm" | "urdf") => true,
+        // Beside `scenes` there are other files of that ending.
+        Some("toml") => depth > 0,
+        _ => false,
+    }
+}
+
+/// The comment at the beginning of a scene file.
+fn about(text: &str) -> Option<String> {
+    let lines: Vec<&str> =
+        text.lines().take_while(|l| l.starts_with('#')).map(|l| l.trim_start_matches(['#', ' '])).collect();
+    (!lines.is_empty()).then(|| lines.join(" "))
+}
+
+/// A request by its name.
+pub fn request(name: &str) -> Result<u32> {
+    Ok(match name {
+        "start" => TATU_REQUEST_START,
+        "pause" => TATU_REQUEST_PAUSE,
+        "stop" => TATU_REQUEST_STOP,
+        "quit" => TATU_REQUEST_QUIT,
+        other => return Err(Fail::argument(format!("`{other}` is no request: start, pause, stop and quit are"))),
+    })
+}

@@ -1,0 +1,59 @@
+//! The page as it was embedded.
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use sha2::{Digest, Sha256};
+use tatu_services_common::listener::Page;
+
+include!(concat!(env!("OUT_DIR"), "/files.rs"));
+
+/// Where the import map stands in the page.
+const MAP: &str = "<!-- import map -->";
+
+/// What a path is answered with.
+pub fn page(path: &str) -> Option<Page> {
+    let path = if path == "/" { "/page/index.html" } else { path };
+    let (_, kind, bytes) = FILES.iter().find(|(name, _, _)| *name == path)?;
+    if path != "/page/index.html" {
+        return Some((kind, bytes.to_vec(), Vec::new()));
+    }
+    let map = if WHOLE {
+        format!("<script type=\"importmap\">{IMPORT_MAP}</script>")
+    } else {
+        "<p>The libraries of this page are missing: run <code>npm ci</code> in <code>plugins/views/web/page</code>, and \
+         build the program again.</p>"
+            .to_owned()
+    };
+    let text = String::from_utf8_lossy(bytes).replace(MAP, &map);
+    Some((kind, text.into_bytes(), vec![("Content-Security-Policy", policy())]))
+}
+
+/// Scripts come from here alone; the one that stands in the page is known by its sum.
+fn policy() -> String {
+    let sum = STANDARD.encode(Sha256::digest(IMPORT_MAP.as_bytes()));
+    format!(
+        "default-src 'none'; script-src 'self' 'sha256-{sum}'; style-src 'self' 'unsafe-inline'; connect-src 'self'; \
+         img-src 'self' data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scripts_come_from_here_alone() {
+        let (kind, text, headers) = page("/").unwrap();
+        assert!(kind.starts_with("text/html"));
+        let text = String::from_utf8(text).unwrap();
+        let (name, policy) = &headers[0];
+        assert_eq!(*name, "Content-Security-Policy");
+        assert!(policy.contains("default-src 'none'") && !policy.contains("script-src 'self' 'unsafe"));
+        // No script but the import map stands in the page, and its sum is the one that is allowed.
+        assert!(text.matches("<script").count() <= 2);
+        if WHOLE {
+            let map = text.split("importmap\">").nth(1).and_then(|t| t.split("</script>").next()).unwrap();
+            assert!(policy.contains(&STANDARD.encode(Sha256::digest(map.as_bytes()))));
+        }
+        assert!(page("/page/../Cargo.toml").is_none() && page("/etc/passwd").is_none());
+    }
+}

@@ -1,0 +1,107 @@
+//! What changed since a client last heard: poses to 0.1 mm, quaternions to 1/32767, positions of joints as f32.
+//!
+//! A frame: 1, version 1, two bytes, step as u32, time as f64, count as u32, then the entries. An entry begins with a u32:
+//! the handle in its low 24 bits, above what follows: 0 place in the parent's frame (three i32 in 0.1 mm, four i16), 1 position of
+//! a joint (f32, rad or m), 2 rotation of a spherical joint (four i16).
+
+use std::collections::BTreeMap;
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Result, Turn},
+};
+use tatu_services_common::outbox::Message;
+
+use crate::{
+    Props,
+    scene::{HANDLE, Whole},
+};
+
+const FRAME: u8 = 1;
+/// Units of a place: 0.1 mm.
+const UNITS: f64 = 1e4;
+
+/// An entry as it is sent: what it is of, and its bytes.
+pub type Entry = (u32, [u8; 20], u8);
+
+/// How everything stands now.
+#[derive(Default)]
+pub struct Now {
+    entries: Vec<Entry>,
+}
+
+fn turned(q: &[f64], out: &mut [u8]) {
+    for (x, place) in q.iter().zip(out.chunks_exact_mut(2)) {
+        place.copy_from_slice(&((x * 32767.0).round() as i16).to_le_bytes());
+    }
+}
+
+impl Now {
+    /// Looks at all objects of a scene.
+    pub fn read(turn: &Turn<'_>, p: &Props, whole: &Whole) -> Result<Now> {
+        let mut entries = Vec::with_capacity(whole.ids.len() + whole.joints.len());
+        for &id in &whole.ids {
+            // Whatever was removed meanwhile is gone with the next scene.
+            let Ok(pose) = turn.f64s::<7>(id, p.pose) else { continue };
+            let mut bytes = [0; 20];
+            for (x, place) in pose[..3].iter().zip(bytes.chunks_exact_mut(4)) {
+                place.copy_from_slice(&((x * UNITS).round() as i32).to_le_bytes());
+            }
+            turned(&pose[3..], &mut bytes[12..]);
+            entries.push(((id & HANDLE) as u32, bytes, 20));
+        }
+        for &(id, spherical) in &whole.joints {
+            let mut bytes = [0; 20];
+            if spherical {
+                let Ok(q) = turn.f64s::<4>(id, p.joint_rotation) else { continue };
+                turned(&q, &mut bytes);
+                entries.push(((id & HANDLE) as u32 | 2 << 24, bytes, 8));
+            } else {
+                let Ok(x) = turn.f64(id, p.joint_position) else { continue };
+                bytes[..4].copy_from_slice(&(x as f32).to_le_bytes());
+                entries.push(((id & HANDLE) as u32 | 1 << 24, bytes, 4));
+            }
+        }
+        Ok(Now { entries })
+    }
+
+    /// What differs from what a client knows, which is brought up to date; `None`: nothing but perhaps the time.
+    pub fn since(&self, known: &mut BTreeMap<u32, [u8; 20]>, step: u64, time: f64) -> Message {
+        let mut out = vec![FRAME, 1, 0, 0];
+        out.extend_from_slice(&(step as u32).to_le_bytes());
+        out.extend_from_slice(&time.to_le_bytes());
+        out.extend_from_slice(&0_u32.to_le_bytes());
+        let mut count = 0_u32;
+        for (key, bytes, len) in &self.entries {
+            if known.get(key) != Some(bytes) {
+                known.insert(*key, *bytes);
+                out.extend_from_slice(&key.to_le_bytes());
+                out.extend_from_slice(&bytes[..usize::from(*len)]);
+                count += 1;
+            }
+        }
+        out[16..20].copy_from_slice(&count.to_le_bytes());
+        Message::Binary(out)
+    }
+}
+
+/// The handle that a number of a client means, as the id that the host takes.
+pub fn object(n: u64) -> tatu_object {
+    n & HANDLE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_changed_is_sent() {
+        let mut bytes = [0; 20];
+        bytes[0] = 7;
+        let now = Now { entries: vec![(5, bytes, 20), (6 | 1 << 24, [0; 20], 4)] };
+        let mut known = BTreeMap::new();
+        let len = |m: Message| if let Message::Binary(b) = m { (b.len(), b[16]) } else { (0, 0) };
+        assert_eq!(len(now.since(&mut known, 1, 0.05)), (20 + 24 + 8, 2));
+        assert_eq!(len(now.since(&mut known, 2, 0.1)), (20, 0));
+    }
+}
