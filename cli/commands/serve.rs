@@ -181,7 +181,9 @@ fn run(args: &Serve, world: &World, interrupted: &AtomicBool) {
 fn tell(world: &World) {
     for line in world.take_lines() {
         match line.level {
-            TATU_LOG_ERROR => report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),
+            TATU_LOG_ERROR => {
+                report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text)
+            }
             TATU_LOG_WARNING => report::warned(&line.text),
             TATU_LOG_DEBUG => tracing::debug!("{}", line.text),
             TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => {}

@@ -80,6 +80,14 @@ const EVENTS: &[(&str, &str, &[Field])] = &[
             [("level", TEXT, 0, None, "error, warning, info, debug or status"), ("text", TEXT, 0, None, "the line")];
         &LINE
     }),
+    ("console", "A script printed on a console of its own, or emptied it.", {
+        const PRINTED: [Field; 3] = [
+            ("title", TEXT, 0, None, "of the console"),
+            ("text", TEXT, 0, None, "what was printed, as it came"),
+            ("clear", TATU_BOOL, 0, None, "whether the console was emptied"),
+        ];
+        &PRINTED
+    }),
 ];
 
 /// The host's events.

@@ -116,6 +116,12 @@ impl WorldCell {
             TATU_LOG_INFO => "info",
             TATU_LOG_DEBUG => "debug",
             TATU_LOG_STATUS => "status",
+            TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => {
+                let (title, text) = text.split_once('\0').unwrap_or((text, ""));
+                let clear = Value::Bool(level == TATU_LOG_CONSOLE_CLEAR);
+                let told = || payload([("title", Value::text(title)), ("text", Value::text(text)), ("clear", clear)]);
+                return self.outside.publish("console", told);
+            }
             _ => return,
         };
         self.outside.publish("message", || payload([("level", Value::text(level)), ("text", Value::text(text))]));

@@ -95,9 +95,6 @@ impl Script {
         let default = world.settings.borrow().dialect.clone();
         let own = self.spec(self.text.to_vec());
         let new = Rc::new(Script::new(self.slot, self.kind, spec.unwrap_or(&own), default));
-        if self.data.get().is_null() {
-            return Ok(new);
-        }
         // Numbered apart, so that those of later instances stay what they would have been.
         if let Err((status, mut error)) = new.try_begin(world, world.new_replacement()) {
             let fault = new.fault(world, status, error.raw());
@@ -110,6 +107,10 @@ impl Script {
                 span: line_of(&new.text, line as usize),
             });
             return Err(Error::new("E306", text).at(place).help("the old one goes on; correct the file"));
+        }
+        if self.data.get().is_null() {
+            // It was only tried: it begins when this one would have.
+            new.destroy(world);
         }
         Ok(new)
     }

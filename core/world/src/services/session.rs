@@ -3,11 +3,11 @@
 use tatu_plugin_api::abi::*;
 
 use super::{busy, fill, on, passed};
-use tatu_plugins::border::text;
 use crate::{
     cell::{Phase, SessionCell, WorldCell},
     step::{self, Stage},
 };
+use tatu_plugins::border::text;
 
 pub static TABLE: tatu_host_session = tatu_host_session {
     size: size_of::<tatu_host_session>() as u32,
@@ -125,7 +125,8 @@ unsafe extern "C" fn open(w: *mut tatu_world, file: tatu_str) -> tatu_status {
     unsafe {
         on(w, |world| {
             if !world.outside.takes_scenes.get() {
-                let text = "this program runs one scene, and no other: `tatu serve` and `tatu open` go from one to the next";
+                let text =
+                    "this program runs one scene, and no other: `tatu serve` and `tatu open` go from one to the next";
                 return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text));
             }
             let file = text(file).into_owned();

@@ -138,7 +138,10 @@ pub(super) unsafe extern "C" fn change(w: *mut tatu_world, script: tatu_object, 
         on(w, |world| {
             let found = script_at(world, script)?;
             let text = tatu_plugins::border::bytes(text).to_vec();
-            reload::change_script(world, &found, text).map_err(|e| world.calls.refuse(TATU_ERR_ARGUMENT, &e.text))
+            reload::change_script(world, &found, text).map_err(|e| {
+                let place = e.place.as_ref().map_or(String::new(), |p| format!("{}:{}: ", p.file.display(), p.line));
+                world.calls.refuse(TATU_ERR_ARGUMENT, &format!("{place}{}", e.text))
+            })
         })
     }
 }

@@ -52,7 +52,11 @@ export function line(name, text, level = "") {
 
 on("event", ({ event, payload }) => {
   if (event === "message") line("Status", payload.text, payload.level);
-  else if (event === "console") line(payload.title, payload.text);
+  else if (event === "console") {
+    if (payload.clear) pages.set(payload.title, []);
+    else line(payload.title, payload.text);
+    if (open === payload.title) show(open);
+  }
   else if (event === "started") line("Status", "simulation started");
   else if (event === "stopped") line("Status", "simulation stopped: the scene is as it was");
 });

@@ -150,13 +150,15 @@ impl Service for Web {
 
     fn event(&self, _: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
         let Ok(mut state) = self.state() else { return };
-        if matches!(name, "started" | "stopped") {
-            state.held = false;
+        if name == "stopped" {
+            (state.held, state.singles) = (false, 0);
+        }
+        if matches!(name, "started" | "resumed") {
             state.pace.again();
         }
         let payload = payload.to_value().map_or(Json::Null, |v| json::write(&v));
         let text = json!({ "event": name, "payload": payload }).to_string();
-        if matches!(name, "message" | "script_error" | "fault" | "started") {
+        if matches!(name, "message" | "console" | "script_error" | "started") {
             if name == "started" {
                 state.lines.clear();
             }
@@ -269,10 +271,12 @@ impl State {
                 Ok(())
             }
             "step" => {
+                // What lifts a pause is a step already.
+                let more = u64::from(turn.state() != TATU_PAUSED);
                 if turn.state() != TATU_RUNNING {
                     turn.request(TATU_REQUEST_START)?;
                 }
-                (self.held, self.singles) = (true, self.singles + 1);
+                (self.held, self.singles) = (true, self.singles + more);
                 Ok(())
             }
             what => turn.request(acts::request(what)?),

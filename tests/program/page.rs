@@ -1,0 +1,232 @@
+//! The page in the browser, and what it listens to: from outside, and in a real browser where there is one.
+
+use std::{
+    io::{BufRead, BufReader, Read, Write},
+    net::TcpStream,
+    process::{Child, Command, Stdio},
+    time::Duration,
+};
+
+use serde_json::{Value, json};
+use tungstenite::{Message, WebSocket, client::IntoClientRequest, stream::MaybeTlsStream};
+
+use crate::{
+    browser::{Page, browser, wait_for},
+    kit::*,
+};
+
+/// The program with its page, which ends with the test.
+struct Served {
+    process: Child,
+    url: String,
+}
+
+impl Served {
+    fn new(dir: &std::path::Path, args: &[&str]) -> Served {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
+            .current_dir(dir)
+            .args(args)
+            .env_remove("TATU_PLUGIN_PATH")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut url = String::new();
+        BufReader::new(process.stdout.as_mut().unwrap()).read_line(&mut url).unwrap();
+        Served { process, url: url.trim().to_owned() }
+    }
+    /// 127.0.0.1:PORT
+    fn host(&self) -> &str {
+        self.url.trim_start_matches("http://").split('/').next().unwrap()
+    }
+    fn token(&self) -> &str {
+        self.url.split("token=").nth(1).unwrap()
+    }
+    /// What a request is answered with.
+    fn ask(&self, head: &str) -> String {
+        let mut stream = TcpStream::connect(self.host()).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        stream.write_all(head.as_bytes()).unwrap();
+        let mut out = Vec::new();
+        let _ = stream.read_to_end(&mut out);
+        String::from_utf8_lossy(&out).into_owned()
+    }
+    fn socket(&self) -> WebSocket<MaybeTlsStream<TcpStream>> {
+        tungstenite::connect(format!("ws://{}/ws?token={}", self.host(), self.token())).unwrap().0
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// The next JSON message that has a key.
+fn next(socket: &mut WebSocket<MaybeTlsStream<TcpStream>>, key: &str) -> Value {
+    loop {
+        if let Message::Text(text) = socket.read().unwrap() {
+            let message: Value = serde_json::from_str(&text).unwrap();
+            if message.get(key).is_some() {
+                return message;
+            }
+        }
+    }
+}
+
+const ROBOT: &str = "scenes/first/pioneer_avoids_walls.toml";
+
+#[test]
+fn only_who_has_the_token_and_comes_from_here_is_let_in() {
+    let served = Served::new(root(), &["open", ROBOT, "--no-browser"]);
+    let host = served.host();
+    let get = |path: &str, more: &str| served.ask(&format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n{more}\r\n"));
+    let page = get("/", "");
+    assert!(page.starts_with("HTTP/1.1 200") && page.contains("Content-Security-Policy: default-src 'none'"), "{page}");
+    assert!(page.contains("Referrer-Policy: no-referrer") && !page.contains(served.token()));
+    assert!(served.ask("GET / HTTP/1.1\r\nHost: elsewhere.org\r\n\r\n").starts_with("HTTP/1.1 421"));
+    assert!(get("/../Cargo.toml", "").starts_with("HTTP/1.1 404"));
+    let upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+    assert!(get("/ws", upgrade).starts_with("HTTP/1.1 401"));
+    assert!(get("/ws?token=0123456789abcdef0123456789abcdef", upgrade).starts_with("HTTP/1.1 401"));
+    let good = format!("/ws?token={}", served.token());
+    assert!(get(&good, &format!("{upgrade}Origin: http://elsewhere.org\r\n")).starts_with("HTTP/1.1 403"));
+    assert!(get(&good, "").starts_with("HTTP/1.1 426"));
+    let mut request = format!("ws://{host}{good}").into_client_request().unwrap();
+    request.headers_mut().insert("Origin", format!("http://{host}").parse().unwrap());
+    assert_eq!(tungstenite::connect(request).unwrap().1.status(), 101);
+    // Bytes that are nothing, half a head, and a message that is too large cost only who sent them.
+    for bytes in [&b"\x00\xFF\x01\x02\r\n\r\n"[..], b"GET / HTT"] {
+        let mut stream = TcpStream::connect(host).unwrap();
+        stream.write_all(bytes).unwrap();
+    }
+    let mut large = served.socket();
+    let _ = large.send(Message::text("x".repeat(8 << 20)));
+    let mut socket = served.socket();
+    socket.send(Message::text("no JSON")).unwrap();
+    assert!(next(&mut socket, "error")["error"].as_str().unwrap().contains("nothing known"));
+}
+
+#[test]
+fn who_may_look_cannot_act() {
+    let served = Served::new(root(), &["open", ROBOT, "--no-browser"]);
+    let mut socket = served.socket();
+    let look = next(&mut socket, "hello")["hello"]["look"].as_str().unwrap().to_owned();
+    let token = look.split("token=").nth(1).unwrap();
+    let mut eye = tungstenite::connect(format!("ws://{}/ws?token={token}", served.host())).unwrap().0;
+    assert_eq!(next(&mut eye, "hello")["hello"]["acts"], false);
+    eye.send(Message::text(json!({ "do": "start" }).to_string())).unwrap();
+    assert!(next(&mut eye, "error")["error"].as_str().unwrap().contains("look only"));
+    eye.send(Message::text(json!({ "details": 1 }).to_string())).unwrap();
+    assert!(next(&mut eye, "details")["rows"].as_array().unwrap().len() > 10);
+}
+
+#[test]
+fn viewers_change_nothing() {
+    let run = |viewers: usize| {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
+            .current_dir(root())
+            .args(["run", ROBOT, "--steps", "400", "--service", "web:speed=0"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut url = String::new();
+        BufReader::new(process.stdout.as_mut().unwrap()).read_line(&mut url).unwrap();
+        let address = url.trim().replace("http", "ws").replace("/?", "/ws?");
+        let sockets: Vec<_> = (0..viewers).filter_map(|_| tungstenite::connect(&address).ok()).collect();
+        let out = process.wait_with_output().unwrap();
+        drop(sockets);
+        let text = String::from_utf8_lossy(&out.stderr).into_owned();
+        text.split("hash ").nth(1).unwrap_or_else(|| panic!("{text}"))[..16].to_owned()
+    };
+    let alone = run(0);
+    assert_eq!(alone, run(1));
+    assert_eq!(alone, run(20));
+}
+
+#[test]
+fn a_scene_is_opened_started_changed_and_reset() {
+    let served = Served::new(root(), &["open", "--no-browser"]);
+    let mut socket = served.socket();
+    assert_eq!(next(&mut socket, "scene")["scene"]["objects"], json!([]));
+    let call = |socket: &mut WebSocket<_>, name: &str, args: Value| {
+        socket.send(Message::text(json!({ "call": name, "args": args, "id": name }).to_string())).unwrap();
+        loop {
+            let message = next(socket, "of");
+            if message["of"] == name {
+                return message;
+            }
+        }
+    };
+    let gone = call(&mut socket, "tatu.open", json!(["scenes/nothing.toml"]));
+    assert!(gone["error"].is_string(), "{gone}");
+    socket.send(Message::text(json!({ "call": "tatu.open", "args": [ROBOT] }).to_string())).unwrap();
+    let scene = next(&mut socket, "scene")["scene"].clone();
+    let objects = scene["objects"].as_array().unwrap();
+    let robot = objects.iter().find(|o| o["alias"] == "Pioneer_p3dx").unwrap_or_else(|| panic!("{scene}"));
+    let (id, script) = (robot["id"].clone(), robot["scripts"][0]["id"].clone());
+    let begin = robot["pose"][0].as_f64().unwrap();
+    let text = call(&mut socket, "tatu.getScript", json!([script]))["result"][0].clone();
+    let broken = call(&mut socket, "tatu.setScript", json!([script, "x = = 1"]));
+    assert!(broken["error"].as_str().unwrap().contains("cannot be loaded"), "{broken}");
+    assert_eq!(call(&mut socket, "tatu.getScript", json!([script]))["result"][0], text);
+    let place = |socket: &mut WebSocket<_>| {
+        call(socket, "tatu.get", json!([id, "object.position"]))["result"][0][0].as_f64().unwrap()
+    };
+    socket.send(Message::text(json!({ "speed": 10 }).to_string())).unwrap();
+    socket.send(Message::text(json!({ "do": "start" }).to_string())).unwrap();
+    wait_for("the robot drives", Duration::from_secs(30), || ((place(&mut socket) - begin).abs() > 0.1).then_some(()));
+    socket.send(Message::text(json!({ "do": "stop" }).to_string())).unwrap();
+    wait_for("it is reset", Duration::from_secs(30), || ((place(&mut socket) - begin).abs() < 1e-9).then_some(()));
+}
+
+#[test]
+fn a_student_drives_and_changes_a_robot() {
+    let (Some(browser), true) = (browser(), root().join("plugins/views/web/page/node_modules/three").is_dir()) else {
+        println!("1 skipped: there is no Chromium, or `npm ci` was not run in plugins/views/web/page");
+        return;
+    };
+    let served = Served::new(root(), &["open", "scenes/course/manta_keyboard_statusbar.toml", "--no-browser"]);
+    let mut page = Page::open(&browser, &served.url);
+    page.until("document.querySelectorAll('#tree .item').length > 5");
+    page.click("#play");
+    page.until("document.getElementById('play').className === 'on'");
+    page.js("document.getElementById('view').focus()");
+    page.key("ArrowLeft", 37);
+    page.until("document.getElementById('output').textContent.includes('key 2009')");
+    page.click("#pause");
+    page.until("document.getElementById('pause').className === 'on'");
+    let stood = page.text("#time");
+    std::thread::sleep(Duration::from_millis(400));
+    assert_eq!(page.text("#time"), stood);
+    page.click("#step");
+    page.until(&format!("document.getElementById('time').textContent !== {stood:?}"));
+    page.click("#stop");
+    page.until("document.getElementById('stop').className === 'on'");
+    // Another scene: its script is opened, a number changed, and the wheels turn slower.
+    page.js(&format!("import('tatu/net').then((m) => m.call('tatu.open', {ROBOT:?}))"));
+    page.until("document.getElementById('name').textContent === 'pioneer_avoids_walls.toml'");
+    page.click("#tree .tool");
+    page.until("(document.querySelector('.cm-content')?.textContent ?? '').includes('cruise = 3.0')");
+    page.click("#play");
+    let speed = "(async () => { const [net, store] = [await import('tatu/net'), await import('tatu/store')]; \
+        const j = [...store.scene.objects.values()].find((o) => o.alias.endsWith('leftMotor')); \
+        return (await net.call('tatu.get', j.id, 'joint.target_velocity'))[0]; })()";
+    page.until(&format!("{speed}.then((v) => v > 2)"));
+    page.js("(async () => { const { EditorView } = await import('@codemirror/view'); \
+         const v = EditorView.findFromDOM(document.querySelector('.cm-editor')); \
+         const at = v.state.doc.toString().indexOf('cruise = 3.0') + 9; \
+         v.dispatch({ changes: { from: at, to: at + 3, insert: '1.0' } }); \
+         document.getElementById('script-save').click(); })()");
+    page.until(&format!("{speed}.then((v) => v <= 1)"));
+    // The view shows something else than its background.
+    page.until(
+        "(() => { const c = document.querySelector('#view canvas'); const p = document.createElement('canvas'); \
+         p.width = c.width; p.height = c.height; const x = p.getContext('2d'); x.drawImage(c, 0, 0); \
+         const d = x.getImageData(0, 0, p.width, p.height).data; const s = new Set(); \
+         for (let i = 0; i < d.length; i += 4000) s.add(`${d[i]},${d[i + 1]},${d[i + 2]}`); return s.size > 8; })()",
+    );
+    assert!(page.wrong.is_empty(), "{:#?}", page.wrong);
+}
