@@ -33,7 +33,7 @@ fn scenes_run() {
 #[test]
 fn demos_run_and_say_something_each_second() {
     let mut found = 0;
-    for kind in ["sensors", "actuators", "robots", "models", "importers", "services"] {
+    for kind in ["sensors", "actuators", "robots", "models", "importers", "services", "views"] {
         for plugin in std::fs::read_dir(root().join("plugins").join(kind)).unwrap() {
             let plugin = plugin.unwrap().path();
             let demo = plugin.join("demo.toml");

@@ -18,7 +18,7 @@ fn map<const N: usize>(entries: [(&str, Value); N]) -> Value {
 
 /// A declared property or parameter as views get it. `prefix`: the kind of device before its own keys.
 fn told(p: &Declared, prefix: &str, settable: bool) -> Value {
-    let choices = p.choices.iter().map(|c| Value::text(c)).collect();
+    let choices = p.choices.iter().map(Value::text).collect();
     let key = if prefix.is_empty() { p.key.clone() } else { format!("{prefix}.{}", p.key) };
     map([
         ("key", Value::text(key)),

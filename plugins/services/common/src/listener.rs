@@ -55,7 +55,7 @@ pub struct Settings {
     /// Bytes of a message.
     pub most_message: usize,
     /// Files by path.
-    pub files: Box<dyn Fn(&str) -> Option<Page> + Send + Sync>,
+    pub files: fn(&str) -> Option<Page>,
     /// Called whenever something came in.
     pub wake: Box<dyn Fn() + Send + Sync>,
 }

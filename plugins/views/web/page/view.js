@@ -113,9 +113,27 @@ on("frame", () => {
 
 document.getElementById("fit").onclick = () => fit(groups.get(selected()));
 let file = null;
+/** Looks from where a camera of the scene does: along its z axis, to about the middle of what is there. */
+function lookFrom(group) {
+  root.updateMatrixWorld(true);
+  const box = bounds();
+  const ahead = new THREE.Vector3(0, 0, 1).transformDirection(group.matrixWorld);
+  const from = group.getWorldPosition(new THREE.Vector3());
+  const center = box.isEmpty() ? new THREE.Vector3() : box.getCenter(new THREE.Vector3());
+  const far = Math.max(0.5, center.clone().sub(from).dot(ahead));
+  camera.position.copy(from);
+  controls.target.copy(from).addScaledVector(ahead, far);
+  controls.update();
+  const radius = box.isEmpty() ? 5 : box.getSize(new THREE.Vector3()).length() / 2;
+  lay(radius);
+  light(controls.target.clone(), Math.min(radius, far));
+  redraw();
+}
+
 watch("scene", (scene) => {
-  // Another scene is seen as a whole; the same one is seen as before.
-  if (file !== scene.file) requestAnimationFrame(() => fit());
+  // Another scene is seen from its own camera or as a whole; the same one is seen as before.
+  const own = [...scene.objects.values()].find((o) => o.kind === "camera");
+  if (file !== scene.file) requestAnimationFrame(() => (own ? lookFrom(groups.get(own.id)) : fit()));
   file = scene.file;
   redraw();
 });

@@ -125,7 +125,9 @@ fn is_scene(path: &Path, depth: usize) -> bool {
 fn about(text: &str) -> Option<String> {
     let lines: Vec<&str> =
         text.lines().take_while(|l| l.starts_with('#')).map(|l| l.trim_start_matches(['#', ' '])).collect();
-    (!lines.is_empty()).then(|| lines.join(" "))
+    // What stands behind it are lines for a terminal.
+    let own = lines.split(|l| l.is_empty()).next().unwrap_or_default();
+    (!own.is_empty()).then(|| own.join(" "))
 }
 
 /// A request by its name.

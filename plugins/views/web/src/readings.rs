@@ -1,5 +1,7 @@
 //! What sensors measured, what is drawn and what graphs recorded, as clients get it.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Map, Value as Json, json};
 use tatu_plugin_api::{
     abi::*,
@@ -19,22 +21,40 @@ const MOST_BEAMS: usize = 720;
 /// Numbers of drawings that are sent, and samples of a stream.
 const MOST_NUMBERS: usize = 60_000;
 const MOST_SAMPLES: usize = 600;
+/// Readings in a message.
+const MOST_READINGS: usize = 60;
 
 fn rounded(x: f64) -> f64 {
-    (x * 1e4).round() / 1e4
+    (x * 1e3).round() / 1e3
 }
 
-/// Readings of all sensors but images, by handle.
-pub fn all(turn: &Turn<'_>, p: &Props, whole: &Whole) -> Json {
+/// Readings that were sent, and which sensor's turn is next.
+#[derive(Default)]
+pub struct Sent {
+    known: BTreeMap<tatu_object, Json>,
+    next: usize,
+}
+
+/// New readings of sensors but images, by handle: of many sensors some at a time, in turns.
+pub fn new(turn: &Turn<'_>, p: &Props, whole: &Whole, sent: &mut Sent) -> Json {
     let mut out = Map::new();
-    for &(id, schema) in &whole.sensors {
+    let n = whole.sensors.len();
+    let start = if n == 0 { 0 } else { sent.next % n };
+    for i in (start..n).chain(0..start) {
+        let (id, schema) = whole.sensors[i];
+        sent.next = i + 1;
+        if out.len() >= MOST_READINGS {
+            break;
+        }
         let reading = match schema {
             "proximity" => proximity(turn, p, id),
             "range_scan" => scan(turn, p, id),
             "gps" => turn.reading(id, p.gps).ok().map(|r| json!({ "position": r.f64s() })),
             _ => None,
         };
-        out.extend(reading.map(|r| ((id & HANDLE).to_string(), r)));
+        let Some(reading) = reading.filter(|r| sent.known.get(&id) != Some(r)) else { continue };
+        out.insert((id & HANDLE).to_string(), reading.clone());
+        sent.known.insert(id, reading);
     }
     Json::Object(out)
 }

@@ -59,6 +59,7 @@ struct State {
     last_readings: Instant,
     told: String,
     drawn: String,
+    sent: readings::Sent,
     listener: Listener,
 }
 
@@ -95,7 +96,7 @@ impl Service for Web {
             port: params.i64("port")? as u16,
             path: "/ws",
             most_message: MOST_MESSAGE,
-            files: Box::new(files::page),
+            files: files::page,
             wake: Box::new(move || session.wake()),
         };
         let listener = Listener::open(settings)
@@ -120,6 +121,7 @@ impl Service for Web {
             last_readings: now,
             told: String::new(),
             drawn: String::new(),
+            sent: readings::Sent::default(),
             listener,
         };
         Ok(Web { p: plugin.p, state: RefCell::new(state) })
@@ -189,6 +191,7 @@ impl State {
             self.lines.iter().for_each(|l| client.out.send(Message::Text(l.clone())));
             self.told.clear();
             self.drawn.clear();
+            self.sent = readings::Sent::default();
             self.guests.push(Guest { client, known: BTreeMap::new(), whole: false, eye: 0, graph: 0 });
         }
         self.guests.retain(|g| !g.client.is_gone());
@@ -299,6 +302,7 @@ impl State {
             self.whole = scene::read(turn, p)?;
             self.world = turn.raw().addr();
             self.guests.iter_mut().for_each(|g| g.whole = false);
+            self.sent = readings::Sent::default();
         }
         for guest in self.guests.iter_mut().filter(|g| !g.whole) {
             self.whole.messages.iter().for_each(|m| guest.client.out.send(m.clone()));
@@ -336,17 +340,21 @@ impl State {
     }
 
     fn show_readings(&mut self, turn: &Turn<'_>, p: &crate::Props) -> Result {
-        let readings = json!({ "readings": readings::all(turn, p, &self.whole) }).to_string();
+        let new = readings::new(turn, p, &self.whole, &mut self.sent);
+        let any = new.as_object().is_some_and(|m| !m.is_empty());
+        let readings = json!({ "readings": new }).to_string();
         let drawn = json!({ "drawings": readings::drawings(turn)? }).to_string();
-        let new = drawn != self.drawn;
+        let redrawn = drawn != self.drawn;
         for guest in &self.guests {
             let out = &guest.client.out;
             // Who has not read the last ones yet gets the next ones.
             if out.waits() {
                 continue;
             }
-            out.send(Message::Text(readings.clone()));
-            if new {
+            if any {
+                out.send(Message::Text(readings.clone()));
+            }
+            if redrawn {
                 out.send(Message::Text(drawn.clone()));
             }
             let image = (guest.eye != 0).then(|| readings::image(turn, p, object(guest.eye))).flatten();

@@ -1,0 +1,19 @@
+// What an address asks for behind its `#`: select=NAME, script, play; joined by `&`.
+
+import { send } from "tatu/net";
+import { openScript } from "tatu/editor";
+import { scene, select, watch } from "tatu/store";
+
+const asked = new URLSearchParams(location.hash.slice(1));
+let done = false;
+
+watch("scene", () => {
+  if (done || !scene.objects.size) return;
+  done = true;
+  const all = [...scene.objects.values()];
+  const found = all.find((o) => o.alias === asked.get("select"));
+  if (found) select(found.id);
+  const scripted = all.find((o) => o.scripts?.length);
+  if (asked.has("script") && scripted) openScript(scripted.scripts[0]);
+  if (asked.has("play")) send({ do: "start" });
+});
