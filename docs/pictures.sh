@@ -47,9 +47,4 @@ tatu run scenes/first/pioneer_draws_its_path.toml --seconds 60 --graphs "$graphs
 mv "$graphs/Drive.png" $images/drive.png
 
 # The page as a browser shows it; its libraries: `npm ci` in plugins/views/web/page, before the build.
-tatu open $room --no-browser > "$work/address" 2> /dev/null &
-program=$!
-until [ -s "$work/address" ]; do sleep 0.2; done
-chromium --headless=new --no-sandbox --enable-unsafe-swiftshader --use-angle=swiftshader --hide-scrollbars --window-size=1180,680 \
-    --user-data-dir="$work/browser" --timeout=9000 --screenshot=$images/page.png "$(cat "$work/address")#select=eye&script&play"
-kill $program
+cargo test --test program -- --ignored page::picture_for_the_guide

@@ -7,6 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket, stream::MaybeTlsStream};
 
@@ -120,6 +121,15 @@ impl Page {
             let params = json!({ "type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code });
             self.send("Input.dispatchKeyEvent", params);
         }
+    }
+
+    /// A picture of the page, PNG.
+    pub fn picture(&mut self, [width, height]: [u32; 2]) -> Vec<u8> {
+        let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
+        self.send("Emulation.setDeviceMetricsOverride", size);
+        std::thread::sleep(Duration::from_secs(3));
+        let picture = self.send("Page.captureScreenshot", json!({ "format": "png" }));
+        STANDARD.decode(picture["data"].as_str().unwrap()).unwrap()
     }
 
     /// Waits until an expression is true.

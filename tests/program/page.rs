@@ -230,3 +230,12 @@ fn a_student_drives_and_changes_a_robot() {
     );
     assert!(page.wrong.is_empty(), "{:#?}", page.wrong);
 }
+
+#[test]
+#[ignore = "makes the picture of the guide: docs/pictures.sh"]
+fn picture_for_the_guide() {
+    let served = Served::new(root(), &["open", "scenes/first/pioneer_looks_around.toml", "--no-browser"]);
+    let mut page = Page::open(&browser().expect("Chromium"), &format!("{}#select=eye&script&play", served.url));
+    page.until("(document.querySelector('.cm-content')?.textContent ?? '').includes('cruise')");
+    std::fs::write(root().join("docs/images/page.png"), page.picture([1180, 680])).unwrap();
+}
