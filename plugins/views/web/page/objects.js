@@ -1,6 +1,7 @@
 // Objects of the scene as groups of meshes, and where they stand.
 
 import * as THREE from "three";
+import { MANY, gather, scatter } from "tatu/crowd";
 import { on } from "tatu/net";
 import { scene, selected, watch } from "tatu/store";
 
@@ -40,7 +41,7 @@ function material(color) {
   const key = color.map((x) => x.toFixed(3)).join();
   if (!materials.has(key)) {
     const linear = new THREE.Color().setRGB(...color, THREE.SRGBColorSpace);
-    materials.set(key, new THREE.MeshStandardMaterial({ color: linear, roughness: 0.75, metalness: 0.05, side: THREE.DoubleSide }));
+    materials.set(key, new THREE.MeshLambertMaterial({ color: linear, side: THREE.DoubleSide }));
   }
   return materials.get(key);
 }
@@ -90,8 +91,10 @@ function show() {
 hidden.onchange = show;
 
 watch("scene", () => {
+  scatter();
   root.clear();
   groups.clear();
+  let parts = 0;
   for (const o of scene.objects.values()) {
     const group = new THREE.Group();
     group.userData = { id: o.id, bodies: [] };
@@ -106,6 +109,7 @@ watch("scene", () => {
       mesh.receiveShadow = true;
       group.userData.bodies.push(mesh);
       group.add(mesh);
+      parts++;
     }
     groups.set(o.id, group);
   }
@@ -114,6 +118,7 @@ watch("scene", () => {
     (above ? (above.userData.moved ?? above) : root).add(groups.get(o.id));
   }
   show();
+  if (parts > MANY) gather(root, groups);
 });
 
 function turned(view, at) {
@@ -162,7 +167,10 @@ export function bounds() {
   for (const group of groups.values()) {
     for (const mesh of group.userData.bodies) {
       if (!mesh.visible || mesh.geometry === shared.plane) continue;
-      const own = new THREE.Box3().setFromObject(mesh);
+      mesh.geometry.boundingBox ?? mesh.geometry.computeBoundingBox();
+      mesh.updateMatrix();
+      const matrix = new THREE.Matrix4().multiplyMatrices(group.matrixWorld, mesh.matrix);
+      const own = mesh.geometry.boundingBox.clone().applyMatrix4(matrix);
       if (!own.isEmpty() && own.min.length() < 1e3 && own.max.length() < 1e3) box.union(own);
     }
   }

@@ -1,6 +1,7 @@
 // What sensors sense: beams to what was seen, fans of scans, images, places of GPS.
 
 import * as THREE from "three";
+import { isLarge } from "tatu/crowd";
 import { on } from "tatu/net";
 import { groups } from "tatu/objects";
 import { scene, selected } from "tatu/store";
@@ -54,7 +55,8 @@ on("readings", ({ readings }) => {
   for (const [key, r] of Object.entries(readings)) {
     const id = Number(key);
     const schema = scene.objects.get(id)?.schema;
-    if (!rays.checked) replace(id, null);
+    // Of large scenes only what the selected sensor sees is drawn.
+    if (!rays.checked || (isLarge() && id !== selected())) replace(id, null);
     else if (schema === "proximity") replace(id, proximity(r));
     else if (schema === "range_scan" && r.distance.length) replace(id, scan(r));
   }

@@ -2,6 +2,7 @@
 
 import * as THREE from "three";
 import { OrbitControls } from "three/controls";
+import { hitId, isLarge, place } from "tatu/crowd";
 import { on } from "tatu/net";
 import { bounds, groups, root } from "tatu/objects";
 import { select, selected, watch } from "tatu/store";
@@ -45,12 +46,19 @@ function paint() {
 dark.addEventListener("change", paint);
 
 let due = false;
+/** Pictures that were drawn. */
+export let drawn = 0;
 /** Draws a picture soon. */
 export function redraw() {
   if (due) return;
   due = true;
   requestAnimationFrame(() => {
     due = false;
+    root.updateMatrixWorld();
+    place();
+    // A graphics card draws shadows of thousands of parts, a processor does not.
+    sun.castShadow = !isLarge();
+    drawn++;
     renderer.render(stage, camera);
   });
 }
@@ -147,8 +155,8 @@ renderer.domElement.addEventListener("pointerup", (e) => {
   const at = new THREE.Vector2(((e.clientX - box.left) / box.width) * 2 - 1, 1 - ((e.clientY - box.top) / box.height) * 2);
   const ray = new THREE.Raycaster();
   ray.setFromCamera(at, camera);
-  const hit = ray.intersectObject(root, true).find((h) => h.object.isMesh && h.object.visible && h.object.userData.id);
-  select(hit ? hit.object.userData.id : 0);
+  const hit = ray.intersectObject(root, true).find((h) => h.object.isMesh && h.object.visible && hitId(h));
+  select(hit ? hitId(hit) : 0);
 });
 
 lay(5);
