@@ -234,7 +234,12 @@ fn shape<'a>(
     if waves != 0 && waves != 0x1F0 {
         node.set("shape.detectable_mask", i64::from(waves))?;
     }
-    if overrides.not_visible() {
+    // One that is nothing but lines would lie as a surface in another one.
+    let lines_only = !s.respondable && leaves.iter().all(|l| l.leaf.bits & WIRE_FRAME != 0);
+    if lines_only {
+        report.add("kept without effect", "it is drawn as lines: it is not drawn here", o);
+    }
+    if overrides.not_visible() || lines_only {
         node.set("object.visible", false)?;
     }
     dynamics::material(file, s, dynamic, node)?;

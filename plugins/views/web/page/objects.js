@@ -36,6 +36,11 @@ const shared = {
   cylinder: new THREE.CylinderGeometry(0.5, 0.5, 1, 32).rotateX(Math.PI / 2),
   plane: new THREE.PlaneGeometry(PLANE, PLANE),
 };
+/** What stands for round things in large scenes, where each is small. */
+const coarse = new Map([
+  [shared.sphere, new THREE.SphereGeometry(0.5, 10, 6)],
+  [shared.cylinder, new THREE.CylinderGeometry(0.5, 0.5, 1, 10).rotateX(Math.PI / 2)],
+]);
 
 function material(color) {
   const key = color.map((x) => x.toFixed(3)).join();
@@ -118,7 +123,12 @@ watch("scene", () => {
     (above ? (above.userData.moved ?? above) : root).add(groups.get(o.id));
   }
   show();
-  if (parts > MANY) gather(root, groups);
+  if (parts > MANY) {
+    for (const group of groups.values()) {
+      for (const mesh of group.userData.bodies) mesh.geometry = coarse.get(mesh.geometry) ?? mesh.geometry;
+    }
+    gather(root, groups);
+  }
 });
 
 function turned(view, at) {
