@@ -221,6 +221,14 @@ fn a_student_drives_and_changes_a_robot() {
          v.dispatch({ changes: { from: at, to: at + 3, insert: '1.0' } }); \
          document.getElementById('script-save').click(); })()");
     page.until(&format!("{speed}.then((v) => v <= 1)"));
+    // A script's window: moving its slider calls the script, whose label comes back.
+    page.js("import('tatu/net').then((m) => m.call('tatu.open', 'plugins/commands/simui/demo.toml'))");
+    page.until("document.getElementById('name').textContent === 'demo.toml'");
+    page.click("#play");
+    page.until("document.querySelector('.window .title')?.textContent.startsWith('Pioneer')");
+    page.js("(() => { const s = document.querySelector('.window input[type=range]'); s.value = 35; s.oninput(); })()");
+    page.until("document.querySelector('.window')?.textContent.includes('3.5 rad/s')");
+    page.until(&format!("{speed}.then((v) => v === 3.5)"));
     // The view shows something else than its background.
     page.until(
         "(() => { const c = document.querySelector('#view canvas'); const p = document.createElement('canvas'); \

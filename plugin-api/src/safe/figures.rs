@@ -1,16 +1,7 @@
 //! Streams, curves and drawings, as plugins see them; keys and sorts stand in the header.
 
-use super::{Result, Value, ValueRef, World, world::service};
+use super::{Result, Value, ValueRef, World, value::Room, world::service};
 use crate::abi::*;
-
-/// A value in the form of the border, with room of its own for what it points to.
-fn raw(value: &Value, room: &mut Vec<Vec<u64>>) -> tatu_value {
-    let raw = value.to_raw(&mut |bytes| {
-        room.push(vec![0; bytes.div_ceil(8).max(1)]);
-        room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-    });
-    raw.unwrap_or(ValueRef::NIL.raw())
-}
 
 /// A map of keys for [`World::add_figure`] and [`World::change_figure`].
 pub fn keys<const N: usize>(entries: [(&str, Value); N]) -> Value {
@@ -20,16 +11,16 @@ pub fn keys<const N: usize>(entries: [(&str, Value); N]) -> Value {
 impl<'a> World<'a> {
     /// Adds a stream, curve, copy or drawing (`TATU_FIGURE_*`); its number.
     pub fn add_figure(&self, graph: tatu_object, what: u32, keys: &Value) -> Result<i64> {
-        let (mut room, mut id) = (Vec::new(), 0);
-        let map = raw(keys, &mut room);
+        let (mut room, mut id) = (Room::default(), 0);
+        let map = room.raw(keys);
         // SAFETY: a world of this host; `room` lives until after the call.
         self.check(unsafe { service!(self.figures.add)(self.raw(), graph, what, &map, &mut id) })?;
         Ok(id)
     }
     /// Changes keys of a stream.
     pub fn change_figure(&self, graph: tatu_object, id: i64, keys: &Value) -> Result {
-        let mut room = Vec::new();
-        let map = raw(keys, &mut room);
+        let mut room = Room::default();
+        let map = room.raw(keys);
         // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.figures.change)(self.raw(), graph, id, &map) })
     }

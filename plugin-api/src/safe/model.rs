@@ -2,6 +2,7 @@
 
 use std::ffi::{CString, c_void};
 
+use super::value::Room;
 use super::{
     Fail, Param, Params, Plugin, Result, Value, ValueRef,
     fail::{bytes_of, bytes_raw, text_raw},
@@ -96,12 +97,8 @@ impl<'a> Builder<'a> {
     /// Tells what the source holds: a map with texts as keys.
     pub fn describe(&self, map: &Value) -> Result {
         let Some(f) = self.describing() else { return Ok(()) };
-        let mut room: Vec<Vec<u64>> = Vec::new();
-        let raw = map.to_raw(&mut |bytes| {
-            room.push(vec![0; bytes.div_ceil(8).max(1)]);
-            room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-        });
-        let raw = raw.unwrap_or(ValueRef::NIL.raw());
+        let mut room = Room::default();
+        let raw = room.raw(map);
         // SAFETY: the table is that of the running call, and `room` outlives it.
         match unsafe { f(self.raw, &raw) } {
             status if status < 0 => Err(Fail::with_code(status, "the host refused the description")),
@@ -124,12 +121,8 @@ impl<'a> Node<'a> {
     }
     /// Sets a property: "mass", "position", "color"; SI units. Gives the node back.
     pub fn set(self, key: &str, value: impl Into<Value>) -> Result<Self> {
-        let mut room: Vec<Vec<u64>> = Vec::new();
-        let value = value.into().to_raw(&mut |bytes| {
-            room.push(vec![0; bytes.div_ceil(8).max(1)]);
-            room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-        });
-        let value = value.unwrap_or(ValueRef::NIL.raw());
+        let mut room = Room::default();
+        let value = room.raw(&value.into());
         let text = CString::new(key).unwrap_or_default();
         let raw = self.builder.raw;
         // SAFETY: the world is that of the running call, and what is passed lives until it returns; `room` outlives the call.

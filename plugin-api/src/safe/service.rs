@@ -2,6 +2,7 @@
 
 use std::{ffi::c_void, ops::Deref};
 
+use super::value::Room;
 use super::{
     Fail, Host, Param, Params, Plugin, Result, Value, ValueRef, World, fail::bytes_of, fail::text_raw, guard,
     offer::Keep, plugin::Started,
@@ -142,12 +143,8 @@ impl Turn<'_> {
         if found == 0 {
             return Err(Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`")));
         }
-        let mut room: Vec<Vec<u64>> = Vec::new();
-        let mut alloc = |bytes: usize| {
-            room.push(vec![0; bytes.div_ceil(8).max(1)]);
-            room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-        };
-        let args: Vec<tatu_value> = args.iter().filter_map(|a| a.to_raw(&mut alloc)).collect();
+        let mut room = Room::default();
+        let args = room.all(args);
         let mut results = [ValueRef::NIL.raw(); 64];
         // SAFETY: an all-zero frame is a valid empty one.
         let mut frame: tatu_call = unsafe { std::mem::zeroed() };

@@ -1,8 +1,9 @@
 //! How scripts and plugins talk in a world: signals, scripts' functions, events.
 
 use super::{
-    Fail, Result, ValueRef, World,
+    Fail, Result, Value, ValueRef, World,
     fail::{bytes_of, bytes_raw, text_raw},
+    value::Room,
     world::service,
 };
 use crate::abi::*;
@@ -73,6 +74,22 @@ impl<'a> World<'a> {
         // SAFETY: the caller promises it.
         self.check(unsafe { service!(self.scripts.call)(self.raw(), script, text_raw(function), frame) })
     }
+    /// Calls a function of a script; what it returns.
+    pub fn call_function(&self, script: tatu_object, function: &str, args: &[Value]) -> Result<Vec<Value>> {
+        let mut room = Room::default();
+        let args = room.all(args);
+        let mut results = [ValueRef::NIL.raw(); 16];
+        // SAFETY: an all-zero frame is a valid empty one.
+        let mut frame: tatu_call = unsafe { std::mem::zeroed() };
+        frame.size = size_of::<tatu_call>() as u32;
+        (frame.args, frame.n_args) = (args.as_ptr(), args.len() as u32);
+        (frame.results, frame.results_cap) = (results.as_mut_ptr(), results.len() as u32);
+        // SAFETY: the arrays outlive the call, and are as long as told; results are copied at once.
+        unsafe {
+            self.call_script(script, function, &mut frame)?;
+            ValueRef::slice(frame.results, frame.n_results as usize).iter().map(|v| v.to_value()).collect()
+        }
+    }
     /// Adds a script of kind "child", "threaded" or "customization" to an object; its handle. While the world runs it begins in the
     /// next stage, after all others. `dialect` may be empty.
     pub fn add_script(
@@ -106,6 +123,13 @@ impl<'a> World<'a> {
     pub fn publish(&self, name: &str, payload: ValueRef<'_>) -> Result {
         let raw = payload.raw();
         // SAFETY: the world is that of the running call, and what is passed lives until it returns.
+        self.check(unsafe { service!(self.events.publish)(self.raw(), text_raw(name), &raw) })
+    }
+    /// As [`publish`](Self::publish), of a value of one's own.
+    pub fn publish_value(&self, name: &str, payload: &Value) -> Result {
+        let mut room = Room::default();
+        let raw = room.raw(payload);
+        // SAFETY: the world is that of the running call; `room` lives until after the call.
         self.check(unsafe { service!(self.events.publish)(self.raw(), text_raw(name), &raw) })
     }
     /// Calls a function of a script for each event of a name from now on; the number of the subscription.

@@ -87,6 +87,25 @@ impl Value {
     }
 }
 
+/// Memory for what values point to in the form of the border; it must outlive their use.
+#[derive(Default)]
+pub(crate) struct Room(Vec<Vec<u64>>);
+
+impl Room {
+    /// A value in the form of the border.
+    pub(crate) fn raw(&mut self, value: &Value) -> tatu_value {
+        let raw = value.to_raw(&mut |bytes| {
+            self.0.push(vec![0; bytes.div_ceil(8).max(1)]);
+            self.0.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
+        });
+        raw.unwrap_or(raw_int(TATU_NIL, 0))
+    }
+    /// Several of them.
+    pub(crate) fn all(&mut self, values: &[Value]) -> Vec<tatu_value> {
+        values.iter().map(|v| self.raw(v)).collect()
+    }
+}
+
 impl From<f64> for Value {
     fn from(x: f64) -> Self {
         Value::Float(x)

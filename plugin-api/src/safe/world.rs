@@ -2,6 +2,7 @@
 
 use std::ffi::{CStr, CString};
 
+use super::value::Room;
 use super::{
     Fail, Host, Prop, Result, Value, ValueRef,
     fail::{bytes_of, bytes_raw, text_raw},
@@ -189,12 +190,8 @@ impl<'a> World<'a> {
     }
     /// Sets a property.
     pub fn set(&self, object: tatu_object, prop: Prop, value: &Value) -> Result {
-        let mut room: Vec<Vec<u64>> = Vec::new();
-        let raw = value.to_raw(&mut |bytes| {
-            room.push(vec![0; bytes.div_ceil(8).max(1)]);
-            room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-        });
-        let raw = raw.unwrap_or(ValueRef::NIL.raw());
+        let mut room = Room::default();
+        let raw = room.raw(value);
         // SAFETY: the world is that of the running call, and what is passed lives until it returns; `room` lives until after the call.
         self.check(unsafe { service!(self.scene.set)(self.raw, object, prop.0, &raw) })
     }

@@ -9,7 +9,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("sim.executeScriptString", MINUS, |c| {
             let text = c.text(0)?;
             let (code, script) = target_of(c, &text, 1)?;
-            match scripts::call_named(c, script, "_tatu_execute", &[Value::text(&code)]) {
+            match c.world().call_function(script, "_tatu_execute", &[Value::text(&code)]) {
                 Ok(results) => {
                     let good = matches!(results.first(), Some(Value::Bool(true)));
                     c.ret(if good { 0_i64 } else { -1 });
@@ -33,7 +33,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let text = c.text(0)?;
             let (name, script) = target_of(c, &text, 1)?;
             let value = c.arg(2).to_value()?;
-            scripts::call_named(c, script, "_tatu_assign", &[Value::text(&name), value])?;
+            c.world().call_function(script, "_tatu_assign", &[Value::text(&name), value])?;
             c.ret(1_i64);
             Ok(())
         })

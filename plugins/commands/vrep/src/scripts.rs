@@ -327,27 +327,6 @@ fn call(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Calls a function of a script with values of our own.
-pub(crate) fn call_named(c: &Ctx<'_>, script: tatu_object, function: &str, args: &[Value]) -> Result<Vec<Value>> {
-    let mut room: Vec<Vec<u64>> = Vec::new();
-    let mut alloc = |bytes: usize| {
-        room.push(vec![0; bytes.div_ceil(8).max(1)]);
-        room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-    };
-    let args: Vec<tatu_value> = args.iter().filter_map(|a| a.to_raw(&mut alloc)).collect();
-    let mut results = [ValueRef::NIL.raw(); 16];
-    // SAFETY: an all-zero frame is a valid empty one.
-    let mut frame: tatu_call = unsafe { std::mem::zeroed() };
-    frame.size = size_of::<tatu_call>() as u32;
-    (frame.args, frame.n_args) = (args.as_ptr(), args.len() as u32);
-    (frame.results, frame.results_cap) = (results.as_mut_ptr(), results.len() as u32);
-    // SAFETY: the arrays outlive the call, and are as long as told; results are copied at once.
-    unsafe {
-        c.world().call_script(script, function, &mut frame)?;
-        ValueRef::slice(frame.results, frame.n_results as usize).iter().map(|v| v.to_value()).collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

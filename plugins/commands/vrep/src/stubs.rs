@@ -12,11 +12,7 @@ enum Gives {
     Int(i64),
     Float(f64),
     Text(&'static str),
-    False,
     Empty,
-    /// Two integers.
-    TwoInts,
-    Three(f64),
 }
 use Gives::*;
 
@@ -199,137 +195,6 @@ const MODERN: &[(&str, Gives, &str)] = &[
     ("sim.getAlternateConfigs", Nothing, PLANNING),
 ];
 
-/// Marks of curves, by their numbers.
-const SCATTER: &[(&str, i64)] = &[
-    ("none", 0),
-    ("dot", 1),
-    ("cross", 2),
-    ("plus", 3),
-    ("circle", 4),
-    ("disc", 5),
-    ("square", 6),
-    ("diamond", 7),
-    ("star", 8),
-    ("triangle", 9),
-    ("triangle_inverted", 10),
-    ("cross_square", 11),
-    ("plus_square", 12),
-    ("cross_circle", 13),
-    ("plus_circle", 14),
-    ("peace", 15),
-];
-
-/// Commands of the module for windows.
-const UI: &[(&str, Gives)] = &[
-    ("simUI.create", Int(1)),
-    ("simUI.destroy", Nothing),
-    ("simUI.setLabelText", Nothing),
-    ("simUI.setSliderValue", Nothing),
-    ("simUI.getSliderValue", Int(0)),
-    ("simUI.getPosition", TwoInts),
-    ("simUI.setPosition", Nothing),
-    ("simUI.getSize", TwoInts),
-    ("simUI.setSize", Nothing),
-    ("simUI.adjustSize", Nothing),
-    ("simUI.msgBox", Int(2)),
-    ("simUI.inputDialog", Text("")),
-    ("simUI.colorDialog", Three(0.0)),
-    ("simUI.fileDialog", Empty),
-    ("simUI.getCheckboxValue", Int(0)),
-    ("simUI.setCheckboxValue", Nothing),
-    ("simUI.getRadiobuttonValue", Int(0)),
-    ("simUI.setRadiobuttonValue", Nothing),
-    ("simUI.setEditValue", Nothing),
-    ("simUI.getEditValue", Text("")),
-    ("simUI.getSpinboxValue", Int(0)),
-    ("simUI.setSpinboxValue", Nothing),
-    ("simUI.setEnabled", Nothing),
-    ("simUI.setWidgetVisibility", Nothing),
-    ("simUI.hide", Nothing),
-    ("simUI.show", Nothing),
-    ("simUI.isVisible", False),
-    ("simUI.getComboboxSelectedIndex", Int(0)),
-    ("simUI.getComboboxItemText", Text("")),
-    ("simUI.getComboboxItemCount", Int(0)),
-    ("simUI.getComboboxItems", Empty),
-    ("simUI.setComboboxItems", Nothing),
-    ("simUI.setComboboxSelectedIndex", Nothing),
-    ("simUI.insertComboboxItem", Nothing),
-    ("simUI.removeComboboxItem", Nothing),
-    ("simUI.setImage", Nothing),
-    ("simUI.setImageData", Nothing),
-    ("simUI.setStyleSheet", Nothing),
-    ("simUI.setCurrentEditWidget", Nothing),
-    ("simUI.getCurrentEditWidget", Text("")),
-    ("simUI.setItem", Nothing),
-    ("simUI.getItem", Text("")),
-    ("simUI.clearTable", Nothing),
-    ("simUI.setRowCount", Nothing),
-    ("simUI.setColumnCount", Nothing),
-    ("simUI.getRowCount", Int(0)),
-    ("simUI.getColumnCount", Int(0)),
-    ("simUI.setRowHeaderText", Nothing),
-    ("simUI.setColumnHeaderText", Nothing),
-    ("simUI.setColumnWidth", Nothing),
-    ("simUI.setRowHeight", Nothing),
-    ("simUI.setItemEditable", Nothing),
-    ("simUI.setTableSelection", Nothing),
-    ("simUI.insertTableRow", Nothing),
-    ("simUI.removeTableRow", Nothing),
-    ("simUI.insertTableColumn", Nothing),
-    ("simUI.removeTableColumn", Nothing),
-    ("simUI.setMouseOptions", Nothing),
-    ("simUI.replot", Nothing),
-    ("simUI.addCurve", Nothing),
-    ("simUI.removeCurve", Nothing),
-    ("simUI.clearCurve", Nothing),
-    ("simUI.addCurveTimePoints", Nothing),
-    ("simUI.addCurveXYPoints", Nothing),
-    ("simUI.growPlotXRange", Nothing),
-    ("simUI.growPlotYRange", Nothing),
-    ("simUI.setPlotRanges", Nothing),
-    ("simUI.setPlotXRange", Nothing),
-    ("simUI.setPlotYRange", Nothing),
-    ("simUI.setPlotLabels", Nothing),
-    ("simUI.setPlotXLabel", Nothing),
-    ("simUI.setPlotYLabel", Nothing),
-    ("simUI.rescaleAxes", Nothing),
-    ("simUI.rescaleAxesAll", Nothing),
-    ("simUI.setLegendVisibility", Nothing),
-    ("simUI.setProgress", Nothing),
-    ("simUI.setTitle", Nothing),
-    ("simUI.getTitle", Text("")),
-    ("simUI.setText", Nothing),
-    ("simUI.getText", Text("")),
-    ("simUI.setButtonText", Nothing),
-    ("simUI.getButtonText", Text("")),
-    ("simUI.setButtonPressed", Nothing),
-    ("simUI.getLabelText", Text("")),
-    ("simUI.clearTree", Nothing),
-    ("simUI.addTreeItem", Nothing),
-    ("simUI.updateTreeItemText", Nothing),
-    ("simUI.removeTreeItem", Nothing),
-    ("simUI.expandAll", Nothing),
-    ("simUI.collapseAll", Nothing),
-    ("simUI.getCurrentTab", Int(0)),
-    ("simUI.setCurrentTab", Nothing),
-    ("simUI.setWindowEnabled", Nothing),
-    ("simUI.getKeyboardModifiers", Empty),
-    ("simUI.setScene3DNodeParam", Nothing),
-    ("simUI.setScene3DNodeFloatParam", Nothing),
-    ("simUI.setScene3DNodeIntParam", Nothing),
-    ("simUI.setScene3DNodeStringParam", Nothing),
-    ("simUI.addScene3DNode", Int(1)),
-    ("simUI.removeScene3DNode", Nothing),
-    ("simUI.setUrl", Nothing),
-    ("simUI.loadURL", Nothing),
-    ("simUI.setPropertiesRows", Nothing),
-    ("simUI.setProperties", Nothing),
-    ("simUI.setPropertiesSelection", Nothing),
-    ("simUI.setClipboardText", Nothing),
-    ("simUI.getClipboardText", Text("")),
-];
-
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for (name, gives, why) in OLD {
         let on_error = if matches!(gives, Nothing | Text(_) | Empty) { NIL } else { MINUS };
@@ -337,11 +202,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
     for (name, gives, why) in MODERN {
         add(offer, name, None, *gives, why);
-    }
-    for (name, gives) in UI {
-        let on_error = if matches!(gives, Int(_)) { MINUS } else { NIL };
-        let flat = name.replace("simUI.", "simExtCustomUI_");
-        add(offer, name, Some((&flat, on_error)), *gives, WINDOWS);
     }
     let remote = "no remote API of the original's kind is started from scripts";
     for (name, flat, gives) in [
@@ -364,21 +224,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
     offer.prelude("lua", "sim-1", "return sim");
     offer.prelude("lua", "sim-2", "return sim");
-    let named = |pairs: &[(&str, i64)]| -> Value {
-        Value::Map(pairs.iter().map(|(k, v)| (Value::text(k), Value::Int(*v))).collect())
-    };
-    for (name, value) in [
-        ("msgbox_type", named(&[("info", 0), ("question", 1), ("warning", 2), ("critical", 3)])),
-        ("msgbox_buttons", named(&[("ok", 0), ("yesno", 1), ("yesnocancel", 2), ("okcancel", 3)])),
-        ("msgbox_result", named(&[("cancel", 0), ("no", 1), ("yes", 2), ("ok", 3), ("error", 4)])),
-        ("filedialog_type", named(&[("load", 0), ("save", 1), ("load_multiple", 2), ("folder", 3)])),
-        ("curve_type", named(&[("time", 0), ("xy", 1)])),
-        ("curve_style", named(&[("scatter", 0), ("line", 1), ("line_and_scatter", 2), ("step_left", 3)])),
-        ("scatter_shape", named(SCATTER)),
-        ("curve_scatter_shape", named(SCATTER)),
-    ] {
-        offer.constant(Constant::new(format!("simUI.{name}"), value));
-    }
 }
 
 fn add(offer: &mut Offer<Vrep>, name: &str, flat: Option<(&str, [Value; 1])>, gives: Gives, why: &str) {
@@ -391,13 +236,7 @@ fn add(offer: &mut Offer<Vrep>, name: &str, flat: Option<(&str, [Value; 1])>, gi
             Int(i) => c.ret(i),
             Float(x) => c.ret(x),
             Text(t) => c.ret::<str>(t),
-            False => c.ret(false),
             Empty => c.ret::<Value>(Value::List(Vec::new())),
-            TwoInts => {
-                c.ret(0_i64);
-                c.ret(0_i64);
-            }
-            Three(x) => c.ret::<[f64]>(&[x; 3][..]),
         }
         Ok(())
     });
@@ -409,9 +248,7 @@ fn add(offer: &mut Offer<Vrep>, name: &str, flat: Option<(&str, [Value; 1])>, gi
         Int(_) => Some(Param::int("result")),
         Float(_) => Some(Param::float("result")),
         Text(_) => Some(Param::string("text")),
-        False => Some(Param::bool("result")),
-        Empty | TwoInts => Some(Param::any("result")),
-        Three(_) => Some(Param::floats("result", 3)),
+        Empty => Some(Param::any("result")),
     };
     let mut command = command.param(Param::any("arguments").rest());
     if let Some(r) = returns {

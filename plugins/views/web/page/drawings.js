@@ -1,6 +1,7 @@
 // What scripts draw in space, and graphs.
 
 import * as THREE from "three";
+import { plot } from "tatu/plot";
 import { on } from "tatu/net";
 import { selected } from "tatu/store";
 import { redraw, stage } from "tatu/view";
@@ -45,30 +46,4 @@ on("drawings", ({ drawings }) => {
 });
 
 const canvas = document.getElementById("plot");
-on("streams", ({ graph, streams }) => {
-  if (graph !== selected()) return;
-  const c = canvas.getContext("2d");
-  const [w, h] = [canvas.width, canvas.height];
-  c.clearRect(0, 0, w, h);
-  const values = streams.flatMap((s) => s.values.filter((x) => x !== null));
-  const times = streams.flatMap((s) => s.times);
-  if (!values.length) return;
-  const [low, high] = [Math.min(...values), Math.max(...values)];
-  const [from, to] = [Math.min(...times), Math.max(...times)];
-  const x = (t) => 34 + ((w - 40) * (t - from)) / (to - from || 1);
-  const y = (v) => h - 16 - ((h - 30) * (v - low)) / (high - low || 1);
-  c.font = "11px sans-serif";
-  c.fillStyle = getComputedStyle(canvas).color;
-  c.fillText(high.toPrecision(3), 0, 12);
-  c.fillText(low.toPrecision(3), 0, h - 16);
-  c.fillText(`${from.toFixed(1)} s`, 34, h - 2);
-  c.fillText(`${to.toFixed(1)} s`, w - 40, h - 2);
-  streams.forEach((s, i) => {
-    const [r, g, b] = (s.color ?? [0.2, 0.5, 0.9]).map((v) => Math.round(255 * v));
-    c.strokeStyle = c.fillStyle = `rgb(${r} ${g} ${b})`;
-    c.beginPath();
-    s.values.forEach((v, k) => { if (v !== null) c.lineTo(x(s.times[k]), y(v)); });
-    c.stroke();
-    c.fillText(`${s.name} ${s.unit ? `(${s.unit})` : ""}`, 40, 12 + 12 * i);
-  });
-});
+on("streams", ({ graph, streams }) => { if (graph === selected()) plot(canvas, streams); });

@@ -13,6 +13,7 @@ import "tatu/moving";
 import "tatu/sensing";
 import "tatu/drawings";
 import "tatu/editor";
+import "tatu/windows";
 import "tatu/links";
 
 on("closed", () => { document.getElementById("lost").hidden = false; });

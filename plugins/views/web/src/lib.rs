@@ -2,7 +2,7 @@
 //!
 //! - `service`: what is done at the barrier; `acts`: what clients ask for;
 //! - `scene`: the scene as a whole; `frames`: what changed since; `readings`: what sensors, drawings and graphs show;
-//! - `pace`: how fast time passes; `files`: the page itself.
+//! - `windows`: what scripts opened; `pace`: how fast time passes; `files`: the page itself.
 
 mod acts;
 mod files;
@@ -11,6 +11,7 @@ mod pace;
 mod readings;
 mod scene;
 mod service;
+mod windows;
 
 use tatu_plugin_api::{
     safe::{Host, Offer, Plugin, Prop, Result, World},

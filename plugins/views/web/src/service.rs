@@ -24,6 +24,7 @@ use crate::{
     pace::{Pace, SPEEDS},
     readings,
     scene::{self, Whole},
+    windows::{self, Windows},
 };
 
 /// Version of what is sent.
@@ -51,6 +52,7 @@ struct State {
     world: usize,
     /// The newest lines of the status bar and the consoles.
     lines: Vec<String>,
+    windows: Windows,
     pace: Pace,
     /// Time stands between two steps; after so many it stands again.
     held: bool,
@@ -114,6 +116,7 @@ impl Service for Web {
             whole: Whole::default(),
             world: 0,
             lines: Vec::new(),
+            windows: Windows::default(),
             pace: Pace::new(params.f64("speed")?, session),
             held: false,
             singles: 0,
@@ -132,6 +135,7 @@ impl Service for Web {
         let running = turn.state() == TATU_RUNNING;
         state.come(turn)?;
         state.hear(turn, step)?;
+        state.attend(turn);
         state.show(turn, &self.p, step)?;
         // A world that stands is not held: its own passes go on.
         if !running {
@@ -154,11 +158,15 @@ impl Service for Web {
         let Ok(mut state) = self.state() else { return };
         if name == "stopped" {
             (state.held, state.singles) = (false, 0);
+            state.windows.clear();
         }
         if matches!(name, "started" | "resumed") {
             state.pace.again();
         }
         let payload = payload.to_value().map_or(Json::Null, |v| json::write(&v));
+        if name == windows::EVENT {
+            state.windows.hear(&payload);
+        }
         let text = json!({ "event": name, "payload": payload }).to_string();
         if matches!(name, "message" | "console" | "script_error" | "started") {
             if name == "started" {
@@ -188,7 +196,7 @@ impl State {
             let hello =
                 json!({ "hello": { "version": VERSION, "acts": acts, "look": look, "speed": self.pace.speed } });
             client.out.send(Message::Text(hello.to_string()));
-            self.lines.iter().for_each(|l| client.out.send(Message::Text(l.clone())));
+            self.lines.iter().cloned().chain(self.windows.messages()).for_each(|l| client.out.send(Message::Text(l)));
             self.told.clear();
             self.drawn.clear();
             self.sent = readings::Sent::default();
@@ -196,6 +204,17 @@ impl State {
         }
         self.guests.retain(|g| !g.client.is_gone());
         Ok(())
+    }
+
+    /// Where somebody is there who can answer, dialogs wait for it.
+    fn attend(&mut self, turn: &Turn<'_>) {
+        if !self.guests.iter().any(|g| g.client.role == Rights::Act) {
+            return;
+        }
+        for (act, window) in self.windows.asking() {
+            // One that is gone again needs nobody.
+            let _ = acts::call(turn, &act, &[json!(window), json!(0), json!("attend")]);
+        }
     }
 
     /// Does what clients sent.

@@ -296,7 +296,7 @@ fn advance(c: &mut Ctx<'_>, number: i64) -> Result<(bool, Value)> {
             }
             let results = match listener {
                 Listener::Function(f) => c.call_func(*f, &args)?,
-                Listener::Named(name) => crate::scripts::call_named(c, c.caller_script(), name, &args)?,
+                Listener::Named(name) => c.world().call_function(c.caller_script(), name, &args)?,
                 Listener::Nobody => Vec::new(),
             };
             matches!(results.first(), Some(v) if !matches!(v, Value::Nil | Value::Bool(false)))

@@ -10,7 +10,7 @@ use super::{
     parameters,
     view::View,
 };
-use crate::{Vrep, kit::*, scripts::call_named, state::state};
+use crate::{Vrep, kit::*, state::state};
 
 /// What was made of the image of a sensor.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -121,7 +121,7 @@ pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
 pub(super) fn ask(c: &Ctx<'_>, owner: tatu_object, function: &str, data: &Value) -> Result<Vec<Value>> {
     let mut out = Vec::new();
     for script in c.world().scripts(owner)? {
-        match call_named(c, script, function, std::slice::from_ref(data)) {
+        match c.world().call_function(script, function, std::slice::from_ref(data)) {
             Ok(mut results) if !results.is_empty() => out.push(results.swap_remove(0)),
             Ok(_) => {}
             Err(e) if e.code() == TATU_ERR_MISSING => {}

@@ -1,0 +1,161 @@
+//! What people do to windows, and the functions of scripts that are called then.
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::safe::{Fail, Offer, Param, Result, Value};
+
+use crate::{
+    Cmd, Ctx, SimUi,
+    window::{all, get, set, value},
+};
+
+/// What can be done: for `ui.act`.
+const WHAT: &[&str] = &["click", "change", "close", "link", "select"];
+
+/// Calls the function that a widget names for what was done to it, with window and id before the rest.
+fn call(c: &Ctx<'_>, (window, n): (i64, usize), event: &str, rest: &[Json]) -> Result {
+    let (script, id, function) = {
+        let mut all = all(c)?;
+        let of = all.of(window)?;
+        let node = &of.nodes[n];
+        let Some(name) = node.values.get(event).and_then(Json::as_str).filter(|f| !f.is_empty()) else { return Ok(()) };
+        (of.script, node.id.clone(), name.to_owned())
+    };
+    if script == 0 {
+        return Ok(());
+    }
+    let mut args = vec![Value::Int(window)];
+    if n != 0 {
+        args.push(id.parse().map_or_else(|_| Value::text(&id), Value::Int));
+    }
+    args.extend(rest.iter().map(value));
+    c.world().call_function(script, &function, &args).map(|_| ())
+}
+
+/// Calls what a widget names for a change.
+pub(crate) fn call_back(c: &Ctx<'_>, at: (i64, usize), rest: &[Json]) -> Result {
+    call(c, at, "on-change", rest)
+}
+
+fn act(c: &mut Ctx<'_>) -> Result {
+    let (window, n, what) = (c.i64(0)?, c.i64(1)?, c.text(2)?);
+    let given = c.arg(3);
+    let element = {
+        let mut all = all(c)?;
+        let of = all.of(window)?;
+        let n = usize::try_from(n).ok().filter(|n| *n < of.nodes.len());
+        let n = n.ok_or_else(|| Fail::missing("the window has no such widget"))?;
+        let mut at = Some(n);
+        while let Some(n) = at {
+            if of.nodes[n].values.get("enabled") == Some(&json!(false)) {
+                return Err(Fail::argument("the widget is not enabled"));
+            }
+            at = of.nodes[n].above;
+        }
+        of.nodes[n].element.clone()
+    };
+    let at = (window, n as usize);
+    match (what.as_str(), element.as_str()) {
+        ("click", "button") => {
+            if get(c, at, "checkable")? == json!(true) {
+                let pressed = get(c, at, "checked")? == json!(true);
+                set(c, at, &[("checked", json!(!pressed))])?;
+            }
+            call(c, at, "on-click", &[])
+        }
+        ("click", "radiobutton") => {
+            let others: Vec<usize> = {
+                let mut all = all(c)?;
+                let nodes = &all.of(window)?.nodes;
+                let beside = nodes[at.1].above.map(|a| nodes[a].below.clone()).unwrap_or_default();
+                beside.into_iter().filter(|b| *b != at.1 && nodes[*b].element == "radiobutton").collect()
+            };
+            for other in others {
+                set(c, (window, other), &[("checked", json!(0))])?;
+            }
+            set(c, at, &[("checked", json!(1))])?;
+            call(c, at, "on-click", &[])
+        }
+        ("change", "hslider" | "vslider" | "spinbox") => {
+            let x = given.as_f64().filter(|x| x.is_finite()).ok_or_else(|| Fail::argument("expected a number"))?;
+            let limit = |key: &str, or: f64| Ok::<f64, Fail>(get(c, at, key)?.as_f64().unwrap_or(or));
+            let x = x.max(limit("minimum", f64::MIN)?).min(limit("maximum", f64::MAX)?);
+            let whole = element != "spinbox" || get(c, at, "float")? != json!(true);
+            let x = if whole { json!(x.round() as i64) } else { json!(x) };
+            set(c, at, &[("value", x.clone())])?;
+            call(c, at, "on-change", &[x])
+        }
+        ("change", "checkbox") => {
+            let x = json!(if given.truthy() && given.as_i64() != Some(0) { 2 } else { 0 });
+            set(c, at, &[("checked", x.clone())])?;
+            call(c, at, "on-change", &[x])
+        }
+        ("change", "edit") => {
+            let x = json!(given.as_str().ok_or_else(|| Fail::argument("expected a text"))?);
+            set(c, at, &[("value", x.clone())])?;
+            call(c, at, "on-change", std::slice::from_ref(&x))?;
+            call(c, at, "on-editing-finished", &[x])
+        }
+        ("change", "combobox" | "tabs") => {
+            let x = json!(given.as_i64().ok_or_else(|| Fail::argument("expected a number from 0"))?);
+            set(c, at, &[(if element == "tabs" { "current" } else { "index" }, x.clone())])?;
+            call(c, at, "on-change", &[x])
+        }
+        ("select", "tree") => {
+            let x = json!(given.as_i64().ok_or_else(|| Fail::argument("expected the number of a row"))?);
+            set(c, at, &[("selected", x.clone())])?;
+            call(c, at, "on-selection-change", &[x])
+        }
+        ("link", "label") => {
+            let link = json!(given.as_str().ok_or_else(|| Fail::argument("expected a link"))?);
+            call(c, at, "on-link-activated", &[link])
+        }
+        ("close", "ui") => {
+            if get(c, at, "closeable")? != json!(true) {
+                return Err(Fail::argument("the window cannot be closed"));
+            }
+            set(c, at, &[("visible", json!(false))])?;
+            call(c, at, "on-close", &[])
+        }
+        _ => Err(Fail::argument(format!("nobody can {what} a {element}"))),
+    }
+}
+
+pub(crate) fn offer(offer: &mut Offer<SimUi>) {
+    offer.command(
+        Cmd::new("ui.act", act)
+            .param(Param::int("window").text("its number"))
+            .param(Param::int("n").text("the place of the widget; 0: the window itself"))
+            .param(Param::string("what").choices(WHAT))
+            .param(Param::any("value").optional().text("change: what it holds now; link: which; select: the row"))
+            .text("Does to a window of a script what a person would do; the script's callback is called.")
+            .notes(
+                "Views call it. The places of widgets stand in the event `ui.window` and in what `ui.windows` gives.",
+            )
+            .example(
+                "function moved(ui, id, x) seen = {id, x} end\n\
+                 local ui = simUI.create('<ui><hslider id=\"7\" maximum=\"10\" on-change=\"moved\"/></ui>')\n\
+                 function sysCall_sensing()\n  \
+                   ui.act(window, 1, 'change', 4)\n  \
+                   assert(seen[1] == 7 and seen[2] == 4)\n\
+                 end"
+                .replace("local ui =", "window ="),
+            ),
+    );
+    offer.command(
+        Cmd::new("ui.windows", |c| {
+            let trees: Vec<Json> = {
+                let all = all(c)?;
+                let one = |(window, of): (&i64, &crate::window::Window)| {
+                    json!({ "window": window, "act": "ui.act", "widgets": of.widgets() })
+                };
+                all.open.iter().map(one).collect()
+            };
+            c.ret::<Value>(value(&Json::Array(trees)));
+            Ok(())
+        })
+        .returns(Param::any("windows").text("of each a table: window, act, widgets, as the event `ui.window` tells them"))
+        .text("Lists the windows that scripts opened.")
+        .example("simUI.create('<ui title=\"A\"/>')\nassert(#ui.windows() > 0)"),
+    );
+    offer.prelude("lua", "", "return { api = { 'simUI.', 'ui.' } }");
+}

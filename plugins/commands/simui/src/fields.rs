@@ -1,0 +1,170 @@
+//! Setting and asking what a single widget holds.
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::safe::{Fail, Offer, Param, Result};
+
+use crate::{
+    Ctx, MINUS, NIL, SimUi, acts, both,
+    window::{all, get, set, widget},
+};
+
+/// What a field holds.
+#[derive(Clone, Copy, PartialEq)]
+enum Holds {
+    Text,
+    Int,
+    Float,
+    Truth,
+}
+use Holds::*;
+
+struct Field {
+    /// As in `simUI.setSliderValue` and `simUI.getSliderValue`.
+    name: &'static str,
+    /// Elements that have it; empty: all.
+    of: &'static [&'static str],
+    key: &'static str,
+    holds: Holds,
+    gets: bool,
+    text: &'static str,
+    /// For the example: an element, and a value.
+    element: &'static str,
+    sample: &'static str,
+}
+
+const fn field(
+    name: &'static str,
+    of: &'static [&'static str],
+    (key, holds, gets): (&'static str, Holds, bool),
+    text: &'static str,
+    (element, sample): (&'static str, &'static str),
+) -> Field {
+    Field { name, of, key, holds, gets, text, element, sample }
+}
+
+const FIELDS: &[Field] = &[
+    field("LabelText", &["label"], ("text", Text, true), "text of a label", ("label", "'fast'")),
+    field("ButtonText", &["button"], ("text", Text, true), "text of a button", ("button", "'Stop'")),
+    field("Text", &["text-browser"], ("text", Text, true), "text of a text browser", ("text-browser", "'two lines'")),
+    field("EditValue", &["edit"], ("value", Text, true), "text of a field", ("edit", "'0.5'")),
+    field("SliderValue", &["hslider", "vslider"], ("value", Int, true), "value of a slider", ("hslider", "40")),
+    field("SpinboxValue", &["spinbox"], ("value", Float, true), "number of a field", ("spinbox", "2.0")),
+    field(
+        "CheckboxValue",
+        &["checkbox"],
+        ("checked", Int, true),
+        "state of a box: 0 off, 1 partly, 2 on",
+        ("checkbox", "2"),
+    ),
+    field(
+        "RadiobuttonValue",
+        &["radiobutton"],
+        ("checked", Int, true),
+        "state of a radio button: 0 off, 1 on",
+        ("radiobutton", "1"),
+    ),
+    field("Progress", &["progressbar"], ("value", Float, false), "value of a progress bar", ("progressbar", "30")),
+    field(
+        "ButtonPressed",
+        &["button"],
+        ("checked", Truth, false),
+        "state of a button that stays pressed",
+        ("button", "true"),
+    ),
+    field("CurrentTab", &["tabs"], ("current", Int, true), "tab that is in front, from 0", ("tabs", "0")),
+    field(
+        "ComboboxSelectedIndex",
+        &["combobox"],
+        ("index", Int, true),
+        "entry of a box that is chosen, from 0; -1: none",
+        ("combobox", "0"),
+    ),
+    field("Enabled", &[], ("enabled", Truth, false), "whether people may use a widget", ("button", "false")),
+    field("WidgetVisibility", &[], ("visible", Truth, false), "whether a widget is shown", ("label", "false")),
+    field(
+        "StyleSheet",
+        &[],
+        ("style", Text, false),
+        "colours and size of letters of a widget",
+        ("label", "'color: red'"),
+    ),
+];
+
+fn check(c: &Ctx<'_>, at: (i64, usize), f: &Field) -> Result {
+    let element = all(c)?.of(at.0)?.nodes[at.1].element.clone();
+    if f.of.is_empty() || f.of.contains(&element.as_str()) {
+        return Ok(());
+    }
+    Err(Fail::argument(format!("a {element} has no such value: {} has", f.of.join(" or "))))
+}
+
+fn put(c: &mut Ctx<'_>, f: &'static Field) -> Result {
+    let at = widget(c)?;
+    check(c, at, f)?;
+    let value = match f.holds {
+        Text => json!(c.text(2)?),
+        Truth => json!(c.arg(2).truthy()),
+        Int => json!(c.f64(2)?.round() as i64),
+        Float => json!(c.f64(2)?),
+    };
+    set(c, at, &[(f.key, value.clone())])?;
+    // Only what scripts want to hear of their own doing is told to them.
+    if c.has(3) && !c.arg(3).truthy() && f.gets {
+        acts::call_back(c, at, &[value])?;
+    }
+    c.ret(1_i64);
+    Ok(())
+}
+
+fn ask(c: &mut Ctx<'_>, f: &'static Field) -> Result {
+    let at = widget(c)?;
+    check(c, at, f)?;
+    let value = get(c, at, f.key)?;
+    match f.holds {
+        Text => c.ret::<str>(value.as_str().unwrap_or("")),
+        Truth => c.ret(value == Json::Bool(true)),
+        Int => c.ret(value.as_f64().unwrap_or(0.0).round() as i64),
+        Float => c.ret(value.as_f64().unwrap_or(0.0)),
+    }
+    Ok(())
+}
+
+pub(crate) fn offer(offer: &mut Offer<SimUi>) {
+    for f in FIELDS {
+        let made = format!("local ui = simUI.create('<ui><{} id=\"1\"/></ui>')\n", f.element);
+        let sets = format!("simUI.set{}", f.name);
+        let gets = format!("simUI.get{}", f.name);
+        let (kind, result): (fn(&str) -> Param, _) = match f.holds {
+            Text => (Param::string, Param::string("value")),
+            Int | Float => (Param::float, if f.holds == Int { Param::int("value") } else { Param::float("value") }),
+            Truth => (Param::any, Param::bool("value")),
+        };
+        let equal = if f.gets { format!("\nassert({gets}(ui, 1) == {})", f.sample) } else { String::new() };
+        let widget = || Param::any("widget").text("its id");
+        offer.command(
+            both(&sets, MINUS, move |c| put(c, f))
+                .param(Param::int("window"))
+                .param(widget())
+                .param(kind("value"))
+                .param(
+                    Param::any("suppressEvents")
+                        .default(true)
+                        .optional()
+                        .text("false: the script's callback is called"),
+                )
+                .returns(Param::int("done"))
+                .text(format!("Sets the {}.", f.text.trim_start_matches("whether ")))
+                .example(format!("{made}{sets}(ui, 1, {}){equal}", f.sample)),
+        );
+        if f.gets {
+            offer.command(
+                both(&gets, NIL, move |c| ask(c, f))
+                    .param(Param::int("window"))
+                    .param(widget())
+                    .returns(result)
+                    .text(format!("Gives the {}.", f.text))
+                    .example(format!("{made}{sets}(ui, 1, {})\nassert({gets}(ui, 1) == {})", f.sample, f.sample)),
+            );
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Windows that scripts describe in XML: `simUI.create` and its family. What a window holds is kept here; a view hears of it
+//! by the event `ui.window`, shows it, and tells by `ui.act` what somebody did to it.
+//!
+//! - `xml`: the description; `window`: what is kept, and the event; `acts`: what people do, and callbacks into scripts;
+//! - `program`: whole windows; `fields`: a value of a widget; `lists`: boxes, tables and trees; `plots`: curves and images;
+//! - `neutral`: what is taken and does nothing.
+
+mod acts;
+mod fields;
+mod lists;
+mod neutral;
+mod plots;
+mod program;
+mod window;
+mod xml;
+
+use tatu_plugin_api::{
+    abi::TATU_ERR_BUSY,
+    safe::{Call, Command, Event, Fail, Host, Offer, Param, Plugin, Result, Value, World},
+    tatu_plugin,
+};
+
+/// The plugin.
+pub struct SimUi;
+
+/// A running command of this plugin.
+type Ctx<'a> = Call<'a, SimUi>;
+/// A command of this plugin.
+type Cmd = Command<SimUi>;
+
+/// Old error values: nil for texts and tables,
+const NIL: [Value; 1] = [Value::Nil];
+/// and -1 for numbers and setters.
+const MINUS: [Value; 1] = [Value::Int(-1)];
+/// From this version on old names raise errors as all others do.
+const OLD_NAMES_RAISE: &str = "4.2";
+
+/// A command under its name and the one that it had before version 3.5.
+fn both<T: tatu_plugin_api::safe::IntoResult + 'static>(
+    name: &str,
+    on_error: [Value; 1],
+    f: impl Fn(&mut Ctx<'_>) -> Result<T> + 'static,
+) -> Cmd {
+    Cmd::new(name, f).old_name(name.replace("simUI.", "simExtCustomUI_"), on_error)
+}
+
+impl Plugin for SimUi {
+    type World = window::Windows;
+
+    fn start(_: &Host) -> Result<Self> {
+        Ok(SimUi)
+    }
+    fn world(&self, _: &World<'_>) -> Result<window::Windows> {
+        Ok(window::Windows::default())
+    }
+
+    const STATE_VERSION: u32 = 1;
+    fn save(world: &window::Windows) -> Result<Vec<u8>> {
+        let all = world.0.try_borrow().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its windows are in use"))?;
+        serde_json::to_vec(&*all).map_err(|e| Fail::new(format!("its windows cannot be written: {e}")))
+    }
+    fn load(world: &window::Windows, bytes: &[u8], version: u32) -> Result<()> {
+        if version != Self::STATE_VERSION {
+            return Err(Fail::unsupported(format!(
+                "it kept its windows in version {version}, and reads {}",
+                Self::STATE_VERSION
+            )));
+        }
+        let all = serde_json::from_slice(bytes).map_err(|e| Fail::new(format!("its windows cannot be read: {e}")))?;
+        *world.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its windows are in use"))? = all;
+        Ok(())
+    }
+
+    fn offer(offer: &mut Offer<Self>) {
+        program::offer(offer);
+        fields::offer(offer);
+        lists::offer(offer);
+        plots::offer(offer);
+        acts::offer(offer);
+        offer.subject("simui");
+        neutral::offer(offer);
+        offer.subject("stubs");
+        offer.each_command(|c| c.old_names_until(OLD_NAMES_RAISE));
+        offer.event(
+            Event::new(window::EVENT)
+                .text("A window was opened, changed or closed.")
+                .field(Param::int("window").text("its number"))
+                .field(Param::string("act").text("the command that tells what somebody did to it"))
+                .field(Param::list("widgets").optional().text(
+                    "opened: of each widget a map: element, values, and above, the place in this list of the one that holds it",
+                ))
+                .field(Param::int("n").optional().text("changed: the place of the widget"))
+                .field(Param::bool("asks").optional().text("opened: it waits for an answer where a view attends to it"))
+                .field(Param::map("set").optional().text("changed: what it holds now"))
+                .field(Param::bool("closed").optional().text("closed")),
+        );
+    }
+}
+
+tatu_plugin! {
+    plugin: SimUi,
+    id: "tatu.commands.simui",
+    name: "Windows of scripts",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

@@ -1,0 +1,361 @@
+//! Boxes of which one entry is chosen, tables and trees.
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::safe::{Fail, Offer, Param, Result, ValueRef};
+
+use crate::{
+    Ctx, MINUS, NIL, SimUi, both,
+    window::{get, set, value, widget},
+};
+
+/// Rows, columns and entries.
+const MOST: usize = 10_000;
+
+fn list(json: Json) -> Vec<Json> {
+    match json {
+        Json::Array(a) => a,
+        _ => Vec::new(),
+    }
+}
+
+fn text(v: ValueRef<'_>) -> Json {
+    match v.as_str() {
+        Some(t) => json!(t),
+        None => v.as_f64().map_or(json!(""), |x| json!(format!("{x}"))),
+    }
+}
+
+fn texts(c: &Ctx<'_>, i: usize) -> Vec<Json> {
+    let all = c.arg(i);
+    match all.list() {
+        Some(all) => all.iter().copied().map(text).collect(),
+        None => all.numbers().unwrap_or_default().iter().map(|x| json!(format!("{x}"))).collect(),
+    }
+}
+
+/// Argument `i`: a place from 0 among `len` entries.
+fn place(c: &Ctx<'_>, i: usize, len: usize) -> Result<usize> {
+    let at = c.i64(i)?;
+    let found = usize::try_from(at).ok().filter(|at| *at < len);
+    found.ok_or_else(|| Fail::argument(format!("there is no entry {at}: they are 0 to {}", len as i64 - 1)))
+}
+
+fn count(c: &Ctx<'_>, i: usize) -> Result<usize> {
+    let n = c.i64(i)?;
+    usize::try_from(n).ok().filter(|n| *n <= MOST).ok_or_else(|| Fail::argument(format!("{n}: expected 0 to {MOST}")))
+}
+
+fn done(c: &mut Ctx<'_>) -> Result {
+    c.ret(1_i64);
+    Ok(())
+}
+
+/// Changes the list that a widget holds under a key.
+fn change(c: &mut Ctx<'_>, key: &str, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>) -> Result) -> Result {
+    let at = widget(c)?;
+    let mut all = list(get(c, at, key)?);
+    f(c, &mut all)?;
+    set(c, at, &[(key, Json::Array(all))])?;
+    done(c)
+}
+
+/// Rows and columns of a table.
+fn cells(rows: &mut [Json], row: usize, column: usize) -> Option<&mut Json> {
+    let Json::Array(cells) = rows.get_mut(row)? else { return None };
+    cells.get_mut(column)
+}
+
+fn columns(rows: &[Json], headers: &Json) -> usize {
+    let widest = rows.iter().filter_map(Json::as_array).map(Vec::len).max().unwrap_or(0);
+    widest.max(headers.as_array().map_or(0, Vec::len))
+}
+
+const BOX: &str =
+    "local ui = simUI.create('<ui><combobox id=\"1\"><item>red</item><item>blue</item></combobox></ui>')\n";
+const TABLE: &str = "local ui = simUI.create('<ui><table id=\"1\"/></ui>')\nsimUI.setRowCount(ui, 1, 2)\n\
+    simUI.setColumnCount(ui, 1, 3)\n";
+const TREE: &str =
+    "local ui = simUI.create('<ui><tree id=\"1\"/></ui>')\nsimUI.addTreeItem(ui, 1, 5, {'arm'}, 0, true)\n";
+
+struct Adds<'a>(&'a mut Offer<SimUi>);
+
+impl Adds<'_> {
+    /// A command that changes the widget of its first two arguments.
+    fn set(&mut self, name: &str, params: &[Param], text: &str, example: String, f: fn(&mut Ctx<'_>) -> Result) {
+        let mut command = both(name, MINUS, f).param(Param::int("window")).param(Param::any("widget").text("its id"));
+        for p in params {
+            command = command.param(p.clone());
+        }
+        self.0.command(command.returns(Param::int("done")).text(text).example(example));
+    }
+    /// One that asks.
+    fn get(
+        &mut self,
+        name: &str,
+        params: &[Param],
+        result: Param,
+        text: &str,
+        example: String,
+        f: fn(&mut Ctx<'_>) -> Result,
+    ) {
+        let mut command = both(name, NIL, f).param(Param::int("window")).param(Param::any("widget").text("its id"));
+        for p in params {
+            command = command.param(p.clone());
+        }
+        self.0.command(command.returns(result).text(text).example(example));
+    }
+}
+
+pub(crate) fn offer(offer: &mut Offer<SimUi>) {
+    let add = &mut Adds(offer);
+    boxes(add);
+    tables(add);
+    trees(add);
+}
+
+fn boxes(add: &mut Adds<'_>) {
+    let index = || Param::int("index").text("from 0");
+    add.set(
+        "simUI.setComboboxItems",
+        &[Param::any("items").text("texts"), Param::int("index").default(0).optional()],
+        "Sets the entries of a box, and the one that is chosen.",
+        format!(
+            "{BOX}simUI.setComboboxItems(ui, 1, {{'a', 'b', 'c'}}, 2)\nassert(simUI.getComboboxItemCount(ui, 1) == 3)"
+        ),
+        |c| {
+            let at = widget(c)?;
+            let index = if c.has(3) { c.i64(3)? } else { 0 };
+            set(c, at, &[("items", Json::Array(texts(c, 2))), ("index", json!(index))])?;
+            done(c)
+        },
+    );
+    add.set(
+        "simUI.insertComboboxItem",
+        &[index(), Param::string("text")],
+        "Puts an entry before another one of a box.",
+        format!(
+            "{BOX}simUI.insertComboboxItem(ui, 1, 1, 'green')\nassert(simUI.getComboboxItemText(ui, 1, 1) == 'green')"
+        ),
+        |c| {
+            change(c, "items", |c, items| {
+                if items.len() >= MOST {
+                    return Err(Fail::argument(format!("a box has {MOST} entries at most")));
+                }
+                let at = usize::try_from(c.i64(2)?).unwrap_or(0).min(items.len());
+                items.insert(at, json!(c.text(3)?));
+                Ok(())
+            })
+        },
+    );
+    add.set(
+        "simUI.removeComboboxItem",
+        &[index()],
+        "Takes an entry out of a box.",
+        format!("{BOX}simUI.removeComboboxItem(ui, 1, 0)\nassert(simUI.getComboboxItemText(ui, 1, 0) == 'blue')"),
+        |c| {
+            change(c, "items", |c, items| {
+                let at = place(c, 2, items.len())?;
+                items.remove(at);
+                Ok(())
+            })
+        },
+    );
+    add.get(
+        "simUI.getComboboxItemCount",
+        &[],
+        Param::int("count"),
+        "Counts the entries of a box.",
+        format!("{BOX}assert(simUI.getComboboxItemCount(ui, 1) == 2)"),
+        |c| {
+            let n = list(get(c, widget(c)?, "items")?).len();
+            c.ret(n as i64);
+            Ok(())
+        },
+    );
+    add.get(
+        "simUI.getComboboxItemText",
+        &[index()],
+        Param::string("text"),
+        "Gives an entry of a box.",
+        format!("{BOX}assert(simUI.getComboboxItemText(ui, 1, 1) == 'blue')"),
+        |c| {
+            let items = list(get(c, widget(c)?, "items")?);
+            let at = place(c, 2, items.len())?;
+            c.ret::<str>(items[at].as_str().unwrap_or(""));
+            Ok(())
+        },
+    );
+    add.get(
+        "simUI.getComboboxItems",
+        &[],
+        Param::any("items"),
+        "Gives the entries of a box.",
+        format!("{BOX}assert(simUI.getComboboxItems(ui, 1)[1] == 'red')"),
+        |c| {
+            let items = get(c, widget(c)?, "items")?;
+            c.ret(value(&items));
+            Ok(())
+        },
+    );
+}
+
+fn tables(add: &mut Adds<'_>) {
+    let (row, column) = (|| Param::int("row").text("from 0"), || Param::int("column").text("from 0"));
+    add.set("simUI.clearTable", &[], "Empties a table.", format!("{TABLE}simUI.clearTable(ui, 1)"), |c| {
+        let at = widget(c)?;
+        set(c, at, &[("rows", json!([])), ("headers", json!([]))])?;
+        done(c)
+    });
+    add.set("simUI.setRowCount", &[Param::int("count")], "Sets how many rows a table has.", TABLE.into(), |c| {
+        let at = widget(c)?;
+        let (n, mut rows) = (count(c, 2)?, list(get(c, at, "rows")?));
+        let wide = columns(&rows, &get(c, at, "headers")?);
+        rows.resize(n, json!(vec![""; wide]));
+        set(c, at, &[("rows", Json::Array(rows))])?;
+        done(c)
+    });
+    add.set("simUI.setColumnCount", &[Param::int("count")], "Sets how many columns a table has.", TABLE.into(), |c| {
+        let at = widget(c)?;
+        let (n, mut rows, mut headers) = (count(c, 2)?, list(get(c, at, "rows")?), list(get(c, at, "headers")?));
+        if rows.len().saturating_mul(n) > MOST * 10 {
+            return Err(Fail::argument(format!("a table has {} cells at most", MOST * 10)));
+        }
+        rows.iter_mut().filter_map(Json::as_array_mut).for_each(|r| r.resize(n, json!("")));
+        headers.resize(n, json!(""));
+        set(c, at, &[("rows", Json::Array(rows)), ("headers", Json::Array(headers))])?;
+        done(c)
+    });
+    for (name, of_rows) in [("simUI.getRowCount", true), ("simUI.getColumnCount", false)] {
+        let f: fn(&mut Ctx<'_>) -> Result = if of_rows {
+            |c| {
+                let n = list(get(c, widget(c)?, "rows")?).len();
+                c.ret(n as i64);
+                Ok(())
+            }
+        } else {
+            |c| {
+                let at = widget(c)?;
+                let n = columns(&list(get(c, at, "rows")?), &get(c, at, "headers")?);
+                c.ret(n as i64);
+                Ok(())
+            }
+        };
+        let (what, n) = if of_rows { ("rows", 2) } else { ("columns", 3) };
+        let text = format!("Counts the {what} of a table.");
+        add.get(name, &[], Param::int("count"), &text, format!("{TABLE}assert({name}(ui, 1) == {n})"), f);
+    }
+    add.set(
+        "simUI.setItem",
+        &[row(), column(), Param::string("text")],
+        "Writes into a cell of a table.",
+        format!("{TABLE}simUI.setItem(ui, 1, 0, 2, 'x')\nassert(simUI.getItem(ui, 1, 0, 2) == 'x')"),
+        |c| {
+            change(c, "rows", |c, rows| {
+                let (row, column) = (count(c, 2)?, count(c, 3)?);
+                let cell = cells(rows, row, column);
+                *cell.ok_or_else(|| Fail::argument(format!("the table has no cell {row}, {column}")))? =
+                    json!(c.text(4)?);
+                Ok(())
+            })
+        },
+    );
+    add.get(
+        "simUI.getItem",
+        &[row(), column()],
+        Param::string("text"),
+        "Reads a cell of a table.",
+        format!("{TABLE}assert(simUI.getItem(ui, 1, 1, 0) == '')"),
+        |c| {
+            let (mut rows, row, column) = (list(get(c, widget(c)?, "rows")?), count(c, 2)?, count(c, 3)?);
+            let cell = cells(&mut rows, row, column);
+            let cell = cell.ok_or_else(|| Fail::argument(format!("the table has no cell {row}, {column}")))?;
+            c.ret::<str>(cell.as_str().unwrap_or(""));
+            Ok(())
+        },
+    );
+    add.set(
+        "simUI.setColumnHeaderText",
+        &[column(), Param::string("text")],
+        "Writes above a column of a table.",
+        format!("{TABLE}simUI.setColumnHeaderText(ui, 1, 0, 'name')"),
+        |c| {
+            change(c, "headers", |c, headers| {
+                let at = place(c, 2, headers.len())?;
+                headers[at] = json!(c.text(3)?);
+                Ok(())
+            })
+        },
+    );
+}
+
+fn trees(add: &mut Adds<'_>) {
+    let item = || Param::int("item").text("its number, of the script's choice");
+    add.set(
+        "simUI.addTreeItem",
+        &[
+            item(),
+            Param::any("texts").text("one for each column"),
+            Param::int("parent").default(0).optional().text("0: none"),
+            Param::any("expanded").optional(),
+        ],
+        "Adds an item to a tree.",
+        TREE.into(),
+        |c| {
+            change(c, "rows", |c, rows| {
+                if rows.len() >= MOST {
+                    return Err(Fail::argument(format!("a tree has {MOST} items at most")));
+                }
+                let above = if c.has(4) { c.i64(4)? } else { 0 };
+                rows.push(json!({
+                    "id": c.i64(2)?, "texts": texts(c, 3), "above": above, "open": c.arg(5).truthy(),
+                }));
+                Ok(())
+            })
+        },
+    );
+    add.set(
+        "simUI.updateTreeItemText",
+        &[item(), Param::any("texts").text("one for each column")],
+        "Changes the texts of an item of a tree.",
+        format!("{TREE}simUI.updateTreeItemText(ui, 1, 5, {{'leg'}})"),
+        |c| {
+            change(c, "rows", |c, rows| {
+                let id = c.i64(2)?;
+                let found = rows.iter_mut().find(|r| r["id"] == id);
+                found.ok_or_else(|| Fail::missing(format!("the tree has no item {id}")))?["texts"] = json!(texts(c, 3));
+                Ok(())
+            })
+        },
+    );
+    add.set(
+        "simUI.removeTreeItem",
+        &[item()],
+        "Takes an item out of a tree.",
+        format!("{TREE}simUI.removeTreeItem(ui, 1, 5)"),
+        |c| {
+            change(c, "rows", |c, rows| {
+                let id = c.i64(2)?;
+                rows.retain(|r| r["id"] != id);
+                Ok(())
+            })
+        },
+    );
+    add.set("simUI.clearTree", &[], "Empties a tree.", format!("{TREE}simUI.clearTree(ui, 1)"), |c| {
+        change(c, "rows", |_, rows| {
+            rows.clear();
+            Ok(())
+        })
+    });
+    for (name, open) in [("simUI.expandAll", true), ("simUI.collapseAll", false)] {
+        let f: fn(&mut Ctx<'_>) -> Result = if open { |c| fold(c, true) } else { |c| fold(c, false) };
+        let text = if open { "Opens all items of a tree." } else { "Closes all items of a tree." };
+        add.set(name, &[], text, format!("{TREE}{name}(ui, 1)"), f);
+    }
+}
+
+fn fold(c: &mut Ctx<'_>, open: bool) -> Result {
+    change(c, "rows", |_, rows| {
+        rows.iter_mut().for_each(|r| r["open"] = json!(open));
+        Ok(())
+    })
+}

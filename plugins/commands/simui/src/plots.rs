@@ -1,0 +1,180 @@
+//! Curves and images.
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::safe::{Fail, Offer, Param, Result, Value};
+
+use crate::{
+    Ctx, MINUS, SimUi, both,
+    window::{EVENT, all, get, set, tell, widget},
+};
+
+/// Points of a curve that are kept where a plot does not tell: `max-buffer-size`.
+const POINTS: usize = 1000;
+const MOST_POINTS: usize = 100_000;
+const MOST_CURVES: usize = 50;
+/// Pixels of an image.
+const MOST_PIXELS: usize = 1 << 21;
+
+const PLOT: &str =
+    "local ui = simUI.create('<ui><plot id=\"1\"/></ui>')\nsimUI.addCurve(ui, 1, 0, 'v', {200, 0, 0}, 1, {})\n";
+
+/// Changes the curves of a plot; views hear of it when it is plotted anew.
+fn curves(c: &mut Ctx<'_>, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>, usize) -> Result) -> Result {
+    let (window, n) = widget(c)?;
+    let mut held = match get(c, (window, n), "curves")? {
+        Json::Array(held) => held,
+        _ => return Err(Fail::argument("the widget is no plot")),
+    };
+    let buffer = get(c, (window, n), "max-buffer-size")?.as_f64().map_or(POINTS, |x| x as usize).min(MOST_POINTS);
+    f(c, &mut held, buffer)?;
+    all(c)?.of(window)?.nodes[n].values.insert("curves".into(), Json::Array(held));
+    c.ret(1_i64);
+    Ok(())
+}
+
+fn named<'a>(c: &Ctx<'_>, curves: &'a mut [Json], i: usize) -> Result<&'a mut Json> {
+    let name = c.text(i)?;
+    let found = curves.iter_mut().find(|k| k["name"] == name.as_str());
+    found.ok_or_else(|| Fail::missing(format!("the plot has no curve `{name}`")))
+}
+
+fn points(c: &mut Ctx<'_>, xs: usize) -> Result {
+    curves(c, |c, all, buffer| {
+        let curve = named(c, all, 2)?;
+        let numbers = |i: usize| c.arg(i).numbers().or_else(|| c.arg(i).as_f64().map(|x| vec![x])).unwrap_or_default();
+        let (x, y) = (numbers(xs), numbers(xs + 1));
+        if x.len() != y.len() {
+            return Err(Fail::argument(format!("{} numbers along and {} up: expected as many", x.len(), y.len())));
+        }
+        for (key, new) in [("x", x), ("y", y)] {
+            if let Json::Array(held) = &mut curve[key] {
+                held.extend(new.into_iter().map(|v| json!(v)));
+                let over = held.len().saturating_sub(buffer);
+                held.drain(..over);
+            }
+        }
+        Ok(())
+    })
+}
+
+pub(crate) fn offer(offer: &mut Offer<SimUi>) {
+    let (window, plot) = (|| Param::int("window"), || Param::any("plot").text("its id"));
+    let curve = || Param::string("curve").text("its name");
+    offer.command(
+        both("simUI.addCurve", MINUS, |c| {
+            curves(c, |c, all, _| {
+                if all.len() >= MOST_CURVES {
+                    return Err(Fail::argument(format!("a plot has {MOST_CURVES} curves at most")));
+                }
+                let name = c.text(3)?;
+                let color: Vec<f64> = c.arg(4).numbers().unwrap_or_else(|| vec![200.0, 0.0, 0.0]);
+                all.retain(|k| k["name"] != name.as_str());
+                all.push(json!({
+                    "name": name, "kind": c.i64(2)?, "color": color, "style": c.arg(5).as_i64(), "x": [], "y": [],
+                }));
+                Ok(())
+            })
+        })
+        .param(window())
+        .param(plot())
+        .param(Param::int("type").text("simUI.curve_type: time or xy"))
+        .param(curve())
+        .param(Param::any("color").text("red, green, blue, 0 to 255"))
+        .param(Param::any("style").optional().text("simUI.curve_style"))
+        .param(Param::any("options").optional().text("ignored"))
+        .returns(Param::int("done"))
+        .text("Adds a curve to a plot.")
+        .example(PLOT),
+    );
+    offer.command(
+        both("simUI.addCurveTimePoints", MINUS, |c| points(c, 3))
+            .param(window())
+            .param(plot())
+            .param(curve())
+            .param(Param::any("times").unit("s"))
+            .param(Param::any("values"))
+            .returns(Param::int("done"))
+            .text("Adds points to a curve over time; they are seen when it is plotted anew.")
+            .example(format!("{PLOT}simUI.addCurveTimePoints(ui, 1, 'v', {{0, 1}}, {{2, 3}})\nsimUI.replot(ui, 1)")),
+    );
+    offer.command(
+        both("simUI.addCurveXYPoints", MINUS, |c| points(c, 4))
+            .param(window())
+            .param(plot())
+            .param(curve())
+            .param(Param::any("order").text("ignored: points are joined as they come"))
+            .param(Param::any("x"))
+            .param(Param::any("y"))
+            .returns(Param::int("done"))
+            .text("Adds points to a curve in a plane; they are seen when it is plotted anew.")
+            .example(format!("{PLOT}simUI.addCurveXYPoints(ui, 1, 'v', {{1}}, {{0}}, {{2}})")),
+    );
+    for (name, gone) in [("simUI.clearCurve", false), ("simUI.removeCurve", true)] {
+        offer.command(
+            both(name, MINUS, move |c| {
+                curves(c, |c, all, _| {
+                    let found = named(c, all, 2)?;
+                    (found["x"], found["y"]) = (json!([]), json!([]));
+                    let name = found["name"].clone();
+                    all.retain(|k| !gone || k["name"] != name);
+                    Ok(())
+                })
+            })
+            .param(window())
+            .param(plot())
+            .param(curve())
+            .returns(Param::int("done"))
+            .text(if gone { "Removes a curve." } else { "Takes all points from a curve." })
+            .example(format!("{PLOT}{name}(ui, 1, 'v')")),
+        );
+    }
+    offer.command(
+        both("simUI.replot", MINUS, |c| {
+            let (window, n) = widget(c)?;
+            let held = get(c, (window, n), "curves")?;
+            tell(c, json!({ "window": window, "n": n, "set": { "curves": held } }))?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(window())
+        .param(plot())
+        .returns(Param::int("done"))
+        .text("Shows the points that curves have now.")
+        .example(format!("{PLOT}simUI.replot(ui, 1)")),
+    );
+    offer.command(
+        both("simUI.setImageData", MINUS, |c| {
+            let at = widget(c)?;
+            let (data, width, height) = (c.bytes(2)?, c.i64(3)?, c.i64(4)?);
+            let pixels = (width.max(0) as usize).saturating_mul(height.max(0) as usize);
+            if pixels == 0 || pixels > MOST_PIXELS || data.len() != pixels * 3 {
+                return Err(Fail::argument(format!(
+                    "an image of {width} x {height} has {} bytes, {} are given; {MOST_PIXELS} pixels at most",
+                    pixels.saturating_mul(3),
+                    data.len()
+                )));
+            }
+            // Bytes are no text: they go as numbers of the event, and are not kept.
+            set(c, at, &[("columns", json!(width)), ("rows", json!(height))])?;
+            let map = |entries: [(&str, Value); 4]| Value::Map(entries.map(|(k, v)| (Value::text(k), v)).into());
+            let pixels = Value::Map(vec![(Value::text("pixels"), Value::Bytes(data.to_vec()))]);
+            c.world().publish_value(
+                EVENT,
+                &map([("window", at.0.into()), ("n", (at.1 as i64).into()), ("set", pixels), ("act", "ui.act".into())]),
+            )?;
+            c.ret(1_i64);
+            Ok(())
+        })
+        .param(window())
+        .param(Param::any("image").text("its id"))
+        .param(Param::string("data").text("red, green, blue of each pixel, the upper row first"))
+        .param(Param::int("width"))
+        .param(Param::int("height"))
+        .returns(Param::int("done"))
+        .text("Shows an image.")
+        .example(
+            "local ui = simUI.create('<ui><image id=\"1\"/></ui>')\n\
+             simUI.setImageData(ui, 1, string.rep('\\255\\0\\0', 4), 2, 2)",
+        ),
+    );
+}

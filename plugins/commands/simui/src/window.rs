@@ -1,0 +1,143 @@
+//! What windows hold, and the event by which views hear of them.
+
+use std::{
+    cell::{RefCell, RefMut},
+    collections::BTreeMap,
+};
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Fail, Result, Value},
+};
+
+use crate::{Ctx, xml::Values};
+
+/// Told when a window was opened, changed or closed.
+pub(crate) const EVENT: &str = "ui.window";
+/// Windows that are open at once.
+const MOST_WINDOWS: usize = 200;
+
+/// A part of a window; the first one is the window.
+#[derive(Serialize, Deserialize, Clone, Default, Debug)]
+pub(crate) struct Node {
+    pub(crate) element: String,
+    /// As the script calls it: a number in most scripts; empty: none.
+    pub(crate) id: String,
+    pub(crate) values: Values,
+    pub(crate) above: Option<usize>,
+    pub(crate) below: Vec<usize>,
+}
+
+/// A window.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Window {
+    /// Who opened it and hears of what is done to it.
+    pub(crate) script: tatu_object,
+    pub(crate) nodes: Vec<Node>,
+}
+
+/// All windows.
+#[derive(Serialize, Deserialize, Default)]
+pub(crate) struct All {
+    pub(crate) open: BTreeMap<i64, Window>,
+    made: i64,
+}
+
+/// The windows of a world. Commands may enter each other: borrow briefly, never across a call to the host.
+#[derive(Default)]
+pub struct Windows(pub(crate) RefCell<All>);
+
+impl Window {
+    /// A widget by its id.
+    pub(crate) fn find(&self, id: &str) -> Result<usize> {
+        let found = (0..self.nodes.len()).find(|n| self.nodes[*n].id == id && !id.is_empty());
+        found.ok_or_else(|| Fail::missing(format!("the window has no widget {id}")))
+    }
+    /// As views get it.
+    pub(crate) fn widgets(&self) -> Json {
+        let one = |node: &Node| json!({ "element": node.element, "above": node.above, "values": node.values });
+        self.nodes.iter().map(one).collect()
+    }
+}
+
+impl All {
+    pub(crate) fn add(&mut self, window: Window) -> Result<i64> {
+        if self.open.len() >= MOST_WINDOWS {
+            return Err(Fail::new(format!("there are {MOST_WINDOWS} windows already")));
+        }
+        self.made += 1;
+        self.open.insert(self.made, window);
+        Ok(self.made)
+    }
+    pub(crate) fn of(&mut self, window: i64) -> Result<&mut Window> {
+        self.open.get_mut(&window).ok_or_else(|| Fail::missing(format!("there is no window {window}")))
+    }
+}
+
+/// All windows of the caller's world.
+pub(crate) fn all<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, All>> {
+    c.instance().0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the windows are in use"))
+}
+
+/// The window that argument 0 names.
+pub(crate) fn window(c: &Ctx<'_>) -> Result<i64> {
+    c.i64(0)
+}
+
+/// The window and the widget that arguments 0 and 1 name.
+pub(crate) fn widget(c: &Ctx<'_>) -> Result<(i64, usize)> {
+    let window = c.i64(0)?;
+    let id = match c.arg(1).as_str() {
+        Some(text) => text.into_owned(),
+        None => c.i64(1)?.to_string(),
+    };
+    let n = all(c)?.of(window)?.find(&id)?;
+    Ok((window, n))
+}
+
+/// What a widget holds under a name; nothing: null.
+pub(crate) fn get(c: &Ctx<'_>, (window, n): (i64, usize), key: &str) -> Result<Json> {
+    Ok(all(c)?.of(window)?.nodes[n].values.get(key).cloned().unwrap_or_default())
+}
+
+/// Changes what a widget holds, and tells it.
+pub(crate) fn set(c: &Ctx<'_>, (window, n): (i64, usize), entries: &[(&str, Json)]) -> Result {
+    let mut changed = Values::new();
+    {
+        let mut all = all(c)?;
+        let values = &mut all.of(window)?.nodes[n].values;
+        for (key, value) in entries {
+            if values.get(*key) != Some(value) {
+                values.insert((*key).to_owned(), value.clone());
+                changed.insert((*key).to_owned(), value.clone());
+            }
+        }
+    }
+    if changed.is_empty() { Ok(()) } else { tell(c, json!({ "window": window, "n": n, "set": changed })) }
+}
+
+/// Tells views.
+pub(crate) fn tell(c: &Ctx<'_>, mut payload: Json) -> Result {
+    payload["act"] = json!("ui.act");
+    c.world().publish_value(EVENT, &value(&payload))
+}
+
+/// As an announcement of the whole window.
+pub(crate) fn opened(c: &Ctx<'_>, window: i64) -> Result {
+    let widgets = all(c)?.of(window)?.widgets();
+    tell(c, json!({ "window": window, "widgets": widgets }))
+}
+
+/// What a view or a script gets.
+pub(crate) fn value(json: &Json) -> Value {
+    match json {
+        Json::Null => Value::Nil,
+        Json::Bool(b) => Value::Bool(*b),
+        Json::Number(n) => n.as_i64().map_or_else(|| Value::Float(n.as_f64().unwrap_or(0.0)), Value::Int),
+        Json::String(s) => Value::text(s),
+        Json::Array(a) => Value::List(a.iter().map(value).collect()),
+        Json::Object(o) => Value::Map(o.iter().map(|(k, v)| (Value::text(k), value(v))).collect()),
+    }
+}

@@ -1,0 +1,227 @@
+//! The description of a window, as scripts write it.
+
+use serde_json::{Map, Value as Json, json};
+use tatu_plugin_api::safe::{Fail, Result};
+use xml::{ParserConfig, common::Position, reader::XmlEvent};
+
+use crate::window::Node;
+
+/// Longer descriptions are refused.
+const MOST_BYTES: usize = 1 << 20;
+/// Elements nest no deeper, and no more of them are read.
+const MOST_DEPTH: usize = 64;
+const MOST_NODES: usize = 5000;
+
+/// Attributes that are numbers, and that are truth values; all others are texts.
+const NUMBERS: &[&str] =
+    &["minimum", "maximum", "step", "tick-interval", "max-buffer-size", "auto-repeat-interval", "width", "height"];
+const TRUTHS: &[&str] = &[
+    "enabled",
+    "visible",
+    "flat",
+    "closeable",
+    "closable",
+    "resizable",
+    "modal",
+    "activate",
+    "checkable",
+    "auto-exclusive",
+    "wordwrap",
+    "float",
+    "editable",
+    "auto-repeat",
+    "scaled-contents",
+    "keep-aspect-ratio",
+];
+
+/// The widgets of a description; the first one is the window.
+pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
+    if text.len() > MOST_BYTES {
+        return Err(Fail::argument(format!(
+            "the description of a window has {} bytes, {MOST_BYTES} at most",
+            text.len()
+        )));
+    }
+    if text.contains("<!DOCTYPE") {
+        return Err(Fail::argument("a document type is not read: descriptions of windows need none"));
+    }
+    let config = ParserConfig::new().trim_whitespace(true).cdata_to_characters(true).ignore_comments(true);
+    let mut reader = config.add_entity("nbsp", "\u{a0}").create_reader(text.trim_start().as_bytes());
+    let (mut nodes, mut open): (Vec<Node>, Vec<usize>) = (Vec::new(), Vec::new());
+    loop {
+        let event = reader.next();
+        let line = reader.position().row + 1;
+        let event = event.map_err(|e| Fail::argument(format!("line {line} of the window: no XML: {}", e.msg())))?;
+        match event {
+            XmlEvent::StartElement { name, attributes, .. } => {
+                if open.len() >= MOST_DEPTH || nodes.len() >= MOST_NODES {
+                    return Err(Fail::argument(format!(
+                        "line {line} of the window: {MOST_NODES} elements at most, {MOST_DEPTH} within each other"
+                    )));
+                }
+                let element = name.local_name.to_ascii_lowercase();
+                if nodes.is_empty() && element != "ui" {
+                    return Err(Fail::argument(format!("the outermost element of a window is <ui>, not <{element}>")));
+                }
+                let n = nodes.len();
+                let mut node = Node { element, above: open.last().copied(), ..Default::default() };
+                for a in attributes {
+                    attribute(&mut node, &a.name.local_name, a.value);
+                }
+                if let Some(above) = node.above {
+                    nodes[above].below.push(n);
+                }
+                begin(&mut node);
+                nodes.push(node);
+                open.push(n);
+            }
+            XmlEvent::Characters(text) => {
+                if let Some(&n) = open.last() {
+                    nodes[n].values.entry("text").or_insert_with(|| json!(text));
+                }
+            }
+            XmlEvent::EndElement { .. } => {
+                open.pop();
+            }
+            XmlEvent::EndDocument => break,
+            _ => {}
+        }
+    }
+    gather(&mut nodes);
+    Ok(nodes)
+}
+
+fn attribute(node: &mut Node, name: &str, value: String) {
+    let name = name.to_ascii_lowercase();
+    // Older scripts write them in one word.
+    let name = match name.as_str() {
+        "onclick" => "on-click",
+        "onchange" => "on-change",
+        "onclose" => "on-close",
+        "resizeable" => "resizable",
+        "closable" => "closeable",
+        other => other,
+    };
+    if name == "id" {
+        node.id = value;
+        return;
+    }
+    let number = || value.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    let value = if NUMBERS.contains(&name) {
+        number().map_or(Json::Null, |x| json!(x))
+    } else if TRUTHS.contains(&name) {
+        json!(matches!(value.trim(), "true" | "1" | "yes"))
+    } else if name == "checked" {
+        let on = matches!(value.trim(), "true" | "1" | "yes");
+        json!(if !on { 0 } else { if node.element == "checkbox" { 2 } else { 1 } })
+    } else if name == "value" && node.element != "edit" {
+        number().map_or(Json::Null, |x| json!(x))
+    } else {
+        json!(value)
+    };
+    node.values.insert(name.to_owned(), value);
+}
+
+/// What a widget holds before anybody touched it.
+fn begin(node: &mut Node) {
+    let mut put = |key: &str, value: Json| {
+        node.values.entry(key).or_insert(value);
+    };
+    match node.element.as_str() {
+        "hslider" | "vslider" | "progressbar" => {
+            put("minimum", json!(0));
+            put("maximum", json!(100));
+        }
+        "spinbox" => {
+            put("minimum", json!(0));
+            put("maximum", json!(100));
+            put("step", json!(1));
+        }
+        "edit" => put("value", json!("")),
+        "checkbox" | "radiobutton" => put("checked", json!(0)),
+        "combobox" => {
+            put("index", json!(0));
+            put("items", json!([]));
+        }
+        "tabs" => put("current", json!(0)),
+        "table" => {
+            put("headers", json!([]));
+            put("rows", json!([]));
+        }
+        "tree" => put("rows", json!([])),
+        "plot" => put("curves", json!([])),
+        _ => {}
+    }
+    if matches!(node.element.as_str(), "hslider" | "vslider" | "progressbar" | "spinbox") {
+        let least = node.values.get("minimum").cloned().unwrap_or(json!(0));
+        node.values.entry("value").or_insert(least);
+    }
+}
+
+/// What boxes, tables and trees list as elements becomes what they hold.
+fn gather(nodes: &mut [Node]) {
+    let texts = |nodes: &[Node], n: usize| -> Vec<Json> {
+        let items = nodes[n].below.iter().filter(|b| nodes[**b].element == "item");
+        items.map(|b| nodes[*b].values.get("text").cloned().unwrap_or(json!(""))).collect()
+    };
+    for n in 0..nodes.len() {
+        match nodes[n].element.as_str() {
+            "combobox" => {
+                let items = texts(nodes, n);
+                nodes[n].values.insert("items".into(), json!(items));
+            }
+            "table" | "tree" => {
+                let mut rows = Vec::new();
+                let mut headers = Json::Null;
+                for &b in &nodes[n].below {
+                    match nodes[b].element.as_str() {
+                        "header" => headers = json!(texts(nodes, b)),
+                        "row" => rows.push(texts(nodes, b)),
+                        _ => {}
+                    }
+                }
+                if !headers.is_null() {
+                    nodes[n].values.insert("headers".into(), headers);
+                }
+                if nodes[n].element == "table" {
+                    nodes[n].values.insert("rows".into(), json!(rows));
+                }
+            }
+            _ => continue,
+        }
+        nodes[n].below.clear();
+    }
+}
+
+/// Values of a widget by name.
+pub(crate) type Values = Map<String, Json>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_is_read_with_both_spellings() {
+        let all = read(
+            "<ui title='T' closeable=\"true\" onclose=\"bye\"><label text='a &lt;b&gt;'/><hslider id='2' minimum='-5' \
+             maximum='5' on-change='f'/><combobox id='3'><item>x</item><item>y</item></combobox><label>inside</label></ui>",
+        )
+        .unwrap();
+        assert_eq!(all[0].values["on-close"], "bye");
+        assert_eq!(all[0].values["closeable"], true);
+        assert_eq!(all[1].values["text"], "a <b>");
+        assert_eq!((&all[2].values["value"], all[2].id.as_str()), (&json!(-5.0), "2"));
+        assert_eq!(all[3].values["items"], json!(["x", "y"]));
+        assert!(all.iter().any(|n| n.values.get("text") == Some(&json!("inside"))));
+    }
+
+    #[test]
+    fn what_is_no_window_is_told_with_its_line() {
+        let told = |text: &str| read(text).unwrap_err().text().to_owned();
+        assert!(told("<window/>").contains("<ui>"));
+        assert!(told("<ui>\n<label text=5/></ui>").contains("line 2"), "{}", told("<ui>\n<label text=5/></ui>"));
+        assert!(told("<!DOCTYPE a><ui/>").contains("document type"));
+        assert!(told(&format!("{}{}", "<ui>", "<group>".repeat(70))).contains("within each other"));
+        assert!(told("").contains("no XML"));
+    }
+}

@@ -1,0 +1,78 @@
+//! Windows that scripts opened, as clients hear of them that come later.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value as Json, json};
+
+/// The event that tells of them.
+pub const EVENT: &str = "ui.window";
+/// Windows that are kept.
+const MOST: usize = 500;
+
+/// All that are open, by the command that acts on them and their number.
+#[derive(Default)]
+pub struct Windows {
+    open: BTreeMap<(String, i64), Json>,
+    /// Those that ask something, and whom nobody has attended to yet.
+    asking: Vec<(String, i64)>,
+}
+
+impl Windows {
+    /// Takes in what an event tells.
+    pub fn hear(&mut self, payload: &Json) {
+        let act = payload["act"].as_str().unwrap_or("").to_owned();
+        let key = (act, payload["window"].as_i64().unwrap_or(0));
+        if payload["widgets"].is_array() {
+            if self.open.len() < MOST {
+                if payload["asks"] == true {
+                    self.asking.push(key.clone());
+                }
+                self.open.insert(key, payload.clone());
+            }
+        } else if payload["closed"] == true {
+            self.open.remove(&key);
+        } else if let Some(window) = self.open.get_mut(&key) {
+            let n = payload["n"].as_u64().unwrap_or(0) as usize;
+            if let (Some(Json::Object(values)), Some(set)) =
+                (window["widgets"].get_mut(n).and_then(|w| w.get_mut("values")), payload["set"].as_object())
+            {
+                values.extend(set.iter().map(|(k, v)| (k.clone(), v.clone())));
+            }
+        }
+    }
+    /// The messages that open them.
+    pub fn messages(&self) -> impl Iterator<Item = String> + '_ {
+        self.open.values().map(|w| json!({ "event": EVENT, "payload": w }).to_string())
+    }
+    /// The commands of those that ask something, with their numbers: once each.
+    pub fn asking(&mut self) -> Vec<(String, i64)> {
+        std::mem::take(&mut self.asking)
+    }
+    /// They are gone.
+    pub fn clear(&mut self) {
+        self.open.clear();
+        self.asking.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_comes_late_sees_what_was_changed() {
+        let mut windows = Windows::default();
+        let one = |rest: Json| {
+            let mut all = json!({ "window": 1, "act": "ui.act" });
+            all.as_object_mut().unwrap().extend(rest.as_object().unwrap().clone());
+            all
+        };
+        windows.hear(&one(json!({ "widgets": [{ "element": "ui", "values": { "title": "A" } }] })));
+        windows.hear(&one(json!({ "n": 0, "set": { "title": "B" } })));
+        windows.hear(&one(json!({ "n": 7, "set": { "title": "C" } })));
+        let told: Vec<String> = windows.messages().collect();
+        assert!(told.len() == 1 && told[0].contains("\"B\""), "{told:?}");
+        windows.hear(&one(json!({ "closed": true })));
+        assert_eq!(windows.messages().count(), 0);
+    }
+}
