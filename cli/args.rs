@@ -114,6 +114,9 @@ pub struct Run {
     /// Write what graphs recorded into a folder, when the run has ended: `<graph>.csv` and `<graph>.png`.
     #[arg(long, value_name = "DIR")]
     pub graphs: Option<PathBuf>,
+    /// Write the run as a film: a page that a browser shows from the disk, at any time of the run.
+    #[arg(long, value_name = "FILE", conflicts_with = "replay")]
+    pub html: Option<PathBuf>,
     /// Seconds of real time after which a plugin call that has not returned ends the run; 0: never.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub watchdog: f64,

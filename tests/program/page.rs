@@ -240,6 +240,49 @@ fn a_student_drives_and_changes_a_robot() {
 }
 
 #[test]
+fn a_film_shows_any_time_of_a_run() {
+    let (Some(browser), true) = (browser(), root().join("plugins/views/web/page/node_modules/three").is_dir()) else {
+        println!("1 skipped: there is no Chromium, or `npm ci` was not run in plugins/views/web/page");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let (film, trace) = (at("film.html"), at("trace.jsonl"));
+    let run = |more: &[&str]| {
+        let args = [&["run", ROBOT, "--seconds", "20"], more].concat();
+        let out = Command::new(env!("CARGO_BIN_EXE_tatu")).current_dir(root()).args(args).output().unwrap();
+        let text = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.success(), "{text}");
+        text.split("hash ").nth(1).unwrap()[..16].to_owned()
+    };
+    // Whoever films changes nothing.
+    assert_eq!(run(&["--html", &film]), run(&["--trace", &trace, "--watch", "/Pioneer_p3dx"]));
+    assert!(std::fs::metadata(&film).unwrap().len() < 5 << 20);
+    let mut page = Page::open(&browser, &format!("file://{film}#3"));
+    page.until("(document.getElementById('time')?.textContent ?? '').startsWith('3.00 of 20')");
+    let lines: Vec<Value> = std::fs::read_to_string(&trace)
+        .unwrap()
+        .lines()
+        .filter_map(|l| serde_json::from_str(l).ok())
+        .filter(|l: &Value| l["objects"].is_object())
+        .collect();
+    for time in [12.5, 0.05, 19.95, 7.0] {
+        page.js(&format!("(() => {{ const s = document.getElementById('slider'); s.value = {time}; s.oninput(); }})()"));
+        let seen = page.js(
+            "Promise.all([import('tatu/objects'), import('tatu/store')]).then(([o, s]) => \
+             o.groups.get([...s.scene.objects.values()].find((x) => x.alias === 'Pioneer_p3dx').id).position.toArray())",
+        );
+        let then = lines.iter().find(|l| (l["time"].as_f64().unwrap_or(0.0) - time).abs() < 1e-6).unwrap();
+        assert_eq!(seen, then["objects"]["/Pioneer_p3dx"]["position"], "{time}");
+    }
+    page.click("#tree .tool");
+    page.until("document.getElementById('editor').textContent.includes('cruise = 3.0')");
+    page.click("#play");
+    page.until("Number(document.getElementById('slider').value) > 8");
+    assert!(page.wrong.is_empty(), "{:#?}", page.wrong);
+}
+
+#[test]
 #[ignore = "makes the picture of the guide: docs/pictures.sh"]
 fn picture_for_the_guide() {
     let served = Served::new(root(), &["open", "scenes/first/pioneer_looks_around.toml", "--no-browser"]);

@@ -26,6 +26,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 use tatu_core::{
     Phase, Session, World,
+    document::ServiceOverride,
     errors::{Error, Fault},
     plugins::{Copies, Registry},
     reload::{Reload, ReloadReport},
@@ -93,6 +94,9 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         None if args.stand_ins => standins::options(args)?,
         None => args.changes.options(&args.services)?,
     };
+    if let Some(file) = &args.html {
+        options.services.push(ServiceOverride::with_text("film", "file", &file.to_string_lossy()));
+    }
     let copies = args.reload.then(Copies::new).transpose()?;
     let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref()).map(PathBuf::as_path);
     let registry =
@@ -160,7 +164,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         (Some(n), _, _) => Some(n),
         (None, Some(s), _) => Some((s / world.dt()).round() as u64),
         (None, None, Some(n)) => Some(n),
-        (None, None, None) if session.is_some() || args.interactive => None,
+        (None, None, None) if session.is_some() && args.html.is_none() || args.interactive => None,
         (None, None, None) => Some((DEFAULT_SECONDS / world.dt()).round() as u64),
     };
     let reload = args.reload.then(|| Reload::new(scene, &options, &world));

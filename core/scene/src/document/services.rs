@@ -31,6 +31,10 @@ pub struct ServiceOverride {
 }
 
 impl ServiceOverride {
+    /// A service with one parameter that is a text.
+    pub fn with_text(id: &str, key: &str, text: &str) -> Self {
+        ServiceOverride { id: id.to_owned(), params: vec![(key.to_owned(), Item::Value(text.into()))] }
+    }
     /// From its text; values are TOML, or else texts.
     pub fn parse(text: &str) -> Result<Self> {
         let (id, rest) = text.split_once(':').unwrap_or((text, ""));

@@ -136,6 +136,10 @@ function turned(view, at) {
   return new THREE.Quaternion(...q).normalize();
 }
 
+function numbers(view, at, n) {
+  return Array.from({ length: n }, (_, i) => view.getFloat64(at + 8 * i, true));
+}
+
 function move(group, x) {
   const { moved, joint: j } = group.userData;
   if (!moved) return;
@@ -163,9 +167,25 @@ on("frame", (view) => {
         if (group) move(group, view.getFloat32(at, true));
         at += 4;
         break;
-      default:
+      case 2:
         group?.userData.moved?.quaternion.copy(turned(view, at));
         at += 8;
+        break;
+      // Those of a film, in full precision.
+      case 3:
+        if (group) place(group, numbers(view, at, 7));
+        at += 56;
+        break;
+      case 4:
+        if (group) move(group, view.getFloat64(at, true));
+        at += 8;
+        break;
+      case 5:
+        group?.userData.moved?.quaternion.set(...numbers(view, at, 4));
+        at += 32;
+        break;
+      default:
+        return;
     }
   }
 });

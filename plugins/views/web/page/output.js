@@ -35,6 +35,12 @@ function show(name) {
   output.scrollTop = output.scrollHeight;
 }
 
+/** Empties all pages. */
+export function clear() {
+  for (const name of pages.keys()) pages.set(name, []);
+  show(open);
+}
+
 /** Writes a line. */
 export function line(name, text, level = "") {
   const div = document.createElement("div");

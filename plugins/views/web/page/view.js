@@ -78,7 +78,8 @@ export function fit(object = null) {
   const box = object ? new THREE.Box3().setFromObject(object) : bounds();
   if (box.isEmpty()) return;
   const center = box.getCenter(new THREE.Vector3());
-  const radius = Math.max(0.1, box.getSize(new THREE.Vector3()).length() / 2);
+  // A robot alone needs room to drive.
+  const radius = Math.max(object ? 0.1 : 0.7, box.getSize(new THREE.Vector3()).length() / 2);
   const away = new THREE.Vector3(0.55, -0.75, 0.5).normalize();
   camera.position.copy(center).addScaledVector(away, radius / Math.sin((camera.fov * Math.PI) / 360));
   controls.target.copy(center);

@@ -67,10 +67,7 @@ impl Now {
 
     /// What differs from what a client knows, which is brought up to date; `None`: nothing but perhaps the time.
     pub fn since(&self, known: &mut BTreeMap<u32, [u8; 20]>, step: u64, time: f64) -> Message {
-        let mut out = vec![FRAME, 1, 0, 0];
-        out.extend_from_slice(&(step as u32).to_le_bytes());
-        out.extend_from_slice(&time.to_le_bytes());
-        out.extend_from_slice(&0_u32.to_le_bytes());
+        let mut out = head(step, time);
         let mut count = 0_u32;
         for (key, bytes, len) in &self.entries {
             if known.get(key) != Some(bytes) {
@@ -83,6 +80,53 @@ impl Now {
         out[16..20].copy_from_slice(&count.to_le_bytes());
         Message::Binary(out)
     }
+}
+
+/// What differs from what is known, in full: kinds 3, 4 and 5 of entries are kinds 0, 1 and 2 as f64 each.
+pub fn exact(
+    turn: &Turn<'_>,
+    p: &Props,
+    whole: &Whole,
+    known: &mut BTreeMap<u32, Vec<f64>>,
+    (step, time): (u64, f64),
+) -> Message {
+    let mut out = head(step, time);
+    let mut count = 0_u32;
+    let mut put = |key: u32, numbers: &[f64]| {
+        if known.get(&key).is_none_or(|k| k != numbers) {
+            known.insert(key, numbers.to_vec());
+            out.extend_from_slice(&key.to_le_bytes());
+            numbers.iter().for_each(|x| out.extend_from_slice(&x.to_le_bytes()));
+            count += 1;
+        }
+    };
+    let key = |id: tatu_object, kind: u32| (id & HANDLE) as u32 | kind << 24;
+    for &id in &whole.ids {
+        // Whatever was removed meanwhile is gone with the next scene.
+        if let Ok(pose) = turn.f64s::<7>(id, p.pose) {
+            put(key(id, 3), &pose);
+        }
+    }
+    for &(id, spherical) in &whole.joints {
+        if spherical {
+            if let Ok(q) = turn.f64s::<4>(id, p.joint_rotation) {
+                put(key(id, 5), &q);
+            }
+        } else if let Ok(x) = turn.f64(id, p.joint_position) {
+            put(key(id, 4), &[x]);
+        }
+    }
+    out[16..20].copy_from_slice(&count.to_le_bytes());
+    Message::Binary(out)
+}
+
+/// How a frame begins; its entries are counted in the last four bytes.
+fn head(step: u64, time: f64) -> Vec<u8> {
+    let mut out = vec![FRAME, 1, 0, 0];
+    out.extend_from_slice(&(step as u32).to_le_bytes());
+    out.extend_from_slice(&time.to_le_bytes());
+    out.extend_from_slice(&0_u32.to_le_bytes());
+    out
 }
 
 /// The handle that a number of a client means, as the id that the host takes.

@@ -2,10 +2,13 @@
 //!
 //! - `service`: what is done at the barrier; `acts`: what clients ask for;
 //! - `scene`: the scene as a whole; `frames`: what changed since; `readings`: what sensors, drawings and graphs show;
-//! - `windows`: what scripts opened; `pace`: how fast time passes; `files`: the page itself.
+//! - `windows`: what scripts opened; `pace`: how fast time passes; `files`: the page itself;
+//! - `film`: a run is recorded; `film_page`: the page that shows it from a file.
 
 mod acts;
 mod files;
+mod film;
+mod film_page;
 mod frames;
 mod pace;
 mod readings;
@@ -18,6 +21,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
+pub use film::Film;
 pub use service::Web;
 
 macro_rules! props {
@@ -63,7 +67,7 @@ props! {
     gps: "gps.position",
 }
 
-/// The plugin: it offers one service.
+/// The plugin.
 pub struct WebPage {
     p: Props,
 }
@@ -79,6 +83,7 @@ impl Plugin for WebPage {
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.service::<Web>();
+        offer.service::<Film>();
     }
 }
 

@@ -1,0 +1,79 @@
+//! The page of a film: everything stands in one file. Its modules are `data:` addresses in the import map, and import each
+//! other by bare names, since a page that is opened from a disk may import nothing by a path.
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use serde_json::{Map, json};
+use tatu_plugin_api::safe::{Fail, Result};
+
+use crate::files::{FILES, WHOLE};
+
+/// Modules of the page that a film has too, and those that stand in the place of others.
+const SAME: &[&str] = &["store", "tree", "output", "view", "objects", "crowd", "sensing", "drawings", "plot"];
+const OTHER: &[(&str, &str)] = &[("net", "film_net"), ("editor", "film_script"), ("film", "film")];
+/// Libraries: the name that modules import, and the file.
+const LIBRARIES: &[(&str, &str)] = &[
+    ("three", "/lib/three/build/three.module.min.js"),
+    ("three/core", "/lib/three/build/three.core.min.js"),
+    ("three/controls", "/lib/three/examples/jsm/controls/OrbitControls.js"),
+];
+/// How one library names another by its place, and how by its bare name.
+const BESIDE: (&str, &str) = ("\"./three.core.min.js\"", "\"three/core\"");
+
+/// Whether films can be made.
+pub fn check() -> Result {
+    if WHOLE {
+        return Ok(());
+    }
+    Err(Fail::unsupported("this program was built without the libraries of its page, which a film holds")
+        .help("run `npm ci` in plugins/views/web/page, and build the program again"))
+}
+
+fn file(path: &str) -> String {
+    let found = FILES.iter().find(|(name, _, _)| *name == path);
+    String::from_utf8_lossy(found.map_or(&[][..], |f| f.2)).into_owned()
+}
+
+/// The page with a compressed recording.
+pub fn page(recording: &[u8]) -> String {
+    let mut imports = Map::new();
+    let mut put = |name: String, text: String| {
+        imports.insert(name, json!(format!("data:text/javascript;base64,{}", STANDARD.encode(text))));
+    };
+    for name in SAME {
+        put(format!("tatu/{name}"), file(&format!("/page/{name}.js")));
+    }
+    for (name, own) in OTHER {
+        put(format!("tatu/{name}"), file(&format!("/page/{own}.js")));
+    }
+    for (name, path) in LIBRARIES {
+        put((*name).to_owned(), file(path).replace(BESIDE.0, BESIDE.1));
+    }
+    file("/page/film.html")
+        .replace("/* style */", &file("/page/style.css"))
+        .replace(
+            "<!-- import map -->",
+            &format!("<script type=\"importmap\">{}</script>", json!({ "imports": imports })),
+        )
+        .replace("<!-- recording -->", &STANDARD.encode(recording))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_fetched() {
+        if !WHOLE {
+            return;
+        }
+        let page = page(b"x");
+        let map = page.split("importmap\">").nth(1).and_then(|t| t.split("</script>").next()).unwrap();
+        let map: serde_json::Value = serde_json::from_str(map).unwrap();
+        for (name, address) in map["imports"].as_object().unwrap() {
+            let text = address.as_str().and_then(|a| a.strip_prefix("data:text/javascript;base64,")).unwrap();
+            let text = String::from_utf8(STANDARD.decode(text).unwrap()).unwrap();
+            assert!(text.len() > 100 && !text.contains("from\"./") && !text.contains("from './"), "{name}");
+        }
+        assert!(page.contains(&STANDARD.encode("x")) && !page.contains("src=\"/"));
+    }
+}
