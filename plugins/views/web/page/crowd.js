@@ -1,19 +1,40 @@
-// Large scenes: parts that look alike are drawn together. Each part has a place in one of few instanced meshes.
+// Large scenes: parts that look alike are drawn together, in one call for all of them, small ones as boxes, and those that
+// nobody could see not at all.
 
 import * as THREE from "three";
 
-/** With more parts than this, parts are drawn together. */
+/** From so many parts on. */
 export const MANY = 1500;
+/** Pixels across below which a part is a box, and below which it is left out. */
+const BOX = 14;
+const NOTHING = 2.5;
 
-const NOWHERE = new THREE.Matrix4().makeScale(0, 0, 0);
-const product = new THREE.Matrix4();
-let entries = [];
-let meshes = [];
+/** What is drawn together, and what hangs on objects meanwhile. The objects themselves are not walked by the renderer then. */
+export const crowd = new THREE.Group();
+let hanging = [];
+/** One for each form and colour: its parts, and what draws them as they are and as boxes. */
+let kinds = [];
+/** Eight corners instead of twenty-four: each is work for a processor that draws. */
+const box = new THREE.BufferGeometry();
+box.setAttribute("position", new THREE.Float32BufferAttribute([0, 1, 2, 3, 4, 5, 6, 7].flatMap((i) => [(i & 1) - 0.5, ((i >> 1) & 1) - 0.5, (i >> 2) - 0.5]), 3));
+box.setIndex([0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5]);
+const [product, frustum, sphere] = [new THREE.Matrix4(), new THREE.Frustum(), new THREE.Sphere()];
 
-/** Takes the bodies of all groups out of the tree and draws them together, below `root`. */
+/** A material for boxes, whose inside nobody sees. */
+function plain(material) {
+  return new THREE.MeshLambertMaterial({ color: material.color, flatShading: true });
+}
+
+function instances(geometry, material, n) {
+  const mesh = new THREE.InstancedMesh(geometry, material, n);
+  mesh.frustumCulled = false;
+  mesh.userData.ids = [];
+  crowd.add(mesh);
+  return mesh;
+}
+
+/** Draws all bodies of these groups together from now on. */
 export function gather(root, groups) {
-  entries = [];
-  meshes = [];
   const alike = new Map();
   for (const group of groups.values()) {
     for (const body of group.userData.bodies) {
@@ -24,34 +45,80 @@ export function gather(root, groups) {
       alike.get(key).push({ group, body });
     }
   }
-  for (const all of alike.values()) {
-    const [{ body }] = all;
-    const mesh = new THREE.InstancedMesh(body.geometry, body.material, all.length);
-    mesh.frustumCulled = false;
-    mesh.userData.ids = all.map((e) => e.group.userData.id);
-    all.forEach((e, i) => entries.push({ ...e, mesh, i }));
-    meshes.push(mesh);
-    root.add(mesh);
-  }
+  root.visible = root.matrixWorldAutoUpdate = false;
+  kinds = [...alike.values()].map((parts) => {
+    const [{ body: { geometry, material } }] = parts;
+    geometry.boundingBox ?? geometry.computeBoundingBox();
+    const size = geometry.boundingBox.getSize(new THREE.Vector3());
+    const center = geometry.boundingBox.getCenter(new THREE.Vector3());
+    for (const part of parts) {
+      part.radius = 0.5 * size.clone().multiply(part.body.scale).length();
+      part.center = center.clone().applyMatrix4(part.body.matrix);
+      part.asBox = part.body.matrix.clone().multiply(new THREE.Matrix4().makeTranslation(center)).scale(size.clone().max(new THREE.Vector3(1e-4, 1e-4, 1e-4)));
+    }
+    return { parts, near: instances(geometry, material, parts.length), far: instances(box, plain(material), parts.length) };
+  });
 }
 
 /** Whether parts are drawn together. */
 export function isLarge() {
-  return meshes.length > 0;
+  return kinds.length > 0;
+}
+
+/** Hangs a thing on the group of an object. */
+export function hang(group, thing) {
+  if (!isLarge()) return group.add(thing);
+  thing.matrixAutoUpdate = false;
+  crowd.add(thing);
+  hanging.push({ group, thing });
 }
 
 /** Nothing is drawn together any more. */
-export function scatter() {
-  for (const mesh of meshes) mesh.removeFromParent();
-  [entries, meshes] = [[], []];
+export function scatter(root) {
+  root.visible = root.matrixWorldAutoUpdate = true;
+  for (const { thing } of hanging) thing.removeFromParent();
+  hanging = [];
+  for (const { near, far } of kinds) {
+    for (const mesh of [near, far]) {
+      mesh.removeFromParent();
+      mesh.dispose();
+    }
+    far.material.dispose();
+  }
+  kinds = [];
 }
 
-/** Puts all parts where their objects stand. */
-export function place() {
-  for (const { group, body, mesh, i } of entries) {
-    mesh.setMatrixAt(i, body.visible ? product.multiplyMatrices(group.matrixWorld, body.matrix) : NOWHERE);
+function put(mesh, id) {
+  product.toArray(mesh.instanceMatrix.array, 16 * mesh.count);
+  mesh.userData.ids[mesh.count++] = id;
+}
+
+/** Puts all parts where their objects stand, as a camera sees them in a picture of so many pixels upward. */
+export function place(camera, height) {
+  if (!kinds.length) return;
+  camera.updateMatrixWorld();
+  frustum.setFromProjectionMatrix(product.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse));
+  const pixels = height / Math.tan((camera.fov * Math.PI) / 360);
+  const eye = camera.position;
+  hanging = hanging.filter(({ thing }) => thing.parent);
+  for (const { group, thing } of hanging) thing.matrix.copy(group.matrixWorld);
+  for (const { parts, near, far } of kinds) {
+    near.count = far.count = 0;
+    for (const { group, body, radius, center, asBox } of parts) {
+      if (!body.visible) continue;
+      sphere.center.copy(center).applyMatrix4(group.matrixWorld);
+      sphere.radius = radius;
+      const across = (pixels * radius) / Math.max(1e-3, sphere.center.distanceTo(eye));
+      if (across < NOTHING || !frustum.intersectsSphere(sphere)) continue;
+      product.multiplyMatrices(group.matrixWorld, across < BOX ? asBox : body.matrix);
+      put(across < BOX ? far : near, group.userData.id);
+    }
+    for (const mesh of [near, far]) {
+      mesh.instanceMatrix.needsUpdate = true;
+      // Made anew by the next click.
+      mesh.boundingSphere = null;
+    }
   }
-  for (const mesh of meshes) mesh.instanceMatrix.needsUpdate = true;
 }
 
 /** The object that a hit of a ray means; 0: none. */

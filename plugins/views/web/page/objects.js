@@ -1,7 +1,7 @@
 // Objects of the scene as groups of meshes, and where they stand.
 
 import * as THREE from "three";
-import { MANY, gather, scatter } from "tatu/crowd";
+import { MANY, gather, hang, scatter } from "tatu/crowd";
 import { on } from "tatu/net";
 import { scene, selected, watch } from "tatu/store";
 
@@ -12,6 +12,7 @@ export const groups = new Map();
 const meshes = new Map();
 const materials = new Map();
 const PLANE = 40;
+const UP = new THREE.Vector3(0, 0, 1);
 
 on("mesh", (view) => {
   const bytes = new Uint8Array(view.buffer);
@@ -96,7 +97,7 @@ function show() {
 hidden.onchange = show;
 
 watch("scene", () => {
-  scatter();
+  scatter(root);
   root.clear();
   groups.clear();
   let parts = 0;
@@ -131,9 +132,9 @@ watch("scene", () => {
   }
 });
 
-function turned(view, at) {
-  const q = [0, 2, 4, 6].map((i) => view.getInt16(at + i, true) / 32767);
-  return new THREE.Quaternion(...q).normalize();
+/** Takes a turn as it is sent. */
+function turn(quaternion, view, at) {
+  quaternion.set(view.getInt16(at, true), view.getInt16(at + 2, true), view.getInt16(at + 4, true), view.getInt16(at + 6, true)).normalize();
 }
 
 function numbers(view, at, n) {
@@ -144,7 +145,7 @@ function move(group, x) {
   const { moved, joint: j } = group.userData;
   if (!moved) return;
   if (j.type === "prismatic") return moved.position.set(0, 0, x);
-  moved.quaternion.setFromAxisAngle(new THREE.Vector3(0, 0, 1), x);
+  moved.quaternion.setFromAxisAngle(UP, x);
   moved.position.set(0, 0, (j.lead * x) / (2 * Math.PI));
 }
 
@@ -158,8 +159,8 @@ on("frame", (view) => {
     switch (head >>> 24) {
       case 0:
         if (group) {
-          group.position.set(...[0, 4, 8].map((k) => view.getInt32(at + k, true) / 1e4));
-          group.quaternion.copy(turned(view, at + 12));
+          group.position.set(view.getInt32(at, true) / 1e4, view.getInt32(at + 4, true) / 1e4, view.getInt32(at + 8, true) / 1e4);
+          turn(group.quaternion, view, at + 12);
         }
         at += 20;
         break;
@@ -168,7 +169,7 @@ on("frame", (view) => {
         at += 4;
         break;
       case 2:
-        group?.userData.moved?.quaternion.copy(turned(view, at));
+        if (group?.userData.moved) turn(group.userData.moved.quaternion, view, at);
         at += 8;
         break;
       // Those of a film, in full precision.
@@ -223,5 +224,5 @@ watch("selected", () => {
     border.add(edges);
   }
   if (!group.userData.bodies.length) border.add(new THREE.AxesHelper(0.2));
-  group.add(border);
+  hang(group, border);
 });

@@ -1,7 +1,7 @@
 // What sensors sense: beams to what was seen, fans of scans, images, places of GPS.
 
 import * as THREE from "three";
-import { isLarge } from "tatu/crowd";
+import { hang, isLarge } from "tatu/crowd";
 import { on } from "tatu/net";
 import { groups } from "tatu/objects";
 import { scene, selected } from "tatu/store";
@@ -23,7 +23,7 @@ function replace(id, parts) {
   const own = new THREE.Group();
   own.add(...parts);
   drawn.set(id, own);
-  group.add(own);
+  hang(group, own);
 }
 
 const lines = (points, material) => new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), material);

@@ -2,7 +2,7 @@
 
 import * as THREE from "three";
 import { OrbitControls } from "three/controls";
-import { hitId, isLarge, place } from "tatu/crowd";
+import { crowd, hitId, isLarge, place } from "tatu/crowd";
 import { on } from "tatu/net";
 import { bounds, groups, root } from "tatu/objects";
 import { select, selected, watch } from "tatu/store";
@@ -26,7 +26,7 @@ controls.target.set(0, 0, 0.2);
 const sun = new THREE.DirectionalLight(0xffffff, 2.2);
 sun.castShadow = true;
 sun.shadow.mapSize.set(2048, 2048);
-stage.add(sun, sun.target, new THREE.HemisphereLight(0xffffff, 0x8d8d88, 1.5), root);
+stage.add(sun, sun.target, new THREE.HemisphereLight(0xffffff, 0x8d8d88, 1.5), root, crowd);
 let grid = null;
 
 /** The grid lies below what is there, a line for each metre. */
@@ -55,7 +55,7 @@ export function redraw() {
   requestAnimationFrame(() => {
     due = false;
     root.updateMatrixWorld();
-    place();
+    place(camera, renderer.domElement.height);
     // A graphics card draws shadows of thousands of parts, a processor does not.
     sun.castShadow = !isLarge();
     drawn++;
@@ -156,7 +156,7 @@ renderer.domElement.addEventListener("pointerup", (e) => {
   const at = new THREE.Vector2(((e.clientX - box.left) / box.width) * 2 - 1, 1 - ((e.clientY - box.top) / box.height) * 2);
   const ray = new THREE.Raycaster();
   ray.setFromCamera(at, camera);
-  const hit = ray.intersectObject(root, true).find((h) => h.object.isMesh && h.object.visible && hitId(h));
+  const hit = ray.intersectObjects([root, crowd], true).find((h) => h.object.isMesh && h.object.visible && hitId(h));
   select(hit ? hitId(hit) : 0);
 });
 
