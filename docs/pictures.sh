@@ -19,6 +19,15 @@ tatu look $room --sensor eye --at 1 -o $images/depth.png
 car=scenes/course/manta_keyboard_statusbar.toml
 tatu look $car --from 1.5,-1.2,0.8 --to 0.3,0,0.05 --size 800x500 -o $images/manta.png
 
+# Each scene as the page offers it, beside it: NAME.png for NAME.toml.
+for scene in scenes/*/*.toml; do
+    case $scene in
+        *manta*) from=1.5,-1.2,0.8 to=0.3,0,0.05 ;;
+        *) from=-2.9,-3.4,2.7 to=-0.1,0,0.1 ;;
+    esac
+    tatu look "$scene" --from "$from" --to "$to" --at 2 --size 240x150 --files "${TMPDIR:-/tmp}" -o "${scene%.toml}.png"
+done
+
 work=$(mktemp -d)
 trap 'rm -r "$work"' EXIT
 

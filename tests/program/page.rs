@@ -240,6 +240,49 @@ fn a_student_drives_and_changes_a_robot() {
 }
 
 #[test]
+fn what_was_done_in_the_page_is_repeated_from_the_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("session.jsonl").display().to_string();
+    let hash = |text: &str| text.split("hash ").nth(1).unwrap_or_else(|| panic!("{text}"))[..16].to_owned();
+    let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
+        .current_dir(root())
+        .args(["run", ROBOT, "--service", "web:speed=5", "--log", &log])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut url = String::new();
+    BufReader::new(process.stdout.as_mut().unwrap()).read_line(&mut url).unwrap();
+    let (mut socket, _) = tungstenite::connect(url.trim().replace("http", "ws").replace("/?", "/ws?")).unwrap();
+    let scene = next(&mut socket, "scene")["scene"].clone();
+    let of = |alias: &str| scene["objects"].as_array().unwrap().iter().find(|o| o["alias"] == alias).unwrap().clone();
+    let script = of("Pioneer_p3dx")["scripts"][0]["id"].clone();
+    let mut say = |message: Value| socket.send(Message::text(message.to_string())).unwrap();
+    let pause = || std::thread::sleep(Duration::from_millis(150));
+    say(json!({ "script": script }));
+    let text = next(&mut socket, "text")["text"].as_str().unwrap().replace("cruise = 3.0", "cruise = 1.5");
+    let mut say = |message: Value| socket.send(Message::text(message.to_string())).unwrap();
+    pause();
+    say(json!({ "call": "tatu.setScript", "args": [script, text], "id": 1 }));
+    pause();
+    say(json!({ "key": "up" }));
+    say(json!({ "call": "tatu.set", "args": [of("barrel")["id"], "object.position", [0.5, -0.5, 0.4]], "id": 2 }));
+    say(json!({ "do": "pause" }));
+    pause();
+    say(json!({ "do": "start" }));
+    pause();
+    say(json!({ "do": "quit" }));
+    let out = process.wait_with_output().unwrap();
+    let live = String::from_utf8_lossy(&out.stderr).into_owned();
+    drop(socket);
+    let again =
+        Command::new(env!("CARGO_BIN_EXE_tatu")).current_dir(root()).args(["run", "--replay", &log]).output().unwrap();
+    let again = String::from_utf8_lossy(&again.stderr).into_owned();
+    assert_eq!(hash(&live), hash(&again), "{live}\n{again}");
+    assert!(!live.contains(" 0 steps") && live.contains("steps"), "{live}");
+}
+
+#[test]
 fn a_film_shows_any_time_of_a_run() {
     let (Some(browser), true) = (browser(), root().join("plugins/views/web/page/node_modules/three").is_dir()) else {
         println!("1 skipped: there is no Chromium, or `npm ci` was not run in plugins/views/web/page");
@@ -267,7 +310,9 @@ fn a_film_shows_any_time_of_a_run() {
         .filter(|l: &Value| l["objects"].is_object())
         .collect();
     for time in [12.5, 0.05, 19.95, 7.0] {
-        page.js(&format!("(() => {{ const s = document.getElementById('slider'); s.value = {time}; s.oninput(); }})()"));
+        page.js(&format!(
+            "(() => {{ const s = document.getElementById('slider'); s.value = {time}; s.oninput(); }})()"
+        ));
         let seen = page.js(
             "Promise.all([import('tatu/objects'), import('tatu/store')]).then(([o, s]) => \
              o.groups.get([...s.scene.objects.values()].find((x) => x.alias === 'Pioneer_p3dx').id).position.toArray())",

@@ -27,6 +27,22 @@ export function call(name, ...args) {
   return new Promise((good, bad) => waiting.set(id, { good, bad }));
 }
 
+/** Bytes of a part of a file. */
+const PART = 2 << 20;
+
+/** Sends a file in parts; a promise of its name for commands. */
+export async function upload(file) {
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  const id = ++asked;
+  const done = new Promise((good, bad) => waiting.set(id, { good: ([name]) => good(name), bad }));
+  for (let at = 0; at === 0 || at < bytes.length; at += PART) {
+    let text = "";
+    for (const b of bytes.subarray(at, at + PART)) text += String.fromCharCode(b);
+    send({ drop: file.name, part: btoa(text), last: at + PART >= bytes.length, id });
+  }
+  return done;
+}
+
 const BINARY = { 1: "frame", 2: "mesh", 3: "image" };
 
 function receive(event) {

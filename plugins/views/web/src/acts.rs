@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
     abi::*,
@@ -15,6 +16,8 @@ use crate::{frames::object, scene::HANDLE};
 const LARGE: &[&str] = &["shape.surface", "shape.parts", "object.data", "scene.data", "graph.streams", "graph.curves"];
 /// Files that a list of scenes names.
 const MOST_FILES: usize = 500;
+/// Bytes of the picture of a scene.
+const MOST_PICTURE: u64 = 64 << 10;
 
 /// The properties of an object and their values.
 pub fn details(turn: &Turn<'_>, n: u64) -> Result<Json> {
@@ -105,11 +108,19 @@ pub fn files() -> Json {
                 open.push((path, depth + 1));
             } else if is_scene(&path, depth) {
                 let about = std::fs::read_to_string(&path).ok().and_then(|t| about(&t)).unwrap_or_default();
-                out.push(json!({ "file": name, "about": about }));
+                out.push(json!({ "file": name, "about": about, "picture": picture(&path) }));
             }
         }
     }
     Json::Array(out)
+}
+
+/// The picture that lies beside a scene, PNG in base64.
+fn picture(scene: &Path) -> Option<String> {
+    let file = scene.with_extension("png");
+    let fits = std::fs::metadata(&file).is_ok_and(|m| m.is_file() && m.len() <= MOST_PICTURE);
+    let bytes = fits.then(|| std::fs::read(&file).ok()).flatten()?;
+    bytes.starts_with(b"\x89PNG").then(|| STANDARD.encode(bytes))
 }
 
 fn is_scene(path: &Path, depth: usize) -> bool {

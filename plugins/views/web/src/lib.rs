@@ -1,11 +1,12 @@
 //! A page in the browser that shows a world and steers it. What it shows and takes: `docs/reference/web-stream.md`.
 //!
-//! - `service`: what is done at the barrier; `acts`: what clients ask for;
+//! - `service`: what is done at the barrier; `acts`: what clients ask for; `drop`: files that are dropped;
 //! - `scene`: the scene as a whole; `frames`: what changed since; `readings`: what sensors, drawings and graphs show;
 //! - `windows`: what scripts opened; `pace`: how fast time passes; `files`: the page itself;
 //! - `film`: a run is recorded; `film_page`: the page that shows it from a file.
 
 mod acts;
+mod drop;
 mod files;
 mod film;
 mod film_page;

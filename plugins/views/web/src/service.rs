@@ -19,7 +19,9 @@ use tatu_services_common::{
 };
 
 use crate::{
-    WebPage, acts, files,
+    WebPage, acts,
+    drop::Dropped,
+    files,
     frames::{Now, object},
     pace::{Pace, SPEEDS},
     readings,
@@ -74,6 +76,8 @@ struct Guest {
     /// The sensor whose image it sees, and the graph.
     eye: u64,
     graph: u64,
+    /// A file that comes in parts.
+    dropped: Option<Dropped>,
 }
 
 impl Service for Web {
@@ -200,7 +204,7 @@ impl State {
             self.told.clear();
             self.drawn.clear();
             self.sent = readings::Sent::default();
-            self.guests.push(Guest { client, known: BTreeMap::new(), whole: false, eye: 0, graph: 0 });
+            self.guests.push(Guest { client, known: BTreeMap::new(), whole: false, eye: 0, graph: 0, dropped: None });
         }
         self.guests.retain(|g| !g.client.is_gone());
         Ok(())
@@ -276,6 +280,18 @@ impl State {
         if let Some(key) = text("key") {
             acts::call(turn, "tatu.press", &[json!(key)])?;
             return Ok(None);
+        }
+        if let (Some(name), Some(part)) = (text("drop"), text("part")) {
+            let mut file = match guest.dropped.take() {
+                Some(file) => file,
+                None => Dropped::new(name)?,
+            };
+            file.take(part)?;
+            if asked.get("last") != Some(&Json::Bool(true)) {
+                guest.dropped = Some(file);
+                return Ok(None);
+            }
+            return Ok(Some(json!({ "result": [file.write(turn)?], "of": id })));
         }
         if let Some(name) = text("call") {
             let args = asked.get("args").and_then(Json::as_array).map_or(&[][..], Vec::as_slice);

@@ -1,0 +1,100 @@
+//! Files that are dropped on the page. They come in parts, go into a folder of their own, and replace nothing.
+
+use std::path::{Path, PathBuf};
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use tatu_plugin_api::{
+    abi::TATU_FILE_WRITE,
+    safe::{Fail, Result, Turn},
+};
+
+/// The folder, in the one in which scripts open files.
+const FOLDER: &str = "dropped";
+/// What a file may end with.
+const ENDINGS: &[&str] = &["toml", "ttt", "ttm", "urdf"];
+/// Bytes of a file, letters of its name, and files of a name.
+const MOST: usize = 64 << 20;
+const LONGEST: usize = 100;
+const MOST_ALIKE: usize = 1000;
+
+/// A file of which parts have come.
+pub struct Dropped {
+    name: String,
+    bytes: Vec<u8>,
+}
+
+impl Dropped {
+    /// The beginning of a file; its name is without folders.
+    pub fn new(name: &str) -> Result<Dropped> {
+        let ending = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
+        let plain = |c: char| c.is_alphanumeric() || " ._-()+".contains(c);
+        if name.len() > LONGEST || name.starts_with('.') || !name.chars().all(plain) {
+            return Err(Fail::argument(format!(
+                "`{name}` is no name for a file: letters, digits, blanks and . _ - ( ) + make one of at most {LONGEST}"
+            )));
+        }
+        if !ENDINGS.contains(&ending.as_str()) {
+            return Err(Fail::argument(format!("`{name}` is no scene, model or robot: {} are", ENDINGS.join(", "))));
+        }
+        Ok(Dropped { name: name.to_owned(), bytes: Vec::new() })
+    }
+
+    /// Takes a part.
+    pub fn take(&mut self, part: &str) -> Result {
+        let bytes = STANDARD.decode(part).map_err(|_| Fail::argument("a part of a file in base64 is expected"))?;
+        if self.bytes.len() + bytes.len() > MOST {
+            return Err(Fail::argument(format!("`{}` is larger than {MOST} bytes", self.name)));
+        }
+        self.bytes.extend(bytes);
+        Ok(())
+    }
+
+    /// Writes the file; its name for commands.
+    pub fn write(self, turn: &Turn<'_>) -> Result<String> {
+        let path = Path::new(&self.name);
+        let part = |p: Option<&std::ffi::OsStr>| p.unwrap_or_default().to_string_lossy().into_owned();
+        let (stem, ending) = (part(path.file_stem()), part(path.extension()));
+        let path_of = |name: &str| -> Result<PathBuf> {
+            Ok(PathBuf::from(String::from_utf8_lossy(&turn.file(name.as_bytes(), TATU_FILE_WRITE)?).into_owned()))
+        };
+        std::fs::create_dir_all(path_of(FOLDER)?)
+            .map_err(|e| Fail::new(format!("the folder `{FOLDER}` cannot be made: {e}")))?;
+        for n in 1..=MOST_ALIKE {
+            let name = if n == 1 { self.name.clone() } else { format!("{stem}-{n}.{ending}") };
+            let name = format!("{FOLDER}/{name}");
+            let fail = |e: std::io::Error| Fail::new(format!("`{name}` cannot be written: {e}"));
+            match std::fs::File::create_new(path_of(&name)?) {
+                Ok(mut file) => {
+                    std::io::Write::write_all(&mut file, &self.bytes).map_err(fail)?;
+                    return Ok(name);
+                }
+                Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
+                Err(e) => return Err(fail(e)),
+            }
+        }
+        Err(Fail::new(format!("there are {MOST_ALIKE} files `{}` already", self.name)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_nowhere_else() {
+        for bad in
+            ["../x.ttt", "/etc/x.ttt", "a\\b.ttt", ".x.ttt", "x.lua", "x", "", "a:b.ttt", "x.ttt\0", &"y".repeat(200)]
+        {
+            assert!(Dropped::new(bad).is_err(), "{bad}");
+        }
+        assert!(Dropped::new("My scene (2).ttt").is_ok() && Dropped::new("robot.URDF").is_ok());
+    }
+
+    #[test]
+    fn no_more_is_taken_than_may_come() {
+        let mut file = Dropped::new("x.ttt").unwrap();
+        let part = STANDARD.encode(vec![0; 3 << 20]);
+        assert!((0..21).all(|_| file.take(&part).is_ok()) && file.take(&part).is_err());
+        assert!(file.take("no base64!").is_err());
+    }
+}
