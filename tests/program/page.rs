@@ -229,6 +229,14 @@ fn a_student_drives_and_changes_a_robot() {
     page.js("(() => { const s = document.querySelector('.window input[type=range]'); s.value = 35; s.oninput(); })()");
     page.until("document.querySelector('.window')?.textContent.includes('3.5 rad/s')");
     page.until(&format!("{speed}.then((v) => v === 3.5)"));
+    // Whoever hears the page hears what each control is.
+    assert_eq!(
+        page.js(
+            "[...document.querySelectorAll('button, input, select, [tabindex]')].filter((e) => !e.closest('[hidden]') && \
+             !(e.ariaLabel || e.title || e.textContent.trim() || e.placeholder || e.labels?.[0]?.textContent.trim())).length",
+        ),
+        0
+    );
     // The view shows something else than its background.
     page.until(
         "(() => { const c = document.querySelector('#view canvas'); const p = document.createElement('canvas'); \

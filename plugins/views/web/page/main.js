@@ -10,6 +10,7 @@ import "tatu/gallery";
 import "tatu/keys";
 import "tatu/view";
 import "tatu/moving";
+import "tatu/pushing";
 import "tatu/sensing";
 import "tatu/drawings";
 import "tatu/editor";

@@ -205,6 +205,8 @@ export function bounds() {
       if (!own.isEmpty() && own.min.length() < 1e3 && own.max.length() < 1e3) box.union(own);
     }
   }
+  // Without shapes there are places.
+  if (box.isEmpty()) for (const group of groups.values()) box.expandByPoint(group.getWorldPosition(new THREE.Vector3()));
   return box;
 }
 

@@ -10,6 +10,7 @@ import { redraw } from "tatu/view";
 const SEEN = new THREE.LineBasicMaterial({ color: 0xe0352b });
 const FREE = new THREE.LineBasicMaterial({ color: 0x2a9d5c, transparent: true, opacity: 0.35 });
 const POINT = new THREE.PointsMaterial({ color: 0xe0352b, size: 6, sizeAttenuation: false });
+const PLACE = new THREE.PointsMaterial({ color: 0x8a3ffc, size: 9, sizeAttenuation: false, depthTest: false });
 const FAN = new THREE.MeshBasicMaterial({ color: 0x2b7de0, transparent: true, opacity: 0.22, side: THREE.DoubleSide, depthWrite: false });
 const rays = document.getElementById("rays");
 const drawn = new Map();
@@ -51,6 +52,12 @@ function scan(r) {
   return [new THREE.Mesh(geometry, FAN)];
 }
 
+/** Where a receiver says that it is, and the way from where it is. */
+function gps(group, r) {
+  const there = group.worldToLocal(new THREE.Vector3(...r.position));
+  return [lines([O, there], FREE), new THREE.Points(new THREE.BufferGeometry().setFromPoints([there]), PLACE)];
+}
+
 on("readings", ({ readings }) => {
   for (const [key, r] of Object.entries(readings)) {
     const id = Number(key);
@@ -58,6 +65,7 @@ on("readings", ({ readings }) => {
     // Of large scenes only what the selected sensor sees is drawn.
     if (!rays.checked || (isLarge() && id !== selected())) replace(id, null);
     else if (schema === "proximity") replace(id, proximity(r));
+    else if (schema === "gps") replace(id, gps(groups.get(id), r));
     else if (schema === "range_scan" && r.distance.length) replace(id, scan(r));
   }
   redraw();

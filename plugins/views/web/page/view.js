@@ -147,17 +147,27 @@ watch("scene", (scene) => {
   redraw();
 });
 
+/** The ray of a pointer. */
+export function rayAt(e) {
+  const box = renderer.domElement.getBoundingClientRect();
+  const at = new THREE.Vector2(((e.clientX - box.left) / box.width) * 2 - 1, 1 - ((e.clientY - box.top) / box.height) * 2);
+  const ray = new THREE.Raycaster();
+  ray.setFromCamera(at, camera);
+  return ray;
+}
+
+/** The object below a pointer, and the point of it that is seen. */
+export function hitAt(e) {
+  const hit = rayAt(e).intersectObjects([root, crowd], true).find((h) => h.object.isMesh && h.object.visible && hitId(h));
+  return hit ? { id: hitId(hit), point: hit.point } : null;
+}
+
 // A click selects what is seen there; a drag turns the camera.
 let down = null;
 renderer.domElement.addEventListener("pointerdown", (e) => { down = [e.clientX, e.clientY]; host.focus({ preventScroll: true }); });
 renderer.domElement.addEventListener("pointerup", (e) => {
   if (!down || Math.hypot(e.clientX - down[0], e.clientY - down[1]) > 4) return;
-  const box = renderer.domElement.getBoundingClientRect();
-  const at = new THREE.Vector2(((e.clientX - box.left) / box.width) * 2 - 1, 1 - ((e.clientY - box.top) / box.height) * 2);
-  const ray = new THREE.Raycaster();
-  ray.setFromCamera(at, camera);
-  const hit = ray.intersectObjects([root, crowd], true).find((h) => h.object.isMesh && h.object.visible && hitId(h));
-  select(hit ? hitId(hit) : 0);
+  select(hitAt(e)?.id ?? 0);
 });
 
 lay(5);
