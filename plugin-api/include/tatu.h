@@ -1094,6 +1094,8 @@ typedef struct tatu_host_commands {
   void(TATU_CALL *drop)(tatu_world *, tatu_func);
   /* Calls a script's function; frame as in `call`. TATU_ERR_GONE when its script has ended. */
   tatu_status(TATU_CALL *call_func)(tatu_world *, tatu_func, tatu_call *frame);
+  /* The name of the `index`-th constant, in the order of their names. TATU_ERR_MISSING past the end. */
+  tatu_status(TATU_CALL *constant_name)(tatu_world *, uint32_t index, tatu_str *name);
 } tatu_host_commands;
 
 #define TATU_HOST_SCRIPTS "tatu.host.scripts/draft.1"

@@ -110,7 +110,7 @@ mirror! {
     tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic, frictions }
     tatu_host_commands {
         size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,
-        retain, drop, call_func
+        retain, drop, call_func, constant_name
     }
     tatu_host_scripts { size, reserved, list, call, broadcast, options, add, call_below, text, change }
     tatu_host_signals { size, reserved, get, set, clear, name }

@@ -95,7 +95,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         None => args.changes.options(&args.services)?,
     };
     if let Some(file) = &args.html {
-        options.services.push(ServiceOverride::with_text("film", "file", &file.to_string_lossy()));
+        options.services.push(ServiceOverride::with_text("film", "page", &file.to_string_lossy()));
     }
     let copies = args.reload.then(Copies::new).transpose()?;
     let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref()).map(PathBuf::as_path);

@@ -133,6 +133,7 @@ pub struct tatu_host_commands {
     pub retain: Option<unsafe extern "C" fn(WorldPtr, tatu_func, *mut tatu_func) -> tatu_status>,
     pub drop: Option<unsafe extern "C" fn(WorldPtr, tatu_func)>,
     pub call_func: Option<unsafe extern "C" fn(WorldPtr, tatu_func, *mut tatu_call) -> tatu_status>,
+    pub constant_name: Option<unsafe extern "C" fn(WorldPtr, u32, *mut tatu_str) -> tatu_status>,
 }
 
 #[repr(C)]

@@ -8,6 +8,7 @@
 
 mod actuator;
 mod call;
+mod catalogue;
 mod command;
 mod event;
 mod fail;
@@ -30,6 +31,7 @@ mod world;
 
 pub use actuator::{Actuator, Drive, Output};
 pub use call::{Call, IntoResult, Outcome};
+pub use catalogue::About;
 pub use command::{Command, Constant, Status};
 pub use event::Event;
 pub use fail::{Fail, Result};

@@ -24,6 +24,7 @@ pub static TABLE: tatu_host_commands = tatu_host_commands {
     retain: Some(retain),
     drop: Some(drop_func),
     call_func: Some(call_func),
+    constant_name: Some(constant_name),
 };
 
 unsafe extern "C" fn find(w: *mut tatu_world, name: tatu_str) -> u32 {
@@ -79,6 +80,19 @@ unsafe extern "C" fn constant(w: *mut tatu_world, name: tatu_str, out: *mut tatu
                 // Asked for often by scripts that test names: no sentence.
                 None => Err(TATU_ERR_MISSING),
             }
+        })
+    }
+}
+
+unsafe extern "C" fn constant_name(w: *mut tatu_world, index: u32, out: *mut tatu_str) -> tatu_status {
+    // SAFETY: by the contract, what a plugin passes is valid during the call; names live as long as the registry.
+    unsafe {
+        here(w, |world| {
+            let name = world.registry.constants.keys().nth(index as usize).ok_or(TATU_ERR_MISSING)?;
+            if let Some(out) = out.as_mut() {
+                *out = raw(name.as_bytes());
+            }
+            Ok(())
         })
     }
 }

@@ -8,7 +8,7 @@ use crate::{
     window::{all, get, set, value},
 };
 
-/// What can be done: for `ui.act`.
+/// What can be done: for `tatu.actOnWindow`.
 const WHAT: &[&str] = &["click", "change", "close", "link", "select"];
 
 /// Calls the function that a widget names for what was done to it, with window and id before the rest.
@@ -122,31 +122,31 @@ fn act(c: &mut Ctx<'_>) -> Result {
 
 pub(crate) fn offer(offer: &mut Offer<SimUi>) {
     offer.command(
-        Cmd::new("ui.act", act)
+        Cmd::new("tatu.actOnWindow", act)
             .param(Param::int("window").text("its number"))
             .param(Param::int("n").text("the place of the widget; 0: the window itself"))
             .param(Param::string("what").choices(WHAT))
             .param(Param::any("value").optional().text("change: what it holds now; link: which; select: the row"))
             .text("Does to a window of a script what a person would do; the script's callback is called.")
             .notes(
-                "Views call it. The places of widgets stand in the event `ui.window` and in what `ui.windows` gives.",
+                "Views call it. The places of widgets stand in the event `ui.window` and in what `tatu.windows` gives.",
             )
             .example(
                 "function moved(ui, id, x) seen = {id, x} end\n\
                  local ui = simUI.create('<ui><hslider id=\"7\" maximum=\"10\" on-change=\"moved\"/></ui>')\n\
                  function sysCall_sensing()\n  \
-                   ui.act(window, 1, 'change', 4)\n  \
+                   tatu.actOnWindow(window, 1, 'change', 4)\n  \
                    assert(seen[1] == 7 and seen[2] == 4)\n\
                  end"
                 .replace("local ui =", "window ="),
             ),
     );
     offer.command(
-        Cmd::new("ui.windows", |c| {
+        Cmd::new("tatu.windows", |c| {
             let trees: Vec<Json> = {
                 let all = all(c)?;
                 let one = |(window, of): (&i64, &crate::window::Window)| {
-                    json!({ "window": window, "act": "ui.act", "widgets": of.widgets() })
+                    json!({ "window": window, "act": "tatu.actOnWindow", "widgets": of.widgets() })
                 };
                 all.open.iter().map(one).collect()
             };
@@ -155,7 +155,6 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         })
         .returns(Param::any("windows").text("of each a table: window, act, widgets, as the event `ui.window` tells them"))
         .text("Lists the windows that scripts opened.")
-        .example("simUI.create('<ui title=\"A\"/>')\nassert(#ui.windows() > 0)"),
+        .example("simUI.create('<ui title=\"A\"/>')\nassert(#tatu.windows() > 0)"),
     );
-    offer.prelude("lua", "", "return { api = { 'simUI.', 'ui.' } }");
 }

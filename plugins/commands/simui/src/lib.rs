@@ -1,5 +1,5 @@
 //! Windows that scripts describe in XML: `simUI.create` and its family. What a window holds is kept here; a view hears of it
-//! by the event `ui.window`, shows it, and tells by `ui.act` what somebody did to it.
+//! by the event `ui.window`, shows it, and tells by `tatu.actOnWindow` what somebody did to it.
 //!
 //! - `xml`: the description; `window`: what is kept, and the event; `acts`: what people do, and callbacks into scripts;
 //! - `program`: whole windows; `fields`: a value of a widget; `lists`: boxes, tables and trees; `plots`: curves and images;
@@ -73,11 +73,13 @@ impl Plugin for SimUi {
 
     fn offer(offer: &mut Offer<Self>) {
         program::offer(offer);
-        fields::offer(offer);
-        lists::offer(offer);
-        plots::offer(offer);
         acts::offer(offer);
         offer.subject("simui");
+        fields::offer(offer);
+        plots::offer(offer);
+        offer.subject("widgets");
+        lists::offer(offer);
+        offer.subject("lists");
         neutral::offer(offer);
         offer.subject("stubs");
         offer.each_command(|c| c.old_names_until(OLD_NAMES_RAISE));

@@ -160,7 +160,12 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             let pixels = Value::Map(vec![(Value::text("pixels"), Value::Bytes(data.to_vec()))]);
             c.world().publish_value(
                 EVENT,
-                &map([("window", at.0.into()), ("n", (at.1 as i64).into()), ("set", pixels), ("act", "ui.act".into())]),
+                &map([
+                    ("window", at.0.into()),
+                    ("n", (at.1 as i64).into()),
+                    ("set", pixels),
+                    ("act", "tatu.actOnWindow".into()),
+                ]),
             )?;
             c.ret(1_i64);
             Ok(())

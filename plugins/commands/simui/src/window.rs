@@ -120,7 +120,7 @@ pub(crate) fn set(c: &Ctx<'_>, (window, n): (i64, usize), entries: &[(&str, Json
 
 /// Tells views.
 pub(crate) fn tell(c: &Ctx<'_>, mut payload: Json) -> Result {
-    payload["act"] = json!("ui.act");
+    payload["act"] = json!("tatu.actOnWindow");
     c.world().publish_value(EVENT, &value(&payload))
 }
 

@@ -20,7 +20,7 @@ struct Dialog {
 
 /// The event by which views hear of windows, and the command by which they answer dialogs.
 const EVENT: &str = "ui.window";
-const ANSWER: &str = "ui.answer";
+const ANSWER: &str = "tatu.answerDialog";
 
 /// Buttons of a style: text and result.
 fn buttons(style: i64) -> &'static [(&'static str, i64)] {
@@ -183,9 +183,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             )
             .example(
                 "local dialog = sim.displayDialog('Go', 'Shall it go on?', 4, false)\n\
-                 ui.answer(dialog, 0, 'attend')\n\
+                 tatu.answerDialog(dialog, 0, 'attend')\n\
                  assert(sim.getDialogResult(dialog) == 0)\n\
-                 ui.answer(dialog, 4, 'click')\n\
+                 tatu.answerDialog(dialog, 4, 'click')\n\
                  assert(sim.getDialogResult(dialog) == 4)",
             ),
     );

@@ -59,34 +59,8 @@ pub fn call(turn: &Turn<'_>, name: &str, args: &[Json]) -> Result<Json> {
 
 /// All commands, for completion: name, parameters and a sentence.
 pub fn commands(turn: &Turn<'_>) -> Json {
-    let Some(table) = turn.host().commands_table() else { return json!([]) };
-    let (Some(count), Some(describe)) = (table.count, table.describe) else { return json!([]) };
-    let text = |p: *const std::ffi::c_char| -> String {
-        if p.is_null() {
-            return String::new();
-        }
-        // SAFETY: declarations of the host are texts that end with 0 and live as long as the host.
-        unsafe { std::ffi::CStr::from_ptr(p) }.to_string_lossy().into_owned()
-    };
-    // SAFETY: the world of this turn.
-    let n = unsafe { count(turn.raw()) };
-    let mut out = Vec::new();
-    for id in 1..=n {
-        // SAFETY: the declaration is the host's own copy; its lists end with null.
-        unsafe {
-            let Some(command) = describe(turn.raw(), id).as_ref() else { continue };
-            let mut params = Vec::new();
-            let mut at = command.params;
-            while !at.is_null() && !(*at).is_null() {
-                params.push(text((**at).key));
-                at = at.add(1);
-            }
-            let first = if command.names.is_null() { None } else { (*command.names).as_ref() };
-            let name = first.map_or(String::new(), |n| text(n.name));
-            out.push(json!([name, params.join(", "), text(command.text)]));
-        }
-    }
-    Json::Array(out)
+    let all = turn.commands();
+    all.iter().map(|c| json!([c.names.first(), c.params.join(", "), c.text])).collect()
 }
 
 /// Scenes in the folder `scenes` and beside it, for the gallery: names as `tatu.open` takes them.

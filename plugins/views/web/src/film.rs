@@ -60,11 +60,11 @@ impl Service for Film {
     const EVENTS: &'static [&'static str] = EVENTS;
 
     fn params() -> Vec<Param> {
-        vec![Param::string("file").text("the page that is written when the run ends")]
+        vec![Param::string("page").text("the page that is written when the run ends")]
     }
 
     fn start(plugin: &WebPage, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
-        let file = PathBuf::from(params.string("file")?);
+        let file = PathBuf::from(params.string("page")?);
         film_page::check()?;
         // What cannot be written is told before anything has run.
         let made = File::options().append(true).create(true).open(&file);

@@ -63,7 +63,7 @@ mod tests {
     fn who_comes_late_sees_what_was_changed() {
         let mut windows = Windows::default();
         let one = |rest: Json| {
-            let mut all = json!({ "window": 1, "act": "ui.act" });
+            let mut all = json!({ "window": 1, "act": "tatu.actOnWindow" });
             all.as_object_mut().unwrap().extend(rest.as_object().unwrap().clone());
             all
         };

@@ -1,0 +1,79 @@
+//! What a name space offers: clients can only call what stands in its list.
+
+use ciborium::Value as Cbor;
+use tatu_plugin_api::safe::{Fail, Result, Turn};
+
+use crate::cbor;
+
+/// Functions that the service itself has, of any world.
+pub const OWN: &[&str] =
+    &["sim.setStepping", "sim.step", "sim.switchThread", "sim.yield", "sim.acquireLock", "sim.releaseLock"];
+
+/// `sim-2` means a later generation of the names of `sim`.
+fn space(name: &str) -> &str {
+    name.split('-').next().unwrap_or(name)
+}
+
+fn names(turn: &Turn<'_>) -> Vec<String> {
+    turn.commands().into_iter().flat_map(|c| c.names).collect()
+}
+
+/// Whether there is such a name space.
+pub fn require(turn: &Turn<'_>, name: &str) -> Result {
+    let begin = format!("{}.", space(name));
+    if space(name) == "zmqRemoteApi" || names(turn).iter().any(|n| n.starts_with(&begin)) {
+        return Ok(());
+    }
+    Err(Fail::missing(format!("there is no module `{name}` here")))
+}
+
+/// The members of a name space: functions, constants, and maps of these.
+pub fn info(turn: &Turn<'_>, name: &str) -> Result<Cbor> {
+    require(turn, name)?;
+    let begin = format!("{}.", space(name));
+    let mut root = Vec::new();
+    for own in names(turn).iter().map(String::as_str).chain(OWN.iter().copied()) {
+        if let Some(rest) = own.strip_prefix(&begin) {
+            put(&mut root, rest, "func", Cbor::Map(Vec::new()));
+        }
+    }
+    for (own, value) in turn.constants()? {
+        if let Some(rest) = own.strip_prefix(&begin) {
+            // A table of constants is a name space.
+            match cbor::write(&value) {
+                Cbor::Map(entries) => {
+                    for (key, value) in entries {
+                        if let Cbor::Text(key) = key {
+                            put(&mut root, &format!("{rest}.{key}"), "const", value);
+                        }
+                    }
+                }
+                value => put(&mut root, rest, "const", value),
+            }
+        }
+    }
+    Ok(Cbor::Map(root))
+}
+
+type Entries = Vec<(Cbor, Cbor)>;
+
+fn put(entries: &mut Entries, name: &str, kind: &str, value: Cbor) {
+    let (first, rest) = name.split_once('.').map_or((name, None), |(f, r)| (f, Some(r)));
+    let at = entries.iter().position(|(k, _)| k.as_text() == Some(first));
+    match rest {
+        None if at.is_none() => {
+            let entry = Cbor::Map(vec![(Cbor::Text(kind.to_owned()), value)]);
+            entries.push((Cbor::Text(first.to_owned()), entry));
+        }
+        None => {}
+        Some(rest) => {
+            let at = at.unwrap_or_else(|| {
+                entries.push((Cbor::Text(first.to_owned()), Cbor::Map(Vec::new())));
+                entries.len() - 1
+            });
+            if let Cbor::Map(inner) = &mut entries[at].1 {
+                put(inner, rest, kind, value);
+            }
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! Messages: what clients ask, and what they are answered.
+
+use ciborium::Value as Cbor;
+use tatu_plugin_api::safe::{Fail, Result, Value};
+
+/// What a client asks.
+#[derive(Debug, Default)]
+pub struct Request {
+    /// The name of what is called.
+    pub func: String,
+    /// Its arguments.
+    pub args: Vec<Value>,
+    /// Which client it is; clients of the first protocol have none.
+    pub uuid: Option<String>,
+}
+
+/// Lists and maps nest no deeper.
+const MOST_DEPTH: usize = 64;
+
+/// Reads a request.
+pub fn read(bytes: &[u8]) -> Result<Request> {
+    let wrong = |why: &str| Fail::argument(format!("the message is no request: {why}"));
+    let message: Cbor =
+        ciborium::de::from_reader_with_recursion_limit(bytes, MOST_DEPTH).map_err(|e| wrong(&e.to_string()))?;
+    let Cbor::Map(entries) = message else { return Err(wrong("a map is expected")) };
+    let mut request = Request::default();
+    for (key, entry) in entries {
+        match (key.as_text(), entry) {
+            (Some("func"), Cbor::Text(name)) => request.func = name,
+            (Some("args"), Cbor::Array(args)) => request.args = args.into_iter().map(value).collect::<Result<_>>()?,
+            (Some("uuid"), Cbor::Text(uuid)) => request.uuid = Some(uuid),
+            (Some("func" | "args" | "uuid"), _) => {
+                return Err(wrong("`func` and `uuid` are texts, `args` is an array"));
+            }
+            _ => {}
+        }
+    }
+    if request.func.is_empty() { Err(wrong("it has no `func`")) } else { Ok(request) }
+}
+
+/// How clients write nothing as an argument.
+const NIL: &str = "_*NIL*_";
+
+fn value(cbor: Cbor) -> Result<Value> {
+    Ok(match cbor {
+        Cbor::Null => Value::Nil,
+        Cbor::Bool(b) => Value::Bool(b),
+        Cbor::Integer(i) => {
+            let i = i128::from(i);
+            i64::try_from(i).map_or(Value::Float(i as f64), Value::Int)
+        }
+        Cbor::Float(x) => Value::Float(x),
+        Cbor::Text(t) if t == NIL => Value::Nil,
+        Cbor::Text(t) => Value::text(t),
+        Cbor::Bytes(b) => Value::Bytes(b),
+        Cbor::Array(items) => array(items.into_iter().map(value).collect::<Result<_>>()?),
+        Cbor::Map(entries) => {
+            Value::Map(entries.into_iter().map(|(k, v)| Ok((value(k)?, value(v)?))).collect::<Result<_>>()?)
+        }
+        Cbor::Tag(_, inner) => value(*inner)?,
+        _ => return Err(Fail::argument("a value of a kind that nobody knows")),
+    })
+}
+
+/// Numbers alone make an array of numbers, all else makes a list.
+fn array(values: Vec<Value>) -> Value {
+    if values.is_empty() {
+        return Value::List(values);
+    }
+    if let Some(ints) = values.iter().map(|v| if let Value::Int(i) = v { Some(*i) } else { None }).collect() {
+        return Value::Ints(ints);
+    }
+    let numbers = values.iter().map(|v| match v {
+        Value::Int(i) => Some(*i as f64),
+        Value::Float(x) => Some(*x),
+        _ => None,
+    });
+    match numbers.collect() {
+        Some(numbers) => Value::Floats(numbers),
+        None => Value::List(values),
+    }
+}
+
+/// A value as clients read it: bytes are bytes, texts that are none are bytes, too.
+pub fn write(value: &Value) -> Cbor {
+    match value {
+        Value::Nil | Value::Func(_) => Cbor::Null,
+        Value::Bool(b) => Cbor::Bool(*b),
+        Value::Int(i) => Cbor::Integer((*i).into()),
+        Value::Float(x) => Cbor::Float(*x),
+        Value::Text(t) => match std::str::from_utf8(t) {
+            Ok(text) => Cbor::Text(text.to_owned()),
+            Err(_) => Cbor::Bytes(t.clone()),
+        },
+        Value::Bytes(b) => Cbor::Bytes(b.clone()),
+        Value::Floats(all) => Cbor::Array(all.iter().map(|x| Cbor::Float(*x)).collect()),
+        Value::Ints(all) => Cbor::Array(all.iter().map(|i| Cbor::Integer((*i).into())).collect()),
+        Value::List(all) => Cbor::Array(all.iter().map(write).collect()),
+        Value::Map(all) => Cbor::Map(all.iter().map(|(k, v)| (write(k), write(v))).collect()),
+        Value::Object(o) => Cbor::Integer((*o & 0xF_FFFF).into()),
+    }
+}
+
+fn bytes(message: Vec<(&str, Cbor)>) -> Vec<u8> {
+    let message = Cbor::Map(message.into_iter().map(|(k, v)| (Cbor::Text(k.to_owned()), v)).collect());
+    let mut out = Vec::new();
+    // Memory takes all that is written to it.
+    let _ = ciborium::into_writer(&message, &mut out);
+    out
+}
+
+/// The answer of a call. `first`: to a client of the first protocol.
+pub fn results(values: Vec<Cbor>, first: bool) -> Vec<u8> {
+    let mut message = vec![("ret", Cbor::Array(values))];
+    if first {
+        message.push(("success", Cbor::Bool(true)));
+    }
+    bytes(message)
+}
+
+/// The answer of a call that failed.
+pub fn failed(text: &str, first: bool) -> Vec<u8> {
+    if first {
+        return bytes(vec![("success", Cbor::Bool(false)), ("error", Cbor::Text(text.to_owned()))]);
+    }
+    bytes(vec![("err", Cbor::Text(text.to_owned()))])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_request_of_a_real_client_is_read() {
+        // sim.f(7, b'\x00\xff', [1.0, -2], 'txt', None, True, {'k': 1}), as Python's client writes it.
+        let args = b"\x87\x07\x42\x00\xff\x82\xfb\x3f\xf0\0\0\0\0\0\0\x21\x63txt\xf6\xf5\xa1\x61k\x01";
+        let bytes = [b"\xa3\x64func\x65sim.f\x64args", &args[..], b"\x64uuid\x62ab"].concat();
+        let request = read(&bytes).unwrap();
+        assert_eq!((request.func.as_str(), request.uuid.as_deref()), ("sim.f", Some("ab")));
+        assert_eq!(
+            request.args,
+            [
+                Value::Int(7),
+                Value::Bytes(vec![0, 255]),
+                Value::Floats(vec![1.0, -2.0]),
+                Value::text("txt"),
+                Value::Nil,
+                Value::Bool(true),
+                Value::Map(vec![(Value::text("k"), Value::Int(1))]),
+            ]
+        );
+    }
+
+    #[test]
+    fn what_is_no_request_is_told() {
+        for bytes in
+            [&b""[..], b"\x01", b"\xa0", b"\xa1\x64func\x01", b"\x9f\x9f\x9f", b"\x9b\x7f\xff\xff\xff\xff\xff\xff\xff"]
+        {
+            assert!(read(bytes).is_err(), "{bytes:?}");
+        }
+        assert!(read(&[0x81; 100_000]).is_err());
+    }
+
+    #[test]
+    fn answers_are_those_of_the_protocol() {
+        assert_eq!(results(vec![Cbor::Integer(42.into())], false), b"\xa1\x63ret\x81\x18\x2a");
+        assert!(failed("no", true).windows(7).any(|w| w == b"success"));
+    }
+}

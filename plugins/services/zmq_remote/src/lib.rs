@@ -1,0 +1,42 @@
+//! The ZeroMQ remote API: clients that were written for CoppeliaSim call the commands of a world.
+//!
+//! - `zmtp`: sockets and ZeroMQ's framing; `cbor`: messages; `catalogue`: what a name space offers;
+//! - `clients`: who is there, and how each stands to the steps; `service`: what is done at the barrier.
+
+mod catalogue;
+mod cbor;
+mod clients;
+mod service;
+mod zmtp;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Result, World},
+    tatu_plugin,
+};
+
+pub use service::Remote;
+
+/// The plugin: it offers one service.
+pub struct ZmqRemote;
+
+impl Plugin for ZmqRemote {
+    type World = ();
+
+    fn start(_: &Host) -> Result<Self> {
+        Ok(ZmqRemote)
+    }
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.service::<Remote>();
+    }
+}
+
+tatu_plugin! {
+    plugin: ZmqRemote,
+    id: "tatu.service.zmq_remote",
+    name: "ZeroMQ remote API",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

@@ -1,0 +1,339 @@
+//! Sockets that speak ZMTP 3 without security (<https://rfc.zeromq.org/spec/23>), as much as a server of requests and a
+//! publisher need.
+//!
+//! Each connection has a thread: it reads a request, hands it on, waits for its answer and writes it. Nothing is allocated on
+//! a peer's word: a frame that claims more than its bound closes its connection, and memory grows as bytes come.
+
+use std::{
+    collections::BTreeMap,
+    io::{self, Read, Write},
+    net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, AtomicUsize, Ordering},
+        mpsc::{Receiver, RecvTimeoutError, Sender, channel},
+    },
+    thread::{self, JoinHandle},
+    time::Duration,
+};
+
+/// Bytes of a message.
+pub const MOST: u64 = 64 << 20;
+/// Bytes of all requests that wait, but for small ones.
+const MOST_WAITING: usize = 512 << 20;
+const SMALL: usize = 64 << 10;
+/// Connections at a time.
+const MOST_CONNECTIONS: usize = 256;
+/// How long a peer may take to greet, and to take an answer.
+const GREETING: Duration = Duration::from_secs(5);
+/// How often a thread that waits for an answer looks whether its peer is still there.
+const LOOK: Duration = Duration::from_millis(50);
+
+const MORE: u8 = 1;
+const LONG: u8 = 2;
+const COMMAND: u8 = 4;
+
+/// What connections tell.
+pub enum Event {
+    /// A request; its answer goes into `answer`.
+    Request {
+        /// The number of the connection.
+        connection: u64,
+        /// What was asked.
+        body: Vec<u8>,
+        /// Where the answer goes.
+        answer: Sender<Vec<u8>>,
+    },
+    /// A connection has ended.
+    Gone(u64),
+    /// A message was refused: a sentence for the log.
+    Refused(String),
+}
+
+/// What a socket is for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Requests are answered.
+    Reply,
+    /// Everybody who listens gets what is published.
+    Publish,
+}
+
+struct Shared {
+    kind: Kind,
+    events: Mutex<Sender<Event>>,
+    wake: Box<dyn Fn() + Send + Sync>,
+    open: Mutex<BTreeMap<u64, TcpStream>>,
+    waiting: AtomicUsize,
+    end: AtomicBool,
+}
+
+/// A port that is listened to; dropping it ends its threads.
+pub struct Listener {
+    /// Where it listens.
+    pub address: SocketAddr,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn wrong(why: &str) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, why.to_owned())
+}
+
+impl Listener {
+    /// Listens on 127.0.0.1; what comes in is told by the receiver, and `wake` is called then.
+    pub fn open(kind: Kind, port: u16, wake: Box<dyn Fn() + Send + Sync>) -> io::Result<(Listener, Receiver<Event>)> {
+        let socket = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
+        let address = socket.local_addr()?;
+        let (events, told) = channel();
+        let shared = Arc::new(Shared {
+            kind,
+            events: Mutex::new(events),
+            wake,
+            open: Mutex::default(),
+            waiting: AtomicUsize::new(0),
+            end: AtomicBool::new(false),
+        });
+        let own = shared.clone();
+        let thread = thread::Builder::new().name("zmtp".into()).spawn(move || accept(&socket, &own))?;
+        Ok((Listener { address, shared, thread: Some(thread) }, told))
+    }
+
+    /// Sends a short message to all who listen; who does not take it at once misses it.
+    pub fn publish(&self, body: &[u8]) {
+        let mut frame = vec![0, body.len() as u8];
+        frame.extend_from_slice(body);
+        for mut stream in lock(&self.shared.open).values() {
+            // Listeners are not read any more after their greeting, so the socket may stay non-blocking.
+            let _ = stream.set_nonblocking(true).and_then(|()| stream.write(&frame).map(drop));
+        }
+    }
+}
+
+impl Drop for Listener {
+    fn drop(&mut self) {
+        self.shared.end.store(true, Ordering::Release);
+        for stream in lock(&self.shared.open).values() {
+            let _ = stream.shutdown(Shutdown::Both);
+        }
+        // The thread sits in `accept`: a connection of our own gets it out.
+        let _ = TcpStream::connect_timeout(&self.address, GREETING);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn accept(socket: &TcpListener, shared: &Arc<Shared>) {
+    let mut threads: Vec<JoinHandle<()>> = Vec::new();
+    let mut number = 0;
+    loop {
+        let accepted = socket.accept();
+        if shared.end.load(Ordering::Acquire) {
+            break;
+        }
+        threads.retain(|t| !t.is_finished());
+        let Ok((stream, _)) = accepted else {
+            // Out of file handles, for instance: others may be given back.
+            thread::sleep(LOOK);
+            continue;
+        };
+        // One too many is closed.
+        if threads.len() >= MOST_CONNECTIONS {
+            continue;
+        }
+        number += 1;
+        let own = shared.clone();
+        let serve = move || {
+            // What a peer does wrong ends its own connection.
+            let done = serve(stream, number, &own);
+            lock(&own.open).remove(&number);
+            let events = lock(&own.events);
+            if let Err(e) = done
+                && e.kind() == io::ErrorKind::InvalidData
+            {
+                let _ = events.send(Event::Refused(format!("connection {number} is closed: {e}")));
+            }
+            let _ = events.send(Event::Gone(number));
+            drop(events);
+            (own.wake)();
+        };
+        threads.extend(thread::Builder::new().name("zmtp client".into()).spawn(serve));
+    }
+    for stream in lock(&shared.open).values() {
+        let _ = stream.shutdown(Shutdown::Both);
+    }
+    for thread in threads {
+        let _ = thread.join();
+    }
+}
+
+fn serve(mut stream: TcpStream, number: u64, shared: &Shared) -> io::Result<()> {
+    stream.set_nodelay(true)?;
+    stream.set_read_timeout(Some(GREETING))?;
+    stream.set_write_timeout(Some(GREETING))?;
+    greet(&mut stream, shared.kind)?;
+    lock(&shared.open).insert(number, stream.try_clone()?);
+    if shared.end.load(Ordering::Acquire) {
+        return Ok(());
+    }
+    stream.set_read_timeout(None)?;
+    if shared.kind == Kind::Publish {
+        return listen(&mut stream);
+    }
+    let events = lock(&shared.events).clone();
+    loop {
+        let body = request(&mut stream)?;
+        let size = body.len();
+        if size > SMALL && shared.waiting.fetch_add(size, Ordering::AcqRel) + size > MOST_WAITING {
+            shared.waiting.fetch_sub(size, Ordering::AcqRel);
+            return Err(wrong("too many large requests wait"));
+        }
+        let (answer, answered) = channel();
+        let sent = events.send(Event::Request { connection: number, body, answer });
+        (shared.wake)();
+        let body = if sent.is_ok() { wait(&stream, &answered) } else { None };
+        if size > SMALL {
+            shared.waiting.fetch_sub(size, Ordering::AcqRel);
+        }
+        let Some(body) = body else { return Ok(()) };
+        // The delimiter and a short body fit into one packet.
+        let mut bytes = Vec::with_capacity(body.len() + 11);
+        bytes.extend_from_slice(&[MORE, 0]);
+        match u8::try_from(body.len()) {
+            Ok(len) => bytes.extend_from_slice(&[0, len]),
+            Err(_) => {
+                bytes.push(LONG);
+                bytes.extend_from_slice(&(body.len() as u64).to_be_bytes());
+            }
+        }
+        bytes.extend_from_slice(&body);
+        stream.write_all(&bytes)?;
+    }
+}
+
+/// The answer; none when the peer or the service has gone.
+fn wait(stream: &TcpStream, answered: &Receiver<Vec<u8>>) -> Option<Vec<u8>> {
+    loop {
+        match answered.recv_timeout(LOOK) {
+            Ok(body) => return Some(body),
+            Err(RecvTimeoutError::Disconnected) => return None,
+            Err(RecvTimeoutError::Timeout) => {
+                let _ = stream.set_nonblocking(true);
+                let here = stream.peek(&mut [0]);
+                let _ = stream.set_nonblocking(false);
+                match here {
+                    Ok(0) => return None,
+                    Err(e) if e.kind() != io::ErrorKind::WouldBlock => return None,
+                    _ => {}
+                }
+            }
+        }
+    }
+}
+
+/// Greetings and the first commands, both ways.
+fn greet(stream: &mut TcpStream, kind: Kind) -> io::Result<()> {
+    let mut ours = [0_u8; 64];
+    ours[0] = 0xFF;
+    ours[8] = 1;
+    ours[9] = 0x7F;
+    ours[10] = 3;
+    ours[12..16].copy_from_slice(b"NULL");
+    stream.write_all(&ours)?;
+    let mut theirs = [0_u8; 64];
+    stream.read_exact(&mut theirs)?;
+    if theirs[0] != 0xFF || theirs[9] & 1 == 0 || theirs[10] < 3 || theirs[12..32] != ours[12..32] {
+        return Err(wrong("no greeting of ZeroMQ 4 without security"));
+    }
+    let kind: &[u8] = if kind == Kind::Reply { b"ROUTER" } else { b"PUB" };
+    let mut ready = b"\x05READY\x0bSocket-Type\0\0\0".to_vec();
+    ready.push(kind.len() as u8);
+    ready.extend_from_slice(kind);
+    stream.write_all(&[&[COMMAND, ready.len() as u8][..], &ready].concat())?;
+    let (flags, body) = frame(stream, u64::from(u16::MAX))?;
+    if flags & COMMAND == 0 || !body.starts_with(b"\x05READY") {
+        return Err(wrong("the first frame is no READY"));
+    }
+    Ok(())
+}
+
+/// A frame of at most so many bytes.
+fn frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)> {
+    let mut head = [0_u8; 1];
+    stream.read_exact(&mut head)?;
+    let flags = head[0];
+    if flags & !(MORE | LONG | COMMAND) != 0 {
+        return Err(wrong("a frame has flags that nobody knows"));
+    }
+    let len = if flags & LONG != 0 {
+        let mut len = [0_u8; 8];
+        stream.read_exact(&mut len)?;
+        u64::from_be_bytes(len)
+    } else {
+        stream.read_exact(&mut head)?;
+        u64::from(head[0])
+    };
+    if len > most {
+        return Err(wrong(&format!("a frame claims {len} bytes, {most} at most are taken")));
+    }
+    let mut body = Vec::new();
+    if stream.take(len).read_to_end(&mut body)? as u64 != len {
+        return Err(io::ErrorKind::UnexpectedEof.into());
+    }
+    Ok((flags, body))
+}
+
+/// The next request: a delimiter, and one body.
+fn request(stream: &mut TcpStream) -> io::Result<Vec<u8>> {
+    let mut delimited = false;
+    loop {
+        let (flags, body) = frame(stream, MOST)?;
+        if flags & COMMAND != 0 {
+            if body.starts_with(b"\x04PING") && body.len() >= 7 {
+                let pong = [b"\x04PONG", &body[7..]].concat();
+                let len = u8::try_from(pong.len()).map_err(|_| wrong("a PING is too long"))?;
+                stream.write_all(&[&[COMMAND, len][..], &pong].concat())?;
+            }
+            continue;
+        }
+        match (delimited, flags & MORE != 0) {
+            (false, true) if body.is_empty() => delimited = true,
+            (true, false) => return Ok(body),
+            _ => return Err(wrong("a request is an empty frame and one body")),
+        }
+    }
+}
+
+/// Reads on, without looking at it, until a listener goes.
+fn listen(stream: &mut TcpStream) -> io::Result<()> {
+    let mut bytes = [0; 256];
+    loop {
+        match stream.read(&mut bytes) {
+            Ok(0) => return Ok(()),
+            Ok(_) => {}
+            // Publishing makes the socket non-blocking.
+            Err(e) if e.kind() == io::ErrorKind::WouldBlock => thread::sleep(LOOK),
+            Err(e) => return Err(e),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_reserved_on_a_claim() {
+        let claim = [&[LONG][..], &(MOST + 1).to_be_bytes()].concat();
+        assert!(frame(&mut claim.as_slice(), MOST).unwrap_err().to_string().contains("claims"));
+        let claim = [&[LONG][..], &MOST.to_be_bytes(), b"short"].concat();
+        assert_eq!(frame(&mut claim.as_slice(), MOST).unwrap_err().kind(), io::ErrorKind::UnexpectedEof);
+        assert_eq!(frame(&mut &b"\x00\x02ab"[..], MOST).unwrap(), (0, b"ab".to_vec()));
+        assert!(frame(&mut &b"\xF0\x02ab"[..], MOST).is_err());
+    }
+}
