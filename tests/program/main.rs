@@ -86,3 +86,4 @@ mod watchers;
 mod wheels;
 mod worlds;
 mod written;
+mod zmq;

@@ -76,8 +76,9 @@ impl Plugin for SimUi {
         acts::offer(offer);
         offer.subject("simui");
         fields::offer(offer);
-        plots::offer(offer);
         offer.subject("widgets");
+        plots::offer(offer);
+        offer.subject("plots");
         lists::offer(offer);
         offer.subject("lists");
         neutral::offer(offer);

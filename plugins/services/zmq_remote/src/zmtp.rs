@@ -117,8 +117,9 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         self.shared.end.store(true, Ordering::Release);
+        // Nothing more is read; answers that are on their way are written.
         for stream in lock(&self.shared.open).values() {
-            let _ = stream.shutdown(Shutdown::Both);
+            let _ = stream.shutdown(Shutdown::Read);
         }
         // The thread sits in `accept`: a connection of our own gets it out.
         let _ = TcpStream::connect_timeout(&self.address, GREETING);
@@ -165,7 +166,7 @@ fn accept(socket: &TcpListener, shared: &Arc<Shared>) {
         threads.extend(thread::Builder::new().name("zmtp client".into()).spawn(serve));
     }
     for stream in lock(&shared.open).values() {
-        let _ = stream.shutdown(Shutdown::Both);
+        let _ = stream.shutdown(Shutdown::Read);
     }
     for thread in threads {
         let _ = thread.join();

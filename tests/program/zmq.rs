@@ -1,0 +1,308 @@
+//! Clients of the ZeroMQ remote API: the real one, from PyPI, in a virtual environment; and bytes that no client sends.
+
+use std::{
+    io::{BufRead, BufReader, Read, Write},
+    net::TcpStream,
+    path::PathBuf,
+    process::{Child, Command, Output, Stdio},
+    sync::OnceLock,
+    time::Duration,
+};
+
+use crate::{browser::wait_for, kit::*};
+
+const SCENE: &str = "scenes/first/pioneer_avoids_walls.toml";
+
+/// A program that serves a scene, and the port that its clients ask.
+struct Served {
+    process: Child,
+    port: u16,
+}
+
+impl Served {
+    fn new(args: &[&str]) -> Served {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
+            .current_dir(root())
+            .args(args)
+            .env_remove("TATU_PLUGIN_PATH")
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut err = BufReader::new(process.stderr.take().unwrap());
+        let port = loop {
+            let mut line = String::new();
+            assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
+            if let Some(port) = line.trim().strip_prefix("zmq_remote: listening on 127.0.0.1:") {
+                break port.parse().unwrap();
+            }
+        };
+        // What it says further on is read, so that it never waits for us.
+        std::thread::spawn(move || std::io::copy(&mut err, &mut std::io::sink()));
+        Served { process, port }
+    }
+    fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        stream
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Python with a version of the real client; none where it cannot be had, which is told.
+fn python(version: &str) -> Option<PathBuf> {
+    static OLD: OnceLock<Option<PathBuf>> = OnceLock::new();
+    static NEW: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let of = if version.starts_with('0') { &OLD } else { &NEW };
+    let found = of.get_or_init(|| {
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("zmq-client-{version}"));
+        let program = folder.join("bin/python");
+        let has = |program: &PathBuf| {
+            let done = Command::new(program).args(["-c", "import coppeliasim_zmqremoteapi_client"]).output();
+            done.is_ok_and(|o| o.status.success())
+        };
+        if !has(&program) {
+            let made = Command::new("python3").args(["-m", "venv"]).arg(&folder).output();
+            if made.is_ok_and(|o| o.status.success()) {
+                let package = format!("coppeliasim-zmqremoteapi-client=={version}");
+                let _ = Command::new(&program).args(["-m", "pip", "install", "-q", &package]).output();
+            }
+        }
+        has(&program).then_some(program)
+    });
+    if found.is_none() {
+        println!("1 skipped: the client {version} cannot be installed from PyPI");
+    }
+    found.clone()
+}
+
+/// Runs a program of a client; `PORT` stands for the port.
+fn client(python: &PathBuf, served: &Served, program: &str) -> Output {
+    let program = program.replace("PORT", &served.port.to_string());
+    Command::new(python).args(["-c", &program]).output().unwrap()
+}
+
+fn good(done: &Output) -> String {
+    let err = String::from_utf8_lossy(&done.stderr);
+    assert!(done.status.success(), "{err}");
+    String::from_utf8_lossy(&done.stdout).into_owned()
+}
+
+#[test]
+fn the_real_client_steers_a_robot_in_step() {
+    let Some(python) = python("2.0.4") else { return };
+    let served = Served::new(&["serve", SCENE, "--service", "zmq_remote:port=0"]);
+    let told = good(&client(
+        &python,
+        &served,
+        r#"
+from coppeliasim_zmqremoteapi_client import RemoteAPIClient
+client = RemoteAPIClient('localhost', PORT)
+sim = client.require('sim')
+robot = sim.getObject('/Pioneer_p3dx')
+begin = sim.getObjectPosition(robot)
+assert sim.getSimulationState() == sim.simulation_stopped and sim.handle_all == -2
+assert sim.setObjectPosition(robot, sim.handle_world, begin) is not None or True
+try:
+    sim.getObject('/nope')
+    raise SystemExit('no error')
+except Exception as e:
+    assert '/nope' in str(e) and "(in function 'sim.getObject')" in str(e), e
+try:
+    client.require('simNothing')
+    raise SystemExit('no error')
+except Exception as e:
+    assert 'simNothing' in str(e), e
+sim.setBufferSignal = getattr(sim, 'setStringSignal')
+sim.setStringSignal('data', b'\x00\xff\x80')
+assert sim.getStringSignal('data') == b'\x00\xff\x80', sim.getStringSignal('data')
+client.setStepping(True)
+sim.startSimulation()
+for i in range(40):
+    assert abs(sim.getSimulationTime() - 0.05 * i) < 1e-9, (i, sim.getSimulationTime())
+    client.step()
+there = sim.getObjectPosition(robot)
+assert abs(there[0] - begin[0]) > 0.1, there
+sim.stopSimulation()
+import time
+while sim.getSimulationState() != sim.simulation_stopped:
+    time.sleep(0.01)
+assert sim.getObjectPosition(robot) == begin
+# A run that nobody steps goes on by itself.
+sim.setStepping(False)
+sim.startSimulation()
+while sim.getSimulationTime() < 1:
+    sim.step()
+print('done', sim.getSimulationTime() >= 1)
+"#,
+    ));
+    assert!(told.contains("done True"), "{told}");
+}
+
+#[test]
+fn clients_of_the_first_protocol_step_too() {
+    let Some(python) = python("0.0.4") else { return };
+    let served = Served::new(&["serve", SCENE, "--service", "zmq_remote:port=0"]);
+    let told = good(&client(
+        &python,
+        &served,
+        r#"
+from coppeliasim_zmqremoteapi_client import RemoteAPIClient
+client = RemoteAPIClient('localhost', PORT)
+sim = client.getObject('sim')
+robot = sim.getObject('/Pioneer_p3dx')
+client.setStepping(True)
+sim.startSimulation()
+for i in range(20):
+    client.step()
+print('time', round(sim.getSimulationTime(), 6))
+try:
+    sim.getObject('/nope')
+    print('no error')
+except Exception as e:
+    print('told', '/nope' in str(e))
+sim.stopSimulation()
+"#,
+    ));
+    assert!(told.contains("told True") && told.contains("time "), "{told}");
+}
+
+#[test]
+fn a_client_that_dies_holds_nobody() {
+    let Some(python) = python("2.0.4") else { return };
+    let served = Served::new(&["serve", SCENE, "--service", "zmq_remote:port=0"]);
+    let hold = "
+from coppeliasim_zmqremoteapi_client import RemoteAPIClient
+client = RemoteAPIClient('localhost', PORT)
+sim = client.require('sim')
+client.setStepping(True)
+sim.startSimulation()
+print('held', flush=True)
+";
+    // Between its steps, with a lock, while a step is under way, and while a command waits.
+    for state in [
+        "import time; time.sleep(100)",
+        "sim.acquireLock(); import time; time.sleep(100)",
+        "while True: client.step()",
+        "sim.wait(1e6)",
+    ] {
+        let mut victim = Command::new(&python)
+            .args(["-c", &format!("{}{state}", hold.replace("PORT", &served.port.to_string()))])
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        BufReader::new(victim.stdout.as_mut().unwrap()).read_line(&mut String::new()).unwrap();
+        std::thread::sleep(Duration::from_millis(100));
+        victim.kill().unwrap();
+        victim.wait().unwrap();
+        let told = good(&client(
+            &python,
+            &served,
+            "
+import time
+from coppeliasim_zmqremoteapi_client import RemoteAPIClient
+sim = RemoteAPIClient('localhost', PORT).require('sim')
+begin = sim.getSimulationTime()
+while sim.getSimulationTime() < begin + 0.5:
+    time.sleep(0.01)
+sim.stopSimulation()
+while sim.getSimulationState() != sim.simulation_stopped:
+    time.sleep(0.01)
+print('went on')
+",
+        ));
+        assert!(told.contains("went on"), "{state}: {told}");
+    }
+}
+
+#[test]
+fn frames_that_lie_cost_only_their_connection() {
+    let served = Served::new(&["serve", SCENE, "--service", "zmq_remote:port=0"]);
+    let mut greeting = vec![0_u8; 64];
+    (greeting[0], greeting[8], greeting[9], greeting[10]) = (0xFF, 1, 0x7F, 3);
+    greeting[12..16].copy_from_slice(b"NULL");
+    let ready = b"\x04\x1a\x05READY\x0bSocket-Type\x00\x00\x00\x03REQ";
+    let ready = [&[4, (ready.len() - 2) as u8][..], &ready[2..]].concat();
+    let refused = |bytes: &[u8]| {
+        let mut stream = served.connect();
+        let _ = stream.write_all(bytes);
+        // It is closed, and nothing is answered but a greeting.
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        assert!(answer.len() < 200, "{} bytes", answer.len());
+    };
+    refused(&[0x47; 64]);
+    refused(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n and so on, for more than a greeting has ....");
+    let shaken = |more: &[u8]| [&greeting[..], &ready, more].concat();
+    // A frame that claims 64 GiB, one of flags that nobody knows, and a body without a delimiter.
+    refused(&shaken(&[1, 0, 2, 0, 0, 0, 16, 0, 0, 0, 0]));
+    refused(&shaken(&[0xF0, 1, 0]));
+    refused(&shaken(&[0, 1, 0]));
+    // What is no request is told, and the connection goes on.
+    let mut stream = served.connect();
+    stream.write_all(&shaken(&[1, 0, 0, 1, 0xFF])).unwrap();
+    let mut all = vec![0; 64 + 30];
+    stream.read_exact(&mut all).unwrap();
+    let mut head = [0; 4];
+    stream.read_exact(&mut head).unwrap();
+    assert_eq!(head[..2], [1, 0], "{head:?}");
+    // A thousand that say nothing, and half a greeting each.
+    let quiet: Vec<TcpStream> = (0..1000).filter_map(|_| TcpStream::connect(("127.0.0.1", served.port)).ok()).collect();
+    for mut stream in &quiet {
+        let _ = stream.write_all(&greeting[..20]);
+    }
+    drop(quiet);
+    if let Some(python) = python("2.0.4") {
+        let done = || {
+            let program = "from coppeliasim_zmqremoteapi_client import RemoteAPIClient\n\
+                           print(RemoteAPIClient('localhost', PORT).require('sim').getSimulationTime())";
+            client(&python, &served, program).status.success().then_some(())
+        };
+        wait_for("a client after all these", Duration::from_secs(30), done);
+    }
+}
+
+#[test]
+fn what_clients_did_is_repeated_from_the_log() {
+    let Some(python) = python("2.0.4") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log.jsonl").display().to_string();
+    let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
+        .current_dir(root())
+        .args(["run", SCENE, "--service", "zmq_remote:port=0", "--log", &log, "--realtime"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut err = BufReader::new(process.stderr.take().unwrap());
+    let mut line = String::new();
+    err.read_line(&mut line).unwrap();
+    let port = line.trim().rsplit(':').next().unwrap().to_owned();
+    let program = "
+from coppeliasim_zmqremoteapi_client import RemoteAPIClient
+client = RemoteAPIClient('localhost', PORT)
+sim = client.require('sim')
+client.setStepping(True)
+left = sim.getObject('/Pioneer_p3dx/Pioneer_p3dx_leftMotor')
+for i in range(20):
+    sim.setJointTargetVelocity(left, 0.1 * i)
+    sim.setInt32Signal('n', i)
+    client.step()
+sim.setStepping(False)
+sim.stopSimulation()
+"
+    .replace("PORT", &port);
+    good(&Command::new(&python).args(["-c", &program]).output().unwrap());
+    let mut live = String::new();
+    err.read_to_string(&mut live).unwrap();
+    process.wait().unwrap();
+    let hash = |text: &str| text.split("hash ").nth(1).unwrap_or_else(|| panic!("{text}"))[..16].to_owned();
+    let again =
+        Command::new(env!("CARGO_BIN_EXE_tatu")).current_dir(root()).args(["run", "--replay", &log]).output().unwrap();
+    assert_eq!(hash(&live), hash(&String::from_utf8_lossy(&again.stderr)));
+}
