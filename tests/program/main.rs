@@ -42,6 +42,7 @@ mod large;
 mod laser;
 mod layers;
 mod layout;
+mod legacy;
 mod library;
 mod lives;
 mod look;

@@ -203,7 +203,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for (name, gives, why) in MODERN {
         add(offer, name, None, *gives, why);
     }
-    let remote = "no remote API of the original's kind is started from scripts";
+    let remote = "a service listens, not a script: --service legacy_remote:port=19999";
     for (name, flat, gives) in [
         ("simRemoteApi.start", "simExtRemoteApiStart", 1),
         ("simRemoteApi.stop", "simExtRemoteApiStop", 1),

@@ -1,0 +1,335 @@
+//! What each command of the protocol means: the command of the world that does it, and how both sides write numbers.
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Called, Fail, Result, Turn, Value},
+};
+
+use crate::{
+    groups,
+    values::{In, Out, bytes, float, floats, int},
+};
+
+/// The handle of the world, where it is an argument.
+const WORLD: i64 = -1;
+
+/// Calls a command of the world; what it gives.
+pub fn ask(turn: &Turn<'_>, name: &str, args: &[Value]) -> Result<Vec<Value>> {
+    match turn.call(name, args, 0)? {
+        Called::Done(values) => Ok(values),
+        Called::Waits => Err(Fail::unsupported(format!("`{name}` waits: a remote call does not"))),
+    }
+}
+
+/// Does a command: its raw number, what it is of, and what it holds. What it gives.
+pub fn call(turn: &Turn<'_>, raw: u16, of: &[u8], data: &[u8]) -> Result<Vec<u8>> {
+    let (mut of, mut data) = (In(of), In(data));
+    match raw {
+        0x0001..=0x0FFF => of_nothing(turn, raw, &mut data),
+        0x1001..=0x1FFF => of_one(turn, raw, of.i32()?.into(), &mut data),
+        0x2001..=0x2FFF => of_two(turn, raw, of.i32()?.into(), of.i32()?.into(), &mut data),
+        0x3001..=0x33FF => of_name(turn, raw, &of.text()?, &mut data),
+        0x3401 => script(turn, &mut of, &mut data),
+        _ => Err(unknown(raw)),
+    }
+}
+
+fn unknown(raw: u16) -> Fail {
+    Fail::unsupported(format!("the command {raw:#06x} is not there"))
+}
+
+/// Nothing but that it was done.
+fn done(_: Vec<Value>) -> Result<Vec<u8>> {
+    Ok(Vec::new())
+}
+fn integer(values: Vec<Value>) -> Result<Vec<u8>> {
+    Ok(std::mem::take(Out::default().i32(int(values.first())?)).0)
+}
+fn number(values: Vec<Value>) -> Result<Vec<u8>> {
+    Ok(std::mem::take(Out::default().f32(float(values.first())?)).0)
+}
+/// All numbers of all values.
+fn numbers(values: Vec<Value>) -> Result<Vec<u8>> {
+    let mut out = Out::default();
+    for value in &values {
+        out.f32s(&floats(Some(value))?);
+    }
+    Ok(out.0)
+}
+/// How many, and which.
+fn handles(values: Vec<Value>) -> Result<Vec<u8>> {
+    let all = floats(values.first())?;
+    let mut out = Out::default();
+    out.i32(all.len() as i64);
+    for x in all {
+        out.i32(x as i64);
+    }
+    Ok(out.0)
+}
+fn text(values: Vec<Value>) -> Result<Vec<u8>> {
+    Ok(std::mem::take(Out::default().text(bytes(values.first())?)).0)
+}
+
+fn of_nothing(turn: &Turn<'_>, raw: u16, data: &mut In<'_>) -> Result<Vec<u8>> {
+    match raw {
+        0x0005 => ask(turn, "sim.closeScene", &[]).and_then(done),
+        0x0006 => ask(turn, "sim.getObjectSelection", &[]).and_then(|v| {
+            // Nothing is selected: no table.
+            if matches!(v.first(), None | Some(Value::Nil)) {
+                handles(vec![Value::List(Vec::new())])
+            } else {
+                handles(v)
+            }
+        }),
+        0x0009 => ask(turn, "sim.createDummy", &[data.float()?]).and_then(integer),
+        _ => Err(unknown(raw)),
+    }
+}
+
+/// Commands of an object, a parameter or another number.
+fn of_one(turn: &Turn<'_>, raw: u16, which: i64, data: &mut In<'_>) -> Result<Vec<u8>> {
+    let own = Value::Int(which);
+    let get = |name: &str| ask(turn, name, std::slice::from_ref(&own));
+    let set = |name: &str, value: Value| ask(turn, name, &[own.clone(), value]).and_then(done);
+    match raw {
+        0x1001 => get("sim.getJointPosition").and_then(number),
+        0x1002 => set("sim.setJointPosition", data.float()?),
+        0x1003 | 0x1004 => image(turn, which, raw == 0x1003),
+        0x1005 | 0x1006 => {
+            let args = [own.clone(), Value::Bytes(data.rest()), Value::Int(i64::from(raw == 0x1005))];
+            ask(turn, "sim.setVisionSensorImg", &args).and_then(done)
+        }
+        0x1007 => {
+            turn.request(match which {
+                0 => TATU_REQUEST_START,
+                1 => TATU_REQUEST_PAUSE,
+                _ => TATU_REQUEST_STOP,
+            })?;
+            Ok(Vec::new())
+        }
+        0x1008 => set("sim.setJointTargetVelocity", data.float()?),
+        0x1009 => proximity(get("sim.readProximitySensor")?),
+        0x100A => get("sim.getJointMatrix").and_then(numbers),
+        0x100B => set("sim.setSphericalJointMatrix", data.f32s(12)?),
+        0x100C => set("sim.setJointTargetPosition", data.float()?),
+        0x100D => get("sim.getJointForce").and_then(number),
+        0x100E => set("sim.setJointMaxForce", data.float()?),
+        0x100F => {
+            let v = get("sim.readForceSensor")?;
+            let mut out = Out::default();
+            out.u8(int(v.first())? as u8);
+            for value in [v.get(1), v.get(2)] {
+                out.f32s(&floats(value).unwrap_or_else(|_| vec![0.0; 3]));
+            }
+            Ok(out.0)
+        }
+        0x1010 => get("sim.breakForceSensor").and_then(done),
+        0x1011 => {
+            let v = get("sim.readVisionSensor")?;
+            let packets = v.iter().skip(1).map(|p| floats(Some(p))).collect::<Result<Vec<_>>>()?;
+            let mut out = Out::default();
+            out.u8(int(v.first())? as u8).i32(packets.len() as i64);
+            for p in &packets {
+                out.i32(p.len() as i64);
+            }
+            packets.iter().for_each(|p| {
+                out.f32s(p);
+            });
+            Ok(out.0)
+        }
+        0x1012 => get("sim.getObjectParent").and_then(integer),
+        0x1014 => get("sim.auxiliaryConsoleClose").and_then(done),
+        0x1015 => match data.text()? {
+            text if text.is_empty() => get("sim.auxiliaryConsolePrint").and_then(done),
+            text => set("sim.auxiliaryConsolePrint", Value::Text(text)),
+        },
+        0x1016 => set("sim.auxiliaryConsoleShow", Value::Bool(data.i32()? != 0)),
+        0x1017 => {
+            let v = ask(turn, "sim.getVisionSensorDepth", &[own, Value::Int(0)])?;
+            sized(&v)
+        }
+        0x1018 => ask(turn, "sim.getObjectOrientation", &[own, data.int()?]).and_then(numbers),
+        0x1019 => ask(turn, "sim.getObjectPosition", &[own, data.int()?]).and_then(numbers),
+        0x101A => ask(turn, "sim.setObjectOrientation", &[own, data.int()?, data.f32s(3)?]).and_then(done),
+        0x101B => ask(turn, "sim.setObjectPosition", &[own, data.int()?, data.f32s(3)?]).and_then(done),
+        0x101C => {
+            let (parent, keep) = (data.int()?, data.take(1)? != [0]);
+            ask(turn, "sim.setObjectParent", &[own, parent, Value::Bool(keep)]).and_then(done)
+        }
+        0x101D => get("sim.getArrayParameter").and_then(numbers),
+        0x101E => set("sim.setArrayParameter", data.f32s(3)?),
+        0x101F => get("sim.getBoolParameter").and_then(integer),
+        0x1020 => set("sim.setBoolParameter", Value::Bool(data.i32()? != 0)),
+        0x1021 => get("sim.getInt32Parameter").and_then(integer),
+        0x1022 => set("sim.setInt32Parameter", data.int()?),
+        0x1023 => get("sim.getFloatParameter").and_then(number),
+        0x1024 => set("sim.setFloatParameter", data.float()?),
+        0x1025 => get("sim.getStringParameter").and_then(text),
+        0x1028 => get("sim.removeObject").and_then(done),
+        0x102A => ask(turn, "sim.getObjectsInTree", &[Value::Int(-12), own, Value::Int(0)]).and_then(handles),
+        0x102B => get("sim.endDialog").and_then(done),
+        0x102C => get("sim.getDialogInput").and_then(text),
+        0x102D => get("sim.getDialogResult").and_then(integer),
+        0x102E => ask(turn, "sim.copyPasteObjects", &[data.ints()?, Value::Int(0)]).and_then(handles),
+        0x102F => ask(turn, "sim.setObjectSel", &[data.ints()?]).and_then(done),
+        0x1034 => get("sim.getModelProperty").and_then(integer),
+        0x1035 => set("sim.setModelProperty", data.int()?),
+        0x1036 => get("sim.getObjectVelocity").and_then(numbers),
+        0x1037 => get("sim.removeModel").and_then(done),
+        0x1038 => get("sim.getJointMaxForce").and_then(number),
+        0x1801 => ask(turn, "sim.setObjectQuaternion", &[own, data.int()?, data.f32s(4)?]).and_then(done),
+        _ => Err(unknown(raw)),
+    }
+}
+
+/// State, point, object and normal of a proximity sensor.
+fn proximity(v: Vec<Value>) -> Result<Vec<u8>> {
+    let zero = || vec![0.0; 3];
+    let mut out = Out::default();
+    out.u8(u8::from(int(v.first())? > 0));
+    out.f32s(&floats(v.get(2)).ok().filter(|p| p.len() == 3).unwrap_or_else(zero));
+    out.i32(int(v.get(3)).unwrap_or(WORLD));
+    out.f32s(&floats(v.get(4)).ok().filter(|p| p.len() == 3).unwrap_or_else(zero));
+    Ok(out.0)
+}
+
+/// Columns, rows, and the bytes of an image.
+fn sized(v: &[Value]) -> Result<Vec<u8>> {
+    let size = floats(v.get(1))?;
+    let mut out = Out::default();
+    for x in size.iter().take(2) {
+        out.i32(*x as i64);
+    }
+    out.bytes(bytes(v.first())?);
+    Ok(out.0)
+}
+
+fn image(turn: &Turn<'_>, sensor: i64, grey: bool) -> Result<Vec<u8>> {
+    sized(&ask(turn, "sim.getVisionSensorImg", &[Value::Int(sensor), Value::Int(i64::from(grey))])?)
+}
+
+/// Commands of two numbers.
+fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>) -> Result<Vec<u8>> {
+    let both = [Value::Int(first), Value::Int(second)];
+    let get = |name: &str| ask(turn, name, &both);
+    let set = |name: &str, value: Value| ask(turn, name, &[both[0].clone(), both[1].clone(), value]).and_then(done);
+    match raw {
+        0x2007 => get("sim.getObjectFloatParameter").and_then(number),
+        0x2008 => get("sim.getObjectInt32Parameter").and_then(integer),
+        0x2009 => set("sim.setObjectFloatParameter", data.float()?),
+        0x200A => set("sim.setObjectInt32Parameter", data.int()?),
+        0x200B => get("sim.getObjectChild").and_then(integer),
+        0x200C => groups::read(turn, first, second),
+        0x200D => get("sim.getObjectOrientation").and_then(numbers),
+        0x200E => get("sim.getObjectPosition").and_then(numbers),
+        0x200F => get("sim.checkCollision").and_then(integer),
+        0x2010 => {
+            let found = ask(turn, "sim.checkDistance", &[both[0].clone(), both[1].clone(), Value::Float(0.0)])?;
+            let data = floats(found.get(1))?;
+            let distance = data.get(6).ok_or_else(|| Fail::missing("there is no distance"))?;
+            Ok(std::mem::take(Out::default().f32(*distance)).0)
+        }
+        0x2801 => get("sim.getObjectQuaternion").and_then(numbers),
+        _ => Err(unknown(raw)),
+    }
+}
+
+/// Commands of a name or a text.
+fn of_name(turn: &Turn<'_>, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<Vec<u8>> {
+    let own = Value::Text(name.to_vec());
+    let get = |command: &str| ask(turn, command, std::slice::from_ref(&own));
+    let set = |command: &str, value: Value| ask(turn, command, &[own.clone(), value]).and_then(done);
+    // No name: all of them.
+    let clear = |command: &str| if name.is_empty() { ask(turn, command, &[]) } else { get(command) }.and_then(done);
+    let signal = || match get("sim.getStringSignal")?.into_iter().next() {
+        Some(Value::Text(text) | Value::Bytes(text)) => Ok(Some(text)),
+        _ => Ok::<_, Fail>(None),
+    };
+    let gone = || Fail::missing(format!("there is no signal `{}`", String::from_utf8_lossy(name)));
+    match raw {
+        0x3001 if matches!(name.first(), Some(b'/' | b'.' | b':')) => get("sim.getObject").and_then(integer),
+        0x3001 => get("sim.getObjectHandle").and_then(integer),
+        0x3002 => get("sim.loadScene").and_then(done),
+        0x3003 => get("sim.loadModel").and_then(integer),
+        0x3008 => get("sim.addStatusbarMessage").and_then(done),
+        0x3009 => {
+            let (lines, mode) = (data.int()?, data.int()?);
+            ask(turn, "sim.auxiliaryConsoleOpen", &[own, lines, mode]).and_then(integer)
+        }
+        0x300A => get("sim.getCollisionHandle").and_then(integer),
+        0x300B => get("sim.getDistanceHandle").and_then(integer),
+        0x300C => {
+            let (main, style, initial) = (data.text()?, data.int()?, data.text()?);
+            let args = [own, Value::Text(main), style, Value::Bool(false), Value::Text(initial)];
+            let v = ask(turn, "sim.displayDialog", &args)?;
+            let mut out = Out::default();
+            out.i32(int(v.first())?).i32(int(v.get(1)).unwrap_or(-1));
+            Ok(out.0)
+        }
+        0x300D => clear("sim.clearFloatSignal"),
+        0x300E => clear("sim.clearIntegerSignal"),
+        0x300F => clear("sim.clearStringSignal"),
+        0x3010 => get("sim.getFloatSignal").and_then(number),
+        0x3011 => get("sim.getIntegerSignal").and_then(integer),
+        0x3012 => signal()?.ok_or_else(gone),
+        0x3013 => set("sim.setFloatSignal", data.float()?),
+        0x3014 => set("sim.setIntegerSignal", data.int()?),
+        0x3015 => set("sim.setStringSignal", Value::Bytes(data.rest())),
+        0x3016 => {
+            let mut whole = signal()?.unwrap_or_default();
+            whole.extend(data.rest());
+            set("sim.setStringSignal", Value::Bytes(whole))
+        }
+        0x3017 | 0x3018 => match signal()? {
+            Some(text) => {
+                clear("sim.clearStringSignal")?;
+                Ok(text)
+            }
+            None if raw == 0x3018 => Ok(Vec::new()),
+            None => Err(gone()),
+        },
+        0x3019 => get("sim.getCollectionHandle").and_then(integer),
+        _ => Err(unknown(raw)),
+    }
+}
+
+/// A function of a script: integers, numbers, texts and bytes go in and come out.
+fn script(turn: &Turn<'_>, of: &mut In<'_>, data: &mut In<'_>) -> Result<Vec<u8>> {
+    let (kind, owner, function) = (of.int()?, of.text()?, of.text()?);
+    let mut counts = [0_usize; 4];
+    for n in &mut counts {
+        *n = usize::try_from(data.i32()?).map_err(|_| Fail::argument("a count below zero"))?;
+    }
+    let [ints, numbers, texts, buffer] = counts;
+    let ints = data.take(ints.saturating_mul(4)).and_then(|b| In(b).ints())?;
+    let part = data.take(numbers.saturating_mul(4))?;
+    let numbers = In(part).f32s(numbers)?;
+    let texts = Value::List((0..texts).map(|_| data.text().map(Value::Text)).collect::<Result<_>>()?);
+    let buffer = Value::Bytes(data.take(buffer)?.to_vec());
+    let name = [function, owner].join(&b'@');
+    let v = ask(turn, "sim.callScriptFunction", &[Value::Text(name), kind, ints, numbers, texts, buffer])?;
+    if v.len() < 4 {
+        return Err(Fail::argument("the function gives integers, numbers, texts and bytes: four values"));
+    }
+    let empty = |v: &Value| matches!(v, Value::Nil) || matches!(v, Value::Map(m) if m.is_empty());
+    let list = |v: &Value| if empty(v) { Ok(Vec::new()) } else { floats(Some(v)) };
+    let (ints, numbers) = (list(&v[0])?, list(&v[1])?);
+    let texts = match &v[2] {
+        Value::List(all) => all.iter().map(|t| bytes(Some(t)).map(<[u8]>::to_vec)).collect::<Result<Vec<_>>>()?,
+        _ => Vec::new(),
+    };
+    let buffer = bytes(v.get(3)).unwrap_or_default();
+    let mut out = Out::default();
+    for n in [ints.len(), numbers.len(), texts.len(), buffer.len()] {
+        out.i32(n as i64);
+    }
+    for x in ints {
+        out.i32(x as i64);
+    }
+    out.f32s(&numbers);
+    for t in &texts {
+        out.text(t);
+    }
+    out.bytes(buffer);
+    Ok(out.0)
+}

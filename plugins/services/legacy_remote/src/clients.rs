@@ -1,0 +1,96 @@
+//! What each client asked for, and how it stands to the steps.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use tatu_plugin_api::safe::{Fail, Result};
+
+use crate::{
+    connections::Outbox,
+    message::{Command, mode},
+};
+
+/// Streams, parts and errors of a client.
+const MOST_STREAMS: usize = 5000;
+const MOST_PARTS: usize = 64;
+const MOST_ERRORS: usize = 50;
+
+/// A client.
+pub struct Client {
+    /// What it is to be told.
+    pub out: Arc<Outbox>,
+    /// Its newest message.
+    pub id: i32,
+    /// What came and was not done yet.
+    pub pending: Vec<Command>,
+    /// What is done again and again: the command, and when in ms of the world's time it is done next.
+    pub streams: BTreeMap<(u16, Vec<u8>), (Command, f64)>,
+    /// Commands that come in parts.
+    parts: BTreeMap<(u16, Vec<u8>), Vec<u8>>,
+    /// Each step waits for it.
+    pub synchronous: bool,
+    /// The step at which what it let pass is over.
+    pub until: Option<u64>,
+    /// What went wrong, the oldest first.
+    pub errors: Vec<String>,
+}
+
+impl Client {
+    /// A client that has come.
+    pub fn new(out: Arc<Outbox>) -> Client {
+        Client {
+            out,
+            id: 0,
+            pending: Vec::new(),
+            streams: BTreeMap::new(),
+            parts: BTreeMap::new(),
+            synchronous: false,
+            until: None,
+            errors: Vec::new(),
+        }
+    }
+    /// Whether time stands until it lets a step pass.
+    pub fn holds(&self, step: u64) -> bool {
+        self.synchronous && self.until.is_none_or(|until| step >= until)
+    }
+    /// Something went wrong.
+    pub fn went_wrong(&mut self, text: String) {
+        self.errors.push(text);
+        let over = self.errors.len().saturating_sub(MOST_ERRORS);
+        self.errors.drain(..over);
+    }
+    /// A command that may be a part: the whole, once it is there.
+    pub fn whole(&mut self, command: Command) -> Result<Option<Command>> {
+        let split = matches!(command.mode(), mode::ONESHOT_SPLIT | mode::STREAMING_SPLIT);
+        let (at, full) = command.part;
+        if !split || at == 0 && command.data.len() >= full {
+            return Ok(Some(command));
+        }
+        let key = (command.raw(), command.of.clone());
+        if at == 0 {
+            if self.parts.len() >= MOST_PARTS {
+                return Err(Fail::argument("too many commands in parts"));
+            }
+            self.parts.insert(key.clone(), Vec::new());
+        }
+        let data = self.parts.get_mut(&key).filter(|d| d.len() == at);
+        let data = data.ok_or_else(|| Fail::argument("a part of a command whose beginning is not there"))?;
+        data.extend_from_slice(&command.data);
+        if data.len() > crate::packet::MOST {
+            self.parts.remove(&key);
+            return Err(Fail::argument("a command is too large"));
+        }
+        if data.len() < full {
+            return Ok(None);
+        }
+        let data = self.parts.remove(&key).unwrap_or_default();
+        Ok(Some(Command { data, ..command }))
+    }
+    /// A command is to be done again and again.
+    pub fn stream(&mut self, command: &Command) -> Result {
+        if self.streams.len() >= MOST_STREAMS {
+            return Err(Fail::argument(format!("a client has {MOST_STREAMS} streams at most")));
+        }
+        self.streams.insert((command.raw(), command.of.clone()), (command.clone(), f64::NEG_INFINITY));
+        Ok(())
+    }
+}

@@ -1,0 +1,119 @@
+//! Data of many objects at once: names, places, what sensors read.
+
+use tatu_plugin_api::safe::{Fail, Result, Turn, Value};
+
+use crate::{
+    calls::ask,
+    values::{Out, bytes, float, floats, int},
+};
+
+/// All objects, as clients ask for them, and as commands do.
+const ALL: (i64, i64) = (109, -2);
+const WORLD: i64 = -1;
+const PARENT: i64 = -11;
+
+#[derive(Default)]
+struct Group {
+    ints: Vec<i64>,
+    numbers: Vec<f64>,
+    texts: Vec<Vec<u8>>,
+}
+
+/// The objects of a type, and of each what is asked for.
+pub fn read(turn: &Turn<'_>, kind: i64, what: i64) -> Result<Vec<u8>> {
+    let kind = if kind == ALL.0 { ALL.1 } else { kind };
+    let found = ask(turn, "sim.getObjectsInTree", &[Value::Int(-12), Value::Int(kind), Value::Int(0)])?;
+    let objects: Vec<i64> = floats(found.first())?.into_iter().map(|x| x as i64).collect();
+    let mut group = Group::default();
+    for &object in &objects {
+        one(turn, object, what, &mut group)?;
+    }
+    let mut out = Out::default();
+    for n in [objects.len(), group.ints.len(), group.numbers.len(), group.texts.len()] {
+        out.i32(n as i64);
+    }
+    for x in objects.iter().chain(&group.ints) {
+        out.i32(*x);
+    }
+    out.f32s(&group.numbers);
+    for t in &group.texts {
+        out.text(t);
+    }
+    Ok(out.0)
+}
+
+fn one(turn: &Turn<'_>, object: i64, what: i64, group: &mut Group) -> Result {
+    let own = Value::Int(object);
+    let get = |name: &str| ask(turn, name, std::slice::from_ref(&own));
+    let of = |name: &str, frame: i64| -> Result<Vec<f64>> {
+        floats(ask(turn, name, &[own.clone(), Value::Int(frame)])?.first())
+    };
+    // Of two kinds: in the world, or in the parent.
+    let frame = if what % 2 == 1 { WORLD } else { PARENT };
+    match what {
+        0 | 20 => group.texts.push(bytes(get("sim.getObjectName")?.first())?.to_vec()),
+        1 => group.ints.push(int(get("sim.getObjectType")?.first())?),
+        2 => group.ints.push(int(get("sim.getObjectParent")?.first())?),
+        3 | 4 => group.numbers.extend(of("sim.getObjectPosition", frame)?),
+        5 | 6 => group.numbers.extend(of("sim.getObjectOrientation", frame)?),
+        7 | 8 => group.numbers.extend(of("sim.getObjectQuaternion", frame)?),
+        9 | 10 => {
+            group.numbers.extend(of("sim.getObjectPosition", frame)?);
+            group.numbers.extend(of("sim.getObjectOrientation", frame)?);
+        }
+        11 | 12 => {
+            group.numbers.extend(of("sim.getObjectPosition", frame)?);
+            group.numbers.extend(of("sim.getObjectQuaternion", frame)?);
+        }
+        13 => {
+            let three = |v: Option<&Value>| floats(v).ok().filter(|p| p.len() == 3).unwrap_or_else(|| vec![0.0; 3]);
+            match get("sim.readProximitySensor") {
+                Ok(v) => {
+                    group.ints.extend([int(v.first())?, int(v.get(3)).unwrap_or(-1)]);
+                    group.numbers.extend([three(v.get(2)), three(v.get(4))].concat());
+                }
+                // Other objects.
+                Err(_) => {
+                    group.ints.extend([-1, -1]);
+                    group.numbers.extend([0.0; 6]);
+                }
+            }
+        }
+        14 => match get("sim.readForceSensor") {
+            Ok(v) => {
+                group.ints.push(int(v.first())?);
+                for value in [v.get(1), v.get(2)] {
+                    group.numbers.extend(floats(value).unwrap_or_else(|_| vec![0.0; 3]));
+                }
+            }
+            Err(_) => {
+                group.ints.push(-1);
+                group.numbers.extend([0.0; 6]);
+            }
+        },
+        15 => {
+            let of_joint = |name: &str| get(name).and_then(|v| float(v.first())).unwrap_or(0.0);
+            group.numbers.extend([of_joint("sim.getJointPosition"), of_joint("sim.getJointForce")]);
+        }
+        16 => {
+            let of_joint = |name: &str| get(name).and_then(|v| int(v.first())).unwrap_or(-1);
+            group.ints.extend([of_joint("sim.getJointType"), of_joint("sim.getJointMode")]);
+            let limits = get("sim.getJointInterval").unwrap_or_default();
+            let cyclic = int(limits.first()).unwrap_or(0) != 0;
+            let range = floats(limits.get(1)).ok().filter(|r| r.len() == 2).unwrap_or_else(|| vec![0.0; 2]);
+            group.numbers.extend([range[0], if cyclic { -1.0 } else { range[1] }]);
+        }
+        17..=19 => {
+            let v = get("sim.getObjectVelocity")?;
+            let (linear, angular) = (floats(v.first())?, floats(v.get(1))?);
+            if what != 18 {
+                group.numbers.extend(linear);
+            }
+            if what != 17 {
+                group.numbers.extend(angular);
+            }
+        }
+        _ => return Err(Fail::unsupported(format!("there are no data of type {what} of objects"))),
+    }
+    Ok(())
+}

@@ -1,0 +1,46 @@
+//! The legacy remote API of V-REP (`simx...`): clients in any language call the commands of a world.
+//!
+//! - `packet`: messages cut into packets; `message`: headers and commands; `values`: numbers and texts in them;
+//! - `connections`: sockets and their threads; `clients`: what each asked for again and again, and how it stands to the steps;
+//! - `calls`: what each command of the protocol means; `groups`: data of many objects at once; `service`: the barrier.
+
+mod calls;
+mod clients;
+mod connections;
+mod groups;
+mod message;
+mod packet;
+mod service;
+mod values;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Result, World},
+    tatu_plugin,
+};
+
+pub use service::Remote;
+
+/// The plugin: it offers one service.
+pub struct LegacyRemote;
+
+impl Plugin for LegacyRemote {
+    type World = ();
+
+    fn start(_: &Host) -> Result<Self> {
+        Ok(LegacyRemote)
+    }
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.service::<Remote>();
+    }
+}
+
+tatu_plugin! {
+    plugin: LegacyRemote,
+    id: "tatu.service.legacy_remote",
+    name: "Legacy remote API",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

@@ -1,0 +1,185 @@
+//! Messages: a head of 18 bytes, then commands of 26 bytes, what they are of, and what they hold.
+
+use std::io;
+
+use crate::packet::wrong;
+
+/// Version of what is said.
+const VERSION: u8 = 11;
+const HEAD: usize = 18;
+const COMMAND: usize = 26;
+
+/// How a command is to be done.
+pub mod mode {
+    /// Once.
+    pub const ONESHOT: u32 = 0;
+    /// Once; the client waits.
+    pub const BLOCKING: u32 = 1;
+    /// Again and again.
+    pub const STREAMING: u32 = 2;
+    /// Once, in parts.
+    pub const ONESHOT_SPLIT: u32 = 3;
+    /// Again and again, in parts.
+    pub const STREAMING_SPLIT: u32 = 4;
+    /// No more.
+    pub const DISCONTINUE: u32 = 5;
+}
+
+/// The head of a message of a client.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Head {
+    /// The number of the message.
+    pub id: i32,
+    /// The client's clock in ms.
+    pub time: i32,
+}
+
+/// A command.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Command {
+    /// What, and how: the raw number in the low 16 bits, the mode above.
+    pub code: u32,
+    /// What it is of.
+    pub of: Vec<u8>,
+    /// What it holds.
+    pub data: Vec<u8>,
+    /// Streaming: the interval in ms.
+    pub delay: u16,
+    /// In parts: where this one stands, and how many bytes there are in all.
+    pub part: (usize, usize),
+}
+
+impl Command {
+    /// What it does.
+    pub fn raw(&self) -> u16 {
+        self.code as u16
+    }
+    /// How.
+    pub fn mode(&self) -> u32 {
+        self.code >> 16 & 7
+    }
+}
+
+fn i32_at(bytes: &[u8], at: usize) -> i32 {
+    let mut four = [0; 4];
+    four.copy_from_slice(&bytes[at..at + 4]);
+    i32::from_le_bytes(four)
+}
+
+fn u16_at(bytes: &[u8], at: usize) -> u16 {
+    u16::from_le_bytes([bytes[at], bytes[at + 1]])
+}
+
+/// Reads a message.
+pub fn read(bytes: &[u8]) -> io::Result<(Head, Vec<Command>)> {
+    if bytes.len() < HEAD {
+        return Err(wrong("a message without a head"));
+    }
+    let head = Head { id: i32_at(bytes, 3), time: i32_at(bytes, 7) };
+    let (mut commands, mut rest) = (Vec::new(), &bytes[HEAD..]);
+    while !rest.is_empty() {
+        if rest.len() < COMMAND {
+            return Err(wrong("a command that is cut off"));
+        }
+        let (size, full) = (i32_at(rest, 0) as usize, i32_at(rest, 4) as usize);
+        let of = usize::from(u16_at(rest, 8));
+        if size < COMMAND + of || size > rest.len() {
+            return Err(wrong("a command whose size cannot be"));
+        }
+        commands.push(Command {
+            code: i32_at(rest, 14) as u32,
+            of: rest[COMMAND..COMMAND + of].to_vec(),
+            data: rest[COMMAND + of..size].to_vec(),
+            delay: u16_at(rest, 18),
+            part: (i32_at(rest, 10).max(0) as usize, full.saturating_sub(COMMAND + of)),
+        });
+        rest = &rest[size..];
+    }
+    Ok((head, commands))
+}
+
+/// How the world stands, for the head of an answer.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct World {
+    /// The service's clock in ms.
+    pub time: i32,
+    /// The number of the scene.
+    pub scene: u16,
+    /// Bit 0: not stopped; bit 1: paused.
+    pub state: u8,
+}
+
+/// The head of an answer, to which commands are added. `id`: of the message that is answered; -1: nothing was done.
+pub fn head(id: i32, client_time: i32, world: World) -> Vec<u8> {
+    let mut out = vec![0, 0, VERSION];
+    out.extend_from_slice(&id.to_le_bytes());
+    out.extend_from_slice(&client_time.to_le_bytes());
+    out.extend_from_slice(&world.time.to_le_bytes());
+    out.extend_from_slice(&world.scene.to_le_bytes());
+    out.push(world.state);
+    out
+}
+
+/// The answer of a command: its code and what it is of, as they came. `None`: it failed. `time`: simulated, in ms.
+pub fn answer(code: u32, of: &[u8], data: Option<&[u8]>, time: i32) -> Vec<u8> {
+    let (data, status) = data.map_or((&[][..], 1), |d| (d, 0));
+    let size = (COMMAND + of.len() + data.len()) as i32;
+    let mut out = Vec::with_capacity(size as usize);
+    out.extend_from_slice(&size.to_le_bytes());
+    out.extend_from_slice(&size.to_le_bytes());
+    out.extend_from_slice(&(of.len() as u16).to_le_bytes());
+    out.extend_from_slice(&0_i32.to_le_bytes());
+    out.extend_from_slice(&code.to_le_bytes());
+    out.extend_from_slice(&0_u16.to_le_bytes());
+    out.extend_from_slice(&time.to_le_bytes());
+    out.extend_from_slice(&[status, 0]);
+    out.extend_from_slice(of);
+    out.extend_from_slice(data);
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bytes(hex: &str) -> Vec<u8> {
+        let digits: Vec<u32> = hex.chars().filter_map(|c| c.to_digit(16)).collect();
+        digits.chunks(2).map(|d| (d[0] << 4 | d[1]) as u8).collect()
+    }
+
+    #[test]
+    fn a_message_of_a_real_client_is_read_and_answered() {
+        // The handle of `Pioneer_p3dx`, asked by a blocking call, and 17 as the answer at 1234 ms.
+        let asked = bytes(
+            "00000b01000000942069030000000000000027000000270000000d0000000000013001000000b67f000000d550696f6e6565725f7033647800",
+        );
+        let (head_of, commands) = read(&asked).unwrap();
+        assert_eq!((head_of.id, commands.len()), (1, 1));
+        let c = &commands[0];
+        assert_eq!(
+            (c.raw(), c.mode(), c.of.as_slice(), c.data.len()),
+            (0x3001, mode::BLOCKING, &b"Pioneer_p3dx\0"[..], 0)
+        );
+        let world = World { time: 484, scene: 1, state: 5 };
+        let mut out = head(1, head_of.time, world);
+        out.extend(answer(c.code, &c.of, Some(&17_i32.to_le_bytes()), 1234));
+        let expected = bytes(
+            "00000b0100000094206903e40100000100052b0000002b0000000d0000000000013001000000d2040000000050696f6e6565725f703364780011000000",
+        );
+        assert_eq!(out, expected);
+    }
+
+    #[test]
+    fn sizes_that_cannot_be_are_refused() {
+        let good = bytes(
+            "00000b03000000 9e206903 00000000 0000 00 1e0000001e0000000400000000000710000000000000000000 0e 00000000",
+        );
+        assert!(read(&good).is_ok());
+        for cut in 0..good.len() {
+            assert!(cut == HEAD || read(&good[..cut]).is_err(), "{cut}");
+        }
+        let mut lie = good;
+        lie[18] = 0xFF;
+        assert!(read(&lie).is_err());
+    }
+}

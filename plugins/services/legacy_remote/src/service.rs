@@ -1,0 +1,220 @@
+//! What is done at the barrier: commands of clients, in order of connection, each client's in order of arrival; then what
+//! they asked for again and again.
+
+use std::{
+    cell::{RefCell, RefMut},
+    collections::BTreeMap,
+    sync::mpsc::Receiver,
+    time::Instant,
+};
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{self, Fail, Host, Param, Params, Result, Service, Session, Turn, ValueRef},
+};
+
+use crate::{
+    LegacyRemote, calls,
+    clients::Client,
+    connections::{Event, Key, Listener},
+    message::{self, Command, World, mode},
+    values::Out,
+};
+
+/// The port that V-REP listens on.
+const PORT: i64 = 19997;
+/// The numbers of commands that are the service's own.
+const SYNCHRONOUS: u16 = 1;
+const FREE: u16 = 2;
+const TRIGGER: u16 = 3;
+const ERRORS: u16 = 4;
+const GOODBYE: u16 = 0xA;
+const GET_AND_CLEAR: u16 = 0x3017;
+
+/// The service.
+pub struct Remote {
+    session: Session,
+    state: RefCell<State>,
+}
+
+struct State {
+    clients: BTreeMap<u64, Client>,
+    began: Instant,
+    events: Receiver<Event>,
+    listener: Listener,
+}
+
+impl Service for Remote {
+    type Plugin = LegacyRemote;
+    const ID: &'static str = "legacy_remote";
+    const TEXT: &'static str =
+        "The legacy remote API: clients written for V-REP call commands, with or without synchronous operation.";
+
+    fn params() -> Vec<Param> {
+        vec![
+            Param::int("port")
+                .range(0.0, 65535.0)
+                .default(PORT)
+                .text("of 127.0.0.1 to listen on; 0: any that is free. Scripts of before ask for 19999"),
+        ]
+    }
+
+    fn start(_: &LegacyRemote, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
+        let port = params.i64("port")? as u16;
+        let (listener, events) = Listener::open(port, session).map_err(|e| {
+            Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
+        })?;
+        session.log(TATU_LOG_INFO, &format!("legacy_remote: listening on {}", listener.address));
+        let state = State { clients: BTreeMap::new(), began: Instant::now(), events, listener };
+        Ok(Remote { session, state: RefCell::new(state) })
+    }
+
+    fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<safe::Answer> {
+        // One world is served: the first one of its session.
+        if turn.worlds().0 != 0 {
+            return Ok(safe::Answer::Go);
+        }
+        let state = &mut *self.state()?;
+        state.hear(&self.session);
+        let time = turn.f64(0, turn.host().prop("scene.time"))? * 1e3;
+        state.listener.tell(World {
+            time: state.began.elapsed().as_millis() as i32,
+            scene: 1,
+            state: match turn.state() {
+                TATU_STOPPED => 0,
+                TATU_PAUSED => 3,
+                _ => 1,
+            },
+        });
+        let running = turn.state() == TATU_RUNNING;
+        for (number, client) in &mut state.clients {
+            turn.client(*number);
+            client.until = client.until.filter(|until| running && step < *until);
+            serve(turn, client, step, time);
+        }
+        let hold = running && state.clients.values().any(|c| c.holds(step));
+        Ok(if hold { safe::Answer::Hold } else { safe::Answer::Go })
+    }
+
+    fn event(&self, _: &Turn<'_>, name: &str, _: ValueRef<'_>) {
+        if name == "stopped"
+            && let Ok(mut state) = self.state()
+        {
+            state.clients.values_mut().for_each(|c| c.until = None);
+        }
+    }
+}
+
+impl Remote {
+    fn state(&self) -> Result<RefMut<'_, State>> {
+        self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the service is in use"))
+    }
+}
+
+impl State {
+    /// What connections told.
+    fn hear(&mut self, session: &Session) {
+        while let Ok(event) = self.events.try_recv() {
+            match event {
+                Event::Come(number, out) => {
+                    self.clients.insert(number, Client::new(out));
+                }
+                Event::Commands(number, head, commands) => {
+                    if let Some(client) = self.clients.get_mut(&number) {
+                        client.id = head.id;
+                        client.pending.extend(commands);
+                    }
+                }
+                Event::Gone(number, why) => {
+                    self.clients.remove(&number);
+                    if let Some(why) = why {
+                        let text = format!("legacy_remote: connection {number} is closed: {why}");
+                        session.log(TATU_LOG_WARNING, &text);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Does what a client sent, and what it asked for again and again, and answers.
+fn serve(turn: &Turn<'_>, client: &mut Client, step: u64, time: f64) {
+    let mut answers: Vec<(Key, Vec<u8>)> = Vec::new();
+    for command in std::mem::take(&mut client.pending) {
+        let (code, of) = (command.code, command.of.clone());
+        let done = client.whole(command).and_then(|whole| match whole {
+            Some(command) => act(turn, client, &command, step).map(Some),
+            // Each part is answered, so that the next one comes.
+            None => Ok(Some(Vec::new())),
+        });
+        if let Err(fail) = &done {
+            client.went_wrong(format!("{:#06x}: {}", code as u16, fail.text()));
+        }
+        let data = done.ok().flatten();
+        answers.push(((code, of.clone()), message::answer(code, &of, data.as_deref(), time as i32)));
+    }
+    // Before what was measured is taken, nothing more is measured.
+    if client.out.is_empty() {
+        let due: Vec<Command> = client
+            .streams
+            .values_mut()
+            .filter(|(command, next)| {
+                command.delay == 0 || command.mode() == mode::STREAMING_SPLIT || time >= *next || time < *next - 1e6
+            })
+            .map(|(command, next)| {
+                *next = time + f64::from(command.delay);
+                command.clone()
+            })
+            .collect();
+        for command in due {
+            let key = (command.code, command.of.clone());
+            if answers.iter().any(|(k, _)| *k == key) {
+                continue;
+            }
+            let done = calls::call(turn, command.raw(), &command.of, &command.data);
+            let answer = message::answer(command.code, &command.of, done.ok().as_deref(), time as i32);
+            answers.push((key, answer));
+        }
+    }
+    if !answers.is_empty() {
+        client.out.put(client.id, answers);
+    }
+}
+
+/// Does a command once; what it gives.
+fn act(turn: &Turn<'_>, client: &mut Client, command: &Command, step: u64) -> Result<Vec<u8>> {
+    let key = (command.raw(), command.of.clone());
+    match command.mode() {
+        mode::DISCONTINUE => {
+            client.streams.remove(&key);
+            return Ok(Vec::new());
+        }
+        mode::STREAMING | mode::STREAMING_SPLIT => client.stream(command)?,
+        mode::ONESHOT | mode::BLOCKING | mode::ONESHOT_SPLIT => {}
+        other => return Err(Fail::argument(format!("a command is never sent in mode {other}"))),
+    }
+    match command.raw() {
+        SYNCHRONOUS | FREE => client.synchronous = command.raw() == SYNCHRONOUS,
+        TRIGGER if !client.synchronous || turn.state() != TATU_RUNNING => {
+            return Err(Fail::argument("a trigger without synchronous operation, or while nothing runs"));
+        }
+        TRIGGER => client.until = Some(client.until.unwrap_or(step) + 1),
+        ERRORS => {
+            let mut out = Out::default();
+            out.i32(client.errors.len() as i64);
+            client.errors.drain(..).for_each(|e| {
+                out.text(e.as_bytes());
+            });
+            return Ok(out.0);
+        }
+        GOODBYE => client.synchronous = false,
+        raw => {
+            let done = calls::call(turn, raw, &command.of, &command.data)?;
+            if raw == GET_AND_CLEAR {
+                client.streams.remove(&key);
+            }
+            return Ok(done);
+        }
+    }
+    Ok(Vec::new())
+}

@@ -1,0 +1,246 @@
+//! Clients of the legacy remote API: the real library, as a package of PyPI brings it, driven by its own Python.
+
+use std::{
+    io::{BufRead, BufReader, Read, Write},
+    net::TcpStream,
+    path::PathBuf,
+    process::{Child, Command, Output, Stdio},
+    sync::OnceLock,
+    time::Duration,
+};
+
+use crate::kit::*;
+
+const SCENE: &str = "scenes/first/pioneer_avoids_walls.toml";
+
+struct Served {
+    process: Child,
+    port: u16,
+}
+
+impl Served {
+    fn new() -> Served {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
+            .current_dir(root())
+            .args(["serve", SCENE, "--service", "legacy_remote:port=0"])
+            .env_remove("TATU_PLUGIN_PATH")
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut err = BufReader::new(process.stderr.take().unwrap());
+        let port = loop {
+            let mut line = String::new();
+            assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
+            if let Some(port) = line.trim().strip_prefix("legacy_remote: listening on 127.0.0.1:") {
+                break port.parse().unwrap();
+            }
+        };
+        // What it says further on is read, so that it never waits for us.
+        std::thread::spawn(move || std::io::copy(&mut err, &mut std::io::sink()));
+        Served { process, port }
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// The folder of the library and its Python; none where it cannot be had, which is told.
+fn bindings() -> Option<&'static PathBuf> {
+    static FOUND: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let found = FOUND.get_or_init(|| {
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("legacy-client");
+        let bindings = folder.join("pypot/vrep/remoteApiBindings");
+        if !bindings.join("vrep.py").is_file() {
+            let fetched = Command::new("python3")
+                .args(["-m", "pip", "download", "-q", "--no-deps", "pypot==5.0.2", "-d"])
+                .arg(&folder)
+                .output();
+            let unpack = "import glob, sys, zipfile\nzipfile.ZipFile(glob.glob(sys.argv[1] + '/*.whl')[0]).extractall(sys.argv[1])";
+            if fetched.is_ok_and(|o| o.status.success()) {
+                let _ = Command::new("python3").args(["-c", unpack]).arg(&folder).output();
+            }
+        }
+        bindings.join("vrep.py").is_file().then_some(bindings)
+    });
+    if found.is_none() {
+        println!("1 skipped: the client cannot be fetched from PyPI");
+    }
+    found.as_ref()
+}
+
+/// What stands before each program: the binding alone, without the package around it, and a connection.
+const BEGIN: &str = r#"
+import importlib.util, sys, time, types
+FOLDER = 'BINDINGS/'
+for name in ('pypot', 'pypot.vrep', 'pypot.vrep.remoteApiBindings'):
+    sys.modules[name] = types.ModuleType(name)
+    sys.modules[name].__path__ = [FOLDER] if name.endswith('Bindings') else []
+def load(name):
+    spec = importlib.util.spec_from_file_location('pypot.vrep.remoteApiBindings.' + name, FOLDER + name + '.py')
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+load('vrepConst')
+vrep = load('vrep')
+WAIT = vrep.simx_opmode_oneshot_wait
+client = vrep.simxStart('127.0.0.1', PORT, True, True, 5000, 5)
+assert client >= 0, client
+def good(result):
+    error, *values = result if isinstance(result, tuple) else (result,)
+    assert error == 0, error
+    return values[0] if len(values) == 1 else values
+def handle(name):
+    return good(vrep.simxGetObjectHandle(client, name, WAIT))
+"#;
+
+fn client(served: &Served, bindings: &std::path::Path, program: &str) -> Command {
+    let all = format!("{BEGIN}{program}")
+        .replace("PORT", &served.port.to_string())
+        .replace("BINDINGS", &bindings.display().to_string());
+    let mut command = Command::new("python3");
+    command.args(["-c", &all]);
+    command
+}
+
+fn good(done: &Output) -> String {
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    String::from_utf8_lossy(&done.stdout).into_owned()
+}
+
+#[test]
+fn the_real_library_steers_a_robot() {
+    let Some(bindings) = bindings() else { return };
+    let served = Served::new();
+    let told = client(
+        &served,
+        bindings,
+        r#"
+robot, left = handle('Pioneer_p3dx'), handle('/Pioneer_p3dx/Pioneer_p3dx_leftMotor')
+assert vrep.simxGetObjectHandle(client, 'nope', WAIT)[0] == vrep.simx_return_remote_error_flag
+assert 'nope' in good(vrep.simxGetLastErrors(client, WAIT))[0]
+begin = good(vrep.simxGetObjectPosition(client, robot, -1, WAIT))
+assert abs(begin[0] + 1.5) < 1e-6 and abs(begin[1] - 1.2) < 1e-6, begin
+assert len(good(vrep.simxGetObjects(client, vrep.sim_object_joint_type, WAIT))) == 4
+handles, ints, numbers, texts = good(vrep.simxGetObjectGroupData(client, vrep.sim_object_joint_type, 0, WAIT))
+assert 'Pioneer_p3dx_leftMotor' in texts, texts
+
+# Signals, in one piece and in parts.
+good(vrep.simxSetFloatSignal(client, 'f', 1.5, WAIT))
+assert good(vrep.simxGetFloatSignal(client, 'f', WAIT)) == 1.5
+vrep.simxSetStringSignal(client, 's', b'a\x00b' * 100, vrep.simx_opmode_oneshot_split + 200)
+for _ in range(200):
+    error, text = vrep.simxGetStringSignal(client, 's', WAIT)
+    if error == 0:
+        break
+    time.sleep(0.01)
+assert bytes(text) == b'a\x00b' * 100
+assert vrep.simxGetIntegerSignal(client, 'none', WAIT)[0] == vrep.simx_return_remote_error_flag
+
+# Step by step: each trigger is one step.
+good(vrep.simxSynchronous(client, True))
+good(vrep.simxStartSimulation(client, WAIT))
+sonar = handle('Pioneer_p3dx_ultrasonicSensor5')
+vrep.simxReadProximitySensor(client, sonar, vrep.simx_opmode_streaming)
+for i in range(40):
+    good(vrep.simxSynchronousTrigger(client))
+    vrep.simxGetPingTime(client)
+assert vrep.simxGetLastCmdTime(client) == 2000, vrep.simxGetLastCmdTime(client)
+assert vrep.simxReadProximitySensor(client, sonar, vrep.simx_opmode_buffer)[0] == 0
+vrep.simxReadProximitySensor(client, sonar, vrep.simx_opmode_discontinue)
+there = good(vrep.simxGetObjectPosition(client, robot, -1, WAIT))
+assert abs(there[0] - begin[0]) > 0.1, there
+good(vrep.simxStopSimulation(client, WAIT))
+for _ in range(200):
+    back = good(vrep.simxGetObjectPosition(client, robot, -1, WAIT))
+    if back == begin:
+        break
+    time.sleep(0.02)
+assert back == begin, back
+print('done')
+vrep.simxFinish(client)
+"#,
+    )
+    .output()
+    .unwrap();
+    assert!(good(&told).contains("done"));
+}
+
+#[test]
+fn a_client_that_dies_holds_nobody() {
+    let Some(bindings) = bindings() else { return };
+    let served = Served::new();
+    let hold = "
+good(vrep.simxSynchronous(client, True))
+good(vrep.simxStartSimulation(client, WAIT))
+print('held', flush=True)
+";
+    // Between two triggers, between a trigger and its end, and with a stream.
+    for state in [
+        "time.sleep(100)",
+        "while True: vrep.simxSynchronousTrigger(client)",
+        "vrep.simxGetObjectPosition(client, handle('Pioneer_p3dx'), -1, vrep.simx_opmode_streaming); time.sleep(100)",
+    ] {
+        let mut victim = client(&served, bindings, &format!("{hold}{state}")).stdout(Stdio::piped()).spawn().unwrap();
+        BufReader::new(victim.stdout.as_mut().unwrap()).read_line(&mut String::new()).unwrap();
+        std::thread::sleep(Duration::from_millis(100));
+        victim.kill().unwrap();
+        victim.wait().unwrap();
+        let told = client(
+            &served,
+            bindings,
+            "
+def now():
+    vrep.simxGetPingTime(client)
+    return vrep.simxGetLastCmdTime(client)
+begin = now()
+while now() < begin + 500:
+    time.sleep(0.01)
+good(vrep.simxStopSimulation(client, WAIT))
+print('went on')
+vrep.simxFinish(client)
+",
+        )
+        .output()
+        .unwrap();
+        assert!(good(&told).contains("went on"), "{state}");
+    }
+}
+
+#[test]
+fn packets_that_lie_cost_only_their_connection() {
+    let served = Served::new();
+    let ask = |bytes: &[u8]| {
+        let mut stream = TcpStream::connect(("127.0.0.1", served.port)).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        let _ = stream.write_all(bytes);
+        let _ = stream.shutdown(std::net::Shutdown::Write);
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        answer
+    };
+    // No packet, one of no bytes, one in the other byte order, a command whose size cannot be, and half a packet.
+    for bytes in [
+        &b"GET / HTTP/1.1\r\n\r\n"[..],
+        &[1, 0, 0, 0, 0, 0],
+        &[0, 1, 0, 18, 0, 0],
+        &[&[1, 0, 44, 0, 0, 0][..], &[0; 18], &[0xFF; 26]].concat(),
+        &[1, 0, 0xFF, 0xFF, 0xFF, 0xFF, 1],
+    ] {
+        assert!(ask(bytes).is_empty(), "{bytes:?}");
+    }
+    // A head alone is answered by a head: nothing was done.
+    let answer = ask(&[&[1, 0, 18, 0, 0, 0, 0, 0, 11][..], &[7, 0, 0, 0], &[0; 11]].concat());
+    assert_eq!((answer.len(), &answer[9..13]), (24, &[0xFF; 4][..]), "{answer:?}");
+    let many: Vec<TcpStream> = (0..300).filter_map(|_| TcpStream::connect(("127.0.0.1", served.port)).ok()).collect();
+    drop(many);
+    let Some(bindings) = bindings() else { return };
+    let told =
+        client(&served, bindings, "print(handle('Pioneer_p3dx') > 0)\nvrep.simxFinish(client)").output().unwrap();
+    assert!(good(&told).contains("True"));
+}
