@@ -224,7 +224,7 @@ print('went on')
 #[test]
 fn frames_that_lie_cost_only_their_connection() {
     let served = Served::new(&["serve", SCENE, "--service", "zmq_remote:port=0"]);
-    let mut greeting = vec![0_u8; 64];
+    let mut greeting = [0_u8; 64];
     (greeting[0], greeting[8], greeting[9], greeting[10]) = (0xFF, 1, 0x7F, 3);
     greeting[12..16].copy_from_slice(b"NULL");
     let ready = b"\x04\x1a\x05READY\x0bSocket-Type\x00\x00\x00\x03REQ";
