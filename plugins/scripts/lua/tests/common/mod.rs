@@ -217,6 +217,7 @@ static COMMANDS: tatu_host_commands = tatu_host_commands {
     retain: None,
     drop: None,
     call_func: Some(call_func),
+    constant_name: None,
 };
 unsafe extern "C" fn prop(_: *const tatu_host, key: *const c_char) -> tatu_prop {
     match CStr::from_ptr(key).to_bytes() {
