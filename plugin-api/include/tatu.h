@@ -986,8 +986,9 @@ typedef struct tatu_host_scene {
    * have now as parameters and text, and begin anew. */
   tatu_status(TATU_CALL *copy)(tatu_world *, const tatu_object *objects, uint32_t n, tatu_object *out);
   /* [step] Reads a scene file, or a file that an importer reads, into the world below `parent` (0: the world): objects,
-   * sensors, actuators and scripts. `file` is a path that `files.resolve` gave. `*out` is the first object. Numbers of
-   * the world and a main script in the file have no effect. What is in the file is refused as at a start. */
+   * sensors, actuators and scripts. `file` is a path that `files.resolve` gave, or the id of a model. `*out` is the first
+   * object. Numbers of the world and a main script in the file have no effect. What is in the file is refused as at a
+   * start. */
   tatu_status(TATU_CALL *load)(tatu_world *, tatu_str file, tatu_object parent, tatu_object *out);
   /* [step] Writes an object and all below it (0: the whole scene) as a scene file, with meshes and scripts in a folder
    * beside it. `file` is a path that `files.resolve` gave; it ends with ".toml". */
@@ -996,6 +997,9 @@ typedef struct tatu_host_scene {
    * numbers), "count", "unit", "settable", "choices" (a list of texts), "text". Parameters of its device come after its
    * own. Lives until the call that you are in returns. TATU_ERR_MISSING, without a sentence: it has no more. */
   tatu_status(TATU_CALL *row)(tatu_world *, tatu_object, uint32_t index, tatu_value *);
+  /* [step] The `index`-th model that plugins offer, from 0, as a map: "id" (for `load`), "text". Lives as that of `row`.
+   * TATU_ERR_MISSING, without a sentence: there are no more. */
+  tatu_status(TATU_CALL *model)(tatu_world *, uint32_t index, tatu_value *);
 } tatu_host_scene;
 
 #define TATU_HOST_READINGS "tatu.host.readings/draft.1"

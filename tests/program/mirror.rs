@@ -103,7 +103,7 @@ mirror! {
     tatu_ext_event { size, reserved, events }
     tatu_host_scene {
         size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
-        find, create, remove, list, wanted, copy, load, save, row
+        find, create, remove, list, wanted, copy, load, save, row, model
     }
     tatu_look { size, flags, only, far_m, max_incidence }
     tatu_host_readings { size, reserved, field, sense_now, reset, list, describe, look }

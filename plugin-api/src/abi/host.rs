@@ -63,6 +63,7 @@ pub struct tatu_host_scene {
     pub load: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_object, *mut tatu_object) -> tatu_status>,
     pub save: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_object) -> tatu_status>,
     pub row: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *mut tatu_value) -> tatu_status>,
+    pub model: Option<unsafe extern "C" fn(WorldPtr, u32, *mut tatu_value) -> tatu_status>,
 }
 
 #[repr(C)]

@@ -78,6 +78,16 @@ impl<'a> World<'a> {
             status => self.check(status).map(|()| Some(unsafe { ValueRef::new(out) })),
         }
     }
+    /// The `index`-th model that plugins offer, a map of `id` and `text`; `None`: there are no more.
+    pub fn model(&self, index: u32) -> Result<Option<ValueRef<'a>>> {
+        let mut out = ValueRef::NIL.raw();
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
+        match unsafe { service!(self.scene.model)(self.raw(), index, &mut out) } {
+            TATU_ERR_MISSING => Ok(None),
+            // SAFETY: the host's value lives until the running call returns, as the world does.
+            status => self.check(status).map(|()| Some(unsafe { ValueRef::new(out) })),
+        }
+    }
     /// The text of a script.
     pub fn script_text(&self, script: tatu_object) -> Result<Vec<u8>> {
         let mut out = ValueRef::NIL.raw();

@@ -39,6 +39,7 @@ pub static TABLE: tatu_host_scene = tatu_host_scene {
     load: Some(super::whole_parts::load),
     save: Some(super::whole_parts::save),
     row: Some(super::shown::row),
+    model: Some(super::shown::model),
 };
 
 unsafe extern "C" fn prop(host: *const tatu_host, key: *const c_char) -> tatu_prop {

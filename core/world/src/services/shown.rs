@@ -46,6 +46,16 @@ pub(super) unsafe extern "C" fn row(
     }
 }
 
+pub(super) unsafe extern "C" fn model(w: *mut tatu_world, index: u32, out: *mut tatu_value) -> tatu_status {
+    // SAFETY: by the contract: `out` is writable.
+    unsafe {
+        on(w, |world| {
+            let found = world.registry.models.get(index as usize).ok_or(TATU_ERR_MISSING)?;
+            give(world, &map([("id", Value::text(&found.id)), ("text", Value::text(&found.text))]), out)
+        })
+    }
+}
+
 fn nth_row(world: &WorldCell, object: tatu_object, index: usize) -> Result<Option<Value>, tatu_status> {
     let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
     let slot = if object == 0 { 0 } else { slot(world, &scene, object)? };

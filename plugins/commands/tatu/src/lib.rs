@@ -1,6 +1,6 @@
 //! Commands of Tatu's own, for what the V-REP script API has no name for: `tatu.on`, `tatu.emit`, `tatu.options`,
 //! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`, `tatu.setScript`,
-//! `tatu.press` and `tatu.open`.
+//! `tatu.press`, `tatu.open`, `tatu.models` and `tatu.addModel`.
 //!
 //! One file per subject; `tests/program/events.rs` of the program drives them through scripts.
 

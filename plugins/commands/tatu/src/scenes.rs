@@ -3,10 +3,13 @@
 
 use tatu_plugin_api::{
     abi::*,
-    safe::{Offer, Param, Value},
+    safe::{Fail, Offer, Param, Value},
 };
 
 use crate::{Cmd, Ctx, Tatu};
+
+/// The bits of a number that are the handle.
+const HANDLE: u64 = 0xF_FFFF;
 
 /// The object of argument `i`; 0: the world.
 fn object(c: &Ctx<'_>, i: usize) -> tatu_plugin_api::safe::Result<tatu_object> {
@@ -31,6 +34,38 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .returns(Param::any("properties").text("of each a table: key, type, count, unit, settable, choices, text"))
         .text("Lists the properties of an object, those of its device included.")
         .example("for _, p in ipairs(tatu.properties(0)) do assert(p.key:find('scene.') == 1) end"),
+    );
+    offer.command(
+        Cmd::new("tatu.models", |c| {
+            let mut all = Vec::new();
+            while let Some(model) = c.world().model(all.len() as u32)? {
+                all.push(model.to_value()?);
+            }
+            c.ret::<Value>(Value::List(all));
+            Ok(())
+        })
+        .returns(Param::any("models").text("of each a table: id, text"))
+        .text("Lists the models that plugins offer.")
+        .example("assert(#tatu.models() > 0)"),
+    );
+    offer.command(
+        Cmd::new("tatu.addModel", |c| {
+            let id = c.text(0)?;
+            let mut at = 0;
+            while let Some(model) = c.world().model(at)? {
+                if model.get("id").and_then(|v| v.as_str()).is_some_and(|m| m == id) {
+                    let made = c.world().load(id.as_bytes(), 0)?;
+                    c.ret((made & HANDLE) as i64);
+                    return Ok(());
+                }
+                at += 1;
+            }
+            Err(Fail::missing(format!("there is no model `{id}`")).help("`tatu list models` shows them"))
+        })
+        .param(Param::string("model").text("its id: `tatu.models`"))
+        .returns(Param::int("object").text("its base, which stands at the middle of the world"))
+        .text("Adds a model that a plugin offers, with its parameters as they are by default.")
+        .example("local robot = tatu.addModel('pioneer_p3dx')\ntatu.set(robot, 'object.position', {60, 60, 0.14})"),
     );
     offer.command(
         Cmd::new("tatu.getScript", |c| {

@@ -36,6 +36,7 @@ on("state", (message) => {
   get("play").classList.toggle("on", state === "running");
   get("pause").classList.toggle("on", state === "paused");
   get("stop").classList.toggle("on", state === "stopped");
+  if (state === "stopped") get("time").textContent = `${clock(0)} (dt ${+(dt * 1000).toFixed(3)} ms)`;
   get("speed").textContent = speed > 0 ? `${speed}x` : "max";
 });
 
@@ -47,7 +48,8 @@ function clock(t) {
 
 let before = null;
 on("frame", (view) => {
-  const time = view.getFloat64(8, true);
+  // What stands begins anew.
+  const time = state === "stopped" ? 0 : view.getFloat64(8, true);
   get("time").textContent = `${clock(time)} (dt ${+(dt * 1000).toFixed(3)} ms)`;
   const now = performance.now() / 1000;
   if (!before || time < before.time) before = { now, time };

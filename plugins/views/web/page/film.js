@@ -6,6 +6,7 @@ import "tatu/tree";
 import "tatu/output";
 import "tatu/view";
 import "tatu/sensing";
+import "tatu/volumes";
 import "tatu/drawings";
 import { clear } from "tatu/output";
 

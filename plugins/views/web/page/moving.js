@@ -39,7 +39,7 @@ gizmo.addEventListener("objectChange", async () => {
   const p = group.position;
   const q = group.quaternion.clone().normalize();
   try {
-    await call("tatu.set", selected(), "object.pose", [p.x, p.y, p.z, q.x, q.y, q.z, q.w].map((x) => x + 1e-300));
+    await call("tatu.set", selected(), "object.pose", [p.x, p.y, p.z, q.x, q.y, q.z, q.w]);
     changed();
   } catch (e) {
     line("Status", e.error, "error");

@@ -39,6 +39,21 @@ fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<&'static str> {
         .map(|(name, _)| name)
 }
 
+/// What tells how far and how wide a sensor senses: parameters of such names, of whatever kind it is.
+const VOLUME: &[&str] =
+    &["volume", "range", "near", "angle", "size_near", "size_far", "radius_near", "radius_far", "height"];
+
+fn volume(turn: &Turn<'_>, id: tatu_object, kind: &str) -> Json {
+    let mut out = serde_json::Map::new();
+    for name in VOLUME {
+        let found = turn.get(id, turn.host().prop(&format!("{kind}.{name}"))).and_then(|v| v.to_value());
+        if let Ok(value) = found {
+            out.insert((*name).to_owned(), tatu_services_common::json::write(&value));
+        }
+    }
+    Json::Object(out)
+}
+
 fn text(v: ValueRef<'_>) -> String {
     v.as_str().map(|s| s.into_owned()).unwrap_or_default()
 }
@@ -74,6 +89,7 @@ pub fn read(turn: &Turn<'_>, p: &Props) -> Result<Whole> {
                 if let Some(schema) = schema(turn, p, id) {
                     o["schema"] = json!(schema);
                     whole.sensors.push((id, schema));
+                    o["volume"] = volume(turn, id, o["sensor"].as_str().unwrap_or(""));
                 }
             }
             "path" => {

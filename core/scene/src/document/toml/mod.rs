@@ -89,8 +89,15 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
     Err(Error::new("E102", "the settings of model parameters change which models there are"))
 }
 
-/// Reads a file that becomes a part of a scene which lives already: a scene file, or one that an importer reads.
+/// Reads a file that becomes a part of a scene which lives already: a scene file, or one that an importer reads. The id of a
+/// model stands for a scene that holds this model alone.
 pub fn load_part(file: &Path, registry: &Registry) -> Result<Document> {
+    if let Some(model) = registry.models.iter().find(|m| file == Path::new(&m.id)) {
+        let name = PathBuf::from(format!("{}.toml", model.id));
+        let options = Options::default();
+        options.sources.keep(&name, format!("format = 1\n[[model]]\nmodel = {:?}\n", model.id).into_bytes());
+        return load(&name, registry, &options);
+    }
     if file.extension().is_some_and(|e| e == "toml") {
         return load(file, registry, &Options::default());
     }
