@@ -20,9 +20,13 @@ struct Served {
 
 impl Served {
     fn new() -> Served {
+        Served::with(&["serve", SCENE])
+    }
+    fn with(args: &[&str]) -> Served {
         let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
             .current_dir(root())
-            .args(["serve", SCENE, "--service", "legacy_remote:port=0"])
+            .args(args)
+            .args(["--service", "legacy_remote:port=0"])
             .env_remove("TATU_PLUGIN_PATH")
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
@@ -169,6 +173,41 @@ vrep.simxFinish(client)
     .output()
     .unwrap();
     assert!(good(&told).contains("done"));
+}
+
+/// As in V-REP: the script of the scene opens the port, and a stop closes it.
+#[test]
+fn a_script_opens_a_port() {
+    let Some(bindings) = bindings() else { return };
+    let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let place = Place::new();
+    let script = format!(
+        "if (sim_call_type==sim_childscriptcall_initialization) then simExtRemoteApiStart({port}) end
+        double = function(ints, floats, strings, bytes)
+            return {{ints[1] * 2}}, {{floats[1] * 2}}, {{strings[1] .. '!'}}, bytes .. bytes
+        end"
+    );
+    place.write("opens.lua", &script);
+    place.write(
+        "scene.toml",
+        "format = 1\n[scene]\ndialect = \"3.2\"\n[[object]]\nkind = \"dummy\"\nalias = \"host\"\nscript = \"opens.lua\"\n",
+    );
+    let mut served = Served::with(&["serve", place.path().join("scene.toml").to_str().unwrap()]);
+    let first = served.port;
+    good(&client(&served, bindings, "good(vrep.simxStartSimulation(client, WAIT))").output().unwrap());
+    served.port = port;
+    let program = "
+ints, numbers, texts, buffer = good(vrep.simxCallScriptFunction(
+    client, 'host', vrep.sim_scripttype_childscript, 'double', [21], [0.5], ['a'], bytearray(b'x\\x00'), WAIT))
+assert (ints, numbers, texts, bytes(buffer)) == ([42], [1.0], ['a!'], b'x\\x00x\\x00'), (ints, numbers, texts, buffer)
+print('called')
+";
+    assert!(good(&client(&served, bindings, program).output().unwrap()).contains("called"));
+    served.port = first;
+    good(&client(&served, bindings, "good(vrep.simxStopSimulation(client, WAIT))").output().unwrap());
+    crate::browser::wait_for("the port is closed", Duration::from_secs(20), || {
+        TcpStream::connect(("127.0.0.1", port)).is_err().then_some(())
+    });
 }
 
 #[test]

@@ -50,6 +50,7 @@ mod profiles;
 mod properties;
 mod proximity;
 mod registered;
+mod remote_api;
 mod script_more;
 mod scripts;
 mod selection;
@@ -171,6 +172,8 @@ impl Plugin for Vrep {
         main_script::offer(offer);
         threads::offer(offer);
         offer.subject("steps");
+        remote_api::offer(offer);
+        offer.subject("remote");
         constants::offer(offer);
         prelude::offer(offer);
         modules::offer(offer);

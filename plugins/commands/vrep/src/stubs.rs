@@ -203,15 +203,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for (name, gives, why) in MODERN {
         add(offer, name, None, *gives, why);
     }
-    let remote = "a service listens, not a script: --service legacy_remote:port=19999";
-    for (name, flat, gives) in [
-        ("simRemoteApi.start", "simExtRemoteApiStart", 1),
-        ("simRemoteApi.stop", "simExtRemoteApiStop", 1),
-        ("simRemoteApi.status", "simExtRemoteApiStatus", -1),
-        ("simRemoteApi.reset", "simExtRemoteApiReset", 1),
-    ] {
-        add(offer, name, Some((flat, MINUS)), Int(gives), remote);
-    }
+    let why = "a service listens, which does not tell how its connections are";
+    add(offer, "simRemoteApi.status", Some(("simExtRemoteApiStatus", MINUS)), Int(-1), why);
     // The ROS interface of before 2016; without a node nothing is sent, and topics have no names.
     for (name, gives) in [
         ("simExtROS_enablePublisher", Nothing),

@@ -7,7 +7,7 @@ use std::{
     net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream},
     sync::{
         Arc, Condvar, Mutex, MutexGuard, PoisonError,
-        atomic::{AtomicBool, Ordering},
+        atomic::{AtomicBool, AtomicU64, Ordering},
         mpsc::{Receiver, Sender, channel},
     },
     thread::{self, JoinHandle},
@@ -84,11 +84,30 @@ impl Outbox {
     }
 }
 
-struct Shared {
+/// What all ports of a service have in common.
+#[derive(Clone)]
+pub struct Ports {
     session: Session,
-    events: Mutex<Sender<Event>>,
+    events: Sender<Event>,
+    world: Arc<Mutex<World>>,
+    numbers: Arc<AtomicU64>,
+}
+
+impl Ports {
+    /// Ports of which nobody listens to any yet, and what their connections tell.
+    pub fn new(session: Session) -> (Ports, Receiver<Event>) {
+        let (events, told) = channel();
+        (Ports { session, events, world: Arc::default(), numbers: Arc::default() }, told)
+    }
+    /// How the world stands now.
+    pub fn tell(&self, world: World) {
+        *lock(&self.world) = world;
+    }
+}
+
+struct Shared {
+    ports: Mutex<Ports>,
     open: Mutex<BTreeMap<u64, TcpStream>>,
-    world: Mutex<World>,
     end: AtomicBool,
 }
 
@@ -102,24 +121,14 @@ pub struct Listener {
 
 impl Listener {
     /// Listens on 127.0.0.1.
-    pub fn open(port: u16, session: Session) -> io::Result<(Listener, Receiver<Event>)> {
+    pub fn open(port: u16, ports: &Ports) -> io::Result<Listener> {
         let socket = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         let address = socket.local_addr()?;
-        let (events, told) = channel();
-        let shared = Arc::new(Shared {
-            session,
-            events: Mutex::new(events),
-            open: Mutex::default(),
-            world: Mutex::default(),
-            end: AtomicBool::new(false),
-        });
+        let ports = Mutex::new(ports.clone());
+        let shared = Arc::new(Shared { ports, open: Mutex::default(), end: AtomicBool::new(false) });
         let own = shared.clone();
         let thread = thread::Builder::new().name("legacy remote".into()).spawn(move || accept(&socket, &own))?;
-        Ok((Listener { address, shared, thread: Some(thread) }, told))
-    }
-    /// How the world stands now.
-    pub fn tell(&self, world: World) {
-        *lock(&self.shared.world) = world;
+        Ok(Listener { address, shared, thread: Some(thread) })
     }
 }
 
@@ -140,7 +149,7 @@ impl Drop for Listener {
 
 fn accept(socket: &TcpListener, shared: &Arc<Shared>) {
     let mut threads: Vec<JoinHandle<()>> = Vec::new();
-    let mut number = 0;
+    let ports = lock(&shared.ports).clone();
     loop {
         let accepted = socket.accept();
         if shared.end.load(Ordering::Acquire) {
@@ -156,14 +165,14 @@ fn accept(socket: &TcpListener, shared: &Arc<Shared>) {
         if threads.len() >= MOST_CONNECTIONS {
             continue;
         }
-        number += 1;
-        let own = shared.clone();
+        let number = ports.numbers.fetch_add(1, Ordering::Relaxed) + 1;
+        let (own, ports) = (shared.clone(), ports.clone());
         let serve = move || {
-            let done = serve(stream, number, &own);
+            let done = serve(stream, number, &own, &ports);
             lock(&own.open).remove(&number);
             let why = done.err().filter(|e| e.kind() == io::ErrorKind::InvalidData).map(|e| e.to_string());
-            let _ = lock(&own.events).send(Event::Gone(number, why));
-            own.session.wake();
+            let _ = ports.events.send(Event::Gone(number, why));
+            ports.session.wake();
         };
         threads.extend(thread::Builder::new().name("legacy client".into()).spawn(serve));
     }
@@ -175,27 +184,26 @@ fn accept(socket: &TcpListener, shared: &Arc<Shared>) {
     }
 }
 
-fn serve(mut stream: TcpStream, number: u64, shared: &Shared) -> io::Result<()> {
+fn serve(mut stream: TcpStream, number: u64, shared: &Shared, ports: &Ports) -> io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(WRITING))?;
     lock(&shared.open).insert(number, stream.try_clone()?);
     let out = Arc::new(Outbox::default());
-    let events = lock(&shared.events).clone();
     let mut told = false;
     while !shared.end.load(Ordering::Acquire) {
         let (head, commands) = message::read(&packet::read(&mut stream)?)?;
         // Who has said nothing that can be read is no client.
         if !std::mem::replace(&mut told, true) {
-            let _ = events.send(Event::Come(number, out.clone()));
+            let _ = ports.events.send(Event::Come(number, out.clone()));
         }
         let mut patience = Duration::ZERO;
         if !commands.is_empty() {
-            let _ = events.send(Event::Commands(number, head, commands));
-            shared.session.wake();
+            let _ = ports.events.send(Event::Commands(number, head, commands));
+            ports.session.wake();
             patience = PATIENCE;
         }
         let waits = out.take(patience);
-        let world = *lock(&shared.world);
+        let world = *lock(&ports.world);
         let (id, answers) = waits.unwrap_or((-1, Vec::new()));
         let mut answer = message::head(id, head.time, world);
         answers.iter().for_each(|a| answer.extend_from_slice(a));

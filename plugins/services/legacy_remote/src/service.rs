@@ -16,7 +16,7 @@ use tatu_plugin_api::{
 use crate::{
     LegacyRemote, calls,
     clients::Client,
-    connections::{Event, Key, Listener},
+    connections::{Event, Key, Listener, Ports},
     message::{self, Command, World, mode},
     values::Out,
 };
@@ -41,8 +41,15 @@ struct State {
     clients: BTreeMap<u64, Client>,
     began: Instant,
     events: Receiver<Event>,
+    ports: Ports,
+    /// Those that scripts opened, which are closed when the simulation stops.
+    of_scripts: BTreeMap<u16, Listener>,
     listener: Listener,
 }
+
+/// By these events scripts open and close ports.
+const OPEN: &str = "remote_api.open";
+const CLOSE: &str = "remote_api.close";
 
 impl Service for Remote {
     type Plugin = LegacyRemote;
@@ -50,22 +57,25 @@ impl Service for Remote {
     const TEXT: &'static str =
         "The legacy remote API: clients written for V-REP call commands, with or without synchronous operation.";
 
+    const EVENTS: &'static [&'static str] = &["stopped", OPEN, CLOSE];
+
     fn params() -> Vec<Param> {
         vec![
-            Param::int("port")
-                .range(0.0, 65535.0)
-                .default(PORT)
-                .text("of 127.0.0.1 to listen on; 0: any that is free. Scripts of before ask for 19999"),
+            Param::int("port").range(0.0, 65535.0).default(PORT).text(
+                "of 127.0.0.1 to listen on; 0: any that is free. Scripts may open others, by `simRemoteApi.start`",
+            ),
         ]
     }
 
     fn start(_: &LegacyRemote, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let port = params.i64("port")? as u16;
-        let (listener, events) = Listener::open(port, session).map_err(|e| {
+        let (ports, events) = Ports::new(session);
+        let listener = Listener::open(port, &ports).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
         })?;
         session.log(TATU_LOG_INFO, &format!("legacy_remote: listening on {}", listener.address));
-        let state = State { clients: BTreeMap::new(), began: Instant::now(), events, listener };
+        let (clients, of_scripts) = (BTreeMap::new(), BTreeMap::new());
+        let state = State { clients, began: Instant::now(), events, ports, of_scripts, listener };
         Ok(Remote { session, state: RefCell::new(state) })
     }
 
@@ -77,7 +87,7 @@ impl Service for Remote {
         let state = &mut *self.state()?;
         state.hear(&self.session);
         let time = turn.f64(0, turn.host().prop("scene.time"))? * 1e3;
-        state.listener.tell(World {
+        state.ports.tell(World {
             time: state.began.elapsed().as_millis() as i32,
             scene: 1,
             state: match turn.state() {
@@ -96,11 +106,27 @@ impl Service for Remote {
         Ok(if hold { safe::Answer::Hold } else { safe::Answer::Go })
     }
 
-    fn event(&self, _: &Turn<'_>, name: &str, _: ValueRef<'_>) {
-        if name == "stopped"
-            && let Ok(mut state) = self.state()
-        {
-            state.clients.values_mut().for_each(|c| c.until = None);
+    fn event(&self, _: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
+        let Ok(mut state) = self.state() else { return };
+        let port = payload.get("port").and_then(|p| p.as_i64()).and_then(|p| u16::try_from(p).ok());
+        match (name, port) {
+            ("stopped", _) => {
+                state.clients.values_mut().for_each(|c| c.until = None);
+                state.of_scripts.clear();
+            }
+            (OPEN, Some(port)) if !state.of_scripts.contains_key(&port) && state.listener.address.port() != port => {
+                match Listener::open(port, &state.ports) {
+                    Ok(listener) => {
+                        state.of_scripts.insert(port, listener);
+                    }
+                    Err(e) => {
+                        let text = format!("legacy_remote: a script asks for port {port}, which cannot be opened: {e}");
+                        self.session.log(TATU_LOG_WARNING, &text);
+                    }
+                }
+            }
+            (CLOSE, Some(port)) => drop(state.of_scripts.remove(&port)),
+            _ => {}
         }
     }
 }

@@ -8,7 +8,8 @@ use tatu_plugin_api::safe::{Fail, Result};
 use crate::files::{FILES, WHOLE};
 
 /// Modules of the page that a film has too, and those that stand in the place of others.
-const SAME: &[&str] = &["store", "tree", "output", "view", "objects", "crowd", "sensing", "volumes", "drawings", "plot"];
+const SAME: &[&str] =
+    &["store", "tree", "output", "view", "objects", "crowd", "sensing", "volumes", "drawings", "plot"];
 const OTHER: &[(&str, &str)] = &[("net", "film_net"), ("editor", "film_script"), ("film", "film")];
 /// Libraries: the name that modules import, and the file.
 const LIBRARIES: &[(&str, &str)] = &[
