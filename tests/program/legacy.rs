@@ -54,7 +54,7 @@ impl Drop for Served {
 }
 
 /// The folder of the library and its Python; none where it cannot be had, which is told.
-fn bindings() -> Option<&'static PathBuf> {
+pub fn bindings() -> Option<&'static PathBuf> {
     static FOUND: OnceLock<Option<PathBuf>> = OnceLock::new();
     let found = FOUND.get_or_init(|| {
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("legacy-client");
@@ -103,10 +103,13 @@ def handle(name):
     return good(vrep.simxGetObjectHandle(client, name, WAIT))
 "#;
 
+/// What stands before a program that connects to a port.
+pub fn begin(bindings: &std::path::Path, port: u16) -> String {
+    BEGIN.replace("PORT", &port.to_string()).replace("BINDINGS", &bindings.display().to_string())
+}
+
 fn client(served: &Served, bindings: &std::path::Path, program: &str) -> Command {
-    let all = format!("{BEGIN}{program}")
-        .replace("PORT", &served.port.to_string())
-        .replace("BINDINGS", &bindings.display().to_string());
+    let all = format!("{}{program}", begin(bindings, served.port));
     let mut command = Command::new("python3");
     command.args(["-c", &all]);
     command

@@ -48,6 +48,7 @@ mod lives;
 mod look;
 mod made;
 mod manta;
+mod masters;
 mod mirror;
 mod misbehaves;
 mod models_at_run;

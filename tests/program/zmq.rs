@@ -56,7 +56,7 @@ impl Drop for Served {
 }
 
 /// Python with a version of the real client; none where it cannot be had, which is told.
-fn python(version: &str) -> Option<PathBuf> {
+pub fn python(version: &str) -> Option<PathBuf> {
     static OLD: OnceLock<Option<PathBuf>> = OnceLock::new();
     static NEW: OnceLock<Option<PathBuf>> = OnceLock::new();
     let of = if version.starts_with('0') { &OLD } else { &NEW };
