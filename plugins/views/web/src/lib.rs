@@ -1,6 +1,6 @@
 //! A page in the browser that shows a world and steers it. What it shows and takes: `docs/reference/web-stream.md`.
 //!
-//! - `service`: what is done at the barrier; `acts`: what clients ask for; `drop`: files that are dropped;
+//! - `service`: what is done at the barrier; `show`: what clients are to see; `acts`: what clients ask for; `drop`: files that are dropped;
 //! - `scene`: the scene as a whole; `frames`: what changed since; `readings`: what sensors, drawings and graphs show;
 //! - `windows`: what scripts opened; `pace`: how fast time passes; `files`: the page itself;
 //! - `film`: a run is recorded; `film_page`: the page that shows it from a file.
@@ -15,6 +15,7 @@ mod pace;
 mod readings;
 mod scene;
 mod service;
+mod show;
 mod windows;
 
 use tatu_plugin_api::{

@@ -4,7 +4,7 @@ use std::{
     cell::{RefCell, RefMut},
     collections::BTreeMap,
     io::Write,
-    time::{Duration, Instant},
+    time::Instant,
 };
 
 use serde_json::{Value as Json, json};
@@ -22,18 +22,14 @@ use crate::{
     WebPage, acts,
     drop::Dropped,
     files,
-    frames::{Now, object},
     pace::{Pace, SPEEDS},
     readings,
-    scene::{self, Whole},
+    scene::Whole,
     windows::{self, Windows},
 };
 
 /// Version of what is sent.
 const VERSION: u32 = 1;
-/// How often frames are sent, and readings.
-const FRAMES: Duration = Duration::from_millis(50);
-const READINGS: Duration = Duration::from_millis(100);
 /// Bytes of a message from a client.
 const MOST_MESSAGE: usize = 4 << 20;
 /// Messages of one client in one turn.
@@ -47,37 +43,38 @@ pub struct Web {
     state: RefCell<State>,
 }
 
-struct State {
-    guests: Vec<Guest>,
-    whole: Whole,
+/// What the service keeps.
+pub(crate) struct State {
+    pub(crate) guests: Vec<Guest>,
+    pub(crate) whole: Whole,
     /// The world that the scene was read of.
-    world: usize,
+    pub(crate) world: usize,
     /// The newest lines of the status bar and the consoles.
-    lines: Vec<String>,
-    windows: Windows,
-    pace: Pace,
+    pub(crate) lines: Vec<String>,
+    pub(crate) windows: Windows,
+    pub(crate) pace: Pace,
     /// Time stands between two steps; after so many it stands again.
-    held: bool,
-    singles: u64,
-    last_frame: Instant,
-    last_readings: Instant,
-    told: String,
-    drawn: String,
-    sent: readings::Sent,
-    listener: Listener,
+    pub(crate) held: bool,
+    pub(crate) singles: u64,
+    pub(crate) last_frame: Instant,
+    pub(crate) last_readings: Instant,
+    pub(crate) told: String,
+    pub(crate) drawn: String,
+    pub(crate) sent: readings::Sent,
+    pub(crate) listener: Listener,
 }
 
 /// A client.
-struct Guest {
-    client: Client,
-    known: BTreeMap<u32, [u8; 20]>,
+pub(crate) struct Guest {
+    pub(crate) client: Client,
+    pub(crate) known: BTreeMap<u32, [u8; 20]>,
     /// Whether it has the scene as it is now.
-    whole: bool,
+    pub(crate) whole: bool,
     /// The sensor whose image it sees, and the graph.
-    eye: u64,
-    graph: u64,
+    pub(crate) eye: u64,
+    pub(crate) graph: u64,
     /// A file that comes in parts.
-    dropped: Option<Dropped>,
+    pub(crate) dropped: Option<Dropped>,
 }
 
 impl Service for Web {
@@ -319,89 +316,6 @@ impl State {
             }
             what => turn.request(acts::request(what)?),
         }
-    }
-
-    /// Puts into the outboxes what there is to see.
-    fn show(&mut self, turn: &Turn<'_>, p: &crate::Props, step: u64) -> Result {
-        if self.guests.is_empty() {
-            return Ok(());
-        }
-        let now = Instant::now();
-        let fresh = self.guests.iter().any(|g| !g.whole);
-        if !fresh && now - self.last_frame < FRAMES {
-            return Ok(());
-        }
-        self.last_frame = now;
-        let ids = turn.list(0, 0, 0)?;
-        if self.world != turn.raw().addr() || self.whole.ids != ids {
-            self.whole = scene::read(turn, p)?;
-            self.world = turn.raw().addr();
-            self.guests.iter_mut().for_each(|g| g.whole = false);
-            self.sent = readings::Sent::default();
-        }
-        for guest in self.guests.iter_mut().filter(|g| !g.whole) {
-            self.whole.messages.iter().for_each(|m| guest.client.out.send(m.clone()));
-            guest.known.clear();
-            guest.whole = true;
-        }
-        self.tell(turn, p)?;
-        if self.guests.iter().any(|g| g.client.out.wants_frame()) {
-            let (all, time) = (Now::read(turn, p, &self.whole)?, turn.f64(0, p.time)?);
-            for guest in self.guests.iter_mut().filter(|g| g.client.out.wants_frame()) {
-                guest.client.out.frame(all.since(&mut guest.known, step, time));
-            }
-        }
-        if now - self.last_readings >= READINGS {
-            self.last_readings = now;
-            self.show_readings(turn, p)?;
-        }
-        Ok(())
-    }
-
-    /// What the world does, if that has changed.
-    fn tell(&mut self, turn: &Turn<'_>, p: &crate::Props) -> Result {
-        let state = match turn.state() {
-            TATU_STOPPED => "stopped",
-            TATU_PAUSED => "paused",
-            _ if self.held => "paused",
-            _ => "running",
-        };
-        let text = json!({ "state": state, "speed": self.pace.speed, "dt": turn.f64(0, p.dt)? }).to_string();
-        if text != self.told {
-            self.guests.iter().for_each(|g| g.client.out.send(Message::Text(text.clone())));
-            self.told = text;
-        }
-        Ok(())
-    }
-
-    fn show_readings(&mut self, turn: &Turn<'_>, p: &crate::Props) -> Result {
-        let new = readings::new(turn, p, &self.whole, &mut self.sent);
-        let any = new.as_object().is_some_and(|m| !m.is_empty());
-        let readings = json!({ "readings": new }).to_string();
-        let drawn = json!({ "drawings": readings::drawings(turn)? }).to_string();
-        let redrawn = drawn != self.drawn;
-        for guest in &self.guests {
-            let out = &guest.client.out;
-            // Who has not read the last ones yet gets the next ones.
-            if out.waits() {
-                continue;
-            }
-            if any {
-                out.send(Message::Text(readings.clone()));
-            }
-            if redrawn {
-                out.send(Message::Text(drawn.clone()));
-            }
-            let image = (guest.eye != 0).then(|| readings::image(turn, p, object(guest.eye))).flatten();
-            image.into_iter().for_each(|m| out.send(m));
-            if guest.graph != 0
-                && let Ok(graph) = readings::graph(turn, object(guest.graph))
-            {
-                out.send(Message::Text(graph.to_string()));
-            }
-        }
-        self.drawn = drawn;
-        Ok(())
     }
 }
 
