@@ -21,3 +21,4 @@ import "tatu/links";
 
 on("closed", () => { document.getElementById("lost").hidden = false; });
 connect();
+document.getElementById("missing")?.remove();
