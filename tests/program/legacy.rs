@@ -4,53 +4,21 @@ use std::{
     io::{BufRead, BufReader, Read, Write},
     net::TcpStream,
     path::PathBuf,
-    process::{Child, Command, Output, Stdio},
+    process::{Command, Stdio},
     sync::OnceLock,
     time::Duration,
 };
 
-use crate::kit::*;
+use crate::{
+    kit::*,
+    remote::{Served, good},
+};
 
 const SCENE: &str = "scenes/first/pioneer_avoids_walls.toml";
 
-struct Served {
-    process: Child,
-    port: u16,
-}
-
-impl Served {
-    fn new() -> Served {
-        Served::with(&["serve", SCENE])
-    }
-    fn with(args: &[&str]) -> Served {
-        let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
-            .current_dir(root())
-            .args(args)
-            .args(["--service", "legacy_remote:port=0"])
-            .env_remove("TATU_PLUGIN_PATH")
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut err = BufReader::new(process.stderr.take().unwrap());
-        let port = loop {
-            let mut line = String::new();
-            assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
-            if let Some(port) = line.trim().strip_prefix("legacy_remote: listening on 127.0.0.1:") {
-                break port.parse().unwrap();
-            }
-        };
-        // What it says further on is read, so that it never waits for us.
-        std::thread::spawn(move || std::io::copy(&mut err, &mut std::io::sink()));
-        Served { process, port }
-    }
-}
-
-impl Drop for Served {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
+/// The scene of the first steps, served.
+fn served() -> Served {
+    Served::new("legacy_remote", SCENE)
 }
 
 /// The folder of the library and its Python; none where it cannot be had, which is told.
@@ -115,15 +83,10 @@ fn client(served: &Served, bindings: &std::path::Path, program: &str) -> Command
     command
 }
 
-fn good(done: &Output) -> String {
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    String::from_utf8_lossy(&done.stdout).into_owned()
-}
-
 #[test]
 fn the_real_library_steers_a_robot() {
     let Some(bindings) = bindings() else { return };
-    let served = Served::new();
+    let served = served();
     let told = client(
         &served,
         bindings,
@@ -195,7 +158,7 @@ fn a_script_opens_a_port() {
         "scene.toml",
         "format = 1\n[scene]\ndialect = \"3.2\"\n[[object]]\nkind = \"dummy\"\nalias = \"host\"\nscript = \"opens.lua\"\n",
     );
-    let mut served = Served::with(&["serve", place.path().join("scene.toml").to_str().unwrap()]);
+    let mut served = Served::new("legacy_remote", place.path().join("scene.toml").to_str().unwrap());
     let first = served.port;
     good(&client(&served, bindings, "good(vrep.simxStartSimulation(client, WAIT))").output().unwrap());
     served.port = port;
@@ -216,7 +179,7 @@ print('called')
 #[test]
 fn a_client_that_dies_holds_nobody() {
     let Some(bindings) = bindings() else { return };
-    let served = Served::new();
+    let served = served();
     let hold = "
 good(vrep.simxSynchronous(client, True))
 good(vrep.simxStartSimulation(client, WAIT))
@@ -256,10 +219,9 @@ vrep.simxFinish(client)
 
 #[test]
 fn packets_that_lie_cost_only_their_connection() {
-    let served = Served::new();
+    let served = served();
     let ask = |bytes: &[u8]| {
-        let mut stream = TcpStream::connect(("127.0.0.1", served.port)).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        let mut stream = served.connect();
         let _ = stream.write_all(bytes);
         let _ = stream.shutdown(std::net::Shutdown::Write);
         let mut answer = Vec::new();

@@ -63,6 +63,7 @@ mod proximity;
 mod refusals;
 mod registered;
 mod reload;
+mod remote;
 mod removals;
 mod replay;
 mod restart;

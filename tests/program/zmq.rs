@@ -4,55 +4,22 @@ use std::{
     io::{BufRead, BufReader, Read, Write},
     net::TcpStream,
     path::PathBuf,
-    process::{Child, Command, Output, Stdio},
+    process::{Command, Output, Stdio},
     sync::OnceLock,
     time::Duration,
 };
 
-use crate::{browser::wait_for, kit::*};
+use crate::{
+    browser::wait_for,
+    kit::*,
+    remote::{Served, good},
+};
 
 const SCENE: &str = "scenes/first/pioneer_avoids_walls.toml";
 
-/// A program that serves a scene, and the port that its clients ask.
-struct Served {
-    process: Child,
-    port: u16,
-}
-
-impl Served {
-    fn new(args: &[&str]) -> Served {
-        let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
-            .current_dir(root())
-            .args(args)
-            .env_remove("TATU_PLUGIN_PATH")
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut err = BufReader::new(process.stderr.take().unwrap());
-        let port = loop {
-            let mut line = String::new();
-            assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
-            if let Some(port) = line.trim().strip_prefix("zmq_remote: listening on 127.0.0.1:") {
-                break port.parse().unwrap();
-            }
-        };
-        // What it says further on is read, so that it never waits for us.
-        std::thread::spawn(move || std::io::copy(&mut err, &mut std::io::sink()));
-        Served { process, port }
-    }
-    fn connect(&self) -> TcpStream {
-        let stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
-        stream
-    }
-}
-
-impl Drop for Served {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
+/// The scene of the first steps, served.
+fn served() -> Served {
+    Served::new("zmq_remote", SCENE)
 }
 
 /// Python with a version of the real client; none where it cannot be had, which is told.
@@ -88,16 +55,10 @@ fn client(python: &PathBuf, served: &Served, program: &str) -> Output {
     Command::new(python).args(["-c", &program]).output().unwrap()
 }
 
-fn good(done: &Output) -> String {
-    let err = String::from_utf8_lossy(&done.stderr);
-    assert!(done.status.success(), "{err}");
-    String::from_utf8_lossy(&done.stdout).into_owned()
-}
-
 #[test]
 fn the_real_client_steers_a_robot_in_step() {
     let Some(python) = python("2.0.4") else { return };
-    let served = Served::new(&["serve", SCENE, "--service", "zmq_remote:port=0"]);
+    let served = served();
     let told = good(&client(
         &python,
         &served,
@@ -108,7 +69,8 @@ sim = client.require('sim')
 robot = sim.getObject('/Pioneer_p3dx')
 begin = sim.getObjectPosition(robot)
 assert sim.getSimulationState() == sim.simulation_stopped and sim.handle_all == -2
-assert sim.setObjectPosition(robot, sim.handle_world, begin) is not None or True
+sim.setObjectPosition(robot, sim.handle_world, begin)
+assert sim.getObjectPosition(robot) == begin
 try:
     sim.getObject('/nope')
     raise SystemExit('no error')
@@ -119,7 +81,6 @@ try:
     raise SystemExit('no error')
 except Exception as e:
     assert 'simNothing' in str(e), e
-sim.setBufferSignal = getattr(sim, 'setStringSignal')
 sim.setStringSignal('data', b'\x00\xff\x80')
 assert sim.getStringSignal('data') == b'\x00\xff\x80', sim.getStringSignal('data')
 client.setStepping(True)
@@ -148,7 +109,7 @@ print('done', sim.getSimulationTime() >= 1)
 #[test]
 fn clients_of_the_first_protocol_step_too() {
     let Some(python) = python("0.0.4") else { return };
-    let served = Served::new(&["serve", SCENE, "--service", "zmq_remote:port=0"]);
+    let served = served();
     let told = good(&client(
         &python,
         &served,
@@ -176,7 +137,7 @@ sim.stopSimulation()
 #[test]
 fn a_client_that_dies_holds_nobody() {
     let Some(python) = python("2.0.4") else { return };
-    let served = Served::new(&["serve", SCENE, "--service", "zmq_remote:port=0"]);
+    let served = served();
     let hold = "
 from coppeliasim_zmqremoteapi_client import RemoteAPIClient
 client = RemoteAPIClient('localhost', PORT)
@@ -223,7 +184,7 @@ print('went on')
 
 #[test]
 fn frames_that_lie_cost_only_their_connection() {
-    let served = Served::new(&["serve", SCENE, "--service", "zmq_remote:port=0"]);
+    let served = served();
     let mut greeting = [0_u8; 64];
     (greeting[0], greeting[8], greeting[9], greeting[10]) = (0xFF, 1, 0x7F, 3);
     greeting[12..16].copy_from_slice(b"NULL");

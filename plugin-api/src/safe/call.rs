@@ -1,5 +1,6 @@
 //! A running command: its arguments, results and waits.
 
+use super::value::Room;
 use super::{
     Fail, Plugin, Result, Value, ValueRef, World,
     fail::{bytes_of, text_raw},
@@ -272,12 +273,8 @@ impl<'a, P: Plugin> Call<'a, P> {
         else {
             return Err(Fail::unsupported("this host cannot call functions"));
         };
-        let mut room: Vec<Vec<u64>> = Vec::new();
-        let mut alloc = |bytes: usize| {
-            room.push(vec![0; bytes.div_ceil(8).max(1)]);
-            room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-        };
-        let args: Vec<tatu_value> = args.iter().filter_map(|a| a.to_raw(&mut alloc)).collect();
+        let mut room = Room::default();
+        let args = room.all(args);
         let mut results = [ValueRef::NIL.raw(); 16];
         // SAFETY: an all-zero frame is a valid empty one.
         let mut frame: tatu_call = unsafe { std::mem::zeroed() };

@@ -4,17 +4,17 @@
 use std::{
     collections::BTreeMap,
     io,
-    net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream},
+    net::TcpStream,
     sync::{
         Arc, Condvar, Mutex, MutexGuard, PoisonError,
-        atomic::{AtomicBool, AtomicU64, Ordering},
+        atomic::{AtomicU64, AtomicUsize, Ordering},
         mpsc::{Receiver, Sender, channel},
     },
-    thread::{self, JoinHandle},
     time::Duration,
 };
 
 use tatu_plugin_api::safe::Session;
+use tatu_services_common::port::Port;
 
 use crate::{
     message::{self, Command, Head, World},
@@ -23,6 +23,8 @@ use crate::{
 
 /// Connections at a time.
 const MOST_CONNECTIONS: usize = 64;
+/// Bytes of commands of a client that wait for the barrier.
+const MOST_UNHEARD: usize = 128 << 20;
 /// How long a message with commands waits for what the world does, before it is answered without.
 const PATIENCE: Duration = Duration::from_millis(20);
 /// A client that takes nothing for so long has gone. One that says nothing keeps its connection.
@@ -32,8 +34,8 @@ const WRITING: Duration = Duration::from_secs(5);
 pub enum Event {
     /// A client has come.
     Come(u64, Arc<Outbox>),
-    /// It sent commands.
-    Commands(u64, Head, Vec<Command>),
+    /// It sent commands, in a message of so many bytes.
+    Commands(u64, Head, Vec<Command>, usize),
     /// It has gone; with why, if it did something wrong.
     Gone(u64, Option<String>),
 }
@@ -43,6 +45,8 @@ pub enum Event {
 pub struct Outbox {
     state: Mutex<Waiting>,
     filled: Condvar,
+    /// Bytes that it sent and that were not heard yet.
+    unheard: AtomicUsize,
 }
 
 /// What an answer is of: the command's code, and what the command is of.
@@ -68,6 +72,10 @@ impl Outbox {
         state.answers.extend(answers);
         self.filled.notify_all();
     }
+    /// So many bytes of what it sent were heard.
+    pub fn heard(&self, size: usize) {
+        self.unheard.fetch_sub(size, Ordering::AcqRel);
+    }
     /// Whether all that was put was sent.
     pub fn is_empty(&self) -> bool {
         lock(&self.state).answers.is_empty()
@@ -86,128 +94,67 @@ impl Outbox {
 
 /// What all ports of a service have in common.
 #[derive(Clone)]
-pub struct Ports {
+pub struct Ports(Arc<Shared>);
+
+struct Shared {
     session: Session,
-    events: Sender<Event>,
-    world: Arc<Mutex<World>>,
-    numbers: Arc<AtomicU64>,
+    events: Mutex<Sender<Event>>,
+    world: Mutex<World>,
+    numbers: AtomicU64,
 }
 
 impl Ports {
     /// Ports of which nobody listens to any yet, and what their connections tell.
     pub fn new(session: Session) -> (Ports, Receiver<Event>) {
         let (events, told) = channel();
-        (Ports { session, events, world: Arc::default(), numbers: Arc::default() }, told)
+        let (events, world, numbers) = (Mutex::new(events), Mutex::default(), AtomicU64::new(1));
+        (Ports(Arc::new(Shared { session, events, world, numbers })), told)
     }
     /// How the world stands now.
     pub fn tell(&self, world: World) {
-        *lock(&self.world) = world;
+        *lock(&self.0.world) = world;
     }
-}
-
-struct Shared {
-    ports: Mutex<Ports>,
-    open: Mutex<BTreeMap<u64, TcpStream>>,
-    end: AtomicBool,
-}
-
-/// A port that is listened to; dropping it ends its threads.
-pub struct Listener {
-    /// Where it listens.
-    pub address: SocketAddr,
-    shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Listener {
-    /// Listens on 127.0.0.1.
-    pub fn open(port: u16, ports: &Ports) -> io::Result<Listener> {
-        let socket = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
-        let address = socket.local_addr()?;
-        let ports = Mutex::new(ports.clone());
-        let shared = Arc::new(Shared { ports, open: Mutex::default(), end: AtomicBool::new(false) });
-        let own = shared.clone();
-        let thread = thread::Builder::new().name("legacy remote".into()).spawn(move || accept(&socket, &own))?;
-        Ok(Listener { address, shared, thread: Some(thread) })
-    }
-}
-
-impl Drop for Listener {
-    fn drop(&mut self) {
-        self.shared.end.store(true, Ordering::Release);
-        // Nothing more is read; answers that are on their way are written.
-        for stream in lock(&self.shared.open).values() {
-            let _ = stream.shutdown(Shutdown::Read);
-        }
-        // The thread sits in `accept`: a connection of our own gets it out.
-        let _ = TcpStream::connect_timeout(&self.address, WRITING);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
-    }
-}
-
-fn accept(socket: &TcpListener, shared: &Arc<Shared>) {
-    let mut threads: Vec<JoinHandle<()>> = Vec::new();
-    let ports = lock(&shared.ports).clone();
-    loop {
-        let accepted = socket.accept();
-        if shared.end.load(Ordering::Acquire) {
-            break;
-        }
-        threads.retain(|t| !t.is_finished());
-        let Ok((stream, _)) = accepted else {
-            // Out of file handles, for instance: others may be given back.
-            thread::sleep(PATIENCE);
-            continue;
-        };
-        // One too many is closed.
-        if threads.len() >= MOST_CONNECTIONS {
-            continue;
-        }
-        let number = ports.numbers.fetch_add(1, Ordering::Relaxed) + 1;
-        let (own, ports) = (shared.clone(), ports.clone());
-        let serve = move || {
-            let done = serve(stream, number, &own, &ports);
-            lock(&own.open).remove(&number);
+    /// Listens on a port of 127.0.0.1.
+    pub fn open(&self, port: u16) -> io::Result<Port> {
+        let shared = self.0.clone();
+        let serve = move |stream: TcpStream, _| {
+            let number = shared.numbers.fetch_add(1, Ordering::Relaxed);
+            let events = lock(&shared.events).clone();
+            let done = serve(stream, number, &shared, &events);
             let why = done.err().filter(|e| e.kind() == io::ErrorKind::InvalidData).map(|e| e.to_string());
-            let _ = ports.events.send(Event::Gone(number, why));
-            ports.session.wake();
+            let _ = events.send(Event::Gone(number, why));
+            shared.session.wake();
         };
-        threads.extend(thread::Builder::new().name("legacy client".into()).spawn(serve));
-    }
-    for stream in lock(&shared.open).values() {
-        let _ = stream.shutdown(Shutdown::Read);
-    }
-    for thread in threads {
-        let _ = thread.join();
+        Port::open(port, "legacy remote", MOST_CONNECTIONS, serve)
     }
 }
 
-fn serve(mut stream: TcpStream, number: u64, shared: &Shared, ports: &Ports) -> io::Result<()> {
+fn serve(mut stream: TcpStream, number: u64, shared: &Shared, events: &Sender<Event>) -> io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(WRITING))?;
-    lock(&shared.open).insert(number, stream.try_clone()?);
     let out = Arc::new(Outbox::default());
     let mut told = false;
-    while !shared.end.load(Ordering::Acquire) {
-        let (head, commands) = message::read(&packet::read(&mut stream)?)?;
+    loop {
+        let bytes = packet::read(&mut stream)?;
+        let (head, commands) = message::read(&bytes)?;
         // Who has said nothing that can be read is no client.
         if !std::mem::replace(&mut told, true) {
-            let _ = ports.events.send(Event::Come(number, out.clone()));
+            let _ = events.send(Event::Come(number, out.clone()));
         }
         let mut patience = Duration::ZERO;
         if !commands.is_empty() {
-            let _ = ports.events.send(Event::Commands(number, head, commands));
-            ports.session.wake();
+            let size = bytes.len();
+            // A client that sends faster than the world listens closes its own connection.
+            if out.unheard.fetch_add(size, Ordering::AcqRel) + size > MOST_UNHEARD {
+                return Err(packet::wrong(&format!("more than {MOST_UNHEARD} bytes of commands wait")));
+            }
+            let _ = events.send(Event::Commands(number, head, commands, size));
+            shared.session.wake();
             patience = PATIENCE;
         }
-        let waits = out.take(patience);
-        let world = *lock(&ports.world);
-        let (id, answers) = waits.unwrap_or((-1, Vec::new()));
-        let mut answer = message::head(id, head.time, world);
+        let (id, answers) = out.take(patience).unwrap_or((-1, Vec::new()));
+        let mut answer = message::head(id, head.time, *lock(&shared.world));
         answers.iter().for_each(|a| answer.extend_from_slice(a));
         packet::write(&mut stream, &answer)?;
     }
-    Ok(())
 }

@@ -13,10 +13,12 @@ use tatu_plugin_api::{
     safe::{self, Fail, Host, Param, Params, Result, Service, Session, Turn, ValueRef},
 };
 
+use tatu_services_common::port::Port;
+
 use crate::{
     LegacyRemote, calls,
     clients::Client,
-    connections::{Event, Key, Listener, Ports},
+    connections::{Event, Key, Ports},
     message::{self, Command, World, mode},
     values::Out,
 };
@@ -43,8 +45,8 @@ struct State {
     events: Receiver<Event>,
     ports: Ports,
     /// Those that scripts opened, which are closed when the simulation stops.
-    of_scripts: BTreeMap<u16, Listener>,
-    listener: Listener,
+    of_scripts: BTreeMap<u16, Port>,
+    listener: Port,
 }
 
 /// By these events scripts open and close ports.
@@ -70,7 +72,7 @@ impl Service for Remote {
     fn start(_: &LegacyRemote, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let port = params.i64("port")? as u16;
         let (ports, events) = Ports::new(session);
-        let listener = Listener::open(port, &ports).map_err(|e| {
+        let listener = ports.open(port).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
         })?;
         session.log(TATU_LOG_INFO, &format!("legacy_remote: listening on {}", listener.address));
@@ -115,7 +117,7 @@ impl Service for Remote {
                 state.of_scripts.clear();
             }
             (OPEN, Some(port)) if !state.of_scripts.contains_key(&port) && state.listener.address.port() != port => {
-                match Listener::open(port, &state.ports) {
+                match state.ports.open(port) {
                     Ok(listener) => {
                         state.of_scripts.insert(port, listener);
                     }
@@ -145,8 +147,9 @@ impl State {
                 Event::Come(number, out) => {
                     self.clients.insert(number, Client::new(out));
                 }
-                Event::Commands(number, head, commands) => {
+                Event::Commands(number, head, commands, size) => {
                     if let Some(client) = self.clients.get_mut(&number) {
+                        client.out.heard(size);
                         client.id = head.id;
                         client.pending.extend(commands);
                     }

@@ -78,7 +78,7 @@ impl Service for Remote {
         let (listener, events) = Listener::open(Kind::Reply, port, Box::new(wake)).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
         })?;
-        let address = listener.address;
+        let address = listener.address();
         let counter = match Listener::open(Kind::Publish, address.port().wrapping_add(1), Box::new(|| ())) {
             Ok((counter, _)) => Some(counter),
             Err(e) => {

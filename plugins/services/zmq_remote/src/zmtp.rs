@@ -7,15 +7,17 @@
 use std::{
     collections::BTreeMap,
     io::{self, Read, Write},
-    net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream},
+    net::{SocketAddr, TcpStream},
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,
-        atomic::{AtomicBool, AtomicUsize, Ordering},
+        atomic::{AtomicUsize, Ordering},
         mpsc::{Receiver, RecvTimeoutError, Sender, channel},
     },
-    thread::{self, JoinHandle},
+    thread,
     time::Duration,
 };
+
+use tatu_services_common::port::Port;
 
 /// Bytes of a message.
 pub const MOST: u64 = 64 << 20;
@@ -60,20 +62,17 @@ pub enum Kind {
 }
 
 struct Shared {
-    kind: Kind,
     events: Mutex<Sender<Event>>,
     wake: Box<dyn Fn() + Send + Sync>,
-    open: Mutex<BTreeMap<u64, TcpStream>>,
     waiting: AtomicUsize,
-    end: AtomicBool,
+    /// Who has greeted and gets what is published.
+    audience: Mutex<BTreeMap<u64, TcpStream>>,
 }
 
 /// A port that is listened to; dropping it ends its threads.
 pub struct Listener {
-    /// Where it listens.
-    pub address: SocketAddr,
+    port: Port,
     shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
 }
 
 fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -87,106 +86,51 @@ fn wrong(why: &str) -> io::Error {
 impl Listener {
     /// Listens on 127.0.0.1; what comes in is told by the receiver, and `wake` is called then.
     pub fn open(kind: Kind, port: u16, wake: Box<dyn Fn() + Send + Sync>) -> io::Result<(Listener, Receiver<Event>)> {
-        let socket = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
-        let address = socket.local_addr()?;
         let (events, told) = channel();
-        let shared = Arc::new(Shared {
-            kind,
-            events: Mutex::new(events),
-            wake,
-            open: Mutex::default(),
-            waiting: AtomicUsize::new(0),
-            end: AtomicBool::new(false),
-        });
+        let (waiting, audience) = (AtomicUsize::new(0), Mutex::default());
+        let shared = Arc::new(Shared { events: Mutex::new(events), wake, waiting, audience });
         let own = shared.clone();
-        let thread = thread::Builder::new().name("zmtp".into()).spawn(move || accept(&socket, &own))?;
-        Ok((Listener { address, shared, thread: Some(thread) }, told))
+        let serve = move |stream: TcpStream, number: u64| {
+            let shared = &own;
+            let events = lock(&shared.events).clone();
+            // What a peer does wrong ends its own connection.
+            let done = serve(stream, kind, number, shared, &events);
+            lock(&shared.audience).remove(&number);
+            if let Some(e) = done.err().filter(|e| e.kind() == io::ErrorKind::InvalidData) {
+                let _ = events.send(Event::Refused(format!("connection {number} is closed: {e}")));
+            }
+            let _ = events.send(Event::Gone(number));
+            (shared.wake)();
+        };
+        Ok((Listener { port: Port::open(port, "zmtp", MOST_CONNECTIONS, serve)?, shared }, told))
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> SocketAddr {
+        self.port.address
     }
 
     /// Sends a short message to all who listen; who does not take it at once misses it.
     pub fn publish(&self, body: &[u8]) {
         let mut frame = vec![0, body.len() as u8];
         frame.extend_from_slice(body);
-        for mut stream in lock(&self.shared.open).values() {
+        for mut stream in lock(&self.shared.audience).values() {
             // Listeners are not read any more after their greeting, so the socket may stay non-blocking.
             let _ = stream.set_nonblocking(true).and_then(|()| stream.write(&frame).map(drop));
         }
     }
 }
 
-impl Drop for Listener {
-    fn drop(&mut self) {
-        self.shared.end.store(true, Ordering::Release);
-        // Nothing more is read; answers that are on their way are written.
-        for stream in lock(&self.shared.open).values() {
-            let _ = stream.shutdown(Shutdown::Read);
-        }
-        // The thread sits in `accept`: a connection of our own gets it out.
-        let _ = TcpStream::connect_timeout(&self.address, GREETING);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
-    }
-}
-
-fn accept(socket: &TcpListener, shared: &Arc<Shared>) {
-    let mut threads: Vec<JoinHandle<()>> = Vec::new();
-    let mut number = 0;
-    loop {
-        let accepted = socket.accept();
-        if shared.end.load(Ordering::Acquire) {
-            break;
-        }
-        threads.retain(|t| !t.is_finished());
-        let Ok((stream, _)) = accepted else {
-            // Out of file handles, for instance: others may be given back.
-            thread::sleep(LOOK);
-            continue;
-        };
-        // One too many is closed.
-        if threads.len() >= MOST_CONNECTIONS {
-            continue;
-        }
-        number += 1;
-        let own = shared.clone();
-        let serve = move || {
-            // What a peer does wrong ends its own connection.
-            let done = serve(stream, number, &own);
-            lock(&own.open).remove(&number);
-            let events = lock(&own.events);
-            if let Err(e) = done
-                && e.kind() == io::ErrorKind::InvalidData
-            {
-                let _ = events.send(Event::Refused(format!("connection {number} is closed: {e}")));
-            }
-            let _ = events.send(Event::Gone(number));
-            drop(events);
-            (own.wake)();
-        };
-        threads.extend(thread::Builder::new().name("zmtp client".into()).spawn(serve));
-    }
-    for stream in lock(&shared.open).values() {
-        let _ = stream.shutdown(Shutdown::Read);
-    }
-    for thread in threads {
-        let _ = thread.join();
-    }
-}
-
-fn serve(mut stream: TcpStream, number: u64, shared: &Shared) -> io::Result<()> {
+fn serve(mut stream: TcpStream, kind: Kind, number: u64, shared: &Shared, events: &Sender<Event>) -> io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(GREETING))?;
     stream.set_write_timeout(Some(GREETING))?;
-    greet(&mut stream, shared.kind)?;
-    lock(&shared.open).insert(number, stream.try_clone()?);
-    if shared.end.load(Ordering::Acquire) {
-        return Ok(());
-    }
+    greet(&mut stream, kind)?;
     stream.set_read_timeout(None)?;
-    if shared.kind == Kind::Publish {
+    if kind == Kind::Publish {
+        lock(&shared.audience).insert(number, stream.try_clone()?);
         return listen(&mut stream);
     }
-    let events = lock(&shared.events).clone();
     loop {
         let body = request(&mut stream)?;
         let size = body.len();

@@ -1,0 +1,113 @@
+//! A port of this machine, with a thread for each connection, for protocols of their own. One connection too many is closed;
+//! dropping the port lets answers that are on their way be written, and ends the threads.
+
+use std::{
+    collections::BTreeMap,
+    io,
+    net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::{self, JoinHandle},
+    time::Duration,
+};
+
+/// How long is waited where a connection cannot be accepted, and for our own.
+const PAUSE: Duration = Duration::from_millis(50);
+const OWN: Duration = Duration::from_secs(5);
+
+/// A port that is listened to.
+pub struct Port {
+    /// Where it listens.
+    pub address: SocketAddr,
+    open: Arc<Open>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// The connections of a port.
+#[derive(Default)]
+struct Open {
+    streams: Mutex<BTreeMap<u64, TcpStream>>,
+    end: AtomicBool,
+}
+
+impl Open {
+    fn streams(&self) -> MutexGuard<'_, BTreeMap<u64, TcpStream>> {
+        self.streams.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+    fn ends(&self) -> bool {
+        self.end.load(Ordering::Acquire)
+    }
+    fn stop_reading(&self) {
+        for stream in self.streams().values() {
+            let _ = stream.shutdown(Shutdown::Read);
+        }
+    }
+}
+
+impl Port {
+    /// Listens on 127.0.0.1; 0: any port that is free. `serve` has a connection and a number for it, in a thread of its own; it
+    /// reads until reading fails. `most`: connections at a time.
+    pub fn open(
+        port: u16,
+        name: &str,
+        most: usize,
+        serve: impl Fn(TcpStream, u64) + Send + Sync + 'static,
+    ) -> io::Result<Port> {
+        let socket = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
+        let address = socket.local_addr()?;
+        let open = Arc::new(Open::default());
+        let (own, serve) = (open.clone(), Arc::new(serve));
+        let thread = thread::Builder::new().name(name.into()).spawn(move || accept(&socket, &own, most, &serve))?;
+        Ok(Port { address, open, thread: Some(thread) })
+    }
+}
+
+impl Drop for Port {
+    fn drop(&mut self) {
+        self.open.end.store(true, Ordering::Release);
+        // The thread sits in `accept`: a connection of our own gets it out.
+        let _ = TcpStream::connect_timeout(&self.address, OWN);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn accept<F>(socket: &TcpListener, open: &Arc<Open>, most: usize, serve: &Arc<F>)
+where
+    F: Fn(TcpStream, u64) + Send + Sync + 'static,
+{
+    let mut threads: Vec<JoinHandle<()>> = Vec::new();
+    let mut number = 0;
+    loop {
+        let accepted = socket.accept();
+        if open.ends() {
+            break;
+        }
+        threads.retain(|t| !t.is_finished());
+        let Ok((stream, _)) = accepted else {
+            // Out of file handles, for instance: others may be given back.
+            thread::sleep(PAUSE);
+            continue;
+        };
+        let Some(kept) = stream.try_clone().ok().filter(|_| threads.len() < most) else { continue };
+        number += 1;
+        open.streams().insert(number, kept);
+        let (own, serve) = (open.clone(), serve.clone());
+        let run = move || {
+            serve(stream, number);
+            own.streams().remove(&number);
+        };
+        match thread::Builder::new().name("client".into()).spawn(run) {
+            Ok(thread) => threads.push(thread),
+            Err(_) => drop(open.streams().remove(&number)),
+        }
+    }
+    // Nothing more is read; answers that are on their way are written.
+    open.stop_reading();
+    for thread in threads {
+        let _ = thread.join();
+    }
+}
