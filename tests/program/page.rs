@@ -208,12 +208,26 @@ fn a_student_drives_and_changes_a_robot() {
     // Another scene: its script is opened, a number changed, and the wheels turn slower.
     page.js(&format!("import('tatu/net').then((m) => m.call('tatu.open', {ROBOT:?}))"));
     page.until("document.getElementById('name').textContent === 'pioneer_avoids_walls.toml'");
-    page.click("#tree .tool");
-    page.until("(document.querySelector('.cm-content')?.textContent ?? '').includes('cruise = 3.0')");
-    page.click("#play");
+    // Arrow keys drive the selected robot, as long as they are held.
+    page.js(
+        "(async () => { const store = await import('tatu/store'); \
+         store.select([...store.scene.objects.values()].find((o) => o.alias.endsWith('leftWheel')).id); })()",
+    );
+    let press = |kind: &str| {
+        format!(
+            "document.getElementById('view').dispatchEvent(new KeyboardEvent('{kind}', \
+             {{ key: 'ArrowUp', bubbles: true, cancelable: true }}))"
+        )
+    };
     let speed = "(async () => { const [net, store] = [await import('tatu/net'), await import('tatu/store')]; \
         const j = [...store.scene.objects.values()].find((o) => o.alias.endsWith('leftMotor')); \
         return (await net.call('tatu.get', j.id, 'joint.target_velocity'))[0]; })()";
+    page.until(&format!("{}, {speed}.then((v) => v === 4)", press("keydown")));
+    page.js(&press("keyup"));
+    page.until(&format!("{speed}.then((v) => v === 0)"));
+    page.click("#tree .tool");
+    page.until("(document.querySelector('.cm-content')?.textContent ?? '').includes('cruise = 3.0')");
+    page.click("#play");
     page.until(&format!("{speed}.then((v) => v > 2)"));
     page.js("(async () => { const { EditorView } = await import('@codemirror/view'); \
          const v = EditorView.findFromDOM(document.querySelector('.cm-editor')); \

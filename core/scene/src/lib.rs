@@ -8,7 +8,7 @@
 //! - `props`: reading and setting them;
 //! - `dynamics`: bodies and joints of the engine; `ties`: which objects they are made of; `pose_writeback`: how their states come
 //!   back;
-//! - `follow`: joints that follow others; `force_sensor`: what ties measure;
+//! - `drive`: which wheels drive a robot; `follow`: joints that follow others; `force_sensor`: what ties measure;
 //! - `mechanisms`: how joints are kept together; `mechanics`: what a scene asks too much of;
 //! - `forms`: the solids of a shape;
 //! - `moves`: which shapes have moved; `part`: some slots, for a thread of its own;
@@ -16,6 +16,7 @@
 
 mod body_rules;
 pub mod document;
+mod drive;
 mod dynamics;
 mod follow;
 mod force_sensor;
@@ -38,6 +39,7 @@ mod tree;
 mod views;
 
 pub use document::{FRICTION_RULES, FrictionPair};
+pub use drive::Drive;
 pub use dynamics::Dynamics;
 pub use dynamics::mass_props;
 pub use follow::Follow;

@@ -8,7 +8,7 @@ use tatu_geometry::Mesh;
 use tatu_physics::{BodyId, JointId, Passive, Surface};
 use tatu_plugin_api::abi::*;
 
-use super::{ForceSensor, follow::Follow};
+use super::{Drive, ForceSensor, follow::Follow};
 use crate::{
     graph::GraphSpec,
     noise::NoiseSpec,
@@ -39,6 +39,8 @@ pub struct Object {
     pub layer: u32,
     /// Free data by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
+    /// The wheels that drive what it is the base of.
+    pub drive: Option<Box<Drive>>,
 }
 
 /// What the kinds add.

@@ -8,7 +8,7 @@ use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{
-    Data, JointType, Primitive, Scene, Shape, default_inertia, default_mass, pose_to_array,
+    Data, Drive, JointType, Primitive, Scene, Shape, default_inertia, default_mass, pose_to_array,
     rows::{Of, Row, kind_name},
     to_euler,
 };
@@ -65,6 +65,7 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
         (Row::Visible, _) => Value::Bool(o.visible),
         (Row::Layer, _) => Value::Int(o.layer.into()),
         (Row::Notes, _) => notes_value(&o.notes),
+        (Row::Drive, _) => Drive::to_value(o.drive.as_deref()),
         (_, Data::Shape(s)) => return get_shape(s, row).map_or_else(|| lacks(scene, slot, row), Ok),
         (Row::JointType, Data::Joint(j)) => Value::text(j.kind.name()),
         (Row::JointMode, Data::Joint(j)) => Value::text(if j.dynamic { "dynamic" } else { "kinematic" }),

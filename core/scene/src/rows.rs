@@ -100,6 +100,7 @@ rows! {
     Visible "object.visible" ANY, TATU_BOOL 0 None, Live FREE, "Whether pictures show it; default true.";
     Layer "object.layer" ANY, TATU_I64 0 None, Live FREE, "Layers it belongs to, one bit each; default 1.";
     Notes "object.data" ANY, TATU_MAP 0 None, Live FREE, "Free data: texts by tag, for scripts and plugins; a stop leaves it, but for tags that begin with a control character; default none.";
+    Drive "object.drive" ANY, TATU_MAP 0 None, Live FREE, "How its wheels drive it, for those who steer it from outside: type (differential, ackermann, omni), joints, steering, radius, track, wheelbase, axle, angles; setting an empty table takes it away; default none.";
     Primitive "shape.primitive" SHAPE, TATU_TEXT 0 None, Rebuilds PRIMITIVES, "Its form; default box.";
     Size "shape.size" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Full extents along x, y, z; round forms take x as diameter and z as length; default 0.1 each.";
     Mesh "shape.mesh" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Number of its mesh, for the primitive `mesh`.";

@@ -126,6 +126,7 @@ impl Scene {
             visible: true,
             layer: 1,
             notes: BTreeMap::new(),
+            drive: None,
             data,
         };
         self.next_uid += 1;

@@ -255,6 +255,7 @@ impl<'a> Builder<'a> {
         match target {
             Target::Row(Row::Noise) => presets::noise(item, self.sensor_kind(object)),
             Target::Row(Row::Notes) => keys::to_map(item).map_err(|e| (e, None)),
+            Target::Row(Row::Drive) => keys::to_drive(item).map_err(|e| (e, None)),
             _ => keys::to_value(item, factor).map_err(|e| (e, None)),
         }
     }

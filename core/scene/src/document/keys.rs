@@ -11,6 +11,8 @@ use tatu_plugin_api::{abi::TATU_PARAM_READ_ONLY, safe::Value};
 use tatu_plugins::{Declared, check_value, units};
 use toml_edit::{Item, TableLike};
 
+use crate::drive;
+
 /// A file's text, for places.
 pub struct Text<'a> {
     /// The file.
@@ -116,18 +118,29 @@ pub const PART_KEYS: &[(&str, &str)] = &[
 
 /// A part of a compound: its keys carry units like all others.
 fn part(table: &toml_edit::InlineTable) -> Result<Value> {
-    let mut entries = Vec::new();
-    for (written, v) in table.iter() {
-        let found = PART_KEYS.iter().find_map(|(k, u)| units::factor(written, k, Some(u)).map(|f| (*k, f)));
-        let Some((key, factor)) = found else {
-            let known: Vec<String> = PART_KEYS.iter().map(|(k, u)| units::written(k, Some(u))).collect();
-            return Err(Error::new("E101", format!("a part has no key `{written}`"))
-                .expected(known.join(", "))
-                .nearest(written, known.iter().map(String::as_str)));
-        };
-        entries.push((Value::text(key), value(v, factor)?));
-    }
-    Ok(Value::Map(entries))
+    table.iter().map(|(k, v)| with_unit("a part", PART_KEYS, k, v)).collect::<Result<_>>().map(Value::Map)
+}
+
+/// How wheels drive a robot.
+pub fn to_drive(item: &Item) -> Result<Value> {
+    let table = item.as_table_like().ok_or_else(|| Error::new("E102", "expected a table"))?;
+    let entry = |(k, v): (&str, &Item)| match v {
+        Item::Value(v) => with_unit("a drive", drive::KEYS, k, v),
+        _ => Err(Error::new("E102", format!("`{k}`: expected a value, found a table"))),
+    };
+    table.iter().map(entry).collect::<Result<_>>().map(Value::Map)
+}
+
+/// An entry of a table whose keys carry units.
+fn with_unit(what: &str, known: &[(&str, &str)], written: &str, v: &toml_edit::Value) -> Result<(Value, Value)> {
+    let found = known.iter().find_map(|(k, u)| units::factor(written, k, Some(u)).map(|f| (*k, f)));
+    let Some((key, factor)) = found else {
+        let known: Vec<String> = known.iter().map(|(k, u)| units::written(k, Some(u))).collect();
+        return Err(Error::new("E101", format!("{what} has no key `{written}`"))
+            .expected(known.join(", "))
+            .nearest(written, known.iter().map(String::as_str)));
+    };
+    Ok((Value::text(key), value(v, factor)?))
 }
 
 /// A value as its declaration wants it; a misspelt choice gets the nearest one.

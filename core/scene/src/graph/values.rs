@@ -63,6 +63,29 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, &format!("a whole number from {} to {}", range.start(), range.end())),
         }
     }
+    /// A list of texts that are not empty; empty if it is not there.
+    pub fn texts(&self, key: &str) -> Result<Vec<String>, Refusal> {
+        let text = |v: &Value| match v {
+            Value::Text(t) if !t.is_empty() => String::from_utf8(t.clone()).ok(),
+            _ => None,
+        };
+        match self.find(key) {
+            None | Some(Value::Nil) => Ok(Vec::new()),
+            Some(Value::List(all)) => {
+                all.iter().map(text).collect::<Option<_>>().map_or_else(|| self.wrong(key, "a list of texts"), Ok)
+            }
+            Some(_) => self.wrong(key, "a list of texts"),
+        }
+    }
+    /// A list of finite numbers; empty if it is not there.
+    pub fn numbers(&self, key: &str) -> Result<Vec<f64>, Refusal> {
+        match self.find(key) {
+            None | Some(Value::Nil) => Ok(Vec::new()),
+            Some(Value::Ints(all)) => Ok(all.iter().map(|i| *i as f64).collect()),
+            Some(Value::Floats(all)) if all.iter().all(|x| x.is_finite()) => Ok(all.clone()),
+            Some(_) => self.wrong(key, "a list of finite numbers"),
+        }
+    }
     /// An object; 0 if it is not there.
     pub fn object(&self, key: &str) -> Result<tatu_object, Refusal> {
         match self.find(key) {

@@ -12,7 +12,7 @@ use super::{
         from_euler, pose_from_array,
         rows::{Change, Row},
     },
-    Changed, lacks, refuse,
+    Changed, Drive, lacks, refuse,
     values::{notes, parse_part, surface},
 };
 use crate::{
@@ -196,6 +196,10 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         }
         (Row::Notes, _, value) => {
             o.notes = notes(value)?;
+            Some(Changed::Value)
+        }
+        (Row::Drive, _, value) => {
+            o.drive = Drive::from_value(value)?.map(Box::new);
             Some(Changed::Value)
         }
         (Row::Link, Data::Dummy(link), _) => {

@@ -1,9 +1,10 @@
 //! Commands of Tatu's own, for what the V-REP script API has no name for: `tatu.on`, `tatu.emit`, `tatu.options`,
 //! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`, `tatu.setScript`,
-//! `tatu.press`, `tatu.open`, `tatu.models` and `tatu.addModel`.
+//! `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models` and `tatu.addModel`.
 //!
 //! One file per subject; `tests/program/events.rs` of the program drives them through scripts.
 
+mod drive;
 mod events;
 mod options;
 mod properties;
@@ -31,6 +32,7 @@ impl Plugin for Tatu {
         Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
+        drive::offer(offer);
         events::offer(offer);
         options::offer(offer);
         properties::offer(offer);

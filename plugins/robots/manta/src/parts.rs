@@ -43,9 +43,18 @@ pub fn base<'a>(builder: &Builder<'a>, color: [f64; 3]) -> Result<Node<'a>> {
         cuboid([0.22, 0.18, 0.06], [middle - 0.04, 0.0, 0.075], GLASS),
         cuboid([0.04, 0.34, 0.02], [-0.12, 0.0, 0.105], BLACK),
     ];
+    let wheels = keys([
+        ("type", Value::text("ackermann")),
+        ("joints", Value::List(vec![Value::text(":/motor_joint")])),
+        ("steering", Value::List(vec![Value::text(":/steer_joint")])),
+        ("radius", Value::Float(RADIUS)),
+        ("track", Value::Float(TRACK)),
+        ("wheelbase", Value::Float(WHEELBASE)),
+    ]);
     builder
         .object("shape", None, "Manta")?
         .set("object.model_base", true)?
+        .set("object.drive", wheels)?
         .set("object.position", [0.0, 0.0, RADIUS])?
         .set("shape.primitive", "compound")?
         .set("shape.parts", Value::List(boxes))?

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use tatu_plugin_api::safe::{Builder, Node, Result, Value};
+use tatu_plugin_api::safe::{Builder, Node, Result, Value, keys};
 
 use crate::{
     look,
@@ -58,9 +58,18 @@ fn moving<'a>(node: Node<'a>, m: &Mass) -> Result<Node<'a>> {
 pub fn base<'a>(builder: &Builder<'a>, robot: &Robot) -> Result<Node<'a>> {
     let mut boxes = look::boxes(&robot.shell, [robot.shell_z[0], robot.deck_z[0]], robot.height);
     boxes.extend(look::boxes(&robot.deck, robot.deck_z, robot.height));
+    let motors = ["left", "right"].map(|side| Value::text(format!(":/Pioneer_p3dx_{side}Motor")));
+    let wheels = keys([
+        ("type", Value::text("differential")),
+        ("joints", Value::List(motors.to_vec())),
+        ("radius", Value::Float(robot.wheel.diameter / 2.0)),
+        ("track", Value::Float(robot.track)),
+        ("axle", Value::Float(robot.axle_x)),
+    ]);
     let base = builder
         .object("shape", None, "Pioneer_p3dx")?
         .set("object.model_base", true)?
+        .set("object.drive", wheels)?
         .set("object.position", [0.0, 0.0, robot.height])?
         .set("shape.primitive", "compound")?
         .set("shape.parts", Value::List(boxes))?

@@ -9,6 +9,7 @@ import "tatu/output";
 import "tatu/gallery";
 import "tatu/models";
 import "tatu/keys";
+import "tatu/driving";
 import "tatu/view";
 import "tatu/moving";
 import "tatu/pushing";

@@ -5,6 +5,7 @@ use tatu_plugin_api::safe::Value;
 use tatu_plugins::units;
 
 use super::keys::PART_KEYS;
+use crate::drive::KEYS as DRIVE_KEYS;
 
 /// A key and its value, as a line of a table has them: `limits_deg = [-90.0, 90.0]`. `None`: no file can say it.
 pub fn line(key: &str, unit: Option<&str>, value: &Value) -> Option<String> {
@@ -49,11 +50,21 @@ pub fn text(value: &Value, factor: f64) -> Option<String> {
 /// A part of a compound, whose keys carry units; or something with a name, whose keys do not.
 fn table(entries: &[(Value, Value)]) -> Option<String> {
     let named = entries.iter().any(|(k, _)| *k == Value::text("name"));
+    units_of(entries, if named { &[] } else { PART_KEYS })
+}
+
+/// How wheels drive a robot.
+pub fn drive(value: &Value) -> Option<String> {
+    let Value::Map(entries) = value else { return None };
+    units_of(entries, DRIVE_KEYS)
+}
+
+/// A table whose keys carry units.
+fn units_of(entries: &[(Value, Value)], known: &[(&str, &str)]) -> Option<String> {
     let entry = |(k, v): &(Value, Value)| {
         let Value::Text(k) = k else { return None };
         let k = std::str::from_utf8(k).ok()?;
-        let unit = PART_KEYS.iter().find(|(known, _)| !named && *known == k).map(|(_, unit)| *unit);
-        line(k, unit, v)
+        line(k, known.iter().find(|(known, _)| *known == k).map(|(_, unit)| *unit), v)
     };
     let there = entries.iter().filter(|(_, v)| *v != Value::Nil);
     Some(format!("{{ {} }}", there.map(entry).collect::<Option<Vec<_>>>()?.join(", ")))

@@ -16,7 +16,7 @@ use tatu_plugins::Registry;
 
 use super::{
     super::{Builder, Document, NORMAL, ObjectSpec, PRIORITIES, Settings, Target, settings},
-    value_text::{divided, free_data, line, quoted, text},
+    value_text::{divided, drive, free_data, line, quoted, text},
 };
 use crate::{Scene, from_euler, rows::Row, rows::kind_name, to_euler};
 
@@ -180,6 +180,7 @@ impl Writer<'_> {
             let Some((d, _)) = info else { continue };
             let written = match row {
                 Row::Notes => free_data(value).map(|text| format!("data = {text}")),
+                Row::Drive => drive(value).map(|text| format!("drive = {text}")),
                 Row::Mesh | Row::Parts => line(&d.key, None, &self.with_files(value, &spec.alias)),
                 _ => line(&d.key, d.unit.as_deref(), value),
             };

@@ -1,0 +1,160 @@
+//! How wheels drive a robot, as data: what remote clients and views steer by. The core keeps it and moves nothing by it.
+
+use serde::{Deserialize, Serialize};
+use tatu_errors::Refusal;
+use tatu_plugin_api::safe::Value;
+
+use crate::graph::{Keys, map};
+
+/// Keys of a drive, and their units.
+pub const KEYS: &[(&str, &str)] = &[
+    ("type", ""),
+    ("joints", ""),
+    ("steering", ""),
+    ("radius", "m"),
+    ("track", "m"),
+    ("wheelbase", "m"),
+    ("axle", "m"),
+    ("angles", "rad"),
+];
+
+/// The wheels that drive a robot.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Drive {
+    form: Form,
+    /// Paths of the joints that drive, seen from the object; a `-` in front: turned forward they drive back.
+    joints: Vec<String>,
+    /// Paths of the joints that steer: left and right in turns, or one in the middle.
+    steering: Vec<String>,
+    radius: f64,
+    track: f64,
+    wheelbase: f64,
+    /// How far ahead of the object's origin the driven axle stands, or the middle of all wheels.
+    axle: f64,
+    /// Where wheels stand about the middle.
+    angles: Vec<f64>,
+}
+
+/// How wheels make a robot move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+enum Form {
+    /// Left and right wheels turn at different speeds.
+    Differential,
+    /// Front wheels steer, rear wheels drive.
+    Ackermann,
+    /// Wheels with rollers: it moves in any direction.
+    Omni,
+}
+
+impl Form {
+    const NAMES: [&str; 3] = ["differential", "ackermann", "omni"];
+}
+
+impl Drive {
+    /// From a table; an empty one: none.
+    pub fn from_value(value: &Value) -> Result<Option<Self>, Refusal> {
+        if matches!(value, Value::Map(entries) if entries.is_empty()) {
+            return Ok(None);
+        }
+        let known: Vec<&str> = KEYS.iter().map(|(k, _)| *k).collect();
+        let keys = Keys::new("a drive", value, &known)?;
+        let name = keys.text("type")?;
+        let Some(n) = Form::NAMES.iter().position(|f| *f == name) else {
+            return keys.wrong("type", &format!("one of {}", Form::NAMES.join(", ")));
+        };
+        let form = [Form::Differential, Form::Ackermann, Form::Omni][n];
+        let (joints, steering, angles) = (keys.texts("joints")?, keys.texts("steering")?, keys.numbers("angles")?);
+        let length = |key: &'static str, needed: bool| match keys.number(key)? {
+            Some(x) if x > 0.0 => Ok(x),
+            None if !needed => Ok(0.0),
+            _ => keys.wrong(key, &format!("a length above 0, which a drive of type {name} needs")),
+        };
+        // Wheels at angles stand on a circle, whose diameter is the track.
+        let mecanum = form == Form::Omni && angles.is_empty();
+        let drive = Drive {
+            radius: length("radius", true)?,
+            track: length("track", true)?,
+            wheelbase: length("wheelbase", form == Form::Ackermann || mecanum)?,
+            axle: keys.number("axle")?.unwrap_or(0.0),
+            form,
+            joints,
+            steering,
+            angles,
+        };
+        let paired = |all: &[String]| !all.is_empty() && all.len().is_multiple_of(2);
+        let single = |all: &[String]| all.len() == 1;
+        match form {
+            Form::Differential if !paired(&drive.joints) => {
+                keys.wrong("joints", "a list of paths: left and right in turns")
+            }
+            Form::Ackermann if !paired(&drive.joints) && !single(&drive.joints) => {
+                keys.wrong("joints", "a list of paths: left and right in turns, or one for both")
+            }
+            Form::Ackermann if !paired(&drive.steering) && !single(&drive.steering) => {
+                keys.wrong("steering", "a list of paths: left and right in turns, or one for both")
+            }
+            Form::Omni if mecanum && drive.joints.len() != 4 => {
+                keys.wrong("joints", "four paths, front left, front right, rear left, rear right; or give `angles`")
+            }
+            Form::Omni if !mecanum && (drive.joints.len() != drive.angles.len() || drive.joints.len() < 3) => {
+                keys.wrong("angles", "a list with as many numbers as there are joints, three at least")
+            }
+            _ => Ok(Some(drive)),
+        }
+    }
+    /// As a table; empty: none.
+    pub fn to_value(drive: Option<&Drive>) -> Value {
+        let Some(d) = drive else { return Value::Map(Vec::new()) };
+        let texts = |all: &[String]| Value::List(all.iter().map(Value::text).collect());
+        let mut entries = vec![("type", Value::text(Form::NAMES[d.form as usize])), ("joints", texts(&d.joints))];
+        if !d.steering.is_empty() {
+            entries.push(("steering", texts(&d.steering)));
+        }
+        entries.extend([("radius", Value::Float(d.radius)), ("track", Value::Float(d.track))]);
+        if d.wheelbase > 0.0 {
+            entries.push(("wheelbase", Value::Float(d.wheelbase)));
+        }
+        if d.axle != 0.0 {
+            entries.push(("axle", Value::Float(d.axle)));
+        }
+        if !d.angles.is_empty() {
+            entries.push(("angles", Value::Floats(d.angles.clone())));
+        }
+        map(entries)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(entries: &[(&'static str, Value)]) -> Value {
+        map(entries.iter().cloned())
+    }
+
+    #[test]
+    fn what_is_read_is_given_back_and_what_cannot_drive_is_refused() {
+        let paths = |all: &[&str]| Value::List(all.iter().map(|p| Value::text(*p)).collect());
+        let pair = paths(&["left", "-right"]);
+        let good = table(&[
+            ("type", Value::text("differential")),
+            ("joints", pair.clone()),
+            ("radius", Value::Float(0.1)),
+            ("track", Value::Float(0.3)),
+        ]);
+        let read = Drive::from_value(&good).unwrap();
+        assert_eq!(Drive::to_value(read.as_ref()), good);
+        assert_eq!(Drive::from_value(&table(&[])).unwrap(), None);
+        let with = |key: &str, value: Value| {
+            let Value::Map(mut entries) = good.clone() else { unreachable!() };
+            entries.retain(|(k, _)| *k != Value::text(key));
+            entries.push((Value::text(key), value));
+            Drive::from_value(&Value::Map(entries)).unwrap_err().1
+        };
+        assert!(with("type", Value::text("legs")).contains("one of differential, ackermann, omni"));
+        assert!(with("joints", paths(&["left"])).contains("left and right in turns"));
+        assert!(with("radius", Value::Float(0.0)).contains("above 0"));
+        assert!(with("type", Value::text("ackermann")).contains("`wheelbase`"));
+        assert!(with("raduis", Value::Float(1.0)).contains("did you mean `radius`?"));
+    }
+}

@@ -1,0 +1,27 @@
+//! Robots on wheels move at a velocity.
+
+use tatu_plugin_api::safe::{Fail, Offer, Param};
+use tatu_robots_drivetrain::{Drivetrain, Props};
+
+use crate::{Cmd, Tatu};
+
+pub(crate) fn offer(offer: &mut Offer<Tatu>) {
+    offer.command(
+        Cmd::new("tatu.drive", |c| {
+            let world = c.world();
+            let base = world.look(c.i64(0)? as u64)?.id;
+            let p = Props::new(world.host());
+            let twist = [c.f64(1)?, c.f64(2)?, c.f64(3)?];
+            let train = Drivetrain::of(&world, &p, base)?.ok_or_else(|| {
+                Fail::missing("the object has no drive").help("its property `object.drive` tells which wheels move it")
+            })?;
+            train.drive(&world, &p, twist)
+        })
+        .param(Param::int("robot").text("the handle of the object that has a drive: `object.drive`"))
+        .param(Param::float("ahead").unit("m/s"))
+        .param(Param::float("left").unit("m/s").text("only wheels with rollers move it there"))
+        .param(Param::float("turn").unit("rad/s").text("counter-clockwise, seen from above"))
+        .text("Sets what the joints of a robot's drive want, so that the middle of its axle moves at this velocity, until it is set anew.")
+        .example("local robot = tatu.addModel('pioneer_p3dx')\ntatu.drive(robot, 0.3, 0, 0.2)"),
+    );
+}

@@ -1,0 +1,260 @@
+//! Kinematics of robots on wheels: from a velocity of the robot to its joints, and from what its joints did to its motion.
+//! The wheels are those that `object.drive` declares, and none of them slips.
+//!
+//! Velocities are of the middle of the driven axle: ahead and to the left in m/s, counter-clockwise in rad/s.
+
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+
+use tatu_plugin_api::{
+    abi::tatu_object,
+    safe::{Fail, Prop, Result, ValueRef, World},
+};
+
+/// A steering angle is at most this, 85 degrees: nothing turns on the spot.
+const STEEPEST: f64 = 85.0 * std::f64::consts::PI / 180.0;
+
+/// A joint, and the sign of its forward sense.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Wheel {
+    joint: tatu_object,
+    sign: f64,
+}
+
+/// How the wheels make it move.
+#[derive(Debug, Clone, PartialEq)]
+enum Form {
+    Differential,
+    Ackermann { wheelbase: f64 },
+    /// Of each wheel how much a motion ahead, to the left and about the middle turns it, m/s and m for 1 rad/s of the wheel.
+    Omni(Vec<[f64; 3]>),
+}
+
+/// The wheels of a robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drivetrain {
+    form: Form,
+    driven: Vec<Wheel>,
+    steering: Vec<Wheel>,
+    /// m
+    pub radius: f64,
+    /// m
+    pub track: f64,
+    /// How far ahead of the base's origin the driven axle stands, m.
+    pub axle: f64,
+}
+
+/// Properties that are read and set.
+#[derive(Debug, Clone, Copy)]
+pub struct Props {
+    /// `object.drive`
+    pub drive: Prop,
+    /// `joint.position`
+    pub position: Prop,
+    /// `joint.target_velocity`
+    pub target_velocity: Prop,
+    /// `joint.target_position`
+    pub target_position: Prop,
+}
+
+impl Props {
+    /// Looks them up.
+    pub fn new(host: &tatu_plugin_api::safe::Host) -> Self {
+        Props {
+            drive: host.prop("object.drive"),
+            position: host.prop("joint.position"),
+            target_velocity: host.prop("joint.target_velocity"),
+            target_position: host.prop("joint.target_position"),
+        }
+    }
+}
+
+impl Drivetrain {
+    /// The wheels of a robot, by its base; `None`: it declares none. An error: a joint is not where it is said to be.
+    pub fn of(world: &World<'_>, p: &Props, base: tatu_object) -> Result<Option<Self>> {
+        let told = world.get(base, p.drive)?;
+        if told.is_empty() {
+            return Ok(None);
+        }
+        let number = |key: &str| told.get(key).and_then(|v| v.as_f64()).unwrap_or(0.0);
+        let wheels = |key: &str| -> Result<Vec<Wheel>> {
+            let list = told.get(key).and_then(|v| v.list()).unwrap_or_default();
+            list.iter().map(|path| wheel(world, base, *path)).collect()
+        };
+        let (driven, steering) = (wheels("joints")?, wheels("steering")?);
+        let (radius, track, wheelbase) = (number("radius"), number("track"), number("wheelbase"));
+        let angles = told.get("angles").and_then(|v| v.numbers()).unwrap_or_default();
+        let form = match told.get("type").and_then(|v| v.as_str()).as_deref() {
+            Some("differential") => Form::Differential,
+            Some("ackermann") => Form::Ackermann { wheelbase },
+            _ => Form::Omni(rows(track, wheelbase, &angles)),
+        };
+        Ok(Some(Drivetrain { form, driven, steering, radius, track, axle: number("axle") }))
+    }
+
+    /// Sets the joints' targets so that it moves at a velocity, as far as it can: a differential drive never to the left, a
+    /// steered one not on the spot.
+    pub fn drive(&self, world: &World<'_>, p: &Props, twist: [f64; 3]) -> Result {
+        let angles = self.angles(twist);
+        for (wheel, angle) in self.steering.iter().zip(&angles) {
+            world.set_f64s(wheel.joint, p.target_position, &[wheel.sign * angle])?;
+        }
+        for (wheel, speed) in self.driven.iter().zip(self.speeds(twist)) {
+            world.set_f64s(wheel.joint, p.target_velocity, &[wheel.sign * speed])?;
+        }
+        Ok(())
+    }
+
+    /// Where the driven joints stand, forward positive, and the steering, rad.
+    pub fn read(&self, world: &World<'_>, p: &Props) -> Result<(Vec<f64>, Vec<f64>)> {
+        let all = |wheels: &[Wheel]| -> Result<Vec<f64>> {
+            wheels.iter().map(|w| Ok(w.sign * world.f64(w.joint, p.position)?)).collect()
+        };
+        Ok((all(&self.driven)?, all(&self.steering)?))
+    }
+
+    /// The robot's motion, from the turns of its driven joints (rad, or rad/s for a velocity) and where it steers.
+    pub fn motion(&self, turns: &[f64], steered: &[f64]) -> [f64; 3] {
+        let mean = |from: usize| {
+            let some: Vec<f64> = turns.iter().skip(from).step_by(2).copied().collect();
+            self.radius * some.iter().sum::<f64>() / some.len().max(1) as f64
+        };
+        let middle = self.radius * turns.iter().sum::<f64>() / turns.len().max(1) as f64;
+        match &self.form {
+            Form::Differential => [(mean(0) + mean(1)) / 2.0, 0.0, (mean(1) - mean(0)) / self.track],
+            Form::Ackermann { wheelbase } => [middle, 0.0, middle * self.curvature(*wheelbase, steered)],
+            Form::Omni(rows) => least_squares(rows, turns, self.radius),
+        }
+    }
+
+    /// 1 by the radius of the bend, 1/m, left positive.
+    fn curvature(&self, wheelbase: f64, steered: &[f64]) -> f64 {
+        let of = |(i, angle): (usize, &f64)| {
+            let t = libm::tan(*angle);
+            // The left wheel turns about the same point at another distance.
+            let side = if steered.len() == 1 { 0.0 } else { self.side(i) };
+            t / (wheelbase + side * t)
+        };
+        steered.iter().enumerate().map(of).sum::<f64>() / steered.len().max(1) as f64
+    }
+
+    /// How far to the left the i-th wheel of pairs stands.
+    fn side(&self, i: usize) -> f64 {
+        if i.is_multiple_of(2) { self.track / 2.0 } else { -self.track / 2.0 }
+    }
+
+    fn speeds(&self, [vx, vy, wz]: [f64; 3]) -> Vec<f64> {
+        let of = |i: usize| match &self.form {
+            Form::Omni(rows) => {
+                let [a, b, c] = rows.get(i).copied().unwrap_or_default();
+                (a * vx + b * vy + c * wz) / self.radius
+            }
+            _ if self.driven.len() == 1 => vx / self.radius,
+            _ => (vx - self.side(i) * wz) / self.radius,
+        };
+        (0..self.driven.len()).map(of).collect()
+    }
+
+    /// Where to steer. Standing still it keeps straight.
+    fn angles(&self, [vx, _, wz]: [f64; 3]) -> Vec<f64> {
+        let Form::Ackermann { wheelbase } = self.form else { return Vec::new() };
+        let of = |i: usize| {
+            if wz == 0.0 || vx == 0.0 {
+                return 0.0;
+            }
+            let side = if self.steering.len() == 1 { 0.0 } else { self.side(i) };
+            // The wheel's axle points at the middle of the bend.
+            let radius = vx / wz - side;
+            libm::atan(wheelbase / radius).clamp(-STEEPEST, STEEPEST)
+        };
+        (0..self.steering.len()).map(of).collect()
+    }
+}
+
+fn wheel(world: &World<'_>, base: tatu_object, path: ValueRef<'_>) -> Result<Wheel> {
+    let text = path.as_str().unwrap_or_default();
+    let (path, sign) = text.strip_prefix('-').map_or((&*text, 1.0), |path| (path, -1.0));
+    let joint = world.find(base, path).map_err(|_| {
+        Fail::missing(format!("the drive's joint `{path}` is not there")).help("paths of `object.drive` are seen from its object")
+    })?;
+    Ok(Wheel { joint, sign })
+}
+
+/// Of each wheel with rollers, how fast its rim moves for each motion of the robot.
+fn rows(track: f64, wheelbase: f64, angles: &[f64]) -> Vec<[f64; 3]> {
+    if angles.is_empty() {
+        // Mecanum: rollers at 45 degrees, in an X seen from above.
+        let arm = (track + wheelbase) / 2.0;
+        return [[1.0, -1.0, -arm], [1.0, 1.0, arm], [1.0, 1.0, -arm], [1.0, -1.0, arm]].to_vec();
+    }
+    angles.iter().map(|a| [-libm::sin(*a), libm::cos(*a), track / 2.0]).collect()
+}
+
+/// The motion that fits the turns of all wheels best.
+fn least_squares(rows: &[[f64; 3]], turns: &[f64], radius: f64) -> [f64; 3] {
+    let mut m = [[0.0; 4]; 3];
+    for (row, turn) in rows.iter().zip(turns) {
+        for i in 0..3 {
+            for j in 0..3 {
+                m[i][j] += row[i] * row[j];
+            }
+            m[i][3] += row[i] * turn * radius;
+        }
+    }
+    // Three equations, positive definite where the wheels stand apart: no pivot is needed.
+    for i in 0..3 {
+        if m[i][i].abs() < 1e-12 {
+            return [0.0; 3];
+        }
+        for j in 0..3 {
+            if i != j {
+                let factor = m[j][i] / m[i][i];
+                let own = m[i];
+                m[j].iter_mut().zip(own).for_each(|(x, y)| *x -= factor * y);
+            }
+        }
+    }
+    [0, 1, 2].map(|i| m[i][3] / m[i][i])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn train(form: Form, driven: usize, steering: usize) -> Drivetrain {
+        let wheels = |n| vec![Wheel { joint: 0, sign: 1.0 }; n];
+        Drivetrain { form, driven: wheels(driven), steering: wheels(steering), radius: 0.1, track: 0.4, axle: 0.0 }
+    }
+
+    fn comes_back(train: &Drivetrain, twist: [f64; 3]) {
+        let back = train.motion(&train.speeds(twist), &train.angles(twist));
+        for (a, b) in back.iter().zip(twist) {
+            assert!((a - b).abs() < 1e-12, "{train:?}: {twist:?} came back as {back:?}");
+        }
+    }
+
+    #[test]
+    fn a_velocity_comes_back_from_the_wheels_that_it_turns() {
+        for n in [2, 4] {
+            comes_back(&train(Form::Differential, n, 0), [0.5, 0.0, -0.7]);
+            comes_back(&train(Form::Ackermann { wheelbase: 0.6 }, n, 2), [0.5, 0.0, 0.3]);
+        }
+        comes_back(&train(Form::Ackermann { wheelbase: 0.6 }, 1, 1), [-0.5, 0.0, 0.3]);
+        comes_back(&train(Form::Omni(rows(0.4, 0.5, &[])), 4, 0), [0.5, -0.3, 0.7]);
+        let third = std::f64::consts::TAU / 3.0;
+        comes_back(&train(Form::Omni(rows(0.4, 0.0, &[0.1, third, 2.0 * third])), 3, 0), [0.5, -0.3, 0.7]);
+    }
+
+    #[test]
+    fn wheels_turn_as_their_places_ask() {
+        // Twice the speed at the outer wheel, none at the inner one.
+        let speeds = train(Form::Differential, 2, 0).speeds([0.2, 0.0, 1.0]);
+        assert!((speeds[0]).abs() < 1e-12 && (speeds[1] - 4.0).abs() < 1e-12, "{speeds:?}");
+        // Mecanum to the left: front left and rear right turn back.
+        let speeds = train(Form::Omni(rows(0.4, 0.5, &[])), 4, 0).speeds([0.0, 1.0, 0.0]);
+        assert_eq!(speeds, [-10.0, 10.0, 10.0, -10.0]);
+        // In a bend to the left the left wheel steers more.
+        let angles = train(Form::Ackermann { wheelbase: 0.6 }, 2, 2).angles([1.0, 0.0, 0.5]);
+        assert!(angles[0] > angles[1] && angles[1] > 0.0, "{angles:?}");
+        assert_eq!(train(Form::Ackermann { wheelbase: 0.6 }, 2, 2).angles([0.0, 0.0, 0.5]), [0.0, 0.0]);
+    }
+}

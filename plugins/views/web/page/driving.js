@@ -1,0 +1,58 @@
+// Arrow keys drive the selected robot, if it declares how its wheels move it.
+
+import { call } from "tatu/net";
+import { rights, scene, selected, watch } from "tatu/store";
+
+/** How fast wheels turn ahead and on the spot, rad/s: a walking pace for wheels of 20 cm. */
+const [AHEAD, TURN] = [4, 2];
+const WAYS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] };
+const pressed = new Set();
+let robot = null;
+let told = "";
+
+/** The object at or above the selected one that has a drive. */
+async function find() {
+  const before = robot;
+  robot = null;
+  if (before) stop(before);
+  if (!rights.acts) return;
+  const at = selected();
+  for (let o = scene.objects.get(at); o; o = scene.objects.get(o.parent)) {
+    const [drive] = await call("tatu.get", o.id, "object.drive").catch(() => [null]);
+    if (selected() !== at) return;
+    if (drive?.type) {
+      robot = { id: o.id, ...drive };
+      return;
+    }
+  }
+}
+
+function stop(of) {
+  pressed.clear();
+  if (told && told !== "0,0") call("tatu.drive", of.id, 0, 0, 0).catch(() => {});
+  told = "";
+}
+
+function steer() {
+  let [ahead, left] = [0, 0];
+  for (const key of pressed) {
+    ahead += WAYS[key][0];
+    left += WAYS[key][1];
+  }
+  const now = `${ahead},${left}`;
+  if (!robot || now === told) return;
+  told = now;
+  const way = ahead * AHEAD * robot.radius;
+  // What steers turns along its way; what drives back with the wheels turned left goes round to the right.
+  const turn = robot.type === "ackermann" ? left * way * 0.8 / robot.wheelbase : left * 2 * TURN * robot.radius / robot.track;
+  call("tatu.drive", robot.id, way, 0, turn).catch(() => {});
+}
+
+document.getElementById("view").addEventListener("keydown", (e) => {
+  if (!(e.key in WAYS) || e.ctrlKey || e.metaKey || e.altKey) return;
+  pressed.add(e.key);
+  steer();
+});
+addEventListener("keyup", (e) => { if (pressed.delete(e.key)) steer(); });
+addEventListener("blur", () => { if (robot) stop(robot); });
+watch("selected", find);
