@@ -69,6 +69,7 @@ mod replay;
 mod restart;
 mod returns;
 mod room;
+mod rosbridge;
 mod said;
 mod scans;
 mod script_errors;

@@ -5,14 +5,14 @@ use std::{
     process::{Command, Stdio},
 };
 
-use crate::{kit::*, legacy, zmq};
+use crate::{kit::*, legacy, rosbridge, zmq};
 
-/// Four robots; the first one has a script.
+/// Five robots; the first one has a script.
 fn scene() -> String {
     let mut text = String::from(
         "format = 1\n[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n",
     );
-    for i in 0..4 {
+    for i in 0..5 {
         text += &format!("[[model]]\nmodel = \"pioneer_p3dx\"\nalias = \"robot{i}\"\nposition_m = [0, {i}, 0]\n");
         if i == 0 {
             text += "script = { text = \"\"\"\nfunction sysCall_actuation()\n  \
@@ -64,9 +64,24 @@ modern.setStepping(False)
 sim.stopSimulation()
 "#;
 
+/// Drives a robot of its own, without waiting for steps, until it is killed.
+const DRIVER: &str = r#"
+cmd = roslibpy.Topic(ros, '/robot4/cmd_vel', 'geometry_msgs/Twist')
+i = 0
+while True:
+    cmd.publish(roslibpy.Message({'linear': {'x': 0.1 + 0.01 * (i % 10)}, 'angular': {'z': 0.3}}))
+    if i == 0:
+        print('drives', flush=True)
+    i += 1
+    time.sleep(0.003)
+"#;
+
 #[test]
 fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
-    let (Some(python), Some(bindings)) = (zmq::python("2.0.4"), legacy::bindings()) else { return };
+    let (Some(python), Some(bindings), Some(ros)) = (zmq::python("2.0.4"), legacy::bindings(), rosbridge::python())
+    else {
+        return;
+    };
     let place = Place::new();
     place.write("scene.toml", &scene());
     let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
@@ -80,13 +95,15 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
             "zmq_remote:port=0",
             "--service",
             "legacy_remote:port=0",
+            "--service",
+            "rosbridge:port=0",
         ])
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     let mut err = BufReader::new(process.stderr.take().unwrap());
     let mut ports = std::collections::BTreeMap::new();
-    while ports.len() < 3 {
+    while ports.len() < 4 {
         let mut line = String::new();
         assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
         if let Some((service, address)) = line.trim().split_once(": listening on ") {
@@ -96,7 +113,13 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
     let program = format!("{}{PROGRAM}", legacy::begin(bindings, ports["legacy_remote"].parse().unwrap()))
         .replace("MODERN", &ports["zmq_remote"])
         .replace("LINES", &ports["jsonl"]);
+    let driver = format!("{}{DRIVER}", rosbridge::BEGIN).replace("PORT", &ports["rosbridge"]);
+    let mut driver =
+        Command::new(ros).args(["-c", &driver]).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    BufReader::new(driver.stdout.as_mut().unwrap()).read_line(&mut String::new()).unwrap();
     let done = Command::new(&python).args(["-c", &program]).output().unwrap();
+    driver.kill().unwrap();
+    driver.wait().unwrap();
     let told = String::from_utf8_lossy(&done.stdout).into_owned();
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     assert!(told.contains("time 2.0"), "{told}");
@@ -106,4 +129,6 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
     let hash = |text: &str| text.split("hash ").nth(1).unwrap_or_else(|| panic!("{text}"))[..16].to_owned();
     let again = place.tatu(&["run", "--replay", "log.jsonl"]);
     assert_eq!(hash(&live), hash(&again.err));
+    let log = std::fs::read_to_string(place.path().join("log.jsonl")).unwrap();
+    assert!(log.contains("tatu.drive"), "no velocity came in before the others ended");
 }

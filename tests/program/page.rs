@@ -209,10 +209,8 @@ fn a_student_drives_and_changes_a_robot() {
     page.js(&format!("import('tatu/net').then((m) => m.call('tatu.open', {ROBOT:?}))"));
     page.until("document.getElementById('name').textContent === 'pioneer_avoids_walls.toml'");
     // Arrow keys drive the selected robot, as long as they are held.
-    page.js(
-        "(async () => { const store = await import('tatu/store'); \
-         store.select([...store.scene.objects.values()].find((o) => o.alias.endsWith('leftWheel')).id); })()",
-    );
+    page.js("(async () => { const store = await import('tatu/store'); \
+         store.select([...store.scene.objects.values()].find((o) => o.alias.endsWith('leftWheel')).id); })()");
     let press = |kind: &str| {
         format!(
             "document.getElementById('view').dispatchEvent(new KeyboardEvent('{kind}', \

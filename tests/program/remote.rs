@@ -1,9 +1,12 @@
 //! What tests of remote services share: a program that serves a scene, and what its clients tell.
 
 use std::{
+    collections::BTreeMap,
     io::{BufRead, BufReader},
     net::TcpStream,
+    path::PathBuf,
     process::{Child, Command, Output, Stdio},
+    sync::Mutex,
     time::Duration,
 };
 
@@ -19,9 +22,14 @@ pub struct Served {
 impl Served {
     /// Serves a scene; the service chooses its port.
     pub fn new(service: &str, scene: &str) -> Served {
+        Self::with(service, scene, &[])
+    }
+    /// With more arguments.
+    pub fn with(service: &str, scene: &str, more: &[&str]) -> Served {
         let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
             .current_dir(root())
             .args(["serve", scene, "--service", &format!("{service}:port=0")])
+            .args(more)
             .env_remove("TATU_PLUGIN_PATH")
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
@@ -52,6 +60,31 @@ impl Drop for Served {
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
+}
+
+/// Python with a package of PyPI, in an environment of its own; none where it cannot be had, which is told.
+pub fn python(package: &str, module: &str) -> Option<PathBuf> {
+    static KNOWN: Mutex<BTreeMap<String, Option<PathBuf>>> = Mutex::new(BTreeMap::new());
+    let mut known = KNOWN.lock().unwrap();
+    let found = known.entry(package.to_owned()).or_insert_with(|| {
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(package);
+        let program = folder.join("bin/python");
+        let has = |program: &PathBuf| {
+            let done = Command::new(program).args(["-c", &format!("import {module}")]).output();
+            done.is_ok_and(|o| o.status.success())
+        };
+        if !has(&program) {
+            let made = Command::new("python3").args(["-m", "venv"]).arg(&folder).output();
+            if made.is_ok_and(|o| o.status.success()) {
+                let _ = Command::new(&program).args(["-m", "pip", "install", "-q", package]).output();
+            }
+        }
+        has(&program).then_some(program)
+    });
+    if found.is_none() {
+        println!("1 skipped: {package} cannot be installed from PyPI");
+    }
+    found.clone()
 }
 
 /// What a client printed that did well.

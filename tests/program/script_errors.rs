@@ -13,11 +13,11 @@ fn errors(script: &str, dialect: &str) -> Vec<Value> {
 #[test]
 fn every_mistake_has_its_kind() {
     let cases = [
-        ("simROS.publish(1)", "unknown_function", "`simROS`"),
+        ("simOMPL.setup(1)", "unknown_function", "`simOMPL`"),
         ("simFooBar(1)", "unknown_function", "`simFooBar`"),
         ("sim.fooBar(1)", "unknown_function", "`sim.fooBar`"),
         ("require('simIK')", "unsupported", "`simIK`"),
-        ("require 'simROS2'", "unsupported", "`simROS2`"),
+        ("require 'simOMPL'", "unsupported", "`simOMPL`"),
         ("require 'socket.http'", "runtime", "socket"),
         ("sim.getObjectPosition({}, -1)", "bad_argument", "sim.getObjectPosition"),
         ("local x = nothing + 1", "runtime", "arithmetic on a nil value"),
@@ -33,7 +33,7 @@ fn every_mistake_has_its_kind() {
         assert_eq!(found[0]["line"], 2, "{text}: {found:?}");
     }
     // Names that nobody offers are nil, so scripts may ask for them.
-    let asks = "function sysCall_init() if simROS or simExtFoo or sim.fooBar then error('there') end end";
+    let asks = "function sysCall_init() if simOMPL or simExtFoo or sim.fooBar then error('there') end end";
     Place::scene(&watcher("a", asks)).run(&["--steps", "1"]).good();
 }
 

@@ -240,7 +240,7 @@ fn what_is_nowhere_is_not_made() {
     for (text, kind) in [
         ("simExtMyPlugin_go()", "unknown_function"),
         ("sim.noSuchFunction()", "unknown_function"),
-        ("require('simROS2')", "unsupported"),
+        ("require('simOMPL')", "unsupported"),
         ("require('my_own_module')", "runtime"),
         ("local x = nowhere + 1", "runtime"),
     ] {

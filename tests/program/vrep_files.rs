@@ -43,7 +43,6 @@ const LACKING: &[(&str, &str)] = &[
     ("v30301_Pioneer_p3dx_traj_DEMO", "CustomDataFromHeader|a nil value"),
     ("v40000_ur10-rg2-rack-bottles-box", "module `"),
     ("v40300_testSceneForModelDevelopment", "module `blimp`"),
-    ("v40900_local_path_FSM", "simROS2"),
     ("v41000_locomocao", "org.conman.cbor"),
 ];
 

@@ -5,14 +5,13 @@ use std::{
     net::TcpStream,
     path::PathBuf,
     process::{Command, Output, Stdio},
-    sync::OnceLock,
     time::Duration,
 };
 
 use crate::{
     browser::wait_for,
     kit::*,
-    remote::{Served, good},
+    remote::{self, Served, good},
 };
 
 const SCENE: &str = "scenes/first/pioneer_avoids_walls.toml";
@@ -22,31 +21,9 @@ fn served() -> Served {
     Served::new("zmq_remote", SCENE)
 }
 
-/// Python with a version of the real client; none where it cannot be had, which is told.
+/// Python with a version of the real client.
 pub fn python(version: &str) -> Option<PathBuf> {
-    static OLD: OnceLock<Option<PathBuf>> = OnceLock::new();
-    static NEW: OnceLock<Option<PathBuf>> = OnceLock::new();
-    let of = if version.starts_with('0') { &OLD } else { &NEW };
-    let found = of.get_or_init(|| {
-        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("zmq-client-{version}"));
-        let program = folder.join("bin/python");
-        let has = |program: &PathBuf| {
-            let done = Command::new(program).args(["-c", "import coppeliasim_zmqremoteapi_client"]).output();
-            done.is_ok_and(|o| o.status.success())
-        };
-        if !has(&program) {
-            let made = Command::new("python3").args(["-m", "venv"]).arg(&folder).output();
-            if made.is_ok_and(|o| o.status.success()) {
-                let package = format!("coppeliasim-zmqremoteapi-client=={version}");
-                let _ = Command::new(&program).args(["-m", "pip", "install", "-q", &package]).output();
-            }
-        }
-        has(&program).then_some(program)
-    });
-    if found.is_none() {
-        println!("1 skipped: the client {version} cannot be installed from PyPI");
-    }
-    found.clone()
+    remote::python(&format!("coppeliasim-zmqremoteapi-client=={version}"), "coppeliasim_zmqremoteapi_client")
 }
 
 /// Runs a program of a client; `PORT` stands for the port.

@@ -24,7 +24,9 @@ struct Wheel {
 #[derive(Debug, Clone, PartialEq)]
 enum Form {
     Differential,
-    Ackermann { wheelbase: f64 },
+    Ackermann {
+        wheelbase: f64,
+    },
     /// Of each wheel how much a motion ahead, to the left and about the middle turns it, m/s and m for 1 rad/s of the wheel.
     Omni(Vec<[f64; 3]>),
 }
@@ -43,6 +45,28 @@ pub struct Drivetrain {
     pub axle: f64,
 }
 
+/// What joints do at a time, forward and to the left positive.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Stand {
+    /// Where the driven joints stand, rad; some begin anew after a turn.
+    pub driven: Vec<f64>,
+    /// How fast they turn, rad/s.
+    pub speeds: Vec<f64>,
+    /// Where the others steer, rad.
+    pub steered: Vec<f64>,
+}
+
+impl Stand {
+    /// How far the driven joints have turned since `before`, `dt` seconds ago, whole turns included, rad.
+    pub fn turns_since(&self, before: &Stand, dt: f64) -> Vec<f64> {
+        use std::f64::consts::TAU;
+        let speeds = self.speeds.iter().zip(&before.speeds).map(|(a, b)| (a + b) / 2.0);
+        let ways = self.driven.iter().zip(&before.driven).map(|(now, then)| now - then);
+        // As many whole turns as the speeds tell.
+        ways.zip(speeds).map(|(way, speed)| way + TAU * ((speed * dt - way) / TAU).round()).collect()
+    }
+}
+
 /// Properties that are read and set.
 #[derive(Debug, Clone, Copy)]
 pub struct Props {
@@ -50,6 +74,8 @@ pub struct Props {
     pub drive: Prop,
     /// `joint.position`
     pub position: Prop,
+    /// `joint.velocity`
+    pub velocity: Prop,
     /// `joint.target_velocity`
     pub target_velocity: Prop,
     /// `joint.target_position`
@@ -62,6 +88,7 @@ impl Props {
         Props {
             drive: host.prop("object.drive"),
             position: host.prop("joint.position"),
+            velocity: host.prop("joint.velocity"),
             target_velocity: host.prop("joint.target_velocity"),
             target_position: host.prop("joint.target_position"),
         }
@@ -104,12 +131,16 @@ impl Drivetrain {
         Ok(())
     }
 
-    /// Where the driven joints stand, forward positive, and the steering, rad.
-    pub fn read(&self, world: &World<'_>, p: &Props) -> Result<(Vec<f64>, Vec<f64>)> {
-        let all = |wheels: &[Wheel]| -> Result<Vec<f64>> {
-            wheels.iter().map(|w| Ok(w.sign * world.f64(w.joint, p.position)?)).collect()
+    /// What the joints do just now.
+    pub fn read(&self, world: &World<'_>, p: &Props) -> Result<Stand> {
+        let all = |wheels: &[Wheel], prop| -> Result<Vec<f64>> {
+            wheels.iter().map(|w| Ok(w.sign * world.f64(w.joint, prop)?)).collect()
         };
-        Ok((all(&self.driven)?, all(&self.steering)?))
+        Ok(Stand {
+            driven: all(&self.driven, p.position)?,
+            speeds: all(&self.driven, p.velocity)?,
+            steered: all(&self.steering, p.position)?,
+        })
     }
 
     /// The robot's motion, from the turns of its driven joints (rad, or rad/s for a velocity) and where it steers.
@@ -174,7 +205,8 @@ fn wheel(world: &World<'_>, base: tatu_object, path: ValueRef<'_>) -> Result<Whe
     let text = path.as_str().unwrap_or_default();
     let (path, sign) = text.strip_prefix('-').map_or((&*text, 1.0), |path| (path, -1.0));
     let joint = world.find(base, path).map_err(|_| {
-        Fail::missing(format!("the drive's joint `{path}` is not there")).help("paths of `object.drive` are seen from its object")
+        Fail::missing(format!("the drive's joint `{path}` is not there"))
+            .help("paths of `object.drive` are seen from its object")
     })?;
     Ok(Wheel { joint, sign })
 }
@@ -242,6 +274,14 @@ mod tests {
         comes_back(&train(Form::Omni(rows(0.4, 0.5, &[])), 4, 0), [0.5, -0.3, 0.7]);
         let third = std::f64::consts::TAU / 3.0;
         comes_back(&train(Form::Omni(rows(0.4, 0.0, &[0.1, third, 2.0 * third])), 3, 0), [0.5, -0.3, 0.7]);
+    }
+
+    #[test]
+    fn whole_turns_are_counted() {
+        let stand = |at: f64| Stand { driven: vec![at], speeds: vec![100.0], steered: vec![] };
+        // From 3 rad on by 5 rad, of which the joint tells what is over after a turn.
+        let turns = stand(8.0 - std::f64::consts::TAU).turns_since(&stand(3.0), 0.05);
+        assert!((turns[0] - 5.0).abs() < 1e-12, "{turns:?}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A port of this machine that serves files and WebSockets.
 //!
-//! Who connects must name the address that it reached (`Host`), a page must come from here (`Origin`), and a WebSocket
-//! must bring the token. All else costs only whoever sends it: heads, messages, connections and times have bounds. Each
+//! Who connects must name the address that it reached (`Host`), a page must come from here (`Origin`) or from where it is
+//! expected, and a WebSocket must bring the token if one is asked for. All else costs only whoever sends it: heads, messages, connections and times have bounds. Each
 //! connection has a thread of its own, which never touches a world: what comes in waits in an inbox.
 
 use std::{
@@ -52,6 +52,10 @@ pub struct Settings {
     pub port: u16,
     /// Where WebSockets connect.
     pub path: &'static str,
+    /// Whether a WebSocket must bring a token: protocols of others have no room for one.
+    pub token: bool,
+    /// Pages from elsewhere that may connect too, as browsers name them: `http://localhost:8080`.
+    pub origins: Vec<String>,
     /// Bytes of a message.
     pub most_message: usize,
     /// Files by path.
@@ -219,11 +223,14 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
             None => refuse(&mut stream, "404 Not Found", "there is no such page\n"),
         };
     }
-    let page = request.header("origin").and_then(|o| o.strip_prefix("http://"));
-    if request.header("origin").is_some() && !page.is_some_and(|o| is_here(o, shared.address)) {
-        return refuse(&mut stream, "403 Forbidden", "a page of another origin\n");
+    if let Some(origin) = request.header("origin") {
+        let here = origin.strip_prefix("http://").is_some_and(|o| is_here(o, shared.address));
+        if !here && !shared.settings.origins.iter().any(|o| o == origin) {
+            return refuse(&mut stream, "403 Forbidden", "a page of another origin\n");
+        }
     }
     let role = match request.value("token") {
+        _ if !shared.settings.token => Rights::Act,
         Some(t) if same(t, &shared.tokens[0]) => Rights::Act,
         Some(t) if same(t, &shared.tokens[1]) => Rights::Look,
         _ => return refuse(&mut stream, "401 Unauthorized", "the token is missing, or it is another one's\n"),

@@ -63,6 +63,10 @@ impl Outbox {
     pub fn waits(&self) -> bool {
         !self.state().queue.is_empty()
     }
+    /// Bytes that wait and must arrive.
+    pub fn bytes(&self) -> usize {
+        self.state().bytes
+    }
     /// A frame: sent after all that waits now.
     pub fn frame(&self, message: Message) {
         self.state().frame = Some(message);

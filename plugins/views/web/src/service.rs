@@ -98,6 +98,8 @@ impl Service for Web {
         let settings = Settings {
             port: params.i64("port")? as u16,
             path: "/ws",
+            token: true,
+            origins: Vec::new(),
             most_message: MOST_MESSAGE,
             files: files::page,
             wake: Box::new(move || session.wake()),

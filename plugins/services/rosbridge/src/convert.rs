@@ -1,0 +1,347 @@
+//! Messages by their types: from values to JSON and CBOR, and from JSON to values. What is missing has its default; a field
+//! that the type does not have is an error.
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use ciborium::Value as Cbor;
+use serde_json::{Map, Number, Value as Json, json};
+use tatu_plugin_api::safe::{Fail, Result, Value};
+use tatu_services_common::json;
+
+use crate::types::{self, Base, Field, Many, Ros};
+
+/// A message, ready to be written.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Node {
+    /// True or false.
+    Bool(bool),
+    /// A whole number.
+    Int(i64),
+    /// Any number.
+    Float(f64),
+    /// A text.
+    Text(String),
+    /// Elements of eight bits without sign.
+    Bytes(Vec<u8>),
+    /// Numbers of a type.
+    Numbers(Base, Vec<f64>),
+    /// Anything else, many times.
+    List(Vec<Node>),
+    /// Fields by name.
+    Map(Vec<(String, Node)>),
+    /// Of a type that is not known: as it came.
+    Plain(Json),
+}
+
+/// A value as a message of a type.
+pub fn node(value: &Value, plain: &str, ros: Ros) -> Result<Node> {
+    let Some(fields) = types::fields(plain) else { return Ok(Node::Plain(json::write(value))) };
+    let entries: &[(Value, Value)] = match value {
+        Value::Map(entries) => entries,
+        Value::List(all) if all.is_empty() => &[],
+        Value::Nil => &[],
+        _ => return Err(Fail::argument(format!("a message of the type {plain} is a table"))),
+    };
+    for (key, _) in entries {
+        let known = matches!(key, Value::Text(k) if find(fields, plain, ros, &String::from_utf8_lossy(k)).is_some());
+        if !known {
+            let names: Vec<&str> = fields.iter().map(|f| f.name.as_str()).collect();
+            let text = format!("{plain} has no field {}; it has: {}", json::write(key), names.join(", "));
+            return Err(Fail::argument(text));
+        }
+    }
+    let mut out = Vec::new();
+    for field in fields {
+        let Some(name) = ros.field(plain, &field.name) else { continue };
+        let given = entries
+            .iter()
+            .find(|(k, _)| matches!(k, Value::Text(k) if k == field.name.as_bytes() || k == name.as_bytes()));
+        let made = of_field(given.map(|(_, v)| v), field, ros).map_err(|e| within(&e, plain, &name))?;
+        out.push((name, made));
+    }
+    Ok(Node::Map(out))
+}
+
+/// An error, and where in the message it is.
+fn within(e: &Fail, plain: &str, name: &str) -> Fail {
+    Fail::with_code(e.code(), format!("{plain}: `{name}`: {}", e.text()))
+}
+
+/// A field by its name of either ROS.
+fn find<'f>(fields: &'f [Field], plain: &str, ros: Ros, name: &str) -> Option<&'f Field> {
+    fields.iter().find(|f| f.name == name || ros.field(plain, &f.name).is_some_and(|n| n == name))
+}
+
+fn of_field(given: Option<&Value>, field: &Field, ros: Ros) -> Result<Node> {
+    let given = given.filter(|v| **v != Value::Nil);
+    if field.many == Many::One {
+        return one(given, &field.base, ros);
+    }
+    let least = if let Many::Exactly(n) = field.many { n } else { 0 };
+    let items = match given {
+        None => Vec::new(),
+        Some(Value::Bytes(b) | Value::Text(b)) if field.base == Base::Int(false, 8) => {
+            return Ok(Node::Bytes(b.clone()));
+        }
+        Some(Value::Floats(v)) => v.iter().map(|x| Value::Float(*x)).collect(),
+        Some(Value::Ints(v)) => v.iter().map(|i| Value::Int(*i)).collect(),
+        Some(Value::List(v)) => v.clone(),
+        Some(Value::Map(v)) if v.is_empty() => Vec::new(),
+        Some(_) => return Err(Fail::argument("expected an array")),
+    };
+    if least > 0 && !items.is_empty() && items.len() != least {
+        return Err(Fail::argument(format!("expected {least} elements, found {}", items.len())));
+    }
+    let filled = items.iter().map(Some).chain(std::iter::repeat_n(None, least.saturating_sub(items.len())));
+    let nodes = filled.map(|v| one(v, &field.base, ros)).collect::<Result<Vec<_>>>()?;
+    Ok(match field.base {
+        Base::Int(false, 8) => Node::Bytes(nodes.iter().map(|n| number(n) as u8).collect()),
+        Base::Int(..) | Base::Float(_) => Node::Numbers(field.base.clone(), nodes.iter().map(number).collect()),
+        _ => Node::List(nodes),
+    })
+}
+
+fn number(node: &Node) -> f64 {
+    match node {
+        Node::Int(i) => *i as f64,
+        Node::Float(x) => *x,
+        _ => 0.0,
+    }
+}
+
+fn one(given: Option<&Value>, base: &Base, ros: Ros) -> Result<Node> {
+    let wrong = |what: &str| Err(Fail::argument(format!("expected {what}")));
+    Ok(match (base, given) {
+        (Base::Message(inner), v) => node(v.unwrap_or(&Value::Nil), inner, ros)?,
+        (Base::Bool, None) => Node::Bool(false),
+        (Base::Bool, Some(Value::Bool(b))) => Node::Bool(*b),
+        (Base::Bool, Some(Value::Int(i))) => Node::Bool(*i != 0),
+        (Base::Bool, Some(_)) => return wrong("true or false"),
+        (Base::Int(..), None) => Node::Int(0),
+        (Base::Int(..), Some(Value::Int(i))) => Node::Int(*i),
+        (Base::Int(..), Some(Value::Bool(b))) => Node::Int((*b).into()),
+        (Base::Int(..), Some(Value::Float(x))) if x.fract() == 0.0 => Node::Int(*x as i64),
+        (Base::Int(..), Some(_)) => return wrong("a whole number"),
+        (Base::Float(_), None) => Node::Float(0.0),
+        (Base::Float(_), Some(Value::Int(i))) => Node::Float(*i as f64),
+        (Base::Float(_), Some(Value::Float(x))) => Node::Float(*x),
+        (Base::Float(_), Some(_)) => return wrong("a number"),
+        (Base::Text, None) => Node::Text(String::new()),
+        (Base::Text, Some(Value::Text(t) | Value::Bytes(t))) => Node::Text(String::from_utf8_lossy(t).into_owned()),
+        (Base::Text, Some(_)) => return wrong("a text"),
+        (Base::Time, None) => time(0.0, ros),
+        (Base::Time, Some(Value::Float(s))) => time(*s, ros),
+        (Base::Time, Some(Value::Int(s))) => time(*s as f64, ros),
+        (Base::Time, Some(Value::Map(entries))) => {
+            let of = |names: [&str; 2]| {
+                let found = entries.iter().find(|(k, _)| names.iter().any(|n| *k == Value::text(*n)));
+                found.map_or(0, |(_, v)| if let Value::Int(i) = v { *i } else { 0 })
+            };
+            stamp(of(["secs", "sec"]), of(["nsecs", "nanosec"]), ros)
+        }
+        (Base::Time, Some(_)) => return wrong("a time: seconds"),
+    })
+}
+
+fn time(seconds: f64, ros: Ros) -> Node {
+    let whole = seconds.floor();
+    let nanos = ((seconds - whole) * 1e9).round() as i64;
+    // Rounding may fill the second.
+    stamp(whole as i64 + nanos / 1_000_000_000, nanos % 1_000_000_000, ros)
+}
+
+fn stamp(whole: i64, nanos: i64, ros: Ros) -> Node {
+    let [a, b] = if ros == Ros::One { ["secs", "nsecs"] } else { ["sec", "nanosec"] };
+    Node::Map(vec![(a.into(), Node::Int(whole)), (b.into(), Node::Int(nanos))])
+}
+
+impl Node {
+    /// As JSON: bytes in base64, null for what is no finite number.
+    pub fn json(&self) -> Json {
+        let float = |x: f64| Number::from_f64(x).map_or(Json::Null, Json::Number);
+        match self {
+            Node::Bool(b) => json!(b),
+            Node::Int(i) => json!(i),
+            Node::Float(x) => float(*x),
+            Node::Text(t) => json!(t),
+            Node::Bytes(b) => json!(STANDARD.encode(b)),
+            Node::Numbers(Base::Int(..), v) => v.iter().map(|x| json!(*x as i64)).collect(),
+            // With no more digits than they have.
+            Node::Numbers(Base::Float(32), v) => {
+                v.iter().map(|x| float((*x as f32).to_string().parse().unwrap_or(f64::NAN))).collect()
+            }
+            Node::Numbers(_, v) => v.iter().map(|x| float(*x)).collect(),
+            Node::List(v) => v.iter().map(Node::json).collect(),
+            Node::Map(v) => Json::Object(v.iter().map(|(k, n)| (k.clone(), n.json())).collect::<Map<_, _>>()),
+            Node::Plain(json) => json.clone(),
+        }
+    }
+
+    /// As CBOR: numbers of one type are bytes with the tag of their type (RFC 8746, little endian).
+    pub fn cbor(&self) -> Cbor {
+        match self {
+            Node::Bool(b) => Cbor::Bool(*b),
+            Node::Int(i) => Cbor::from(*i),
+            Node::Float(x) => Cbor::Float(*x),
+            Node::Text(t) => Cbor::Text(t.clone()),
+            Node::Bytes(b) => Cbor::Bytes(b.clone()),
+            Node::Numbers(base, v) => numbers(base, v),
+            Node::List(v) => Cbor::Array(v.iter().map(Node::cbor).collect()),
+            Node::Map(v) => Cbor::Map(v.iter().map(|(k, n)| (Cbor::Text(k.clone()), n.cbor())).collect()),
+            Node::Plain(json) => Cbor::serialized(json).unwrap_or(Cbor::Null),
+        }
+    }
+}
+
+fn numbers(base: &Base, v: &[f64]) -> Cbor {
+    fn bytes<const N: usize>(v: &[f64], of: impl Fn(f64) -> [u8; N]) -> Vec<u8> {
+        v.iter().flat_map(|x| of(*x)).collect()
+    }
+    let (tag, bytes) = match base {
+        Base::Int(false, 16) => (69, bytes(v, |x| (x as u16).to_le_bytes())),
+        Base::Int(false, 32) => (70, bytes(v, |x| (x as u32).to_le_bytes())),
+        Base::Int(false, _) => (71, bytes(v, |x| (x as u64).to_le_bytes())),
+        Base::Int(true, 8) => (72, bytes(v, |x| (x as i8).to_le_bytes())),
+        Base::Int(true, 16) => (77, bytes(v, |x| (x as i16).to_le_bytes())),
+        Base::Int(true, 32) => (78, bytes(v, |x| (x as i32).to_le_bytes())),
+        Base::Int(true, _) => (79, bytes(v, |x| (x as i64).to_le_bytes())),
+        Base::Float(32) => (85, bytes(v, |x| (x as f32).to_le_bytes())),
+        _ => (86, bytes(v, f64::to_le_bytes)),
+    };
+    Cbor::Tag(tag, Box::new(Cbor::Bytes(bytes)))
+}
+
+/// What JSON says, as a value of a type: times are seconds, or tables where ROS 2 has them; bytes are bytes.
+pub fn value(json: &Json, plain: &str, ros: Ros) -> Result<Value> {
+    let Some(fields) = types::fields(plain) else { return json::read(json) };
+    let empty = Map::new();
+    let entries = match json {
+        Json::Object(entries) => entries,
+        Json::Null => &empty,
+        _ => return Err(Fail::argument(format!("a message of the type {plain} is an object"))),
+    };
+    if let Some(key) = entries.keys().find(|k| find(fields, plain, Ros::Two, k).is_none()) {
+        return Err(Fail::argument(format!("{plain} has no field `{key}`")));
+    }
+    let mut out = Vec::new();
+    for field in fields {
+        let Some(name) = ros.field(plain, &field.name) else { continue };
+        let given = entries.get(&field.name).or_else(|| entries.get(&name)).filter(|v| !v.is_null());
+        let made = read_field(given, field, ros).map_err(|e| within(&e, plain, &name))?;
+        out.push((Value::text(name), made));
+    }
+    Ok(Value::Map(out))
+}
+
+fn read_field(given: Option<&Json>, field: &Field, ros: Ros) -> Result<Value> {
+    if field.many == Many::One {
+        return read_one(given, &field.base, ros);
+    }
+    let least = if let Many::Exactly(n) = field.many { n } else { 0 };
+    let items = match given {
+        None => &[][..],
+        Some(Json::String(text)) if field.base == Base::Int(false, 8) => {
+            return Ok(Value::Bytes(STANDARD.decode(text).map_err(|_| Fail::argument("expected base64"))?));
+        }
+        Some(Json::Array(items)) => items,
+        Some(_) => return Err(Fail::argument("expected an array")),
+    };
+    let filled = items.iter().map(Some).chain(std::iter::repeat_n(None, least.saturating_sub(items.len())));
+    let all = filled.map(|v| read_one(v, &field.base, ros)).collect::<Result<Vec<_>>>()?;
+    let float = |v: &Value| if let Value::Float(x) = v { *x } else { 0.0 };
+    let int = |v: &Value| if let Value::Int(i) = v { *i } else { 0 };
+    Ok(match field.base {
+        _ if all.is_empty() => Value::List(all),
+        Base::Float(_) => Value::Floats(all.iter().map(float).collect()),
+        Base::Int(false, 8) => Value::Bytes(all.iter().map(|v| int(v) as u8).collect()),
+        Base::Int(..) => Value::Ints(all.iter().map(int).collect()),
+        _ => Value::List(all),
+    })
+}
+
+fn read_one(given: Option<&Json>, base: &Base, ros: Ros) -> Result<Value> {
+    let given = given.filter(|v| !v.is_null());
+    let wrong = |what: &str| Fail::argument(format!("expected {what}"));
+    Ok(match base {
+        Base::Message(inner) => value(given.unwrap_or(&Json::Null), inner, ros)?,
+        Base::Bool => Value::Bool(match given {
+            None => false,
+            Some(v) => v.as_bool().or_else(|| v.as_i64().map(|i| i != 0)).ok_or_else(|| wrong("true or false"))?,
+        }),
+        Base::Int(..) => Value::Int(match given {
+            None => 0,
+            Some(v) => {
+                let whole = |x: f64| (x.fract() == 0.0).then_some(x as i64);
+                v.as_i64().or_else(|| v.as_f64().and_then(whole)).ok_or_else(|| wrong("a whole number"))?
+            }
+        }),
+        // Null stands for what is no finite number; alone it is a default.
+        Base::Float(_) => Value::Float(given.map_or(Ok(0.0), |v| v.as_f64().ok_or_else(|| wrong("a number")))?),
+        Base::Text => Value::text(given.map_or(Ok(""), |v| v.as_str().ok_or_else(|| wrong("a text")))?),
+        Base::Time => {
+            let of = |names: [&str; 2]| {
+                let found = given.and_then(|v| names.iter().find_map(|n| v.get(*n)));
+                found.and_then(Json::as_i64).unwrap_or(0)
+            };
+            let (whole, nanos) = (of(["secs", "sec"]), of(["nsecs", "nanosec"]));
+            match ros {
+                Ros::One => Value::Float(whole as f64 + nanos as f64 * 1e-9),
+                Ros::Two => Value::Map(vec![
+                    (Value::text("sec"), Value::Int(whole)),
+                    (Value::text("nanosec"), Value::Int(nanos)),
+                ]),
+            }
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str, plain: &str, ros: Ros) -> Result<Value> {
+        value(&serde_json::from_str(text).unwrap(), plain, ros)
+    }
+
+    #[test]
+    fn what_is_missing_has_its_default_and_what_is_unknown_is_an_error() {
+        let twist = read(r#"{"linear": {"x": 1}}"#, "geometry_msgs/Twist", Ros::One).unwrap();
+        let written = node(&twist, "geometry_msgs/Twist", Ros::One).unwrap().json();
+        let zero = json!({ "x": 0.0, "y": 0.0, "z": 0.0 });
+        assert_eq!(written, json!({ "linear": { "x": 1.0, "y": 0.0, "z": 0.0 }, "angular": zero }));
+        let wrong = read(r#"{"linaer": {}}"#, "geometry_msgs/Twist", Ros::One).unwrap_err();
+        assert!(wrong.text().contains("has no field `linaer`"), "{wrong}");
+        let wrong = read(r#"{"linear": {"x": "fast"}}"#, "geometry_msgs/Twist", Ros::One).unwrap_err();
+        assert!(wrong.text().contains("`linear`") && wrong.text().contains("a number"), "{wrong}");
+        assert_eq!(
+            read(r#"{"any": 1}"#, "own_msgs/Thing", Ros::One).unwrap(),
+            json::read(&json!({ "any": 1 })).unwrap()
+        );
+    }
+
+    #[test]
+    fn times_and_names_are_those_of_each_ros() {
+        let value = Value::Map(vec![(Value::text("stamp"), Value::Float(1.25))]);
+        let one = node(&value, "std_msgs/Header", Ros::One).unwrap().json();
+        assert_eq!(one, json!({ "seq": 0, "stamp": { "secs": 1, "nsecs": 250_000_000 }, "frame_id": "" }));
+        let two = node(&value, "std_msgs/Header", Ros::Two).unwrap().json();
+        assert_eq!(two, json!({ "stamp": { "sec": 1, "nanosec": 250_000_000 }, "frame_id": "" }));
+        // Rounding carries into the second.
+        assert_eq!(time(0.999_999_999_9, Ros::One), stamp(1, 0, Ros::One));
+        let info = node(&Value::Nil, "sensor_msgs/CameraInfo", Ros::Two).unwrap().json();
+        assert!(info.get("k").is_some_and(|k| k.as_array().unwrap().len() == 9) && info.get("K").is_none(), "{info}");
+    }
+
+    #[test]
+    fn bytes_are_base64_and_what_is_no_number_is_null() {
+        let image = Value::Map(vec![(Value::text("data"), Value::Bytes(vec![1, 2, 255]))]);
+        let image = node(&image, "sensor_msgs/Image", Ros::One).unwrap();
+        assert_eq!(image.json()["data"], "AQL/");
+        let scan = Value::Map(vec![(Value::text("ranges"), Value::Floats(vec![0.1, f64::INFINITY]))]);
+        let scan = node(&scan, "sensor_msgs/LaserScan", Ros::One).unwrap();
+        assert_eq!(scan.json()["ranges"], json!([0.1, null]));
+        let Cbor::Map(fields) = scan.cbor() else { unreachable!() };
+        let ranges = fields.iter().find(|(k, _)| *k == Cbor::Text("ranges".into())).unwrap();
+        let bytes: Vec<u8> = [0.1_f32, f32::INFINITY].iter().flat_map(|x| x.to_le_bytes()).collect();
+        assert_eq!(ranges.1, Cbor::Tag(85, Box::new(Cbor::Bytes(bytes))));
+    }
+}

@@ -1,0 +1,321 @@
+//! What a scene tells as messages: values with the names of fields that `types` has. What a message leaves out is 0.
+
+use tatu_plugin_api::{
+    abi::tatu_object,
+    safe::{Prop, Reading, Result, Turn, Value, keys},
+};
+
+use crate::{
+    Props,
+    poses::{AHEAD, OPTICAL, Pose, inverse, pose, then, transform, vector},
+    robots::{Robot, Scene, Sensor},
+    topics::What,
+};
+
+/// The number that `sensor_msgs/PointField` has for 32-bit numbers.
+const FLOAT32: i64 = 7;
+/// Ultrasound and infrared of `sensor_msgs/Range`.
+const SOUND: i64 = 0;
+const LIGHT: i64 = 1;
+
+/// What is asked for messages.
+pub struct Source<'a> {
+    /// The world.
+    pub turn: &'a Turn<'a>,
+    /// Its properties.
+    pub p: &'a Props,
+    /// What it holds.
+    pub scene: &'a Scene,
+    /// Simulation time, s.
+    pub time: f64,
+    /// Length of a step, s.
+    pub dt: f64,
+}
+
+fn text(t: &str) -> Value {
+    Value::text(t)
+}
+
+impl Source<'_> {
+    fn header(&self, frame: &str, time: f64) -> Value {
+        keys([("stamp", Value::Float(time)), ("frame_id", text(frame))])
+    }
+
+    /// How often what a topic tells was measured; none: it is new in each step.
+    pub fn sequence(&self, what: What) -> Option<u64> {
+        let of = |i: usize, prop: Prop| {
+            let id = self.scene.sensors.get(i)?.id;
+            Some(self.turn.reading(id, prop).map_or(0, |r| r.sequence()))
+        };
+        let p = self.p;
+        match what {
+            What::Scan(i) => of(i, p.scan_distance),
+            What::Range(i) => of(i, p.detected),
+            What::Fix(i) => of(i, p.latitude),
+            What::Image(i) => of(i, p.rgb),
+            What::Depth(i) | What::Optics(i) => of(i, p.depth),
+            What::Points(i) => of(i, p.depth).filter(|n| *n > 0).or_else(|| of(i, p.scan_distance)),
+            _ => None,
+        }
+    }
+
+    /// The message of a topic; none: it has none.
+    pub fn message(&self, what: What) -> Result<Option<Value>> {
+        Ok(match what {
+            What::Clock => Some(keys([("clock", Value::Float(self.time))])),
+            What::Frames => Some(keys([("transforms", Value::List(self.frames()?))])),
+            What::Odometry(i) => self.robot(i, |r| self.odometry(r))?,
+            What::Pose(i) => self.robot(i, |r| self.pose(r))?,
+            What::Joints(i) => self.robot(i, |r| self.joints(r))?,
+            What::Command(_) => None,
+            What::Scan(i) => self.sensor(i, |s| self.scan(s))?,
+            What::Range(i) => self.sensor(i, |s| self.range(s))?,
+            What::Fix(i) => self.sensor(i, |s| self.fix(s))?,
+            What::Image(i) => self.sensor(i, |s| self.image(s))?,
+            What::Depth(i) => self.sensor(i, |s| self.depth(s))?,
+            What::Optics(i) => self.sensor(i, |s| self.optics(s))?,
+            What::Points(i) => self.sensor(i, |s| self.points(s))?,
+        })
+    }
+
+    fn robot(&self, i: usize, f: impl Fn(&Robot) -> Result<Value>) -> Result<Option<Value>> {
+        self.scene.robots.get(i).map(f).transpose()
+    }
+    fn sensor(&self, i: usize, f: impl Fn(&Sensor) -> Result<Value>) -> Result<Option<Value>> {
+        self.scene.sensors.get(i).map(f).transpose()
+    }
+    fn number(&self, id: tatu_object, key: &str) -> Option<f64> {
+        self.turn.f64(id, self.turn.host().prop(key)).ok()
+    }
+
+    /// Where the base stands in its odometry.
+    fn driven(&self, robot: &Robot) -> Option<Pose> {
+        robot.train.as_ref().map(|t| robot.odometry.base(t.axle))
+    }
+
+    fn frame(&self, parent: &str, child: &str, at: &Pose) -> Value {
+        keys([
+            ("header", self.header(parent, self.time)),
+            ("child_frame_id", text(child)),
+            ("transform", transform(at)),
+        ])
+    }
+
+    /// map > odom > base_link > sensors: what odometry has wrong stands between map and odom, as a localiser tells it.
+    fn frames(&self) -> Result<Vec<Value>> {
+        let mut out = Vec::new();
+        for robot in &self.scene.robots {
+            let (base, odom) = (format!("{}base_link", robot.prefix), format!("{}odom", robot.prefix));
+            let real = self.turn.pose(robot.base, 0)?;
+            match self.driven(robot) {
+                Some(driven) => {
+                    out.push(self.frame("map", &odom, &then(&real, &inverse(&driven))));
+                    out.push(self.frame(&odom, &base, &driven));
+                }
+                None => out.push(self.frame("map", &base, &real)),
+            }
+        }
+        for sensor in &self.scene.sensors {
+            let turn = if sensor.optical { &OPTICAL } else { &AHEAD };
+            let (parent, above) = match sensor.robot.and_then(|r| self.scene.robots.get(r)) {
+                Some(robot) => (format!("{}base_link", robot.prefix), robot.base),
+                None => ("map".to_owned(), 0),
+            };
+            out.push(self.frame(&parent, &sensor.frame, &then(&self.turn.pose(sensor.id, above)?, turn)));
+        }
+        Ok(out)
+    }
+
+    fn odometry(&self, robot: &Robot) -> Result<Value> {
+        let at = self.driven(robot).unwrap_or(crate::poses::planar(0.0, 0.0, 0.0));
+        let [vx, vy, wz] = robot.odometry.velocity;
+        // Of the base's origin, which swings about the axle.
+        let vy = vy - wz * robot.train.as_ref().map_or(0.0, |t| t.axle);
+        let twist = keys([("linear", vector([vx, vy, 0.0])), ("angular", vector([0.0, 0.0, wz]))]);
+        Ok(keys([
+            ("header", self.header(&format!("{}odom", robot.prefix), self.time)),
+            ("child_frame_id", text(&format!("{}base_link", robot.prefix))),
+            ("pose", keys([("pose", pose(&at))])),
+            ("twist", keys([("twist", twist)])),
+        ]))
+    }
+
+    fn pose(&self, robot: &Robot) -> Result<Value> {
+        let at = self.turn.pose(robot.base, 0)?;
+        Ok(keys([("header", self.header("map", self.time)), ("pose", pose(&at))]))
+    }
+
+    fn joints(&self, robot: &Robot) -> Result<Value> {
+        let all = |prop| -> Result<Value> {
+            let one = |(id, _): &(tatu_object, String)| self.turn.f64(*id, prop);
+            Ok(Value::Floats(robot.joints.iter().map(one).collect::<Result<_>>()?))
+        };
+        Ok(keys([
+            ("header", self.header("", self.time)),
+            ("name", Value::List(robot.joints.iter().map(|(_, name)| text(name)).collect())),
+            ("position", all(self.p.wheels.position)?),
+            ("velocity", all(self.p.wheels.velocity)?),
+            ("effort", all(self.p.effort)?),
+        ]))
+    }
+
+    fn scan(&self, s: &Sensor) -> Result<Value> {
+        let distance = self.turn.reading(s.id, self.p.scan_distance)?;
+        let angle = self.turn.reading(s.id, self.p.scan_angle)?.f64s();
+        let limits = self.turn.reading(s.id, self.p.scan_limits)?.f64s();
+        let intensity = self.turn.reading(s.id, self.p.scan_intensity).map_or(&[][..], |r| r.f64s());
+        let (first, last) = (angle.first().copied().unwrap_or(0.0), angle.last().copied().unwrap_or(0.0));
+        let step = (last - first) / (angle.len().max(2) - 1) as f64;
+        let rate = self.turn.f64(s.id, self.p.rate).unwrap_or(0.0);
+        Ok(keys([
+            ("header", self.header(&s.frame, distance.time())),
+            ("angle_min", Value::Float(first)),
+            ("angle_max", Value::Float(last)),
+            ("angle_increment", Value::Float(step)),
+            ("scan_time", Value::Float(if rate > 0.0 { 1.0 / rate } else { self.dt })),
+            ("range_min", Value::Float(limits.first().copied().unwrap_or(0.0))),
+            ("range_max", Value::Float(limits.get(1).copied().unwrap_or(f64::INFINITY))),
+            ("ranges", Value::Floats(distance.f64s().to_vec())),
+            ("intensities", Value::Floats(intensity.to_vec())),
+        ]))
+    }
+
+    fn range(&self, s: &Sensor) -> Result<Value> {
+        let detected = self.turn.reading(s.id, self.p.detected)?;
+        let distance = self.turn.reading(s.id, self.p.distance)?.f64s().first().copied();
+        let seen = detected.i32s().first() == Some(&1);
+        // Parameters of such names, of whatever kind the sensor is.
+        let kind = self.turn.get(s.id, self.p.sensor_kind)?.as_str().unwrap_or_default().into_owned();
+        let of = |name: &str| self.number(s.id, &format!("{kind}.{name}"));
+        let waves = self.turn.get(s.id, self.turn.host().prop(&format!("{kind}.waves")));
+        let light = waves.is_ok_and(|w| matches!(w.as_str().as_deref(), Some("infrared" | "laser")));
+        Ok(keys([
+            ("header", self.header(&s.frame, detected.time())),
+            ("radiation_type", Value::Int(if light { LIGHT } else { SOUND })),
+            ("field_of_view", Value::Float(of("angle").unwrap_or(0.0))),
+            ("min_range", Value::Float(of("min_range").unwrap_or(0.0))),
+            ("max_range", Value::Float(of("range").unwrap_or(f64::INFINITY))),
+            ("range", Value::Float(distance.filter(|_| seen).unwrap_or(f64::INFINITY))),
+        ]))
+    }
+
+    fn fix(&self, s: &Sensor) -> Result<Value> {
+        let one = |prop| -> Result<f64> { Ok(self.turn.reading(s.id, prop)?.f64s().first().copied().unwrap_or(0.0)) };
+        let valid = self.turn.reading(s.id, self.p.fix_valid)?;
+        // 1: by GPS.
+        let found = if valid.i32s().first() == Some(&1) { 0 } else { -1 };
+        Ok(keys([
+            ("header", self.header(&s.frame, valid.time())),
+            ("status", keys([("status", Value::Int(found)), ("service", Value::Int(1))])),
+            ("latitude", Value::Float(one(self.p.latitude)?.to_degrees())),
+            ("longitude", Value::Float(one(self.p.longitude)?.to_degrees())),
+            ("altitude", Value::Float(one(self.p.altitude)?)),
+        ]))
+    }
+
+    fn picture(&self, s: &Sensor, of: &Reading<'_>, encoding: &str, pixel: usize, data: Vec<u8>) -> Value {
+        let [rows, columns, _] = of.dims();
+        keys([
+            ("header", self.header(&s.frame, of.time())),
+            ("height", Value::Int(rows.into())),
+            ("width", Value::Int(columns.into())),
+            ("encoding", text(encoding)),
+            ("step", Value::Int(i64::from(columns) * pixel as i64)),
+            ("data", Value::Bytes(data)),
+        ])
+    }
+
+    fn image(&self, s: &Sensor) -> Result<Value> {
+        let rgb = self.turn.reading(s.id, self.p.rgb)?;
+        // The uppermost row first.
+        let row = rgb.dims()[1] as usize * 3;
+        let data = rgb.u8s().chunks(row.max(1)).rev().flatten().copied().collect();
+        Ok(self.picture(s, &rgb, "rgb8", 3, data))
+    }
+
+    fn depth(&self, s: &Sensor) -> Result<Value> {
+        let depth = self.turn.reading(s.id, self.p.depth)?;
+        let told = |x: &f32| if *x == 0.0 { f32::NAN } else { *x };
+        let rows = depth.f32s().chunks((depth.dims()[1] as usize).max(1)).rev();
+        let data = rows.flatten().flat_map(|x| told(x).to_le_bytes()).collect();
+        Ok(self.picture(s, &depth, "32FC1", 4, data))
+    }
+
+    fn intrinsics(&self, s: &Sensor) -> Result<[f64; 4]> {
+        let all = self.turn.reading(s.id, self.p.intrinsics)?.f64s();
+        Ok(all.first_chunk::<4>().copied().unwrap_or([1.0, 1.0, 0.0, 0.0]))
+    }
+
+    fn optics(&self, s: &Sensor) -> Result<Value> {
+        let depth = self.turn.reading(s.id, self.p.depth)?;
+        let [rows, columns, _] = depth.dims();
+        let [fx, fy, cx, cy] = self.intrinsics(s)?;
+        // Rows count from the uppermost one.
+        let cy = f64::from(rows) - 1.0 - cy;
+        Ok(keys([
+            ("header", self.header(&s.frame, depth.time())),
+            ("height", Value::Int(rows.into())),
+            ("width", Value::Int(columns.into())),
+            ("distortion_model", text("plumb_bob")),
+            ("D", Value::Floats(vec![0.0; 5])),
+            ("K", Value::Floats(vec![fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0])),
+            ("R", Value::Floats(vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])),
+            ("P", Value::Floats(vec![fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0])),
+        ]))
+    }
+
+    /// Points of a camera, in its optical frame, row by row; or of a scanner.
+    fn points(&self, s: &Sensor) -> Result<Value> {
+        if !s.optical {
+            return self.layers(s);
+        }
+        let depth = self.turn.reading(s.id, self.p.depth)?;
+        let [rows, columns, _] = depth.dims();
+        let [fx, fy, cx, cy] = self.intrinsics(s)?;
+        let parallel = self.turn.reading(s.id, self.p.parallel).is_ok_and(|r| r.i32s().first() == Some(&1));
+        let mut data = Vec::with_capacity(depth.f32s().len() * 12);
+        for (row, line) in depth.f32s().chunks((columns as usize).max(1)).enumerate().rev() {
+            for (column, z) in line.iter().enumerate() {
+                let z = if *z == 0.0 || !z.is_finite() { f64::NAN } else { f64::from(*z) };
+                let away = if parallel { if z.is_nan() { z } else { 1.0 } } else { z };
+                // Right and down.
+                let (x, y) = ((column as f64 - cx) * away / fx, -(row as f64 - cy) * away / fy);
+                [x, y, z].iter().for_each(|v| data.extend_from_slice(&(*v as f32).to_le_bytes()));
+            }
+        }
+        Ok(self.cloud(s, depth.time(), [rows, columns], data))
+    }
+
+    fn layers(&self, s: &Sensor) -> Result<Value> {
+        let distance = self.turn.reading(s.id, self.p.scan_distance)?;
+        let angle = self.turn.reading(s.id, self.p.scan_angle)?.f64s();
+        let elevation = self.turn.reading(s.id, self.p.scan_elevation)?.f64s();
+        let mut data = Vec::with_capacity(distance.f64s().len() * 12);
+        for ((r, a), e) in distance.f64s().iter().zip(angle).zip(elevation) {
+            let r = if r.is_finite() { *r } else { f64::NAN };
+            let ((sa, ca), (se, ce)) = (libm::sincos(*a), libm::sincos(*e));
+            [r * ca * ce, r * sa * ce, r * se].iter().for_each(|v| data.extend_from_slice(&(*v as f32).to_le_bytes()));
+        }
+        Ok(self.cloud(s, distance.time(), [1, distance.f64s().len() as u32], data))
+    }
+
+    fn cloud(&self, s: &Sensor, time: f64, [rows, columns]: [u32; 2], data: Vec<u8>) -> Value {
+        let field = |(i, name): (i64, &str)| {
+            keys([
+                ("name", text(name)),
+                ("offset", Value::Int(4 * i)),
+                ("datatype", Value::Int(FLOAT32)),
+                ("count", Value::Int(1)),
+            ])
+        };
+        keys([
+            ("header", self.header(&s.frame, time)),
+            ("height", Value::Int(rows.into())),
+            ("width", Value::Int(columns.into())),
+            ("fields", Value::List([(0, "x"), (1, "y"), (2, "z")].map(field).to_vec())),
+            ("point_step", Value::Int(12)),
+            ("row_step", Value::Int(12 * i64::from(columns))),
+            ("data", Value::Bytes(data)),
+        ])
+    }
+}

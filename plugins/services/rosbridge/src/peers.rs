@@ -1,0 +1,136 @@
+//! Clients, and what each has asked for.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    time::{Duration, Instant},
+};
+
+use ciborium::Value as Cbor;
+use serde_json::{Value as Json, json};
+use tatu_services_common::{listener::Client, outbox::Message};
+
+use crate::{
+    convert::Node,
+    protocol::{Fragments, Wish, fragments},
+    types::Ros,
+};
+
+/// Bytes that may wait for a client before messages of topics are left out: it reads more slowly than it asked for.
+const MOST_LATE: usize = 8 << 20;
+
+/// A subscription.
+pub struct Subscription {
+    pub wish: Wish,
+    /// Whose names and times its messages have.
+    pub ros: Ros,
+    last: Option<Instant>,
+}
+
+/// A client.
+pub struct Peer {
+    pub client: Client,
+    /// What it listens to.
+    pub listens: BTreeMap<String, Vec<Subscription>>,
+    /// What it publishes.
+    pub publishes: BTreeSet<String>,
+    /// Parts of messages.
+    pub fragments: Fragments,
+    /// Whether it is told what goes wrong.
+    pub told: bool,
+    /// Fragments that it was sent, counted.
+    sent: u64,
+}
+
+impl Peer {
+    /// One that has just come.
+    pub fn new(client: Client) -> Self {
+        Peer {
+            client,
+            listens: BTreeMap::new(),
+            publishes: BTreeSet::new(),
+            fragments: Fragments::default(),
+            told: true,
+            sent: 0,
+        }
+    }
+    /// Sends a message that must arrive.
+    pub fn send(&self, message: &Json) {
+        self.client.out.send(Message::Text(message.to_string()));
+    }
+    /// Tells what went wrong.
+    pub fn status(&self, id: Option<&str>, text: &str) {
+        if self.told {
+            let mut message = json!({ "op": "status", "level": "error", "msg": text });
+            if let Some(id) = id {
+                message["id"] = json!(id);
+            }
+            self.send(&message);
+        }
+    }
+    /// Subscribes; the same id again changes what is wished.
+    pub fn subscribe(&mut self, topic: String, wish: Wish, ros: Ros) {
+        let all = self.listens.entry(topic).or_default();
+        all.retain(|s| s.wish.id.is_none() || s.wish.id != wish.id);
+        all.push(Subscription { wish, ros, last: None });
+    }
+    /// Ends a subscription, or all to a topic.
+    pub fn unsubscribe(&mut self, topic: &str, id: Option<&str>) {
+        if let Some(all) = self.listens.get_mut(topic) {
+            all.retain(|s| id.is_some() && s.wish.id.as_deref() != id);
+            if all.is_empty() {
+                self.listens.remove(topic);
+            }
+        }
+    }
+    /// The subscriptions for which a message is due now: which, whose names they have, and whether they want CBOR.
+    pub fn due(&self, topic: &str, now: Instant) -> Vec<(usize, Ros, bool)> {
+        let Some(all) = self.listens.get(topic).filter(|_| self.client.out.bytes() <= MOST_LATE) else {
+            return Vec::new();
+        };
+        let due = |s: &Subscription| {
+            let pause = Duration::from_secs_f64((s.wish.throttle_ms / 1e3).clamp(0.0, 3600.0));
+            s.last.is_none_or(|last| now.duration_since(last) >= pause)
+        };
+        all.iter().enumerate().filter(|(_, s)| due(s)).map(|(i, s)| (i, s.ros, s.wish.cbor)).collect()
+    }
+    /// Sends a message of a topic to one of its subscriptions.
+    pub fn publish(&mut self, topic: &str, n: usize, written: &Written, now: Instant) {
+        let Some(subscription) = self.listens.get_mut(topic).and_then(|all| all.get_mut(n)) else { return };
+        subscription.last = Some(now);
+        let fragment = subscription.wish.fragment;
+        match written {
+            Written::Text(text) if fragment > 0 && text.len() > fragment => {
+                self.sent += 1;
+                for part in fragments(text, fragment, &format!("fragment:{}", self.sent)) {
+                    self.client.out.send(Message::Text(part));
+                }
+            }
+            Written::Text(text) => self.client.out.send(Message::Text(text.clone())),
+            Written::Bytes(bytes) => self.client.out.send(Message::Binary(bytes.clone())),
+        }
+    }
+}
+
+/// A message of a topic as it is sent.
+pub enum Written {
+    /// JSON
+    Text(String),
+    /// CBOR
+    Bytes(Vec<u8>),
+}
+
+impl Written {
+    /// Writes one.
+    pub fn new(topic: &str, node: &Node, cbor: bool) -> Written {
+        if !cbor {
+            return Written::Text(json!({ "op": "publish", "topic": topic, "msg": node.json() }).to_string());
+        }
+        let text = |t: &str| Cbor::Text(t.to_owned());
+        let whole =
+            Cbor::Map(vec![(text("op"), text("publish")), (text("topic"), text(topic)), (text("msg"), node.cbor())]);
+        let mut out = Vec::new();
+        // Into memory: nothing can go wrong.
+        let _ = ciborium::into_writer(&whole, &mut out);
+        Written::Bytes(out)
+    }
+}

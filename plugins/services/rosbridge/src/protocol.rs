@@ -1,0 +1,201 @@
+//! What clients ask, in rosbridge's protocol, version 2: a JSON object in each message, whose `op` tells what it is.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::safe::{Fail, Result};
+
+/// Bytes that may wait as fragments of one client's messages.
+const MOST_FRAGMENTS: usize = 64 << 20;
+
+/// What a client asks.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ask {
+    /// It will publish.
+    Advertise { topic: String, kind: String },
+    /// It will no longer.
+    Unadvertise { topic: String },
+    /// A message.
+    Publish { topic: String, msg: Json },
+    /// It wants messages.
+    Subscribe { topic: String, kind: String, wish: Wish },
+    /// It wants no more: of this id, or all of them.
+    Unsubscribe { topic: String, id: Option<String> },
+    /// It calls a service.
+    Call { service: String, args: Json },
+    /// It offers one.
+    Serve { service: String, kind: String },
+    /// It offers it no more.
+    Unserve { service: String },
+    /// It answers a call.
+    Answer { id: String, values: Json, good: bool },
+    /// It offers an action,
+    OfferAction { action: String, kind: String },
+    /// no more.
+    WithdrawAction { action: String },
+    /// It gives a goal; the whole message is passed on.
+    Goal { action: String, whole: Json },
+    /// It takes a goal back,
+    Cancel { id: String, whole: Json },
+    /// tells of one, or ends it.
+    Progress { id: String, whole: Json, last: bool },
+    /// How much it is told of what goes wrong.
+    Level(String),
+}
+
+/// How a client wants the messages of a topic.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Wish {
+    /// By which it ends the subscription.
+    pub id: Option<String>,
+    /// Milliseconds between two messages at least.
+    pub throttle_ms: f64,
+    /// Whether messages are CBOR, in binary frames.
+    pub cbor: bool,
+    /// Bytes of a message; more is cut into fragments. 0: never.
+    pub fragment: usize,
+}
+
+/// Reads a message: its id, and what it asks.
+pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
+    let text = |key: &str| -> Result<String> {
+        message
+            .get(key)
+            .and_then(Json::as_str)
+            .map(str::to_owned)
+            .ok_or_else(|| Fail::argument(format!("`{key}` is missing, or it is no text")))
+    };
+    let or_empty = |key: &str| message.get(key).and_then(Json::as_str).unwrap_or("").to_owned();
+    let any = |key: &str| message.get(key).cloned().unwrap_or_else(|| json!({}));
+    let id = message.get("id").and_then(Json::as_str).map(str::to_owned);
+    let op = text("op")?;
+    let known = || id.clone().ok_or_else(|| Fail::argument(format!("`{op}` needs the `id` of what it answers")));
+    let ask = match op.as_str() {
+        "advertise" => Ask::Advertise { topic: text("topic")?, kind: text("type")? },
+        "unadvertise" => Ask::Unadvertise { topic: text("topic")? },
+        "publish" => Ask::Publish { topic: text("topic")?, msg: any("msg") },
+        "subscribe" => {
+            let compression = or_empty("compression");
+            if compression == "cbor-raw" {
+                return Err(Fail::unsupported("`cbor-raw` is not offered: subscribe with `cbor` or `none`"));
+            }
+            let wish = Wish {
+                id: id.clone(),
+                throttle_ms: message.get("throttle_rate").and_then(Json::as_f64).unwrap_or(0.0),
+                // Clients that ask for `png` take plain messages as well.
+                cbor: compression == "cbor",
+                fragment: message.get("fragment_size").and_then(Json::as_u64).unwrap_or(0) as usize,
+            };
+            Ask::Subscribe { topic: text("topic")?, kind: or_empty("type"), wish }
+        }
+        "unsubscribe" => Ask::Unsubscribe { topic: text("topic")?, id: id.clone() },
+        "call_service" => Ask::Call { service: text("service")?, args: any("args") },
+        "advertise_service" => Ask::Serve { service: text("service")?, kind: or_empty("type") },
+        "unadvertise_service" => Ask::Unserve { service: text("service")? },
+        "service_response" => {
+            let good = message.get("result").and_then(Json::as_bool).unwrap_or(true);
+            Ask::Answer { id: known()?, values: any("values"), good }
+        }
+        "advertise_action" => Ask::OfferAction { action: text("action")?, kind: or_empty("type") },
+        "unadvertise_action" => Ask::WithdrawAction { action: text("action")? },
+        "send_action_goal" => Ask::Goal { action: text("action")?, whole: message.clone() },
+        "cancel_action_goal" => Ask::Cancel { id: known()?, whole: message.clone() },
+        "action_feedback" => Ask::Progress { id: known()?, whole: message.clone(), last: false },
+        "action_result" => Ask::Progress { id: known()?, whole: message.clone(), last: true },
+        "set_level" | "status_level" => Ask::Level(text("level")?),
+        other => return Err(Fail::unsupported(format!("there is no operation `{other}`"))),
+    };
+    Ok((id, ask))
+}
+
+/// A message cut into fragments of so many bytes.
+pub fn fragments(text: &str, bytes: usize, id: &str) -> Vec<String> {
+    let mut parts = Vec::new();
+    let mut rest = text;
+    while !rest.is_empty() {
+        let mut end = bytes.max(4).min(rest.len());
+        while !rest.is_char_boundary(end) {
+            end -= 1;
+        }
+        let (part, more) = rest.split_at(end);
+        parts.push(part);
+        rest = more;
+    }
+    let total = parts.len();
+    let one = |(num, data): (usize, &&str)| {
+        json!({ "op": "fragment", "id": id, "data": data, "num": num, "total": total }).to_string()
+    };
+    parts.iter().enumerate().map(one).collect()
+}
+
+/// Fragments that a client sent.
+#[derive(Default)]
+pub struct Fragments {
+    parts: BTreeMap<String, BTreeMap<u64, String>>,
+    bytes: usize,
+}
+
+impl Fragments {
+    /// Takes one; the whole message once all are there.
+    pub fn take(&mut self, message: &Json) -> Result<Option<Json>> {
+        let id = message.get("id").and_then(Json::as_str).unwrap_or("").to_owned();
+        let number = |key: &str| message.get(key).and_then(Json::as_u64);
+        let (Some(num), Some(total), Some(data)) =
+            (number("num"), number("total"), message.get("data").and_then(Json::as_str))
+        else {
+            return Err(Fail::argument("a fragment has `num`, `total` and `data`"));
+        };
+        self.bytes += data.len();
+        if self.bytes > MOST_FRAGMENTS {
+            *self = Fragments::default();
+            return Err(Fail::argument(format!(
+                "fragments of more than {MOST_FRAGMENTS} bytes wait for their rest: all are dropped"
+            )));
+        }
+        let parts = self.parts.entry(id.clone()).or_default();
+        parts.insert(num, data.to_owned());
+        if parts.len() as u64 != total {
+            return Ok(None);
+        }
+        let whole: String = self.parts.remove(&id).unwrap_or_default().into_values().collect();
+        self.bytes = self.bytes.saturating_sub(whole.len());
+        serde_json::from_str(&whole).map(Some).map_err(|e| Fail::argument(format!("the fragments make no JSON: {e}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_cut_comes_together_again() {
+        let whole = json!({ "op": "publish", "topic": "/größe", "msg": { "data": "ä".repeat(50) } });
+        let parts = fragments(&whole.to_string(), 7, "1");
+        assert!(parts.len() > 10);
+        let mut all = Fragments::default();
+        for (i, part) in parts.iter().enumerate().rev() {
+            let done = all.take(&serde_json::from_str(part).unwrap()).unwrap();
+            assert_eq!(done, (i == 0).then(|| whole.clone()));
+        }
+        assert!(all.take(&json!({ "op": "fragment", "id": "1" })).is_err());
+        let big = json!({ "id": "2", "num": 0, "total": 2, "data": "x".repeat(MOST_FRAGMENTS + 1) });
+        assert!(all.take(&big).is_err() && all.parts.is_empty());
+    }
+
+    #[test]
+    fn what_is_asked_is_read_or_told_why_not() {
+        let asked = |text: &str| read(&serde_json::from_str(text).unwrap());
+        let (id, ask) = asked(r#"{"op": "subscribe", "id": "a", "topic": "/t", "throttle_rate": 100}"#).unwrap();
+        let Ask::Subscribe { wish, .. } = ask else { unreachable!() };
+        assert_eq!((id.as_deref(), wish.throttle_ms, wish.cbor), (Some("a"), 100.0, false));
+        for (text, told) in [
+            (r#"{"topic": "/t"}"#, "`op`"),
+            (r#"{"op": "dance"}"#, "`dance`"),
+            (r#"{"op": "advertise", "topic": "/t"}"#, "`type`"),
+            (r#"{"op": "service_response", "service": "/s"}"#, "`id`"),
+            (r#"{"op": "subscribe", "topic": "/t", "compression": "cbor-raw"}"#, "`cbor-raw`"),
+        ] {
+            assert!(asked(text).unwrap_err().text().contains(told), "{text}");
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! The services of `/rosapi`: which topics, services and parameters there are.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::safe::{Fail, Result};
+
+use crate::types::{self, Many, Ros};
+
+/// Under this name the service appears among the nodes.
+const NODE: &str = "/tatu";
+
+/// What there is.
+pub struct Graph<'a> {
+    /// Type by topic, with the names of ROS 1.
+    pub topics: &'a BTreeMap<String, String>,
+    /// Those that are written, and those that are read, by us.
+    pub publishes: &'a [String],
+    pub listens: &'a [String],
+    /// Type by service.
+    pub services: &'a BTreeMap<String, String>,
+    /// Simulation time, s.
+    pub time: f64,
+    /// Whose names types have.
+    pub ros: Ros,
+}
+
+/// The services, and their types.
+pub const SERVICES: &[(&str, &str)] = &[
+    ("/rosapi/topics", "rosapi/Topics"),
+    ("/rosapi/topic_type", "rosapi/TopicType"),
+    ("/rosapi/topics_for_type", "rosapi/TopicsForType"),
+    ("/rosapi/services", "rosapi/Services"),
+    ("/rosapi/service_type", "rosapi/ServiceType"),
+    ("/rosapi/nodes", "rosapi/Nodes"),
+    ("/rosapi/node_details", "rosapi/NodeDetails"),
+    ("/rosapi/publishers", "rosapi/Publishers"),
+    ("/rosapi/subscribers", "rosapi/Subscribers"),
+    ("/rosapi/message_details", "rosapi/MessageDetails"),
+    ("/rosapi/get_time", "rosapi/GetTime"),
+    ("/rosapi/get_param", "rosapi/GetParam"),
+    ("/rosapi/set_param", "rosapi/SetParam"),
+    ("/rosapi/has_param", "rosapi/HasParam"),
+    ("/rosapi/delete_param", "rosapi/DeleteParam"),
+    ("/rosapi/get_param_names", "rosapi/GetParamNames"),
+];
+
+/// Answers a call of a service of `/rosapi`; `None`: there is no such service.
+pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str, args: &Json) -> Option<Result<Json>> {
+    // Arguments stand by name, or in a list.
+    let arg =
+        |name: &str, i: usize| args.get(name).or_else(|| args.get(i)).and_then(Json::as_str).unwrap_or("").to_owned();
+    let named = |kind: &str| if kind.is_empty() { String::new() } else { g.ros.name(kind) };
+    let known = |topic: &str| g.topics.get(topic).map_or("", String::as_str).to_owned();
+    let us = |topics: &[String], topic: &str| if topics.iter().any(|t| t == topic) { json!([NODE]) } else { json!([]) };
+    let all: Vec<&String> = g.topics.keys().collect();
+    Some(Ok(match service.strip_prefix("/rosapi/")? {
+        "topics" => json!({ "topics": all, "types": g.topics.values().map(|k| named(k)).collect::<Vec<_>>() }),
+        "topic_type" => json!({ "type": named(&known(&arg("topic", 0))) }),
+        "topics_for_type" => {
+            let kind = types::plain(&arg("type", 0));
+            json!({ "topics": g.topics.iter().filter(|(_, k)| **k == kind).map(|(t, _)| t).collect::<Vec<_>>() })
+        }
+        "services" => json!({ "services": g.services.keys().collect::<Vec<_>>() }),
+        "service_type" => json!({ "type": g.services.get(&arg("service", 0)).cloned().unwrap_or_default() }),
+        "nodes" => json!({ "nodes": [NODE] }),
+        "node_details" => json!({
+            "publishing": g.publishes, "subscribing": g.listens,
+            "services": SERVICES.iter().map(|(s, _)| s).collect::<Vec<_>>(),
+        }),
+        "publishers" => json!({ "publishers": us(g.publishes, &arg("topic", 0)) }),
+        "subscribers" => json!({ "subscribers": us(g.listens, &arg("topic", 0)) }),
+        "message_details" => return Some(details(&arg("type", 0), g.ros)),
+        "get_time" => {
+            let (whole, part) = (g.time.floor(), g.time.fract());
+            let [a, b] = if g.ros == Ros::One { ["secs", "nsecs"] } else { ["sec", "nanosec"] };
+            json!({ "time": { a: whole as i64, b: (part * 1e9) as i64 } })
+        }
+        // Values are JSON as text, as clients send them.
+        "get_param" => {
+            let fallback = arg("default", 1);
+            json!({ "value": params.get(&arg("name", 0)).cloned().unwrap_or(fallback) })
+        }
+        "set_param" => {
+            params.insert(arg("name", 0), arg("value", 1));
+            json!({})
+        }
+        "has_param" => json!({ "exists": params.contains_key(&arg("name", 0)) }),
+        "delete_param" => {
+            params.remove(&arg("name", 0));
+            json!({})
+        }
+        "get_param_names" => json!({ "names": params.keys().collect::<Vec<_>>() }),
+        _ => return None,
+    }))
+}
+
+/// The definition of a type and of those within it.
+fn details(name: &str, ros: Ros) -> Result<Json> {
+    let first = types::plain(name);
+    let mut ahead = vec![first.clone()];
+    let mut done: Vec<Json> = Vec::new();
+    let mut seen = Vec::new();
+    while let Some(plain) = ahead.pop() {
+        if seen.contains(&plain) {
+            continue;
+        }
+        let fields = types::fields(&plain).ok_or_else(|| Fail::missing(format!("the type `{plain}` is not known")))?;
+        let here: Vec<_> = fields.iter().filter(|f| ros.field(&plain, &f.name).is_some()).collect();
+        let length = |many| match many {
+            Many::One => -1,
+            Many::Any => 0,
+            Many::Exactly(n) => n as i64,
+        };
+        done.push(json!({
+            "type": ros.name(&plain),
+            "fieldnames": here.iter().map(|f| ros.field(&plain, &f.name)).collect::<Vec<_>>(),
+            "fieldtypes": here.iter().map(|f| match &f.base {
+                types::Base::Message(inner) => ros.name(inner),
+                _ => f.written.clone(),
+            }).collect::<Vec<_>>(),
+            "fieldarraylen": here.iter().map(|f| length(f.many)).collect::<Vec<_>>(),
+            "examples": here.iter().map(|_| "").collect::<Vec<_>>(),
+        }));
+        for field in here {
+            if let types::Base::Message(inner) = &field.base {
+                ahead.push(inner.clone());
+            }
+        }
+        seen.push(plain);
+    }
+    Ok(json!({ "typedefs": done }))
+}

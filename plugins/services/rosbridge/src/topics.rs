@@ -1,0 +1,118 @@
+//! The topics that a scene has by itself. The last part of a name tells what it is; what stands before tells whose it is, as far
+//! as there are several.
+
+use std::collections::BTreeMap;
+
+use tatu_plugin_api::{abi::tatu_object, safe::Turn};
+
+use crate::{Props, robots::Scene};
+
+/// What a topic tells, or what it takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum What {
+    /// Simulation time.
+    Clock,
+    /// Frames.
+    Frames,
+    /// Where wheels say that a robot is.
+    Odometry(usize),
+    /// Where a robot is.
+    Pose(usize),
+    /// Joints of a robot.
+    Joints(usize),
+    /// The velocity at which a robot is to move.
+    Command(usize),
+    /// A fan of distances.
+    Scan(usize),
+    /// One distance.
+    Range(usize),
+    /// A place on Earth.
+    Fix(usize),
+    /// Colours.
+    Image(usize),
+    /// Depths.
+    Depth(usize),
+    /// The optics of a camera.
+    Optics(usize),
+    /// Points of a camera or a scanner with layers.
+    Points(usize),
+}
+
+/// A topic.
+#[derive(Debug, Clone)]
+pub struct Topic {
+    /// What it is.
+    pub what: What,
+    /// The type of its messages, with the name of ROS 1.
+    pub kind: &'static str,
+}
+
+/// The topics of a scene, by all their names.
+pub fn of(turn: &Turn<'_>, p: &Props, scene: &Scene) -> BTreeMap<String, Topic> {
+    let mut out = BTreeMap::new();
+    out.insert("/clock".to_owned(), Topic { what: What::Clock, kind: "rosgraph_msgs/Clock" });
+    out.insert("/tf".to_owned(), Topic { what: What::Frames, kind: "tf2_msgs/TFMessage" });
+    // Whose each is: robot, sensor, and its last part.
+    let mut all: Vec<(Option<usize>, String, &str, Topic)> = Vec::new();
+    for (i, robot) in scene.robots.iter().enumerate() {
+        let mut add = |last, what, kind| all.push((Some(i), String::new(), last, Topic { what, kind }));
+        add("pose", What::Pose(i), "geometry_msgs/PoseStamped");
+        if !robot.joints.is_empty() {
+            add("joint_states", What::Joints(i), "sensor_msgs/JointState");
+        }
+        if robot.train.is_some() {
+            add("odom", What::Odometry(i), "nav_msgs/Odometry");
+            add("cmd_vel", What::Command(i), "geometry_msgs/Twist");
+        }
+    }
+    for (i, sensor) in scene.sensors.iter().enumerate() {
+        for (last, what, kind) in what_of(turn, p, i, sensor.id) {
+            all.push((sensor.robot, sensor.name.clone(), last, Topic { what, kind }));
+        }
+    }
+    let count = |robot: Option<usize>, last: &str, everywhere: bool| {
+        all.iter().filter(|(r, _, l, _)| *l == last && (everywhere || *r == robot)).count()
+    };
+    for (robot, sensor, last, topic) in &all {
+        let above = robot.and_then(|r| scene.robots.get(r)).map_or(String::new(), |r| format!("/{}", r.name));
+        let own = if sensor.is_empty() { String::new() } else { format!("/{sensor}") };
+        out.insert(format!("{above}{own}/{last}"), topic.clone());
+        if count(*robot, last, false) == 1 && robot.is_some() {
+            out.insert(format!("{above}/{last}"), topic.clone());
+        }
+        if count(None, last, true) == 1 {
+            out.insert(format!("/{last}"), topic.clone());
+        }
+    }
+    out
+}
+
+/// What the readings of a sensor are as messages, by the fields that it has.
+fn what_of(turn: &Turn<'_>, p: &Props, i: usize, id: tatu_object) -> Vec<(&'static str, What, &'static str)> {
+    let has = |prop| turn.reading(id, prop).is_ok();
+    let mut out = Vec::new();
+    if has(p.scan_distance) {
+        let layers = turn.reading(id, p.scan_elevation).is_ok_and(|r| r.f64s().iter().any(|e| *e != 0.0));
+        match layers {
+            true => out.push(("points", What::Points(i), "sensor_msgs/PointCloud2")),
+            false => out.push(("scan", What::Scan(i), "sensor_msgs/LaserScan")),
+        }
+    }
+    if has(p.detected) {
+        out.push(("range", What::Range(i), "sensor_msgs/Range"));
+    }
+    if has(p.latitude) {
+        out.push(("fix", What::Fix(i), "sensor_msgs/NavSatFix"));
+    }
+    if has(p.rgb) {
+        out.push(("image", What::Image(i), "sensor_msgs/Image"));
+    }
+    if has(p.depth) {
+        out.push(("depth", What::Depth(i), "sensor_msgs/Image"));
+        out.push(("points", What::Points(i), "sensor_msgs/PointCloud2"));
+    }
+    if has(p.intrinsics) {
+        out.push(("camera_info", What::Optics(i), "sensor_msgs/CameraInfo"));
+    }
+    out
+}
