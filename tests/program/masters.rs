@@ -132,3 +132,135 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
     let log = std::fs::read_to_string(place.path().join("log.jsonl")).unwrap();
     assert!(log.contains("tatu.drive"), "no velocity came in before the others ended");
 }
+
+/// A robot, and a script that steers it where a file says so: what is compared has the same objects.
+const STEERED: &str = r#"
+format = 1
+[[object]]
+kind = "shape"
+alias = "floor"
+primitive = "plane"
+respondable = true
+[[model]]
+model = "pioneer_p3dx"
+alias = "robot"
+script = { text = """
+function sysCall_init()
+    left = sim.getObject('./Pioneer_p3dx_leftMotor')
+    right = sim.getObject('./Pioneer_p3dx_rightMotor')
+    local file = io.open('steer.txt')
+    steer = file ~= nil
+    if file then file:close() end
+    k = 0
+end
+function sysCall_actuation()
+    if steer then
+        sim.setJointTargetVelocity(left, 0.125 * k)
+        sim.setJointTargetVelocity(right, 0.25 * k)
+    end
+    k = k + 1
+end
+""" }
+"#;
+
+/// The same at the same barriers: twenty steps, and a stop. The line `READY` lets the world begin.
+const BY_ZMQ: &str = r#"
+from coppeliasim_zmqremoteapi_client import RemoteAPIClient
+client = RemoteAPIClient('localhost', PORT)
+sim = client.require('sim')
+left = sim.getObject('/robot/Pioneer_p3dx_leftMotor')
+right = sim.getObject('/robot/Pioneer_p3dx_rightMotor')
+client.setStepping(True)
+READY
+for k in range(20):
+    sim.setJointTargetVelocity(left, 0.125 * k)
+    sim.setJointTargetVelocity(right, 0.25 * k)
+    client.step()
+sim.stopSimulation()
+"#;
+const BY_LEGACY: &str = r#"
+left = handle('Pioneer_p3dx_leftMotor')
+right = handle('Pioneer_p3dx_rightMotor')
+good(vrep.simxSynchronous(client, True))
+READY
+for k in range(20):
+    good(vrep.simxSetJointTargetVelocity(client, left, 0.125 * k, WAIT))
+    good(vrep.simxSetJointTargetVelocity(client, right, 0.25 * k, WAIT))
+    good(vrep.simxSynchronousTrigger(client))
+    good(vrep.simxGetPingTime(client))
+vrep.simxStopSimulation(client, WAIT)
+"#;
+const BY_LINES: &str = r#"
+import json, socket
+lines = socket.create_connection(('127.0.0.1', PORT)).makefile('rw')
+def ask(**message):
+    lines.write(json.dumps(dict(message, id=1)) + '\n')
+    lines.flush()
+    while True:
+        answer = json.loads(lines.readline())
+        if 'id' in answer:
+            return answer
+left = ask(call='sim.getObject', args=['/robot/Pioneer_p3dx_leftMotor'])['result'][0]
+right = ask(call='sim.getObject', args=['/robot/Pioneer_p3dx_rightMotor'])['result'][0]
+ask(stepping=True)
+for k in range(20):
+    ask(call='sim.setJointTargetVelocity', args=[left, 0.125 * k])
+    ask(call='sim.setJointTargetVelocity', args=[right, 0.25 * k])
+    ask(step=1)
+ask(request='stop')
+"#;
+/// Who waits until the other one has the barrier, then lets go of it.
+const LET_GO: &str = r#"
+import json, socket
+gate = socket.create_connection(('127.0.0.1', GATE)).makefile('rw')
+for on in (True, False):
+    gate.write(json.dumps({'id': 1, 'stepping': on}) + '\n')
+    gate.flush()
+    gate.readline()
+"#;
+
+#[test]
+fn equal_commands_by_any_protocol_give_equal_hashes() {
+    let (Some(python), Some(bindings)) = (zmq::python("2.0.4"), legacy::bindings()) else { return };
+    let place = Place::new();
+    place.write("scene.toml", STEERED);
+    let hash = |text: &str| text.split("hash ").nth(1).unwrap_or_else(|| panic!("{text}"))[..16].to_owned();
+    let by = |service: &str, program: &str| {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
+            .current_dir(place.path())
+            .env_remove("TATU_PLUGIN_PATH")
+            .args(["run", "scene.toml", "--service", "jsonl:port=0,wait_for=1"])
+            .args(if service == "jsonl" { vec![] } else { vec!["--service".to_owned(), format!("{service}:port=0")] })
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut err = BufReader::new(process.stderr.take().unwrap());
+        let mut ports = std::collections::BTreeMap::new();
+        while !(ports.contains_key("jsonl") && ports.contains_key(service)) {
+            let mut line = String::new();
+            assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
+            if let Some((service, address)) = line.trim().split_once(": listening on ") {
+                ports.insert(service.to_owned(), address.rsplit(':').next().unwrap().to_owned());
+            }
+        }
+        let begin = match service {
+            "legacy_remote" => legacy::begin(bindings, ports[service].parse().unwrap()),
+            _ => String::new(),
+        };
+        let program =
+            program.replace("READY", LET_GO).replace("PORT", &ports[service]).replace("GATE", &ports["jsonl"]);
+        let done = Command::new(&python).args(["-c", &format!("{begin}{program}")]).output().unwrap();
+        assert!(done.status.success(), "{service}: {}", String::from_utf8_lossy(&done.stderr));
+        let mut told = String::new();
+        err.read_to_string(&mut told).unwrap();
+        process.wait().unwrap();
+        assert!(told.contains("20 steps"), "{service}: {told}");
+        hash(&told)
+    };
+    let hashes = [by("jsonl", BY_LINES), by("zmq_remote", BY_ZMQ), by("legacy_remote", BY_LEGACY)];
+    let unsteered = place.tatu(&["run", "scene.toml", "--steps", "20"]);
+    place.write("steer.txt", "");
+    let script = hash(&place.tatu(&["run", "scene.toml", "--steps", "20"]).err);
+    assert_ne!(script, hash(&unsteered.err));
+    assert_eq!(hashes, [script.clone(), script.clone(), script]);
+}

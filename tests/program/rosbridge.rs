@@ -284,6 +284,7 @@ fn what_is_wrong_costs_only_whoever_sends_it() {
         (r#"{"op": "publish", "topic": "/cmd_vel", "msg": {"linear": {"x": "fast"}}}"#, "a number"),
         (r#"{"op": "publish", "topic": "/odom", "msg": {}}"#, "nobody else publishes"),
         (r#"{"op": "advertise", "topic": "/scan", "type": "std_msgs/String"}"#, "has the type sensor_msgs/LaserScan"),
+        (r#"{"op": "advertise_service", "service": "/rosapi/topics", "type": "a/B"}"#, "offered here already"),
         (r#"{"op": "subscribe", "topic": "/scan", "compression": "cbor-raw"}"#, "`cbor-raw`"),
         (r#"{"op": "fragment", "id": "a", "num": 0, "total": 1, "data": "{"}"#, "no JSON"),
     ] {

@@ -4,11 +4,13 @@
 //! - `robots`: what a scene holds, and how far wheels have driven; `poses`: frames;
 //! - `topics`: which topics there are by themselves; `messages`: what they tell;
 //! - `protocol`: what clients ask; `peers`: what each has asked for; `relay`: what clients offer each other;
-//! - `rosapi`: what there is; `service`: the barrier;
-//! - `scripts`: `simROS` and `simROS2`, by which scripts take part; `node`: what they have open.
+//! - `acts`: what is done for clients; `rosapi`: what there is; `service`: the barrier;
+//! - `scripts`: `simROS` and `simROS2`, by which scripts take part; `more`: their times, images and parameters; `node`: what they have open.
 
+mod acts;
 mod convert;
 mod messages;
+mod more;
 mod node;
 mod peers;
 mod poses;

@@ -163,8 +163,11 @@ impl Relay {
                 asker.send(&message);
             }
         }
-        let still: Vec<String> =
-            self.topics.keys().filter(|t| peers.values().any(|p| p.publishes.contains(*t))).cloned().collect();
-        self.topics.retain(|t, _| still.contains(t));
+        self.forget(peers);
+    }
+
+    /// Topics that no client publishes any more are forgotten.
+    pub fn forget(&mut self, peers: &Peers) {
+        self.topics.retain(|topic, _| peers.values().any(|p| p.publishes.contains(topic)));
     }
 }

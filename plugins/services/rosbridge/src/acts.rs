@@ -1,0 +1,245 @@
+//! What clients and scripts ask for, and what is done then.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{self, Fail, Result, Turn, Value},
+};
+
+use crate::{
+    Props, convert,
+    protocol::{self, Ask},
+    relay::{self, SCRIPTS},
+    rosapi, scripts,
+    service::State,
+    topics::{Topic, What},
+    types::{self, Ros},
+};
+
+/// Messages of one client in one turn.
+const AT_ONCE: usize = 1000;
+/// Services that start and stop the simulation.
+const CONTROL: &[(&str, u32)] = &[
+    ("/simulation/start", TATU_REQUEST_START),
+    ("/simulation/pause", TATU_REQUEST_PAUSE),
+    ("/simulation/stop", TATU_REQUEST_STOP),
+];
+
+impl State {
+    /// Does what clients sent.
+    pub(crate) fn hear(&mut self, turn: &Turn<'_>, p: &Props) {
+        let numbers: Vec<u64> = self.peers.keys().copied().collect();
+        for number in numbers {
+            turn.client(number);
+            for _ in 0..AT_ONCE {
+                let Some(text) = self.peers.get(&number).and_then(|peer| peer.client.next()) else { break };
+                let parsed = serde_json::from_str::<Json>(&text);
+                let done = parsed.map_err(|e| (None, Fail::argument(format!("no JSON: {e}")))).and_then(|message| {
+                    let id = message.get("id").and_then(Json::as_str).map(str::to_owned);
+                    self.act(turn, p, number, message).map_err(|fail| (id, fail))
+                });
+                if let (Err((id, fail)), Some(peer)) = (done, self.peers.get(&number)) {
+                    peer.status(id.as_deref(), fail.text());
+                }
+            }
+        }
+    }
+
+    fn act(&mut self, turn: &Turn<'_>, p: &Props, number: u64, message: Json) -> Result {
+        let message = match message.get("op").and_then(Json::as_str) {
+            Some("fragment") => match self.peers.get_mut(&number).map(|peer| peer.fragments.take(&message)) {
+                Some(Ok(Some(whole))) => whole,
+                Some(Err(fail)) => return Err(fail),
+                _ => return Ok(()),
+            },
+            _ => message,
+        };
+        let (id, ask) = protocol::read(&message)?;
+        let Some(peer) = self.peers.get_mut(&number) else { return Ok(()) };
+        match ask {
+            Ask::Advertise { topic, kind } => {
+                let plain = types::plain(&kind);
+                if let Some(known) = self.kind(&topic).filter(|known| *known != plain) {
+                    return Err(Fail::argument(format!("the topic {topic} has the type {known}, not {plain}")));
+                }
+                self.relay.topics.insert(topic.clone(), plain);
+                if let Some(peer) = self.peers.get_mut(&number) {
+                    peer.publishes.insert(topic);
+                }
+            }
+            Ask::Unadvertise { topic } => {
+                peer.publishes.remove(&topic);
+                self.relay.forget(&self.peers);
+            }
+            Ask::Publish { topic, msg } => return self.published(turn, &topic, &msg),
+            Ask::Subscribe { topic, kind, wish } => {
+                let ros = Ros::of(&kind).unwrap_or(self.ros);
+                let plain = types::plain(&kind);
+                peer.subscribe(topic.clone(), wish, ros);
+                if let Some(known) = self.kind(&topic).filter(|known| !kind.is_empty() && *known != plain) {
+                    return Err(Fail::argument(format!("the topic {topic} has the type {known}, not {plain}")));
+                }
+                // What is known already is told at once, to whoever has just come as well.
+                self.told.remove(&topic);
+            }
+            Ask::Unsubscribe { topic, id } => peer.unsubscribe(&topic, id.as_deref()),
+            Ask::Level(level) => peer.told = level != "none",
+            Ask::Call { service, args } => self.call(turn, p, number, id, &service, &args)?,
+            Ask::Serve { service, .. } if is_own(&service) => {
+                return Err(Fail::unsupported(format!("{service} is offered here already")));
+            }
+            Ask::Serve { service, kind } => drop(self.relay.services.insert(service, (number, kind))),
+            Ask::Unserve { service } => self.relay.services.retain(|s, (peer, _)| *s != service || *peer != number),
+            Ask::Answer { id, values, good } => self.relay.answered(&self.peers, number, &id, &values, good),
+            Ask::OfferAction { action, kind } => self.relay.offer_action(action, Some(kind), number),
+            Ask::WithdrawAction { action } => self.relay.offer_action(action, None, number),
+            Ask::Goal { action, whole } => {
+                if !self.relay.goal(&self.peers, number, id, &action, whole) {
+                    return Err(Fail::missing(format!("nobody offers the action {action}")));
+                }
+            }
+            Ask::Cancel { id, whole } => self.relay.cancel(&self.peers, number, &id, whole),
+            Ask::Progress { id, whole, last } => self.relay.progress(&self.peers, number, &id, whole, last),
+        }
+        Ok(())
+    }
+
+    /// The type of a topic, if it is known.
+    fn kind(&self, topic: &str) -> Option<String> {
+        let own = self.topics.get(topic).map(|t| t.kind.to_owned());
+        own.or_else(|| self.relay.of_scripts.get(topic).or_else(|| self.relay.topics.get(topic)).cloned())
+    }
+
+    /// A client published something: a robot's velocity, or what others listen to.
+    fn published(&mut self, turn: &Turn<'_>, topic: &str, msg: &Json) -> Result {
+        let plain = self.kind(topic).unwrap_or_default();
+        let value = convert::value(msg, &plain, Ros::One)?;
+        if let Some(Topic { what: What::Command(robot), .. }) = self.topics.get(topic) {
+            let number =
+                |of: &str, key: &str| msg.get(of).and_then(|v| v.get(key)).and_then(Json::as_f64).unwrap_or(0.0);
+            return self.drive(turn, *robot, [number("linear", "x"), number("linear", "y"), number("angular", "z")]);
+        }
+        if let Some(known) = self.topics.get(topic) {
+            return Err(Fail::unsupported(format!(
+                "{topic} ({}) is what the scene tells: nobody else publishes it",
+                known.kind
+            )));
+        }
+        self.spread(topic, &|ros| convert::node(&value, &plain, ros));
+        if self.heard.contains(topic) {
+            turn.call(scripts::RECEIVE, &[Value::text(topic), Value::text(msg.to_string())], 0)?;
+        }
+        Ok(())
+    }
+
+    /// A script begins or ends something.
+    pub(crate) fn of_scripts(&mut self, role: &str, name: String, kind: String, open: bool) {
+        match (role, open) {
+            ("subscriber", false) => drop(self.heard.remove(&name)),
+            ("subscriber" | "publisher", true) => {
+                if role == "subscriber" {
+                    self.heard.insert(name.clone());
+                }
+                self.relay.of_scripts.insert(name, kind);
+            }
+            ("server", true) => drop(self.relay.services.insert(name, (SCRIPTS, kind))),
+            ("server", false) => self.relay.services.retain(|s, (server, _)| *s != name || *server != SCRIPTS),
+            _ => {}
+        }
+    }
+
+    /// Passes calls of scripts on to clients, and what came back to scripts.
+    pub(crate) fn asked_by_scripts(&mut self, turn: &Turn<'_>) -> Result {
+        for (number, service, args) in std::mem::take(&mut self.requests) {
+            if !self.relay.call(&self.peers, SCRIPTS, Some(number.to_string()), &service, &args) {
+                let text = format!("there is no service {service}");
+                self.relay.answers.push((number.to_string(), Json::String(text), false));
+            }
+        }
+        for (number, values, good) in std::mem::take(&mut self.relay.answers) {
+            let number = Value::Int(number.parse().unwrap_or(0));
+            turn.call(scripts::ANSWER, &[number, Value::text(values.to_string()), Value::Bool(good)], 0)?;
+        }
+        Ok(())
+    }
+    /// Sets the velocity of a robot, by the command that stands in the log of inputs.
+    pub(crate) fn drive(&mut self, turn: &Turn<'_>, robot: usize, twist: [f64; 3]) -> Result {
+        let Some(robot) = self.scene.robots.get_mut(robot) else { return Ok(()) };
+        let stands = twist == [0.0; 3];
+        robot.until = (!stands && self.patience > 0.0).then_some(self.time.max(0.0) + self.patience);
+        let handle = Value::Int((robot.base & 0xF_FFFF) as i64);
+        let [x, y, z] = twist.map(Value::Float);
+        turn.call("tatu.drive", &[handle, x, y, z], 0).map(drop)
+    }
+
+    fn call(
+        &mut self,
+        turn: &Turn<'_>,
+        p: &Props,
+        asker: u64,
+        id: Option<String>,
+        service: &str,
+        args: &Json,
+    ) -> Result {
+        if self.relay.call(&self.peers, asker, id.clone(), service, args) {
+            return Ok(());
+        }
+        let done = match self.relay.services.get(service) {
+            Some((SCRIPTS, _)) => script(turn, service, args),
+            _ => self.own(turn, p, service, args),
+        };
+        let (values, good) = match done {
+            Ok(values) => (values, true),
+            Err(fail) => (json!(fail.text()), false),
+        };
+        if let Some(peer) = self.peers.get(&asker) {
+            peer.send(&relay::answer(id.as_deref(), service, &values, good));
+        }
+        Ok(())
+    }
+
+    /// The services that are there by themselves.
+    fn own(&mut self, turn: &Turn<'_>, p: &Props, service: &str, args: &Json) -> Result<Json> {
+        if let Some((_, request)) = CONTROL.iter().find(|(name, _)| *name == service) {
+            turn.request(*request)?;
+            return Ok(json!({ "success": true, "message": "" }));
+        }
+        let mut kinds: BTreeMap<String, String> =
+            self.topics.iter().map(|(name, t)| (name.clone(), t.kind.to_owned())).collect();
+        let listens = |t: &Topic| matches!(t.what, What::Command(_));
+        let names =
+            |taken: bool| self.topics.iter().filter(|(_, t)| listens(t) == taken).map(|(n, _)| n.clone()).collect();
+        let (publishes, listened): (Vec<String>, Vec<String>) = (names(false), names(true));
+        kinds.extend(self.relay.topics.clone());
+        kinds.extend(self.relay.of_scripts.clone());
+        let mut services: BTreeMap<String, String> =
+            rosapi::SERVICES.iter().map(|(s, k)| ((*s).to_owned(), (*k).to_owned())).collect();
+        services.extend(CONTROL.iter().map(|(s, _)| ((*s).to_owned(), "std_srvs/Trigger".to_owned())));
+        services.extend(self.relay.services.iter().map(|(s, (_, kind))| (s.clone(), kind.clone())));
+        let graph = rosapi::Graph {
+            topics: &kinds,
+            publishes: &publishes,
+            listens: &listened,
+            services: &services,
+            time: turn.f64(0, p.time)?,
+            ros: self.ros,
+        };
+        rosapi::call(&graph, &mut self.params, service, args)
+            .unwrap_or_else(|| Err(Fail::missing(format!("there is no service {service}"))))
+    }
+}
+
+/// Whether a service is there by itself.
+fn is_own(service: &str) -> bool {
+    rosapi::SERVICES.iter().any(|(s, _)| *s == service) || CONTROL.iter().any(|(s, _)| *s == service)
+}
+
+/// Calls a service that a script offers.
+fn script(turn: &Turn<'_>, service: &str, args: &Json) -> Result<Json> {
+    let done = turn.call(scripts::SERVE, &[Value::text(service), Value::text(args.to_string())], 0)?;
+    let safe::Called::Done(values) = done else { return Err(Fail::unsupported("its script waits")) };
+    let Some(Value::Text(text)) = values.first() else { return Ok(Json::Null) };
+    serde_json::from_slice(text).map_err(|e| Fail::new(e.to_string()))
+}
