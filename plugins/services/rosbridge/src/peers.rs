@@ -82,6 +82,10 @@ impl Peer {
             }
         }
     }
+    /// The topics of which a message is due now.
+    pub fn wants(&self, now: Instant) -> impl Iterator<Item = String> {
+        self.listens.keys().filter(move |topic| !self.due(topic, now).is_empty()).cloned()
+    }
     /// The subscriptions for which a message is due now: which, whose names they have, and whether they want CBOR.
     pub fn due(&self, topic: &str, now: Instant) -> Vec<(usize, Ros, bool)> {
         let Some(all) = self.listens.get(topic).filter(|_| self.client.out.bytes() <= MOST_LATE) else {

@@ -228,13 +228,11 @@ impl State {
             let _ = self.drive(turn, robot, [0.0; 3]);
         }
         let now = Instant::now();
-        let topics: Vec<(String, Topic)> = self.topics.iter().map(|(n, t)| (n.clone(), t.clone())).collect();
-        for (name, topic) in topics {
-            if self.peers.values().all(|peer| peer.due(&name, now).is_empty()) {
-                continue;
-            }
+        let wanted: BTreeSet<String> = self.peers.values().flat_map(|peer| peer.wants(now)).collect();
+        let dt = turn.f64(0, p.dt)?;
+        for name in wanted {
+            let Some(topic) = self.topics.get(&name).cloned() else { continue };
             let value = {
-                let dt = turn.f64(0, p.dt)?;
                 let source = Source { turn, p, scene: &self.scene, time, dt };
                 let sequence = source.sequence(topic.what);
                 // What has not measured yet, or nothing new, tells nothing.
