@@ -5,6 +5,7 @@
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 
+use nalgebra::{Matrix3, Vector3};
 use tatu_plugin_api::{
     abi::tatu_object,
     safe::{Fail, Prop, Result, ValueRef, World},
@@ -221,31 +222,15 @@ fn rows(track: f64, wheelbase: f64, angles: &[f64]) -> Vec<[f64; 3]> {
     angles.iter().map(|a| [-libm::sin(*a), libm::cos(*a), track / 2.0]).collect()
 }
 
-/// The motion that fits the turns of all wheels best.
+/// The motion that fits the turns of all wheels best: the normal equations, positive definite where wheels stand apart.
 fn least_squares(rows: &[[f64; 3]], turns: &[f64], radius: f64) -> [f64; 3] {
-    let mut m = [[0.0; 4]; 3];
+    let (mut squares, mut way) = (Matrix3::zeros(), Vector3::zeros());
     for (row, turn) in rows.iter().zip(turns) {
-        for i in 0..3 {
-            for j in 0..3 {
-                m[i][j] += row[i] * row[j];
-            }
-            m[i][3] += row[i] * turn * radius;
-        }
+        let row = Vector3::from(*row);
+        squares += row * row.transpose();
+        way += row * (turn * radius);
     }
-    // Three equations, positive definite where the wheels stand apart: no pivot is needed.
-    for i in 0..3 {
-        if m[i][i].abs() < 1e-12 {
-            return [0.0; 3];
-        }
-        for j in 0..3 {
-            if i != j {
-                let factor = m[j][i] / m[i][i];
-                let own = m[i];
-                m[j].iter_mut().zip(own).for_each(|(x, y)| *x -= factor * y);
-            }
-        }
-    }
-    [0, 1, 2].map(|i| m[i][3] / m[i][i])
+    squares.cholesky().map_or([0.0; 3], |c| c.solve(&way).into())
 }
 
 #[cfg(test)]

@@ -77,9 +77,11 @@ impl State {
             Ask::Subscribe { topic, kind, wish } => {
                 let ros = Ros::of(&kind).unwrap_or(self.ros);
                 let plain = types::plain(&kind);
-                peer.subscribe(topic.clone(), wish, ros);
                 if let Some(known) = self.kind(&topic).filter(|known| !kind.is_empty() && *known != plain) {
                     return Err(Fail::argument(format!("the topic {topic} has the type {known}, not {plain}")));
+                }
+                if let Some(peer) = self.peers.get_mut(&number) {
+                    peer.subscribe(topic.clone(), wish, ros);
                 }
                 // What is known already is told at once, to whoever has just come as well.
                 self.told.remove(&topic);
@@ -164,11 +166,12 @@ impl State {
         }
         Ok(())
     }
+
     /// Sets the velocity of a robot, by the command that stands in the log of inputs.
     pub(crate) fn drive(&mut self, turn: &Turn<'_>, robot: usize, twist: [f64; 3]) -> Result {
         let Some(robot) = self.scene.robots.get_mut(robot) else { return Ok(()) };
         let stands = twist == [0.0; 3];
-        robot.until = (!stands && self.patience > 0.0).then_some(self.time.max(0.0) + self.patience);
+        robot.until = (!stands && self.patience > 0.0).then_some(self.time.unwrap_or(0.0) + self.patience);
         let handle = Value::Int((robot.base & 0xF_FFFF) as i64);
         let [x, y, z] = twist.map(Value::Float);
         turn.call("tatu.drive", &[handle, x, y, z], 0).map(drop)

@@ -5,13 +5,14 @@
 //! - `topics`: which topics there are by themselves; `messages`: what they tell;
 //! - `protocol`: what clients ask; `peers`: what each has asked for; `relay`: what clients offer each other;
 //! - `acts`: what is done for clients; `rosapi`: what there is; `service`: the barrier;
-//! - `scripts`: `simROS` and `simROS2`, by which scripts take part; `more`: their times, images and parameters; `node`: what they have open.
+//! - `scripts`: `simROS` and `simROS2`, by which scripts take part; `times`, `images`, `params`: more of them; `node`: what they have open.
 
 mod acts;
 mod convert;
+mod images;
 mod messages;
-mod more;
 mod node;
+mod params;
 mod peers;
 mod poses;
 mod protocol;
@@ -20,6 +21,7 @@ mod robots;
 mod rosapi;
 mod scripts;
 mod service;
+mod times;
 mod topics;
 mod types;
 

@@ -7,7 +7,7 @@ use tatu_plugin_api::{
 
 use crate::{
     Props,
-    poses::{AHEAD, OPTICAL, Pose, inverse, pose, then, transform, vector},
+    poses::{AHEAD, HERE, OPTICAL, Pose, pose, seen_from, then, transform, vector},
     robots::{Robot, Scene, Sensor},
     topics::What,
 };
@@ -109,7 +109,7 @@ impl Source<'_> {
             let real = self.turn.pose(robot.base, 0)?;
             match self.driven(robot) {
                 Some(driven) => {
-                    out.push(self.frame("map", &odom, &then(&real, &inverse(&driven))));
+                    out.push(self.frame("map", &odom, &then(&real, &seen_from(&driven, &HERE))));
                     out.push(self.frame(&odom, &base, &driven));
                 }
                 None => out.push(self.frame("map", &base, &real)),
@@ -127,7 +127,7 @@ impl Source<'_> {
     }
 
     fn odometry(&self, robot: &Robot) -> Result<Value> {
-        let at = self.driven(robot).unwrap_or(crate::poses::planar(0.0, 0.0, 0.0));
+        let at = self.driven(robot).unwrap_or(HERE);
         let [vx, vy, wz] = robot.odometry.velocity;
         // Of the base's origin, which swings about the axle.
         let vy = vy - wz * robot.train.as_ref().map_or(0.0, |t| t.axle);

@@ -59,6 +59,7 @@ impl Odometry {
         }
         self.before = Some((time, now));
     }
+
     /// Where the base is, from where it was at the start.
     pub fn base(&self, axle: f64) -> Pose {
         let [x, y, heading] = self.place;

@@ -4,7 +4,7 @@ use serde_json::Value as Json;
 use tatu_plugin_api::safe::{Command, Event, Fail, IntoResult, Offer, Outcome, Param, Result, Value};
 
 use crate::{
-    Ctx, Ros as Plugin, convert, more,
+    Ctx, Ros as Plugin, convert,
     node::{Callback, ENDPOINT, Endpoint, MESSAGE, REQUEST, Role},
     types::Ros,
 };
@@ -124,9 +124,9 @@ pub(crate) fn words(ros: Ros, one: &str, two: &str) -> String {
 pub(crate) fn offer(offer: &mut Offer<Plugin>) {
     topics(offer);
     services(offer);
-    more::images(offer);
-    more::params(offer);
-    more::times(offer);
+    crate::images::images(offer);
+    crate::params::params(offer);
+    crate::times::times(offer);
     offer.subject("ros2");
     between(offer);
     offer.subject("rosbridge");

@@ -49,7 +49,7 @@ pub(crate) struct State {
     /// Calls of scripts for services of clients: number, service, arguments.
     pub(crate) requests: Vec<(u64, String, Json)>,
     /// The time for which the scene was told.
-    pub(crate) time: f64,
+    pub(crate) time: Option<f64>,
     /// How long a robot goes on after a command, s.
     pub(crate) patience: f64,
     pub(crate) ros: Ros,
@@ -103,7 +103,7 @@ impl Service for Rosbridge {
             told: BTreeMap::new(),
             heard: BTreeSet::new(),
             requests: Vec::new(),
-            time: -1.0,
+            time: None,
             patience: params.f64("timeout")?,
             ros: if params.i64("ros")? == 2 { Ros::Two } else { Ros::One },
             listener,
@@ -116,16 +116,10 @@ impl Service for Rosbridge {
         if turn.worlds().0 == 0 {
             let state = &mut *self.state()?;
             state.come();
-            if !state.peers.is_empty()
-                || state.scene.robots.iter().any(|r| r.train.is_some())
-                || state.time < 0.0
-                || !state.requests.is_empty()
-            {
-                state.look(turn, &self.p)?;
-                state.hear(turn, &self.p);
-                state.asked_by_scripts(turn)?;
-                state.tell(turn, &self.p)?;
-            }
+            state.look(turn, &self.p)?;
+            state.hear(turn, &self.p);
+            state.asked_by_scripts(turn)?;
+            state.tell(turn, &self.p)?;
         }
         Ok(safe::Answer::Go)
     }
@@ -153,8 +147,9 @@ impl Service for Rosbridge {
                 // What wheels have driven is counted from the start.
                 state.scene = Scene::default();
                 state.told.clear();
-                state.time = -1.0;
+                state.time = None;
                 if name == "stopped" {
+                    state.heard.clear();
                     state.relay.scripts_gone();
                 }
             }
@@ -184,7 +179,7 @@ impl State {
     /// What the scene holds now.
     fn look(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         let ids = turn.list(0, 0, 0)?;
-        if self.time < 0.0 || ids != self.scene.ids {
+        if ids != self.scene.ids {
             self.scene = Scene::read(turn, p, ids, std::mem::take(&mut self.scene))?;
             self.topics = topics::of(turn, p, &self.scene);
         }
@@ -212,10 +207,10 @@ impl State {
     /// What the scene tells after a step: wheels are counted, robots that hear nothing more stop, topics are published.
     fn tell(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         let time = turn.f64(0, p.time)?;
-        if turn.state() != TATU_RUNNING || time == self.time {
+        if turn.state() != TATU_RUNNING || self.time == Some(time) {
             return Ok(());
         }
-        self.time = time;
+        self.time = Some(time);
         for robot in &mut self.scene.robots {
             if let Some(train) = &robot.train {
                 robot.odometry.take(train, time, train.read(turn, &p.wheels)?);

@@ -1,0 +1,77 @@
+//! Images of scripts.
+
+use tatu_plugin_api::safe::{Fail, Offer, Param, Value};
+
+use crate::{
+    Ctx, Ros as Plugin,
+    node::{Callback, Endpoint, Role},
+    scripts::{add, handle, split, time, words},
+    types::Ros,
+};
+
+pub(crate) fn images(offer: &mut Offer<Plugin>) {
+    let image = |c: &mut Ctx<'_>, ros| {
+        let endpoint = Endpoint::new(Role::Publisher, &c.text(0)?, "sensor_msgs/Image", ros, Callback::default())?;
+        let made = c.instance().open(&c.world(), c.caller_script(), endpoint)?;
+        c.ret(made);
+        Ok(())
+    };
+    let opened =
+        |ros| words(ros, "simROS.imageTransportAdvertise('/eye')", "simROS2.imageTransportCreatePublisher('/eye')");
+    add(offer, ["imageTransportAdvertise", "imageTransportCreatePublisher"], image, |cmd, ros| {
+        cmd.param(Param::string("topic"))
+            .param(Param::any("queue").optional())
+            .returns(handle())
+            .text("Will publish images.")
+            .example(format!("local eye = {}", opened(ros)))
+    });
+    add(
+        offer,
+        ["imageTransportPublish", "imageTransportPublish"],
+        |c, ros| {
+            let endpoint = c.instance().of(c.i64(0)?, Role::Publisher)?;
+            let (data, width, height) = (c.bytes(1)?, c.i64(2)?, c.i64(3)?);
+            let row = usize::try_from(width).unwrap_or(0) * 3;
+            if row == 0 || height < 0 || data.len() != row * height as usize {
+                return Err(Fail::argument(format!(
+                    "{width} x {height} pixels of three bytes are not {} bytes",
+                    data.len()
+                )));
+            }
+            // The simulator's lowest row comes first, that of ROS last.
+            let flipped: Vec<u8> = data.chunks(row).rev().flatten().copied().collect();
+            let stamp = match ros {
+                Ros::One => Value::Float(time(c, "scene.time")?),
+                Ros::Two => split(time(c, "scene.time")?),
+            };
+            let frame = if c.has(4) { c.text(4)? } else { String::new() };
+            let pair = |key: &str, value: Value| (Value::text(key), value);
+            let message = Value::Map(vec![
+                pair("header", Value::Map(vec![pair("stamp", stamp), pair("frame_id", Value::text(frame))])),
+                pair("width", Value::Int(width)),
+                pair("height", Value::Int(height)),
+                pair("encoding", Value::text("rgb8")),
+                pair("step", Value::Int(row as i64)),
+                pair("data", Value::Bytes(flipped)),
+            ]);
+            c.instance().publish(c, &endpoint, &message)
+        },
+        |cmd, ros| {
+            let module = words(ros, "simROS", "simROS2");
+            cmd.param(handle())
+                .param(Param::string("data").text("red, green, blue of each pixel, the lowest row first"))
+                .param(Param::int("width"))
+                .param(Param::int("height"))
+                .param(Param::string("frame").optional())
+                .text("Publishes an image; its uppermost row comes first in the message.")
+                .example(format!("{module}.imageTransportPublish({}, string.rep('\\0', 12), 2, 2)", opened(ros)))
+        },
+    );
+    let close = |c: &mut Ctx<'_>, _| c.instance().close(c, c.i64(0)?, Role::Publisher);
+    add(offer, ["imageTransportShutdownPublisher"; 2], close, |cmd, ros| {
+        let module = words(ros, "simROS", "simROS2");
+        cmd.param(handle())
+            .text("Gives a publisher of images up.")
+            .example(format!("{module}.imageTransportShutdownPublisher({})", opened(ros)))
+    });
+}

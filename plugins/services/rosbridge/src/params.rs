@@ -1,0 +1,89 @@
+//! Parameters that scripts of a world share.
+
+use tatu_plugin_api::safe::{Offer, Param, Value};
+
+use crate::{
+    Ros as Plugin,
+    scripts::{add, words},
+};
+
+pub(crate) fn params(offer: &mut Offer<Plugin>) {
+    for kind in ["String", "Int", "Double", "Bool"] {
+        add(
+            offer,
+            [&format!("getParam{kind}"); 2],
+            |c, _| {
+                let name = c.text(0)?;
+                let found = c.instance().all()?.params.get(&name).cloned();
+                c.ret(found.is_some());
+                match found {
+                    Some(value) => c.ret::<Value>(tatu_services_common::json::read(&value)?),
+                    None => c.ret::<Value>(c.arg(1).to_value()?),
+                }
+                Ok(())
+            },
+            |cmd, ros| {
+                let module = words(ros, "simROS", "simROS2");
+                cmd.param(Param::string("name"))
+                    .param(Param::any("default").optional())
+                    .returns(Param::bool("exists"))
+                    .returns(Param::any("value"))
+                    .text("Gives a parameter that a script of this world set.")
+                    .example(format!(
+                        "local exists, value = {module}.getParam{kind}('nowhere', 7)\nassert(not exists and value == 7)"
+                    ))
+            },
+        );
+        add(
+            offer,
+            [&format!("setParam{kind}"); 2],
+            |c, _| {
+                let value = tatu_services_common::json::write(&c.arg(1).to_value()?);
+                let name = c.text(0)?;
+                c.instance().all()?.params.insert(name, value);
+                Ok(())
+            },
+            |cmd, ros| {
+                let module = words(ros, "simROS", "simROS2");
+                cmd.param(Param::string("name"))
+                    .param(Param::any("value"))
+                    .text("Sets a parameter, for scripts of this world.")
+                    .example(format!(
+                        "{module}.setParam{kind}('gain', 2)\nassert(select(2, {module}.getParam{kind}('gain')) == 2)"
+                    ))
+            },
+        );
+    }
+    add(
+        offer,
+        ["hasParam"; 2],
+        |c, _| {
+            let name = c.text(0)?;
+            let has = c.instance().all()?.params.contains_key(&name);
+            c.ret(has);
+            Ok(())
+        },
+        |cmd, ros| {
+            let module = words(ros, "simROS", "simROS2");
+            cmd.param(Param::string("name"))
+                .returns(Param::bool("exists"))
+                .text("Tells whether a script set a parameter.")
+                .example(format!("assert(not {module}.hasParam('nowhere'))"))
+        },
+    );
+    add(
+        offer,
+        ["deleteParam"; 2],
+        |c, _| {
+            let name = c.text(0)?;
+            c.instance().all()?.params.remove(&name);
+            Ok(())
+        },
+        |cmd, ros| {
+            let module = words(ros, "simROS", "simROS2");
+            cmd.param(Param::string("name"))
+                .text("Removes a parameter.")
+                .example(format!("{module}.deleteParam('nowhere')"))
+        },
+    );
+}

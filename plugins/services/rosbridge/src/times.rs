@@ -1,0 +1,104 @@
+//! Times, and messages to fill in, for scripts.
+
+use serde_json::Value as Json;
+use tatu_plugin_api::safe::{Fail, Offer, Param, Value};
+
+use crate::{
+    Ros as Plugin, convert,
+    scripts::{Cmd, handle, split, time},
+    types::{self, Ros},
+};
+
+pub(crate) fn times(offer: &mut Offer<Plugin>) {
+    offer.command(
+        Cmd::new("simROS.getTime", |c| {
+            let now = time(c, "scene.time")?;
+            c.ret(now);
+            Ok(())
+        })
+        .param(Param::any("flag").optional())
+        .returns(Param::float("time").unit("s"))
+        .text("Gives simulation time.")
+        .subject("ros")
+        .example("assert(simROS.getTime() >= 0)"),
+    );
+    for (name, text) in [
+        ("simROS2.getTime", "Gives simulation time."),
+        ("simROS2.getSimulationTime", "Gives simulation time."),
+        (
+            "simROS2.getSystemTime",
+            "Gives the date of the start and what clocks show since: the same in each run that is not in real time.",
+        ),
+    ] {
+        offer.command(
+            Cmd::new(name, move |c| {
+                let now = match name {
+                    "simROS2.getSystemTime" => {
+                        let epoch = c.world().get(0, c.world().host().prop("scene.epoch"))?.as_i64().unwrap_or(0);
+                        epoch as f64 + time(c, "scene.clock")?
+                    }
+                    _ => time(c, "scene.time")?,
+                };
+                c.ret::<Value>(split(now));
+                Ok(())
+            })
+            .param(Param::any("clock").optional())
+            .returns(Param::map("time").text("sec, nanosec"))
+            .text(text)
+            .example(format!("assert({name}().sec >= 0)")),
+        );
+    }
+    offer.command(
+        Cmd::new("simROS2.timeFromFloat", |c| {
+            let value = split(c.f64(0)?);
+            c.ret::<Value>(value);
+            Ok(())
+        })
+        .param(Param::float("seconds").unit("s"))
+        .returns(Param::map("time").text("sec, nanosec"))
+        .text("Splits seconds.")
+        .example("assert(simROS2.timeFromFloat(1.25).nanosec == 250000000)"),
+    );
+    offer.command(
+        Cmd::new("simROS2.timeToFloat", |c| {
+            let part = |key: &str| c.arg(0).get(key).and_then(|v| v.as_f64()).unwrap_or(0.0);
+            c.ret(part("sec") + part("nanosec") * 1e-9);
+            Ok(())
+        })
+        .param(Param::map("time").text("sec, nanosec"))
+        .returns(Param::float("seconds").unit("s"))
+        .text("Puts a time together.")
+        .example("assert(simROS2.timeToFloat{sec = 1, nanosec = 250000000} == 1.25)"),
+    );
+    offer.command(
+        Cmd::new("simROS2.createInterface", |c| {
+            let plain = types::plain(&c.text(0)?);
+            if types::fields(&plain).is_none() {
+                return Err(Fail::missing(format!("the type `{plain}` is not known")));
+            }
+            c.ret::<Value>(convert::value(&Json::Null, &plain, Ros::Two)?);
+            Ok(())
+        })
+        .param(Param::string("type").text("geometry_msgs/msg/Twist"))
+        .returns(Param::map("message"))
+        .text("Makes a message with the default of each field.")
+        .example("assert(simROS2.createInterface('geometry_msgs/msg/Twist').linear.x == 0)"),
+    );
+    for (name, why) in [
+        ("simROS2.spinSome", "messages come by themselves between two steps"),
+        ("simROS2.importInterface", "the types that are there are known already"),
+    ] {
+        offer.command(Cmd::new(name, |_| Ok(())).param(Param::any("type").optional()).text("Does nothing.").stub(why));
+    }
+    offer.command(
+        Cmd::new("simROS2.waitForService", |c| {
+            c.ret(true);
+            Ok(())
+        })
+        .param(handle())
+        .param(Param::any("timeout").optional())
+        .returns(Param::bool("there"))
+        .text("Tells that a service is there.")
+        .stub("nothing is waited for: a call tells whether it is there"),
+    );
+}
