@@ -49,9 +49,10 @@ pub struct Changes {
     /// Set a property or model parameter: `/Robot/leftMotor.max_force_nm=2`, `scene.dt_s=0.01`.
     #[arg(long = "set", value_name = "PATH=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
-    /// Let scripts reach beyond the run: `exec` starts programs, `native` loads libraries. Such a run cannot be repeated.
-    /// `plugins`: load plugins from the folders that the scene names.
-    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["exec", "native", "plugins"])]
+    /// Let scripts reach beyond the run: `exec` starts programs, `native` loads libraries; such a run cannot be repeated.
+    /// `net=HOST:PORT` opens sockets; a `*` stands for any host or port. `plugins`: load plugins from the folders that the
+    /// scene names.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = permission)]
     pub allow: Vec<String>,
     /// Put a script in place of an object's own: `/Robot=my_controller.lua`. With `--stand-ins`: the script to run.
     #[arg(long = "script", value_name = "[OBJECT=]FILE")]
@@ -347,6 +348,17 @@ fn angle(text: &str) -> Result<f64, String> {
 fn seconds(text: &str) -> Result<f64, String> {
     let s: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
     if s.is_finite() && s >= 0.0 { Ok(s) } else { Err("expected a number of seconds, at least 0".into()) }
+}
+
+/// What `--allow` takes.
+fn permission(text: &str) -> Result<String, String> {
+    let (host, port) = text.strip_prefix("net=").and_then(|p| p.rsplit_once(':')).unwrap_or_default();
+    let net = !host.is_empty() && (port == "*" || port.parse::<u16>().is_ok());
+    match text {
+        "exec" | "native" | "plugins" => Ok(text.to_owned()),
+        _ if net => Ok(text.to_owned()),
+        _ => Err("expected `exec`, `native`, `plugins` or `net=HOST:PORT`, for instance `net=127.0.0.1:*`".into()),
+    }
 }
 
 impl Changes {

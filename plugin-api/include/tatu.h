@@ -1218,6 +1218,16 @@ typedef struct tatu_host_session {
    * `files.resolve` gave; empty: this scene again, as its file says. TATU_ERR_UNSUPPORTED: the program runs one scene, and
    * no other. A file that cannot be opened is told in a message, and this world goes on. */
   tatu_status(TATU_CALL *open)(tatu_world *, tatu_str file);
+  /* [step] For plugins that look outside in the middle of a step, at a socket or a clock: what they found is an input of the
+   * run. Ask here first: in a run that is repeated from its log this gives what was found at this place, of this kind, and
+   * nothing outside is touched. TATU_ERR_MISSING, without a sentence: this run repeats nothing; look, and tell it by
+   * `observe`. TATU_ERR_GONE: the log has no more. The text lives until the call that you are in returns. */
+  tatu_status(TATU_CALL *observed)(tatu_world *, tatu_str kind, tatu_str *text);
+  /* [step] Writes what was found into the input log. */
+  tatu_status(TATU_CALL *observe)(tatu_world *, tatu_str kind, tatu_str text);
+  /* [step] Not 0: the run is to end. Who waits for something outside asks every 50 ms, and then gives up;
+   * who asks is not ended as a call that never returns. */
+  uint32_t(TATU_CALL *interrupted)(tatu_world *);
 } tatu_host_session;
 
 #define TATU_HOST_STAGE "tatu.host.stage/draft.1"

@@ -75,6 +75,7 @@ mod scans;
 mod script_errors;
 mod seeds;
 mod service;
+mod sockets;
 mod sonar;
 mod standins;
 mod state;

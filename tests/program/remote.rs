@@ -7,7 +7,7 @@ use std::{
     path::PathBuf,
     process::{Child, Command, Output, Stdio},
     sync::Mutex,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use crate::kit::*;
@@ -46,6 +46,22 @@ impl Served {
         // What it says further on is read, so that it never waits for us.
         std::thread::spawn(move || std::io::copy(&mut err, &mut std::io::sink()));
         Served { process, port }
+    }
+    /// Interrupts it, as Ctrl-C does; whether it ends within 20 s.
+    pub fn interrupt(&mut self) -> bool {
+        succeed(Command::new("kill").args(["-INT", &self.process.id().to_string()]));
+        let begin = Instant::now();
+        while begin.elapsed() < Duration::from_secs(20) {
+            if self.process.try_wait().unwrap().is_some() {
+                return true;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        false
+    }
+    /// Whether it still runs.
+    pub fn is_there(&mut self) -> bool {
+        self.process.try_wait().unwrap().is_none()
     }
     /// A connection of bytes.
     pub fn connect(&self) -> TcpStream {

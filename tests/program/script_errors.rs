@@ -18,7 +18,7 @@ fn every_mistake_has_its_kind() {
         ("sim.fooBar(1)", "unknown_function", "`sim.fooBar`"),
         ("require('simIK')", "unsupported", "`simIK`"),
         ("require 'simOMPL'", "unsupported", "`simOMPL`"),
-        ("require 'socket.http'", "runtime", "socket"),
+        ("require 'socket.http'", "unsupported", "`socket.http`"),
         ("sim.getObjectPosition({}, -1)", "bad_argument", "sim.getObjectPosition"),
         ("local x = nothing + 1", "runtime", "arithmetic on a nil value"),
         ("error('own words')", "runtime", "own words"),

@@ -111,6 +111,11 @@ impl Watch {
     pub fn leave(&self, before: u64) {
         self.note(self.now.load(Relaxed), before);
     }
+    /// The call that runs waits for something outside, and asks whether the run is to end: it is not stuck.
+    pub fn waits(&self) {
+        let now = self.now.load(Relaxed);
+        self.note(now, now);
+    }
     #[inline]
     fn note(&self, last: u64, what: u64) {
         let count = (last >> COUNT).wrapping_add(1);

@@ -210,7 +210,7 @@ rows! {
     Gravity "scene.gravity" WORLD, TATU_F64S 3 Some("m/s^2"), Live FREE, "Gravity; default 0 0 -9.81.";
     Origin "scene.origin" WORLD, TATU_F64S 3 None, ReadOnly FREE, "Where on Earth the world's origin lies: latitude and longitude in rad (WGS 84), height above the ellipsoid in m; x points east, y north; default 0 0 0.";
     Seed "scene.seed" WORLD, TATU_I64 0 None, ReadOnly FREE, "The seed of all that is random; default 0.";
-    Allow "scene.allow" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "What scripts may reach outside of the run, with commas: `exec` other programs, `native` libraries.";
+    Allow "scene.allow" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "What scripts may reach outside of the run, with commas: `exec` other programs, `native` libraries, `net=HOST:PORT` sockets; a `*` stands for any host or port.";
     SceneFile "scene.file" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "The file of the scene.";
     WorldNotes "scene.data" WORLD, TATU_MAP 0 None, Live FREE, "Free data of the world: texts by tag, as `object.data`; default none.";
     Running "scene.running" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether the world is started.";

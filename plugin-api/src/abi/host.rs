@@ -205,6 +205,9 @@ pub struct tatu_host_session {
     pub input: Option<unsafe extern "C" fn(WorldPtr, u64, *mut tatu_str, *mut tatu_str) -> tatu_status>,
     pub put_in: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_str) -> tatu_status>,
     pub open: Option<unsafe extern "C" fn(WorldPtr, tatu_str) -> tatu_status>,
+    pub observed: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *mut tatu_str) -> tatu_status>,
+    pub observe: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_str) -> tatu_status>,
+    pub interrupted: Option<unsafe extern "C" fn(WorldPtr) -> u32>,
 }
 
 pub const TATU_STOPPED: u32 = 0;

@@ -1,6 +1,6 @@
 //! Streams, curves and drawings, as plugins see them; keys and sorts stand in the header.
 
-use super::{Result, Value, ValueRef, World, value::Room, world::service};
+use super::{Result, Value, ValueRef, World, fail::bytes_of, value::Room, world::service};
 use crate::abi::*;
 
 /// A map of keys for [`World::add_figure`] and [`World::change_figure`].
@@ -107,6 +107,30 @@ impl<'a> World<'a> {
         let raw = |t: &str| tatu_str { ptr: t.as_ptr().cast(), len: t.len() as u64 };
         // SAFETY: the world is that of the running call, and what is passed lives until it returns.
         self.check(unsafe { service!(self.session.put_in)(self.raw(), raw(kind), raw(what)) })
+    }
+    /// What a look outside gives, in the middle of a step: an input of the run. In a run that is repeated it is what the log has,
+    /// and `look` is not called. What is found is text.
+    pub fn observe(&self, kind: &str, look: impl FnOnce() -> String) -> Result<String> {
+        let raw = |t: &str| tatu_str { ptr: t.as_ptr().cast(), len: t.len() as u64 };
+        let mut out = raw("");
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns; the text is copied at once.
+        match unsafe { service!(self.session.observed)(self.raw(), raw(kind), &mut out) } {
+            TATU_ERR_MISSING => {}
+            status => {
+                self.check(status)?;
+                // SAFETY: the host's text lives until the running call returns.
+                return Ok(String::from_utf8_lossy(unsafe { bytes_of(out) }).into_owned());
+            }
+        }
+        let found = look();
+        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
+        self.check(unsafe { service!(self.session.observe)(self.raw(), raw(kind), raw(&found)) })?;
+        Ok(found)
+    }
+    /// Whether the run is to end: who waits for something outside asks every 50 ms.
+    pub fn is_interrupted(&self) -> bool {
+        // SAFETY: the world is that of the running call.
+        self.host().session.and_then(|s| s.interrupted).is_some_and(|f| unsafe { f(self.raw()) } != 0)
     }
     /// Asks the program to go on with another scene; empty: with this one again.
     pub fn open_scene(&self, file: &str) -> Result {

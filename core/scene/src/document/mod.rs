@@ -157,6 +157,8 @@ pub struct Document {
     pub services: Vec<ServiceSpec>,
     /// What builders told.
     pub reports: Vec<String>,
+    /// What the scene asks for beyond the run, as `--allow` takes it; only who runs it can grant it.
+    pub asks: Vec<String>,
     /// What an importer says that its file holds, if [`Options::describe`] asks for it; a map.
     pub description: Option<Value>,
     /// Free data of the world at its start, by tag.

@@ -52,6 +52,13 @@ pub enum Input {
     },
     /// Scripts had a pass while time stood.
     Pass,
+    /// A plugin looked outside in the middle of a step: at a socket, for instance.
+    Observed {
+        /// What looked.
+        kind: String,
+        /// What it found.
+        text: String,
+    },
 }
 
 /// One thing that came from outside.
@@ -128,21 +135,40 @@ impl InputLog {
 #[derive(Debug)]
 pub struct Replay {
     records: Arc<[Record]>,
+    /// The next record to be done again,
     next: usize,
+    /// and the next one of what plugins observed: they ask for it where they did then.
+    observed: usize,
 }
 
 impl Replay {
     /// From its first record.
     pub(crate) fn new(records: Arc<[Record]>) -> Self {
-        Replay { records, next: 0 }
+        Replay { records, next: 0, observed: 0 }
     }
     pub(crate) fn rewind(&mut self) {
-        self.next = 0;
+        (self.next, self.observed) = (0, 0);
     }
     pub(crate) fn next_at(&mut self, step: u64) -> Option<Record> {
-        let record = self.records.get(self.next).filter(|r| r.step <= step)?;
-        self.next += 1;
-        Some(record.clone())
+        loop {
+            let record = self.records.get(self.next).filter(|r| r.step <= step)?;
+            self.next += 1;
+            if !matches!(record.input, Input::Observed { .. }) {
+                return Some(record.clone());
+            }
+        }
+    }
+    /// What a plugin observed next, from a step on: of a kind.
+    pub(crate) fn next_observed(&mut self, step: u64, kind: &str) -> Option<String> {
+        let rest = self.records.get(self.observed..)?;
+        let found = rest
+            .iter()
+            .position(|r| r.step >= step && matches!(&r.input, Input::Observed { kind: k, .. } if k == kind))?;
+        self.observed += found + 1;
+        match &rest[found].input {
+            Input::Observed { text, .. } => Some(text.clone()),
+            _ => None,
+        }
     }
 }
 
@@ -196,6 +222,23 @@ pub(crate) fn put_in(world: &WorldCell, kind: &str, text: &str) {
     let (kind, text) = (kind.to_owned(), text.to_owned());
     let step = world.clock.step.get();
     world.outside.log.borrow_mut().push(step, String::new(), 0, Input::Event { kind, text });
+}
+
+/// A plugin looked outside.
+pub(crate) fn observe(world: &WorldCell, kind: &str, text: &str) {
+    let (kind, text) = (kind.to_owned(), text.to_owned());
+    let step = world.clock.step.get();
+    world.outside.log.borrow_mut().push(step, String::new(), 0, Input::Observed { kind, text });
+}
+
+/// What a plugin found in the run that is repeated; outer none: this run repeats nothing.
+pub(crate) fn observed(world: &WorldCell, kind: &str) -> Option<Option<String>> {
+    let step = world.clock.step.get();
+    let found = world.outside.replay.borrow_mut().as_mut().map(|r| r.next_observed(step, kind))?;
+    if let Some(text) = &found {
+        observe(world, kind, text);
+    }
+    Some(found)
 }
 
 /// What came in before a snapshot is there again.

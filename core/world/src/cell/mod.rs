@@ -39,7 +39,9 @@ pub(crate) use calls::{Caller, Calls, MAX_DEPTH};
 pub(crate) use clock::Clock;
 pub(crate) use events::payload;
 pub use input_log::{Input, InputLog, Record};
-pub(crate) use input_log::{REPLAY, REQUESTS, Replay, put_in, record_of, remote_call, remote_request, restore_inputs};
+pub(crate) use input_log::{
+    REPLAY, REQUESTS, Replay, observe, observed, put_in, record_of, remote_call, remote_request, restore_inputs,
+};
 pub(crate) use outside::Outside;
 pub use phase::Phase;
 pub(crate) use pool::of as pool_of;

@@ -36,6 +36,8 @@ impl World {
         self.take_lines();
         let hash = self.hash().total;
         if hash == snapshot.head.hash {
+            // From here on the run is its own.
+            cell.outside.replay.take();
             return Ok(());
         }
         let text = format!(

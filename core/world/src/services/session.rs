@@ -20,6 +20,9 @@ pub static TABLE: tatu_host_session = tatu_host_session {
     input: Some(input),
     put_in: Some(put_in),
     open: Some(open),
+    observed: Some(observed),
+    observe: Some(observe),
+    interrupted: Some(interrupted),
 };
 
 pub static STAGE: tatu_host_stage =
@@ -108,6 +111,49 @@ unsafe extern "C" fn input(w: *mut tatu_world, index: u64, kind: *mut tatu_str, 
         }
         TATU_OK
     }
+}
+
+unsafe extern "C" fn observed(w: *mut tatu_world, kind: tatu_str, out: *mut tatu_str) -> tatu_status {
+    // SAFETY: by the contract, what a plugin passes is valid during the call, and `out` is writable.
+    unsafe {
+        let Some(world) = WorldCell::of(w) else { return TATU_ERR_ARGUMENT };
+        let found = match crate::cell::observed(world, &text(kind)) {
+            None => return TATU_ERR_MISSING,
+            Some(None) => {
+                let told = "the run that is repeated looked outside less often: this run goes another way";
+                return world.calls.refuse(TATU_ERR_GONE, told);
+            }
+            Some(Some(found)) => found,
+        };
+        let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return busy(world) };
+        let room = arena.alloc(found.len());
+        if room.is_null() {
+            return TATU_ERR_SPACE;
+        }
+        std::ptr::copy_nonoverlapping(found.as_ptr(), room, found.len());
+        *out = tatu_str { ptr: room.cast(), len: found.len() as u64 };
+        TATU_OK
+    }
+}
+
+unsafe extern "C" fn observe(w: *mut tatu_world, kind: tatu_str, found: tatu_str) -> tatu_status {
+    // SAFETY: by the contract: both texts are valid during the call.
+    unsafe {
+        on(w, |world| {
+            crate::cell::observe(world, &text(kind), &text(found));
+            Ok(())
+        })
+    }
+}
+
+unsafe extern "C" fn interrupted(w: *mut tatu_world) -> u32 {
+    // SAFETY: by the contract: a world, in its thread.
+    let world = unsafe { WorldCell::of(w) };
+    let session = world.and_then(|w| w.outside.session());
+    if let Some(world) = world {
+        world.watch.waits();
+    }
+    u32::from(session.is_some_and(|s| s.interrupted()) || world.is_some_and(|w| w.stop_requested()))
 }
 
 unsafe extern "C" fn put_in(w: *mut tatu_world, kind: tatu_str, what: tatu_str) -> tatu_status {

@@ -248,6 +248,10 @@ fn record_json(r: &Record) -> Json {
             line["request"] = json!(REQUESTS.iter().find(|(_, n)| n == what).map_or("", |(name, _)| *name));
         }
         Input::Pass => line["pass"] = json!(true),
+        Input::Observed { kind, text } => {
+            line["observed"] = json!(kind);
+            line["text"] = json!(text);
+        }
     }
     line
 }
@@ -367,6 +371,10 @@ fn record(json: &Json) -> Option<Record> {
         },
         (None, Some(name), None) => Input::Request(REQUESTS.iter().find(|(n, _)| Some(*n) == name.as_str())?.1),
         (None, None, None) if json.get("pass").is_some() => Input::Pass,
+        (None, None, None) => Input::Observed {
+            kind: json.get("observed")?.as_str()?.to_owned(),
+            text: json.get("text")?.as_str()?.to_owned(),
+        },
         _ => return None,
     };
     Some(Record {

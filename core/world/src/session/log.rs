@@ -76,6 +76,8 @@ fn feed_one(world: &WorldCell, record: Record) {
         }
         Input::Event { kind, text } => put_in(world, &kind, &text),
         Input::Pass => stand(world),
+        // Whoever observed it asks for it in its turn.
+        Input::Observed { .. } => {}
         Input::Call { name, args, waits } => match world.registry.command(&name) {
             None => {
                 let mut fault =

@@ -46,7 +46,7 @@ pub struct Options {
     pub scripts: Vec<ScriptOverride>,
     /// `--service`
     pub services: Vec<ServiceOverride>,
-    /// `--allow`: what scripts may reach outside of the run: "exec" other programs, "native" libraries.
+    /// `--allow`: what scripts may reach outside of the run: "exec" other programs, "native" libraries, "net=HOST:PORT" sockets.
     pub allow: Vec<String>,
     /// Whether importers are asked to tell what their files hold: [`Document::description`].
     pub describe: bool,
@@ -75,6 +75,12 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
             document.settings.seed = seed;
         }
         document.settings.allow.clone_from(&options.allow);
+        let lacks: Vec<&String> = document.asks.iter().filter(|a| !options.allow.contains(a)).collect();
+        let lacks: Vec<String> = lacks.into_iter().map(|a| format!("`--allow {a}`")).collect();
+        if !lacks.is_empty() {
+            let text = format!("its scripts reach beyond the run, which you may allow: {}", lacks.join(" "));
+            document.reports.push(text);
+        }
         let all: Vec<Override> = set.into_iter().chain(options.set.iter().cloned()).collect();
         match overrides::apply(&mut document, registry, &all, &model_params)? {
             Some(more) => model_params.push(more),
@@ -179,7 +185,8 @@ impl<'a> Reader<'a> {
             Error::new("E100", format!("not a TOML file: {}", e.message())).at(Some(self.text.place(e.span())))
         })?;
         let root = doc.as_table();
-        const KNOWN: &[&str] = &["format", "scene", "providers", "service", "model", "import", "object", "set"];
+        const KNOWN: &[&str] =
+            &["format", "scene", "providers", "permissions", "service", "model", "import", "object", "set"];
         for (key, _) in root.iter() {
             if !KNOWN.contains(&key) {
                 return Err(Error::new("E101", format!("unknown key `{key}`"))
@@ -216,6 +223,9 @@ impl<'a> Reader<'a> {
                 self.check_provider(key, &value).map_err(|e| e.at(Some(self.text.value(providers, key))))?;
                 b.document.settings.providers.insert(key.to_owned(), value);
             }
+        }
+        if let Some(permissions) = self.table(root, "permissions")? {
+            self.permissions(permissions, b.document)?;
         }
         for (what, table) in self.in_order(root)? {
             b.place = Some(self.text.place(table_span(table)));

@@ -1,4 +1,4 @@
-//! `[scene]` and `[providers]`.
+//! `[scene]`, `[permissions]` and `[providers]`.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use tatu_plugins::Declared;
 use toml_edit::TableLike;
 
 use super::{
-    super::{Settings, keys, settings},
+    super::{Document, Settings, keys, settings},
     Reader,
 };
 
@@ -49,6 +49,37 @@ impl Reader<'_> {
 
     pub(super) fn scene(&self, table: &dyn TableLike, settings: &mut Settings, top: bool) -> Result {
         self.settings(table, "", settings, top)
+    }
+
+    /// `[permissions]`: what the scene asks for; only who runs it can grant it.
+    pub(super) fn permissions(&self, table: &dyn TableLike, document: &mut Document) -> Result {
+        const KNOWN: &[&str] = &["exec", "native", "net"];
+        for (key, item) in table.iter() {
+            let wrong = |expected: &str| {
+                let error = Error::new("E102", format!("the permission `{key}` is something else"));
+                Err(error.expected(expected).at(Some(self.text.value(table, key))))
+            };
+            match (key, item.as_bool(), item.as_array()) {
+                ("exec" | "native", Some(asked), _) => document.asks.extend(asked.then(|| key.to_owned())),
+                ("exec" | "native", ..) => return wrong("true or false"),
+                ("net", _, Some(all)) => {
+                    for one in all {
+                        let Some(place) = one.as_str().filter(|s| s.contains(':') && !s.contains(',')) else {
+                            return wrong("a list of \"HOST:PORT\"; a `*` stands for any");
+                        };
+                        document.asks.push(format!("net={place}"));
+                    }
+                }
+                ("net", ..) => return wrong("a list of \"HOST:PORT\"; a `*` stands for any"),
+                _ => {
+                    return Err(Error::new("E101", format!("there is no permission `{key}`"))
+                        .expected(KNOWN.join(", "))
+                        .nearest(key, KNOWN.iter().copied())
+                        .at(Some(self.text.key(table, key))));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// A table of settings; `within` stands before its keys.

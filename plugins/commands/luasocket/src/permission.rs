@@ -1,0 +1,44 @@
+//! What the person who runs a world allows: `--allow net=HOST:PORT`.
+
+use std::net::SocketAddr;
+
+/// Whether an address is among what is allowed; `host` is its name as a script wrote it. A `*` stands for any host or port.
+pub fn allows(allowed: &str, host: &str, at: SocketAddr) -> bool {
+    places(allowed).any(|(h, p)| {
+        let host = h == "*" || h == host || h == at.ip().to_string();
+        host && (p == "*" || p.parse() == Ok(at.port()))
+    })
+}
+
+/// Whether any place at all is allowed.
+pub fn any(allowed: &str) -> bool {
+    places(allowed).next().is_some()
+}
+
+fn places(allowed: &str) -> impl Iterator<Item = (&str, &str)> {
+    allowed.split(',').filter_map(|a| a.strip_prefix("net=")).filter_map(|place| place.rsplit_once(':'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hosts_and_ports_are_as_the_person_says() {
+        let at: SocketAddr = "127.0.0.1:20000".parse().unwrap();
+        for (allowed, host, expected) in [
+            ("", "127.0.0.1", false),
+            ("exec", "127.0.0.1", false),
+            ("exec,net=127.0.0.1:20000", "127.0.0.1", true),
+            ("net=127.0.0.1:*", "localhost", true),
+            ("net=localhost:*", "localhost", true),
+            ("net=localhost:*", "127.0.0.1", false),
+            ("net=*:20000", "robot.example", true),
+            ("net=127.0.0.1:20001", "127.0.0.1", false),
+            ("net=127.0.0.1", "127.0.0.1", false),
+        ] {
+            assert_eq!(allows(allowed, host, at), expected, "{allowed} {host}");
+        }
+        assert!(any("exec,net=a:1") && !any("exec"));
+    }
+}

@@ -1,0 +1,353 @@
+//! Sockets by number, on the standard library. Whatever blocks looks often whether the run is to end.
+
+use std::{
+    collections::BTreeMap,
+    io::{self, ErrorKind, Read, Write},
+    net::{Shutdown, SocketAddr, TcpListener, TcpStream, ToSocketAddrs, UdpSocket},
+    sync::mpsc,
+    time::{Duration, Instant},
+};
+
+/// How long is waited before somebody looks whether the run is to end.
+const SLICE: Duration = Duration::from_millis(50);
+/// How long is slept between two looks at what does not block.
+const LOOK: Duration = Duration::from_millis(1);
+/// The least time that a connection is given: none at all cannot be asked of the system.
+const LEAST_CONNECT: Duration = Duration::from_millis(20);
+/// The most time that a connection is given, where the script gives it for ever.
+const MOST_CONNECT: Duration = Duration::from_secs(120);
+/// Bytes that are taken from the system at once; LuaSocket's figure.
+const BUFFER: usize = 8192;
+
+/// A connection, and what came over it that nobody has asked for yet.
+pub struct Stream {
+    stream: TcpStream,
+    buffer: Vec<u8>,
+}
+
+/// A socket of the system.
+pub enum Socket {
+    /// Connected.
+    Stream(Stream),
+    /// Waits for connections; and one that `select` saw.
+    Listener(TcpListener, Option<TcpStream>),
+    /// Datagrams.
+    Datagram(UdpSocket),
+}
+
+/// The sockets of a world.
+#[derive(Default)]
+pub struct Sockets {
+    all: BTreeMap<i64, Socket>,
+    /// The number of the last one: one that a restored world still knows means no other one.
+    pub last: i64,
+}
+
+/// Until when something may take, and what else ends it.
+pub struct Patience<'a> {
+    end: Option<Instant>,
+    ends: &'a dyn Fn() -> bool,
+}
+
+impl<'a> Patience<'a> {
+    /// From seconds; negative: for ever.
+    pub fn new(seconds: f64, ends: &'a dyn Fn() -> bool) -> Self {
+        let end = (seconds >= 0.0).then(|| Instant::now() + Duration::from_secs_f64(seconds.min(1e6)));
+        Patience { end, ends }
+    }
+    fn left(&self) -> Option<Duration> {
+        self.end.map(|end| end.saturating_duration_since(Instant::now()))
+    }
+    /// Sleeps as long as it is worth; an error: no longer.
+    pub fn sleep(&self, most: Duration) -> io::Result<()> {
+        if (self.ends)() {
+            return Err(ErrorKind::ConnectionAborted.into());
+        }
+        match self.left() {
+            Some(Duration::ZERO) => return Err(ErrorKind::TimedOut.into()),
+            Some(left) => std::thread::sleep(left.min(most)),
+            None => std::thread::sleep(most),
+        }
+        Ok(())
+    }
+    /// Sleeps until the time is up or the run is to end.
+    pub fn wait(&self) {
+        while self.sleep(SLICE).is_ok() {}
+    }
+    /// Tries until it no longer would block.
+    fn until<T>(&self, mut f: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+        loop {
+            match f() {
+                Err(e) if matches!(e.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => self.sleep(LOOK)?,
+                Err(e) if e.kind() == ErrorKind::Interrupted => {}
+                done => return done,
+            }
+        }
+    }
+}
+
+/// What is to be received.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Want {
+    /// Up to a line feed, which is left out as all carriage returns are.
+    Line,
+    /// Everything, until the other end closes.
+    All,
+    /// So many bytes.
+    Count(usize),
+}
+
+/// What LuaSocket calls an error.
+pub fn words(e: &io::Error) -> String {
+    match e.kind() {
+        ErrorKind::WouldBlock | ErrorKind::TimedOut => "timeout".into(),
+        ErrorKind::UnexpectedEof
+        | ErrorKind::ConnectionReset
+        | ErrorKind::BrokenPipe
+        | ErrorKind::ConnectionAborted
+        | ErrorKind::NotConnected => "closed".into(),
+        ErrorKind::ConnectionRefused => "connection refused".into(),
+        ErrorKind::AddrInUse => "address already in use".into(),
+        ErrorKind::PermissionDenied => "permission denied".into(),
+        _ => {
+            let text = e.to_string();
+            text.split(" (os error").next().unwrap_or(&text).to_owned()
+        }
+    }
+}
+
+/// All addresses of version 4 that a host has; `*` is any of this machine.
+pub fn addresses(host: &str, port: u16) -> io::Result<Vec<SocketAddr>> {
+    let host = if host == "*" { "0.0.0.0" } else { host };
+    let unknown = || io::Error::other("host or service not provided, or not known");
+    let all: Vec<SocketAddr> =
+        (host, port).to_socket_addrs().map_err(|_| unknown())?.filter(SocketAddr::is_ipv4).collect();
+    if all.is_empty() { Err(unknown()) } else { Ok(all) }
+}
+
+fn closed() -> io::Error {
+    ErrorKind::NotConnected.into()
+}
+
+/// Connects, in a thread of its own: the system's call cannot be broken off.
+pub fn connect(to: SocketAddr, patience: &Patience<'_>) -> io::Result<Socket> {
+    let most = patience.left().unwrap_or(MOST_CONNECT).clamp(LEAST_CONNECT, MOST_CONNECT);
+    let (done, wait) = mpsc::channel();
+    std::thread::spawn(move || done.send(TcpStream::connect_timeout(&to, most)));
+    loop {
+        match wait.recv_timeout(SLICE) {
+            Ok(stream) => return Socket::connected(stream?),
+            Err(_) if (patience.ends)() => return Err(ErrorKind::ConnectionAborted.into()),
+            Err(mpsc::RecvTimeoutError::Timeout) => {}
+            Err(mpsc::RecvTimeoutError::Disconnected) => return Err(ErrorKind::TimedOut.into()),
+        }
+    }
+}
+
+/// Listens.
+pub fn listen(at: SocketAddr) -> io::Result<Socket> {
+    let listener = TcpListener::bind(at)?;
+    listener.set_nonblocking(true)?;
+    Ok(Socket::Listener(listener, None))
+}
+
+/// A socket for datagrams.
+pub fn datagrams(at: SocketAddr) -> io::Result<Socket> {
+    let socket = UdpSocket::bind(at)?;
+    socket.set_nonblocking(true)?;
+    Ok(Socket::Datagram(socket))
+}
+
+impl Socket {
+    fn connected(stream: TcpStream) -> io::Result<Socket> {
+        stream.set_nonblocking(true)?;
+        Ok(Socket::Stream(Stream { stream, buffer: Vec::new() }))
+    }
+
+    /// Whether something can be read, or written, without waiting.
+    fn is_ready(&mut self, write: bool) -> bool {
+        let would_block = |r: io::Result<usize>| matches!(r, Err(e) if e.kind() == ErrorKind::WouldBlock);
+        match self {
+            Socket::Stream(s) if write => s.stream.peer_addr().is_ok(),
+            Socket::Stream(s) => !s.buffer.is_empty() || !would_block(s.stream.peek(&mut [0])),
+            Socket::Listener(listener, seen) => {
+                if !write && seen.is_none() {
+                    *seen = listener.accept().ok().map(|(stream, _)| stream);
+                }
+                !write && seen.is_some()
+            }
+            Socket::Datagram(socket) => write || !would_block(socket.peek(&mut [0])),
+        }
+    }
+}
+
+impl Stream {
+    /// Waits for at least one more byte.
+    fn fill(&mut self, patience: &Patience<'_>) -> io::Result<()> {
+        let mut bytes = [0; BUFFER];
+        match patience.until(|| self.stream.read(&mut bytes))? {
+            0 => Err(closed()),
+            n => {
+                self.buffer.extend_from_slice(&bytes[..n]);
+                Ok(())
+            }
+        }
+    }
+
+    /// Receives behind what was received before; an error leaves there what came.
+    fn receive(&mut self, want: Want, out: &mut Vec<u8>, patience: &Patience<'_>) -> io::Result<()> {
+        loop {
+            match want {
+                Want::Line => {
+                    let end = self.buffer.iter().position(|b| *b == b'\n');
+                    let line = self.buffer.drain(..end.map_or(self.buffer.len(), |e| e + 1));
+                    out.extend(line.filter(|b| !b"\r\n".contains(b)));
+                    if end.is_some() {
+                        return Ok(());
+                    }
+                }
+                Want::All => out.append(&mut self.buffer),
+                Want::Count(0) if !self.buffer.is_empty() => return Ok(()),
+                Want::Count(n) => {
+                    let lacks = n.saturating_sub(out.len()).min(self.buffer.len());
+                    out.extend(self.buffer.drain(..lacks));
+                    if n > 0 && out.len() >= n {
+                        return Ok(());
+                    }
+                }
+            }
+            match self.fill(patience) {
+                Err(e) if want == Want::All && words(&e) == "closed" && !out.is_empty() => return Ok(()),
+                done => done?,
+            }
+        }
+    }
+}
+
+impl Sockets {
+    /// Keeps a socket under a new number.
+    pub fn keep(&mut self, socket: Socket) -> i64 {
+        self.last += 1;
+        self.all.insert(self.last, socket);
+        self.last
+    }
+    /// Puts another socket under a number.
+    pub fn replace(&mut self, n: i64, socket: Socket) {
+        self.all.insert(n, socket);
+    }
+    /// Closes; one that is closed stays so.
+    pub fn close(&mut self, n: i64) {
+        self.all.remove(&n);
+    }
+    fn stream(&mut self, n: i64) -> io::Result<&mut Stream> {
+        match self.all.get_mut(&n) {
+            Some(Socket::Stream(stream)) => Ok(stream),
+            _ => Err(closed()),
+        }
+    }
+    /// The socket of datagrams under a number.
+    pub fn datagram(&self, n: i64) -> io::Result<&UdpSocket> {
+        match self.all.get(&n) {
+            Some(Socket::Datagram(socket)) => Ok(socket),
+            _ => Err(closed()),
+        }
+    }
+
+    /// The next connection.
+    pub fn accept(&mut self, n: i64, patience: &Patience<'_>) -> io::Result<i64> {
+        let Some(Socket::Listener(listener, seen)) = self.all.get_mut(&n) else { return Err(closed()) };
+        let stream = match seen.take() {
+            Some(stream) => stream,
+            None => patience.until(|| listener.accept())?.0,
+        };
+        Ok(self.keep(Socket::connected(stream)?))
+    }
+    /// Receives from a connection; an error leaves there what came.
+    pub fn receive(&mut self, n: i64, want: Want, out: &mut Vec<u8>, patience: &Patience<'_>) -> io::Result<()> {
+        if matches!(want, Want::Count(count) if count > 0 && out.len() >= count) {
+            return Ok(());
+        }
+        self.stream(n)?.receive(want, out, patience)
+    }
+    /// A datagram, cut to `most` bytes, and who sent it.
+    pub fn receive_from(
+        &mut self,
+        n: i64,
+        most: usize,
+        patience: &Patience<'_>,
+    ) -> io::Result<(Vec<u8>, Option<SocketAddr>)> {
+        let socket = self.datagram(n)?;
+        // No datagram is longer.
+        let mut bytes = vec![0; most.min(1 << 16)];
+        let (count, from) = match socket.peer_addr() {
+            Ok(_) => (patience.until(|| socket.recv(&mut bytes))?, None),
+            Err(_) => patience.until(|| socket.recv_from(&mut bytes)).map(|(n, from)| (n, Some(from)))?,
+        };
+        bytes.truncate(count);
+        Ok((bytes, from))
+    }
+    /// Sends; how many bytes went, and what stopped the rest.
+    pub fn send(&mut self, n: i64, bytes: &[u8], patience: &Patience<'_>) -> (usize, io::Result<()>) {
+        if let Ok(socket) = self.datagram(n) {
+            let done = patience.until(|| socket.send(bytes));
+            return (*done.as_ref().unwrap_or(&0), done.map(drop));
+        }
+        let mut sent = 0;
+        let done = self.stream(n).and_then(|s| {
+            while sent < bytes.len() {
+                match patience.until(|| s.stream.write(&bytes[sent..]))? {
+                    0 => return Err(closed()),
+                    more => sent += more,
+                }
+            }
+            Ok(())
+        });
+        (sent, done)
+    }
+    /// Ends one or both directions.
+    pub fn shutdown(&mut self, n: i64, how: Shutdown) {
+        if let Ok(s) = self.stream(n) {
+            let _ = s.stream.shutdown(how);
+        }
+    }
+    /// Whether bytes wait that the system has given already.
+    pub fn is_dirty(&mut self, n: i64) -> bool {
+        self.stream(n).is_ok_and(|s| !s.buffer.is_empty())
+    }
+    /// Where a socket is, or what it is connected to.
+    pub fn name(&self, n: i64, peer: bool) -> io::Result<SocketAddr> {
+        let unconnected = || io::Error::other("Transport endpoint is not connected");
+        match self.all.get(&n) {
+            Some(Socket::Stream(s)) if peer => s.stream.peer_addr().map_err(|_| unconnected()),
+            Some(Socket::Stream(s)) => s.stream.local_addr(),
+            Some(Socket::Datagram(s)) if peer => s.peer_addr().map_err(|_| unconnected()),
+            Some(Socket::Datagram(s)) => s.local_addr(),
+            Some(Socket::Listener(..)) if peer => Err(unconnected()),
+            Some(Socket::Listener(s, _)) => s.local_addr(),
+            None => Err(io::Error::other("Bad file descriptor")),
+        }
+    }
+    /// Sets what the system can be told of `tcp-nodelay` and `broadcast`; other options change nothing.
+    pub fn option(&self, n: i64, name: &str, on: bool) -> io::Result<()> {
+        match (name, self.all.get(&n)) {
+            ("tcp-nodelay", Some(Socket::Stream(s))) => s.stream.set_nodelay(on),
+            ("broadcast", Some(Socket::Datagram(s))) => s.set_broadcast(on),
+            _ => Ok(()),
+        }
+    }
+    /// Those of two lists that can be read and written; waits until there is one. Those that hold bytes come first.
+    pub fn select(&mut self, read: &[i64], write: &[i64], patience: &Patience<'_>) -> [Vec<i64>; 2] {
+        loop {
+            let mut pick = |list: &[i64], write: bool| {
+                let ready = |n: &i64| self.all.get_mut(n).is_some_and(|s| s.is_ready(write));
+                let mut found: Vec<i64> = list.iter().copied().filter(ready).collect();
+                found.sort_by_key(|n| (write || !self.is_dirty(*n), *n));
+                found
+            };
+            let found = [pick(read, false), pick(write, true)];
+            if found.iter().any(|f| !f.is_empty()) || patience.sleep(LOOK).is_err() {
+                return found;
+            }
+        }
+    }
+}
