@@ -3,6 +3,7 @@
 use std::{
     io::{Read, Write},
     net::TcpListener,
+    process::Command,
     time::Duration,
 };
 
@@ -380,4 +381,90 @@ fn who_waits_for_ever_ends_with_the_run() {
     std::thread::sleep(Duration::from_secs(3));
     assert!(served.is_there(), "waiting is not being stuck");
     assert!(served.interrupt(), "it still waits");
+}
+
+/// The green robot of V-REP's tutorial, on a Pioneer: its thread starts a program and asks it in every step.
+fn bubblerob(port: u16) -> Place {
+    let place = Place::new();
+    let script = format!(
+        r#"
+simSetThreadSwitchTiming(200)
+local left = simGetObjectHandle('Pioneer_p3dx_leftMotor')
+local right = simGetObjectHandle('Pioneer_p3dx_rightMotor')
+local nose = simGetObjectHandle('Pioneer_p3dx_ultrasonicSensor5')
+local result = simLaunchExecutable('bubbleRobServer', {port}, 0)
+if result == -1 then
+    simDisplayDialog('Error', 'not started', sim_dlgstyle_ok, true, nil, {{0.8, 0, 0, 0, 0, 0}}, {{0.5, 0, 0, 1, 1, 1}})
+end
+while result ~= -1 and simGetSimulationState() ~= sim_simulation_advancing_abouttostop do
+    local socket = require("socket")
+    local client = socket.tcp()
+    simSetThreadIsFree(true)
+    local connected = client:connect('127.0.0.1', {port})
+    simSetThreadIsFree(false)
+    if connected == 1 then
+        while simGetSimulationState() ~= sim_simulation_advancing_abouttostop do
+            local seen, distance = simReadProximitySensor(nose)
+            local data = simPackFloats({{seen > 0 and distance or 0, simGetSimulationTime()}})
+            client:send(string.char(59, 57, math.mod(#data, 256), math.floor(#data / 256), 0, 0) .. data)
+            local header = client:receive(6)
+            local answer = header and client:receive(string.byte(header, 3) + 256 * string.byte(header, 4))
+            if not answer then break end
+            local speeds = simUnpackFloats(answer)
+            print(speeds[1], speeds[2])
+            simSetJointTargetVelocity(left, speeds[1])
+            simSetJointTargetVelocity(right, speeds[2])
+            simSwitchThread()
+        end
+    end
+    client:close()
+end
+"#
+    );
+    place.write("green.lua", &script);
+    place.write(
+        "scene.toml",
+        "format = 1\n[permissions]\nexec = true\nnet = [\"127.0.0.1:*\"]\n\
+         [[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n\
+         [[object]]\nkind = \"shape\"\nalias = \"box\"\nsize_m = [0.4, 0.4, 0.6]\nposition_m = [1.5, 0, 0.3]\nrespondable = true\n\
+         [[model]]\nmodel = \"pioneer_p3dx\"\nscript = \"green.lua\"\n",
+    );
+    place
+}
+
+/// A port that nobody has.
+fn free_port() -> u16 {
+    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
+}
+
+#[track_caller]
+fn drives_and_is_repeated(place: &Place, allow: &str) -> Done {
+    let args = ["--seconds", "8", "--log", "run.log", "--trace", "one.jsonl", "--allow", allow];
+    let done = place.run(&args).good();
+    assert!(done.err.contains("7\t7"), "{}", done.err);
+    assert!(done.err.contains("-3.5\t-1.75"), "it saw the box: {}", done.err);
+    let again = place.tatu(&["run", "--replay", "run.log", "--json", "--trace", "two.jsonl"]).good().json();
+    assert_eq!(done.json()["hash"], again["hash"]);
+    assert_eq!(place.read("one.jsonl"), place.read("two.jsonl"));
+    done
+}
+
+#[test]
+fn the_program_of_bubblerob_is_started_or_stood_in_for() {
+    let place = bubblerob(free_port());
+    let refused = place.run(&["--seconds", "1"]).good();
+    refused.tells(&["bubbleRobServer", "--allow exec", "--allow net=127.0.0.1:*"]);
+    let built_in = drives_and_is_repeated(&place, "net=127.0.0.1:*");
+    built_in.tells(&["bubbleRobServer is not started: a built-in server answers"]);
+
+    // A program of one's own, which takes some time until it listens.
+    let place = bubblerob(free_port());
+    let server = "#!/usr/bin/env python3\nimport socket, struct, sys, time\ntime.sleep(0.3)\n\
+                  s = socket.create_server(('127.0.0.1', int(sys.argv[1]))).accept()[0]\nend = -9\n\
+                  while True:\n  d, t = struct.unpack('<6xff', s.recv(14, socket.MSG_WAITALL))\n  end = t + 1 if d else end\n\
+                  \x20 s.sendall(struct.pack('<BBHHff', 59, 57, 8, 0, *((-3.5, -1.75) if t < end else (7, 7))))\n";
+    place.write("bubbleRobServer", server);
+    succeed(Command::new("chmod").arg("+x").arg(place.path().join("bubbleRobServer")));
+    let own = drives_and_is_repeated(&place, "exec,net=127.0.0.1:*");
+    assert!(!own.err.contains("built-in"), "{}", own.err);
 }

@@ -84,7 +84,6 @@ const OLD: &[(&str, Gives, &str)] = &[
     ("sim.serialPortClose", Int(-1), PORTS),
     ("sim.serialPortSend", Int(-1), PORTS),
     ("sim.serialPortRead", Nothing, PORTS),
-    ("sim.launchExecutable", Int(-1), "scripts start no programs"),
     ("sim.loadModule", Int(-1), "there are no plugins of the original's kind"),
     ("sim.unloadModule", Int(0), "there are no plugins of the original's kind"),
     ("sim.getModuleInfo", Int(0), "there are no plugins of the original's kind"),

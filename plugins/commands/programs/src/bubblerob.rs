@@ -1,0 +1,139 @@
+//! A stand-in for `bubbleRobServer`, the program that steers a robot of V-REP's BubbleRob tutorial.
+//!
+//! A message is one or more packets: the bytes 59 and 57, two bytes with the length of the data, two with the number of packets
+//! that follow, all little endian, and the data. A request is the distance of what the nose sees, 0 for nothing, and the
+//! simulation time; the answer the velocities of the left and right wheels, rad/s; all of them float32. These facts, and how the
+//! program steers, are those of CoppeliaRobotics/bubbleRobServer (2025), as they were seen on its socket.
+
+use std::{
+    io::{self, ErrorKind, Read, Write},
+    net::{TcpListener, TcpStream},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
+
+/// What scripts start.
+pub const NAME: &str = "bubbleRobServer";
+const HEADER: [u8; 2] = [59, 57];
+/// rad/s
+const SPEED: f32 = 7.0;
+/// How long it goes backwards after it saw something, s.
+const BACK: f32 = 3.0;
+/// How long it waits before it looks whether its world is gone.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Listens on a port of this machine, and answers the first one that connects, until `ends`; gives the port.
+pub fn serve(port: u16, ends: Arc<AtomicBool>) -> io::Result<u16> {
+    let listener = TcpListener::bind(("127.0.0.1", port))?;
+    let port = listener.local_addr()?.port();
+    listener.set_nonblocking(true)?;
+    std::thread::spawn(move || {
+        while !ends.load(Ordering::Relaxed) {
+            match listener.accept() {
+                Ok((stream, _)) => {
+                    // Whatever goes wrong ends the connection, and the script hears of it.
+                    let _ = answer(stream, &ends);
+                    return;
+                }
+                Err(_) => std::thread::sleep(LOOK),
+            }
+        }
+    });
+    Ok(port)
+}
+
+fn answer(mut stream: TcpStream, ends: &AtomicBool) -> io::Result<()> {
+    stream.set_nonblocking(false)?;
+    stream.set_nodelay(true)?;
+    stream.set_read_timeout(Some(LOOK))?;
+    let mut seen = f32::NEG_INFINITY;
+    loop {
+        let [distance, time] = request(&mut stream, ends)?;
+        let speeds = if time - seen < BACK {
+            [-0.5 * SPEED, -0.25 * SPEED]
+        } else {
+            if distance > 0.0 {
+                seen = time;
+            }
+            [SPEED; 2]
+        };
+        let mut packet = vec![HEADER[0], HEADER[1], 8, 0, 0, 0];
+        packet.extend(speeds.iter().flat_map(|v| v.to_le_bytes()));
+        stream.write_all(&packet)?;
+    }
+}
+
+fn request(stream: &mut TcpStream, ends: &AtomicBool) -> io::Result<[f32; 2]> {
+    let mut data = Vec::new();
+    loop {
+        let mut header = [0; 6];
+        fill(stream, &mut header, ends)?;
+        if header[..2] != HEADER || data.len() > 8 {
+            return Err(ErrorKind::InvalidData.into());
+        }
+        let mut part = vec![0; usize::from(u16::from_le_bytes([header[2], header[3]]))];
+        fill(stream, &mut part, ends)?;
+        data.extend(part);
+        if header[4..] == [0, 0] {
+            break;
+        }
+    }
+    match *data.as_slice() {
+        [a, b, c, d, e, f, g, h] => Ok([f32::from_le_bytes([a, b, c, d]), f32::from_le_bytes([e, f, g, h])]),
+        _ => Err(ErrorKind::InvalidData.into()),
+    }
+}
+
+fn fill(stream: &mut TcpStream, mut room: &mut [u8], ends: &AtomicBool) -> io::Result<()> {
+    while !room.is_empty() && !ends.load(Ordering::Relaxed) {
+        match stream.read(room) {
+            Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
+            Ok(n) => room = &mut room[n..],
+            Err(e) if matches!(e.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
+            Err(e) => return Err(e),
+        }
+    }
+    if room.is_empty() { Ok(()) } else { Err(ErrorKind::ConnectionAborted.into()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hex(text: &str) -> Vec<u8> {
+        text.split_whitespace().map(|b| u8::from_str_radix(b, 16).unwrap()).collect()
+    }
+
+    /// Bytes that were seen on the socket of the real program.
+    #[test]
+    fn it_answers_as_the_program_does() {
+        let port = serve(0, Arc::default()).unwrap();
+        let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        for (data, expected) in [
+            ("00 00 00 00 00 00 00 00", "00 00 e0 40 00 00 e0 40"),
+            ("00 00 00 00 cd cc 4c 3d", "00 00 e0 40 00 00 e0 40"),
+            ("cd cc cc 3d 00 00 80 3f", "00 00 e0 40 00 00 e0 40"),
+            ("cd cc cc 3d 66 66 86 3f", "00 00 60 c0 00 00 e0 bf"),
+            ("00 00 00 00 cd cc 7c 40", "00 00 60 c0 00 00 e0 bf"),
+            ("00 00 00 00 00 00 80 40", "00 00 e0 40 00 00 e0 40"),
+        ] {
+            stream.write_all(&hex(&format!("3b 39 08 00 00 00 {data}"))).unwrap();
+            let mut answer = [0; 14];
+            stream.read_exact(&mut answer).unwrap();
+            assert_eq!(answer.to_vec(), hex(&format!("3b 39 08 00 00 00 {expected}")), "{data}");
+        }
+        // A message in two packets, byte by byte.
+        for byte in hex("3b 39 04 00 01 00 00 00 00 00 3b 39 04 00 00 00 00 00 a0 40") {
+            stream.write_all(&[byte]).unwrap();
+        }
+        let mut answer = [0; 14];
+        stream.read_exact(&mut answer).unwrap();
+        assert_eq!(answer[6..].to_vec(), hex("00 00 e0 40 00 00 e0 40"));
+        // No message: the connection ends.
+        stream.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
+        assert!(matches!(stream.read(&mut answer), Ok(0) | Err(_)));
+    }
+}

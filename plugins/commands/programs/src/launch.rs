@@ -1,0 +1,99 @@
+//! `sim.launchExecutable`.
+
+use std::{
+    path::{Path, PathBuf},
+    process::Command as Process,
+};
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Call, Command, Fail, Offer, Param, Value},
+};
+
+use crate::{Programs, bubblerob};
+
+type Ctx<'a> = Call<'a, Programs>;
+
+/// What starting a program is called in the log of inputs.
+const KIND: &str = "program";
+
+pub(crate) fn offer(offer: &mut Offer<Programs>) {
+    offer.command(
+        Command::new("sim.launchExecutable", |c: &mut Ctx<'_>| {
+            if c.caller_script() == 0 {
+                return Err(Fail::unsupported("only scripts start programs, not clients"));
+            }
+            let file = c.text(0)?;
+            let args = match c.arg(1).as_f64() {
+                Some(number) => number.to_string(),
+                None if c.has(1) => c.text(1)?,
+                None => String::new(),
+            };
+            // What a program did is not repeated, but whether it was started is: scripts go another way where it was not.
+            let started = c.world().observe(KIND, || if launch(c, &file, &args) { "1".into() } else { "-1".into() })?;
+            c.ret(if started == "1" { 1i64 } else { -1 });
+            Ok(())
+        })
+        .old_name("simLaunchExecutable", [Value::Int(-1)])
+        .param(Param::string("file").text("in the folder of the scene, or a path; `@name`: a command of the system"))
+        .param(Param::any("args").optional().text("a text that is cut at blanks, or a number"))
+        .param(Param::int("show").optional().text("without effect"))
+        .returns(Param::int("result").text("1; -1: it was not started"))
+        .text(
+            "Starts a program and does not wait for it, where the run allows that: `--allow exec`. \
+             In place of `bubbleRobServer`, where it is not there, a built-in server answers on the port that is its argument.",
+        )
+        .partial("only where the person who runs allows it")
+        .example("assert(sim.launchExecutable('nowhere', 20000) == -1)"),
+    );
+    offer.subject("programs");
+}
+
+fn launch(c: &Ctx<'_>, file: &str, args: &str) -> bool {
+    let world = c.world();
+    let text = |prop| world.get(0, prop).ok().and_then(|v| v.as_str().map(|s| s.into_owned())).unwrap_or_default();
+    let (allow, scene) = (text(c.plugin().allow), PathBuf::from(text(c.plugin().file)));
+    let tell = |level, what: String| world.log(level, what.as_bytes());
+    let folder = scene.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let program = match file.strip_prefix('@') {
+        Some(command) => Some(PathBuf::from(command)),
+        None => std::fs::canonicalize(folder.join(file)).ok().filter(|p| p.is_file()),
+    };
+    let may_start = allow.split(',').any(|a| a == "exec");
+    if let Some(program) = program.as_ref().filter(|_| may_start) {
+        match Process::new(program).args(args.split_whitespace()).current_dir(folder).spawn() {
+            Ok(mut child) => {
+                // Someone has to ask how it ended.
+                std::thread::spawn(move || child.wait());
+                return true;
+            }
+            Err(e) => {
+                tell(TATU_LOG_WARNING, format!("{} cannot be started: {e}", program.display()));
+                return false;
+            }
+        }
+    }
+    let port = args.split_whitespace().next().and_then(|a| a.parse().ok());
+    if let (true, Some(port)) = (file.ends_with(bubblerob::NAME), port) {
+        let place = format!("net=127.0.0.1:{port}");
+        if may_start || allow.split(',').any(|a| a == place || a == "net=127.0.0.1:*" || a == "net=*:*") {
+            return match bubblerob::serve(port, c.instance().0.clone()) {
+                Ok(_) => {
+                    let what = format!("{file} is not started: a built-in server answers on 127.0.0.1:{port}");
+                    tell(TATU_LOG_INFO, what);
+                    true
+                }
+                Err(e) => {
+                    tell(TATU_LOG_WARNING, format!("the built-in {file} cannot listen on 127.0.0.1:{port}: {e}"));
+                    false
+                }
+            };
+        }
+    }
+    let why = match program {
+        Some(_) => "allow it by --allow exec".to_owned(),
+        None => format!("there is no such file in {}", folder.display()),
+    };
+    tell(TATU_LOG_WARNING, format!("a script wants to start the program {file}: {why}"));
+    false
+}

@@ -1,0 +1,64 @@
+//! Programs that scripts start, where the person who runs allows it; and a stand-in for one that a tutorial brings.
+//!
+//! - `launch`: `sim.launchExecutable`; `bubblerob`: the server program of V-REP's BubbleRob.
+
+mod bubblerob;
+mod launch;
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering},
+};
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Prop, Result, World},
+    tatu_plugin,
+};
+
+/// The plugin.
+pub struct Programs {
+    allow: Prop,
+    file: Prop,
+}
+
+/// Ends the stand-ins of a world with it.
+#[derive(Default)]
+pub struct Running(Arc<AtomicBool>);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Plugin for Programs {
+    type World = Running;
+
+    fn start(host: &Host) -> Result<Self> {
+        Ok(Programs { allow: host.prop("scene.allow"), file: host.prop("scene.file") })
+    }
+    fn world(&self, _: &World<'_>) -> Result<Running> {
+        Ok(Running::default())
+    }
+
+    const STATE_VERSION: u32 = 1;
+    /// What runs outside is no part of a world.
+    fn save(_: &Running) -> Result<Vec<u8>> {
+        Ok(Vec::new())
+    }
+    fn load(_: &Running, _: &[u8], _: u32) -> Result<()> {
+        Ok(())
+    }
+
+    fn offer(offer: &mut Offer<Self>) {
+        launch::offer(offer);
+    }
+}
+
+tatu_plugin! {
+    plugin: Programs,
+    id: "tatu.commands.programs",
+    name: "Programs that scripts start",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}
