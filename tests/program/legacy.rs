@@ -248,3 +248,73 @@ fn packets_that_lie_cost_only_their_connection() {
         client(&served, bindings, "print(handle('Pioneer_p3dx') > 0)\nvrep.simxFinish(client)").output().unwrap();
     assert!(good(&told).contains("True"));
 }
+
+/// A client in C, as V-REP's users write it; the header of the library is V-REP's own, so it declares what it calls.
+const C_CLIENT: &str = r#"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { WAIT = 0x010000 };
+int simxStart(const char *address, int port, unsigned char wait, unsigned char once, int timeout_ms, int cycle_ms);
+void simxFinish(int client);
+int simxGetObjectHandle(int client, const char *name, int *handle, int mode);
+int simxGetObjectPosition(int client, int object, int relative_to, float *position, int mode);
+int simxGetObjectVelocity(int client, int object, float *linear, float *angular, int mode);
+int simxSetJointTargetVelocity(int client, int joint, float velocity, int mode);
+int simxSynchronous(int client, unsigned char on);
+int simxSynchronousTrigger(int client);
+int simxGetPingTime(int client, int *ms);
+int simxStartSimulation(int client, int mode);
+
+static void good(int code, const char *what) {
+  if (code != 0) {
+    printf("%s: %d\n", what, code);
+    exit(1);
+  }
+}
+#define GOOD(call) good(call, #call)
+
+int main(int argc, char **argv) {
+  int robot, left, right, ms, i, client = simxStart("127.0.0.1", atoi(argv[argc - 1]), 1, 1, 5000, 5);
+  float before[3], after[3], linear[3], angular[3];
+  good(client < 0, "simxStart");
+  GOOD(simxGetObjectHandle(client, "Pioneer_p3dx", &robot, WAIT));
+  GOOD(simxGetObjectHandle(client, "Pioneer_p3dx_leftMotor", &left, WAIT));
+  GOOD(simxGetObjectHandle(client, "Pioneer_p3dx_rightMotor", &right, WAIT));
+  GOOD(simxSynchronous(client, 1));
+  GOOD(simxStartSimulation(client, WAIT));
+  GOOD(simxGetObjectPosition(client, robot, -1, before, WAIT));
+  for (i = 0; i < 20; i++) {
+    GOOD(simxSetJointTargetVelocity(client, left, 2, WAIT));
+    GOOD(simxSetJointTargetVelocity(client, right, 2, WAIT));
+    GOOD(simxSynchronousTrigger(client));
+    GOOD(simxGetPingTime(client, &ms));
+  }
+  GOOD(simxGetObjectPosition(client, robot, -1, after, WAIT));
+  GOOD(simxGetObjectVelocity(client, robot, linear, angular, WAIT));
+  printf("drove %.2f m, %.2f m/s\n", hypotf(after[0] - before[0], after[1] - before[1]), hypotf(linear[0], linear[1]));
+  simxFinish(client);
+  return 0;
+}
+"#;
+
+#[test]
+fn a_program_in_c_is_linked_to_the_library() {
+    let Some(library) = bindings().map(|b| b.join("lib/linux/64Bit/remoteApi.so")) else { return };
+    if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
+        println!("1 skipped: the library is for Linux on x86-64");
+        return;
+    }
+    let place = Place::new();
+    place.write("client.c", C_CLIENT);
+    let mut build = Command::new(compiler("cc"));
+    build.current_dir(place.path()).args(["-o", "client", "client.c"]).arg(&library).args(["-lm", "-lpthread"]);
+    succeed(&mut build);
+    let floor =
+        "format = 1\n[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
+    place.write("scene.toml", &format!("{floor}[[model]]\nmodel = \"pioneer_p3dx\"\n"));
+    let served = Served::new("legacy_remote", place.path().join("scene.toml").to_str().unwrap());
+    let told = succeed(Command::new(place.path().join("client")).arg(served.port.to_string()));
+    assert!(told.starts_with("drove 0.1"), "{told}");
+}
