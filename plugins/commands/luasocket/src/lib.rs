@@ -1,11 +1,15 @@
 //! Sockets for scripts: `require 'socket'` gives what LuaSocket's users know.
 //!
 //! - `sockets`: sockets by number, on the standard library; `permission`: whom a run may reach;
-//! - `commands`: what scripts do with them, each an input of the run; `socket.lua`: LuaSocket's objects upon the commands.
+//! - `look`: what a script finds outside is an input of the run;
+//! - `streams`, `datagrams`, `clock`: commands that look; `socket.lua`: LuaSocket's objects upon the commands.
 
-mod commands;
+mod clock;
+mod datagrams;
+mod look;
 mod permission;
 mod sockets;
+mod streams;
 
 use std::cell::{Cell, RefCell};
 
@@ -63,7 +67,10 @@ impl Plugin for LuaSocket {
     }
 
     fn offer(offer: &mut Offer<Self>) {
-        commands::offer(offer);
+        streams::offer(offer);
+        datagrams::offer(offer);
+        clock::offer(offer);
+        offer.subject("luasocket");
         offer.prelude("lua", "", "return { api = { 'luasocket.' }, lacking = { 'socket', 'ltn12', 'mime' } }");
         offer.prelude("lua", "socket", include_str!("socket.lua"));
         offer.prelude("lua", "socket.core", "return require 'socket'");

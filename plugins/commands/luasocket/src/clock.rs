@@ -1,0 +1,63 @@
+//! Names of hosts, and the clock of this machine.
+
+use std::{
+    io,
+    time::{SystemTime, UNIX_EPOCH},
+};
+
+use tatu_plugin_api::safe::{Command, Offer, Param, Value};
+
+use crate::{
+    LuaSocket,
+    look::{allowed, command, failure, text, wrong},
+    permission,
+    sockets::{Patience, addresses},
+};
+
+pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
+    offer.command(
+        command("luasocket.addresses", |c, _, _| {
+            if !permission::any(&allowed(c)?) {
+                return Ok(wrong(&io::ErrorKind::PermissionDenied.into()));
+            }
+            Ok(match addresses(&c.text(0)?, 0) {
+                Ok(all) => vec![Value::List(all.iter().map(|at| text(at.ip().to_string())).collect())],
+                Err(_) => vec![Value::Nil, text("host not found")],
+            })
+        })
+        .param(Param::string("host"))
+        .returns(Param::list("addresses").optional())
+        .returns(failure())
+        .text("Gives the addresses of a name.")
+        .example("local all, e = luasocket.addresses('localhost')"),
+    );
+    offer.command(
+        command("luasocket.time", |c, _, _| {
+            let now = if permission::any(&allowed(c)?) {
+                SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64()
+            } else {
+                let epoch = c.world().get(0, c.plugin().epoch)?.as_i64().unwrap_or(0);
+                epoch as f64 + c.world().f64(0, c.plugin().clock)?
+            };
+            Ok(vec![Value::Float(now)])
+        })
+        .returns(Param::float("time").unit("s"))
+        .text(
+            "Gives the seconds since 1970 by the clock of this machine, an input of the run, where a run may open sockets; \
+             else the date of the start and what clocks show since, the same in each run that is not in real time.",
+        )
+        .example("assert(luasocket.time() >= 0)"),
+    );
+    offer.command(
+        Command::new("luasocket.sleep", |c| {
+            let seconds = c.f64(0)?.max(0.0);
+            if permission::any(&allowed(c)?) {
+                Patience::new(seconds, &|| c.world().is_interrupted()).wait();
+            }
+            Ok(())
+        })
+        .param(Param::float("seconds").unit("s"))
+        .text("Stops the whole run for a time by the clock, where a run may open sockets; else it does nothing.")
+        .example("luasocket.sleep(0.01)"),
+    );
+}

@@ -1,0 +1,130 @@
+//! Looks outside: what is allowed, and what is found, which is an input of the run.
+
+use std::{cell::RefMut, io, net::SocketAddr};
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Call, Command, Fail, Param, Result, Value},
+};
+use tatu_services_common::json;
+
+use crate::{
+    LuaSocket, permission,
+    sockets::{Sockets, addresses, words},
+};
+
+pub(crate) type Ctx<'a> = Call<'a, LuaSocket>;
+
+/// What a look outside is called in the log of inputs.
+const KIND: &str = "socket";
+/// Commands whose first result is the number of a socket.
+const OPENS: [&str; 4] = ["luasocket.connect", "luasocket.listen", "luasocket.accept", "luasocket.bindDatagrams"];
+
+pub(crate) fn text(text: impl AsRef<str>) -> Value {
+    Value::text(text.as_ref())
+}
+/// nil, and what was wrong.
+pub(crate) fn wrong(e: &io::Error) -> Vec<Value> {
+    vec![Value::Nil, text(words(e))]
+}
+pub(crate) fn or_wrong(result: io::Result<Vec<Value>>) -> Vec<Value> {
+    result.unwrap_or_else(|e| wrong(&e))
+}
+pub(crate) fn place(at: SocketAddr) -> [Value; 2] {
+    [text(at.ip().to_string()), Value::Int(i64::from(at.port()))]
+}
+
+pub(crate) fn open<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Sockets>> {
+    c.instance().sockets.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the sockets are in use"))
+}
+
+/// What the person who runs this allows.
+pub(crate) fn allowed(c: &Ctx<'_>) -> Result<String> {
+    Ok(c.world().get(0, c.plugin().allow)?.as_str().unwrap_or_default().into_owned())
+}
+
+/// The address of argument `i`, a host, and the one behind it, a port, if the run may reach it.
+pub(crate) fn address(c: &Ctx<'_>, i: usize) -> Result<io::Result<SocketAddr>> {
+    let (host, port) = (c.text(i)?, port(c, i + 1)?);
+    let allowed = allowed(c)?;
+    // Without any permission no name is asked for either.
+    let found = if permission::any(&allowed) { addresses(&host, port) } else { Ok(Vec::new()) };
+    let found = match found {
+        Ok(found) => found,
+        Err(e) => return Ok(Err(e)),
+    };
+    if let Some(at) = found.into_iter().find(|at| permission::allows(&allowed, &host, *at)) {
+        return Ok(Ok(at));
+    }
+    if !c.instance().told.replace(true) {
+        let host = if host == "*" { "0.0.0.0" } else { &host };
+        let port = if port == 0 { "*".to_owned() } else { port.to_string() };
+        let text = format!("a script wants a socket of {host}:{port}, which you may allow: --allow net={host}:{port}");
+        c.world().log(TATU_LOG_WARNING, text.as_bytes());
+    }
+    Ok(Err(io::ErrorKind::PermissionDenied.into()))
+}
+
+pub(crate) fn port(c: &Ctx<'_>, i: usize) -> Result<u16> {
+    let of_text = || c.text(i).ok().and_then(|t| t.trim().parse::<f64>().ok());
+    let number = c.arg(i).as_f64().or_else(of_text).filter(|n| n.fract() == 0.0 && (0.0..65536.0).contains(n));
+    number.map(|n| n as u16).ok_or_else(|| Fail::argument(format!("argument {}: expected a port, 0 to 65535", i + 1)))
+}
+
+/// Does `look`, unless this run repeats another one; what it finds are the command's results.
+pub(crate) fn observe(
+    c: &Ctx<'_>,
+    name: &str,
+    look: impl FnOnce(&Ctx<'_>) -> Result<Vec<Value>>,
+) -> Result<Vec<Value>> {
+    let mut failed = None;
+    let found = c.world().observe(KIND, || {
+        let found = look(c).map(|values| values.iter().map(json::write).collect::<Vec<_>>());
+        let found = found.unwrap_or_else(|fail| {
+            failed = Some(fail);
+            Vec::new()
+        });
+        json!([name, found]).to_string()
+    })?;
+    if let Some(fail) = failed {
+        return Err(fail);
+    }
+    let strange = || Fail::new(format!("the run that is repeated did something else with its sockets here: {found}"));
+    let (then, found): (String, Vec<Json>) = serde_json::from_str(&found).map_err(|_| strange())?;
+    if then != name {
+        return Err(strange());
+    }
+    let found = found.iter().map(json::read).collect::<Result<Vec<_>>>()?;
+    if let Some(Value::Int(n)) = found.first().filter(|_| OPENS.contains(&name)) {
+        // A run that is repeated opens nothing, and counts as the other one did.
+        let mut sockets = open(c)?;
+        sockets.last = sockets.last.max(*n);
+    }
+    Ok(found)
+}
+
+pub(crate) fn give(c: &mut Ctx<'_>, values: Vec<Value>) {
+    values.into_iter().for_each(|v| c.ret::<Value>(v));
+}
+
+/// A command that looks outside.
+pub(crate) fn command(
+    name: &'static str,
+    look: impl Fn(&Ctx<'_>, &mut Sockets, &dyn Fn() -> bool) -> Result<Vec<Value>> + 'static,
+) -> Command<LuaSocket> {
+    Command::new(name, move |c| {
+        let found = observe(c, name, |c| look(c, &mut *open(c)?, &|| c.world().is_interrupted()))?;
+        give(c, found);
+        Ok(())
+    })
+}
+pub(crate) fn socket() -> Param {
+    Param::int("socket").text("its number")
+}
+pub(crate) fn timeout() -> Param {
+    Param::float("timeout").unit("s").text("negative: for ever")
+}
+pub(crate) fn failure() -> Param {
+    Param::string("error").optional().text("as LuaSocket says it: timeout, closed, connection refused")
+}

@@ -1,0 +1,201 @@
+//! Connections: TCP.
+
+use std::{io, net::Shutdown, time::Duration};
+
+use tatu_plugin_api::safe::{Command, Fail, Offer, Outcome, Param, Result, Value};
+
+use crate::{
+    LuaSocket,
+    look::{Ctx, address, command, failure, give, observe, open, or_wrong, place, socket, text, timeout, wrong},
+    sockets::{self, Patience, Want, words},
+};
+
+/// How long a refused connection of a thread waits, before the thread goes on in the next step: a program that was started
+/// just now needs some time until it listens, and scripts try again at once.
+const REFUSED: Duration = Duration::from_millis(20);
+
+fn connect(c: &mut Ctx<'_>) -> Result<Outcome> {
+    if c.resumed() != 0 {
+        give(c, wrong(&io::ErrorKind::ConnectionRefused.into()));
+        return Ok(Outcome::Done);
+    }
+    let found = observe(c, "luasocket.connect", |c| {
+        let ends = || c.world().is_interrupted();
+        let patience = Patience::new(c.f64(2)?, &ends);
+        let done = address(c, 0)?.and_then(|to| sockets::connect(to, &patience));
+        if done.as_ref().is_err_and(|e| e.kind() == io::ErrorKind::ConnectionRefused) && c.can_wait() {
+            std::thread::sleep(REFUSED);
+        }
+        Ok(match done {
+            Ok(socket) => vec![Value::Int(open(c)?.keep(socket))],
+            Err(e) => wrong(&e),
+        })
+    })?;
+    let refused = wrong(&io::ErrorKind::ConnectionRefused.into());
+    if found == refused && c.can_wait() {
+        return c.wait_steps(1, 1);
+    }
+    give(c, found);
+    Ok(Outcome::Done)
+}
+
+fn want(c: &Ctx<'_>, i: usize) -> Result<Want> {
+    Ok(match c.arg(i).as_i64() {
+        Some(n) => Want::Count(usize::try_from(n).unwrap_or(0)),
+        None => match c.text(i)?.as_str() {
+            "*l" => Want::Line,
+            "*a" => Want::All,
+            other => return Err(Fail::argument(format!("`{other}`: expected \"*l\", \"*a\" or a number of bytes"))),
+        },
+    })
+}
+
+fn numbers(c: &Ctx<'_>, i: usize) -> Vec<i64> {
+    c.arg(i).numbers().unwrap_or_default().into_iter().map(|n| n as i64).collect()
+}
+
+pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
+    offer.command(
+        Command::new("luasocket.connect", connect)
+            .param(Param::string("host"))
+            .param(Param::int("port"))
+            .param(timeout())
+            .returns(Param::int("socket").optional().text("its number"))
+            .returns(failure())
+            .text("Connects by TCP. Where nobody listens, a thread goes on in the next step.")
+            .example("local n, e = luasocket.connect('127.0.0.1', 9, 1)\nassert(not n and e == 'permission denied')"),
+    );
+    offer.command(
+        command("luasocket.listen", |c, s, _| {
+            let done = address(c, 0)?.and_then(sockets::listen);
+            Ok(or_wrong(done.map(|socket| vec![Value::Int(s.keep(socket))])))
+        })
+        .param(Param::string("host").text("`*`: any address of this machine"))
+        .param(Param::int("port").text("0: any that is free"))
+        .returns(Param::int("socket").optional().text("its number"))
+        .returns(failure())
+        .text("Waits for connections by TCP.")
+        .example("local n, e = luasocket.listen('127.0.0.1', 0)"),
+    );
+    offer.command(
+        command("luasocket.accept", |c, s, ends| {
+            let patience = Patience::new(c.f64(1)?, ends);
+            Ok(or_wrong(s.accept(c.i64(0)?, &patience).map(|n| vec![Value::Int(n)])))
+        })
+        .param(socket())
+        .param(timeout())
+        .returns(Param::int("connection").optional().text("the number of its socket"))
+        .returns(failure())
+        .text("Takes the next connection.")
+        .example("local n, e = luasocket.accept(0, 0)\nassert(e == 'closed')"),
+    );
+    offer.command(
+        command("luasocket.receive", |c, s, ends| {
+            let (n, want, mut out) = (c.i64(0)?, want(c, 1)?, c.bytes(2)?.to_vec());
+            let done = s.receive(n, want, &mut out, &Patience::new(c.f64(3)?, ends));
+            Ok(match done {
+                Ok(()) => vec![Value::Bytes(out)],
+                Err(e) => vec![Value::Nil, text(words(&e)), Value::Bytes(out)],
+            })
+        })
+        .param(socket())
+        .param(Param::any("what").text("\"*l\" a line, \"*a\" all until the end, or a number of bytes"))
+        .param(Param::string("prefix").text("what was received before"))
+        .param(timeout())
+        .returns(Param::string("data").optional())
+        .returns(failure())
+        .returns(Param::string("partial").optional().text("what came before the error"))
+        .text("Receives over a connection.")
+        .example("local data, e, part = luasocket.receive(0, '*l', '', 0)\nassert(e == 'closed' and part == '')"),
+    );
+    offer.command(
+        command("luasocket.send", |c, s, ends| {
+            let (sent, done) = s.send(c.i64(0)?, c.bytes(1)?, &Patience::new(c.f64(2)?, ends));
+            let mut found = vec![Value::Int(sent as i64)];
+            found.extend(done.err().map(|e| text(words(&e))));
+            Ok(found)
+        })
+        .param(socket())
+        .param(Param::string("data"))
+        .param(timeout())
+        .returns(Param::int("sent").unit("B"))
+        .returns(failure())
+        .text("Sends over a connection.")
+        .example("local sent, e = luasocket.send(0, 'x', 0)\nassert(sent == 0 and e == 'closed')"),
+    );
+    offer.command(
+        command("luasocket.select", |c, s, ends| {
+            let found = s.select(&numbers(c, 0), &numbers(c, 1), &Patience::new(c.f64(2)?, ends));
+            Ok(found.map(Value::Ints).to_vec())
+        })
+        .param(Param::list("read"))
+        .param(Param::list("write"))
+        .param(timeout())
+        .returns(Param::list("readable"))
+        .returns(Param::list("writable"))
+        .text("Waits until one of some sockets can be read or written.")
+        .example("local readable, writable = luasocket.select({}, {}, 0)"),
+    );
+    offer.command(
+        command("luasocket.name", |c, s, _| {
+            Ok(or_wrong(s.name(c.i64(0)?, c.arg(1).truthy()).map(|at| place(at).to_vec())))
+        })
+        .param(socket())
+        .param(Param::bool("peer").text("of the other end"))
+        .returns(Param::string("address").optional())
+        .returns(Param::any("port").optional().text("or an error"))
+        .text("Tells where a socket is.")
+        .example("local ip, e = luasocket.name(0, false)\nassert(e == 'Bad file descriptor')"),
+    );
+    offer.command(
+        command("luasocket.isDirty", |c, s, _| Ok(vec![Value::Bool(s.is_dirty(c.i64(0)?))]))
+            .param(socket())
+            .returns(Param::bool("dirty"))
+            .text("Tells whether bytes wait that were taken from the system already.")
+            .example("assert(not luasocket.isDirty(0))"),
+    );
+    closing(offer);
+}
+
+/// What finds nothing is no input: where nothing is open it does nothing.
+fn closing(offer: &mut Offer<LuaSocket>) {
+    offer.command(
+        Command::new("luasocket.close", |c| {
+            open(c)?.close(c.i64(0)?);
+            Ok(())
+        })
+        .param(socket())
+        .text("Closes a socket; one that is closed stays so.")
+        .example("luasocket.close(0)"),
+    );
+    offer.command(
+        Command::new("luasocket.shutdown", |c| {
+            let how = match c.text(1)?.as_str() {
+                "send" => Shutdown::Write,
+                "receive" => Shutdown::Read,
+                "both" => Shutdown::Both,
+                other => {
+                    return Err(Fail::argument(format!("`{other}`: expected \"send\", \"receive\" or \"both\"")));
+                }
+            };
+            open(c)?.shutdown(c.i64(0)?, how);
+            Ok(())
+        })
+        .param(socket())
+        .param(Param::string("how").text("send, receive or both"))
+        .text("Ends one or both directions of a connection.")
+        .example("luasocket.shutdown(0, 'both')"),
+    );
+    offer.command(
+        Command::new("luasocket.setOption", |c| {
+            // An option that the system refuses changes nothing, as in most systems.
+            let _ = open(c)?.option(c.i64(0)?, &c.text(1)?, c.arg(2).truthy());
+            Ok(())
+        })
+        .param(socket())
+        .param(Param::string("option").text("tcp-nodelay or broadcast; others change nothing"))
+        .param(Param::any("value"))
+        .text("Sets an option.")
+        .example("luasocket.setOption(0, 'tcp-nodelay', true)"),
+    );
+}
