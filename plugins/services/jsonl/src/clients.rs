@@ -1,9 +1,9 @@
-//! Connections: one thread listens, and each client has one that reads and one that writes. None of them touches a
-//! world: lines wait in a queue until the barrier.
+//! Connections: each client has a thread that reads and one that writes. None of them touches a world: lines wait in a queue
+//! until the barrier.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
-    net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream},
+    net::{Shutdown, TcpStream},
     sync::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicBool, AtomicUsize, Ordering},
@@ -18,9 +18,12 @@ use tatu_plugin_api::{
     abi::*,
     safe::{Fail, Result, Session},
 };
+use tatu_services_common::port::Port;
 
 use crate::message::Message;
 
+/// Clients at a time; one more is cut off.
+const MOST_CLIENTS: usize = 256;
 /// Bytes of the longest line.
 pub const LINE_LIMIT: usize = 16 << 20;
 /// Lines of a client that wait for the barrier; then its reader waits, and in the end the client.
@@ -30,30 +33,28 @@ const UNREAD_LIMIT: usize = 64 << 20;
 /// A client that takes nothing for so long has gone.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// The socket and its thread.
+/// The port, and who has come to it.
 pub struct Listener {
-    address: SocketAddr,
-    shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
+    arrivals: Arc<Mutex<Arrivals>>,
+    /// None: it is closed.
+    port: Option<Port>,
 }
 
-struct Shared {
-    session: Session,
-    /// Connected since the last look, in order.
-    new: Mutex<Vec<Client>>,
-    stopping: AtomicBool,
-    /// What each client says first; empty: nothing.
-    token: String,
+/// Clients that have connected since the last look, in order.
+#[derive(Default)]
+struct Arrivals {
+    clients: Vec<Client>,
+    closed: bool,
 }
 
-/// One connection.
+/// One connection. Its reader is a thread of the port.
 pub struct Client {
     /// From 1, in order of connection.
     pub number: u64,
     lines: Receiver<Message>,
     link: Arc<Link>,
     replies: Sender<Vec<u8>>,
-    threads: [JoinHandle<()>; 2],
+    writer: JoinHandle<()>,
 }
 
 /// What a client's threads share.
@@ -68,77 +69,55 @@ struct Link {
 }
 
 impl Listener {
-    /// Listens on a port of this machine; 0: any.
+    /// Listens on a port of this machine; 0: any. `token`: what each client says first; empty: nothing.
     pub fn open(port: u16, token: String, session: Session) -> Result<Self> {
-        let socket = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(|e| {
+        let arrivals = Arc::<Mutex<Arrivals>>::default();
+        let inside = arrivals.clone();
+        let serve = move |stream: TcpStream, number: u64| match Client::new(number, &stream, session) {
+            Ok((client, queue)) => {
+                let link = client.link.clone();
+                let mut arrivals = inside.lock().unwrap_or_else(PoisonError::into_inner);
+                if !arrivals.closed {
+                    arrivals.clients.push(client);
+                    drop(arrivals);
+                    session.wake();
+                    read(stream, &queue, &link, session, &token);
+                }
+            }
+            Err(e) => session.log(TATU_LOG_WARNING, &format!("jsonl: client {number}: {e}")),
+        };
+        let port = Port::open(port, "jsonl", MOST_CLIENTS, serve).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
         })?;
-        let address = socket.local_addr().map_err(|e| Fail::new(format!("the socket has no address: {e}")))?;
-        session.log(TATU_LOG_INFO, &format!("jsonl: listening on {address}"));
-        let shared = Arc::new(Shared { session, new: Mutex::default(), stopping: AtomicBool::new(false), token });
-        let inside = shared.clone();
-        let thread = thread::Builder::new().name("jsonl".into()).spawn(move || listen(&socket, &inside));
-        let thread = thread.map_err(|e| Fail::new(format!("cannot start a thread: {e}")))?;
-        Ok(Listener { address, shared, thread: Some(thread) })
+        session.log(TATU_LOG_INFO, &format!("jsonl: listening on {}", port.address));
+        Ok(Listener { arrivals, port: Some(port) })
     }
     /// Clients that have connected since the last look.
     pub fn take_new(&self) -> Vec<Client> {
-        std::mem::take(&mut *self.shared.new.lock().unwrap_or_else(PoisonError::into_inner))
+        std::mem::take(&mut self.arrivals.lock().unwrap_or_else(PoisonError::into_inner).clients)
     }
 }
 
 impl Drop for Listener {
     fn drop(&mut self) {
-        self.shared.stopping.store(true, Ordering::Release);
-        // The thread sits in `accept`: a connection of our own gets it out.
-        let _ = TcpStream::connect_timeout(&self.address, WRITE_TIMEOUT);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
+        self.arrivals.lock().unwrap_or_else(PoisonError::into_inner).closed = true;
+        // A reader whose lines nobody takes waits until its client is closed; the port waits for readers.
         self.take_new().into_iter().for_each(Client::close);
-    }
-}
-
-fn listen(socket: &TcpListener, shared: &Shared) {
-    let mut number = 0;
-    loop {
-        let stream = match socket.accept() {
-            Ok((stream, _)) => stream,
-            Err(_) if shared.stopping.load(Ordering::Acquire) => return,
-            Err(e) => {
-                // Out of file handles, for instance: others may be given back.
-                shared.session.log(TATU_LOG_WARNING, &format!("jsonl: a connection failed: {e}"));
-                thread::sleep(Duration::from_millis(100));
-                continue;
-            }
-        };
-        if shared.stopping.load(Ordering::Acquire) {
-            return;
-        }
-        number += 1;
-        match Client::new(number, stream, shared) {
-            Ok(client) => shared.new.lock().unwrap_or_else(PoisonError::into_inner).push(client),
-            Err(e) => shared.session.log(TATU_LOG_WARNING, &format!("jsonl: client {number}: {e}")),
-        }
-        shared.session.wake();
+        self.port.take();
     }
 }
 
 impl Client {
-    fn new(number: u64, stream: TcpStream, shared: &Shared) -> std::io::Result<Self> {
-        let (session, token) = (shared.session, shared.token.clone());
+    fn new(number: u64, stream: &TcpStream, session: Session) -> std::io::Result<(Self, SyncSender<Message>)> {
         stream.set_nodelay(true)?;
         stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
         let (queue, lines) = sync_channel(QUEUE);
         let (replies, waiting) = channel();
         let link = Arc::<Link>::default();
-        let (reading, writing) = (stream.try_clone()?, stream);
-        let named = |what: &str| thread::Builder::new().name(format!("jsonl {what} {number}"));
-        let inside = link.clone();
-        let writer = named("writer").spawn(move || write(writing, &waiting, &inside, session))?;
-        let inside = link.clone();
-        let reader = named("reader").spawn(move || read(reading, &queue, &inside, session, &token))?;
-        Ok(Client { number, lines, link, replies, threads: [reader, writer] })
+        let (writing, inside) = (stream.try_clone()?, link.clone());
+        let writer = thread::Builder::new().name(format!("jsonl writer {number}"));
+        let writer = writer.spawn(move || write(writing, &waiting, &inside, session))?;
+        Ok((Client { number, lines, link, replies, writer }, queue))
     }
     /// The next line, if one waits.
     pub fn next_line(&self) -> Option<Message> {
@@ -162,13 +141,12 @@ impl Client {
         }
     }
     /// Ends the connection once what was sent has been taken; its threads end by themselves.
-    pub fn leave(self) -> [JoinHandle<()>; 2] {
-        self.threads
+    pub fn leave(self) -> JoinHandle<()> {
+        self.writer
     }
-    /// Ends the connection and waits for its threads.
+    /// Ends the connection, and waits until what was sent has been taken.
     pub fn close(self) {
-        let threads = self.leave();
-        threads.into_iter().for_each(|t| drop(t.join()));
+        let _ = self.leave().join();
     }
 }
 

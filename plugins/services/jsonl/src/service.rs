@@ -292,7 +292,7 @@ impl State {
         };
         let gone: Vec<Guest> = self.clients.extract_if(.., is_over).collect();
         for g in gone {
-            self.threads.extend(g.client.leave());
+            self.threads.push(g.client.leave());
         }
         self.threads.retain(|t| !t.is_finished());
     }
