@@ -1,10 +1,14 @@
-//! Clients of the legacy remote API: the real library, as a package of PyPI brings it, driven by its own Python.
+//! Clients of the legacy remote API: the real library, as a package of PyPI brings it, driven by its own Python. `wire` is a
+//! client of raw bytes; `files` transfers files.
+
+mod files;
+mod wire;
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
     net::TcpStream,
     path::PathBuf,
-    process::{Command, Stdio},
+    process::{Child, ChildStderr, Command, Stdio},
     sync::OnceLock,
     time::Duration,
 };
@@ -81,6 +85,21 @@ fn client(served: &Served, bindings: &std::path::Path, program: &str) -> Command
     let mut command = Command::new("python3");
     command.args(["-c", &all]);
     command
+}
+
+/// Runs `scene.toml` of a place with `run.log` as its log; the process, its port, and what it says further on.
+fn logged(place: &Place) -> (Child, u16, BufReader<ChildStderr>) {
+    let mut process = Command::new(program())
+        .current_dir(place.path())
+        .args(["run", "scene.toml", "--service", "legacy_remote:port=0", "--log", "run.log", "--realtime"])
+        .env_remove("TATU_PLUGIN_PATH")
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let (mut err, mut line) = (BufReader::new(process.stderr.take().unwrap()), String::new());
+    err.read_line(&mut line).unwrap();
+    let port = line.trim().rsplit(':').next().unwrap().parse().unwrap_or_else(|_| panic!("{line}"));
+    (process, port, err)
 }
 
 #[test]

@@ -6,6 +6,7 @@ use tatu_plugin_api::{
 };
 
 use crate::{
+    files::Files,
     groups,
     values::{In, Out, bytes, float, floats, int},
 };
@@ -22,12 +23,13 @@ pub fn ask(turn: &Turn<'_>, name: &str, args: &[Value]) -> Result<Vec<Value>> {
 }
 
 /// Does a command: its raw number, what it is of, and what it holds. What it gives.
-pub fn call(turn: &Turn<'_>, raw: u16, of: &[u8], data: &[u8]) -> Result<Vec<u8>> {
+pub fn call(turn: &Turn<'_>, files: &mut Files, raw: u16, of: &[u8], data: &[u8]) -> Result<Vec<u8>> {
     let (mut of, mut data) = (In(of), In(data));
     match raw {
         0x0001..=0x0FFF => of_nothing(turn, raw, &mut data),
         0x1001..=0x1FFF => of_one(turn, raw, of.i32()?.into(), &mut data),
         0x2001..=0x2FFF => of_two(turn, raw, of.i32()?.into(), of.i32()?.into(), &mut data),
+        0x3002..=0x3006 => of_file(turn, files, raw, &of.text()?, &mut data),
         0x3001..=0x33FF => of_name(turn, raw, &of.text()?, &mut data),
         0x3401 => script(turn, &mut of, &mut data),
         _ => Err(unknown(raw)),
@@ -234,6 +236,26 @@ fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>)
     }
 }
 
+/// Commands of a file.
+fn of_file(turn: &Turn<'_>, files: &mut Files, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<Vec<u8>> {
+    let mut load = |command: &str| {
+        files.load(name);
+        let path = files.path(name);
+        ask(turn, command, &[Value::Text(path.clone())]).map_err(|e| {
+            let named = Fail::with_code(e.code(), format!("`{}`: {}", String::from_utf8_lossy(&path), e.text()));
+            e.help_text().into_iter().fold(named, |fail, help| fail.help(help))
+        })
+    };
+    match raw {
+        0x3002 => load("sim.loadScene").and_then(done),
+        0x3003 => load("sim.loadModel").and_then(integer),
+        0x3004 => files.transfer(turn, name, data.0).and_then(|()| done(Vec::new())),
+        0x3006 => files.erase(turn, name).and_then(|()| done(Vec::new())),
+        _ => Err(Fail::unsupported("windows of buttons are not loaded from files: that format is not read")
+            .help("windows come with a scene of V-REP (`.ttt`), or a script makes them by `simCreateUI`")),
+    }
+}
+
 /// Commands of a name or a text.
 fn of_name(turn: &Turn<'_>, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<Vec<u8>> {
     let own = Value::Text(name.to_vec());
@@ -249,8 +271,6 @@ fn of_name(turn: &Turn<'_>, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<
     match raw {
         0x3001 if matches!(name.first(), Some(b'/' | b'.' | b':')) => get("sim.getObject").and_then(integer),
         0x3001 => get("sim.getObjectHandle").and_then(integer),
-        0x3002 => get("sim.loadScene").and_then(done),
-        0x3003 => get("sim.loadModel").and_then(integer),
         0x3008 => get("sim.addStatusbarMessage").and_then(done),
         0x3009 => {
             let (lines, mode) = (data.int()?, data.int()?);

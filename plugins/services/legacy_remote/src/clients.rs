@@ -66,6 +66,9 @@ impl Client {
             return Ok(Some(command));
         }
         let key = (command.raw(), command.of.clone());
+        if full > crate::packet::MOST {
+            return Err(Fail::argument(format!("a command of {full} bytes: one has {} at most", crate::packet::MOST)));
+        }
         if at == 0 {
             if self.parts.len() >= MOST_PARTS {
                 return Err(Fail::argument("too many commands in parts"));

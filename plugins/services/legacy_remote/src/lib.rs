@@ -2,11 +2,13 @@
 //!
 //! - `packet`: messages cut into packets; `message`: headers and commands; `values`: numbers and texts in them;
 //! - `connections`: sockets and their threads; `clients`: what each asked for again and again, and how it stands to the steps;
-//! - `calls`: what each command of the protocol means; `groups`: data of many objects at once; `service`: the barrier.
+//! - `calls`: what each command of the protocol means; `groups`: data of many objects at once; `files`: files that they transfer;
+//! - `service`: the barrier.
 
 mod calls;
 mod clients;
 mod connections;
+mod files;
 mod groups;
 mod message;
 mod packet;

@@ -4,8 +4,8 @@ use std::io::{self, Read, Write};
 
 /// Bytes of a packet that is sent, its head apart.
 const PAYLOAD: usize = 30_000;
-/// Bytes of a message that is taken.
-pub const MOST: usize = 64 << 20;
+/// Bytes of a message that is taken: more than of the largest file, so that one that is too large is told.
+pub const MOST: usize = 66 << 20;
 
 /// Why a message was not taken.
 pub fn wrong(why: &str) -> io::Error {

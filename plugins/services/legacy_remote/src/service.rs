@@ -19,6 +19,7 @@ use crate::{
     LegacyRemote, calls,
     clients::Client,
     connections::{Event, Key, Ports},
+    files::Files,
     message::{self, Command, World, mode},
     values::Out,
 };
@@ -32,6 +33,8 @@ const TRIGGER: u16 = 3;
 const ERRORS: u16 = 4;
 const GOODBYE: u16 = 0xA;
 const GET_AND_CLEAR: u16 = 0x3017;
+/// Those that transfer, load and erase files.
+const FILES: std::ops::RangeInclusive<u16> = 0x3002..=0x3006;
 
 /// The service.
 pub struct Remote {
@@ -47,6 +50,7 @@ struct State {
     /// Those that scripts opened, which are closed when the simulation stops.
     of_scripts: BTreeMap<u16, Port>,
     listener: Port,
+    files: Files,
 }
 
 /// By these events scripts open and close ports.
@@ -77,7 +81,8 @@ impl Service for Remote {
         })?;
         session.log(TATU_LOG_INFO, &format!("legacy_remote: listening on {}", listener.address));
         let (clients, of_scripts) = (BTreeMap::new(), BTreeMap::new());
-        let state = State { clients, began: Instant::now(), events, ports, of_scripts, listener };
+        let state =
+            State { clients, began: Instant::now(), events, ports, of_scripts, listener, files: Files::default() };
         Ok(Remote { session, state: RefCell::new(state) })
     }
 
@@ -102,7 +107,7 @@ impl Service for Remote {
         for (number, client) in &mut state.clients {
             turn.client(*number);
             client.until = client.until.filter(|until| running && step < *until);
-            serve(turn, client, step, time);
+            serve(turn, client, &mut state.files, step, time);
         }
         let hold = running && state.clients.values().any(|c| c.holds(step));
         Ok(if hold { safe::Answer::Hold } else { safe::Answer::Go })
@@ -167,17 +172,18 @@ impl State {
 }
 
 /// Does what a client sent, and what it asked for again and again, and answers.
-fn serve(turn: &Turn<'_>, client: &mut Client, step: u64, time: f64) {
+fn serve(turn: &Turn<'_>, client: &mut Client, files: &mut Files, step: u64, time: f64) {
     let mut answers: Vec<(Key, Vec<u8>)> = Vec::new();
     for command in std::mem::take(&mut client.pending) {
         let (code, of) = (command.code, command.of.clone());
         let done = client.whole(command).and_then(|whole| match whole {
-            Some(command) => act(turn, client, &command, step).map(Some),
+            Some(command) => act(turn, client, files, &command, step).map(Some),
             // Each part is answered, so that the next one comes.
             None => Ok(Some(Vec::new())),
         });
         if let Err(fail) = &done {
-            client.went_wrong(format!("{:#06x}: {}", code as u16, fail.text()));
+            let help = fail.help_text().map(|h| format!("; {h}")).unwrap_or_default();
+            client.went_wrong(format!("{:#06x}: {}{help}", code as u16, fail.text()));
         }
         let data = done.ok().flatten();
         answers.push(((code, of.clone()), message::answer(code, &of, data.as_deref(), time as i32)));
@@ -200,7 +206,7 @@ fn serve(turn: &Turn<'_>, client: &mut Client, step: u64, time: f64) {
             if answers.iter().any(|(k, _)| *k == key) {
                 continue;
             }
-            let done = calls::call(turn, command.raw(), &command.of, &command.data);
+            let done = calls::call(turn, files, command.raw(), &command.of, &command.data);
             let answer = message::answer(command.code, &command.of, done.ok().as_deref(), time as i32);
             answers.push((key, answer));
         }
@@ -211,12 +217,16 @@ fn serve(turn: &Turn<'_>, client: &mut Client, step: u64, time: f64) {
 }
 
 /// Does a command once; what it gives.
-fn act(turn: &Turn<'_>, client: &mut Client, command: &Command, step: u64) -> Result<Vec<u8>> {
+fn act(turn: &Turn<'_>, client: &mut Client, files: &mut Files, command: &Command, step: u64) -> Result<Vec<u8>> {
     let key = (command.raw(), command.of.clone());
     match command.mode() {
         mode::DISCONTINUE => {
             client.streams.remove(&key);
             return Ok(Vec::new());
+        }
+        // Else a file would be loaded in each step.
+        mode::STREAMING | mode::STREAMING_SPLIT if FILES.contains(&command.raw()) => {
+            return Err(Fail::argument("a file is transferred, loaded or erased once: not in a streaming mode"));
         }
         mode::STREAMING | mode::STREAMING_SPLIT => client.stream(command)?,
         mode::ONESHOT | mode::BLOCKING | mode::ONESHOT_SPLIT => {}
@@ -238,7 +248,7 @@ fn act(turn: &Turn<'_>, client: &mut Client, command: &Command, step: u64) -> Re
         }
         GOODBYE => client.synchronous = false,
         raw => {
-            let done = calls::call(turn, raw, &command.of, &command.data)?;
+            let done = calls::call(turn, files, raw, &command.of, &command.data)?;
             if raw == GET_AND_CLEAR {
                 client.streams.remove(&key);
             }

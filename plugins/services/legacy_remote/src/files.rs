@@ -1,0 +1,270 @@
+//! Files that clients transfer: into a folder of their own, under names without folders.
+//!
+//! An input log tells by which name a file was loaded, or was to be, not what it held. So such a file stays in the folder,
+//! and so does what lies beside it; erased is then its name alone. No file that another run left is replaced.
+
+use std::{collections::BTreeMap, fs, io, path::PathBuf};
+
+use tatu_plugin_api::{
+    abi::TATU_FILE_WRITE,
+    safe::{Fail, Result, Turn},
+};
+
+/// The folder, in the one in which scripts open files.
+const FOLDER: &str = "transferred";
+/// Bytes of a file, bytes of all files in the folder, and how many they may be.
+const MOST: usize = 64 << 20;
+const MOST_IN_ALL: u64 = 256 << 20;
+const MOST_FILES: usize = 1000;
+/// Bytes of a name, and files whose names differ by a number.
+const LONGEST: usize = 100;
+const MOST_ALIKE: usize = 1000;
+/// Endings of native libraries: a scene may ask for plugins beside it, and a folder may be trusted.
+const LIBRARIES: &[&str] = &[".so", ".dylib", ".dll"];
+/// What the library calls a file that it transfers to have it loaded, before a number that it draws.
+const PASSING: &str = "REMOTE_API_TEMPFILE_";
+
+/// The files that clients transferred since the service was started.
+#[derive(Default)]
+pub struct Files {
+    names: BTreeMap<String, Stored>,
+}
+
+/// How a file lies in the folder.
+struct Stored {
+    name: String,
+    /// It was loaded, or lay beside one, or was there before: a log may need it.
+    stays: bool,
+}
+
+/// The folder, and what is in it.
+struct Folder {
+    path: PathBuf,
+    /// Names and sizes, in the order of names: that of a folder differs from machine to machine.
+    files: BTreeMap<String, u64>,
+}
+
+impl Files {
+    /// Takes a file. One that came under the same name before is replaced.
+    pub fn transfer(&mut self, turn: &Turn<'_>, name: &[u8], bytes: &[u8]) -> Result {
+        let name = checked(name)?;
+        if bytes.len() > MOST {
+            let size = bytes.len();
+            return Err(Fail::argument(format!("`{name}` has {size} bytes: a transferred file has {MOST} at most")));
+        }
+        if LIBRARIES.contains(&parts(name).1.to_lowercase().as_str()) {
+            return Err(Fail::unsupported(format!("`{name}` is a native library, and those are not transferred"))
+                .help("who runs the simulator puts plugins in place"));
+        }
+        let mut folder = Folder::open(turn)?;
+        let known = self.names.len() - usize::from(self.names.contains_key(name));
+        let old = self.names.get(name).filter(|s| !s.stays).map(|s| s.name.clone());
+        if let Some(there) = folder.same(name, bytes, old.as_deref())? {
+            room(known, 0, 0)?;
+            self.forget(&folder, name)?;
+            self.names.values_mut().filter(|s| s.name == there).for_each(|s| s.stays = true);
+            self.names.insert(name.to_owned(), Stored { name: there, stays: true });
+            return Ok(());
+        }
+        if let Some(old) = &old {
+            folder.files.remove(old);
+        }
+        room(known.max(folder.files.len()), folder.files.values().sum(), bytes.len() as u64)?;
+        self.forget(&folder, name)?;
+        let stored = folder.write(&with_ending(name, bytes), bytes)?;
+        self.names.insert(name.to_owned(), Stored { name: stored, stays: false });
+        Ok(())
+    }
+
+    /// The name by which commands find a file: that of a transferred one, or else as it is.
+    pub fn path(&self, name: &[u8]) -> Vec<u8> {
+        match std::str::from_utf8(name).ok().and_then(|n| self.names.get(n)) {
+            Some(stored) => format!("{FOLDER}/{}", stored.name).into_bytes(),
+            None => name.to_vec(),
+        }
+    }
+
+    /// A name is being loaded. If it is that of a transferred file, all that are beside it may be read, too.
+    pub fn load(&mut self, name: &[u8]) {
+        if std::str::from_utf8(name).is_ok_and(|n| self.names.contains_key(n)) {
+            self.names.values_mut().for_each(|s| s.stays = true);
+        }
+    }
+
+    /// Erases a file that a client transferred.
+    pub fn erase(&mut self, turn: &Turn<'_>, name: &[u8]) -> Result {
+        let name = checked(name)?;
+        if !self.names.contains_key(name) {
+            return Err(Fail::missing(format!(
+                "no file `{name}` was transferred since the service was started, or it is erased already"
+            ))
+            .help("only transferred files are erased; remove others by hand"));
+        }
+        self.forget(&Folder::open(turn)?, name)
+    }
+
+    /// Forgets a name, with its file if no log needs it.
+    fn forget(&mut self, folder: &Folder, name: &str) -> Result {
+        if let Some(stored) = self.names.get(name).filter(|s| !s.stays) {
+            match fs::remove_file(folder.path.join(&stored.name)) {
+                Err(e) if e.kind() != io::ErrorKind::NotFound => {
+                    return Err(Fail::new(format!("`{FOLDER}/{}` cannot be removed: {e}", stored.name)));
+                }
+                _ => {}
+            }
+        }
+        self.names.remove(name);
+        Ok(())
+    }
+}
+
+impl Folder {
+    fn open(turn: &Turn<'_>) -> Result<Folder> {
+        let path = turn.file(FOLDER.as_bytes(), TATU_FILE_WRITE)?;
+        let path = PathBuf::from(String::from_utf8_lossy(&path).into_owned());
+        let fail = |e: io::Error| {
+            Fail::new(format!("the folder `{FOLDER}` for transferred files cannot be made or read: {e}"))
+        };
+        fs::create_dir_all(&path).map_err(fail)?;
+        // A name in it is asked for, since a link of this name may lead out of where files are allowed.
+        turn.file(format!("{FOLDER}/file").as_bytes(), TATU_FILE_WRITE)?;
+        Folder::read(path).map_err(fail)
+    }
+
+    fn read(path: PathBuf) -> io::Result<Folder> {
+        let mut files = BTreeMap::new();
+        for entry in fs::read_dir(&path)? {
+            let entry = entry?;
+            files.insert(entry.file_name().to_string_lossy().into_owned(), entry.metadata()?.len());
+        }
+        Ok(Folder { path, files })
+    }
+
+    /// A file that is there and holds the same. Whatever number the library drew, what it has loaded again is kept once.
+    fn same(&self, name: &str, bytes: &[u8], except: Option<&str>) -> Result<Option<String>> {
+        let name = with_ending(name, bytes);
+        let (stem, ending) = parts(&name);
+        let numbered = |rest: &str| {
+            rest.is_empty() || rest.strip_prefix('-').is_some_and(|n| n.chars().all(|c| c.is_ascii_digit()))
+        };
+        let alike = |other: &str| {
+            let (of_other, ending_of_other) = parts(other);
+            let passing = stem.starts_with(PASSING) && of_other.starts_with(PASSING);
+            ending == ending_of_other && (passing || of_other.strip_prefix(stem).is_some_and(numbered))
+        };
+        for (other, size) in &self.files {
+            if *size == bytes.len() as u64 && alike(other) && except != Some(other.as_str()) {
+                let path = self.path.join(other);
+                // A link, or what is no file, is never taken for one.
+                let plain = path.symlink_metadata().is_ok_and(|m| m.is_file());
+                if plain && fs::read(&path).is_ok_and(|b| b == bytes) {
+                    return Ok(Some(other.clone()));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Writes a new file; its name.
+    fn write(&self, name: &str, bytes: &[u8]) -> Result<String> {
+        let (stem, ending) = parts(name);
+        for n in 1..=MOST_ALIKE {
+            let name = if n == 1 { name.to_owned() } else { format!("{stem}-{n}{ending}") };
+            let path = self.path.join(&name);
+            match fs::File::create_new(&path) {
+                Ok(mut file) => {
+                    return match io::Write::write_all(&mut file, bytes) {
+                        Ok(()) => Ok(name),
+                        Err(e) => {
+                            let _ = fs::remove_file(&path);
+                            Err(Fail::new(format!("`{FOLDER}/{name}` cannot be written: {e}")))
+                        }
+                    };
+                }
+                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(e) => return Err(Fail::new(format!("`{FOLDER}/{name}` cannot be written: {e}"))),
+            }
+        }
+        Err(Fail::new(format!("the folder `{FOLDER}` has {MOST_ALIKE} files `{name}` already"))
+            .help("remove those that no input log needs"))
+    }
+}
+
+/// Whether there is room for one more file.
+fn room(files: usize, all: u64, more: u64) -> Result {
+    let help = "erase files that are not needed; those of earlier runs, and loaded ones, are removed by hand";
+    if files >= MOST_FILES {
+        return Err(Fail::new(format!("there are {files} transferred files: {MOST_FILES} are the most")).help(help));
+    }
+    if all.saturating_add(more) > MOST_IN_ALL {
+        let text = format!("the folder `{FOLDER}` holds {all} bytes, {more} more are over its {MOST_IN_ALL}");
+        return Err(Fail::new(text).help(help));
+    }
+    Ok(())
+}
+
+/// A name, if it leads nowhere else.
+fn checked(name: &[u8]) -> Result<&str> {
+    let plain = |c: char| !c.is_control() && !"/\\:".contains(c);
+    match std::str::from_utf8(name) {
+        Ok(n) if !n.is_empty() && n.len() <= LONGEST && !n.starts_with('.') && n.chars().all(plain) => Ok(n),
+        _ => {
+            let name = String::from_utf8_lossy(name).escape_debug().take(2 * LONGEST).collect::<String>();
+            Err(Fail::argument(format!(
+                "`{name}` is no name for a transferred file: one of 1 to {LONGEST} bytes is expected, without folders \
+                 (no / \\ :), that begins with no dot and holds no control character"
+            )))
+        }
+    }
+}
+
+/// A name without its ending, and the ending with its dot.
+fn parts(name: &str) -> (&str, &str) {
+    name.rfind('.').map_or((name, ""), |at| name.split_at(at))
+}
+
+/// A name that ends as what is inside asks for: the library calls every model `.ttm` and every scene `.ttt`.
+fn with_ending(name: &str, bytes: &[u8]) -> String {
+    let (stem, ending) = parts(name);
+    if !stem.starts_with(PASSING) || !matches!(ending, ".ttm" | ".ttt") || bytes.starts_with(b"VREP") {
+        return name.to_owned();
+    }
+    match std::str::from_utf8(bytes) {
+        Ok(text) if text.trim_start_matches('\u{feff}').trim_start().starts_with('<') => format!("{stem}.urdf"),
+        Ok(_) => format!("{stem}.toml"),
+        Err(_) => name.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_nowhere_else() {
+        let long = "y".repeat(101);
+        for bad in ["", ".", "..", "../x.ttm", "/etc/x", "a/b", "a\\b", "c:x", ".x.ttm", "x\n", "x\u{7f}", &long] {
+            assert!(checked(bad.as_bytes()).is_err(), "{bad:?}");
+        }
+        assert!(checked(b"\xff.ttm").is_err());
+        for good in ["REMOTE_API_TEMPFILE_7722.ttm", "My model (2).ttt", "ação.lua", "x", "a..b"] {
+            assert!(checked(good.as_bytes()).is_ok(), "{good}");
+        }
+    }
+
+    #[test]
+    fn a_model_ends_as_what_is_inside_asks_for() {
+        let name = "REMOTE_API_TEMPFILE_1.ttm";
+        assert_eq!(with_ending(name, b"VREP\x01"), name);
+        assert_eq!(with_ending(name, b"format = 1\n"), "REMOTE_API_TEMPFILE_1.toml");
+        assert_eq!(with_ending(name, b"<?xml version=\"1.0\"?><robot/>"), "REMOTE_API_TEMPFILE_1.urdf");
+        assert_eq!(with_ending("mine.ttm", b"format = 1\n"), "mine.ttm");
+        assert_eq!(with_ending("REMOTE_API_TEMPFILE_1.ttb", b"x"), "REMOTE_API_TEMPFILE_1.ttb");
+    }
+
+    #[test]
+    fn a_folder_has_room_for_so_much() {
+        assert!(room(MOST_FILES - 1, 0, MOST_IN_ALL).is_ok());
+        assert!(room(MOST_FILES, 0, 0).is_err() && room(0, MOST_IN_ALL, 1).is_err() && room(0, 1, u64::MAX).is_err());
+    }
+}
