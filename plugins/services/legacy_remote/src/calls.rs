@@ -28,6 +28,8 @@ pub fn call(turn: &Turn<'_>, files: &mut Files, raw: u16, of: &[u8], data: &[u8]
     match raw {
         0x0001..=0x0FFF => of_nothing(turn, raw, &mut data),
         0x1001..=0x1FFF => of_one(turn, raw, of.i32()?.into(), &mut data),
+        // It alone of these is of a window, not of one of its buttons.
+        0x2003 => event_button(turn, of.i32()?.into()),
         0x2001..=0x2FFF => of_two(turn, raw, of.i32()?.into(), of.i32()?.into(), &mut data),
         0x3002..=0x3006 => of_file(turn, files, raw, &of.text()?, &mut data),
         0x3001..=0x33FF => of_name(turn, raw, &of.text()?, &mut data),
@@ -167,7 +169,16 @@ fn of_one(turn: &Turn<'_>, raw: u16, which: i64, data: &mut In<'_>) -> Result<Ve
         0x1023 => get("sim.getFloatParameter").and_then(number),
         0x1024 => set("sim.setFloatParameter", data.float()?),
         0x1025 => get("sim.getStringParameter").and_then(text),
+        0x1026 => get("sim.readCollision").and_then(integer),
+        0x1027 => {
+            let v = get("sim.readDistance")?;
+            // Nothing is near enough, or it is explicit and nobody handled it.
+            let distance = v.get(1).filter(|_| int(v.first()).is_ok_and(|found| found != 0));
+            let none = || Fail::missing(format!("the distance object {which} has no distance: it was never handled"));
+            number(vec![distance.cloned().ok_or_else(none)?])
+        }
         0x1028 => get("sim.removeObject").and_then(done),
+        0x1029 => get("sim.removeUI").and_then(done),
         0x102A => ask(turn, "sim.getObjectsInTree", &[Value::Int(-12), own, Value::Int(0)]).and_then(handles),
         0x102B => get("sim.endDialog").and_then(done),
         0x102C => get("sim.getDialogInput").and_then(text),
@@ -216,6 +227,14 @@ fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>)
     let get = |name: &str| ask(turn, name, &both);
     let set = |name: &str, value: Value| ask(turn, name, &[both[0].clone(), both[1].clone(), value]).and_then(done);
     match raw {
+        0x2001 => get("sim.getUISlider").and_then(integer),
+        0x2002 => set("sim.setUISlider", data.int()?),
+        0x2004 => get("sim.getUIButtonProperty").and_then(integer),
+        0x2005 => set("sim.setUIButtonProperty", data.int()?),
+        0x2006 => {
+            let (up, down) = (Value::Text(data.text()?), Value::Text(data.text()?));
+            ask(turn, "sim.setUIButtonLabel", &[both[0].clone(), both[1].clone(), up, down]).and_then(done)
+        }
         0x2007 => get("sim.getObjectFloatParameter").and_then(number),
         0x2008 => get("sim.getObjectInt32Parameter").and_then(integer),
         0x2009 => set("sim.setObjectFloatParameter", data.float()?),
@@ -234,6 +253,19 @@ fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>)
         0x2801 => get("sim.getObjectQuaternion").and_then(numbers),
         _ => Err(unknown(raw)),
     }
+}
+
+/// The button of a window that was pressed last, and two numbers of it.
+fn event_button(turn: &Turn<'_>, window: i64) -> Result<Vec<u8>> {
+    let v = ask(turn, "sim.getUIEventButton", &[Value::Int(window)])?;
+    let values = floats(v.get(1)).unwrap_or_default();
+    let mut out = Out::default();
+    // The library sends four bytes of what it is of, and takes the answer to have eight, as those beside it have.
+    out.i32(0).i32(int(v.first())?);
+    for i in 0..2 {
+        out.i32(values.get(i).map_or(0, |x| *x as i64));
+    }
+    Ok(out.0)
 }
 
 /// Commands of a file.
@@ -271,6 +303,7 @@ fn of_name(turn: &Turn<'_>, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<
     match raw {
         0x3001 if matches!(name.first(), Some(b'/' | b'.' | b':')) => get("sim.getObject").and_then(integer),
         0x3001 => get("sim.getObjectHandle").and_then(integer),
+        0x3007 => get("sim.getUIHandle").and_then(integer),
         0x3008 => get("sim.addStatusbarMessage").and_then(done),
         0x3009 => {
             let (lines, mode) = (data.int()?, data.int()?);
