@@ -1,6 +1,7 @@
 //! Clients of the legacy remote API: the real library, as a package of PyPI brings it, driven by its own Python. `wire` is a
-//! client of raw bytes; `files` transfers files.
+//! client of raw bytes, `bytes` what it says; `files` transfers files.
 
+mod bytes;
 mod files;
 mod wire;
 
