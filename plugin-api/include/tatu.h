@@ -891,6 +891,12 @@ typedef struct tatu_service {
   /* Names of the events that it is told; "*": all but those that cost something ("collision", "separation", "contact"),
    * which must be named. Null-terminated. Null: the five above. */
   const char *const *events;
+  /* [step] Calls a function of a client that this service gave as an argument: `local` is the number that session.function
+   * was told. Arguments are in the frame; results go into it, their memory comes from commands.alloc. This call alone may
+   * wait for a client: time stands for everybody, so ask session.interrupted meanwhile. Commands that the client calls
+   * before it answers are called from within, and cannot wait. What comes back stands in the input log. TATU_ERR_GONE: the
+   * client has gone. Null: the service gives no functions. */
+  tatu_status(TATU_CALL *call_func)(void *data, tatu_world *, uint32_t local, tatu_call *frame);
 } tatu_service;
 
 typedef struct tatu_ext_service {
@@ -1228,6 +1234,9 @@ typedef struct tatu_host_session {
   /* [step] Not 0: the run is to end. Who waits for something outside asks every 50 ms, and then gives up;
    * who asks is not ended as a call that never returns. */
   uint32_t(TATU_CALL *interrupted)(tatu_world *);
+  /* [step] In a call of a service: a function of a client, as an argument for commands (TATU_FUNC). It may be kept like
+   * one of a script; who calls it comes to tatu_service.call_func with `local`, a number of the service's choice. */
+  tatu_status(TATU_CALL *function)(tatu_world *, uint32_t local, tatu_func *func);
 } tatu_host_session;
 
 #define TATU_HOST_STAGE "tatu.host.stage/draft.1"

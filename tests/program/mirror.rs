@@ -97,7 +97,7 @@ mirror! {
         knows_dialect, traits, order, place, expect
     }
     tatu_ext_script { size, reserved, languages }
-    tatu_service { size, reserved, id, text, params, start, stop, barrier, event, resume, events }
+    tatu_service { size, reserved, id, text, params, start, stop, barrier, event, resume, events, call_func }
     tatu_ext_service { size, reserved, services }
     tatu_event { size, reserved, name, text, fields }
     tatu_ext_event { size, reserved, events }
@@ -115,7 +115,7 @@ mirror! {
     tatu_host_scripts { size, reserved, list, call, broadcast, options, add, call_below, text, change }
     tatu_host_signals { size, reserved, get, set, clear, name }
     tatu_host_events { size, reserved, publish, subscribe, unsubscribe, wanted, declared }
-    tatu_host_session { size, reserved, request, wake, worlds, client, state, input, put_in, open, observed, observe, interrupted }
+    tatu_host_session { size, reserved, request, wake, worlds, client, state, input, put_in, open, observed, observe, interrupted, function }
     tatu_host_stage { size, reserved, run }
     tatu_host_log { size, reserved, write, last_error }
     tatu_host_files { size, reserved, resolve }

@@ -123,12 +123,13 @@ client.setStepping(True)
 sim.startSimulation()
 print('held', flush=True)
 ";
-    // Between its steps, with a lock, while a step is under way, and while a command waits.
+    // Between its steps, with a lock, while a step is under way, while a command waits, and in a function that is called back.
     for state in [
         "import time; time.sleep(100)",
         "sim.acquireLock(); import time; time.sleep(100)",
         "while True: client.step()",
         "sim.wait(1e6)",
+        "import time; sim.testCB(1, lambda a, b: time.sleep(100), 2)",
     ] {
         let mut victim = Command::new(&python)
             .args(["-c", &format!("{}{state}", hold.replace("PORT", &served.port.to_string()))])
@@ -207,6 +208,78 @@ fn frames_that_lie_cost_only_their_connection() {
 }
 
 #[test]
+fn functions_of_a_client_are_called_back() {
+    let Some(python) = python("2.0.4") else { return };
+    let served = served();
+    let told = good(&client(
+        &python,
+        &served,
+        r#"
+from coppeliasim_zmqremoteapi_client import RemoteAPIClient
+client = RemoteAPIClient('localhost', PORT)
+sim = client.require('sim')
+calls = 0
+def add(a, b):
+    global calls
+    calls += 1
+    return a + b
+assert sim.testCB(21, add, 21, 9) == 42 and calls == 10, calls
+# Within a function the client calls commands, and functions within functions.
+def deep(a, b):
+    assert sim.testCB(a, add, b, 0) == a + b
+    return sim.getObject('/Pioneer_p3dx')
+robot = sim.getObject('/Pioneer_p3dx')
+assert sim.testCB(1, deep, 2, 3) == robot
+# An error of a command stays one, and the client goes on.
+def wrong(a, b):
+    sim.getObject('/nope')
+try:
+    sim.testCB(1, wrong, 2, 0)
+    raise SystemExit('no error')
+except Exception as e:
+    assert '/nope' in str(e), e
+"#,
+    ));
+    assert!(told.is_empty(), "{told}");
+    // The client has left with its function under way; functions in tables, and of commands that wait for steps.
+    let told = good(&client(
+        &python,
+        &served,
+        r#"
+from coppeliasim_zmqremoteapi_client import RemoteAPIClient
+client = RemoteAPIClient('localhost', PORT)
+sim = client.require('sim')
+dummy = sim.createDummy(0.1)
+seen = []
+def on_move(data):
+    seen.append(data['pose'][0])
+    sim.setFloatSignal('x', data['pose'][0])
+# Time stands for everybody.
+sim.startSimulation()
+while sim.getSimulationTime() == 0:
+    pass
+def waits(a, b):
+    begin = sim.getSimulationTime()
+    sim.wait(1)
+    assert sim.getSimulationTime() == begin
+    try:
+        client.step()
+        raise SystemExit('no error')
+    except Exception as e:
+        assert 'cannot step' in str(e), e
+sim.testCB(1, waits, 2, 0)
+goal = [1, 0, 0, 0, 0, 0, 1]
+sim.moveToPose({'object': dummy, 'targetPose': goal, 'maxVel': [2.0], 'maxAccel': [4.0], 'maxJerk': [80.0],
+                'metric': [1, 1, 1, 0.1], 'callback': on_move})
+assert len(seen) > 5 and seen == sorted(seen), seen
+assert abs(seen[-1] - 1) < 1e-3 and sim.getFloatSignal('x') == seen[-1], seen
+print('moved')
+"#,
+    ));
+    assert!(told.contains("moved"), "{told}");
+}
+
+#[test]
 fn what_clients_did_is_repeated_from_the_log() {
     let Some(python) = python("2.0.4") else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -230,6 +303,12 @@ left = sim.getObject('/Pioneer_p3dx/Pioneer_p3dx_leftMotor')
 for i in range(20):
     sim.setJointTargetVelocity(left, 0.1 * i)
     sim.setInt32Signal('n', i)
+    client.step()
+def speed(a, b):
+    sim.setInt32Signal('n', 100)
+    return sim.testCB(a, lambda a, b: a * b, b, 1)
+for i in range(10):
+    sim.setJointTargetVelocity(left, sim.testCB(0.2, speed, i, 1))
     client.step()
 sim.setStepping(False)
 sim.stopSimulation()

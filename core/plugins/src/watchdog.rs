@@ -63,6 +63,7 @@ calls! {
     Barrier = "tatu_service.barrier",
     Event = "tatu_service.event",
     ServiceResume = "tatu_service.resume",
+    ServiceFunc = "tatu_service.call_func",
 }
 
 impl Call {

@@ -521,6 +521,7 @@ pub struct tatu_service {
     pub event: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, tatu_str, *const tatu_value)>,
     pub resume: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u64, tatu_status, *const tatu_call)>,
     pub events: *const *const c_char,
+    pub call_func: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u32, *mut tatu_call) -> tatu_status>,
 }
 
 #[repr(C)]

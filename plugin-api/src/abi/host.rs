@@ -208,6 +208,7 @@ pub struct tatu_host_session {
     pub observed: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *mut tatu_str) -> tatu_status>,
     pub observe: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_str) -> tatu_status>,
     pub interrupted: Option<unsafe extern "C" fn(WorldPtr) -> u32>,
+    pub function: Option<unsafe extern "C" fn(WorldPtr, u32, *mut tatu_func) -> tatu_status>,
 }
 
 pub const TATU_STOPPED: u32 = 0;

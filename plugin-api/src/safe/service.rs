@@ -36,6 +36,12 @@ pub trait Service: Sized + 'static {
     fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
         let _ = (turn, name, payload);
     }
+    /// Calls a function of a client that it gave as an argument, by [`Turn::function`]. It may wait for the client, asking
+    /// [`World::is_interrupted`] every 50 ms; commands that the client calls meanwhile cannot wait. What it gives.
+    fn call_func(&self, turn: &Turn<'_>, local: u32, args: &[ValueRef<'_>]) -> Result<Vec<Value>> {
+        let _ = (turn, local, args);
+        Err(Fail::unsupported("this service gives no functions of clients"))
+    }
     /// A command that waited has ended; `token` is the one that [`Turn::call`] was given.
     fn resume(&self, turn: &Turn<'_>, token: u64, result: Result<&[ValueRef<'_>]>) {
         let _ = (turn, token, result);
@@ -105,6 +111,19 @@ impl Turn<'_> {
         if let Some(f) = self.session.host.session.and_then(|s| s.client) {
             // SAFETY: the world of this turn.
             unsafe { f(self.world.raw(), client) };
+        }
+    }
+    /// A function of a client as an argument for commands: [`Value::Func`]. Who calls it comes to [`Service::call_func`] with
+    /// this number.
+    pub fn function(&self, local: u32) -> Result<Value> {
+        let Some(function) = self.session.host.session.and_then(|s| s.function) else {
+            return Err(Fail::unsupported("this host takes no functions of clients"));
+        };
+        let mut func = 0;
+        // SAFETY: the world of this turn; a place for the function.
+        match unsafe { function(self.world.raw(), local, &mut func) } {
+            TATU_OK => Ok(Value::Func(func)),
+            status => Err(Fail::with_code(status, "functions of clients are given in the turn of a service")),
         }
     }
     /// `TATU_STOPPED`, `TATU_RUNNING` or `TATU_PAUSED`.
@@ -196,6 +215,7 @@ pub(crate) fn table<S: Service>(keep: &mut Keep) -> *const tatu_service {
         barrier: Some(barrier::<S>),
         event: Some(event::<S>),
         resume: Some(resume::<S>),
+        call_func: Some(call_func::<S>),
         events: if S::EVENTS.is_empty() { std::ptr::null() } else { keep.texts(S::EVENTS) },
     };
     keep.table(raw)
@@ -281,4 +301,30 @@ unsafe extern "C" fn resume<S: Service>(
             data.service.resume(&data.turn(world), token, result);
         }
     });
+}
+
+unsafe extern "C" fn call_func<S: Service>(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    local: u32,
+    frame: *mut tatu_call,
+) -> tatu_status {
+    // SAFETY: the session and the world of this turn live through the call, and so does the frame, with its error object.
+    unsafe {
+        guard::run((*frame).error, || {
+            let data = &*data.cast::<Data<S>>();
+            let turn = data.turn(world);
+            let args = ValueRef::slice((*frame).args, (*frame).n_args as usize);
+            let results = data.service.call_func(&turn, local, args)?;
+            let alloc = data.session.host.commands.and_then(|t| t.alloc);
+            let mut alloc = |n: usize| alloc.map_or(std::ptr::null_mut(), |f| f(world, n as u64).cast());
+            for value in results.iter().take((*frame).results_cap as usize) {
+                let raw = value.to_raw(&mut alloc);
+                let raw = raw.ok_or_else(|| Fail::with_code(TATU_ERR_SPACE, "the results do not fit into memory"))?;
+                *(*frame).results.add((*frame).n_results as usize) = raw;
+                (*frame).n_results += 1;
+            }
+            Ok(TATU_OK)
+        })
+    }
 }

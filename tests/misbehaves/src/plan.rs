@@ -74,7 +74,8 @@ impl Plan {
             }
         }
     }
-    fn log(&self, text: &str) {
+    /// Writes an error to the host's log.
+    pub fn log(&self, text: &str) {
         // SAFETY: the host lives until shutdown, and its tables as long.
         unsafe {
             let Some(service) = (*self.host).service else { return };

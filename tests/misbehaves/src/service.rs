@@ -6,7 +6,7 @@ use tatu_plugin_api::{abi::*, safe::guarded_quietly};
 
 use crate::{
     List, Shared,
-    command::{commands, hollow},
+    command::{commands, hollow, said},
     guarded,
     plan::{self, Plan},
     size,
@@ -50,10 +50,32 @@ unsafe extern "C" fn barrier(data: *mut c_void, world: *mut tatu_world, step: u6
                 (frame.size, frame.command, frame.alias) = (size::<tatu_call>(), found >> 8, found & 0xFF);
                 (frame.results, frame.results_cap, frame.wait_token) = (room.as_mut_ptr(), 16, 3);
                 commands.call.map(|call| call(world, &mut frame));
+                call_own(plan, commands, world);
             }
             plan.act_quietly("tatu_service.barrier", || 77).unwrap_or(TATU_GO)
         }
     })
+}
+
+/// Gives a function of its own and has it called, as commands do with what a client gave.
+///
+/// # Safety
+/// A world of this session, in the service's turn.
+unsafe fn call_own(plan: &Plan, commands: &tatu_host_commands, world: *mut tatu_world) {
+    // SAFETY: as promised; the tables live as long as the host, the frame through the call.
+    unsafe {
+        let Some(service) = (*plan.host).service else { return };
+        let session = service(plan.host, TATU_HOST_SESSION.as_ptr()).cast::<tatu_host_session>();
+        let mut func = 0;
+        session.as_ref().and_then(|s| s.function).map(|f| f(world, 1, &mut func));
+        let mut room = [hollow(TATU_NIL, 0); 16];
+        let mut frame: tatu_call = std::mem::zeroed();
+        frame.size = size::<tatu_call>();
+        (frame.results, frame.results_cap) = (room.as_mut_ptr(), 16);
+        if commands.call_func.map_or(TATU_ERR, |f| f(world, func, &mut frame)) < 0 {
+            plan.log(&format!("the service `misbehaves`: {}", said(&frame).text()));
+        }
+    }
 }
 
 unsafe extern "C" fn event(data: *mut c_void, _: *mut tatu_world, _: tatu_str, _: *const tatu_value) {
@@ -64,6 +86,14 @@ unsafe extern "C" fn event(data: *mut c_void, _: *mut tatu_world, _: tatu_str, _
 unsafe extern "C" fn resume(data: *mut c_void, _: *mut tatu_world, _: u64, _: tatu_status, _: *const tatu_call) {
     // SAFETY: as above.
     guarded_quietly(|| unsafe { Plan::of(data) }.act_quietly("tatu_service.resume", plan::other_mode));
+}
+
+unsafe extern "C" fn call_func(data: *mut c_void, _: *mut tatu_world, _: u32, frame: *mut tatu_call) -> tatu_status {
+    // SAFETY: as above; the frame lives through the call, with its error object.
+    unsafe {
+        let error = (*frame).error;
+        guarded(error, || Ok(Plan::of(data).act("tatu_service.call_func", || Ok(77))?.unwrap_or(TATU_OK)))
+    }
 }
 
 static SERVICE: Shared<tatu_service> = Shared(tatu_service {
@@ -78,6 +108,7 @@ static SERVICE: Shared<tatu_service> = Shared(tatu_service {
     event: Some(event),
     resume: Some(resume),
     events: null(),
+    call_func: Some(call_func),
 });
 static SERVICES: List<tatu_service, 2> = List([&raw const SERVICE.0, null()]);
 

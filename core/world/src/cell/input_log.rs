@@ -139,15 +139,17 @@ pub struct Replay {
     next: usize,
     /// and the next one of what plugins observed: they ask for it where they did then.
     observed: usize,
+    /// and of what functions of clients gave.
+    functions: usize,
 }
 
 impl Replay {
     /// From its first record.
     pub(crate) fn new(records: Arc<[Record]>) -> Self {
-        Replay { records, next: 0, observed: 0 }
+        Replay { records, next: 0, observed: 0, functions: 0 }
     }
     pub(crate) fn rewind(&mut self) {
-        (self.next, self.observed) = (0, 0);
+        (self.next, self.observed, self.functions) = (0, 0, 0);
     }
     pub(crate) fn next_at(&mut self, step: u64) -> Option<Record> {
         loop {
@@ -156,6 +158,30 @@ impl Replay {
             if !matches!(record.input, Input::Observed { .. }) {
                 return Some(record.clone());
             }
+        }
+    }
+    /// The next record to be done again, if it stands before a place.
+    pub(crate) fn next_before(&mut self, place: usize) -> Option<Record> {
+        while self.next < place {
+            self.next += 1;
+            let record = self.records.get(self.next - 1)?;
+            if !matches!(record.input, Input::Observed { .. }) {
+                return Some(record.clone());
+            }
+        }
+        None
+    }
+    /// Where the log has what the next function of a client gave, at a step: of a kind.
+    pub(crate) fn place_of(&self, step: u64, kind: &str) -> Option<usize> {
+        let is = |r: &Record| r.step >= step && matches!(&r.input, Input::Observed { kind: k, .. } if k == kind);
+        self.records.get(self.functions..)?.iter().position(is).map(|i| self.functions + i)
+    }
+    /// What it gave.
+    pub(crate) fn take_function(&mut self, place: usize) -> Option<String> {
+        self.functions = place + 1;
+        match &self.records.get(place)?.input {
+            Input::Observed { text, .. } => Some(text.clone()),
+            _ => None,
         }
     }
     /// What a plugin observed next, from a step on: of a kind.

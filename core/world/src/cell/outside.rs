@@ -28,6 +28,8 @@ pub(crate) struct Outside {
     events: RefCell<Vec<(Rc<str>, Value)>>,
     pub log: RefCell<InputLog>,
     pub replay: RefCell<Option<Replay>>,
+    /// Functions of clients that run now, one within the other.
+    pub functions: Cell<u32>,
     /// Who made the call that is being replayed.
     pub replayed: RefCell<String>,
     /// What came in since the start, but for what services did: kind and text.
@@ -60,6 +62,7 @@ impl Default for Outside {
             events: RefCell::default(),
             log: RefCell::default(),
             replay: RefCell::default(),
+            functions: Cell::default(),
             replayed: RefCell::default(),
             inputs: RefCell::default(),
             clock: Cell::default(),

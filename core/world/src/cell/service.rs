@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 };
 use tatu_plugins::{
     Registry, ServiceKind,
-    border::{ErrorSlot, answer, raw},
+    border::{ErrorSlot, answer, name_plugin, raw},
     events::covers,
     watchdog::Call,
 };
@@ -96,6 +96,33 @@ impl Running {
     /// Whether commands that it calls may wait.
     pub fn can_wait(&self, registry: &Registry) -> bool {
         !self.off.get() && self.info(registry).raw.resume.is_some()
+    }
+
+    /// Whether it gives functions of its clients to commands.
+    pub fn gives_functions(&self, registry: &Registry) -> bool {
+        !self.off.get() && self.info(registry).raw.call_func.is_some()
+    }
+
+    /// Calls a function of one of its clients. The results' memory is the caller's to release.
+    pub fn call_func(&self, world: &WorldCell, local: u32, f: &mut tatu_call) -> tatu_status {
+        let kind = self.info(&world.registry);
+        let Some(call) = kind.raw.call_func else { return TATU_ERR_UNSUPPORTED };
+        world.calls.caller.set(Caller::remote(self.number));
+        (f.world, f.caller_kind) = (world.raw(), TATU_CALLER_HOST);
+        (f.caller, f.caller_object, f.caller_script) = (0, 0, 0);
+        let error = f.error;
+        // SAFETY: by the contract; no borrow of the world is alive here, and the frame lives through the call.
+        let status =
+            world.cross(kind.plugin, Call::ServiceFunc, 0, || unsafe { call(self.data, world.raw(), local, f) });
+        f.error = error;
+        // SAFETY: the host's own error object and plugin data, which live through the call.
+        unsafe {
+            let status = answer(status, false, error);
+            if status < 0 {
+                name_plugin(status, error, &world.registry.plugins[kind.plugin].id, Call::ServiceFunc);
+            }
+            status
+        }
     }
 
     /// Runs a call into it: depth, caller and arena are afterwards as before.

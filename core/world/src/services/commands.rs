@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::border::{raw, text};
 
 use super::{here, on, passed};
-use crate::{calls::call_command, cell::WorldCell, scripts};
+use crate::{calls::call_command, cell::WorldCell, scripts, session::functions};
 
 pub static TABLE: tatu_host_commands = tatu_host_commands {
     size: size_of::<tatu_host_commands>() as u32,
@@ -143,7 +143,12 @@ unsafe extern "C" fn release(w: *mut tatu_world, mark: u64) {
 unsafe extern "C" fn retain(w: *mut tatu_world, func: tatu_func, kept: *mut tatu_func) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| match scripts::keep_func(world, func) {
+        let last = |world: &WorldCell| match functions::is_of_client(func) {
+            // They last as long as their client.
+            true => functions::is_there(world, func).then_some(func),
+            false => scripts::keep_func(world, func),
+        };
+        on(w, |world| match last(world) {
             Some(f) => {
                 *kept = f;
                 Ok(())
@@ -155,7 +160,7 @@ unsafe extern "C" fn retain(w: *mut tatu_world, func: tatu_func, kept: *mut tatu
 
 unsafe extern "C" fn drop_func(w: *mut tatu_world, func: tatu_func) {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
-    if let Some(world) = unsafe { WorldCell::of(w) } {
+    if let Some(world) = unsafe { WorldCell::of(w) }.filter(|_| !functions::is_of_client(func)) {
         scripts::drop_func(world, func);
     }
 }
@@ -166,6 +171,11 @@ unsafe extern "C" fn call_func(w: *mut tatu_world, func: tatu_func, frame: *mut 
         if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
             return TATU_ERR_ARGUMENT;
         }
-        on(w, |world| passed(scripts::call_func(world, func, frame)))
+        on(w, |world| {
+            passed(match functions::is_of_client(func) {
+                true => functions::call(world, func, frame),
+                false => scripts::call_func(world, func, frame),
+            })
+        })
     }
 }

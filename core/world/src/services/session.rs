@@ -5,6 +5,7 @@ use tatu_plugin_api::abi::*;
 use super::{busy, fill, on, passed};
 use crate::{
     cell::{Phase, SessionCell, WorldCell},
+    session::functions,
     step::{self, Stage},
 };
 use tatu_plugins::border::text;
@@ -23,6 +24,7 @@ pub static TABLE: tatu_host_session = tatu_host_session {
     observed: Some(observed),
     observe: Some(observe),
     interrupted: Some(interrupted),
+    function: Some(function),
 };
 
 pub static STAGE: tatu_host_stage =
@@ -154,6 +156,29 @@ unsafe extern "C" fn interrupted(w: *mut tatu_world) -> u32 {
         world.watch.waits();
     }
     u32::from(session.is_some_and(|s| s.interrupted()) || world.is_some_and(|w| w.stop_requested()))
+}
+
+unsafe extern "C" fn function(w: *mut tatu_world, local: u32, out: *mut tatu_func) -> tatu_status {
+    // SAFETY: by the contract, what a plugin passes is valid during the call; `out` is null or writable.
+    unsafe {
+        on(w, |world| {
+            let caller = world.calls.caller.get();
+            let running = world.outside.session().and_then(|s| s.nth((caller.service as usize).wrapping_sub(1)));
+            let gives =
+                caller.kind == TATU_CALLER_REMOTE && running.is_some_and(|s| s.gives_functions(&world.registry));
+            match out.as_mut() {
+                None => Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a place for the function is expected, found null")),
+                Some(_) if !gives => {
+                    let text = "only a service that has `call_func` gives functions, in its turn at the barrier";
+                    Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text))
+                }
+                Some(out) => {
+                    *out = functions::of_client(caller.service, local);
+                    Ok(())
+                }
+            }
+        })
+    }
 }
 
 unsafe extern "C" fn put_in(w: *mut tatu_world, kind: tatu_str, what: tatu_str) -> tatu_status {

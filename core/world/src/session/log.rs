@@ -64,6 +64,14 @@ pub(crate) fn feed(world: &WorldCell) {
     }
 }
 
+/// Does again what was done before a place of the log.
+pub(crate) fn feed_until(world: &WorldCell, place: usize) {
+    loop {
+        let Some(record) = world.outside.replay.borrow_mut().as_mut().and_then(|r| r.next_before(place)) else { break };
+        feed_one(world, record);
+    }
+}
+
 fn feed_one(world: &WorldCell, record: Record) {
     let Some(level) = world.calls.enter() else { return };
     world.calls.caller.set(Caller::remote(REPLAY));

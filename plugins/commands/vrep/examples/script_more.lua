@@ -5,6 +5,13 @@ assert(result == 0 and value == 42)
 --- sim.setScriptVariable
 sim.setScriptVariable('speed', sim.getScript(sim.handle_self), 0.5)
 assert(speed == 0.5)
+--- sim.testCB
+local calls = 0
+local sum = sim.testCB(40, function(a, b)
+    calls = calls + 1
+    return a + b
+end, 2, 9)
+assert(sum == 42 and calls == 10)
 --- sim.getScriptFunctions
 function double(x)
     return 2 * x

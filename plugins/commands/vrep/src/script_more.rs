@@ -44,6 +44,24 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Sets a global variable of a script."),
     );
     offer.command(
+        Cmd::new("sim.testCB", |c| {
+            let function = c.arg(1).as_func().ok_or_else(|| Fail::argument("argument 2: a function is expected"))?;
+            let args = [c.arg(0).to_value()?, c.arg(2).to_value()?];
+            let mut results = Vec::new();
+            for _ in 0..=c.i64(3)?.clamp(0, 1_000_000) {
+                results = c.call_func(function, &args)?;
+            }
+            results.iter().for_each(|r| c.ret::<Value>(r));
+            Ok(())
+        })
+        .param(Param::any("a").optional().text("its first argument"))
+        .param(Param::func("function"))
+        .param(Param::any("b").optional().text("its second argument"))
+        .param(Param::int("iterations").default(99).text("how often it is called before the last time"))
+        .returns(Param::any("results").text("of the last call"))
+        .text("Calls a function again and again: a test of callbacks, those of remote clients for instance."),
+    );
+    offer.command(
         Cmd::new("sim.getScriptFunctions", |c| {
             scripts::self_or(c, 0)?;
             c.ret::<Value>(Value::Map(Vec::new()));

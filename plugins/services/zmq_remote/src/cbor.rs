@@ -118,6 +118,12 @@ pub fn results(values: Vec<Cbor>, first: bool) -> Vec<u8> {
     bytes(message)
 }
 
+/// A call of a function of a client.
+pub fn call(name: &str, args: &[Value]) -> Vec<u8> {
+    let args = args.iter().map(write).collect();
+    bytes(vec![("func", Cbor::Text(name.to_owned())), ("args", Cbor::Array(args))])
+}
+
 /// The answer of a call that failed.
 pub fn failed(text: &str, first: bool) -> Vec<u8> {
     if first {

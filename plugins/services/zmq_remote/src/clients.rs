@@ -52,9 +52,14 @@ impl Clients {
         client.connections.insert(connection);
         client
     }
-    /// A connection has ended: who has no other is gone, and holds nothing any more.
-    pub fn gone(&mut self, connection: u64) {
-        self.all.retain(|_, c| !(c.connections.remove(&connection) && c.connections.is_empty()));
+    /// The number of the client that a connection belongs to.
+    pub fn of_connection(&self, connection: u64) -> Option<u64> {
+        self.all.values().find(|c| c.connections.contains(&connection)).map(|c| c.number)
+    }
+    /// A connection has ended: who has no other is gone, and holds nothing any more. Their keys.
+    pub fn gone(&mut self, connection: u64) -> Vec<String> {
+        let last = |c: &mut Client| c.connections.remove(&connection) && c.connections.is_empty();
+        self.all.extract_if(.., |_, c| last(c)).map(|(key, _)| key).collect()
     }
     /// A client says that it goes.
     pub fn end(&mut self, key: &str) {

@@ -1,11 +1,13 @@
 //! The ZeroMQ remote API: clients that were written for CoppeliaSim call the commands of a world.
 //!
 //! - `zmtp`: sockets and ZeroMQ's framing; `cbor`: messages; `catalogue`: what a name space offers;
-//! - `clients`: who is there, and how each stands to the steps; `service`: what is done at the barrier.
+//! - `clients`: who is there, and how each stands to the steps; `functions`: what clients give to be called back;
+//! - `service`: what is done at the barrier.
 
 mod catalogue;
 mod cbor;
 mod clients;
+mod functions;
 mod service;
 mod zmtp;
 

@@ -4,6 +4,7 @@ use std::{
     cell::{RefCell, RefMut},
     collections::{BTreeMap, VecDeque},
     sync::mpsc::Receiver,
+    time::Duration,
 };
 
 use ciborium::Value as Cbor;
@@ -16,11 +17,16 @@ use crate::{
     ZmqRemote, catalogue,
     cbor::{self, Request},
     clients::{Answer, Clients},
+    functions::Functions,
     zmtp::{Event, Kind, Listener},
 };
 
 /// Requests that are handled in one turn.
 const AT_ONCE: usize = 2000;
+/// How a client answers when a function of it has returned.
+const EXECUTED: &str = "_*executed*_";
+/// How long a client is waited for before it is asked whether the run goes on.
+const PATIENCE: Duration = Duration::from_millis(20);
 /// The port that clients ask when they are told none.
 const PORT: i64 = 23000;
 
@@ -33,9 +39,14 @@ pub struct Remote {
 struct State {
     clients: Clients,
     requests: VecDeque<Waiting>,
-    /// Commands that wait, by token.
-    waits: BTreeMap<u64, (Answer, bool, String)>,
+    /// Requests whose commands run now, the outermost first: a function of a client may be called in any of them.
+    running: Vec<Pending>,
+    /// Functions of clients that have been called and have not returned.
+    talks: u32,
+    /// Requests whose commands wait, by token.
+    waits: BTreeMap<u64, Pending>,
     next_token: u64,
+    functions: Functions,
     /// The step that listeners of the first protocol were told last.
     told: Option<u64>,
     events: Receiver<Event>,
@@ -51,11 +62,44 @@ struct Waiting {
     asked: Result<Request>,
 }
 
+/// A request that is not answered yet.
+#[derive(Clone)]
+struct Pending {
+    connection: u64,
+    /// Of its client.
+    key: String,
+    answer: Answer,
+    /// What it calls.
+    name: String,
+    /// It is of the first protocol.
+    first: bool,
+}
+
+impl Pending {
+    /// Answers; who has gone needs none.
+    fn reply(&self, result: Result<Vec<Cbor>>) {
+        let bytes = match result {
+            Ok(values) => cbor::results(values, self.first),
+            Err(fail) => cbor::failed(&format!("{} (in function '{}')", fail.text(), self.name), self.first),
+        };
+        let _ = self.answer.send(bytes);
+    }
+}
+
+/// Where the answer of a client's function goes: to a command that runs, or to one that waits.
+#[derive(Clone, Copy)]
+enum Place {
+    Running(usize),
+    Waits(u64),
+}
+
 /// What becomes of a request.
 enum Done {
     Now(Vec<Cbor>),
     /// It is answered later.
     Later,
+    /// It is a command of the world, to be called.
+    Command,
 }
 
 impl Service for Remote {
@@ -92,8 +136,11 @@ impl Service for Remote {
         let state = State {
             clients: Clients::default(),
             requests: VecDeque::new(),
+            running: Vec::new(),
+            talks: 0,
             waits: BTreeMap::new(),
             next_token: 1,
+            functions: Functions::default(),
             told: None,
             events,
             _listener: listener,
@@ -107,18 +154,21 @@ impl Service for Remote {
         if turn.worlds().0 != 0 {
             return Ok(safe::Answer::Go);
         }
-        let state = &mut *self.state()?;
-        if state.told.replace(step) != Some(step)
-            && let Some(counter) = &state.counter
         {
-            counter.publish(&(step as u32).to_le_bytes());
+            let state = &mut *self.state()?;
+            if state.told.replace(step) != Some(step)
+                && let Some(counter) = &state.counter
+            {
+                counter.publish(&(step as u32).to_le_bytes());
+            }
+            state.hear(&self.session);
+            state.stepped(turn, step);
         }
-        state.hear(&self.session);
-        state.stepped(turn, step);
         for _ in 0..AT_ONCE {
-            let Some(waiting) = state.requests.pop_front() else { break };
-            state.handle(turn, step, waiting);
+            let Some(waiting) = self.state()?.requests.pop_front() else { break };
+            self.handle(turn, step, waiting)?;
         }
+        let state = &mut *self.state()?;
         if !state.requests.is_empty() {
             self.session.wake();
         }
@@ -137,97 +187,96 @@ impl Service for Remote {
 
     fn resume(&self, _: &Turn<'_>, token: u64, result: Result<&[ValueRef<'_>]>) {
         let Ok(mut state) = self.state() else { return };
-        let Some((answer, first, name)) = state.waits.remove(&token) else { return };
-        let values = result.and_then(|all| all.iter().map(|v| Ok(cbor::write(&v.to_value()?))).collect());
-        reply(&answer, &name, values, first);
+        let Some(pending) = state.waits.remove(&token) else { return };
+        pending.reply(result.and_then(|all| all.iter().map(|v| Ok(cbor::write(&v.to_value()?))).collect()));
+    }
+
+    fn call_func(&self, turn: &Turn<'_>, local: u32, args: &[ValueRef<'_>]) -> Result<Vec<Value>> {
+        let args = args.iter().map(|v| v.to_value()).collect::<Result<Vec<_>>>()?;
+        let function = self.state()?.functions.get(local).cloned().ok_or_else(gone)?;
+        let place = self.state()?.place_of(&function.client);
+        match place {
+            Some(place) => self.call_back(turn, place, &function.name, &args),
+            None => {
+                self.state()?.functions.put_off(function, args);
+                Ok(Vec::new())
+            }
+        }
     }
 }
 
-/// Answers; who has gone needs none.
-fn reply(answer: &Answer, name: &str, result: Result<Vec<Cbor>>, first: bool) {
-    let bytes = match result {
-        Ok(values) => cbor::results(values, first),
-        Err(fail) => cbor::failed(&format!("{} (in function '{name}')", fail.text()), first),
-    };
-    let _ = answer.send(bytes);
+fn gone() -> Fail {
+    Fail::with_code(TATU_ERR_GONE, "the function's client has gone")
 }
 
 impl Remote {
     fn state(&self) -> Result<RefMut<'_, State>> {
         self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the service is in use"))
     }
-}
 
-impl State {
-    /// What connections told.
-    fn hear(&mut self, session: &Session) {
-        while let Ok(event) = self.events.try_recv() {
-            match event {
-                Event::Request { connection, body, answer } => {
-                    self.requests.push_back(Waiting { connection, answer, asked: cbor::read(&body) });
-                }
-                Event::Gone(connection) => {
-                    self.requests.retain(|r| r.connection != connection);
-                    self.clients.gone(connection);
-                }
-                Event::Refused(text) => session.log(TATU_LOG_WARNING, &format!("zmq_remote: {text}")),
-            }
-        }
-    }
-
-    /// Answers those whose steps are over. While time stands a step is over at once.
-    fn stepped(&mut self, turn: &Turn<'_>, step: u64) {
-        let stands = turn.state() != TATU_RUNNING;
-        for client in self.clients.iter_mut() {
-            client.until.retain(|(until, answer)| {
-                let over = stands || *until <= step;
-                if let (true, Some(answer)) = (over, answer) {
-                    let _ = answer.send(cbor::results(Vec::new(), false));
-                }
-                !over
-            });
-        }
-    }
-
-    fn handle(&mut self, turn: &Turn<'_>, step: u64, waiting: Waiting) {
+    /// Does what a client asks. Nothing of the state is borrowed while a command runs: it may call a function of a client.
+    fn handle(&self, turn: &Turn<'_>, step: u64, waiting: Waiting) -> Result<()> {
         let Waiting { connection, answer, asked } = waiting;
-        let request = match asked {
-            Ok(request) => request,
-            Err(fail) => return reply(&answer, "", Err(fail), false),
+        let asked = asked.map(|r| {
+            let key = r.uuid.clone().unwrap_or_else(|| format!("connection {connection}"));
+            (Pending { connection, key, answer: answer.clone(), name: r.func.clone(), first: r.uuid.is_none() }, r)
+        });
+        let (pending, mut request) = match asked {
+            Ok(asked) => asked,
+            Err(fail) => {
+                let nobody = Pending { connection, key: String::new(), answer, name: String::new(), first: false };
+                nobody.reply(Err(fail));
+                return Ok(());
+            }
         };
-        let first = request.uuid.is_none();
-        let key = request.uuid.clone().unwrap_or_else(|| format!("connection {connection}"));
-        let number = self.clients.of(&key, connection).number;
-        turn.client(number);
-        let name = request.func.clone();
-        match self.act(turn, step, (&key, connection), request, &answer) {
-            Ok(Done::Later) => {}
-            Ok(Done::Now(values)) => reply(&answer, &name, Ok(values), first),
-            Err(fail) => reply(&answer, &name, Err(fail), first),
+        let key = pending.key.clone();
+        let (at, later) = {
+            let state = &mut *self.state()?;
+            turn.client(state.clients.of(&key, connection).number);
+            state.running.push(pending);
+            (state.running.len() - 1, state.functions.take_later(&key))
+        };
+        for (name, args) in later {
+            // What it gives interests nobody any more, and who has gone needs no answer.
+            let _ = self.call_back(turn, Place::Running(at), &name, &args);
         }
+        let bound = request.args.iter_mut().filter(|_| request.uuid.is_some());
+        let bound = {
+            let functions = &mut self.state()?.functions;
+            bound.map(|arg| functions.bind(&key, arg, &|number| turn.function(number))).collect::<Result<()>>()
+        };
+        let done = bound.and_then(|()| self.act(turn, step, at, &request)).and_then(|done| match done {
+            Done::Command => self.call(turn, at, &request),
+            done => Ok(done),
+        });
+        // Its answer may go elsewhere by now: to where the last function of the client was answered.
+        let state = &mut *self.state()?;
+        let pending = state.running.pop();
+        match (done, pending) {
+            (Ok(Done::Now(values)), Some(pending)) => pending.reply(Ok(values)),
+            (Err(fail), Some(pending)) => pending.reply(Err(fail)),
+            _ => {}
+        }
+        Ok(())
     }
 
-    fn act(
-        &mut self,
-        turn: &Turn<'_>,
-        step: u64,
-        (key, connection): (&str, u64),
-        request: Request,
-        answer: &Answer,
-    ) -> Result<Done> {
-        let Request { func, args, uuid } = request;
-        let first = uuid.is_none();
-        let running = turn.state() == TATU_RUNNING;
+    /// What the service does itself.
+    fn act(&self, turn: &Turn<'_>, step: u64, at: usize, request: &Request) -> Result<Done> {
+        let Request { func, args, .. } = request;
         let none = || Ok(Done::Now(Vec::new()));
         let text = || match args.first() {
             Some(Value::Text(t)) => Ok(String::from_utf8_lossy(t).into_owned()),
             _ => Err(Fail::argument("the name of a module is expected")),
         };
-        let client = self.clients.of(key, connection);
+        let mut state = self.state()?;
+        let state = &mut *state;
+        let pending = state.running.get(at).cloned().ok_or_else(gone)?;
+        let client = state.clients.of(&pending.key, pending.connection);
+        let running = turn.state() == TATU_RUNNING;
         match func.as_str() {
-            "_*executed*_" => none(),
+            EXECUTED => none(),
             "_*end*_" => {
-                self.clients.end(key);
+                state.end(&pending.key);
                 none()
             }
             "zmqRemoteApi.require" => {
@@ -242,8 +291,14 @@ impl State {
                 client.level = if on { before + 1 } else { (before - 1).max(0) };
                 Ok(Done::Now(vec![Cbor::Integer(before.into())]))
             }
+            "sim.step" | "sim.switchThread" | "sim.yield" | "step" if running && state.talks > 0 => {
+                Err(Fail::with_code(
+                    TATU_ERR_BUSY,
+                    "a function that was called back cannot step: time stands until it has returned",
+                ))
+            }
             "sim.step" | "sim.switchThread" | "sim.yield" if running => {
-                client.until.push((step + 1, Some(answer.clone())));
+                client.until.push((step + 1, Some(pending.answer)));
                 Ok(Done::Later)
             }
             // A client of the first protocol hears of the step by the next port.
@@ -260,25 +315,137 @@ impl State {
                 client.holds = (client.holds - 1).max(0);
                 none()
             }
-            _ => {
-                // A stop is held up by nobody.
-                if func == "sim.stopSimulation" {
-                    self.clients.iter_mut().for_each(|c| c.release());
-                }
-                self.call(turn, func, &args, answer, first)
+            _ => Ok(Done::Command),
+        }
+    }
+
+    fn call(&self, turn: &Turn<'_>, at: usize, request: &Request) -> Result<Done> {
+        let token = {
+            let state = &mut *self.state()?;
+            // A stop is held up by nobody.
+            if request.func == "sim.stopSimulation" {
+                state.clients.iter_mut().for_each(|c| c.release());
+            }
+            // Within a function that was called back nothing can wait.
+            if state.talks > 0 { 0 } else { state.next_token }
+        };
+        match turn.call(&request.func, &request.args, token)? {
+            Called::Done(values) => Ok(Done::Now(values.iter().map(cbor::write).collect())),
+            Called::Waits => {
+                let state = &mut *self.state()?;
+                state.next_token += 1;
+                let pending = state.running.get(at).cloned().ok_or_else(gone)?;
+                state.waits.insert(token, pending);
+                Ok(Done::Later)
             }
         }
     }
 
-    fn call(&mut self, turn: &Turn<'_>, func: String, args: &[Value], answer: &Answer, first: bool) -> Result<Done> {
-        let token = self.next_token;
-        match turn.call(&func, args, token)? {
-            Called::Done(values) => Ok(Done::Now(values.iter().map(cbor::write).collect())),
-            Called::Waits => {
-                self.next_token += 1;
-                self.waits.insert(token, (answer.clone(), first, func));
-                Ok(Done::Later)
+    /// Answers a request of a client by a call of its function, and does what it asks until the function has returned.
+    fn call_back(&self, turn: &Turn<'_>, place: Place, name: &str, args: &[Value]) -> Result<Vec<Value>> {
+        self.state()?.talks += 1;
+        let results = self.talk(turn, place, name, args);
+        self.state()?.talks -= 1;
+        results
+    }
+
+    fn talk(&self, turn: &Turn<'_>, place: Place, name: &str, args: &[Value]) -> Result<Vec<Value>> {
+        let connection = {
+            let state = &mut *self.state()?;
+            let pending = state.pending(place).ok_or_else(gone)?;
+            let _ = pending.answer.send(cbor::call(name, args));
+            let connection = pending.connection;
+            turn.client(state.clients.of_connection(connection).ok_or_else(gone)?);
+            connection
+        };
+        loop {
+            let next = {
+                let state = &mut *self.state()?;
+                if turn.is_interrupted() {
+                    return Err(Fail::with_code(
+                        TATU_ERR_GONE,
+                        "the run ends before a function of a client has returned",
+                    ));
+                }
+                state.wait(&self.session);
+                state.clients.of_connection(connection).ok_or_else(gone)?;
+                let at = state.requests.iter().position(|r| r.connection == connection);
+                at.and_then(|at| state.requests.remove(at))
+            };
+            match next {
+                Some(Waiting { answer, asked: Ok(request), .. }) if request.func == EXECUTED => {
+                    if let Some(pending) = self.state()?.pending(place) {
+                        pending.answer = answer;
+                    }
+                    return Ok(request.args);
+                }
+                Some(request) => self.handle(turn, 0, request)?,
+                None => {}
             }
+        }
+    }
+}
+
+impl State {
+    /// What connections told.
+    fn hear(&mut self, session: &Session) {
+        while let Ok(event) = self.events.try_recv() {
+            self.take(session, event);
+        }
+    }
+
+    /// Waits a little for what connections tell.
+    fn wait(&mut self, session: &Session) {
+        if let Ok(event) = self.events.recv_timeout(PATIENCE) {
+            self.take(session, event);
+        }
+    }
+
+    fn take(&mut self, session: &Session, event: Event) {
+        match event {
+            Event::Request { connection, body, answer } => {
+                self.requests.push_back(Waiting { connection, answer, asked: cbor::read(&body) });
+            }
+            Event::Gone(connection) => {
+                self.requests.retain(|r| r.connection != connection);
+                for key in self.clients.gone(connection) {
+                    self.functions.gone(&key);
+                }
+            }
+            Event::Refused(text) => session.log(TATU_LOG_WARNING, &format!("zmq_remote: {text}")),
+        }
+    }
+
+    /// A client says that it goes.
+    fn end(&mut self, key: &str) {
+        self.clients.end(key);
+        self.functions.gone(key);
+    }
+
+    /// The request of a client that a function of it can answer now: the innermost that runs, else the last that waits.
+    fn place_of(&self, client: &str) -> Option<Place> {
+        let running = self.running.iter().rposition(|p| p.key == client).map(Place::Running);
+        running.or_else(|| self.waits.iter().rfind(|(_, p)| p.key == client).map(|(token, _)| Place::Waits(*token)))
+    }
+
+    fn pending(&mut self, place: Place) -> Option<&mut Pending> {
+        match place {
+            Place::Running(at) => self.running.get_mut(at),
+            Place::Waits(token) => self.waits.get_mut(&token),
+        }
+    }
+
+    /// Answers those whose steps are over. While time stands a step is over at once.
+    fn stepped(&mut self, turn: &Turn<'_>, step: u64) {
+        let stands = turn.state() != TATU_RUNNING;
+        for client in self.clients.iter_mut() {
+            client.until.retain(|(until, answer)| {
+                let over = stands || *until <= step;
+                if let (true, Some(answer)) = (over, answer) {
+                    let _ = answer.send(cbor::results(Vec::new(), false));
+                }
+                !over
+            });
         }
     }
 }

@@ -1,0 +1,129 @@
+//! Functions of clients: what services give to commands as arguments. What a function gave is written into the input log,
+//! after what its client did meanwhile; a run that is repeated does the same, and takes the results from there.
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Value, ValueRef},
+};
+use tatu_plugins::border::text;
+
+use super::{json, log};
+use crate::{
+    calls::{check_results, say},
+    cell::{self, WorldCell},
+};
+
+/// Numbers of functions of clients begin where instances of scripts do not come: 1 << 63 | service << 32 | local.
+const CLIENTS: u64 = 1 << 63;
+
+/// Whether a function is one of a client.
+pub(crate) fn is_of_client(func: tatu_func) -> bool {
+    func & CLIENTS != 0
+}
+
+/// The function of the client of a service, by the service's number in its session.
+pub(crate) fn of_client(service: u32, local: u32) -> tatu_func {
+    CLIENTS | u64::from(service) << 32 | u64::from(local)
+}
+
+/// Whether it can be called: its service is there, or the log has what it gave.
+pub(crate) fn is_there(world: &WorldCell, func: tatu_func) -> bool {
+    world.outside.replay.borrow().is_some() || service_of(world, func).is_some()
+}
+
+fn service_of(world: &WorldCell, func: tatu_func) -> Option<std::rc::Rc<cell::Running>> {
+    let number = (func & !CLIENTS) >> 32;
+    let service = world.outside.session()?.nth((number as usize).wrapping_sub(1))?;
+    service.gives_functions(&world.registry).then_some(service)
+}
+
+/// Calls a function of a client.
+///
+/// # Safety
+/// The frame and its arrays are valid.
+pub(crate) unsafe fn call(world: &WorldCell, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
+    // SAFETY: the caller promises it.
+    let f = unsafe { &mut *frame };
+    f.n_results = 0;
+    let Some(level) = world.calls.enter() else {
+        f.error = world.calls.error_at(world.calls.depth.get());
+        return say(f.error, TATU_ERR_BUSY, &format!("calls nest more than {} deep", cell::MAX_DEPTH));
+    };
+    f.error = world.calls.error_at(level.depth);
+    let deep = world.outside.functions.replace(world.outside.functions.get() + 1);
+    let kind = format!("function/{deep}");
+    let client = world.outside.client.get();
+    let status =
+        if world.outside.replay.borrow().is_some() { again(world, &kind, f) } else { now(world, &kind, func, f) };
+    world.outside.client.set(client);
+    world.outside.functions.set(deep);
+    drop(level);
+    status
+}
+
+/// Calls it in its client, and writes down what it gave.
+fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tatu_status {
+    let status = match service_of(world, func) {
+        Some(service) => service.call_func(world, func as u32, f),
+        None => say(f.error, TATU_ERR_GONE, "the service of the function's client has ended"),
+    };
+    let status = if status == TATU_OK {
+        check_results(f)
+            .map_or_else(|why| say(f.error, TATU_ERR, &format!("a function of a client {why}")), |()| TATU_OK)
+    } else {
+        status
+    };
+    if world.outside.log.borrow().is_idle() {
+        return status;
+    }
+    let found = if status < 0 {
+        // SAFETY: the host's own error object of this call.
+        json!({ "status": status, "error": unsafe { text((*f.error).text) } })
+    } else {
+        // SAFETY: as many results as the frame tells, within its room.
+        let results = unsafe { ValueRef::slice(f.results, f.n_results as usize) };
+        results.iter().map(|v| json::write(&v.to_value().unwrap_or_default())).collect::<Json>()
+    };
+    cell::observe(world, kind, &found.to_string());
+    status
+}
+
+/// Does again what its client did meanwhile, and gives what the log has.
+fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
+    let step = world.clock.step.get();
+    let place = world.outside.replay.borrow().as_ref().and_then(|r| r.place_of(step, kind));
+    let Some(place) = place else {
+        let text = "the run that is repeated called functions of its clients less often: this run goes another way";
+        return say(f.error, TATU_ERR_GONE, text);
+    };
+    log::feed_until(world, place);
+    let found = world.outside.replay.borrow_mut().as_mut().and_then(|r| r.take_function(place)).unwrap_or_default();
+    cell::observe(world, kind, &found);
+    match serde_json::from_str::<Json>(&found) {
+        Ok(Json::Array(all)) => {
+            let values: Vec<Value> = all.iter().map(|v| json::read(v).unwrap_or_default()).collect();
+            give(world, f, &values)
+        }
+        Ok(Json::Object(error)) => {
+            let status = error.get("status").and_then(Json::as_i64).and_then(|s| i32::try_from(s).ok());
+            let text = error.get("error").and_then(Json::as_str).unwrap_or_default();
+            say(f.error, status.filter(|s| *s < 0).unwrap_or(TATU_ERR), text)
+        }
+        _ => say(f.error, TATU_ERR, "the input log has no results of a function where some are expected"),
+    }
+}
+
+fn give(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> tatu_status {
+    let mut arena = world.calls.arena.borrow_mut();
+    for value in values.iter().take(f.results_cap as usize) {
+        let Some(raw) = value.to_raw(&mut |n| arena.alloc(n)) else {
+            drop(arena);
+            return say(f.error, TATU_ERR_SPACE, "what the function gave does not fit into memory");
+        };
+        // SAFETY: within the caller's array.
+        unsafe { *f.results.add(f.n_results as usize) = raw };
+        f.n_results += 1;
+    }
+    TATU_OK
+}

@@ -1,0 +1,135 @@
+//! Functions of clients: they come as names among the arguments of a call, and are called back while their client waits for an
+//! answer; at any other time they wait for its next request.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use tatu_plugin_api::safe::{Result, Value};
+
+/// How a client writes a function: its name, and this.
+const MARK: &[u8] = b"@func";
+/// Functions of a client that are known at a time; the one that was given first is forgotten.
+const MOST: usize = 1000;
+/// Calls that wait for the next request of a client; the first one is forgotten.
+const MOST_WAITING: usize = 1000;
+
+/// A function: whose, and its name there.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Function {
+    /// The key of its client.
+    pub client: String,
+    /// As the client knows it.
+    pub name: String,
+}
+
+/// A call that waits for its client.
+pub type Later = (String, Vec<Value>);
+
+/// All functions that clients gave, by the numbers under which the world knows them.
+#[derive(Default)]
+pub struct Functions {
+    known: BTreeMap<u32, Function>,
+    numbers: BTreeMap<Function, u32>,
+    later: BTreeMap<String, VecDeque<Later>>,
+    made: u32,
+}
+
+impl Functions {
+    /// The function of a number.
+    pub fn get(&self, number: u32) -> Option<&Function> {
+        self.known.get(&number)
+    }
+
+    fn number(&mut self, client: &str, name: String) -> u32 {
+        let function = Function { client: client.to_owned(), name };
+        if let Some(number) = self.numbers.get(&function) {
+            return *number;
+        }
+        let mut own = self.known.iter().filter(|(_, f)| f.client == client).map(|(n, _)| *n);
+        if let Some(first) = own.next()
+            && own.count() + 1 >= MOST
+        {
+            self.forget(first);
+        }
+        self.made = self.made.wrapping_add(1);
+        self.known.insert(self.made, function.clone());
+        self.numbers.insert(function, self.made);
+        self.made
+    }
+
+    fn forget(&mut self, number: u32) {
+        if let Some(function) = self.known.remove(&number) {
+            self.numbers.remove(&function);
+        }
+    }
+
+    /// A client has gone, and its functions with it.
+    pub fn gone(&mut self, client: &str) {
+        self.known.retain(|_, f| f.client != client);
+        self.numbers.retain(|f, _| f.client != client);
+        self.later.remove(client);
+    }
+
+    /// Keeps a call for the client's next request.
+    pub fn put_off(&mut self, function: Function, args: Vec<Value>) {
+        let later = self.later.entry(function.client).or_default();
+        if later.len() >= MOST_WAITING {
+            later.pop_front();
+        }
+        later.push_back((function.name, args));
+    }
+
+    /// What waits for a client.
+    pub fn take_later(&mut self, client: &str) -> VecDeque<Later> {
+        self.later.remove(client).unwrap_or_default()
+    }
+
+    /// Puts functions in the place of their names, in lists and maps too. `make`: the value of a number.
+    pub fn bind(&mut self, client: &str, value: &mut Value, make: &dyn Fn(u32) -> Result<Value>) -> Result<()> {
+        match value {
+            Value::Text(text) => {
+                if let Some(name) = text.strip_suffix(MARK) {
+                    *value = make(self.number(client, String::from_utf8_lossy(name).into_owned()))?;
+                }
+                Ok(())
+            }
+            Value::List(all) => all.iter_mut().try_for_each(|v| self.bind(client, v, make)),
+            Value::Map(all) => all.iter_mut().try_for_each(|(_, v)| self.bind(client, v, make)),
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn functions_are_found_wherever_they_stand() {
+        let mut all = Functions::default();
+        let mut value = Value::Map(vec![
+            (Value::text("callback"), Value::text("f_7f@func")),
+            (
+                Value::text("other"),
+                Value::List(vec![Value::text("g@func"), Value::text("f_7f@func"), Value::text("@fun")]),
+            ),
+        ]);
+        all.bind("a", &mut value, &|n| Ok(Value::Func(n.into()))).unwrap();
+        let Value::Map(entries) = &value else { panic!("{value:?}") };
+        assert_eq!(entries[0].1, Value::Func(1));
+        assert_eq!(entries[1].1, Value::List(vec![Value::Func(2), Value::Func(1), Value::text("@fun")]));
+        assert_eq!(all.get(2), Some(&Function { client: "a".into(), name: "g".into() }));
+        all.gone("a");
+        assert_eq!(all.get(2), None);
+    }
+
+    #[test]
+    fn the_oldest_of_many_is_forgotten() {
+        let mut all = Functions::default();
+        for i in 0..MOST + 10 {
+            all.number("a", i.to_string());
+            all.number("b", "one".into());
+        }
+        assert!(all.get(1).is_none() && all.get(2).is_some());
+        assert_eq!(all.known.len(), MOST + 1);
+    }
+}
