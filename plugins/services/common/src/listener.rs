@@ -34,6 +34,9 @@ const MOST_WAITING: usize = 10_000;
 /// How long a thread waits for something to read before it looks for something to send.
 const SLICE: Duration = Duration::from_millis(8);
 
+/// Bytes that are read at once.
+const READ_AT_ONCE: usize = 4 << 10;
+
 /// What a client may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rights {
@@ -256,7 +259,11 @@ fn talk(stream: TcpStream, role: Rights, shared: &Arc<Shared>) -> io::Result<()>
     stream.set_read_timeout(Some(SLICE))?;
     stream.set_write_timeout(Some(Duration::from_secs(5)))?;
     let most = shared.settings.most_message;
-    let config = WebSocketConfig::default().max_message_size(Some(most)).max_frame_size(Some(most));
+    // Each look at the socket clears the whole buffer, and most looks find nothing.
+    let config = WebSocketConfig::default()
+        .read_buffer_size(READ_AT_ONCE)
+        .max_message_size(Some(most))
+        .max_frame_size(Some(most));
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config));
     let out = Arc::new(Outbox::default());
     let inbox = Arc::new(Mutex::new(VecDeque::new()));

@@ -6,16 +6,18 @@ use std::{
     sync::{Mutex, MutexGuard, PoisonError},
 };
 
+pub use tungstenite::{Bytes, Utf8Bytes};
+
 /// Bytes that may wait for a client.
 const MOST: usize = 128 << 20;
 
-/// A message.
+/// A message. A clone shares what it holds: many clients may get the same.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Message {
     /// JSON
-    Text(String),
+    Text(Utf8Bytes),
     /// Numbers.
-    Binary(Vec<u8>),
+    Binary(Bytes),
 }
 
 impl Message {
@@ -99,14 +101,14 @@ mod tests {
     #[test]
     fn frames_come_last_and_who_does_not_read_is_cut_off() {
         let out = Outbox::default();
-        out.frame(Message::Binary(vec![1]));
+        out.frame(Message::Binary(vec![1].into()));
         assert!(!out.wants_frame());
         out.send(Message::Text("first".into()));
         assert_eq!(out.next(), Some(Message::Text("first".into())));
-        assert_eq!(out.next(), Some(Message::Binary(vec![1])));
+        assert_eq!(out.next(), Some(Message::Binary(vec![1].into())));
         assert!(out.wants_frame() && out.next().is_none());
         for _ in 0..5 {
-            out.send(Message::Binary(vec![0; 30 << 20]));
+            out.send(Message::Binary(vec![0; 30 << 20].into()));
         }
         assert!(out.is_cut() && out.next().is_none());
     }

@@ -7,7 +7,10 @@ use std::{
 
 use ciborium::Value as Cbor;
 use serde_json::{Value as Json, json};
-use tatu_services_common::{listener::Client, outbox::Message};
+use tatu_services_common::{
+    listener::Client,
+    outbox::{Bytes, Message, Utf8Bytes},
+};
 
 use crate::{
     convert::Node,
@@ -24,6 +27,13 @@ pub struct Subscription {
     /// Whose names and times its messages have.
     pub ros: Ros,
     last: Option<Instant>,
+}
+
+impl Subscription {
+    fn is_due(&self, now: Instant) -> bool {
+        let pause = Duration::from_secs_f64((self.wish.throttle_ms / 1e3).clamp(0.0, 3600.0));
+        self.last.is_none_or(|last| now.duration_since(last) >= pause)
+    }
 }
 
 /// A client.
@@ -55,7 +65,7 @@ impl Peer {
     }
     /// Sends a message that must arrive.
     pub fn send(&self, message: &Json) {
-        self.client.out.send(Message::Text(message.to_string()));
+        self.client.out.send(Message::Text(message.to_string().into()));
     }
     /// Tells what went wrong.
     pub fn status(&self, id: Option<&str>, text: &str) {
@@ -83,19 +93,13 @@ impl Peer {
         }
     }
     /// The topics of which a message is due now.
-    pub fn wants(&self, now: Instant) -> impl Iterator<Item = String> {
-        self.listens.keys().filter(move |topic| !self.due(topic, now).is_empty()).cloned()
+    pub fn wants(&self, now: Instant) -> impl Iterator<Item = &str> {
+        self.listens.keys().map(String::as_str).filter(move |topic| self.due(topic, now).next().is_some())
     }
     /// The subscriptions for which a message is due now: which, whose names they have, and whether they want CBOR.
-    pub fn due(&self, topic: &str, now: Instant) -> Vec<(usize, Ros, bool)> {
-        let Some(all) = self.listens.get(topic).filter(|_| self.client.out.bytes() <= MOST_LATE) else {
-            return Vec::new();
-        };
-        let due = |s: &Subscription| {
-            let pause = Duration::from_secs_f64((s.wish.throttle_ms / 1e3).clamp(0.0, 3600.0));
-            s.last.is_none_or(|last| now.duration_since(last) >= pause)
-        };
-        all.iter().enumerate().filter(|(_, s)| due(s)).map(|(i, s)| (i, s.ros, s.wish.cbor)).collect()
+    pub fn due(&self, topic: &str, now: Instant) -> impl Iterator<Item = (usize, Ros, bool)> {
+        let all = self.listens.get(topic).filter(|_| self.client.out.bytes() <= MOST_LATE);
+        all.into_iter().flatten().enumerate().filter(move |(_, s)| s.is_due(now)).map(|(i, s)| (i, s.ros, s.wish.cbor))
     }
     /// Sends a message of a topic to one of its subscriptions.
     pub fn publish(&mut self, topic: &str, n: usize, written: &Written, now: Instant) {
@@ -106,7 +110,7 @@ impl Peer {
             Written::Text(text) if fragment > 0 && text.len() > fragment => {
                 self.sent += 1;
                 for part in fragments(text, fragment, &format!("fragment:{}", self.sent)) {
-                    self.client.out.send(Message::Text(part));
+                    self.client.out.send(Message::Text(part.into()));
                 }
             }
             Written::Text(text) => self.client.out.send(Message::Text(text.clone())),
@@ -118,16 +122,16 @@ impl Peer {
 /// A message of a topic as it is sent.
 pub enum Written {
     /// JSON
-    Text(String),
+    Text(Utf8Bytes),
     /// CBOR
-    Bytes(Vec<u8>),
+    Bytes(Bytes),
 }
 
 impl Written {
     /// Writes one.
     pub fn new(topic: &str, node: &Node, cbor: bool) -> Written {
         if !cbor {
-            return Written::Text(json!({ "op": "publish", "topic": topic, "msg": node.json() }).to_string());
+            return Written::Text(json!({ "op": "publish", "topic": topic, "msg": node.json() }).to_string().into());
         }
         let text = |t: &str| Cbor::Text(t.to_owned());
         let whole =
@@ -135,6 +139,6 @@ impl Written {
         let mut out = Vec::new();
         // Into memory: nothing can go wrong.
         let _ = ciborium::into_writer(&whole, &mut out);
-        Written::Bytes(out)
+        Written::Bytes(out.into())
     }
 }

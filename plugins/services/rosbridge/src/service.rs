@@ -191,7 +191,8 @@ impl State {
         let now = Instant::now();
         let mut written: BTreeMap<(Ros, bool), Written> = BTreeMap::new();
         for peer in self.peers.values_mut() {
-            for (n, ros, cbor) in peer.due(topic, now) {
+            let due: Vec<_> = peer.due(topic, now).collect();
+            for (n, ros, cbor) in due {
                 let message = match written.entry((ros, cbor)) {
                     Entry::Occupied(there) => there.into_mut(),
                     Entry::Vacant(place) => {
@@ -223,7 +224,8 @@ impl State {
             let _ = self.drive(turn, robot, [0.0; 3]);
         }
         let now = Instant::now();
-        let wanted: BTreeSet<String> = self.peers.values().flat_map(|peer| peer.wants(now)).collect();
+        let wanted: BTreeSet<&str> = self.peers.values().flat_map(|peer| peer.wants(now)).collect();
+        let wanted: Vec<String> = wanted.into_iter().map(str::to_owned).collect();
         let dt = turn.f64(0, p.dt)?;
         for name in wanted {
             let Some(topic) = self.topics.get(&name).cloned() else { continue };

@@ -89,7 +89,7 @@ impl Service for Film {
         if let Ok(time) = turn.f64(0, self.p.time) {
             state.time = time;
         }
-        state.record(&Message::Text(json!({ "event": name, "payload": payload }).to_string()));
+        state.record(&Message::Text(json!({ "event": name, "payload": payload }).to_string().into()));
         if name == "stopped" {
             self.write(&mut state);
         }
@@ -156,14 +156,14 @@ impl State {
             self.at[0] = self.time;
             let new = readings::new(turn, p, &self.whole, &mut self.sent);
             if new.as_object().is_some_and(|m| !m.is_empty()) {
-                self.record(&Message::Text(json!({ "readings": new }).to_string()));
+                self.record(&Message::Text(json!({ "readings": new }).to_string().into()));
             }
         }
         if self.time - self.at[1] > DRAWINGS - 1e-9 {
             self.at[1] = self.time;
             let drawn = json!({ "drawings": readings::drawings(turn)? }).to_string();
             if drawn != self.drawn {
-                self.record(&Message::Text(drawn.clone()));
+                self.record(&Message::Text(drawn.clone().into()));
                 self.drawn = drawn;
             }
         }
@@ -177,7 +177,7 @@ impl State {
         self.known.clear();
         for script in turn.scripts(0)? {
             if let Ok(text) = acts::script(turn, script & HANDLE) {
-                self.record(&Message::Text(text.to_string()));
+                self.record(&Message::Text(text.to_string().into()));
             }
         }
         for message in std::mem::take(&mut self.whole.messages) {

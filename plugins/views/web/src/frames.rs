@@ -78,7 +78,7 @@ impl Now {
             }
         }
         out[16..20].copy_from_slice(&count.to_le_bytes());
-        Message::Binary(out)
+        Message::Binary(out.into())
     }
 }
 
@@ -117,7 +117,7 @@ pub fn exact(
         }
     }
     out[16..20].copy_from_slice(&count.to_le_bytes());
-    Message::Binary(out)
+    Message::Binary(out.into())
 }
 
 /// How a frame begins; its entries are counted in the last four bytes.

@@ -96,7 +96,7 @@ pub fn image(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Message> {
         _ if !reading.f32s().is_empty() => reading.f32s().iter().for_each(|x| out.extend_from_slice(&x.to_le_bytes())),
         _ => reading.f64s().iter().for_each(|x| out.extend_from_slice(&(*x as f32).to_le_bytes())),
     }
-    Some(Message::Binary(out))
+    Some(Message::Binary(out.into()))
 }
 
 /// Everything that is drawn.

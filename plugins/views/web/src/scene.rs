@@ -116,7 +116,7 @@ pub fn read(turn: &Turn<'_>, p: &Props) -> Result<Whole> {
         "scripts": main,
     }});
     whole.messages = meshes.into_values().collect();
-    whole.messages.push(Message::Text(scene.to_string()));
+    whole.messages.push(Message::Text(scene.to_string().into()));
     Ok(whole)
 }
 
@@ -167,5 +167,5 @@ fn mesh(points: &[f64], triangles: &[f64]) -> (String, Message) {
     out.extend_from_slice(&((points.len() / 3) as u32).to_le_bytes());
     out.extend_from_slice(&((triangles.len() / 3) as u32).to_le_bytes());
     out.extend_from_slice(&body);
-    (sum, Message::Binary(out))
+    (sum, Message::Binary(out.into()))
 }

@@ -179,7 +179,7 @@ impl Service for Web {
             let over = state.lines.len().saturating_sub(MOST_LINES);
             state.lines.drain(..over);
         }
-        state.guests.iter().for_each(|g| g.client.out.send(Message::Text(text.clone())));
+        state.guests.iter().for_each(|g| g.client.out.send(Message::Text(text.clone().into())));
     }
 }
 
@@ -198,8 +198,12 @@ impl State {
             let look = acts.then(|| format!("http://{}/?token={}", self.listener.address, self.listener.look_token));
             let hello =
                 json!({ "hello": { "version": VERSION, "acts": acts, "look": look, "speed": self.pace.speed } });
-            client.out.send(Message::Text(hello.to_string()));
-            self.lines.iter().cloned().chain(self.windows.messages()).for_each(|l| client.out.send(Message::Text(l)));
+            client.out.send(Message::Text(hello.to_string().into()));
+            self.lines
+                .iter()
+                .cloned()
+                .chain(self.windows.messages())
+                .for_each(|l| client.out.send(Message::Text(l.into())));
             self.told.clear();
             self.drawn.clear();
             self.sent = readings::Sent::default();
@@ -233,7 +237,7 @@ impl State {
                     Ok(None) => continue,
                     Err(fail) => json!({ "error": fail.text(), "help": fail.help_text(), "of": asked.get("id") }),
                 };
-                guest.client.out.send(Message::Text(answer.to_string()));
+                guest.client.out.send(Message::Text(answer.to_string().into()));
             }
         }
         self.guests = guests;

@@ -67,7 +67,7 @@ impl State {
         };
         let text = json!({ "state": state, "speed": self.pace.speed, "dt": turn.f64(0, p.dt)? }).to_string();
         if text != self.told {
-            self.guests.iter().for_each(|g| g.client.out.send(Message::Text(text.clone())));
+            self.guests.iter().for_each(|g| g.client.out.send(Message::Text(text.clone().into())));
             self.told = text;
         }
         Ok(())
@@ -86,17 +86,17 @@ impl State {
                 continue;
             }
             if any {
-                out.send(Message::Text(readings.clone()));
+                out.send(Message::Text(readings.clone().into()));
             }
             if redrawn {
-                out.send(Message::Text(drawn.clone()));
+                out.send(Message::Text(drawn.clone().into()));
             }
             let image = (guest.eye != 0).then(|| readings::image(turn, p, object(guest.eye))).flatten();
             image.into_iter().for_each(|m| out.send(m));
             if guest.graph != 0
                 && let Ok(graph) = readings::graph(turn, object(guest.graph))
             {
-                out.send(Message::Text(graph.to_string()));
+                out.send(Message::Text(graph.to_string().into()));
             }
         }
         self.drawn = drawn;
