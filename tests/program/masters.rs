@@ -7,12 +7,12 @@ use std::{
 
 use crate::{kit::*, legacy, rosbridge, zmq};
 
-/// Five robots; the first one has a script.
+/// Six robots; the first one has a script.
 fn scene() -> String {
     let mut text = String::from(
-        "format = 1\n[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n",
+        "format = 1\n[scene]\nplugins = [\"plugins\"]\n[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n",
     );
-    for i in 0..5 {
+    for i in 0..6 {
         text += &format!("[[model]]\nmodel = \"pioneer_p3dx\"\nalias = \"robot{i}\"\nposition_m = [0, {i}, 0]\n");
         if i == 0 {
             text += "script = { text = \"\"\"\nfunction sysCall_actuation()\n  \
@@ -22,6 +22,49 @@ fn scene() -> String {
     }
     text
 }
+
+/// A service in C that steers the last robot.
+const IN_C: &str = r#"
+#include <string.h>
+#include "tatu.h"
+typedef struct { const tatu_host *host; tatu_object wheel; } driver;
+static tatu_status TATU_CALL init(const tatu_host *host, void **self, tatu_error *e) {
+  static driver one;
+  (void)e;
+  one.host = host;
+  *self = &one;
+  return TATU_OK;
+}
+static tatu_status TATU_CALL start(void *self, tatu_session *s, const tatu_value *p, void **data, tatu_error *e) {
+  (void)s; (void)p; (void)e;
+  *data = self;
+  return TATU_OK;
+}
+static void TATU_CALL stop(void *data) { (void)data; }
+static uint32_t TATU_CALL barrier(void *data, tatu_world *w, uint64_t step) {
+  driver *d = data;
+  const tatu_host_scene *scene = d->host->service(d->host, TATU_HOST_SCENE);
+  const tatu_host_commands *commands = d->host->service(d->host, TATU_HOST_COMMANDS);
+  tatu_value args[2], results[16];
+  tatu_call frame = tatu_frame(args, 2, results, 16);
+  uint32_t found = commands->find(w, tatu_text("sim.setJointTargetVelocity"));
+  if (!d->wheel && scene->find(w, 0, tatu_text("/robot5/Pioneer_p3dx_leftMotor"), &d->wheel) < 0) return (uint32_t)TATU_ERR;
+  frame.command = found >> 8;
+  frame.alias = found & 255;
+  args[0] = tatu_int(TATU_SLOT(d->wheel));
+  args[1] = tatu_float(0.05 * (double)(step % 20));
+  return commands->call(w, &frame) < 0 ? (uint32_t)TATU_ERR : TATU_GO;
+}
+static const tatu_service service = {sizeof service, 0, "steers", "Steers a robot.", 0, start, stop, barrier, 0, 0, 0, 0};
+static const tatu_service *const services[] = {&service, 0};
+static const tatu_ext_service ext = {sizeof ext, 0, services};
+static const void *TATU_CALL extension(void *self, const char *id) {
+  (void)self;
+  return strcmp(id, TATU_SERVICE) ? 0 : &ext;
+}
+TATU_EXPORT const tatu_plugin_t tatu_plugin = {sizeof tatu_plugin, TATU_ABI_MAJOR, TATU_ABI_MINOR, "org.example.steers",
+  "Steers", "1.0.0", "MIT", 0, init, 0, extension};
+"#;
 
 /// Each client steers a robot of its own and lets the steps pass; in the end two of them are gone, and the third goes on.
 const PROGRAM: &str = r#"
@@ -83,7 +126,14 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
         return;
     };
     let place = Place::new();
-    place.write("scene.toml", &scene());
+    place.write("scene.toml", &scene()).write("plugins/steers.c", IN_C);
+    succeed(
+        Command::new(compiler("cc"))
+            .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-I"])
+            .arg(root().join("plugin-api/include"))
+            .args(["steers.c", "-o", &library("tatu_steers")])
+            .current_dir(place.path().join("plugins")),
+    );
     let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
         .current_dir(place.path())
         .env_remove("TATU_PLUGIN_PATH")
@@ -97,6 +147,10 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
             "legacy_remote:port=0",
             "--service",
             "rosbridge:port=0",
+            "--service",
+            "steers",
+            "--allow",
+            "plugins",
         ])
         .stderr(Stdio::piped())
         .spawn()
@@ -106,6 +160,7 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
     while ports.len() < 4 {
         let mut line = String::new();
         assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
+        eprint!("{line}");
         if let Some((service, address)) = line.trim().split_once(": listening on ") {
             ports.insert(service.to_owned(), address.rsplit(':').next().unwrap().to_owned());
         }
@@ -130,6 +185,7 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
     let again = place.tatu(&["run", "--replay", "log.jsonl"]);
     assert_eq!(hash(&live), hash(&again.err));
     let log = std::fs::read_to_string(place.path().join("log.jsonl")).unwrap();
+    assert!(log.contains("steers"), "the service in C did nothing");
     assert!(log.contains("tatu.drive"), "no velocity came in before the others ended");
 }
 
@@ -239,6 +295,7 @@ fn equal_commands_by_any_protocol_give_equal_hashes() {
         while !(ports.contains_key("jsonl") && ports.contains_key(service)) {
             let mut line = String::new();
             assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
+            eprint!("{line}");
             if let Some((service, address)) = line.trim().split_once(": listening on ") {
                 ports.insert(service.to_owned(), address.rsplit(':').next().unwrap().to_owned());
             }

@@ -1,7 +1,7 @@
 //! Clients of rosbridge: the real one, from PyPI; and messages that no client sends.
 
 use std::{
-    io::{Read, Write},
+    io::{BufRead, BufReader, Read, Write},
     net::TcpStream,
     path::PathBuf,
     process::{Command, Output, Stdio},
@@ -71,6 +71,28 @@ fn hear(socket: &mut Socket) -> Value {
             return serde_json::from_str(&text).unwrap();
         }
     }
+}
+
+#[test]
+fn a_token_is_asked_for_where_one_is_wanted() {
+    let place = Place::new();
+    let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
+        .current_dir(root())
+        .args(["serve", SCENE, "--service", "rosbridge:port=0,token=true"])
+        .env("HOME", place.path())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(process.stderr.take().unwrap()).lines();
+    let url = lines.map(Result::unwrap).find(|l| l.starts_with("ws://")).expect("the address with its token is told");
+    let (without, _) = url.split_once('?').unwrap();
+    assert!(tungstenite::connect(without).unwrap_err().to_string().contains("401"));
+    assert!(tungstenite::connect(format!("{without}?token=0")).is_err());
+    let mut socket = tungstenite::connect(&url).unwrap().0;
+    say(&mut socket, &json!({ "op": "call_service", "service": "/rosapi/topics" }));
+    assert_eq!(hear(&mut socket)["result"], json!(true));
+    process.kill().unwrap();
+    process.wait().unwrap();
 }
 
 #[test]

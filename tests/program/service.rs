@@ -497,7 +497,7 @@ static uint32_t TATU_CALL barrier(void *data, tatu_world *w, uint64_t step) {
 }
 static const tatu_param how = {sizeof how, TATU_I64, 0, 0, "how", 0, 0, 0, {TATU_I64, 0, {0}}, 0, "what to do"};
 static const tatu_param *const params[] = {&how, 0};
-static const tatu_service service = {sizeof service, 0, "odd", "Does odd things.", params, start, stop, barrier, 0, 0, 0};
+static const tatu_service service = {sizeof service, 0, "odd", "Does odd things.", params, start, stop, barrier, 0, 0, 0, 0};
 static const tatu_service *const services[] = {&service, 0};
 static const tatu_ext_service ext = {sizeof ext, 0, services};
 static tatu_status TATU_CALL init(const tatu_host *h, void **self, tatu_error *e) {

@@ -73,6 +73,9 @@ impl Service for Rosbridge {
                 .range(0.0, 1e9)
                 .default(0.5)
                 .text("simulation time after which a robot stops that gets no further velocity; 0: it never does"),
+            Param::bool("token").default(false).text(
+                "whether clients must bring the token that is told at the start, in the address: ws://127.0.0.1:9090/?token=...",
+            ),
             Param::string("origins").default("").text(
                 "pages of other servers that may connect, with blanks between: http://localhost:8080. Programs always may",
             ),
@@ -81,10 +84,11 @@ impl Service for Rosbridge {
 
     fn start(plugin: &Plugin, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let port = params.i64("port")? as u16;
+        let token = params.bool("token")?;
         let settings = Settings {
             port,
             path: "/",
-            token: false,
+            token,
             origins: params.string("origins")?.split_whitespace().map(str::to_owned).collect(),
             most_message: MOST_MESSAGE,
             files: |_| None,
@@ -94,6 +98,10 @@ impl Service for Rosbridge {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
         })?;
         session.log(TATU_LOG_INFO, &format!("rosbridge: listening on {}", listener.address));
+        if token {
+            // Alone on its line, for programs; the token stays out of logs.
+            eprintln!("ws://{}/?token={}", listener.address, listener.token);
+        }
         let state = State {
             peers: Peers::new(),
             relay: Relay::default(),
