@@ -35,6 +35,16 @@
  *   A function that returns a negative status has said why through its error object. If it has said nothing, the host
  *   takes what the last refusal of a service said, if that had the same status: `return status;` passes it on.
  *
+ * WHAT A CALL MAY ASK
+ *   The host knows which call is running on which thread, and refuses what is not allowed there with TATU_ERR_BUSY and a
+ *   sentence; the plugin is named as one that broke the contract.
+ *   measure, aim, finish, apply:                       log.write, and `random` of the batch
+ *   create, destroy, configure, save, load, beams, and find, traits, order, place, keep_func, drop_func of a language:
+ *                                                      what changes nothing: reading, finding, listing, memory
+ *   all other calls that get a world:                  everything
+ *   threads of a plugin:                               log.write without a world, session.wake
+ *   A world belongs to the thread that made it, and its pointer is dead when the world has ended.
+ *
  * RULES
  *   No exception, panic or longjmp may leave a plugin function. No function may change floating-point mode, locale
  *   or signal handlers. A plugin keeps no globals: it may be started several times in a process.

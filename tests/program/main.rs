@@ -72,6 +72,7 @@ mod room;
 mod rosbridge;
 mod said;
 mod scans;
+mod scopes;
 mod script_errors;
 mod seeds;
 mod service;

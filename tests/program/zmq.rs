@@ -292,7 +292,11 @@ fn what_clients_did_is_repeated_from_the_log() {
         .unwrap();
     let mut err = BufReader::new(process.stderr.take().unwrap());
     let mut line = String::new();
-    err.read_line(&mut line).unwrap();
+    // A warning may come first, where the next port is taken.
+    while !line.contains(": listening on ") {
+        line.clear();
+        assert!(err.read_line(&mut line).unwrap() > 0, "the program ended before it listened");
+    }
     let port = line.trim().rsplit(':').next().unwrap().to_owned();
     let program = "
 from coppeliasim_zmqremoteapi_client import RemoteAPIClient

@@ -24,6 +24,12 @@ macro_rules! calls {
 
         impl Call {
             const TEXTS: &[&str] = &["nothing", $($text),*];
+            /// By number, as a note has it.
+            const ALL: [Option<Call>; 64] = {
+                let mut all = [None; 64];
+                $(all[Call::$name as usize] = Some(Call::$name);)*
+                all
+            };
         }
     };
 }
@@ -97,6 +103,19 @@ impl Watch {
     #[inline]
     pub fn is_idle(&self) -> bool {
         self.now.load(Relaxed) & ((1 << COUNT) - 1) == 0
+    }
+    /// The call that runs, the innermost one; none: none does.
+    #[inline]
+    pub fn call(&self) -> Option<Call> {
+        Call::ALL[(self.now.load(Relaxed) >> (OBJECT + PLUGIN)) as usize & ((1 << (COUNT - OBJECT - PLUGIN)) - 1)]
+    }
+    /// The index of its plugin.
+    pub fn plugin(&self) -> usize {
+        (self.now.load(Relaxed) >> OBJECT) as usize & ((1 << PLUGIN) - 1)
+    }
+    /// The slot of its object; 0: none.
+    pub fn slot(&self) -> u32 {
+        (self.now.load(Relaxed) & ((1 << OBJECT) - 1)) as u32
     }
     /// Notes a call; gives what was noted before, for [`leave`](Self::leave).
     #[inline]

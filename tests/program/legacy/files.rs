@@ -139,7 +139,7 @@ fn names_that_lead_elsewhere_are_refused() {
     let mut wire = Wire::new(&side.served);
     let long = format!("{}\0", "y".repeat(101));
     for name in
-        ["\0", ".\0", "..\0", "../x.txt\0", "/tmp/x.txt\0", "a/b\0", "a\\b\0", "c:b\0", ".hidden\0", "a\nb\0", &long]
+        ["\0", ".\0", "..\0", "../x.txt\0", "/x.txt\0", "a/b\0", "a\\b\0", "c:b\0", ".hidden\0", "a\nb\0", &long]
     {
         for raw in [0x3004, 0x3006] {
             let why = wire.bad(raw, name.as_bytes(), b"text");

@@ -14,7 +14,7 @@ use tatu_plugins::{
     watchdog::Call,
 };
 
-use crate::cell::{Caller, Owner, Wait, WorldCell, parse_wait};
+use crate::cell::{Caller, Function, Owner, Wait, WorldCell, parse_wait};
 
 /// Fills an error object; gives the status back. Those that cross the host's functions are null or the host's own.
 pub(crate) fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
@@ -27,15 +27,18 @@ pub(crate) static CALL_API: tatu_call_api =
     tatu_call_api { size: size_of::<tatu_call_api>() as u32, reserved: 0, alloc: Some(alloc), wait: Some(wait) };
 
 unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
-    // SAFETY: a running call of a living world.
-    let Some(world) = (unsafe { WorldCell::here((*call).world) }) else { return std::ptr::null_mut() };
+    // SAFETY: by the contract, a running call.
+    let world = unsafe { call.as_ref() }.map(|call| WorldCell::admit(call.world, Function::looks("call.alloc")));
+    let Some(Ok(world)) = world else { return std::ptr::null_mut() };
     world.calls.arena.borrow_mut().alloc(n as usize).cast()
 }
 
 unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: tatu_str, resume: u64) -> tatu_status {
-    // SAFETY: a running call of a living world; the name is valid during the call.
-    let (Some(world), call, name) = (unsafe { (WorldCell::here((*call).world), &mut *call, bytes(name)) }) else {
-        return TATU_ERR;
+    // SAFETY: by the contract, a running call, and a name that is valid during it.
+    let (Some(call), name) = (unsafe { (call.as_mut(), bytes(name)) }) else { return TATU_ERR_ARGUMENT };
+    let world = match WorldCell::admit(call.world, Function::acts("call.wait")) {
+        Ok(world) => world,
+        Err(status) => return status,
     };
     if world.worker.is_some() {
         return say(call.error, TATU_ERR_BUSY, "cannot wait in a script that runs side by side with others");

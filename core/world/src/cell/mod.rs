@@ -5,6 +5,7 @@
 //! - `calls`: the stack of calls, their arena and errors; `waits`: commands that go on later;
 //! - `scripts`: the scripts, by `script_kinds` and in `script_order`; `script_counts`: what each did;
 //! - `script_worker`: what a thread sees of the world while it runs scripts in parallel;
+//! - `scope`: what a plugin may ask of the host in which call;
 //! - `events`: what has been published; `report`: lines and faults;
 //! - `outside`, `session`, `service`, `input_log`, `wake`: services, and what came in;
 //! - `stores`: how much scripts may leave in a world; `swap`: what a reload exchanges; `stand_ins`: objects made for scripts
@@ -20,6 +21,7 @@ mod outside;
 mod phase;
 mod pool;
 mod report;
+mod scope;
 mod script_counts;
 mod script_kinds;
 mod script_order;
@@ -47,6 +49,7 @@ pub use phase::Phase;
 pub(crate) use pool::of as pool_of;
 pub use report::LogLine;
 pub(crate) use report::instance_fault;
+pub(crate) use scope::{Function, enlist};
 pub(crate) use script_counts::CallCounts;
 pub use script_counts::ScriptSummary;
 pub use script_kinds::OUTSIDE_KINDS;

@@ -29,7 +29,7 @@ use crate::{
     cell::{
         CallbackMask, Calls, Due, Noted, Outside, Scripts, Signals,
         report::LogLine,
-        script_worker::{self, ScriptWorker, WorkerView},
+        script_worker::{ScriptWorker, WorkerView},
     },
     figures::Figures,
     sense::Sensing,
@@ -110,28 +110,13 @@ pub(crate) struct WorldCell {
     pub worker: Option<Box<WorkerView>>,
 }
 
+impl Drop for WorldCell {
+    fn drop(&mut self) {
+        super::scope::strike(self);
+    }
+}
+
 impl WorldCell {
-    /// The world behind a pointer of the border; none on a thread that runs scripts beside others.
-    ///
-    /// # Safety
-    /// `ptr` is null or a living world that this host gave out.
-    pub unsafe fn of<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
-        // SAFETY: the caller promises it.
-        unsafe { Self::here(ptr).filter(|cell| cell.worker.is_none()) }
-    }
-    /// The same; on a thread that runs scripts beside others, its cell.
-    ///
-    /// # Safety
-    /// As for [`of`](Self::of).
-    #[inline]
-    pub unsafe fn here<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
-        match script_worker::of_this_thread() {
-            // SAFETY: the caller promises it.
-            None => unsafe { ptr.cast::<WorldCell>().cast_const().as_ref() },
-            // Nothing else is to be touched from here.
-            Some(cell) => (cell.raw() == ptr).then_some(cell),
-        }
-    }
     /// Whether the world is started.
     pub fn running(&self) -> bool {
         self.phase.get() != Phase::Stopped

@@ -49,6 +49,7 @@ impl World {
         let (scene, slots) = document.instantiate();
         let origins = slots.iter().map(|s| scene.id(*s)).collect();
         let cell = Rc::new(WorldCell::new(document, registry, settings, scene, origins, pool));
+        cell::enlist(&cell);
         let world = World { cell };
         make_devices(&world.cell, &slots)?;
         world.make_instances()?;

@@ -5,8 +5,8 @@ use tatu_physics::{BodyId, Contact, Twist};
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Scene, rows::kind_name};
 
-use super::{busy, fill, here, on, slot};
-use crate::cell::{WorldCell, stand_ins};
+use super::{busy, fill, here, list_of, on, room_of, slot};
+use crate::cell::{Function, WorldCell, stand_ins};
 
 pub static TABLE: tatu_host_bodies = tatu_host_bodies {
     size: size_of::<tatu_host_bodies>() as u32,
@@ -24,18 +24,13 @@ pub static TABLE: tatu_host_bodies = tatu_host_bodies {
 unsafe extern "C" fn twist(w: *mut tatu_world, object: tatu_object, out: *mut f64) -> tatu_status {
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
-        here(w, |world| {
+        here(w, Function::looks("bodies.twist"), |world| {
             let (Some(scene), Some(dynamics)) = (world.see(|w| &w.scene), world.see(|w| &w.dynamics)) else {
                 return Err(busy(world));
             };
-            match slot(world, &scene, object) {
-                Ok(s) => {
-                    let t = world.twist(&scene, &dynamics, s);
-                    std::ptr::copy_nonoverlapping(t.as_ptr(), out, 6);
-                    Ok(())
-                }
-                Err(status) => Err(status),
-            }
+            let s = slot(world, &scene, object)?;
+            room_of(world, "room for 6 numbers", out, 6)?.copy_from_slice(&world.twist(&scene, &dynamics, s));
+            Ok(())
         })
     }
 }
@@ -80,7 +75,8 @@ unsafe fn three(p: *const f64) -> Option<Vector3<f64>> {
 unsafe extern "C" fn set_twist(w: *mut tatu_world, object: tatu_object, twist: *const f64) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("bodies.set_twist"), |world| {
+            let twist = list_of(world, "a velocity", twist, 6)?.as_ptr();
             let (Some(linear), Some(angular)) = (three(twist), three(twist.add(3))) else {
                 return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a velocity is 6 finite numbers"));
             };
@@ -103,7 +99,7 @@ unsafe extern "C" fn push(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("bodies.push"), |world| {
             let (Some(force), Some(torque)) = (three(force), three(torque)) else {
                 return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a force and a torque are 3 finite numbers each"));
             };
@@ -126,7 +122,7 @@ unsafe extern "C" fn impulse(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("bodies.impulse"), |world| {
             let (Some(linear), Some(angular)) = (three(linear), three(angular)) else {
                 return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "an impulse is 3 finite numbers"));
             };
@@ -158,7 +154,7 @@ unsafe extern "C" fn contacts(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("bodies.contacts"), |world| {
             let all = contacts_of(world, object, |scene, (a, b, c)| tatu_contact {
                 shape: [scene.id(a), scene.id(b)],
                 point: c.point.coords.into(),
@@ -179,7 +175,7 @@ unsafe extern "C" fn frictions(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("bodies.frictions"), |world| {
             let all = contacts_of(world, object, |_, (_, _, c)| [c.friction.x, c.friction.y, c.friction.z])?;
             fill(all.as_flattened(), out, cap, n)
         })

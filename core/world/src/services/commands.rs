@@ -5,8 +5,13 @@ use std::ffi::{CStr, c_char, c_void};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::border::{raw, text};
 
-use super::{here, on, passed};
-use crate::{calls::call_command, cell::WorldCell, scripts, session::functions};
+use super::{alone, here, here_now, needs, needs_frame, on, passed};
+use crate::{
+    calls::call_command,
+    cell::{Function, WorldCell},
+    scripts,
+    session::functions,
+};
 
 pub static TABLE: tatu_host_commands = tatu_host_commands {
     size: size_of::<tatu_host_commands>() as u32,
@@ -30,7 +35,7 @@ pub static TABLE: tatu_host_commands = tatu_host_commands {
 unsafe extern "C" fn find(w: *mut tatu_world, name: tatu_str) -> u32 {
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
-        let Some(world) = WorldCell::here(w) else { return 0 };
+        let Some(world) = here_now(w, Function::looks("commands.find")) else { return 0 };
         let name = text(name);
         if name.ends_with('.') {
             return u32::from(world.registry.has_namespace(&name));
@@ -41,12 +46,12 @@ unsafe extern "C" fn find(w: *mut tatu_world, name: tatu_str) -> u32 {
 
 unsafe extern "C" fn count(w: *mut tatu_world) -> u32 {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe { WorldCell::here(w) }.map_or(0, |world| world.registry.commands.len() as u32)
+    here_now(w, Function::looks("commands.count")).map_or(0, |world| world.registry.commands.len() as u32)
 }
 
 unsafe extern "C" fn describe(w: *mut tatu_world, id: u32) -> *const tatu_command {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
-    let world = unsafe { WorldCell::here(w) };
+    let world = here_now(w, Function::looks("commands.describe"));
     world
         .and_then(|world| world.registry.commands.get((id as usize).wrapping_sub(1)))
         .map_or(std::ptr::null(), |c| &c.raw)
@@ -55,22 +60,23 @@ unsafe extern "C" fn describe(w: *mut tatu_world, id: u32) -> *const tatu_comman
 unsafe extern "C" fn call(w: *mut tatu_world, frame: *mut tatu_call) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
-            return TATU_ERR_ARGUMENT;
-        }
-        here(w, |world| passed(call_command(world, frame, 0)))
+        here(w, Function::acts("commands.call"), |world| {
+            needs_frame(world, frame)?;
+            passed(call_command(world, frame, 0))
+        })
     }
 }
 
 unsafe extern "C" fn generation(w: *mut tatu_world) -> u64 {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe { WorldCell::here(w) }.map_or(1, |world| world.registry.generation)
+    here_now(w, Function::looks("commands.generation")).map_or(1, |world| world.registry.generation)
 }
 
 unsafe extern "C" fn constant(w: *mut tatu_world, name: tatu_str, out: *mut tatu_value) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; a constant's value lives as long as its plugin.
     unsafe {
-        here(w, |world| {
+        here(w, Function::looks("commands.constant"), |world| {
+            needs(world, "a place for the value", out)?;
             let name = text(name);
             match world.registry.constants.get(name.as_ref()) {
                 Some(c) => {
@@ -87,7 +93,7 @@ unsafe extern "C" fn constant(w: *mut tatu_world, name: tatu_str, out: *mut tatu
 unsafe extern "C" fn constant_name(w: *mut tatu_world, index: u32, out: *mut tatu_str) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; names live as long as the registry.
     unsafe {
-        here(w, |world| {
+        here(w, Function::looks("commands.constant_name"), |world| {
             let name = world.registry.constants.keys().nth(index as usize).ok_or(TATU_ERR_MISSING)?;
             if let Some(out) = out.as_mut() {
                 *out = raw(name.as_bytes());
@@ -106,7 +112,9 @@ unsafe extern "C" fn prelude(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; preludes live as long as the registry.
     unsafe {
-        here(w, |world| {
+        here(w, Function::looks("commands.prelude"), |world| {
+            needs(world, "a place for the module", module)?;
+            needs(world, "a place for the text", out)?;
             let language = if language.is_null() { "".into() } else { CStr::from_ptr(language).to_string_lossy() };
             match world.registry.preludes.iter().filter(|p| p.language == language).nth(index as usize) {
                 Some(p) => {
@@ -122,12 +130,14 @@ unsafe extern "C" fn prelude(
 
 unsafe extern "C" fn mark(w: *mut tatu_world) -> u64 {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe { WorldCell::here(w) }.and_then(|world| Some(world.calls.arena.try_borrow().ok()?.mark())).unwrap_or(0)
+    here_now(w, Function::looks("commands.mark"))
+        .and_then(|world| Some(world.calls.arena.try_borrow().ok()?.mark()))
+        .unwrap_or(0)
 }
 
 unsafe extern "C" fn alloc(w: *mut tatu_world, bytes: u64) -> *mut c_void {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
-    let world = unsafe { WorldCell::here(w) };
+    let world = here_now(w, Function::looks("commands.alloc"));
     world
         .and_then(|world| Some(world.calls.arena.try_borrow_mut().ok()?.alloc(bytes as usize)))
         .map_or(std::ptr::null_mut(), <*mut u8>::cast)
@@ -135,7 +145,9 @@ unsafe extern "C" fn alloc(w: *mut tatu_world, bytes: u64) -> *mut c_void {
 
 unsafe extern "C" fn release(w: *mut tatu_world, mark: u64) {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
-    if let Some(mut arena) = unsafe { WorldCell::here(w) }.and_then(|world| world.calls.arena.try_borrow_mut().ok()) {
+    if let Some(mut arena) =
+        here_now(w, Function::looks("commands.release")).and_then(|world| world.calls.arena.try_borrow_mut().ok())
+    {
         arena.release(mark);
     }
 }
@@ -148,8 +160,9 @@ unsafe extern "C" fn retain(w: *mut tatu_world, func: tatu_func, kept: *mut tatu
             true => functions::is_there(world, func).then_some(func),
             false => scripts::keep_func(world, func),
         };
-        on(w, |world| match last(world) {
+        on(w, Function::acts("commands.retain"), |world| match last(world) {
             Some(f) => {
+                needs(world, "a place for the function", kept)?;
                 *kept = f;
                 Ok(())
             }
@@ -160,7 +173,7 @@ unsafe extern "C" fn retain(w: *mut tatu_world, func: tatu_func, kept: *mut tatu
 
 unsafe extern "C" fn drop_func(w: *mut tatu_world, func: tatu_func) {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
-    if let Some(world) = unsafe { WorldCell::of(w) }.filter(|_| !functions::is_of_client(func)) {
+    if let Some(world) = alone(w, Function::looks("commands.drop")).filter(|_| !functions::is_of_client(func)) {
         scripts::drop_func(world, func);
     }
 }
@@ -168,10 +181,8 @@ unsafe extern "C" fn drop_func(w: *mut tatu_world, func: tatu_func) {
 unsafe extern "C" fn call_func(w: *mut tatu_world, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
-            return TATU_ERR_ARGUMENT;
-        }
-        on(w, |world| {
+        on(w, Function::acts("commands.call_func"), |world| {
+            needs_frame(world, frame)?;
             passed(match functions::is_of_client(func) {
                 true => functions::call(world, func, frame),
                 false => scripts::call_func(world, func, frame),

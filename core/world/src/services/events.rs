@@ -10,9 +10,9 @@ use tatu_plugins::{
     events::ALL,
 };
 
-use super::{Done, busy, on};
+use super::{Done, alone, busy, on};
 use crate::{
-    cell::{WorldCell, bytes_of},
+    cell::{Function, WorldCell, bytes_of},
     scripts,
 };
 
@@ -29,7 +29,7 @@ pub static TABLE: tatu_host_events = tatu_host_events {
 unsafe extern "C" fn publish(w: *mut tatu_world, name: tatu_str, payload: *const tatu_value) -> tatu_status {
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("events.publish"), |world| {
             let name = text(name);
             if !name.contains('.') {
                 let said = format!("`{name}` is no event to publish: names without a dot belong to the host");
@@ -59,7 +59,7 @@ unsafe extern "C" fn publish(w: *mut tatu_world, name: tatu_str, payload: *const
 unsafe extern "C" fn subscribe(w: *mut tatu_world, name: tatu_str, handler: tatu_func, id: *mut u64) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("events.subscribe"), |world| {
             let name = text(name);
             check(world, &name)?;
             if scripts::owner_of_func(world, handler).is_none() {
@@ -86,27 +86,24 @@ fn check(world: &WorldCell, name: &str) -> Done {
 }
 
 unsafe extern "C" fn unsubscribe(w: *mut tatu_world, id: u64) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, |world| match world.outside.bus.unsubscribe(id) {
-            Some(handler) => {
-                scripts::drop_func(world, handler);
-                Ok(())
-            }
-            None => Err(world.calls.refuse(TATU_ERR_MISSING, &format!("there is no subscription {id}"))),
-        })
-    }
+    on(w, Function::looks("events.unsubscribe"), |world| match world.outside.bus.unsubscribe(id) {
+        Some(handler) => {
+            scripts::drop_func(world, handler);
+            Ok(())
+        }
+        None => Err(world.calls.refuse(TATU_ERR_MISSING, &format!("there is no subscription {id}"))),
+    })
 }
 
 unsafe extern "C" fn wanted(w: *mut tatu_world, name: tatu_str) -> u32 {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe { WorldCell::of(w).map_or(0, |world| world.outside.wants(&text(name)).into()) }
+    unsafe { alone(w, Function::looks("events.wanted")).map_or(0, |world| world.outside.wants(&text(name)).into()) }
 }
 
 unsafe extern "C" fn declared(w: *mut tatu_world, index: u32, name: *mut tatu_str, out: *mut tatu_str) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; the declarations live as long as the registry.
     unsafe {
-        on(w, |world| match world.registry.events.get(index as usize) {
+        on(w, Function::looks("events.declared"), |world| match world.registry.events.get(index as usize) {
             Some(e) => {
                 if let Some(name) = name.as_mut() {
                     *name = raw(e.name.as_bytes());

@@ -11,9 +11,9 @@ use tatu_scene::{
     graph::{CurveSpec, Graph, StreamSpec, keys_of},
 };
 
-use super::{Done, busy, fill, give, on, properties::refusal, slot};
+use super::{Done, busy, fill, give, needs, on, properties::refusal, slot};
 use crate::{
-    cell::WorldCell,
+    cell::{Function, WorldCell},
     figures::{Drawing, Figures},
 };
 
@@ -67,8 +67,11 @@ unsafe extern "C" fn add(
 ) -> tatu_status {
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
-        on(w, |world| {
-            let Some(map) = keys(world, map)? else { return Err(TATU_ERR_ARGUMENT) };
+        on(w, Function::acts("figures.add"), |world| {
+            needs(world, "a place for the number", out)?;
+            let Some(map) = keys(world, map)? else {
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a map of keys is expected, found null"));
+            };
             let owner = if what == TATU_FIGURE_DRAWING { 0 } else { full(world, object)? };
             let id = with(world, |scene, all| match what {
                 TATU_FIGURE_STREAM => all.graph(scene, owner)?.add_stream(StreamSpec::from_value(&map)?),
@@ -97,7 +100,7 @@ unsafe extern "C" fn add(
 unsafe extern "C" fn change(w: *mut tatu_world, object: tatu_object, id: i64, map: *const tatu_value) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("figures.change"), |world| {
             let map = keys(world, map)?;
             if object == 0 {
                 return with(world, |_, all| match (map, all.drawings.remove(&id)) {
@@ -137,7 +140,7 @@ unsafe extern "C" fn put(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("figures.put"), |world| {
             let numbers =
                 if numbers.is_null() || n == 0 { &[][..] } else { std::slice::from_raw_parts(numbers, n as usize) };
             let owner = if object == 0 { 0 } else { full(world, object)? };
@@ -190,19 +193,16 @@ fn frame(scene: &Scene, drawing: &Drawing) -> Isometry3<f64> {
 }
 
 unsafe extern "C" fn record(w: *mut tatu_world, object: tatu_object, time: f64) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, |world| {
-            if !time.is_finite() {
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "the time of a sample is finite"));
-            }
-            let done = match object {
-                0 => crate::recording::record_due(world, time).map(drop),
-                one => crate::recording::record(world, full(world, one)?, time),
-            };
-            done.map_err(|r| refusal(world, r))
-        })
-    }
+    on(w, Function::acts("figures.record"), |world| {
+        if !time.is_finite() {
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "the time of a sample is finite"));
+        }
+        let done = match object {
+            0 => crate::recording::record_due(world, time).map(drop),
+            one => crate::recording::record(world, full(world, one)?, time),
+        };
+        done.map_err(|r| refusal(world, r))
+    })
 }
 
 unsafe extern "C" fn list(
@@ -215,7 +215,7 @@ unsafe extern "C" fn list(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("figures.list"), |world| {
             let owner = if object == 0 { 0 } else { full(world, object)? };
             let ids: Vec<i64> = with(world, |scene, all| {
                 all.remove_orphans(scene);
@@ -240,7 +240,7 @@ unsafe extern "C" fn get(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| -> Done {
+        on(w, Function::looks("figures.get"), |world| -> Done {
             let owner = if object == 0 { 0 } else { full(world, object)? };
             let value = with(world, |scene, all| match owner {
                 0 => match all.drawings.get(&id) {

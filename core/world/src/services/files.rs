@@ -5,8 +5,8 @@ use std::path::{Component, Path, PathBuf};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::border::text;
 
-use super::{busy, on};
-use crate::cell::WorldCell;
+use super::{busy, needs, on};
+use crate::cell::{Function, WorldCell};
 
 pub static TABLE: tatu_host_files =
     tatu_host_files { size: size_of::<tatu_host_files>() as u32, reserved: 0, resolve: Some(resolve) };
@@ -14,7 +14,8 @@ pub static TABLE: tatu_host_files =
 unsafe extern "C" fn resolve(w: *mut tatu_world, name: tatu_str, mode: u32, out: *mut tatu_str) -> tatu_status {
     // SAFETY: by the contract: pointers are valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("files.resolve"), |world| {
+            needs(world, "a place for the path", out)?;
             let name = text(name);
             let path = match allowed(world, Path::new(name.as_ref()), mode) {
                 Ok(p) => p,

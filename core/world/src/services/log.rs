@@ -16,7 +16,7 @@ unsafe extern "C" fn write(_: *const tatu_host, w: *mut tatu_world, level: u32, 
     // SAFETY: by the contract: the text is valid during the call.
     unsafe {
         let line = text(line);
-        match WorldCell::here(w) {
+        match WorldCell::at(w) {
             Some(world) => world.log(level, &line),
             None => match level {
                 // The host tells it once, with the function that it was in.
@@ -31,8 +31,7 @@ unsafe extern "C" fn write(_: *const tatu_host, w: *mut tatu_world, level: u32, 
 }
 
 unsafe extern "C" fn last_error(w: *mut tatu_world) -> *const tatu_error {
-    // SAFETY: by the contract.
-    let world = unsafe { WorldCell::here(w) };
+    let world = WorldCell::at(w);
     world
         .and_then(|world| world.calls.last.try_borrow_mut().ok().map(|mut l| l.raw().cast_const()))
         .unwrap_or(std::ptr::null())

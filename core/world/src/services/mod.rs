@@ -26,7 +26,7 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::HostTables;
 use tatu_scene::rows::ROWS;
 
-use crate::cell::WorldCell;
+use crate::cell::{Function, WorldCell};
 
 /// The tables that plugins get: an argument of [`Registry::load`](tatu_plugins::Registry::load).
 pub fn host_tables() -> HostTables {
@@ -54,28 +54,82 @@ fn table(id: &CStr) -> *const c_void {
 /// How a service function ends: done, or refused with a status whose sentence has been recorded.
 type Done = Result<(), tatu_status>;
 
-/// Runs `f` on a world; null gives an error.
-///
-/// # Safety
-/// `world` is null or a living world of this host.
-unsafe fn on(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
-    let alone = |world: &WorldCell| match world.worker {
+/// Runs `f` on a world, if the call that runs may use the function.
+fn on(world: *mut tatu_world, function: Function, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
+    here(world, function, |world| match world.worker {
         None => f(world),
         Some(_) => Err(busy(world)),
-    };
-    // SAFETY: the caller promises it.
-    unsafe { here(world, alone) }
+    })
 }
 
 /// The same for a service that only looks: scripts that run side by side may use it.
+#[inline]
+fn here(world: *mut tatu_world, function: Function, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
+    WorldCell::admit(world, function).and_then(f).err().unwrap_or(TATU_OK)
+}
+
+/// The world of a function that has no status: none where it is refused.
+fn here_now<'a>(world: *mut tatu_world, function: Function) -> Option<&'a WorldCell> {
+    WorldCell::admit(world, function).ok()
+}
+
+/// The same; none on a thread that runs scripts beside others.
+fn alone<'a>(world: *mut tatu_world, function: Function) -> Option<&'a WorldCell> {
+    here_now(world, function).filter(|cell| cell.worker.is_none())
+}
+
+/// Refuses null where a caller must give a value, or a place for one.
+fn needs<T>(world: &WorldCell, what: &str, pointer: *const T) -> Done {
+    match pointer.is_null() {
+        false => Ok(()),
+        true => Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("{what} is expected, found null"))),
+    }
+}
+
+/// What a caller gave, `n` of them; null is refused where there are any.
 ///
 /// # Safety
-/// As for [`on`].
-#[inline]
-unsafe fn here(world: *mut tatu_world, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
+/// `pointer` is null or leads to `n`, which live as long as the call.
+unsafe fn list_of<'a, T>(world: &WorldCell, what: &str, pointer: *const T, n: u32) -> Result<&'a [T], tatu_status> {
+    if n == 0 {
+        return Ok(&[]);
+    }
+    needs(world, what, pointer)?;
     // SAFETY: the caller promises it.
-    let done = unsafe { WorldCell::here(world) }.map_or(Err(TATU_ERR_ARGUMENT), f);
-    done.err().unwrap_or(TATU_OK)
+    Ok(unsafe { std::slice::from_raw_parts(pointer, n as usize) })
+}
+
+/// The same for places to write to.
+///
+/// # Safety
+/// As for [`list_of`]; nobody else uses the places meanwhile.
+unsafe fn room_of<'a, T>(world: &WorldCell, what: &str, pointer: *mut T, n: u32) -> Result<&'a mut [T], tatu_status> {
+    if n == 0 {
+        return Ok(&mut []);
+    }
+    needs(world, what, pointer)?;
+    // SAFETY: the caller promises it.
+    Ok(unsafe { std::slice::from_raw_parts_mut(pointer, n as usize) })
+}
+
+/// The frame of a call, if its caller knew all of it.
+fn needs_frame(world: &WorldCell, frame: *const tatu_call) -> Done {
+    needs(world, "a frame", frame)?;
+    // SAFETY: a frame begins with its size.
+    match unsafe { (*frame).size } as usize >= size_of::<tatu_call>() {
+        true => {
+            // SAFETY: it has all fields, as its size tells.
+            let frame = unsafe { &*frame };
+            let lacks = frame.n_args > 0 && frame.args.is_null() || frame.results_cap > 0 && frame.results.is_null();
+            if !lacks {
+                return Ok(());
+            }
+            Err(world.calls.refuse(TATU_ERR_ARGUMENT, "arguments, and room for results, are expected, found null"))
+        }
+        false => {
+            Err(world.calls.refuse(TATU_ERR_ARGUMENT, "the size of the frame is that of no version of `tatu_call`"))
+        }
+    }
 }
 
 /// A status that something else gave, done or not.
@@ -124,15 +178,16 @@ unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: *mut u32) -> Done {
 /// Puts a value into the world's arena and writes its border form.
 ///
 /// # Safety
-/// `out` is writable.
+/// `out` is null or writable.
 unsafe fn give(world: &WorldCell, value: &tatu_plugin_api::safe::Value, out: *mut tatu_value) -> Done {
     let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return Err(busy(world)) };
-    match (value.to_raw(&mut |n| arena.alloc(n)), out.is_null()) {
-        (Some(raw), false) => {
+    needs(world, "a place for the value", out)?;
+    match value.to_raw(&mut |n| arena.alloc(n)) {
+        Some(raw) => {
             // SAFETY: the caller promises it.
             unsafe { *out = raw };
             Ok(())
         }
-        _ => Err(world.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory")),
+        None => Err(world.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory")),
     }
 }

@@ -9,9 +9,9 @@ use ::tatu_beams::Faces;
 use tatu_plugin_api::abi::*;
 use tatu_plugins::tables;
 
-use super::{Done, busy, fill, here, on, slot};
+use super::{Done, busy, fill, here, needs, on, slot};
 use crate::{
-    cell::WorldCell,
+    cell::{Function, WorldCell},
     sense::{Limits, MeasureOptions},
     step::sense_some,
 };
@@ -47,7 +47,8 @@ unsafe extern "C" fn field(
 ) -> tatu_status {
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
-        here(w, |world| {
+        here(w, Function::looks("readings.field"), |world| {
+            needs(world, "a place for the view", out)?;
             let i = device(world, sensor)?;
             let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
             let d = &sensing.devices[i];
@@ -68,14 +69,14 @@ unsafe extern "C" fn field(
 }
 
 unsafe extern "C" fn sense_now(w: *mut tatu_world, sensor: tatu_object, only: tatu_object) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe { on(w, |world| sense(world, sensor, only, None)) }
+    on(w, Function::acts("readings.sense_now"), |world| sense(world, sensor, only, None))
 }
 
 unsafe extern "C" fn look(w: *mut tatu_world, sensor: tatu_object, look: *const tatu_look) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; a caller's table has all fields of the first version.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("readings.look"), |world| {
+            needs(world, "a look", look)?;
             let look = &*look;
             let (near, slant) = (look.far_m >= 0.0, (0.0..=PI).contains(&look.max_incidence));
             let faces =
@@ -122,15 +123,12 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
 }
 
 unsafe extern "C" fn reset(w: *mut tatu_world, sensor: tatu_object) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, |world| {
-            let i = device(world, sensor)?;
-            let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
-            sensing.devices[i].forget();
-            Ok(())
-        })
-    }
+    on(w, Function::acts("readings.reset"), |world| {
+        let i = device(world, sensor)?;
+        let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
+        sensing.devices[i].forget();
+        Ok(())
+    })
 }
 
 unsafe extern "C" fn describe(
@@ -141,7 +139,8 @@ unsafe extern "C" fn describe(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; a caller's table may be shorter than ours, so no more than its size is written.
     unsafe {
-        here(w, |world| {
+        here(w, Function::looks("readings.describe"), |world| {
+            needs(world, "a place for the declaration", out)?;
             let i = device(world, sensor)?;
             let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
             let d = &sensing.devices[i];
@@ -170,7 +169,7 @@ unsafe extern "C" fn list(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("readings.list"), |world| {
             let schema = if schema.is_null() { "".into() } else { CStr::from_ptr(schema).to_string_lossy() };
             let (Ok(sensing), Ok(scene)) = (world.sensing.try_borrow(), world.scene.try_borrow()) else {
                 return Err(busy(world));

@@ -11,11 +11,11 @@ use tatu_scene::{
 };
 
 use super::{
-    busy, fill, give, here, on,
+    alone, busy, fill, give, here, list_of, needs, on,
     properties::{after_change, read, read_numbers, write, write_numbers},
-    slot,
+    room_of, slot,
 };
-use crate::cell::{Wish, WorldCell, stand_ins};
+use crate::cell::{Function, Wish, WorldCell, stand_ins};
 
 pub static TABLE: tatu_host_scene = tatu_host_scene {
     size: size_of::<tatu_host_scene>() as u32,
@@ -60,7 +60,7 @@ unsafe extern "C" fn get(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        here(w, |world| {
+        here(w, Function::looks("scene.get"), |world| {
             let value = read(world, object, prop)?;
             give(world, &value, out)
         })
@@ -75,8 +75,9 @@ unsafe extern "C" fn set(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        here(w, |world| {
-            let Some(raw) = value.as_ref() else { return Err(TATU_ERR_ARGUMENT) };
+        here(w, Function::acts("scene.set"), |world| {
+            needs(world, "a value", value)?;
+            let raw = &*value;
             match ValueRef::new(*raw).to_value() {
                 Ok(v) => write(world, object, prop, v),
                 Err(e) => Err(world.calls.refuse(e.code(), e.text())),
@@ -93,7 +94,11 @@ unsafe extern "C" fn get_f64(
     n: u32,
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; `out` has room for `n`.
-    unsafe { here(w, |world| read_numbers(world, object, prop, std::slice::from_raw_parts_mut(out, n as usize))) }
+    unsafe {
+        here(w, Function::looks("scene.get_f64"), |world| {
+            read_numbers(world, object, prop, room_of(world, "room for numbers", out, n)?)
+        })
+    }
 }
 
 unsafe extern "C" fn set_f64(
@@ -104,7 +109,11 @@ unsafe extern "C" fn set_f64(
     n: u32,
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; `values` has `n`.
-    unsafe { here(w, |world| write_numbers(world, object, prop, std::slice::from_raw_parts(values, n as usize))) }
+    unsafe {
+        here(w, Function::acts("scene.set_f64"), |world| {
+            write_numbers(world, object, prop, list_of(world, "a list of numbers", values, n)?)
+        })
+    }
 }
 
 unsafe extern "C" fn get_f64_many(
@@ -117,10 +126,13 @@ unsafe extern "C" fn get_f64_many(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; `out` has room for `n` each.
     unsafe {
-        here(w, |world| {
-            for i in 0..count as usize {
-                let to = std::slice::from_raw_parts_mut(out.add(i * n as usize), n as usize);
-                read_numbers(world, *objects.add(i), prop, to)?;
+        here(w, Function::looks("scene.get_f64_many"), |world| {
+            let objects = list_of(world, "a list of objects", objects, count)?;
+            if n > 0 && count > 0 {
+                needs(world, "room for numbers", out)?;
+            }
+            for (i, object) in objects.iter().enumerate() {
+                read_numbers(world, *object, prop, room_of(world, "room", out.add(i * n as usize), n)?)?;
             }
             Ok(())
         })
@@ -137,10 +149,13 @@ unsafe extern "C" fn set_f64_many(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; `values` has `n` each.
     unsafe {
-        here(w, |world| {
-            for i in 0..count as usize {
-                let from = std::slice::from_raw_parts(values.add(i * n as usize), n as usize);
-                write_numbers(world, *objects.add(i), prop, from)?;
+        here(w, Function::acts("scene.set_f64_many"), |world| {
+            let objects = list_of(world, "a list of objects", objects, count)?;
+            if n > 0 && count > 0 {
+                needs(world, "a list of numbers", values)?;
+            }
+            for (i, object) in objects.iter().enumerate() {
+                write_numbers(world, *object, prop, list_of(world, "numbers", values.add(i * n as usize), n)?)?;
             }
             Ok(())
         })
@@ -159,7 +174,7 @@ fn frame_of(world: &WorldCell, scene: &Scene, frame: tatu_object) -> Result<Isom
 unsafe extern "C" fn pose(w: *mut tatu_world, object: tatu_object, frame: tatu_object, out: *mut f64) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; `out` has room for 7.
     unsafe {
-        here(w, |world| {
+        here(w, Function::looks("scene.pose"), |world| {
             let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
             let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
                 (Ok(s), Ok(f)) => (s, f),
@@ -167,7 +182,7 @@ unsafe extern "C" fn pose(w: *mut tatu_world, object: tatu_object, frame: tatu_o
             };
             let world_pose = scene.world(s);
             let relative = if frame == 0 { world_pose } else { f.inverse() * world_pose };
-            std::ptr::copy_nonoverlapping(pose_to_array(&relative).as_ptr(), out, 7);
+            room_of(world, "room for 7 numbers", out, 7)?.copy_from_slice(&pose_to_array(&relative));
             Ok(())
         })
     }
@@ -181,7 +196,8 @@ unsafe extern "C" fn set_pose(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; `pose` has 7.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("scene.set_pose"), |world| {
+            needs(world, "a pose of 7 numbers", pose)?;
             let Some(p) = pose_from_array(&*pose.cast::<[f64; 7]>()) else {
                 let text = "a pose is 7 finite numbers with a quaternion that is not 0";
                 return Err(world.calls.refuse(TATU_ERR_ARGUMENT, text));
@@ -205,7 +221,7 @@ unsafe extern "C" fn look(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        here(w, |world| {
+        here(w, Function::looks("scene.look"), |world| {
             let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
             match slot(world, &scene, object) {
                 Ok(s) => {
@@ -226,7 +242,8 @@ unsafe extern "C" fn look(
 unsafe extern "C" fn find(w: *mut tatu_world, from: tatu_object, path: tatu_str, out: *mut tatu_object) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("scene.find"), |world| {
+            needs(world, "a place for the object", out)?;
             let path = text(path);
             let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
             let base = scene.resolve(from).unwrap_or(0);
@@ -253,7 +270,8 @@ unsafe extern "C" fn create(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("scene.create"), |world| {
+            needs(world, "a place for the object", out)?;
             let kind = if kind.is_null() { "".into() } else { CStr::from_ptr(kind).to_string_lossy() };
             let data = match KINDS.iter().find(|(n, _)| *n == kind).map(|(_, k)| *k) {
                 Some(TATU_KIND_SHAPE) => Data::Shape(Box::<Shape>::default()),
@@ -292,9 +310,9 @@ unsafe extern "C" fn create(
 unsafe extern "C" fn remove(w: *mut tatu_world, objects: *const tatu_object, n: u32) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; `objects` has `n`.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("scene.remove"), |world| {
             let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
-            let objects = std::slice::from_raw_parts(objects, n as usize);
+            let objects = list_of(world, "a list of objects", objects, n)?;
             let mut slots = Vec::with_capacity(objects.len());
             for o in objects {
                 match slot(world, &scene, *o) {
@@ -327,7 +345,7 @@ unsafe extern "C" fn list(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("scene.list"), |world| {
             let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
             let base = if base == 0 { 0 } else { slot(world, &scene, base)? };
             let mut slots = if flags & TATU_LIST_CHILDREN != 0 {
@@ -355,7 +373,9 @@ unsafe extern "C" fn wanted(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        let Some(world) = WorldCell::of(w).filter(|w| w.stand_ins.is_on()) else { return TATU_ERR_MISSING };
+        let Some(world) = alone(w, Function::acts("scene.wanted")).filter(|w| w.stand_ins.is_on()) else {
+            return TATU_ERR_MISSING;
+        };
         let name = text(name);
         if let Some(value) = name.strip_prefix('=') {
             return if world.stand_ins.has_value(value) { TATU_OK } else { TATU_ERR_MISSING };

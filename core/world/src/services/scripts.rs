@@ -4,8 +4,8 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::border::{bytes, text};
 use tatu_scene::document::ScriptSpec;
 
-use super::{busy, fill, give, on, passed, slot};
-use crate::scripts as inner;
+use super::{busy, fill, give, list_of, needs, needs_frame, on, passed, slot};
+use crate::{cell::Function, scripts as inner};
 
 pub static TABLE: tatu_host_scripts = tatu_host_scripts {
     size: size_of::<tatu_host_scripts>() as u32,
@@ -29,7 +29,7 @@ unsafe extern "C" fn list(
 ) -> tatu_status {
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("scripts.list"), |world| {
             let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
             let owner = match owner {
                 0 => 0,
@@ -49,10 +49,8 @@ unsafe extern "C" fn call(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        if frame.is_null() || ((*frame).size as usize) < size_of::<tatu_call>() {
-            return TATU_ERR_ARGUMENT;
-        }
-        on(w, |world| {
+        on(w, Function::acts("scripts.call"), |world| {
+            needs_frame(world, frame)?;
             let s = {
                 let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
                 slot(world, &scene, script)?
@@ -71,8 +69,8 @@ unsafe extern "C" fn broadcast(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; `args` has `n_args`.
     unsafe {
-        on(w, |world| {
-            let args = if n_args == 0 { &[] } else { std::slice::from_raw_parts(args, n_args as usize) };
+        on(w, Function::acts("scripts.broadcast"), |world| {
+            let args = list_of(world, "a list of arguments", args, n_args)?;
             crate::cell::Scripts::broadcast(world, bytes(callback), args, (except & 0xF_FFFF) as u32);
             Ok(())
         })
@@ -82,7 +80,7 @@ unsafe extern "C" fn broadcast(
 unsafe extern "C" fn options(w: *mut tatu_world, script: tatu_object, out: *mut tatu_value) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("scripts.options"), |world| {
             let s = {
                 let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
                 slot(world, &scene, script)?
@@ -105,7 +103,8 @@ unsafe extern "C" fn add(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("scripts.add"), |world| {
+            needs(world, "a place for the script", out)?;
             let refuse = |text: String| world.calls.refuse(TATU_ERR_ARGUMENT, &text);
             let owner = {
                 let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
@@ -148,12 +147,12 @@ unsafe extern "C" fn call_below(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; `args` has `n_args`.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("scripts.call_below"), |world| {
             let above = {
                 let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
                 slot(world, &scene, above)?
             };
-            let args = if n_args == 0 { &[] } else { std::slice::from_raw_parts(args, n_args as usize) };
+            let args = list_of(world, "a list of arguments", args, n_args)?;
             let called = crate::cell::Scripts::call_below(world, above, stage, args);
             if let Some(n) = n.as_mut() {
                 *n = called;

@@ -2,9 +2,9 @@
 
 use tatu_plugin_api::abi::*;
 
-use super::{busy, fill, on, passed};
+use super::{alone, busy, fill, on, passed};
 use crate::{
-    cell::{Phase, SessionCell, WorldCell},
+    cell::{Function, Phase, SessionCell, WorldCell},
     session::functions,
     step::{self, Stage},
 };
@@ -31,24 +31,21 @@ pub static STAGE: tatu_host_stage =
     tatu_host_stage { size: size_of::<tatu_host_stage>() as u32, reserved: 0, run: Some(run) };
 
 unsafe extern "C" fn request(w: *mut tatu_world, what: u32) -> tatu_status {
-    // SAFETY: by the contract, here and below.
-    unsafe {
-        on(w, |world| {
-            let running = world.running();
-            match what {
-                TATU_REQUEST_STOP | TATU_REQUEST_QUIT => {}
-                TATU_REQUEST_PAUSE | TATU_REQUEST_START if running => {}
-                TATU_REQUEST_START if world.outside.session().is_some_and(|s| s.any_service()) => {}
-                TATU_REQUEST_PAUSE | TATU_REQUEST_START => {
-                    return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, "the simulation is stopped"));
-                }
-                _ => return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
+    on(w, Function::acts("session.request"), |world| {
+        let running = world.running();
+        match what {
+            TATU_REQUEST_STOP | TATU_REQUEST_QUIT => {}
+            TATU_REQUEST_PAUSE | TATU_REQUEST_START if running => {}
+            TATU_REQUEST_START if world.outside.session().is_some_and(|s| s.any_service()) => {}
+            TATU_REQUEST_PAUSE | TATU_REQUEST_START => {
+                return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, "the simulation is stopped"));
             }
-            crate::cell::remote_request(world, what);
-            crate::session::log::apply(world, what);
-            Ok(())
-        })
-    }
+            _ => return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no request {what}"))),
+        }
+        crate::cell::remote_request(world, what);
+        crate::session::log::apply(world, what);
+        Ok(())
+    })
 }
 
 unsafe extern "C" fn wake(session: *mut tatu_session) {
@@ -70,23 +67,18 @@ unsafe extern "C" fn worlds(
 }
 
 unsafe extern "C" fn client(w: *mut tatu_world, client: u64) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, |world| match world.calls.caller.get().kind {
-            TATU_CALLER_REMOTE => {
-                world.outside.client.set(client);
-                Ok(())
-            }
-            _ => {
-                Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, "only a service has clients, in its turn at the barrier"))
-            }
-        })
-    }
+    on(w, Function::acts("session.client"), |world| match world.calls.caller.get().kind {
+        TATU_CALLER_REMOTE => {
+            world.outside.client.set(client);
+            Ok(())
+        }
+        _ => Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, "only a service has clients, in its turn at the barrier")),
+    })
 }
 
 unsafe extern "C" fn state(w: *mut tatu_world) -> u32 {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
-    match unsafe { WorldCell::of(w) } {
+    match alone(w, Function::looks("session.state")) {
         Some(world) => match world.phase.get() {
             Phase::Stopped => TATU_STOPPED,
             Phase::Paused => TATU_PAUSED,
@@ -99,9 +91,12 @@ unsafe extern "C" fn state(w: *mut tatu_world) -> u32 {
 unsafe extern "C" fn input(w: *mut tatu_world, index: u64, kind: *mut tatu_str, text: *mut tatu_str) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; both are writable.
     unsafe {
-        let Some(world) = WorldCell::of(w) else { return TATU_ERR_ARGUMENT };
+        let Some(world) = alone(w, Function::looks("session.input")) else { return TATU_ERR_ARGUMENT };
         let inputs = world.outside.inputs.borrow();
         let Some(found) = usize::try_from(index).ok().and_then(|i| inputs.get(i)) else { return TATU_ERR_MISSING };
+        if kind.is_null() || text.is_null() {
+            return world.calls.refuse(TATU_ERR_ARGUMENT, "places for kind and text are expected, found null");
+        }
         let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return busy(world) };
         for (from, to) in [(&found.0, kind), (&found.1, text)] {
             let room = arena.alloc(from.len());
@@ -118,7 +113,10 @@ unsafe extern "C" fn input(w: *mut tatu_world, index: u64, kind: *mut tatu_str, 
 unsafe extern "C" fn observed(w: *mut tatu_world, kind: tatu_str, out: *mut tatu_str) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call, and `out` is writable.
     unsafe {
-        let Some(world) = WorldCell::of(w) else { return TATU_ERR_ARGUMENT };
+        let Some(world) = alone(w, Function::acts("session.observed")) else { return TATU_ERR_ARGUMENT };
+        if out.is_null() {
+            return world.calls.refuse(TATU_ERR_ARGUMENT, "a place for the text is expected, found null");
+        }
         let found = match crate::cell::observed(world, &text(kind)) {
             None => return TATU_ERR_MISSING,
             Some(None) => {
@@ -141,7 +139,7 @@ unsafe extern "C" fn observed(w: *mut tatu_world, kind: tatu_str, out: *mut tatu
 unsafe extern "C" fn observe(w: *mut tatu_world, kind: tatu_str, found: tatu_str) -> tatu_status {
     // SAFETY: by the contract: both texts are valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("session.observe"), |world| {
             crate::cell::observe(world, &text(kind), &text(found));
             Ok(())
         })
@@ -150,7 +148,7 @@ unsafe extern "C" fn observe(w: *mut tatu_world, kind: tatu_str, found: tatu_str
 
 unsafe extern "C" fn interrupted(w: *mut tatu_world) -> u32 {
     // SAFETY: by the contract: a world, in its thread.
-    let world = unsafe { WorldCell::of(w) };
+    let world = alone(w, Function::looks("session.interrupted"));
     let session = world.and_then(|w| w.outside.session());
     if let Some(world) = world {
         world.watch.waits();
@@ -161,7 +159,7 @@ unsafe extern "C" fn interrupted(w: *mut tatu_world) -> u32 {
 unsafe extern "C" fn function(w: *mut tatu_world, local: u32, out: *mut tatu_func) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; `out` is null or writable.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("session.function"), |world| {
             let caller = world.calls.caller.get();
             let running = world.outside.session().and_then(|s| s.nth((caller.service as usize).wrapping_sub(1)));
             let gives =
@@ -184,7 +182,7 @@ unsafe extern "C" fn function(w: *mut tatu_world, local: u32, out: *mut tatu_fun
 unsafe extern "C" fn put_in(w: *mut tatu_world, kind: tatu_str, what: tatu_str) -> tatu_status {
     // SAFETY: by the contract: both texts are valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("session.put_in"), |world| {
             world.outside.take_in(&text(kind), &text(what));
             Ok(())
         })
@@ -194,7 +192,7 @@ unsafe extern "C" fn put_in(w: *mut tatu_world, kind: tatu_str, what: tatu_str) 
 unsafe extern "C" fn open(w: *mut tatu_world, file: tatu_str) -> tatu_status {
     // SAFETY: by the contract: the text is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("session.open"), |world| {
             if !world.outside.takes_scenes.get() {
                 let text =
                     "this program runs one scene, and no other: `tatu serve` and `tatu open` go from one to the next";
@@ -210,8 +208,7 @@ unsafe extern "C" fn open(w: *mut tatu_world, file: tatu_str) -> tatu_status {
 }
 
 unsafe extern "C" fn run(w: *mut tatu_world, stage: u32, dt: f64) -> tatu_status {
-    // SAFETY: by the contract.
-    unsafe { on(w, |world| passed(run_stage(world, stage, dt))) }
+    on(w, Function::acts("stage.run"), |world| passed(run_stage(world, stage, dt)))
 }
 
 fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {

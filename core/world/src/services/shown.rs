@@ -10,7 +10,10 @@ use tatu_scene::{
 };
 
 use super::{busy, give, on, slot};
-use crate::{cell::WorldCell, reload};
+use crate::{
+    cell::{Function, WorldCell},
+    reload,
+};
 
 fn map<const N: usize>(entries: [(&str, Value); N]) -> Value {
     Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
@@ -39,7 +42,7 @@ pub(super) unsafe extern "C" fn row(
 ) -> tatu_status {
     // SAFETY: by the contract: `out` is writable.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("scene.row"), |world| {
             let found = nth_row(world, object, index as usize)?.ok_or(TATU_ERR_MISSING)?;
             give(world, &found, out)
         })
@@ -49,7 +52,7 @@ pub(super) unsafe extern "C" fn row(
 pub(super) unsafe extern "C" fn model(w: *mut tatu_world, index: u32, out: *mut tatu_value) -> tatu_status {
     // SAFETY: by the contract: `out` is writable.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("scene.model"), |world| {
             let found = world.registry.models.get(index as usize).ok_or(TATU_ERR_MISSING)?;
             give(world, &map([("id", Value::text(&found.id)), ("text", Value::text(&found.text))]), out)
         })
@@ -82,7 +85,7 @@ pub(super) unsafe extern "C" fn part(
 ) -> tatu_status {
     // SAFETY: by the contract: `out` is writable.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("figures.part"), |world| {
             let found = nth_part(world, object, index as usize)?.ok_or(TATU_ERR_MISSING)?;
             give(world, &found, out)
         })
@@ -125,7 +128,7 @@ fn nth_part(world: &WorldCell, object: tatu_object, index: usize) -> Result<Opti
 pub(super) unsafe extern "C" fn text(w: *mut tatu_world, script: tatu_object, out: *mut tatu_value) -> tatu_status {
     // SAFETY: by the contract: `out` is writable.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("scripts.text"), |world| {
             let found = script_at(world, script)?;
             give(world, &Value::Bytes(found.text.to_vec()), out)
         })
@@ -145,7 +148,7 @@ fn script_at(world: &WorldCell, script: tatu_object) -> Result<std::rc::Rc<crate
 pub(super) unsafe extern "C" fn change(w: *mut tatu_world, script: tatu_object, text: tatu_str) -> tatu_status {
     // SAFETY: by the contract: the text is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("scripts.change"), |world| {
             let found = script_at(world, script)?;
             let text = tatu_plugins::border::bytes(text).to_vec();
             reload::change_script(world, &found, text).map_err(|e| {

@@ -3,8 +3,8 @@
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 use tatu_plugins::border::bytes;
 
-use super::{busy, give, on};
-use crate::cell::{Signal, WorldCell};
+use super::{alone, busy, give, needs, on};
+use crate::cell::{Function, Signal};
 
 pub static TABLE: tatu_host_signals = tatu_host_signals {
     size: size_of::<tatu_host_signals>() as u32,
@@ -18,7 +18,7 @@ pub static TABLE: tatu_host_signals = tatu_host_signals {
 unsafe extern "C" fn get(w: *mut tatu_world, kind: u32, name: tatu_str, out: *mut tatu_value) -> tatu_status {
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("signals.get"), |world| {
             let signals = world.signals.try_borrow().map_err(|_| busy(world))?;
             match signals.get(&(kind, bytes(name).to_vec())) {
                 Some(s) => give(world, &s.value, out),
@@ -31,8 +31,9 @@ unsafe extern "C" fn get(w: *mut tatu_world, kind: u32, name: tatu_str, out: *mu
 unsafe extern "C" fn set(w: *mut tatu_world, kind: u32, name: tatu_str, value: *const tatu_value) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
-            let Some(value) = value.as_ref() else { return Err(TATU_ERR_ARGUMENT) };
+        on(w, Function::acts("signals.set"), |world| {
+            needs(world, "a value", value)?;
+            let value = &*value;
             let name = bytes(name);
             if name.is_empty() || kind > 255 {
                 return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a signal has a name, and a kind below 256"));
@@ -55,7 +56,9 @@ unsafe extern "C" fn set(w: *mut tatu_world, kind: u32, name: tatu_str, value: *
 unsafe extern "C" fn clear(w: *mut tatu_world, kind: u32, name: tatu_str) -> u32 {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        let Some(mut signals) = WorldCell::of(w).and_then(|world| world.signals.try_borrow_mut().ok()) else {
+        let Some(mut signals) =
+            alone(w, Function::acts("signals.clear")).and_then(|world| world.signals.try_borrow_mut().ok())
+        else {
             return 0;
         };
         let (before, name) = (signals.len(), bytes(name));
@@ -71,7 +74,8 @@ unsafe extern "C" fn clear(w: *mut tatu_world, kind: u32, name: tatu_str) -> u32
 unsafe extern "C" fn name(w: *mut tatu_world, kind: u32, index: u32, out: *mut tatu_str) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("signals.name"), |world| {
+            needs(world, "a place for the name", out)?;
             let found = match world.signals.try_borrow() {
                 Ok(signals) => signals.keys().filter(|(k, _)| *k == kind).nth(index as usize).map(|(_, n)| n.clone()),
                 Err(_) => return Err(busy(world)),

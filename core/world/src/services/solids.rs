@@ -3,7 +3,8 @@
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Data, collision_parts};
 
-use super::{busy, on, slot};
+use super::{busy, list_of, needs, on, room_of, slot};
+use crate::cell::Function;
 
 /// The shortest way between any shape of one list and any of another; an empty second list: all other shapes.
 #[allow(clippy::too_many_arguments, reason = "the contract's")]
@@ -19,10 +20,10 @@ pub(super) unsafe extern "C" fn closest(
 ) -> tatu_status {
     // SAFETY: by the contract: the lists have as many as told, `points` room for 6, `pair` for 2.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("bodies.closest"), |world| {
             let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
             let list = |p: *const tatu_object, n: u32| -> Result<Vec<u32>, tatu_status> {
-                let ids = if n == 0 { &[] } else { std::slice::from_raw_parts(p, n as usize) };
+                let ids = list_of(world, "a list of objects", p, n)?;
                 ids.iter().map(|o| slot(world, &scene, *o)).collect()
             };
             let (a, mut b) = (list(a, n_a)?, list(b, n_b)?);
@@ -46,8 +47,8 @@ pub(super) unsafe extern "C" fn closest(
             }
             let Some((p, q, sa, sb)) = best else { return Err(TATU_ERR_MISSING) };
             let numbers = [p.x, p.y, p.z, q.x, q.y, q.z];
-            std::ptr::copy_nonoverlapping(numbers.as_ptr(), points, 6);
-            std::ptr::copy_nonoverlapping([scene.id(sa), scene.id(sb)].as_ptr(), pair, 2);
+            room_of(world, "room for 6 numbers", points, 6)?.copy_from_slice(&numbers);
+            room_of(world, "room for 2 objects", pair, 2)?.copy_from_slice(&[scene.id(sa), scene.id(sb)]);
             Ok(())
         })
     }
@@ -57,7 +58,8 @@ pub(super) unsafe extern "C" fn closest(
 pub(super) unsafe extern "C" fn is_dynamic(w: *mut tatu_world, object: tatu_object, out: *mut u32) -> tatu_status {
     // SAFETY: by the contract.
     unsafe {
-        on(w, |world| {
+        on(w, Function::looks("bodies.is_dynamic"), |world| {
+            needs(world, "a place for the answer", out)?;
             let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
             let s = slot(world, &scene, object)?;
             *out = u32::from(match scene.get(s).map(|o| &o.data) {

@@ -8,9 +8,9 @@ use tatu_scene::{
     document::{self, MAIN, ScriptSpec},
 };
 
-use super::{busy, on, slot};
+use super::{busy, list_of, needs, on, room_of, slot};
 use crate::{
-    cell::{Kind, Scripts, WorldCell},
+    cell::{Function, Kind, Scripts, WorldCell},
     instances::make_device,
     state::{
         save::{device_of, document_of, scripts_of},
@@ -27,8 +27,9 @@ pub(super) unsafe extern "C" fn copy(
 ) -> tatu_status {
     // SAFETY: by the contract: `objects` has `n`, `out` has room for `n`.
     unsafe {
-        on(w, |world| {
-            let objects = if n == 0 { &[] } else { std::slice::from_raw_parts(objects, n as usize) };
+        on(w, Function::acts("scene.copy"), |world| {
+            let objects = list_of(world, "a list of objects", objects, n)?;
+            let out = room_of(world, "room for the copies", out, n)?;
             let (from, to) = {
                 let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
                 let mut from = Vec::with_capacity(objects.len());
@@ -52,8 +53,8 @@ pub(super) unsafe extern "C" fn copy(
                 add_scripts(world, *new, &scripts_of(world, *old));
             }
             let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-            for (i, s) in to.iter().enumerate() {
-                *out.add(i) = scene.id(*s);
+            for (place, s) in out.iter_mut().zip(&to) {
+                *place = scene.id(*s);
             }
             Ok(())
         })
@@ -69,7 +70,8 @@ pub(super) unsafe extern "C" fn load(
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("scene.load"), |world| {
+            needs(world, "a place for the object", out)?;
             let path = PathBuf::from(tatu_plugins::border::text(file).into_owned());
             let parent = match parent {
                 0 => 0,
@@ -116,7 +118,7 @@ pub(super) unsafe extern "C" fn load(
 pub(super) unsafe extern "C" fn save(w: *mut tatu_world, file: tatu_str, base: tatu_object) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        on(w, |world| {
+        on(w, Function::acts("scene.save"), |world| {
             let path = PathBuf::from(tatu_plugins::border::text(file).into_owned());
             let fail = |text: String| world.calls.refuse(TATU_ERR, &text);
             if path.extension().is_none_or(|e| e != "toml") {

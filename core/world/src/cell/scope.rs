@@ -1,0 +1,161 @@
+//! What a plugin may ask of the host, by the call that it is in: known to the host, and checked by it in every function of a
+//! table that gets a world.
+//!
+//! A world belongs to the thread that made it. A pointer that no living world of this thread has is refused before anything is
+//! read through it: it came from a thread of the plugin's own, or was kept for longer than its world lived.
+
+use std::{
+    cell::{Cell, RefCell},
+    ptr::null,
+};
+
+use tatu_errors::{Fault, FaultKind};
+use tatu_plugin_api::abi::*;
+use tatu_plugins::watchdog::Call;
+
+use super::{WorldCell, script_worker};
+
+thread_local! {
+    /// The worlds that were made on this thread and live.
+    static LIVING: RefCell<Vec<*const WorldCell>> = const { RefCell::new(Vec::new()) };
+    /// The one that was found last.
+    static LAST: Cell<*const WorldCell> = const { Cell::new(null()) };
+}
+
+/// A function of the host, for messages: "scene.pose", and whether it changes something.
+#[derive(Clone, Copy)]
+pub(crate) struct Function {
+    /// As the header calls it.
+    pub name: &'static str,
+    /// Whether it changes the world, or lets others do so.
+    pub acts: bool,
+}
+
+impl Function {
+    /// One that changes nothing.
+    pub const fn looks(name: &'static str) -> Self {
+        Function { name, acts: false }
+    }
+    /// One that changes the world, or lets others do so.
+    pub const fn acts(name: &'static str) -> Self {
+        Function { name, acts: true }
+    }
+}
+
+/// What a call may use.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Scope {
+    /// Nothing that needs a world.
+    Nothing,
+    /// What changes nothing.
+    Look,
+    /// Everything.
+    Act,
+}
+
+fn scope(call: Option<Call>) -> Scope {
+    match call {
+        // Several at once, on any thread, while the world is in the middle of a stage.
+        Some(Call::Aim | Call::Measure | Call::Finish | Call::Apply) | None => Scope::Nothing,
+        // A snapshot, a restore or a change of parameters that changed anything else could not be gone on from.
+        Some(
+            Call::Create
+            | Call::Destroy
+            | Call::Configure
+            | Call::Save
+            | Call::Restore
+            | Call::Beams
+            | Call::ScriptFind
+            | Call::ScriptTraits
+            | Call::ScriptOrder
+            | Call::ScriptPlace
+            | Call::KeepFunc
+            | Call::DropFunc,
+        ) => Scope::Look,
+        Some(_) => Scope::Act,
+    }
+}
+
+/// A world has got the address at which it stays.
+pub(crate) fn enlist(world: &WorldCell) {
+    LIVING.with_borrow_mut(|all| all.push(world));
+}
+
+/// A world ends.
+pub(crate) fn strike(world: *const WorldCell) {
+    // At the end of a thread there may be no list any more.
+    let _ = LIVING.try_with(|all| all.borrow_mut().retain(|w| *w != world));
+    let _ = LAST.try_with(|last| last.set(null()));
+}
+
+#[cold]
+fn among_living(world: *const WorldCell) -> bool {
+    let found = LIVING.with_borrow(|all| all.contains(&world));
+    if found {
+        LAST.set(world);
+    }
+    found
+}
+
+impl WorldCell {
+    /// The world behind a pointer of the border, whatever call is running: for the log. None where no world of this thread
+    /// has that address. On a thread that runs scripts beside others it is the thread's own cell.
+    #[inline]
+    pub fn at<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
+        match script_worker::of_this_thread() {
+            None => {
+                let world = ptr.cast::<WorldCell>().cast_const();
+                let known = LAST.get() == world || among_living(world);
+                // SAFETY: it lives, and on this thread: the list says so.
+                if known { unsafe { world.as_ref() } } else { None }
+            }
+            // Nothing else is to be touched from here.
+            Some(cell) => (cell.raw() == ptr).then_some(cell),
+        }
+    }
+
+    /// The same for a function of the host: the call that runs must allow it. `Err`: the status, whose sentence has been told.
+    #[inline]
+    pub fn admit<'a>(ptr: *mut tatu_world, function: Function) -> Result<&'a WorldCell, tatu_status> {
+        let Some(world) = Self::at(ptr) else { return Err(refuse_stranger(ptr, function)) };
+        match (scope(world.watch.call()), function.acts) {
+            (Scope::Act, _) | (Scope::Look, false) => Ok(world),
+            (scope, _) => Err(refuse(world, scope, function)),
+        }
+    }
+}
+
+#[cold]
+fn refuse(world: &WorldCell, scope: Scope, function: Function) -> tatu_status {
+    let name = function.name;
+    let Some(call) = world.watch.call() else {
+        let text = format!("`{name}` was called outside of any call of this world, and is refused");
+        return world.calls.refuse(TATU_ERR_BUSY, &text);
+    };
+    let why = match scope {
+        Scope::Nothing => "may call nothing but the log, and `random` of its batch",
+        _ => "may look at the world, and change nothing but its own instance",
+    };
+    let text = format!("`{name}` was called in `{}`, and is refused: it {why}", call.text());
+    if let Some(plugin) = world.registry.plugins.get(world.watch.plugin()) {
+        // Statuses are easily passed over: who broke the rule is named.
+        let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{}` broke the contract: {text}", plugin.id));
+        fault.plugin = Some(plugin.id.clone());
+        fault.object = world.watch.name_of(world.watch.slot());
+        world.report(fault);
+    }
+    world.calls.refuse(TATU_ERR_BUSY, &text)
+}
+
+#[cold]
+fn refuse_stranger(ptr: *mut tatu_world, function: Function) -> tatu_status {
+    let name = function.name;
+    match ptr.is_null() {
+        true => tracing::error!("`{name}`: a world is expected, found null; it is refused"),
+        false => tracing::error!(
+            "`{name}` was called for a world that is not there, or from a thread that is not the world's, and is refused: \
+             threads of a plugin call log.write and session.wake, and leave all else to a barrier"
+        ),
+    }
+    TATU_ERR_BUSY
+}

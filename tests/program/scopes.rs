@@ -1,0 +1,113 @@
+//! Rules about which call may ask the host for what are kept by the host: a plugin that breaks them is refused, and named.
+
+use std::process::Command;
+
+use crate::kit::*;
+
+/// What changes the world.
+const ACTS: [&str; 10] = [
+    "scene.set_pose",
+    "scene.set",
+    "scene.create",
+    "scene.remove",
+    "bodies.impulse",
+    "commands.call",
+    "signals.set",
+    "events.publish",
+    "session.request",
+    "stage.run",
+];
+
+/// Eyes that act where they may not, and a scene around them; `script`: of an object that calls commands.
+fn place(eyes: usize, eye: &str, script: &str) -> Place {
+    let mut scene =
+        format!("{}{}", cuboid("box", [0.2; 3], [0.0, 0.0, 2.0], "dynamic = true"), watcher("caller", script));
+    for i in 0..eyes {
+        scene += &format!("[[object]]\nkind = \"sensor\"\nsensor = \"nosy\"\nalias = \"eye{i}\"\nwhere = \"{eye}\"\n");
+    }
+    let place = Place::scene(&format!("plugins = [\"mine\"]\n{scene}"));
+    place.write("mine/trespass.c", include_str!("trespass.c"));
+    succeed(
+        Command::new(compiler("cc"))
+            .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-pthread", "-shared", "-fPIC", "-I"])
+            .arg(root().join("plugin-api/include"))
+            .args(["trespass.c", "-o", &library("tatu_nosy")])
+            .current_dir(place.path().join("mine")),
+    );
+    place
+}
+
+/// The run goes on, each function that was called is refused and told with the call that it was in, and nothing was done.
+fn refused(done: &Done, call: &str, functions: &[&str]) {
+    assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
+    let errors = done.errors();
+    for function in functions {
+        let text = format!("`{function}` was called in `{call}`, and is refused");
+        let told = errors.iter().find(|e| e["message"].as_str().unwrap().contains(&text));
+        let told = told.unwrap_or_else(|| panic!("{text}: not in {errors:?}"));
+        assert_eq!(
+            (told["plugin"].as_str(), told["code"].as_str()),
+            (Some("org.example.nosy"), Some("F207")),
+            "{told}"
+        );
+    }
+}
+
+const SETS: &str = "function sysCall_init() eye = sim.getObject('/eye0') end
+    function sysCall_actuation() sim.setFloatProperty(eye, 'nosy.knob', sim.getSimulationTime()) end";
+
+#[test]
+fn what_changes_the_world_is_refused_where_only_a_look_is_allowed() {
+    let healthy = |done: &Done| done.json()["objects"]["/box"]["hash"].clone();
+    let expected = healthy(&place(1, "nowhere", SETS).run(&["--steps", "6"]).good());
+    for (eye, call) in [
+        ("create", "tatu_life.create"),
+        ("configure", "tatu_life.configure"),
+        ("beams", "tatu_sensor.beams"),
+        ("save", "tatu_life.save"),
+        ("destroy", "tatu_life.destroy"),
+    ] {
+        let place = place(1, eye, SETS);
+        let saved: &[&str] = if eye == "save" { &["--snapshot-at", "0.15", "t.snap"] } else { &[] };
+        let done = place.run(&[&["--steps", "6"], saved].concat());
+        if eye == "destroy" {
+            // Faults at the very end are told as lines.
+            assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
+            continue;
+        }
+        refused(&done, call, &ACTS);
+        assert_eq!(healthy(&done), expected, "{eye}");
+    }
+}
+
+#[test]
+fn a_batch_may_call_nothing_but_the_log() {
+    let looks = ["scene.pose", "scene.get", "bodies.contacts", "files.resolve", "commands.alloc"];
+    for threads in ["1", "2"] {
+        let place = place(40, "measure", "");
+        let done = place.run(&["--steps", "6", "--threads", threads]);
+        refused(&done, "tatu_sensor.measure", &[&ACTS[..], &looks].concat());
+        assert_eq!(done.json()["steps"], 6);
+    }
+}
+
+#[test]
+fn threads_of_a_plugin_are_kept_out_of_worlds() {
+    for threads in ["1", "2"] {
+        let place = place(1, "nowhere", "function sysCall_actuation() nosy.thread() end");
+        let done = place.run(&["--steps", "4", "--threads", threads]).good();
+        assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
+        done.tells(&[
+            "`scene.pose` was called for a world that is not there, or from a thread that is not the world's",
+        ]);
+        done.tells(&["log.write and session.wake"]);
+    }
+}
+
+#[test]
+fn null_is_refused_wherever_something_is_expected() {
+    let place = place(1, "nowhere", "function sysCall_init() nosy.nulls(sim.getObject('/eye0')) end");
+    let done = place.run(&["--steps", "2"]).good();
+    assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
+    assert_eq!(done.err.matches("was refused:").count(), 30, "{}", done.err);
+}
