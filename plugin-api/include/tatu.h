@@ -28,7 +28,8 @@
  *   Each world has one arena, a stack. What tatu_call_api.alloc and commands.alloc give, and everything that results
  *   of calls point to, lies in it and lives until somebody releases to an earlier mark. Only callers release; the host
  *   does so when the outermost call from it returns. So a command may hand on what a nested call gave it, unless it
- *   released in between. Memory is aligned to 16 bytes; arrays to their elements; `ptr` may be null when `len` is 0.
+ *   released in between. Memory is aligned to 16 bytes; arrays to their elements; 256 MB
+ *   a world are in flight at most, whatever was there before; `ptr` may be null when `len` is 0.
  *   Error texts lie elsewhere.
  *
  * ERRORS

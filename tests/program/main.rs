@@ -30,6 +30,7 @@ mod errors;
 mod events;
 mod gps;
 mod graphs;
+mod guards;
 mod header;
 mod import;
 mod importers;

@@ -25,6 +25,7 @@ mod load;
 mod registry;
 pub mod schemas;
 mod search;
+pub mod state_block;
 pub mod tables;
 pub mod thread_grant;
 pub mod units;

@@ -8,6 +8,7 @@ use tatu_plugins::{
     Registry,
     border::{ErrorSlot, answer},
     guard,
+    state_block::PAST_STATE,
     watchdog::{Call, Watch},
 };
 use tatu_scene::{Data, Dynamics, Scene, pose_to_array};
@@ -171,7 +172,7 @@ fn apply(
     for (seat, m) in seats.iter().zip(&motions) {
         let d = &mut devices[seat.device];
         s.data.push(d.data);
-        s.state.push(d.state.as_mut_ptr().cast());
+        s.state.push(d.state.place());
         s.actuator.push(d.object);
         s.pose.push(pose_to_array(&m.pose));
         s.twist.push(m.twist);
@@ -192,6 +193,7 @@ fn apply(
         let finite = wrench.iter().chain([&effort]).all(|x| x.is_finite());
         let (status, text) = match status.min(s.status[i]) {
             _ if moved => (TATU_ERR, format!("changed {}", guard::MODE)),
+            _ if !d.state.is_whole() => (TATU_ERR, PAST_STATE.to_owned()),
             bad if bad < 0 => (bad, error.text()),
             _ if !finite => {
                 (TATU_ERR, format!("gave the wrench {wrench:?} and the effort {effort}; expected finite numbers"))

@@ -13,6 +13,7 @@ mod mount;
 use std::ffi::c_void;
 
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::state_block::StateBlock;
 
 pub(crate) use apply::{Acts, ApplyFailure, SubSteps, per_step};
 
@@ -23,7 +24,7 @@ pub(crate) struct Actuator {
     pub slot: u32,
     pub kind: usize,
     pub data: *mut c_void,
-    pub state: Vec<u64>,
+    pub state: StateBlock,
     pub params: Vec<Value>,
     /// Switched off after a fault.
     pub off: bool,

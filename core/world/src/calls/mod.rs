@@ -11,6 +11,7 @@ use tatu_plugins::{
     CommandEntry, Declared, NameEntry, Status,
     border::{self, bytes},
     check_value,
+    state_block::PAST_STATE,
     watchdog::Call,
 };
 
@@ -124,6 +125,10 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     drop(level);
     // SAFETY: the frame again, after the plugin wrote its results.
     let f = unsafe { &mut *frame };
+    if !f.state.is_null() && !world.state_is_whole(entry.plugin) {
+        say(f.error, TATU_ERR, PAST_STATE);
+        return failed(world, entry, f, TATU_ERR);
+    }
     // SAFETY: the error object of this call.
     match unsafe { tatu_plugins::border::answer(status, true, f.error) } {
         TATU_WAIT => begin_wait(world, entry, f, caller),

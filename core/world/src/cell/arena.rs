@@ -1,45 +1,47 @@
 //! Memory of values in flight: a stack of chunks whose addresses stay.
+//!
+//! How much fits is counted by what is in flight now, not by the chunks that there are: it depends neither on earlier calls nor
+//! on whether the world was restored from a snapshot.
 
 /// Bytes of a chunk.
 const CHUNK: usize = 64 * 1024;
-/// Bytes that values in flight may take together.
+/// Bytes that values in flight may take together, each rounded up to 16.
 const LIMIT: usize = 256 * 1024 * 1024;
 
 /// A stack: allocate, and go back to a mark.
 #[derive(Default)]
 pub struct Arena {
-    /// 16-byte aligned words.
-    chunks: Vec<Box<[u128]>>,
+    chunks: Vec<Chunk>,
     /// Chunk in use, and words used in it.
     chunk: usize,
     used: usize,
-    total: usize,
 }
+
+/// 16-byte aligned words, and how many are in flight in the chunks before.
+struct Chunk(Box<[u128]>, usize);
 
 impl Arena {
     /// `bytes` bytes, 16-byte aligned; null when values in flight would take too much.
     pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
-        if bytes > LIMIT {
-            return std::ptr::null_mut();
-        }
         let words = bytes.div_ceil(16).max(1);
-        while self.chunk < self.chunks.len() {
-            if self.used + words <= self.chunks[self.chunk].len() {
-                let at = self.used;
-                self.used += words;
-                return self.chunks[self.chunk][at..].as_mut_ptr().cast();
-            }
-            self.chunk += 1;
-            self.used = 0;
-        }
-        let size = words.max(CHUNK / 16);
-        if self.total + size * 16 > LIMIT {
+        let before = self.chunks.get(self.chunk).map_or(0, |c| c.1) + self.used;
+        if bytes > LIMIT || before + words > LIMIT / 16 {
             return std::ptr::null_mut();
         }
-        self.total += size * 16;
-        self.chunks.push(vec![0u128; size].into_boxed_slice());
-        self.used = words;
-        self.chunks[self.chunk].as_mut_ptr().cast()
+        let fits = |c: Option<&Chunk>, used: usize| c.is_some_and(|c| used + words <= c.0.len());
+        if !fits(self.chunks.get(self.chunk), self.used) {
+            let next = if self.chunks.is_empty() { 0 } else { self.chunk + 1 };
+            if !fits(self.chunks.get(next), 0) {
+                // What follows holds nothing, and is too small.
+                self.chunks.truncate(next);
+                self.chunks.push(Chunk(vec![0u128; words.max(CHUNK / 16)].into_boxed_slice(), before));
+            }
+            (self.chunk, self.used) = (next, 0);
+            self.chunks[next].1 = before;
+        }
+        let at = self.used;
+        self.used += words;
+        self.chunks[self.chunk].0[at..].as_mut_ptr().cast()
     }
 
     /// The place to which a release goes back.
@@ -73,6 +75,24 @@ mod tests {
         assert_eq!(a.alloc(8), second);
         assert_ne!(first, second);
         assert_eq!(first as usize % 16, 0);
+    }
+
+    #[test]
+    fn how_much_fits_does_not_depend_on_what_was_there_before() {
+        let most = |a: &mut Arena| {
+            let mark = a.mark();
+            let n = (0..).take_while(|_| !a.alloc(1 << 20).is_null()).count();
+            a.release(mark);
+            n
+        };
+        let mut used = Arena::default();
+        let mark = used.mark();
+        for size in [100, 3 << 20, 70_000, 40 << 20, 8] {
+            assert!(!used.alloc(size).is_null());
+        }
+        used.release(mark);
+        assert_eq!((most(&mut used), most(&mut used)), (256, 256));
+        assert_eq!(most(&mut Arena::default()), 256);
     }
 
     #[test]

@@ -110,11 +110,9 @@ impl ScriptWorker {
         let Some(worker) = &cell.worker else { return };
         worker.world.set(world);
         let instances = world.instances.borrow();
-        let places = instances.iter().map(|i| {
-            i.as_ref().map_or((std::ptr::null_mut(), std::ptr::null_mut()), |i| {
-                (i.data, i.state.as_ptr().cast_mut().cast::<c_void>())
-            })
-        });
+        let places = instances
+            .iter()
+            .map(|i| i.as_ref().map_or((std::ptr::null_mut(), std::ptr::null_mut()), |i| (i.data, i.state.place())));
         let mut own = worker.instances.borrow_mut();
         own.clear();
         own.extend(places);

@@ -16,6 +16,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
     Registry,
     guard::{self, ProcessState},
+    state_block::StateBlock,
     watchdog::{Call, Watch},
 };
 use tatu_scene::{
@@ -45,7 +46,7 @@ pub(crate) struct Signal {
 /// What a command plugin keeps for this world.
 pub(crate) struct Instance {
     pub data: *mut c_void,
-    pub state: Vec<u64>,
+    pub state: StateBlock,
     pub destroy: Option<unsafe extern "C" fn(*mut c_void)>,
 }
 
@@ -243,7 +244,12 @@ impl WorldCell {
         let all = self.instances.try_borrow();
         let one = all.as_ref().ok().and_then(|all| all.get(plugin)?.as_ref());
         let none = (std::ptr::null_mut(), std::ptr::null_mut());
-        one.map_or(none, |i| (i.data, i.state.as_ptr().cast_mut().cast()))
+        one.map_or(none, |i| (i.data, i.state.place()))
+    }
+    /// Whether a plugin has kept within the state block of its instance in this world.
+    pub fn state_is_whole(&self, plugin: usize) -> bool {
+        let Ok(mut all) = self.instances.try_borrow_mut() else { return true };
+        all.get_mut(plugin).and_then(Option::as_mut).is_none_or(|i| i.state.is_whole())
     }
     /// Whether a wait is over.
     pub fn is_over(&self, due: &Due) -> bool {

@@ -6,6 +6,7 @@ use tatu_errors::{Error, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
     border::{ErrorSlot, answer},
+    state_block::StateBlock,
     watchdog::Call,
 };
 
@@ -89,8 +90,8 @@ impl Actuator {
 impl Instance {
     /// What a command plugin keeps for a world. Must be called without any borrow of the world.
     pub fn create(cell: &WorldCell, plugin: usize, life: &tatu_life, id: u64) -> Result<Self> {
-        let mut state = vec![0u64; (life.state_bytes as usize).div_ceil(8)];
-        let info = tatu_instance { state: state.as_mut_ptr().cast(), ..cell.instance_again(0, "", id) };
+        let state = StateBlock::new(life.state_bytes);
+        let info = tatu_instance { state: state.place(), ..cell.instance_again(0, "", id) };
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         let p = &cell.registry.plugins[plugin];
         if let Some(create) = life.create {

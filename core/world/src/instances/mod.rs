@@ -14,6 +14,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
     Declared,
     border::{ErrorSlot, answer},
+    state_block::{PAST_STATE, StateBlock},
     watchdog::Call,
 };
 
@@ -28,7 +29,7 @@ pub(crate) struct Made {
     pub id: u64,
     pub data: *mut c_void,
     /// Its address stays until the instance ends.
-    pub state: Vec<u64>,
+    pub state: StateBlock,
 }
 
 /// Values as they cross the border, and the memory that their spans lie in.
@@ -56,13 +57,8 @@ pub(crate) fn make(
     params: &[Value],
 ) -> Result<Made, String> {
     let (raw, _room) = laid(params);
-    let mut state = vec![0u64; (life.state_bytes as usize).div_ceil(8)];
-    let info = tatu_instance {
-        n_params: raw.len() as u32,
-        params: raw.as_ptr(),
-        state: state.as_mut_ptr().cast(),
-        ..instance
-    };
+    let mut state = StateBlock::new(life.state_bytes);
+    let info = tatu_instance { n_params: raw.len() as u32, params: raw.as_ptr(), state: state.place(), ..instance };
     let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
     if let Some(create) = life.create {
         let me = world.registry.plugins[plugin].me;
@@ -70,6 +66,9 @@ pub(crate) fn make(
         let made = || unsafe { answer(create(me, &info, &mut data, error.raw()), false, error.raw()) };
         if world.cross(plugin, Call::Create, slot, made) < 0 {
             return Err(format!("{} [{}]", error.text(), Call::Create.text()));
+        }
+        if !state.is_whole() {
+            return Err(format!("{PAST_STATE} [{}]", Call::Create.text()));
         }
     }
     Ok(Made { id: info.id, data, state })

@@ -220,7 +220,7 @@ fn moving_sensor(cell: &WorldCell, i: usize) -> Moving {
     let (slot, kind, id, data, state, params) = {
         let sensing = cell.sensing.borrow();
         let d = &sensing.devices[i];
-        (d.slot, d.kind, d.id, d.data, d.state.clone(), d.params.clone())
+        (d.slot, d.kind, d.id, d.data, d.state.to_vec(), d.params.clone())
     };
     let entry = &cell.registry.sensors[kind];
     let image = save_instance(cell, &Living { plugin: entry.plugin, slot, data }, &entry.life, &state);
@@ -231,7 +231,7 @@ fn moving_actuator(cell: &WorldCell, i: usize) -> Moving {
     let (slot, kind, data, state, params) = {
         let actuators = cell.actuators.borrow();
         let d = &actuators.devices[i];
-        (d.slot, d.kind, d.data, d.state.clone(), d.params.clone())
+        (d.slot, d.kind, d.data, d.state.to_vec(), d.params.clone())
     };
     let entry = &cell.registry.actuators[kind];
     let image = save_instance(cell, &Living { plugin: entry.plugin, slot, data }, &entry.life, &state);
@@ -270,7 +270,7 @@ fn written(
     let (sensors, actuators) = (sensors.collect(), actuators.collect());
     let life = old.world_lives.iter().find(|(p, _)| *p == plugin).map(|(_, life)| life);
     let instance = life.filter(|_| cell.instances.borrow()[plugin].is_some()).map(|life| {
-        let state = cell.instances.borrow()[plugin].as_ref().map(|i| i.state.clone()).unwrap_or_default();
+        let state = cell.instances.borrow()[plugin].as_ref().map(|i| i.state.to_vec()).unwrap_or_default();
         save_instance(cell, &Living { plugin, slot: 0, data: cell.instance(plugin).0 }, life, &state)
     });
     (sensors, actuators, instance)

@@ -3,7 +3,10 @@
 use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::{FieldInfo, SensorKind};
+use tatu_plugins::{
+    FieldInfo, SensorKind,
+    state_block::{GUARD, PAST_STATE, StateBlock},
+};
 
 use super::{
     noise::{self, Noise},
@@ -36,7 +39,7 @@ pub(crate) struct Device {
     pub seed: u64,
     /// How often it has measured since the start, resets or not: what random numbers are drawn by.
     pub drawn: u64,
-    pub state: Vec<u64>,
+    pub state: StateBlock,
     /// Hz, as the scene says; 0: it measures in each step.
     pub(super) rate: f64,
     /// Of a sensor with a rate: the period in which it measured last.
@@ -51,7 +54,7 @@ impl Device {
         kind: usize,
         slot: u32,
         seed: u64,
-        (id, data, state): (u64, *mut c_void, Vec<u64>),
+        (id, data, state): (u64, *mut c_void, StateBlock),
         params: Vec<Value>,
     ) -> Self {
         Device {
@@ -89,6 +92,24 @@ impl Device {
         let mut words = arena.take(self.fields.len());
         words.copy_from_slice(&self.fields);
         self.fields = words;
+    }
+
+    /// Empties its fields for a measure.
+    pub(super) fn clear_fields(&mut self) {
+        self.fields.fill(0);
+        for end in self.layout.ends() {
+            self.fields[end] = GUARD;
+        }
+    }
+
+    /// After a call of its plugin: what it wrote past, if it did. Behind each field is nothing any more.
+    pub(super) fn wrote_too_far(&mut self, kind: &SensorKind) -> Option<String> {
+        let past = self.layout.ends().position(|end| self.fields[end] != GUARD);
+        let told = past.map(|field| {
+            let name = &kind.fields[field].name;
+            format!("broke the contract: it wrote past the end of the field `{name}`")
+        });
+        told.or_else(|| (!self.state.is_whole()).then(|| PAST_STATE.to_owned()))
     }
 
     /// There is no reading any more, nor one under way.
@@ -243,9 +264,18 @@ impl Layout {
         for (f, dims) in kind.fields.iter().zip(&dims) {
             let elements = length(f, dims)?;
             spans.push((words, elements));
-            words += (elements * element_size(f.elem)).div_ceil(8).max(1);
+            // One word more, to tell who writes too far.
+            words += (elements * element_size(f.elem)).div_ceil(8).max(1) + 1;
         }
         Ok(Layout { plan, spans, dims, words })
+    }
+}
+
+impl Layout {
+    /// Of each field, the word behind its last one.
+    fn ends(&self) -> impl Iterator<Item = usize> {
+        let begins = self.spans.iter().skip(1).map(|(first, _)| *first);
+        begins.chain((!self.spans.is_empty()).then_some(self.words)).map(|next| next - 1)
     }
 }
 

@@ -151,7 +151,8 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     for i in devices {
         let d = &mut all[*i];
         s.shown.push(d.keep_shown());
-        let Layout { plan, spans, .. } = &*d.layout;
+        let layout = d.layout.clone();
+        let Layout { plan, spans, .. } = &*layout;
         let world = scene.world(d.slot);
         let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
         let limits = Limits::of(plan, options.limits);
@@ -160,9 +161,9 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
         s.views.push(view);
         s.frames.add(plan, view, targets.beams(plan.visible), inputs, pool);
         s.data.push(d.data);
-        s.state.push(d.state.as_mut_ptr().cast());
+        s.state.push(d.state.place());
         s.sensor.push(scene.id(d.slot));
-        d.fields.fill(0);
+        d.clear_fields();
         s.fields.extend(spans.iter().map(|(first, _)| d.fields[*first..].as_mut_ptr().cast::<c_void>()));
         if inputs & TATU_IN_POSE != 0 {
             s.pose.push(pose_to_array(&world));
@@ -232,7 +233,7 @@ fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<Measur
 fn hand_over(
     call: Call,
     batch: &tatu_sensor_batch,
-    all: &[Device],
+    all: &mut [Device],
     job: &Job<'_>,
     around: &Around<'_>,
     error: &mut ErrorSlot,
@@ -264,7 +265,7 @@ fn hand_over(
     }
     let mut failed = Vec::new();
     for (i, index) in job.devices.iter().enumerate() {
-        let d = &all[*index];
+        let d = &mut all[*index];
         // SAFETY: one status per instance.
         let status = unsafe { &mut *batch.status.add(i) };
         if known.get(i).is_some_and(|s| *s < 0) {
@@ -276,7 +277,10 @@ fn hand_over(
             // SAFETY: the host's own error object and plugin data, which live through the call.
             *status = unsafe { answer(*status, false, error.raw()) };
         }
-        let text = if *status < 0 {
+        let text = if let Some(told) = d.wrote_too_far(kind_info) {
+            *status = TATU_ERR;
+            told
+        } else if *status < 0 {
             error.text()
         } else if let Some(field) = d.not_a_number(kind_info) {
             *status = TATU_ERR;

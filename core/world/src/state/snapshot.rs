@@ -96,7 +96,7 @@ fn sensors(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<DeviceImage> {
         let (kind, slot, data, state) = {
             let sensing = cell.sensing.borrow();
             let d = &sensing.devices[i];
-            (d.kind, d.slot, d.data, d.state.clone())
+            (d.kind, d.slot, d.data, d.state.to_vec())
         };
         let entry = &cell.registry.sensors[kind];
         let of = Living { plugin: entry.plugin, slot, data };
@@ -141,7 +141,7 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
                 off: d.off,
                 idle_told: d.idle_told,
             };
-            (image, d.state.clone(), d.data)
+            (image, d.state.to_vec(), d.data)
         };
         let entry = &cell.registry.actuators[image.kind as usize];
         let of = Living { plugin: entry.plugin, slot: image.slot, data };
@@ -174,7 +174,7 @@ fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceI
     let mut out = Vec::new();
     for (plugin, life) in &cell.registry.world_lives {
         let id = cell.registry.plugins[*plugin].id.clone();
-        let state = cell.instances.borrow()[*plugin].as_ref().map(|i| i.state.clone()).unwrap_or_default();
+        let state = cell.instances.borrow()[*plugin].as_ref().map(|i| i.state.to_vec()).unwrap_or_default();
         let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
         match save_instance(cell, &of, life, &state) {
             Ok(image) => out.push((id, image)),

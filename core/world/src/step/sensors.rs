@@ -75,6 +75,7 @@ pub(crate) fn sense_some(world: &WorldCell, kind: usize, turn: &Turn, options: &
             d.off = true;
             // What it measured before is no reading of now.
             d.forget();
+            d.fields.fill(0);
             sensing.unlist();
         }
         drop(sensing);
