@@ -25,7 +25,7 @@ pub fn list(args: &List) -> ExitCode {
     };
     let (rows, columns): (Vec<Value>, &[&str]) = match args.what {
         What::Plugins => (plugins(&registry), &["id", "version", "kinds", "path"]),
-        What::Models => (models(&registry), &["id", "plugin", "text"]),
+        What::Models => (models(&registry), &["id", "category", "plugin", "text"]),
         What::Sensors => (sensors(&registry), &["id", "plugin", "schemas", "text"]),
         What::Actuators => (actuators(&registry), &["id", "plugin", "text"]),
         What::Importers => (importers(&registry), &["id", "plugin", "suffixes", "text"]),
@@ -86,7 +86,7 @@ fn models(r: &Registry) -> Vec<Value> {
         .iter()
         .map(|m| {
             let plugin = &r.plugins[m.plugin].id;
-            json!({ "id": m.id, "plugin": plugin, "slots": m.slots, "text": m.text, "parameters": params(&m.params) })
+            json!({ "id": m.id, "category": m.category, "plugin": plugin, "slots": m.slots, "text": m.text, "parameters": params(&m.params) })
         })
         .chain(model_files(r))
         .collect()

@@ -69,7 +69,7 @@ extern "C" {
 #endif
 
 #define TATU_ABI_MAJOR 0 /* refuses; 0 until release 1.0 */
-#define TATU_ABI_MINOR 1 /* informs, never refuses */
+#define TATU_ABI_MINOR 4 /* grows with every growth of a table; refuses only where a need asks for more than there is */
 
 /* Where a field ends within its table, bytes. */
 #define TATU_END(t, f) ((size_t)((const char *)(&(t)->f + 1) - (const char *)(t)))
@@ -217,15 +217,18 @@ struct tatu_host {
   uint32_t size;
   uint32_t abi_minor; /* of the host */
   void *ctx;          /* the host's */
-  /* [any] The table of a service ("tatu.host.scene/draft.1"), or null. Valid as long as the host. */
+  /* [any] The table of a service ("tatu.host.scene/draft.4"), or null. Valid as long as the host. */
   const void *(TATU_CALL *service)(const tatu_host *, const char *id);
 };
 
-/* A service or extension that a plugin cannot do without, or would like. */
+/* A service that a plugin cannot do without, or would like. With `bytes` and `minor` a plugin says once how much of the host
+ * it uses; it then need not ask by TATU_HAS before each call of a function that was there at that size. */
 typedef struct tatu_need {
   uint32_t size;
   uint32_t optional; /* 0: refuse to load without it */
-  const char *id;
+  const char *id;    /* "tatu.host.scene/draft.4"; null: the host itself, by `minor` */
+  uint32_t bytes;    /* least size of its table: sizeof what you compiled with, or TATU_END of the last field that you use; 0: any */
+  uint32_t minor;    /* least abi_minor of the host; 0: any */
 } tatu_need;
 
 /* What the library exports. All strings live as long as the library. */
@@ -243,7 +246,7 @@ typedef struct tatu_plugin_t {
   tatu_status(TATU_CALL *init)(const tatu_host *, void **self, tatu_error *);
   /* [setup] Ends it; all instances are gone by then. Null: nothing to do. */
   void(TATU_CALL *shutdown)(void *self);
-  /* [setup] The table of an extension ("tatu.command/draft.1"), or null. Owned by the plugin until shutdown. */
+  /* [setup] The table of an extension ("tatu.command/draft.4"), or null. Owned by the plugin until shutdown. */
   const void *(TATU_CALL *extension)(void *self, const char *id);
 } tatu_plugin_t;
 
@@ -282,12 +285,13 @@ typedef struct tatu_param {
 typedef struct tatu_instance {
   uint32_t size;
   uint32_t n_params;
-  tatu_world *world;        /* null for a session instance; its properties may be read while the instance is made */
+  tatu_world *world;        /* null for a service; its properties may be read while the instance is made */
   tatu_object owner;        /* sensor, actuator or script object; 0 for a world instance */
   uint64_t id;              /* of this instance, unique in its world */
   uint64_t seed;            /* from the scene's seed and the owner: the same in every run */
   const tatu_value *params; /* in the order of declaration, defaults filled in */
-  void *state;              /* the state block: host-owned, zeroed, its address stays until destroy */
+  void *state;              /* the state block: host-owned, zeroed, its address stays until destroy; null if it has no bytes */
+  tatu_session *session;    /* of a service: where it is started; null for all others */
 } tatu_instance;
 
 /* Takes bytes: given by the host to `save`. */
@@ -309,7 +313,8 @@ typedef struct tatu_life {
   void(TATU_CALL *destroy)(void *data);
   /* [step] Live parameters of a sensor or actuator changed: `params` are all, `changed` has a bit for each of the first
    * 64, in the order of declaration. A sensor is then asked for its beams. After an error the values are the old ones,
-   * and whoever set them is told. Never called for one with TATU_PARAM_REBUILDS. Null: every change rebuilds. */
+   * and whoever set them is told. Never called for one with TATU_PARAM_REBUILDS. Null, or TATU_ERR_UNSUPPORTED without a
+   * sentence: the instance is made anew. */
   tatu_status(TATU_CALL *configure)(void *data, const tatu_value *params, uint32_t n, uint64_t changed, tatu_error *);
   /* [step] Writes what the state block does not hold. TATU_ERR_UNSUPPORTED: cannot now; the text says why. Null: an
    * instance whose `data` is null has nothing more; any other is named as what a snapshot lacks. */
@@ -324,7 +329,7 @@ typedef struct tatu_life {
 
 /* ================================================================ 5. Commands ======================== */
 
-#define TATU_COMMAND "tatu.command/draft.1"
+#define TATU_COMMAND "tatu.command/draft.4"
 
 typedef struct tatu_call tatu_call;
 
@@ -369,7 +374,7 @@ struct tatu_call {
   tatu_object caller_script; /* the script object itself */
   tatu_str caller_dialect;   /* of the calling script; empty: none */
   uint32_t caller_kind;      /* TATU_CALLER_* */
-  uint32_t reserved;         /* TATU_CALL_* bits, set by who calls */
+  uint32_t flags;            /* TATU_CALL_* bits, set by who calls */
 };
 
 enum {
@@ -467,7 +472,7 @@ typedef struct tatu_ext_command {
 
 /* ================================================================ 6. Sensors ========================= */
 
-#define TATU_SENSOR "tatu.sensor/draft.1"
+#define TATU_SENSOR "tatu.sensor/draft.4"
 
 /* Form of the beams; they leave the sensor's origin and look along its +z. */
 enum {
@@ -548,10 +553,12 @@ typedef struct tatu_field {
   uint32_t size;
   uint32_t elem;       /* TATU_ELEM_* */
   uint32_t dims[3];    /* 0: as many as the instance has beams or pixels; TATU_DIM_*; unused ones 1 */
-  uint32_t reserved;
+  uint32_t flags;      /* 0 */
   const char *name;    /* "proximity.distance" */
   const char *unit;
   const char *text;
+  const char *valid;   /* the field of the kind that is 0 where this one has nothing; null: as the field's schema says */
+  const char *nothing; /* the numbers that mean nothing ("0", "0 0 0", "inf"); null: likewise. Noise leaves them alone */
 } tatu_field;
 
 /* Random numbers for a measure, for what declared noise cannot say. The numbers from `first` on depend on the scene's seed,
@@ -634,6 +641,8 @@ typedef struct tatu_sensor {
    * in the sensor's frame, which are the sensor's origin and what `beams` told; for devices that move while they scan, and
    * rays that wander. What was met is not there yet, nor are the fields; all else as in `measure`. */
   tatu_status(TATU_CALL *aim)(void *self, const tatu_sensor_batch *, tatu_error *);
+  uint32_t flags; /* 0 */
+  uint32_t reserved;
 } tatu_sensor;
 
 typedef struct tatu_ext_sensor {
@@ -644,7 +653,7 @@ typedef struct tatu_ext_sensor {
 
 /* ================================================================ 7. Actuators ======================= */
 
-#define TATU_ACTUATOR "tatu.actuator/draft.1"
+#define TATU_ACTUATOR "tatu.actuator/draft.4"
 
 /* Actuators act as time passes: a kind is asked once when physics advances (by one step of the world, or by what a
  * driver says), or, with the flag, before each engine step. Wrenches push the nearest dynamic shape at or above the actuator;
@@ -734,18 +743,20 @@ typedef struct tatu_builder {
   tatu_status(TATU_CALL *describe)(const struct tatu_builder *, const tatu_value *map);
 } tatu_builder;
 
-#define TATU_MODEL "tatu.model/draft.1"
+#define TATU_MODEL "tatu.model/draft.4"
 
 /* A model: a function from parameters to objects. Object 1 of the build is the model's base. */
 typedef struct tatu_model {
   uint32_t size;
-  uint32_t reserved;
+  uint32_t flags;                  /* 0 */
   const char *id;                  /* "pioneer_p3dx": what scenes write */
   const char *text;
   const tatu_param *const *params;
   const char *const *slots;        /* aliases of the objects where others may be hung; null: none */
-  /* [setup] Builds it; the base stands where the model wants to stand (wheels on the floor z = 0). */
+  /* [setup] Builds it; the base stands where the model wants to stand (wheels on the floor z = 0). A model on wheels says how
+   * they drive it: the property "object.drive" of its base. */
   tatu_status(TATU_CALL *build)(void *self, const tatu_builder *, const tatu_value *params, tatu_error *);
+  const char *category;            /* where lists show it: "mobile robots", "arms", "furniture"; null: none */
 } tatu_model;
 
 typedef struct tatu_ext_model {
@@ -754,7 +765,7 @@ typedef struct tatu_ext_model {
   const tatu_model *const *models;
 } tatu_ext_model;
 
-#define TATU_IMPORTER "tatu.importer/draft.1"
+#define TATU_IMPORTER "tatu.importer/draft.4"
 
 /* Reads a file format into a document: for `[[import]]` in scenes, and for files that stand in place of a scene. */
 typedef struct tatu_importer {
@@ -780,7 +791,7 @@ typedef struct tatu_ext_importer {
 
 /* ================================================================ 9. Script languages ================ */
 
-#define TATU_SCRIPT "tatu.script/draft.1"
+#define TATU_SCRIPT "tatu.script/draft.4"
 
 /* What a script may use up in one call. 0: no limit. */
 typedef struct tatu_budget {
@@ -819,7 +830,7 @@ enum {
 /* A script language. Each script is one instance with a state of its own. Nothing may leave but a status. */
 typedef struct tatu_language {
   uint32_t size;
-  uint32_t reserved;           /* TATU_LANGUAGE_* bits */
+  uint32_t flags;              /* TATU_LANGUAGE_* */
   const char *id;              /* "lua" */
   const char *text;
   const char *const *suffixes; /* ".lua" */
@@ -857,9 +868,6 @@ typedef struct tatu_language {
   /* [step] Where the script is while a command that it called runs, for errors that are told and not raised: the error
    * object gets file, line and traceback as of a failure, or nothing. Null: it cannot tell. */
   void(TATU_CALL *place)(void *data, tatu_error *);
-  /* [step] A hint: the script will be called after the one that is called next. A language may ask the processor for the
-   * memory that it will touch; nothing may be changed by it. Null: nothing is told. */
-  void(TATU_CALL *expect)(void *data);
 } tatu_language;
 
 typedef struct tatu_ext_script {
@@ -870,35 +878,36 @@ typedef struct tatu_ext_script {
 
 /* ================================================================ 10. Services of plugins ============ */
 
-#define TATU_SERVICE "tatu.service/draft.1"
+#define TATU_SERVICE "tatu.service/draft.4"
 
 enum { TATU_GO = 0, TATU_HOLD = 1 };
 
-/* A part that lives beside worlds: a remote API, a bridge, a view, a recorder. It is started once in a session, and
+/* A part that lives beside worlds: a remote API, a bridge, a view, a recorder. It is made once in a session, and
  * worlds come and go. It blocks only in threads of its own, and these call session.wake and log.write, nothing else.
  * What it does to a world with commands.call and session.request is written into the input log, from which a run is
- * repeated; what it does with other tables is not. Arrays of numbers in arguments are kept as f64 or i64. */
+ * repeated; what it does with other tables is not. Arrays of numbers in arguments are kept as f64 or i64.
+ * After a negative status of `barrier`, `event` or `resume` the service is switched off and named once. */
 typedef struct tatu_service {
   uint32_t size;
-  uint32_t reserved;
+  uint32_t flags; /* 0 */
   const char *id;
   const char *text;
   const tatu_param *const *params;
-  /* [setup] Starts it in a session. */
-  tatu_status(TATU_CALL *start)(void *self, tatu_session *, const tatu_value *params, void **data, tatu_error *);
-  /* [setup] Ends it: its threads are joined before this returns. */
-  void(TATU_CALL *stop)(void *data);
+  /* Its instance: `create` starts it in tatu_instance.session; `destroy` ends it, its threads are joined before that returns.
+   * `save` and `load` [step]: what of it belongs to a world, for snapshots of that world; a world that goes on from one where the
+   * service does not run goes on without. `configure` is not called. */
+  const tatu_life *life;
   /* [step] Before each step, and while stopped or paused: executes what is queued, never blocks, answers TATU_GO or
-   * TATU_HOLD. While any service holds, the session sleeps until session.wake, at most 0.1 s, and asks all again. After
-   * any other answer (a negative status, for instance) the service is switched off and named once. */
-  uint32_t(TATU_CALL *barrier)(void *data, tatu_world *, uint64_t step);
+   * TATU_HOLD. While any service holds, the session sleeps until session.wake, at most 0.1 s, and asks all again. */
+  tatu_status(TATU_CALL *barrier)(void *data, tatu_world *, uint64_t step, tatu_error *);
   /* [step] Something happened: a name and a payload, both valid during the call. Told at the barrier: "started",
    * "paused", "resumed", "fault" (a map: code, message, and where known plugin, object, file, line); at the end
-   * "stopped". */
-  void(TATU_CALL *event)(void *data, tatu_world *, tatu_str name, const tatu_value *payload);
+   * "stopped". Null: it is told nothing. */
+  tatu_status(TATU_CALL *event)(void *data, tatu_world *, tatu_str name, const tatu_value *payload, tatu_error *);
   /* [step] A command that this service called with a wait token, and that gave TATU_WAIT, has finished: its results are
    * in the frame, or `status` is negative and frame->error tells why. Null: its commands cannot wait. */
-  void(TATU_CALL *resume)(void *data, tatu_world *, uint64_t token, tatu_status status, const tatu_call *frame);
+  tatu_status(TATU_CALL *resume)(void *data, tatu_world *, uint64_t token, tatu_status status, const tatu_call *frame,
+                                 tatu_error *);
   /* Names of the events that it is told; "*": all but those that cost something ("collision", "separation", "contact"),
    * which must be named. Null-terminated. Null: the five above. */
   const char *const *events;
@@ -908,6 +917,9 @@ typedef struct tatu_service {
    * before it answers are called from within, and cannot wait. What comes back stands in the input log. TATU_ERR_GONE: the
    * client has gone. Null: the service gives no functions. */
   tatu_status(TATU_CALL *call_func)(void *data, tatu_world *, uint32_t local, tatu_call *frame);
+  /* [step] The last barrier: this world ends, and its pointer with it. It can be looked at, and not changed. Who waits for an
+   * answer can still get one. Null: nothing to do. */
+  tatu_status(TATU_CALL *last)(void *data, tatu_world *, tatu_error *);
 } tatu_service;
 
 typedef struct tatu_ext_service {
@@ -918,7 +930,7 @@ typedef struct tatu_ext_service {
 
 /* ---------------------------------------------------------------- Events ------------------------------ */
 
-#define TATU_EVENT "tatu.event/draft.1"
+#define TATU_EVENT "tatu.event/draft.4"
 
 /* An event that can happen: declared by whoever publishes it (host.events), so that others find it in `tatu list events`.
  * Names without a dot belong to the host ("collision"); yours begin with a name space ("gripper.closed"). */
@@ -951,7 +963,7 @@ enum {
   TATU_LIST_SKIP_BASE = 2   /* without the object itself */
 };
 
-#define TATU_HOST_SCENE "tatu.host.scene/draft.1"
+#define TATU_HOST_SCENE "tatu.host.scene/draft.4"
 
 /* Objects and their properties. Property rows are listed in docs/reference/properties.md; the world itself is object 0. */
 typedef struct tatu_host_scene {
@@ -988,16 +1000,6 @@ typedef struct tatu_host_scene {
    * count even when `cap` is smaller. */
   tatu_status(TATU_CALL *list)(tatu_world *, tatu_object base, uint32_t kinds, uint32_t flags, tatu_object *out,
                                uint32_t cap, uint32_t *n);
-  /* [step] Tells what a script asked for and what is not there. Only runs that make stand-ins listen. There `name`, as
-   * for `find`, is made as a dummy (a path part by part, a unique name below `from`) and given in `*object`, of `kind`
-   * if one is told. With an empty name, `from` was used as one of `kind` (a kind of object, "joint", or a schema,
-   * "proximity/1"): TATU_OK if it is one now, so that the call can go on; it will be one in the next run in any case.
-   * The names "..", "./" and "@" ask in passing for what `from` hangs on, for what hangs on it and for its script:
-   * noted, and made only in the next run if it was missed. A name that begins with "=" is that of a value which `from` does not have: TATU_OK
-   * if there is to be one, in a neutral form, or else noted in the same way. Without name and kind it tells whether the
-   * run makes stand-ins: for things that are no objects. All other runs, and what cannot be made: TATU_ERR_MISSING, at
-   * no cost, without a sentence. `kind`, `object` may be null. */
-  tatu_status(TATU_CALL *wanted)(tatu_world *, tatu_object from, tatu_str name, const char *kind, tatu_object *object);
   /* Copies `n` objects, in place: a copy hangs below the copy of its parent, or below nothing where the parent is not
    * in the list. All get one new suffix. `out` has room for `n`. Sensors, actuators and scripts come with what they
    * have now as parameters and text, and begin anew. */
@@ -1019,7 +1021,33 @@ typedef struct tatu_host_scene {
   tatu_status(TATU_CALL *model)(tatu_world *, uint32_t index, tatu_value *);
 } tatu_host_scene;
 
-#define TATU_HOST_READINGS "tatu.host.readings/draft.1"
+#define TATU_HOST_STAND_INS "tatu.host.stand_ins/draft.4"
+
+/* What scripts ask for and what is not there. A run without a scene of its own makes stand-ins: it is tried again and again, and
+ * each run learns from the one before. Command plugins tell here what was asked for. In all other runs each function gives
+ * TATU_ERR_MISSING without a sentence, at no cost. */
+typedef struct tatu_host_stand_ins {
+  uint32_t size;
+  uint32_t reserved;
+  /* [step] Whether the run makes stand-ins: for things that are no objects. TATU_OK or TATU_ERR_MISSING. */
+  tatu_status(TATU_CALL *made)(tatu_world *);
+  /* [step] An object that a script named, and that is not there: made as a dummy, and given. `name` as for scene.find (a path is
+   * made part by part, a unique name below `from`). `kind`, if not null, is what it was used as: see `used`. */
+  tatu_status(TATU_CALL *object)(tatu_world *, tatu_object from, tatu_str name, const char *kind, tatu_object *);
+  /* [step] An object was used as one of `kind`: a kind of object ("joint") or a schema ("proximity/1"). TATU_OK if it is one
+   * now, so that the call can go on; it will be one in the next run in any case. */
+  tatu_status(TATU_CALL *used)(tatu_world *, tatu_object, const char *kind);
+  /* [step] Asked for in passing, where scripts see the end of the tree: what an object hangs on, */
+  tatu_status(TATU_CALL *parent)(tatu_world *, tatu_object);
+  /* what hangs on it (of a kind, if that is not null), */
+  tatu_status(TATU_CALL *child)(tatu_world *, tatu_object, const char *kind);
+  /* and its script: noted, and made only in the next run if it was missed. */
+  tatu_status(TATU_CALL *script)(tatu_world *, tatu_object);
+  /* [step] A value that an object does not have, by its name. TATU_OK if there is to be one, in a neutral form. */
+  tatu_status(TATU_CALL *value)(tatu_world *, tatu_object, tatu_str name);
+} tatu_host_stand_ins;
+
+#define TATU_HOST_READINGS "tatu.host.readings/draft.4"
 
 /* How a sensor looks once. Noise and what the plugin makes of what was met are as ever. */
 typedef struct tatu_look {
@@ -1049,7 +1077,7 @@ typedef struct tatu_host_readings {
   tatu_status(TATU_CALL *look)(tatu_world *, tatu_object sensor, const tatu_look *);
 } tatu_host_readings;
 
-#define TATU_HOST_BODIES "tatu.host.bodies/draft.1"
+#define TATU_HOST_BODIES "tatu.host.bodies/draft.4"
 
 /* Moving bodies. Mass and inertia are properties ("shape.mass"). */
 typedef struct tatu_host_bodies {
@@ -1078,15 +1106,16 @@ typedef struct tatu_host_bodies {
   tatu_status(TATU_CALL *frictions)(tatu_world *, tatu_object, double *out, uint32_t cap, uint32_t *n);
 } tatu_host_bodies;
 
-#define TATU_HOST_COMMANDS "tatu.host.commands/draft.1"
+#define TATU_HOST_COMMANDS "tatu.host.commands/draft.4"
 
 /* All commands of all plugins, callable; ids run from 1 without gaps. */
 typedef struct tatu_host_commands {
   uint32_t size;
   uint32_t reserved;
-  /* Id and alias of a name, in one number: id << 8 | alias; 0: no such command. "x." asks for any name or constant
-   * that begins so, and gives 1 or 0. */
-  uint32_t(TATU_CALL *find)(tatu_world *, tatu_str name);
+  /* The id of the command of a name; 0: there is none. `*alias`, if not null: which of the command's names it is. */
+  uint32_t(TATU_CALL *find)(tatu_world *, tatu_str name, uint32_t *alias);
+  /* Whether any command or constant has a name that begins so and goes on with a dot: 1 or 0. */
+  uint32_t(TATU_CALL *is_name_space)(tatu_world *, tatu_str name);
   /* How many commands there are. */
   uint32_t(TATU_CALL *count)(tatu_world *);
   /* The declaration: the host's own copy, valid as long as the host. Null: no such id. */
@@ -1119,7 +1148,7 @@ typedef struct tatu_host_commands {
   tatu_status(TATU_CALL *constant_name)(tatu_world *, uint32_t index, tatu_str *name);
 } tatu_host_commands;
 
-#define TATU_HOST_SCRIPTS "tatu.host.scripts/draft.1"
+#define TATU_HOST_SCRIPTS "tatu.host.scripts/draft.4"
 
 /* Scripts of the world. A script is an object of kind script that belongs to an object. */
 typedef struct tatu_host_scripts {
@@ -1152,7 +1181,7 @@ typedef struct tatu_host_scripts {
   tatu_status(TATU_CALL *change)(tatu_world *, tatu_object script, tatu_str text);
 } tatu_host_scripts;
 
-#define TATU_HOST_SIGNALS "tatu.host.signals/draft.1"
+#define TATU_HOST_SIGNALS "tatu.host.signals/draft.4"
 
 /* Named values of the world, one name space per `kind` (a number of the user's choice below 256). */
 typedef struct tatu_host_signals {
@@ -1167,7 +1196,7 @@ typedef struct tatu_host_signals {
   tatu_status(TATU_CALL *name)(tatu_world *, uint32_t kind, uint32_t index, tatu_str *);
 } tatu_host_signals;
 
-#define TATU_HOST_EVENTS "tatu.host.events/draft.1"
+#define TATU_HOST_EVENTS "tatu.host.events/draft.4"
 
 /* What happens in a world. An event is a name and a payload, a map. It is kept in order and delivered to functions of
  * scripts, in the order in which they subscribed, at stated moments: before a step, after each of its stages, and when
@@ -1190,7 +1219,7 @@ typedef struct tatu_host_events {
   tatu_status(TATU_CALL *declared)(tatu_world *, uint32_t index, tatu_str *name, tatu_str *text);
 } tatu_host_events;
 
-#define TATU_HOST_SESSION "tatu.host.session/draft.1"
+#define TATU_HOST_SESSION "tatu.host.session/draft.4"
 
 enum { TATU_REQUEST_STOP = 1, TATU_REQUEST_PAUSE = 2, TATU_REQUEST_START = 3, TATU_REQUEST_QUIT = 4 };
 enum { TATU_STOPPED = 0, TATU_RUNNING = 1, TATU_PAUSED = 2 };
@@ -1250,7 +1279,7 @@ typedef struct tatu_host_session {
   tatu_status(TATU_CALL *function)(tatu_world *, uint32_t local, tatu_func *func);
 } tatu_host_session;
 
-#define TATU_HOST_STAGE "tatu.host.stage/draft.1"
+#define TATU_HOST_STAGE "tatu.host.stage/draft.4"
 
 enum { TATU_STAGE_ACTUATE = 1, TATU_STAGE_PHYSICS = 2, TATU_STAGE_SENSE = 3, TATU_STAGE_REACT = 4, TATU_STAGE_CLEAN = 5 };
 
@@ -1264,7 +1293,7 @@ typedef struct tatu_host_stage {
   tatu_status(TATU_CALL *run)(tatu_world *, uint32_t stage, double dt);
 } tatu_host_stage;
 
-#define TATU_HOST_LOG "tatu.host.log/draft.1"
+#define TATU_HOST_LOG "tatu.host.log/draft.4"
 
 enum {
   TATU_LOG_ERROR = 1, TATU_LOG_WARNING = 2, TATU_LOG_INFO = 3, TATU_LOG_DEBUG = 4,
@@ -1283,7 +1312,7 @@ typedef struct tatu_host_log {
   const tatu_error *(TATU_CALL *last_error)(tatu_world *);
 } tatu_host_log;
 
-#define TATU_HOST_FILES "tatu.host.files/draft.1"
+#define TATU_HOST_FILES "tatu.host.files/draft.4"
 
 enum { TATU_FILE_READ = 1, TATU_FILE_WRITE = 2 };
 
@@ -1296,7 +1325,7 @@ typedef struct tatu_host_files {
   tatu_status(TATU_CALL *resolve)(tatu_world *, tatu_str name, uint32_t mode, tatu_str *path);
 } tatu_host_files;
 
-#define TATU_HOST_FIGURES "tatu.host.figures/draft.1"
+#define TATU_HOST_FIGURES "tatu.host.figures/draft.4"
 
 enum {
   TATU_FIGURE_STREAM = 1,  /* of a graph: a number over time. Keys: name, unit, color, of, data, transform, factor, offset, window, hidden */

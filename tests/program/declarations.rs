@@ -19,10 +19,10 @@ static const tatu_param space = {sizeof(tatu_param), TATU_F64, 0, TATU_PARAM_OPT
 static const tatu_param good = {sizeof(tatu_param), TATU_F64, 0, 0, "range", "m", 0, 5, {TATU_F64, 0, {.f = 1}}, 0, "as it should be"};
 static const tatu_param *const params[] = {&low_high, &outside, &choice, &unit, &type, &empty, &space, &good, &good, 0};
 
-static const tatu_field detected = {sizeof(tatu_field), TATU_ELEM_F64, {1, 1, 1}, 0, "proximity.detected", 0, "not an i32"};
-static const tatu_field distance = {sizeof(tatu_field), TATU_ELEM_F64, {1, 1, 1}, 0, "proximity.distance", "s", "not in m"};
-static const tatu_field point = {sizeof(tatu_field), TATU_ELEM_F64, {2, 1, 1}, 0, "proximity.point", "m", "not 3 of them"};
-static const tatu_field object = {sizeof(tatu_field), TATU_ELEM_OBJECT, {1, 1, 1}, 0, "proximity.object", 0, "right"};
+static const tatu_field detected = {sizeof(tatu_field), TATU_ELEM_F64, {1, 1, 1}, 0, "proximity.detected", 0, "not an i32", 0, 0};
+static const tatu_field distance = {sizeof(tatu_field), TATU_ELEM_F64, {1, 1, 1}, 0, "proximity.distance", "s", "not in m", 0, 0};
+static const tatu_field point = {sizeof(tatu_field), TATU_ELEM_F64, {2, 1, 1}, 0, "proximity.point", "m", "not 3 of them", 0, 0};
+static const tatu_field object = {sizeof(tatu_field), TATU_ELEM_OBJECT, {1, 1, 1}, 0, "proximity.object", 0, "right", 0, 0};
 static const tatu_field *const fields[] = {&detected, &distance, &point, &object, 0};
 static const char *const schemas[] = {"proximity/1", "org.example.smell/1", 0};
 

@@ -197,22 +197,24 @@ static const tatu_command ring_command = {.size = sizeof(tatu_command), .flags =
 static const tatu_command *const commands[] = {&ring_command, 0};
 static const tatu_ext_command ext_command = {.size = sizeof(tatu_ext_command), .commands = commands};
 
-static tatu_status TATU_CALL start(void *self, tatu_session *s, const tatu_value *p, void **data, tatu_error *e) {
-  (void)self; (void)s; (void)p; (void)data; (void)e;
+static tatu_status TATU_CALL create(void *self, const tatu_instance *i, void **data, tatu_error *e) {
+  (void)self; (void)i; (void)data; (void)e;
   return TATU_OK;
 }
-static void TATU_CALL stop(void *data) { (void)data; }
-static uint32_t TATU_CALL barrier(void *data, tatu_world *w, uint64_t step) {
-  (void)data; (void)w; (void)step;
+static void TATU_CALL destroy(void *data) { (void)data; }
+static const tatu_life life = {.size = sizeof(tatu_life), .create = create, .destroy = destroy};
+static tatu_status TATU_CALL barrier(void *data, tatu_world *w, uint64_t step, tatu_error *e) {
+  (void)data; (void)w; (void)step; (void)e;
   return TATU_GO;
 }
-static void TATU_CALL event(void *data, tatu_world *w, tatu_str name, const tatu_value *payload) {
-  (void)data;
+static tatu_status TATU_CALL event(void *data, tatu_world *w, tatu_str name, const tatu_value *payload, tatu_error *e) {
+  (void)data; (void)e;
   if (payload->tag == TATU_MAP) log_->write(the_host, w, TATU_LOG_STATUS, name);
+  return TATU_OK;
 }
 static const char *const wants[] = {"bell.rang", "collision", 0};
-static const tatu_service ear = {.size = sizeof(tatu_service), .id = "ear", .text = "Hears.", .start = start,
-  .stop = stop, .barrier = barrier, .event = event, .events = wants};
+static const tatu_service ear = {.size = sizeof(tatu_service), .id = "ear", .text = "Hears.", .life = &life,
+  .barrier = barrier, .event = event, .events = wants};
 static const tatu_service *const services[] = {&ear, 0};
 static const tatu_ext_service ext_service = {sizeof ext_service, 0, services};
 

@@ -42,12 +42,12 @@ static tatu_status TATU_CALL measure(void *me, const tatu_sensor_batch *b, tatu_
 }
 static const tatu_param how = {sizeof how, TATU_I64, 0, TATU_PARAM_REBUILDS, "how", 0, 0, 0, {TATU_I64, 0, {0}}, 0, "How."};
 static const tatu_param *const params[] = {&how, 0};
-static const tatu_field x = {sizeof x, TATU_ELEM_F64, {3, 1, 1}, 0, "writer.x", "1", "Three."};
-static const tatu_field y = {sizeof y, TATU_ELEM_F64, {1, 1, 1}, 0, "writer.y", "1", "One."};
+static const tatu_field x = {sizeof x, TATU_ELEM_F64, {3, 1, 1}, 0, "writer.x", "1", "Three.", 0, 0};
+static const tatu_field y = {sizeof y, TATU_ELEM_F64, {1, 1, 1}, 0, "writer.y", "1", "One.", 0, 0};
 static const tatu_field *const fields[] = {&x, &y, 0};
 static const char *const schemas[] = {"writer/1", 0};
 static const tatu_life life = {sizeof life, 8, create, destroy, 0, 0, 0, 1, 0};
-static const tatu_sensor kind = {sizeof kind, 0, "writer", "Writes.", schemas, params, fields, &life, 0, measure, 0, 0, 0};
+static const tatu_sensor kind = {sizeof kind, 0, "writer", "Writes.", schemas, params, fields, &life, 0, measure, 0, 0, 0, 0, 0};
 static const tatu_sensor *const kinds[] = {&kind, 0};
 static const tatu_ext_sensor sensors = {sizeof sensors, 0, kinds};
 

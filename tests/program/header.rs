@@ -206,10 +206,10 @@ fn the_header_is_good_cpp_too() {
 }
 
 #[test]
-fn the_host_offers_fewer_than_ninety_functions() {
+fn the_host_offers_fewer_than_a_hundred_functions() {
     // Function fields of the `tatu_host_` tables, counted in the header.
     let code = code();
     let tables = code.split("typedef struct tatu_host_").skip(1).map(|t| t.split("} tatu_host_").next().unwrap());
     let count: usize = tables.map(|t| t.matches("(TATU_CALL *").count()).sum();
-    assert!((1..90).contains(&count), "{count}");
+    assert!((1..100).contains(&count), "{count}");
 }

@@ -138,9 +138,11 @@ static const char *const endings[] = {\".scroll\", NULL};
 static const tatu_importer reader = {.size = sizeof(tatu_importer), .id = \"reader\", .text = \"A reader.\", .suffixes = endings, .load = read};
 static const tatu_importer *const readers[] = {&reader, NULL};
 static const tatu_ext_importer ext_importer = {.size = sizeof(tatu_ext_importer), .importers = readers};
-static tatu_status start(void *s, tatu_session *n, const tatu_value *p, void **d, tatu_error *e) { (void)s; (void)n; (void)p; (void)d; return tatu_fail(e, TATU_ERR, \"started by LANGUAGE\"); }
-static uint32_t barrier(void *d, tatu_world *w, uint64_t n) { (void)d; (void)w; (void)n; return TATU_GO; }
-static const tatu_service butler = {.size = sizeof(tatu_service), .id = \"butler\", .text = \"A service.\", .start = start, .barrier = barrier};
+static tatu_status start(void *s, const tatu_instance *i, void **d, tatu_error *e) { (void)s; (void)i; (void)d; return tatu_fail(e, TATU_ERR, \"started by LANGUAGE\"); }
+static void stop(void *d) { (void)d; }
+static const tatu_life butlers = {.size = sizeof(tatu_life), .create = start, .destroy = stop};
+static tatu_status barrier(void *d, tatu_world *w, uint64_t n, tatu_error *e) { (void)d; (void)w; (void)n; (void)e; return TATU_GO; }
+static const tatu_service butler = {.size = sizeof(tatu_service), .id = \"butler\", .text = \"A service.\", .life = &butlers, .barrier = barrier};
 static const tatu_service *const services[] = {&butler, NULL};
 static const tatu_ext_service ext_service = {.size = sizeof(tatu_ext_service), .services = services};
 ";

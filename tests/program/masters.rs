@@ -35,27 +35,27 @@ static tatu_status TATU_CALL init(const tatu_host *host, void **self, tatu_error
   *self = &one;
   return TATU_OK;
 }
-static tatu_status TATU_CALL start(void *self, tatu_session *s, const tatu_value *p, void **data, tatu_error *e) {
-  (void)s; (void)p; (void)e;
+static tatu_status TATU_CALL create(void *self, const tatu_instance *i, void **data, tatu_error *e) {
+  (void)i; (void)e;
   *data = self;
   return TATU_OK;
 }
-static void TATU_CALL stop(void *data) { (void)data; }
-static uint32_t TATU_CALL barrier(void *data, tatu_world *w, uint64_t step) {
+static void TATU_CALL destroy(void *data) { (void)data; }
+static tatu_status TATU_CALL barrier(void *data, tatu_world *w, uint64_t step, tatu_error *e) {
   driver *d = data;
   const tatu_host_scene *scene = d->host->service(d->host, TATU_HOST_SCENE);
   const tatu_host_commands *commands = d->host->service(d->host, TATU_HOST_COMMANDS);
   tatu_value args[2], results[16];
   tatu_call frame = tatu_frame(args, 2, results, 16);
-  uint32_t found = commands->find(w, tatu_text("sim.setJointTargetVelocity"));
-  if (!d->wheel && scene->find(w, 0, tatu_text("/robot5/Pioneer_p3dx_leftMotor"), &d->wheel) < 0) return (uint32_t)TATU_ERR;
-  frame.command = found >> 8;
-  frame.alias = found & 255;
+  (void)e;
+  if (!d->wheel && scene->find(w, 0, tatu_text("/robot5/Pioneer_p3dx_leftMotor"), &d->wheel) < 0) return TATU_ERR;
+  frame.command = commands->find(w, tatu_text("sim.setJointTargetVelocity"), &frame.alias);
   args[0] = tatu_int(TATU_SLOT(d->wheel));
   args[1] = tatu_float(0.05 * (double)(step % 20));
-  return commands->call(w, &frame) < 0 ? (uint32_t)TATU_ERR : TATU_GO;
+  return commands->call(w, &frame) < 0 ? TATU_ERR : TATU_GO;
 }
-static const tatu_service service = {sizeof service, 0, "steers", "Steers a robot.", 0, start, stop, barrier, 0, 0, 0, 0};
+static const tatu_life life = {sizeof life, 0, create, destroy, 0, 0, 0, 0, 0};
+static const tatu_service service = {sizeof service, 0, "steers", "Steers a robot.", 0, &life, barrier, 0, 0, 0, 0, 0};
 static const tatu_service *const services[] = {&service, 0};
 static const tatu_ext_service ext = {sizeof ext, 0, services};
 static const void *TATU_CALL extension(void *self, const char *id) {

@@ -51,17 +51,17 @@ mirror! {
     tatu_contact { shape, point, normal, force }
     tatu_error { size, code, ctx, say, add, text, help, file, traceback, line }
     tatu_host { size, abi_minor, ctx, service }
-    tatu_need { size, optional, id }
+    tatu_need { size, optional, id, bytes, minor }
     tatu_plugin_t { size, abi_major, abi_minor, id, name, version, licence, needs, init, shutdown, extension }
     tatu_param { size, type_, count, flags, key, unit, lowest, highest, fallback, choices, text }
-    tatu_instance { size, n_params, world, owner, id, seed, params, state }
+    tatu_instance { size, n_params, world, owner, id, seed, params, state, session }
     tatu_writer { size, reserved, ctx, write }
     tatu_life { size, state_bytes, create, destroy, configure, save, load, version, reserved }
     tatu_call_api { size, reserved, alloc, wait }
     tatu_call {
         size, command, alias, n_args, args, results, results_cap, n_results, world, self_, instance, state,
         user, api, error, wait_token, resume, caller, caller_object, caller_script, caller_dialect,
-        caller_kind, reserved
+        caller_kind, flags
     }
     tatu_name { size, flags, name, n_on_error, reserved, on_error, on_error_until }
     tatu_command { size, flags, names, params, returns, text, example, no_wait, user, call, status, reserved, notes, subject }
@@ -71,7 +71,7 @@ mirror! {
     tatu_ext_command { size, reserved, commands, constants, preludes, per_world, kind_marks }
     tatu_beams { size, form, count, near_m, far_m, dims, max_incidence, directions, flags, reserved, waves, reserved2,
         own, without, reserved3 }
-    tatu_field { size, elem, dims, reserved, name, unit, text }
+    tatu_field { size, elem, dims, flags, name, unit, text, valid, nothing }
     tatu_sensor_batch {
         size, n, n_fields, reserved, time, step, data, state, sensor, first_beam, distance, point, normal,
         object, pose, twist, fields, status, color, primitive, first_pixel, depth, pixel_color, pixel_cosine,
@@ -79,7 +79,7 @@ mirror! {
     }
     tatu_random { size, reserved, ctx, uniform, normal }
     tatu_preset { size, reserved, id, text, settings }
-    tatu_sensor { size, inputs, id, text, schemas, params, fields, life, beams, measure, presets, finish, aim }
+    tatu_sensor { size, inputs, id, text, schemas, params, fields, life, beams, measure, presets, finish, aim, flags, reserved }
     tatu_ext_sensor { size, reserved, kinds }
     tatu_actuator_batch {
         size, n, time, dt, data, state, actuator, pose, twist, joint, command, wrench, effort, status
@@ -87,29 +87,30 @@ mirror! {
     tatu_actuator { size, flags, n_commands, reserved, id, text, params, commands, life, apply }
     tatu_ext_actuator { size, reserved, kinds }
     tatu_builder { size, reserved, ctx, object, set, mesh, image, script, device, report, file, describe }
-    tatu_model { size, reserved, id, text, params, slots, build }
+    tatu_model { size, flags, id, text, params, slots, build, category }
     tatu_ext_model { size, reserved, models }
     tatu_importer { size, reserved, id, text, suffixes, params, sniff, load }
     tatu_ext_importer { size, reserved, importers }
     tatu_budget { size, reserved, instructions, memory }
     tatu_language {
-        size, reserved, id, text, suffixes, life, load, find, call, resume, keep_func, drop_func, call_func,
-        knows_dialect, traits, order, place, expect
+        size, flags, id, text, suffixes, life, load, find, call, resume, keep_func, drop_func, call_func,
+        knows_dialect, traits, order, place
     }
     tatu_ext_script { size, reserved, languages }
-    tatu_service { size, reserved, id, text, params, start, stop, barrier, event, resume, events, call_func }
+    tatu_service { size, flags, id, text, params, life, barrier, event, resume, events, call_func, last }
     tatu_ext_service { size, reserved, services }
     tatu_event { size, reserved, name, text, fields }
     tatu_ext_event { size, reserved, events }
     tatu_host_scene {
         size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
-        find, create, remove, list, wanted, copy, load, save, row, model
+        find, create, remove, list, copy, load, save, row, model
     }
+    tatu_host_stand_ins { size, reserved, made, object, used, parent, child, script, value }
     tatu_look { size, flags, only, far_m, max_incidence }
     tatu_host_readings { size, reserved, field, sense_now, reset, list, describe, look }
     tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic, frictions }
     tatu_host_commands {
-        size, reserved, find, count, describe, call, generation, constant, prelude, mark, alloc, release,
+        size, reserved, find, is_name_space, count, describe, call, generation, constant, prelude, mark, alloc, release,
         retain, drop, call_func, constant_name
     }
     tatu_host_scripts { size, reserved, list, call, broadcast, options, add, call_below, text, change }

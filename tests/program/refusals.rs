@@ -137,7 +137,7 @@ fn every_required_function_is_asked_for() {
         ", .life = &script_life",
         ", .apply = apply",
         ".suffixes = endings, .load = read",
-        ", .start = start",
+        ", .life = &butlers",
         ", .barrier = barrier",
     ] {
         let source = all("parts", "a").with(|s| {

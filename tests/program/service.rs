@@ -472,32 +472,53 @@ fn a_scene_may_ask_for_its_service_and_mistakes_are_told() {
 
 /// A service in C: it does what its parameter says.
 const IN_C: &str = r#"
+#include <stdio.h>
 #include "tatu.h"
-typedef struct { int64_t how, turns; tatu_session *session; const tatu_host *host; } my_data;
+typedef struct { int64_t how, turns; tatu_session *session; const tatu_host *host; int64_t *count; } my_data;
 static const tatu_host *the_host; /* good enough for a test */
-static tatu_status TATU_CALL start(void *self, tatu_session *s, const tatu_value *p, void **data, tatu_error *e) {
+static tatu_status TATU_CALL create(void *self, const tatu_instance *i, void **data, tatu_error *e) {
   static my_data d;
+  const tatu_value *p = i->params;
   (void)self;
   if (p[0].u.i == 3) return tatu_fail(e, TATU_ERR, "it will not");
-  d.how = p[0].u.i; d.turns = 0; d.session = s; d.host = the_host;
+  d.how = p[0].u.i; d.turns = 0; d.session = i->session; d.host = the_host; d.count = i->state;
   *data = &d;
   return TATU_OK;
 }
-static void TATU_CALL stop(void *data) { (void)data; }
-static uint32_t TATU_CALL barrier(void *data, tatu_world *w, uint64_t step) {
+static void TATU_CALL destroy(void *data) { (void)data; }
+static tatu_status TATU_CALL barrier(void *data, tatu_world *w, uint64_t step, tatu_error *e) {
   my_data *d = data;
   const tatu_host_session *s = d->host->service(d->host, TATU_HOST_SESSION);
   const tatu_host_log *log = d->host->service(d->host, TATU_HOST_LOG);
   d->turns++;
   if (d->how == 1 && step == 3) return 7;             /* neither go nor hold */
-  if (d->how == 2 && step == 3) return (uint32_t)TATU_ERR;
+  if (d->how == 2 && step == 3) return TATU_ERR;
+  if (d->how == 5 && step == 3) return tatu_fail(e, TATU_ERR, "the wire broke");
+  if (d->how == 6) { /* its state block goes on with the world */
+    char text[40];
+    ++*d->count;
+    snprintf(text, sizeof text, "turn %d of %d", (int)*d->count, (int)d->turns);
+    log->write(d->host, w, TATU_LOG_INFO, tatu_text(text));
+  }
   if (d->how == 4 && d->turns % 3 != 0) { s->wake(d->session); return TATU_HOLD; }
   if (d->how == 4) log->write(d->host, w, TATU_LOG_INFO, tatu_text("third turn"));
   return TATU_GO;
 }
 static const tatu_param how = {sizeof how, TATU_I64, 0, 0, "how", 0, 0, 0, {TATU_I64, 0, {0}}, 0, "what to do"};
 static const tatu_param *const params[] = {&how, 0};
-static const tatu_service service = {sizeof service, 0, "odd", "Does odd things.", params, start, stop, barrier, 0, 0, 0, 0};
+static tatu_status TATU_CALL last(void *data, tatu_world *w, tatu_error *e) {
+  my_data *d = data;
+  const tatu_host_log *log = d->host->service(d->host, TATU_HOST_LOG);
+  const tatu_host_session *s = d->host->service(d->host, TATU_HOST_SESSION);
+  (void)e;
+  if (d->how != 6) return TATU_OK;
+  log->write(d->host, w, TATU_LOG_INFO, tatu_text("the last turn"));
+  return s->request(w, TATU_REQUEST_START); /* refused: nothing is to be changed any more */
+}
+static tatu_status TATU_CALL save(void *data, const tatu_writer *w, tatu_error *e) { (void)data; (void)w; (void)e; return TATU_OK; }
+static tatu_status TATU_CALL load(void *data, tatu_str b, uint32_t v, tatu_error *e) { (void)data; (void)b; (void)v; (void)e; return TATU_OK; }
+static const tatu_life life = {sizeof life, 8, create, destroy, 0, save, load, 1, 0};
+static const tatu_service service = {sizeof service, 0, "odd", "Does odd things.", params, &life, barrier, 0, 0, 0, 0, last};
 static const tatu_service *const services[] = {&service, 0};
 static const tatu_ext_service ext = {sizeof ext, 0, services};
 static tatu_status TATU_CALL init(const tatu_host *h, void **self, tatu_error *e) {
@@ -531,7 +552,11 @@ fn odd(place: &Place) {
 fn a_service_in_c_that_fails_is_switched_off_and_named_once() {
     let place = Place::scene(&format!("plugins = [\"plugins\"]\n{}", watcher("d", "")));
     odd(&place);
-    for (how, words) in [(1, "answered 7"), (2, "failed with status -1 in tatu_service.barrier")] {
+    for (how, words) in [
+        (1, "answered 7 in tatu_service.barrier"),
+        (2, "failed with status -1 in tatu_service.barrier"),
+        (5, "the wire broke in tatu_service.barrier"),
+    ] {
         let done = place.run(&["--steps", "10", "--service", &format!("odd:how={how}")]);
         let errors = done.errors();
         assert_eq!(errors.len(), 1, "{errors:?}");
@@ -544,6 +569,23 @@ fn a_service_in_c_that_fails_is_switched_off_and_named_once() {
     // It holds twice before each step, and wakes the session itself.
     let done = place.run(&["--steps", "4", "--service", "odd:how=4"]).good();
     assert_eq!(done.err.matches("third turn").count(), 4, "{}", done.err);
+}
+
+#[test]
+fn the_state_of_a_service_goes_on_from_a_snapshot_and_it_sees_the_end() {
+    let place = Place::scene(&format!("plugins = [\"plugins\"]\n{}", watcher("d", "")));
+    odd(&place);
+    let service = ["--service", "odd:how=6"];
+    let done = place.run(&[&["--steps", "6", "--snapshot-at", "0.15", "t.snap"], &service[..]].concat());
+    done.tells(&["turn 6 of 6", "the last turn"]);
+    // The last turn is for looking only.
+    let errors = done.errors();
+    assert!(errors.is_empty() || errors[0]["message"].as_str().unwrap().contains("`session.request`"), "{errors:?}");
+    let again = place.run(&[&["--from", "t.snap", "--steps", "6"], &service[..]].concat());
+    // Three turns before the snapshot; the process has counted from 0.
+    again.tells(&["turn 4 of 1", "turn 6 of 3"]);
+    // Where it does not run, the world goes on without.
+    place.run(&["--from", "t.snap", "--steps", "6"]).good();
 }
 
 #[test]

@@ -236,7 +236,7 @@ fn files_that_are_not_whole_are_refused() {
     }
     let mut newer = bytes.clone();
     newer[8] += 1;
-    try_with(&newer).refused(&["E502", "format 5", "write it again"]);
+    try_with(&newer).refused(&["E502", "this program reads format", "write it again"]);
     try_with(&[&bytes[..], b"more"].concat()).refused(&["E501", "checksum"]);
     place.run(&["--from", "nowhere"]).refused(&["E105", "nowhere"]);
 }

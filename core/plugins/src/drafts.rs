@@ -8,8 +8,9 @@ use tatu_plugin_api::abi::*;
 pub const EXTENSIONS: [&CStr; 8] =
     [TATU_COMMAND, TATU_SENSOR, TATU_ACTUATOR, TATU_MODEL, TATU_IMPORTER, TATU_SCRIPT, TATU_SERVICE, TATU_EVENT];
 /// The services that it offers.
-pub const SERVICES: [&CStr; 12] = [
+pub const SERVICES: [&CStr; 13] = [
     TATU_HOST_SCENE,
+    TATU_HOST_STAND_INS,
     TATU_HOST_READINGS,
     TATU_HOST_BODIES,
     TATU_HOST_COMMANDS,
@@ -26,13 +27,13 @@ pub const SERVICES: [&CStr; 12] = [
 /// How many drafts beyond its own a host asks for, to name what it cannot use.
 const AHEAD: u32 = 8;
 
-/// "tatu.sensor/draft.1" into "tatu.sensor" and 1.
+/// "tatu.sensor/draft.4" into "tatu.sensor" and 4.
 fn split(id: &str) -> Option<(&str, u32)> {
     let (name, draft) = id.split_once("/draft.")?;
     Some((name, draft.parse().ok()?))
 }
 
-/// "built for draft 9 of `tatu.sensor`, this host has draft 1", if it is one of ours in another draft.
+/// "built for draft 9 of `tatu.sensor`, this host has draft 4", if it is one of ours in another draft.
 pub fn other_draft(id: &str) -> Option<String> {
     let (name, draft) = split(id)?;
     let ours = EXTENSIONS.iter().chain(&SERVICES).filter_map(|c| split(c.to_str().ok()?)).find(|(n, _)| *n == name)?.1;
@@ -70,10 +71,10 @@ mod tests {
     #[test]
     fn drafts_are_told_apart() {
         let told = other_draft("tatu.sensor/draft.9").unwrap();
-        assert_eq!(told, "built for draft 9 of `tatu.sensor`, this host has draft 1");
-        assert_eq!(other_draft("tatu.sensor/draft.1"), None);
+        assert_eq!(told, "built for draft 9 of `tatu.sensor`, this host has draft 4");
+        assert_eq!(other_draft("tatu.sensor/draft.4"), None);
         assert_eq!(other_draft("tatu.nonsense/draft.9"), None);
-        let found = offered(|id| id == c"tatu.command/draft.1" || id == c"tatu.script/draft.0");
-        assert_eq!(found, ["built for draft 0 of `tatu.script`, this host has draft 1"]);
+        let found = offered(|id| id == c"tatu.command/draft.4" || id == c"tatu.script/draft.0");
+        assert_eq!(found, ["built for draft 0 of `tatu.script`, this host has draft 4"]);
     }
 }

@@ -189,12 +189,12 @@ impl Loaded {
         // SAFETY: a null-terminated list of tables, by the contract.
         for (_, need) in unsafe { tables::list(raw.needs) } {
             // SAFETY: NUL-terminated, by the contract.
-            let Some(id) = (unsafe { tables::text(need.id) }).filter(|id| host.find(id).is_null()) else { continue };
-            let why = drafts::other_draft(&id).unwrap_or_else(|| "which this host does not offer".into());
+            let id = unsafe { tables::text(need.id) };
+            let Some((what, why)) = unmet(id.as_deref(), &need, host) else { continue };
             if need.optional == 0 {
-                return Err(format!("it needs `{id}`, {why}"));
+                return Err(format!("it needs {what}, {why}"));
             }
-            remarks.notes.push(format!("the plugin {} would like `{id}`, {why}; it goes without", path.display()));
+            remarks.notes.push(format!("the plugin {} would like {what}, {why}; it goes without", path.display()));
         }
         Ok(())
     }
@@ -214,6 +214,25 @@ impl Loaded {
         // SAFETY: by the contract.
         self.raw.extension.map_or(std::ptr::null(), |f| unsafe { f(self.me, id.as_ptr()) }.cast())
     }
+}
+
+/// What of a need this host does not meet, and why.
+fn unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<(String, String)> {
+    if need.minor > u32::from(TATU_ABI_MINOR) {
+        let what = format!("minor version {} of the ABI", need.minor);
+        return Some((what, format!("this host has {TATU_ABI_MINOR}: it is older than the plugin")));
+    }
+    let id = id?;
+    let table = host.find(id);
+    if table.is_null() {
+        let why = drafts::other_draft(id).unwrap_or_else(|| "which this host does not offer".into());
+        return Some((format!("`{id}`"), why));
+    }
+    // SAFETY: every table of the host begins with its size.
+    let size = unsafe { *table.cast::<u32>() };
+    let short =
+        || (format!("{} bytes of `{id}`", need.bytes), format!("this host has {size}: it is older than the plugin"));
+    (need.bytes > size).then(short)
 }
 
 impl Loaded {

@@ -64,12 +64,13 @@ calls! {
     ScriptTraits = "tatu_language.traits",
     ScriptOrder = "tatu_language.order",
     ScriptPlace = "tatu_language.place",
-    Start = "tatu_service.start",
-    Stop = "tatu_service.stop",
+    Start = "tatu_life.create",
+    Stop = "tatu_life.destroy",
     Barrier = "tatu_service.barrier",
     Event = "tatu_service.event",
     ServiceResume = "tatu_service.resume",
     ServiceFunc = "tatu_service.call_func",
+    Last = "tatu_service.last",
 }
 
 impl Call {

@@ -4,14 +4,14 @@ use core::ffi::{CStr, c_char, c_void};
 
 use super::{frozen::*, types::*};
 
-pub const TATU_COMMAND: &CStr = c"tatu.command/draft.1";
-pub const TATU_SENSOR: &CStr = c"tatu.sensor/draft.1";
-pub const TATU_ACTUATOR: &CStr = c"tatu.actuator/draft.1";
-pub const TATU_MODEL: &CStr = c"tatu.model/draft.1";
-pub const TATU_IMPORTER: &CStr = c"tatu.importer/draft.1";
-pub const TATU_SCRIPT: &CStr = c"tatu.script/draft.1";
-pub const TATU_SERVICE: &CStr = c"tatu.service/draft.1";
-pub const TATU_EVENT: &CStr = c"tatu.event/draft.1";
+pub const TATU_COMMAND: &CStr = c"tatu.command/draft.4";
+pub const TATU_SENSOR: &CStr = c"tatu.sensor/draft.4";
+pub const TATU_ACTUATOR: &CStr = c"tatu.actuator/draft.4";
+pub const TATU_MODEL: &CStr = c"tatu.model/draft.4";
+pub const TATU_IMPORTER: &CStr = c"tatu.importer/draft.4";
+pub const TATU_SCRIPT: &CStr = c"tatu.script/draft.4";
+pub const TATU_SERVICE: &CStr = c"tatu.service/draft.4";
+pub const TATU_EVENT: &CStr = c"tatu.event/draft.4";
 
 pub const TATU_UNTIL_STEPS: u32 = 1;
 pub const TATU_UNTIL_TIME: u32 = 2;
@@ -56,7 +56,7 @@ pub struct tatu_call {
     pub caller_script: tatu_object,
     pub caller_dialect: tatu_str,
     pub caller_kind: u32,
-    pub reserved: u32,
+    pub flags: u32,
 }
 
 pub const TATU_CALL_RAISE: u32 = 1;
@@ -206,10 +206,12 @@ pub struct tatu_field {
     pub size: u32,
     pub elem: u32,
     pub dims: [u32; 3],
-    pub reserved: u32,
+    pub flags: u32,
     pub name: *const c_char,
     pub unit: *const c_char,
     pub text: *const c_char,
+    pub valid: *const c_char,
+    pub nothing: *const c_char,
 }
 
 #[repr(C)]
@@ -280,6 +282,8 @@ pub struct tatu_sensor {
     pub presets: *const *const tatu_preset,
     pub finish: Option<unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status>,
     pub aim: Option<unsafe extern "C" fn(*mut c_void, *const tatu_sensor_batch, *mut tatu_error) -> tatu_status>,
+    pub flags: u32,
+    pub reserved: u32,
 }
 
 #[repr(C)]
@@ -368,7 +372,7 @@ pub struct tatu_builder {
 #[derive(Clone, Copy)]
 pub struct tatu_model {
     pub size: u32,
-    pub reserved: u32,
+    pub flags: u32,
     pub id: *const c_char,
     pub text: *const c_char,
     pub params: *const *const tatu_param,
@@ -376,6 +380,7 @@ pub struct tatu_model {
     pub build: Option<
         unsafe extern "C" fn(*mut c_void, *const tatu_builder, *const tatu_value, *mut tatu_error) -> tatu_status,
     >,
+    pub category: *const c_char,
 }
 
 #[repr(C)]
@@ -438,8 +443,8 @@ pub const TATU_FIND_FUNCTION: u32 = 1;
 #[derive(Clone, Copy)]
 pub struct tatu_language {
     pub size: u32,
-    /// `TATU_LANGUAGE_*` bits.
-    pub reserved: u32,
+    /// `TATU_LANGUAGE_*`.
+    pub flags: u32,
     pub id: *const c_char,
     pub text: *const c_char,
     pub suffixes: *const *const c_char,
@@ -485,7 +490,6 @@ pub struct tatu_language {
     pub traits: Option<unsafe extern "C" fn(*mut c_void) -> u32>,
     pub order: Option<unsafe extern "C" fn(*mut c_void, tatu_str, u32) -> u32>,
     pub place: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_error)>,
-    pub expect: Option<unsafe extern "C" fn(*mut c_void)>,
 }
 
 #[repr(C)]
@@ -496,32 +500,35 @@ pub struct tatu_ext_script {
     pub languages: *const *const tatu_language,
 }
 
-pub const TATU_GO: u32 = 0;
-pub const TATU_HOLD: u32 = 1;
+pub const TATU_GO: tatu_status = 0;
+pub const TATU_HOLD: tatu_status = 1;
 
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tatu_service {
     pub size: u32,
-    pub reserved: u32,
+    pub flags: u32,
     pub id: *const c_char,
     pub text: *const c_char,
     pub params: *const *const tatu_param,
-    pub start: Option<
+    pub life: *const tatu_life,
+    pub barrier: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u64, *mut tatu_error) -> tatu_status>,
+    pub event: Option<
+        unsafe extern "C" fn(*mut c_void, *mut tatu_world, tatu_str, *const tatu_value, *mut tatu_error) -> tatu_status,
+    >,
+    pub resume: Option<
         unsafe extern "C" fn(
             *mut c_void,
-            *mut tatu_session,
-            *const tatu_value,
-            *mut *mut c_void,
+            *mut tatu_world,
+            u64,
+            tatu_status,
+            *const tatu_call,
             *mut tatu_error,
         ) -> tatu_status,
     >,
-    pub stop: Option<unsafe extern "C" fn(*mut c_void)>,
-    pub barrier: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u64) -> u32>,
-    pub event: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, tatu_str, *const tatu_value)>,
-    pub resume: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u64, tatu_status, *const tatu_call)>,
     pub events: *const *const c_char,
     pub call_func: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, u32, *mut tatu_call) -> tatu_status>,
+    pub last: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_world, *mut tatu_error) -> tatu_status>,
 }
 
 #[repr(C)]

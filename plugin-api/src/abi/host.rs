@@ -19,18 +19,19 @@ pub const TATU_KIND_PATH: i32 = 10;
 pub const TATU_LIST_CHILDREN: u32 = 1;
 pub const TATU_LIST_SKIP_BASE: u32 = 2;
 
-pub const TATU_HOST_SCENE: &CStr = c"tatu.host.scene/draft.1";
-pub const TATU_HOST_READINGS: &CStr = c"tatu.host.readings/draft.1";
-pub const TATU_HOST_BODIES: &CStr = c"tatu.host.bodies/draft.1";
-pub const TATU_HOST_COMMANDS: &CStr = c"tatu.host.commands/draft.1";
-pub const TATU_HOST_SCRIPTS: &CStr = c"tatu.host.scripts/draft.1";
-pub const TATU_HOST_SIGNALS: &CStr = c"tatu.host.signals/draft.1";
-pub const TATU_HOST_EVENTS: &CStr = c"tatu.host.events/draft.1";
-pub const TATU_HOST_SESSION: &CStr = c"tatu.host.session/draft.1";
-pub const TATU_HOST_STAGE: &CStr = c"tatu.host.stage/draft.1";
-pub const TATU_HOST_LOG: &CStr = c"tatu.host.log/draft.1";
-pub const TATU_HOST_FILES: &CStr = c"tatu.host.files/draft.1";
-pub const TATU_HOST_FIGURES: &CStr = c"tatu.host.figures/draft.1";
+pub const TATU_HOST_SCENE: &CStr = c"tatu.host.scene/draft.4";
+pub const TATU_HOST_STAND_INS: &CStr = c"tatu.host.stand_ins/draft.4";
+pub const TATU_HOST_READINGS: &CStr = c"tatu.host.readings/draft.4";
+pub const TATU_HOST_BODIES: &CStr = c"tatu.host.bodies/draft.4";
+pub const TATU_HOST_COMMANDS: &CStr = c"tatu.host.commands/draft.4";
+pub const TATU_HOST_SCRIPTS: &CStr = c"tatu.host.scripts/draft.4";
+pub const TATU_HOST_SIGNALS: &CStr = c"tatu.host.signals/draft.4";
+pub const TATU_HOST_EVENTS: &CStr = c"tatu.host.events/draft.4";
+pub const TATU_HOST_SESSION: &CStr = c"tatu.host.session/draft.4";
+pub const TATU_HOST_STAGE: &CStr = c"tatu.host.stage/draft.4";
+pub const TATU_HOST_LOG: &CStr = c"tatu.host.log/draft.4";
+pub const TATU_HOST_FILES: &CStr = c"tatu.host.files/draft.4";
+pub const TATU_HOST_FIGURES: &CStr = c"tatu.host.figures/draft.4";
 
 pub type WorldPtr = *mut tatu_world;
 
@@ -57,8 +58,6 @@ pub struct tatu_host_scene {
     pub remove: Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32) -> tatu_status>,
     pub list:
         Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, u32, *mut tatu_object, u32, *mut u32) -> tatu_status>,
-    pub wanted:
-        Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *const c_char, *mut tatu_object) -> tatu_status>,
     pub copy: Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32, *mut tatu_object) -> tatu_status>,
     pub load: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_object, *mut tatu_object) -> tatu_status>,
     pub save: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_object) -> tatu_status>,
@@ -74,6 +73,21 @@ pub struct tatu_look {
     pub only: tatu_object,
     pub far_m: f64,
     pub max_incidence: f64,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_host_stand_ins {
+    pub size: u32,
+    pub reserved: u32,
+    pub made: Option<unsafe extern "C" fn(WorldPtr) -> tatu_status>,
+    pub object:
+        Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *const c_char, *mut tatu_object) -> tatu_status>,
+    pub used: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const c_char) -> tatu_status>,
+    pub parent: Option<unsafe extern "C" fn(WorldPtr, tatu_object) -> tatu_status>,
+    pub child: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const c_char) -> tatu_status>,
+    pub script: Option<unsafe extern "C" fn(WorldPtr, tatu_object) -> tatu_status>,
+    pub value: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -120,7 +134,8 @@ pub struct tatu_host_bodies {
 pub struct tatu_host_commands {
     pub size: u32,
     pub reserved: u32,
-    pub find: Option<unsafe extern "C" fn(WorldPtr, tatu_str) -> u32>,
+    pub find: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *mut u32) -> u32>,
+    pub is_name_space: Option<unsafe extern "C" fn(WorldPtr, tatu_str) -> u32>,
     pub count: Option<unsafe extern "C" fn(WorldPtr) -> u32>,
     pub describe: Option<unsafe extern "C" fn(WorldPtr, u32) -> *const tatu_command>,
     pub call: Option<unsafe extern "C" fn(WorldPtr, *mut tatu_call) -> tatu_status>,

@@ -5,7 +5,7 @@ use core::ffi::{c_char, c_void};
 use super::frozen::*;
 
 pub const TATU_ABI_MAJOR: u16 = 0;
-pub const TATU_ABI_MINOR: u16 = 1;
+pub const TATU_ABI_MINOR: u16 = 4;
 
 pub type tatu_status = i32;
 pub const TATU_OK: tatu_status = 0;
@@ -55,6 +55,8 @@ pub struct tatu_need {
     pub size: u32,
     pub optional: u32,
     pub id: *const c_char,
+    pub bytes: u32,
+    pub minor: u32,
 }
 
 #[repr(C)]
@@ -105,6 +107,7 @@ pub struct tatu_instance {
     pub seed: u64,
     pub params: *const tatu_value,
     pub state: *mut c_void,
+    pub session: *mut tatu_session,
 }
 
 #[repr(C)]

@@ -2,7 +2,9 @@
 
 use std::{cell::RefCell, ffi::c_void};
 
-use super::{Fail, Host, Instance, Param, Params, Plugin, Result, ValueRef, guard, offer::Keep, plugin::Started};
+use super::{
+    Change, Fail, Host, Instance, Param, Params, Plugin, Result, ValueRef, guard, offer::Keep, plugin::Started,
+};
 use crate::abi::*;
 
 /// How the mount of one actuator of a batch moves, and what it is told to do.
@@ -88,13 +90,11 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     fn commands() -> Vec<Param>;
     /// Makes one.
     fn create(host: &Host, instance: Instance, params: &Params<'_>) -> Result<Self>;
-    /// Whether it takes new values of live parameters by [`Actuator::configure`]; else any change makes a new actuator.
-    const CONFIGURES: bool = false;
-    /// Takes new values: `changed` has a bit for each parameter, in the order of declaration; what it remembers stays.
+    /// Takes new values of live parameters: `changed` has a bit for each, in the order of declaration; what it remembers stays.
     /// After an error it is as if nothing had changed. A parameter with [`Param::rebuilds`] never comes here.
-    fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result {
+    fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);
-        Err(Fail::unsupported("it takes no new values"))
+        Ok(Change::Rebuild)
     }
     /// Turns a command into forces. Must not block; runs on several threads.
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result;
@@ -117,7 +117,7 @@ pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
             state_bytes: (A::STATE * size_of::<f64>()) as u32,
             create: Some(create::<A>),
             destroy: Some(destroy::<A>),
-            configure: if A::CONFIGURES { Some(configure::<A>) } else { None },
+            configure: Some(configure::<A>),
             save: None,
             load: None,
             version: 0,
@@ -167,8 +167,8 @@ unsafe extern "C" fn configure<A: Actuator>(
         let declared = A::params();
         // SAFETY: made by `create`; the host gives one value per declared parameter.
         let (data, values) = unsafe { (&*data.cast::<Data<A>>(), ValueRef::slice(params, n as usize)) };
-        data.actuator.try_borrow_mut().map_err(|_| in_use())?.configure(&Params::new(values, &declared), changed)?;
-        Ok(TATU_OK)
+        let mut actuator = data.actuator.try_borrow_mut().map_err(|_| in_use())?;
+        Ok(actuator.configure(&Params::new(values, &declared), changed)?.status())
     })
 }
 
@@ -198,8 +198,11 @@ unsafe extern "C" fn apply<A: Actuator>(
             // told, whose alignment is that of the host's numbers of 8 bytes.
             unsafe {
                 let data = &*(*batch.data.add(i)).cast::<Data<A>>();
+                // Null where it has no bytes.
                 let block = (*batch.state.add(i)).cast::<f64>();
-                std::ptr::copy_nonoverlapping(block, state.as_mut_ptr(), A::STATE);
+                if A::STATE > 0 {
+                    std::ptr::copy_nonoverlapping(block, state.as_mut_ptr(), A::STATE);
+                }
                 let commands = match data.n_commands {
                     0 => &[],
                     n => std::slice::from_raw_parts(*batch.command.add(i), n),
@@ -213,7 +216,9 @@ unsafe extern "C" fn apply<A: Actuator>(
                 let wrench = batch.wrench.cast::<[[f64; 3]; 2]>().add(i);
                 *wrench = [out.force, out.torque];
                 *batch.effort.add(i) = out.effort;
-                std::ptr::copy_nonoverlapping(state.as_ptr(), block, A::STATE);
+                if A::STATE > 0 {
+                    std::ptr::copy_nonoverlapping(state.as_ptr(), block, A::STATE);
+                }
             }
         }
         Ok(TATU_OK)

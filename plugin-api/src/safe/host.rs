@@ -14,6 +14,7 @@ pub struct Prop(pub tatu_prop);
 pub struct Host {
     raw: *const tatu_host,
     pub(crate) scene: Option<&'static tatu_host_scene>,
+    pub(crate) stand_ins: Option<&'static tatu_host_stand_ins>,
     pub(crate) readings: Option<&'static tatu_host_readings>,
     pub(crate) bodies: Option<&'static tatu_host_bodies>,
     pub(crate) commands: Option<&'static tatu_host_commands>,
@@ -55,6 +56,7 @@ impl Host {
             let host = Host {
                 raw,
                 scene: table(raw, service, TATU_HOST_SCENE),
+                stand_ins: table(raw, service, TATU_HOST_STAND_INS),
                 readings: table(raw, service, TATU_HOST_READINGS),
                 bodies: table(raw, service, TATU_HOST_BODIES),
                 commands: table(raw, service, TATU_HOST_COMMANDS),

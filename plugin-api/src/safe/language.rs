@@ -141,7 +141,7 @@ struct Data<L> {
 pub(crate) fn table<L: Language>(keep: &mut Keep) -> *const tatu_language {
     let raw = tatu_language {
         size: size_of::<tatu_language>() as u32,
-        reserved: if L::SIDE_BY_SIDE { TATU_LANGUAGE_SIDE_BY_SIDE } else { 0 },
+        flags: if L::SIDE_BY_SIDE { TATU_LANGUAGE_SIDE_BY_SIDE } else { 0 },
         id: keep.text(L::ID),
         text: keep.text(L::TEXT),
         suffixes: keep.texts(L::SUFFIXES),
@@ -167,7 +167,6 @@ pub(crate) fn table<L: Language>(keep: &mut Keep) -> *const tatu_language {
         traits: Some(traits::<L>),
         order: Some(order::<L>),
         place: Some(place::<L>),
-        expect: None,
     };
     keep.table(raw)
 }

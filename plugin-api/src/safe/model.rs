@@ -22,6 +22,9 @@ pub trait Model: Sized + 'static {
     /// Aliases of the objects where others may be hung.
     const SLOTS: &'static [&'static str] = &[];
 
+    /// Where lists show it: "mobile robots", "arms", "furniture"; empty: nowhere in particular.
+    const CATEGORY: &'static str = "";
+
     /// Its parameters.
     fn params() -> Vec<Param>;
     /// Builds it: the first object is the base, standing where the model wants to stand.
@@ -168,12 +171,13 @@ pub(crate) fn table<M: Model>(keep: &mut Keep) -> *const tatu_model {
     let params = M::params().iter().map(|p| p.keep(keep)).collect();
     let raw = tatu_model {
         size: size_of::<tatu_model>() as u32,
-        reserved: 0,
+        flags: 0,
         id: keep.text(M::ID),
         text: keep.text(M::TEXT),
         params: keep.list(params),
         slots: keep.texts(M::SLOTS),
         build: Some(build::<M>),
+        category: if M::CATEGORY.is_empty() { std::ptr::null() } else { keep.text(M::CATEGORY) },
     };
     keep.table(raw)
 }

@@ -17,12 +17,14 @@ pub struct Field {
     pub(super) elem: u32,
     pub(super) dims: [u32; 3],
     unit: Option<&'static str>,
+    valid: Option<&'static str>,
+    nothing: Option<&'static str>,
     text: &'static str,
 }
 
 impl Field {
     fn of(name: &'static str, elem: u32) -> Self {
-        Field { name, elem, dims: [1; 3], unit: None, text: "" }
+        Field { name, elem, dims: [1; 3], unit: None, valid: None, nothing: None, text: "" }
     }
     /// Doubles. Name: `<schema>.<field>`.
     pub fn f64(name: &'static str) -> Self {
@@ -59,6 +61,16 @@ impl Field {
         self.unit = Some(unit);
         self
     }
+    /// The field that is 0 where this one has nothing; by default as its schema says.
+    pub fn valid(mut self, field: &'static str) -> Self {
+        self.valid = Some(field);
+        self
+    }
+    /// The numbers that mean nothing, "0" or "0 0 0"; by default as its schema says. Noise leaves them alone.
+    pub fn nothing(mut self, numbers: &'static str) -> Self {
+        self.nothing = Some(numbers);
+        self
+    }
     /// One sentence, with the meaning of "nothing".
     pub fn text(mut self, text: &'static str) -> Self {
         self.text = text;
@@ -69,10 +81,12 @@ impl Field {
             size: size_of::<tatu_field>() as u32,
             elem: self.elem,
             dims: self.dims,
-            reserved: 0,
+            flags: 0,
             name: keep.text(self.name),
             unit: self.unit.map_or(std::ptr::null(), |u| keep.text(u)),
             text: keep.text(self.text),
+            valid: self.valid.map_or(std::ptr::null(), |v| keep.text(v)),
+            nothing: self.nothing.map_or(std::ptr::null(), |n| keep.text(n)),
         };
         keep.table(raw)
     }
@@ -176,6 +190,25 @@ pub struct Preset {
     pub settings: &'static str,
 }
 
+/// What an instance makes of new values of its parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Change {
+    /// It goes on with them.
+    Taken,
+    /// It is to be made anew with them.
+    Rebuild,
+}
+
+impl Change {
+    /// As the host is told.
+    pub(crate) fn status(self) -> tatu_status {
+        match self {
+            Change::Taken => TATU_OK,
+            Change::Rebuild => TATU_ERR_UNSUPPORTED,
+        }
+    }
+}
+
 /// A kind of sensor. One value per sensor in a world.
 pub trait Sensor: Sized + Send + Sync + 'static {
     /// The plugin that offers it.
@@ -197,13 +230,11 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     const PRESETS: &'static [Preset] = &[];
     /// Makes one.
     fn create(host: &Host, instance: Instance, params: &Params<'_>) -> Result<Self>;
-    /// Whether it takes new values of live parameters by [`Sensor::configure`]; else any change makes a new sensor.
-    const CONFIGURES: bool = false;
-    /// Takes new values: `changed` has a bit for each parameter, in the order of declaration. It is then asked for its
+    /// Takes new values of live parameters: `changed` has a bit for each, in the order of declaration. It is then asked for its
     /// beams. After an error it is as if nothing had changed. A parameter with [`Param::rebuilds`] never comes here.
-    fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result {
+    fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);
-        Err(Fail::unsupported("it takes no new values"))
+        Ok(Change::Rebuild)
     }
     /// Its beams.
     fn beams(&self) -> Result<Beams>;
@@ -220,16 +251,12 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     }
     /// Turns what was seen into a reading. Must not block; runs on several threads.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result;
-    /// Whether [`Sensor::aim`] is there for instances whose [`Beams::aimed`] asks for it.
-    const AIMS: bool = false;
-    /// Moves and turns rays before they are cast: origin (m) and unit direction of each, in the sensor's frame. Of the
+    /// Moves and turns rays of instances whose [`Beams::aimed`] asks for it, before they are cast: origin (m) and unit direction of each, in the sensor's frame. Of the
     /// sample, what was met is not there yet.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let _ = (sample, rays);
         Ok(())
     }
-    /// Whether [`Sensor::finish`] is called.
-    const FINISHES: bool = false;
     /// Brings fields that follow from others in line with them, after the noise that a scene declares. As
     /// [`Sensor::measure`], but for the fields, which are as the noise left them. Not called where there is no noise, so
     /// `measure` fills all fields.

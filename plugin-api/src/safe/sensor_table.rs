@@ -60,7 +60,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
             state_bytes: 0,
             create: Some(create::<S>),
             destroy: Some(destroy::<S>),
-            configure: if S::CONFIGURES { Some(configure::<S>) } else { None },
+            configure: Some(configure::<S>),
             save: Some(save::<S>),
             load: Some(load::<S>),
             version: S::STATE_VERSION,
@@ -82,8 +82,10 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
             let presets = presets.collect();
             keep.list(presets)
         },
-        finish: if S::FINISHES { Some(finish::<S>) } else { None },
-        aim: if S::AIMS { Some(aim::<S>) } else { None },
+        finish: Some(finish::<S>),
+        aim: Some(aim::<S>),
+        flags: 0,
+        reserved: 0,
     };
     keep.table(raw)
 }
@@ -121,8 +123,8 @@ unsafe extern "C" fn configure<S: Sensor>(
         let declared = S::params();
         // SAFETY: made by `create`; the host gives one value per declared parameter.
         let (data, values) = unsafe { (&*data.cast::<Data<S>>(), ValueRef::slice(params, n as usize)) };
-        data.sensor.try_borrow_mut().map_err(|_| in_use())?.configure(&Params::new(values, &declared), changed)?;
-        Ok(TATU_OK)
+        let mut sensor = data.sensor.try_borrow_mut().map_err(|_| in_use())?;
+        Ok(sensor.configure(&Params::new(values, &declared), changed)?.status())
     })
 }
 

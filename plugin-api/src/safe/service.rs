@@ -42,6 +42,22 @@ pub trait Service: Sized + 'static {
         let _ = (turn, local, args);
         Err(Fail::unsupported("this service gives no functions of clients"))
     }
+    /// Version of what [`Service::save`] writes; count it when that changes.
+    const STATE_VERSION: u32 = 0;
+    /// What of it belongs to a world, for a snapshot. Most services have no such thing: clients are not in a snapshot.
+    fn save(&self) -> Result<Vec<u8>> {
+        Ok(Vec::new())
+    }
+    /// Takes back what `save` of `version` wrote.
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        let _ = version;
+        if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it reads no state")) }
+    }
+    /// The last barrier: this world ends. It can be looked at, and not changed; who waits for an answer can still get one.
+    fn last(&self, turn: &Turn<'_>) -> Result {
+        let _ = turn;
+        Ok(())
+    }
     /// A command that waited has ended; `token` is the one that [`Turn::call`] was given.
     fn resume(&self, turn: &Turn<'_>, token: u64, result: Result<&[ValueRef<'_>]>) {
         let _ = (turn, token, result);
@@ -158,8 +174,9 @@ impl Turn<'_> {
         };
         let world = self.world.raw();
         // SAFETY: the world of this turn; the name is valid during the call.
-        let found = if name.ends_with('.') { 0 } else { unsafe { find(world, text_raw(name)) } };
-        if found == 0 {
+        let mut alias = 0;
+        let command = unsafe { find(world, text_raw(name), &mut alias) };
+        if command == 0 {
             return Err(Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`")));
         }
         let mut room = Room::default();
@@ -168,7 +185,7 @@ impl Turn<'_> {
         // SAFETY: an all-zero frame is a valid empty one.
         let mut frame: tatu_call = unsafe { std::mem::zeroed() };
         frame.size = size_of::<tatu_call>() as u32;
-        (frame.command, frame.alias, frame.wait_token) = (found >> 8, found & 0xFF, token);
+        (frame.command, frame.alias, frame.wait_token) = (command, alias, token);
         (frame.args, frame.n_args) = (args.as_ptr(), args.len() as u32);
         (frame.results, frame.results_cap) = (results.as_mut_ptr(), results.len() as u32);
         // SAFETY: the frame and its arrays live through the call; results are copied before the release.
@@ -206,33 +223,44 @@ pub(crate) fn table<S: Service>(keep: &mut Keep) -> *const tatu_service {
     let params = S::params().iter().map(|p| p.keep(keep)).collect();
     let raw = tatu_service {
         size: size_of::<tatu_service>() as u32,
-        reserved: 0,
+        flags: 0,
         id: keep.text(S::ID),
         text: keep.text(S::TEXT),
         params: keep.list(params),
-        start: Some(start::<S>),
-        stop: Some(stop::<S>),
+        life: keep.table(tatu_life {
+            size: size_of::<tatu_life>() as u32,
+            state_bytes: 0,
+            create: Some(start::<S>),
+            destroy: Some(stop::<S>),
+            configure: None,
+            save: Some(save::<S>),
+            load: Some(load::<S>),
+            version: S::STATE_VERSION,
+            reserved: 0,
+        }),
         barrier: Some(barrier::<S>),
         event: Some(event::<S>),
         resume: Some(resume::<S>),
-        call_func: Some(call_func::<S>),
         events: if S::EVENTS.is_empty() { std::ptr::null() } else { keep.texts(S::EVENTS) },
+        call_func: Some(call_func::<S>),
+        last: Some(last::<S>),
     };
     keep.table(raw)
 }
 
 unsafe extern "C" fn start<S: Service>(
     me: *mut c_void,
-    session: *mut tatu_session,
-    params: *const tatu_value,
+    info: *const tatu_instance,
     data: *mut *mut c_void,
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
         let declared = S::params();
-        // SAFETY: `me` was made by `init`; the host gives one value per declared parameter.
-        let (started, values) = unsafe { (&*me.cast::<Started<S::Plugin>>(), ValueRef::slice(params, declared.len())) };
-        let session = Session { raw: session, host: started.host };
+        // SAFETY: `me` was made by `init`; the host gives valid pointers, and one value per declared parameter.
+        let (started, info) = unsafe { (&*me.cast::<Started<S::Plugin>>(), &*info) };
+        // SAFETY: as many values as the host tells.
+        let values = unsafe { ValueRef::slice(info.params, info.n_params as usize) };
+        let session = Session { raw: info.session, host: started.host };
         let service = S::start(&started.plugin, &started.host, session, &Params::new(values, &declared))?;
         // SAFETY: the host gives a place for the pointer.
         unsafe { *data = Box::into_raw(Box::new(Data { service, session })).cast() };
@@ -247,23 +275,58 @@ unsafe extern "C" fn stop<S: Service>(data: *mut c_void) {
     });
 }
 
-unsafe extern "C" fn barrier<S: Service>(data: *mut c_void, world: *mut tatu_world, step: u64) -> u32 {
-    let mut answer = TATU_GO;
-    let status = guard::run(std::ptr::null_mut(), || {
-        // SAFETY: made by `start`; a world of the session.
-        let (data, turn) = unsafe { (&*data.cast::<Data<S>>(), (*data.cast::<Data<S>>()).turn(world)) };
-        match data.service.barrier(&turn, step) {
-            Ok(Answer::Go) => {}
-            Ok(Answer::Hold) => answer = TATU_HOLD,
-            Err(fail) => {
-                turn.log(TATU_LOG_WARNING, format!("the service `{}`: {fail}", S::ID).as_bytes());
-                return Err(fail);
-            }
-        }
+unsafe extern "C" fn save<S: Service>(
+    data: *mut c_void,
+    writer: *const tatu_writer,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: made by `start`; the host gives a valid writer.
+    guard::run(error, || unsafe { guard::write(writer, &(*data.cast::<Data<S>>()).service.save()?) })
+}
+
+unsafe extern "C" fn load<S: Service>(
+    data: *mut c_void,
+    bytes: tatu_str,
+    version: u32,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: made by `start`; the bytes are valid during the call.
+        unsafe { (*data.cast::<Data<S>>()).service.load(bytes_of(bytes), version)? };
         Ok(TATU_OK)
-    });
-    // A status is no answer: the host switches the service off.
-    if status < 0 { status as u32 } else { answer }
+    })
+}
+
+/// Runs a call that gets a world.
+///
+/// # Safety
+/// `data` was made by `start`; a world of the session, in its thread.
+unsafe fn enter<S: Service>(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    error: *mut tatu_error,
+    f: impl FnOnce(&S, &Turn<'_>) -> Result<tatu_status>,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: the caller promises it.
+        let (data, turn) = unsafe { (&*data.cast::<Data<S>>(), (*data.cast::<Data<S>>()).turn(world)) };
+        f(&data.service, &turn)
+    })
+}
+
+unsafe extern "C" fn barrier<S: Service>(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    step: u64,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: by the contract.
+    unsafe {
+        enter(data, world, error, |service: &S, turn| match service.barrier(turn, step)? {
+            Answer::Go => Ok(TATU_GO),
+            Answer::Hold => Ok(TATU_HOLD),
+        })
+    }
 }
 
 unsafe extern "C" fn event<S: Service>(
@@ -271,15 +334,16 @@ unsafe extern "C" fn event<S: Service>(
     world: *mut tatu_world,
     name: tatu_str,
     payload: *const tatu_value,
-) {
-    guard::quiet(|| {
-        // SAFETY: the session and the world of this turn live through the call; name and payload are valid during the call.
-        unsafe {
-            let data = &*data.cast::<Data<S>>();
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: by the contract; name and payload are valid during the call.
+    unsafe {
+        enter(data, world, error, |service: &S, turn| {
             let payload = payload.as_ref().map_or(ValueRef::NIL, |p| ValueRef::new(*p));
-            data.service.event(&data.turn(world), &String::from_utf8_lossy(bytes_of(name)), payload);
-        }
-    });
+            service.event(turn, &String::from_utf8_lossy(bytes_of(name)), payload);
+            Ok(TATU_OK)
+        })
+    }
 }
 
 unsafe extern "C" fn resume<S: Service>(
@@ -288,19 +352,29 @@ unsafe extern "C" fn resume<S: Service>(
     token: u64,
     status: tatu_status,
     frame: *const tatu_call,
-) {
-    guard::quiet(|| {
-        // SAFETY: the session and the world of this turn live through the call; the frame is valid during the call.
-        unsafe {
-            let data = &*data.cast::<Data<S>>();
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: by the contract; the frame is valid during the call.
+    unsafe {
+        enter(data, world, error, |service: &S, turn| {
             let result = if status < 0 {
                 Err(Fail::read(status, (*frame).error))
             } else {
                 Ok(ValueRef::slice((*frame).results, (*frame).n_results as usize))
             };
-            data.service.resume(&data.turn(world), token, result);
-        }
-    });
+            service.resume(turn, token, result);
+            Ok(TATU_OK)
+        })
+    }
+}
+
+unsafe extern "C" fn last<S: Service>(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: by the contract.
+    unsafe { enter(data, world, error, |service: &S, turn| service.last(turn).map(|()| TATU_OK)) }
 }
 
 unsafe extern "C" fn call_func<S: Service>(

@@ -271,31 +271,6 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Asks for an object by path or unique name that was not found: a run that makes stand-ins makes one, of `kind`
-    /// if one is told (empty: any). `None` in all other runs.
-    pub fn wanted(&self, from: tatu_object, name: &str, kind: &str) -> Option<tatu_object> {
-        let kind = CString::new(kind).ok()?;
-        let mut id = 0;
-        let wanted = self.host.scene?.wanted?;
-        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
-        (unsafe { wanted(self.raw, from, text_raw(name), kind.as_ptr(), &mut id) } >= 0).then_some(id)
-    }
-    /// Tells that an object was used as one of a kind of object or as a sensor that fills a schema ("proximity/1");
-    /// whether it is one now, which only stand-ins become.
-    pub fn used_as(&self, object: tatu_object, kind: &str) -> bool {
-        self.wanted(object, "", kind).is_some()
-    }
-
-    /// Whether what a script asks for by name and is not there is to be made: in runs of scripts without their scene.
-    pub fn makes_stand_ins(&self) -> bool {
-        self.wanted(0, "", "").is_some()
-    }
-    /// Whether a value that an object does not have is to be there in a neutral form: only in runs that make stand-ins,
-    /// and there only if it was missed before.
-    pub fn stands_in(&self, object: tatu_object, value: &str) -> bool {
-        self.wanted(object, &format!("={value}"), "").is_some()
-    }
-
     /// One field of a sensor's last reading.
     #[inline]
     pub fn reading(&self, sensor: tatu_object, field: Prop) -> Result<Reading<'a>> {

@@ -35,7 +35,8 @@ typedef struct plugin {
 typedef struct instance {
   tatu_prop time_key;          // the number that stands for "scene.time"
   uint64_t generation;         // of the commands when `read_sensor` was found
-  uint32_t read_sensor;        // simReadProximitySensor: id << 8 | alias, 0 if there is none
+  uint32_t read_sensor;        // simReadProximitySensor: its id, 0 if there is none
+  uint32_t alias;              // and which of the command's names that is
   tatu_func kept;              // what example.later was given; 0: nothing
 } instance;
 
@@ -71,27 +72,6 @@ static tatu_call new_frame(const tatu_value *args, uint32_t n_args, tatu_value *
   tatu_call frame = {
       .size = sizeof frame, .args = args, .n_args = n_args, .results = results, .results_cap = ROOM};
   return frame;
-}
-
-// Copies a value, with all that it points to, into memory that lives until our caller has read our results.
-static tatu_status keep_value(tatu_call *call, tatu_value *value) {
-  uint64_t each, parts = 0;
-  switch (value->tag) {
-  case TATU_TEXT: case TATU_BYTES: case TATU_U8S: each = 1; break;
-  case TATU_F32S: case TATU_I32S: each = 4; break;
-  case TATU_F64S: case TATU_I64S: each = 8; break;
-  case TATU_LIST: each = sizeof(tatu_value); parts = value->u.s.len; break;
-  case TATU_MAP: each = sizeof(tatu_pair); parts = value->u.s.len * 2; break; // a pair is two values in a row
-  default: return TATU_OK; // points to nothing
-  }
-  tatu_value *copy = tatu_keep(call, value->u.s.ptr, value->u.s.len * each);
-  if (!copy) return tatu_call_fail(call, TATU_ERR_SPACE, "no room for the results");
-  value->u.s.ptr = copy;
-  for (uint64_t i = 0; i < parts; i++) {
-    tatu_status status = keep_value(call, &copy[i]);
-    if (status < 0) return status;
-  }
-  return TATU_OK;
 }
 
 // The numbers of an argument that is declared as F64S.
@@ -135,8 +115,8 @@ static tatu_status TATU_CALL describe(tatu_call *call) {
   tatu_call frame = new_frame(&argument, 1, results);
   tatu_status status = self->commands->call_func(call->world, function, &frame);
   if (status < 0) return pass_on(call, status, frame.error);
+  // What a nested call gave may be handed on, as long as nothing is released in between.
   tatu_value called = frame.n_results ? frame.results[0] : tatu_nil();
-  if ((status = keep_value(call, &called)) < 0) return status;
 
   // Results: a table, and how many numbers there were.
   map[0] = entry("name", tatu_span(TATU_TEXT, name, text.len));
@@ -186,7 +166,7 @@ static uint32_t read_sensor_command(tatu_call *call) {
   instance *here = call->instance;
   uint64_t generation = self->commands->generation(call->world);
   if (here->generation != generation) {
-    here->read_sensor = self->commands->find(call->world, tatu_text("simReadProximitySensor"));
+    here->read_sensor = self->commands->find(call->world, tatu_text("simReadProximitySensor"), &here->alias);
     here->generation = generation;
   }
   return here->read_sensor;
@@ -204,8 +184,8 @@ static tatu_status TATU_CALL push_when_near(tatu_call *call) {
   tatu_value results[ROOM] = {{0}};
   tatu_value argument = tatu_int(tatu_arg_int(call, 0));
   tatu_call frame = new_frame(&argument, 1, results);
-  frame.command = found >> 8;
-  frame.alias = found & 0xFF;
+  frame.command = found;
+  frame.alias = ((instance *)call->instance)->alias;
   uint64_t mark = self->commands->mark(call->world);
   tatu_status status = self->commands->call(call->world, &frame);
 
@@ -259,23 +239,21 @@ static tatu_status TATU_CALL fire(tatu_call *call) {
   if (status < 0) pass_on(call, status, frame.error);
   self->commands->drop(call->world, kept);
   if (status < 0 || frame.n_results == 0) return status;
-  tatu_value returned = frame.results[0];
-  if ((status = keep_value(call, &returned)) < 0) return status;
-  return tatu_return(call, returned);
+  return tatu_return(call, frame.results[0]);
 }
 
 // ---------------------------------------------------------------- (4) What the host is told -------------------------
 
-// One line of a list of parameters or results. Numbers need their bounds: a table without them allows only 0.
+// One line of a list of parameters or results. Both bounds 0: none at all.
 #define PARAM_FULL(Type, Count, Key, Unit, Lowest, Highest, Text)                                                      \
   &(const tatu_param) {                                                                                                \
     .size = sizeof(tatu_param), .type = (Type), .count = (Count), .key = (Key), .unit = (Unit), .lowest = (Lowest),    \
     .highest = (Highest), .text = (Text)                                                                               \
   }
-#define PARAM(Type, Key, Unit, Text) PARAM_FULL(Type, 0, Key, Unit, -HUGE_VAL, HUGE_VAL, Text)
+#define PARAM(Type, Key, Unit, Text) PARAM_FULL(Type, 0, Key, Unit, 0, 0, Text)
 #define ANYTHING(Key, Text)                                                                                            \
   &(const tatu_param) { .size = sizeof(tatu_param), .flags = TATU_PARAM_ANY, .key = (Key), .text = (Text) }
-#define VECTOR(Key, Unit, Text) PARAM_FULL(TATU_F64S, 3, Key, Unit, -HUGE_VAL, HUGE_VAL, Text)
+#define VECTOR(Key, Unit, Text) PARAM_FULL(TATU_F64S, 3, Key, Unit, 0, 0, Text)
 #define HANDLE(Key, Text) PARAM_FULL(TATU_I64, 0, Key, NULL, 0, 0xFFFFF, Text)
 
 // A list of parameters or results. One without an entry is `NONE`.

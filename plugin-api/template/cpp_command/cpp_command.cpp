@@ -266,7 +266,7 @@ constexpr tatu_ext_command command_extension = make_extension();
 
 // ---------------------------------------------------------------- (5) What you need ---------------------------------
 
-constexpr tatu_need needs_commands = {sizeof(tatu_need), 0, TATU_HOST_COMMANDS}; // 0: not without it
+constexpr tatu_need needs_commands = {sizeof(tatu_need), 0, TATU_HOST_COMMANDS, 0, 0}; // 0: not without it
 constexpr const tatu_need *needs[] = {&needs_commands, nullptr};
 
 // Starts the plugin: takes the tables of the services and looks whether all that is used is there.

@@ -30,11 +30,12 @@ fn call_command(data: &Data, caller: &tatu_call, name: &str, wait_token: u64) ->
     let mut room = [hollow(TATU_NIL, 0); 16];
     // SAFETY: the frame and what it points to live through the calls.
     unsafe {
-        let found = commands.find.map_or(0, |f| f(data.world, name));
+        let mut alias = 0;
+        let command = commands.find.map_or(0, |f| f(data.world, name, &mut alias));
         let mut frame = tatu_call {
             size: size::<tatu_call>(),
-            command: found >> 8,
-            alias: found & 0xFF,
+            command,
+            alias,
             args: &argument,
             n_args: 1,
             results: room.as_mut_ptr(),
@@ -209,7 +210,7 @@ unsafe extern "C" fn place(data: *mut c_void, _: *mut tatu_error) {
 static SUFFIXES: List<i8, 2> = List([c".misbehaves".as_ptr().cast(), null()]);
 static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
     size: size::<tatu_language>(),
-    reserved: 0,
+    flags: 0,
     id: c"misbehaves".as_ptr(),
     text: c"For tests.".as_ptr(),
     suffixes: (&raw const SUFFIXES.0).cast(),
@@ -225,7 +226,6 @@ static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
     traits: Some(traits),
     order: Some(order),
     place: Some(place),
-    expect: None,
 });
 static LANGUAGES: List<tatu_language, 2> = List([&raw const LANGUAGE.0, null()]);
 

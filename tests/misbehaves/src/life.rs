@@ -39,6 +39,7 @@ pub struct World;
 pub struct Sensor;
 pub struct Actuator;
 pub struct Script;
+pub struct Service;
 impl Kind for World {
     const NAME: &'static str = "world";
 }
@@ -47,6 +48,9 @@ impl Kind for Sensor {
 }
 impl Kind for Actuator {
     const NAME: &'static str = "actuator";
+}
+impl Kind for Service {
+    const NAME: &'static str = "service";
 }
 impl Kind for Script {
     const NAME: &'static str = "script";
@@ -131,3 +135,4 @@ pub static WORLD: Shared<tatu_life> = of::<World>();
 pub static SENSOR: Shared<tatu_life> = of::<Sensor>();
 pub static ACTUATOR: Shared<tatu_life> = of::<Actuator>();
 pub static SCRIPT: Shared<tatu_life> = of::<Script>();
+pub static SERVICE: Shared<tatu_life> = of::<Service>();

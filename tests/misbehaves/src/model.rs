@@ -57,12 +57,13 @@ unsafe extern "C" fn build(
 
 static MODEL: Shared<tatu_model> = Shared(tatu_model {
     size: size::<tatu_model>(),
-    reserved: 0,
+    flags: 0,
     id: c"misbehaves".as_ptr(),
     text: c"For tests.".as_ptr(),
     params: null(),
     slots: null(),
     build: Some(build),
+    category: null(),
 });
 static MODELS: List<tatu_model, 2> = List([&raw const MODEL.0, null()]);
 

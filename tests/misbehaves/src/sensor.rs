@@ -106,10 +106,12 @@ static FIELD: Shared<tatu_field> = Shared(tatu_field {
     size: size::<tatu_field>(),
     elem: TATU_ELEM_F64,
     dims: [1; 3],
-    reserved: 0,
+    flags: 0,
     name: c"misbehaves.number".as_ptr(),
     unit: null(),
     text: c"1.".as_ptr(),
+    valid: null(),
+    nothing: null(),
 });
 static FIELDS: List<tatu_field, 2> = List([&raw const FIELD.0, null()]);
 static KIND: Shared<tatu_sensor> = Shared(tatu_sensor {
@@ -126,6 +128,8 @@ static KIND: Shared<tatu_sensor> = Shared(tatu_sensor {
     presets: null(),
     finish: Some(finish),
     aim: Some(aim),
+    flags: 0,
+    reserved: 0,
 });
 static KINDS: List<tatu_sensor, 2> = List([&raw const KIND.0, null()]);
 

@@ -2,43 +2,27 @@
 
 use std::{ffi::c_void, ptr::null};
 
-use tatu_plugin_api::{abi::*, safe::guarded_quietly};
+use tatu_plugin_api::abi::*;
 
 use crate::{
     List, Shared,
     command::{commands, hollow, said},
     guarded,
-    plan::{self, Plan},
+    life::{self, Data},
+    plan::Plan,
     size,
 };
 
-unsafe extern "C" fn start(
-    me: *mut c_void,
-    _: *mut tatu_session,
-    _: *const tatu_value,
-    data: *mut *mut c_void,
+unsafe extern "C" fn barrier(
+    data: *mut c_void,
+    world: *mut tatu_world,
+    step: u64,
     error: *mut tatu_error,
 ) -> tatu_status {
     guarded(error, || {
-        // SAFETY: made by `init`; the host gives a place for the pointer.
+        // SAFETY: `data` was made by `create`, here and below; the frame lives through the call.
         unsafe {
-            // The plan is all that it needs; it outlives the service.
-            *data = me;
-            Ok(Plan::of(me).act("tatu_service.start", || Ok(77))?.unwrap_or(TATU_OK))
-        }
-    })
-}
-
-unsafe extern "C" fn stop(data: *mut c_void) {
-    // SAFETY: as given by `start`; likewise below.
-    guarded_quietly(|| unsafe { Plan::of(data) }.act_quietly("tatu_service.stop", plan::other_mode));
-}
-
-unsafe extern "C" fn barrier(data: *mut c_void, world: *mut tatu_world, step: u64) -> u32 {
-    guarded_quietly(|| {
-        // SAFETY: as above; the frame lives through the call.
-        unsafe {
-            let plan = Plan::of(data);
+            let plan = Data::of(data).plan();
             if step == 0
                 && let Ok(commands) = commands(plan)
             {
@@ -46,13 +30,13 @@ unsafe extern "C" fn barrier(data: *mut c_void, world: *mut tatu_world, step: u6
                 let mut frame: tatu_call = std::mem::zeroed();
                 let name = c"misbehaves.wait";
                 let name = tatu_str { ptr: name.as_ptr(), len: 15 };
-                let found = commands.find.map_or(0, |f| f(world, name));
-                (frame.size, frame.command, frame.alias) = (size::<tatu_call>(), found >> 8, found & 0xFF);
+                frame.command = commands.find.map_or(0, |f| f(world, name, &mut frame.alias));
+                frame.size = size::<tatu_call>();
                 (frame.results, frame.results_cap, frame.wait_token) = (room.as_mut_ptr(), 16, 3);
                 commands.call.map(|call| call(world, &mut frame));
                 call_own(plan, commands, world);
             }
-            plan.act_quietly("tatu_service.barrier", || 77).unwrap_or(TATU_GO)
+            Ok(plan.act("tatu_service.barrier", || Ok(77))?.unwrap_or(TATU_GO))
         }
     })
 }
@@ -78,37 +62,55 @@ unsafe fn call_own(plan: &Plan, commands: &tatu_host_commands, world: *mut tatu_
     }
 }
 
-unsafe extern "C" fn event(data: *mut c_void, _: *mut tatu_world, _: tatu_str, _: *const tatu_value) {
+unsafe extern "C" fn event(
+    data: *mut c_void,
+    _: *mut tatu_world,
+    _: tatu_str,
+    _: *const tatu_value,
+    error: *mut tatu_error,
+) -> tatu_status {
     // SAFETY: as above.
-    guarded_quietly(|| unsafe { Plan::of(data) }.act_quietly("tatu_service.event", plan::other_mode));
+    guarded(error, || unsafe { Ok(Data::of(data).plan().act("tatu_service.event", || Ok(77))?.unwrap_or(TATU_OK)) })
 }
 
-unsafe extern "C" fn resume(data: *mut c_void, _: *mut tatu_world, _: u64, _: tatu_status, _: *const tatu_call) {
+unsafe extern "C" fn resume(
+    data: *mut c_void,
+    _: *mut tatu_world,
+    _: u64,
+    _: tatu_status,
+    _: *const tatu_call,
+    error: *mut tatu_error,
+) -> tatu_status {
     // SAFETY: as above.
-    guarded_quietly(|| unsafe { Plan::of(data) }.act_quietly("tatu_service.resume", plan::other_mode));
+    guarded(error, || unsafe { Ok(Data::of(data).plan().act("tatu_service.resume", || Ok(77))?.unwrap_or(TATU_OK)) })
+}
+
+unsafe extern "C" fn last(data: *mut c_void, _: *mut tatu_world, error: *mut tatu_error) -> tatu_status {
+    // SAFETY: as above.
+    guarded(error, || unsafe { Ok(Data::of(data).plan().act("tatu_service.last", || Ok(77))?.unwrap_or(TATU_OK)) })
 }
 
 unsafe extern "C" fn call_func(data: *mut c_void, _: *mut tatu_world, _: u32, frame: *mut tatu_call) -> tatu_status {
     // SAFETY: as above; the frame lives through the call, with its error object.
     unsafe {
         let error = (*frame).error;
-        guarded(error, || Ok(Plan::of(data).act("tatu_service.call_func", || Ok(77))?.unwrap_or(TATU_OK)))
+        guarded(error, || Ok(Data::of(data).plan().act("tatu_service.call_func", || Ok(77))?.unwrap_or(TATU_OK)))
     }
 }
 
 static SERVICE: Shared<tatu_service> = Shared(tatu_service {
     size: size::<tatu_service>(),
-    reserved: 0,
+    flags: 0,
     id: c"misbehaves".as_ptr(),
     text: c"For tests.".as_ptr(),
     params: null(),
-    start: Some(start),
-    stop: Some(stop),
+    life: &raw const life::SERVICE.0,
     barrier: Some(barrier),
     event: Some(event),
     resume: Some(resume),
     events: null(),
     call_func: Some(call_func),
+    last: Some(last),
 });
 static SERVICES: List<tatu_service, 2> = List([&raw const SERVICE.0, null()]);
 

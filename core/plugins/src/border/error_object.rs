@@ -71,6 +71,10 @@ impl ErrorSlot {
     pub fn parts(&self) -> &tatu_error {
         &self.raw
     }
+    /// Whether anything was said.
+    pub fn has_said(&self) -> bool {
+        self.raw.code != TATU_OK
+    }
     /// The sentence, with its help.
     pub fn text(&self) -> String {
         // SAFETY: the texts are ours.
@@ -94,10 +98,13 @@ pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error
     }
     // SAFETY: the caller promises it.
     unsafe {
-        if status > 0 || (*error).code == TATU_OK {
-            let text = format!("broke the contract: it answered with the status {status}, which means nothing here");
-            say(error, TATU_ERR, raw(text.as_bytes()));
-        }
+        let text = match status {
+            // What it said stands, whatever its number means.
+            ..0 if (*error).code != TATU_OK => return TATU_ERR,
+            ..0 => format!("failed with status {status}, which this host does not know: its plugin may be a newer one"),
+            _ => format!("broke the contract: it answered with the status {status}, which means nothing here"),
+        };
+        say(error, TATU_ERR, raw(text.as_bytes()));
     }
     TATU_ERR
 }

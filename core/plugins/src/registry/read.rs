@@ -83,6 +83,8 @@ impl Registry {
                         dims: f.dims,
                         unit: tables::text(f.unit),
                         text: tables::text(f.text).unwrap_or_default(),
+                        valid: tables::text(f.valid),
+                        nothing: tables::text(f.nothing),
                     })
                     .collect();
                 if let Some(f) = fields.iter().find(|f| !(TATU_ELEM_F64..=TATU_ELEM_OBJECT).contains(&f.elem)) {
@@ -139,6 +141,7 @@ impl Registry {
                     id,
                     text: tables::text(raw.text).unwrap_or_default(),
                     params: Declared::read_list(raw.params),
+                    category: tables::text(raw.category).unwrap_or_default(),
                     slots: tables::pointers(raw.slots).into_iter().filter_map(|s| tables::text(s)).collect(),
                     raw,
                 });

@@ -20,8 +20,10 @@ pub struct ServiceKind {
     pub params: Vec<Declared>,
     /// Names of the events that it subscribes to.
     pub events: Vec<String>,
-    /// The table of its functions.
+    /// The table of its functions,
     pub raw: tatu_service,
+    /// and of its life.
+    pub life: tatu_life,
 }
 
 impl Registry {
@@ -33,8 +35,9 @@ impl Registry {
             };
             self.offered(plugin, TATU_SERVICE, ext.size, &tables::required!(ext, tatu_ext_service: services));
             for (_, raw) in tables::list(ext.services) {
-                let needed = tables::required!(raw, tatu_service: id, start, barrier);
+                let needed = tables::required!(raw, tatu_service: id, life, barrier);
                 let Some(id) = self.named(plugin, "service", raw.id, raw.size, &needed) else { continue };
+                let Some(life) = tables::read(raw.life) else { continue };
                 let claimed: Vec<usize> = self.services.iter().filter(|s| s.id == id).map(|s| s.plugin).collect();
                 if !self.is_own(plugin, "service", &id, &claimed) {
                     continue;
@@ -49,6 +52,7 @@ impl Registry {
                     params: Declared::read_list(raw.params),
                     events: if raw.events.is_null() { default() } else { events },
                     raw,
+                    life,
                 });
             }
         }

@@ -5,7 +5,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use crate::Declared;
 
 /// One field of a sensor kind.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct FieldInfo {
     /// `<schema>.<field>`
     pub name: String,
@@ -17,6 +17,10 @@ pub struct FieldInfo {
     pub unit: Option<String>,
     /// One sentence.
     pub text: String,
+    /// The field that is 0 where this one has nothing, if not as its schema says.
+    pub valid: Option<String>,
+    /// The numbers that mean nothing, likewise.
+    pub nothing: Option<String>,
 }
 
 /// Settings of a sensor under a name.
@@ -64,6 +68,8 @@ pub struct Model {
     pub text: String,
     /// Its parameters.
     pub params: Vec<Declared>,
+    /// Where lists show it; empty: nowhere in particular.
+    pub category: String,
     /// Where others may be hung.
     pub slots: Vec<String>,
     /// The table of its functions.

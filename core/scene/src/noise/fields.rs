@@ -59,7 +59,7 @@ pub fn of(kind: &SensorKind, index: usize) -> Result<Meant<'_>, Wrong> {
         _ => 1,
     };
     let declared = schemas::known().iter().flat_map(|s| &s.fields).find(|f| f.name == info.name);
-    let valid = declared.and_then(|d| d.valid.as_ref());
+    let valid = info.valid.as_ref().or_else(|| declared?.valid.as_ref());
     let valid = valid.and_then(|v| kind.fields.iter().position(|f| f.name == *v && f.elem != TATU_ELEM_OBJECT));
     let valid = valid.filter(|i| shape.starts_with(self::shape(&kind.fields[*i])));
     Ok(Meant { index, info, components, nothing: nothing(info, declared, components), valid })
@@ -72,12 +72,12 @@ fn shape(info: &FieldInfo) -> &[u32] {
 }
 
 fn nothing(info: &FieldInfo, declared: Option<&schemas::SchemaField>, components: usize) -> Option<Vec<f64>> {
-    let Some(declared) = declared else {
+    let Some(words) = info.nothing.as_ref().or_else(|| Some(&declared?.nothing)) else {
         // A schema of somebody else: infinity is no measure of anything, and 0 is what integers have for it.
         return Some(vec![if matches!(info.elem, TATU_ELEM_F64 | TATU_ELEM_F32) { f64::INFINITY } else { 0.0 }]);
     };
-    let number = |word: &str| if word == "infinity" { Some(f64::INFINITY) } else { word.parse().ok() };
-    let all: Option<Vec<f64>> = declared.nothing.split_whitespace().map(number).collect();
+    let number = |word: &str| if matches!(word, "infinity" | "inf") { Some(f64::INFINITY) } else { word.parse().ok() };
+    let all: Option<Vec<f64>> = words.split_whitespace().map(number).collect();
     all.filter(|v| v.len() == 1 || v.len() == components)
 }
 

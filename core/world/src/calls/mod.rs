@@ -347,7 +347,7 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
     let dialect = unsafe { tatu_plugins::border::bytes(f.caller_dialect) };
     let old = entry.names.get(f.alias as usize).and_then(|n| n.instead_of_error(dialect));
     match old {
-        Some(values) if status != TATU_ERR_PANIC && f.reserved & TATU_CALL_RAISE == 0 => {
+        Some(values) if status != TATU_ERR_PANIC && f.flags & TATU_CALL_RAISE == 0 => {
             let mut fault = Fault::new(FaultKind::of(status), text);
             fault.plugin = Some(plugin.id.clone());
             fault.help = (!help.is_empty()).then_some(help);

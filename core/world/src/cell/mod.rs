@@ -16,6 +16,7 @@ mod calls;
 mod clock;
 mod events;
 mod input_log;
+mod instance_image;
 mod make;
 mod outside;
 mod phase;
@@ -44,6 +45,7 @@ pub use input_log::{Input, InputLog, Record};
 pub(crate) use input_log::{
     REPLAY, REQUESTS, Replay, observe, observed, put_in, record_of, remote_call, remote_request, restore_inputs,
 };
+pub(crate) use instance_image::InstanceImage;
 pub(crate) use outside::Outside;
 pub use phase::Phase;
 pub(crate) use pool::of as pool_of;

@@ -11,7 +11,7 @@ use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::safe::Value;
 
 use super::SessionCell;
-use crate::cell::{InputLog, Replay, events::Bus};
+use crate::cell::{InputLog, InstanceImage, Replay, events::Bus};
 
 /// The world's side of its session: events for services, the input log, what is replayed.
 pub(crate) struct Outside {
@@ -28,6 +28,8 @@ pub(crate) struct Outside {
     events: RefCell<Vec<(Rc<str>, Value)>>,
     pub log: RefCell<InputLog>,
     pub replay: RefCell<Option<Replay>>,
+    /// What services kept of the world, from a snapshot: until they take it up.
+    pub saved_services: RefCell<Vec<(String, InstanceImage)>>,
     /// Functions of clients that run now, one within the other.
     pub functions: Cell<u32>,
     /// Who made the call that is being replayed.
@@ -62,6 +64,7 @@ impl Default for Outside {
             events: RefCell::default(),
             log: RefCell::default(),
             replay: RefCell::default(),
+            saved_services: RefCell::default(),
             functions: Cell::default(),
             replayed: RefCell::default(),
             inputs: RefCell::default(),
@@ -86,6 +89,10 @@ impl Outside {
     }
     pub fn join(&self, session: &Rc<SessionCell>) {
         *self.session.borrow_mut() = Rc::downgrade(session);
+    }
+    /// The world leaves its session.
+    pub fn leave(&self) {
+        *self.session.borrow_mut() = Weak::new();
     }
     /// The session, if the world is in one that still lives.
     pub fn session(&self) -> Option<Rc<SessionCell>> {

@@ -70,7 +70,8 @@ fn scope(call: Option<Call>) -> Scope {
             | Call::ScriptOrder
             | Call::ScriptPlace
             | Call::KeepFunc
-            | Call::DropFunc,
+            | Call::DropFunc
+            | Call::Last,
         ) => Scope::Look,
         Some(_) => Scope::Act,
     }

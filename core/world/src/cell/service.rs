@@ -1,6 +1,9 @@
 //! One running service, and the calls into it.
 
-use std::{cell::Cell, ffi::c_void};
+use std::{
+    cell::{Cell, RefCell},
+    ffi::c_void,
+};
 
 use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{
@@ -11,6 +14,7 @@ use tatu_plugins::{
     Registry, ServiceKind,
     border::{ErrorSlot, answer, name_plugin, raw},
     events::covers,
+    state_block::{PAST_STATE, StateBlock},
     watchdog::Call,
 };
 use tatu_scene::document::ServiceSpec;
@@ -24,7 +28,9 @@ pub(crate) struct Running {
     pub kind: usize,
     /// Its number in the session, from 1.
     pub number: u32,
-    data: *mut c_void,
+    pub data: *mut c_void,
+    /// Its state block.
+    pub state: RefCell<StateBlock>,
     /// How messages call it.
     subject: String,
     /// It failed: it has no more turns, and holds nothing.
@@ -62,12 +68,21 @@ impl Running {
         let params = lay(given);
         let plugin = &registry.plugins[kind.plugin];
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
-        // SAFETY: by the contract; the parameters live through the call.
+        let mut state = StateBlock::new(kind.life.state_bytes);
+        let info = tatu_instance {
+            size: size_of::<tatu_instance>() as u32,
+            n_params: params.0.len() as u32,
+            world: std::ptr::null_mut(),
+            owner: 0,
+            id: number.into(),
+            seed: 0,
+            params: params.0.as_ptr(),
+            state: state.place(),
+            session: session.raw(),
+        };
+        // SAFETY: by the contract; the description and what it points to live through the call.
         let run = || unsafe {
-            let status = match kind.raw.start {
-                Some(f) => f(plugin.me, session.raw(), params.0.as_ptr(), &mut data, error.raw()),
-                None => TATU_ERR_UNSUPPORTED,
-            };
+            let status = kind.life.create.map_or(TATU_OK, |f| f(plugin.me, &info, &mut data, error.raw()));
             answer(status, false, error.raw())
         };
         let subject = format!("the service `{}`", kind.id);
@@ -76,14 +91,18 @@ impl Running {
             let text = format!("{subject} cannot be started: {why}");
             return Err(Error::new("E404", text).at(spec.place.clone()));
         }
-        Ok(Running { kind: spec.kind, number, data, subject, off: Cell::new(false) })
+        if !state.is_whole() {
+            let text = format!("{subject} cannot be started: plugin `{}`: {PAST_STATE}", plugin.id);
+            return Err(Error::new("E404", text).at(spec.place.clone()));
+        }
+        Ok(Running { kind: spec.kind, number, data, state: state.into(), subject, off: Cell::new(false) })
     }
 
     /// Ends it; its threads are joined when this returns.
     pub fn stop(&self, registry: &Registry) -> Result {
         let kind = self.info(registry);
-        let Some(stop) = kind.raw.stop else { return Ok(()) };
-        // SAFETY: made by `start`, given back once.
+        let Some(stop) = kind.life.destroy else { return Ok(()) };
+        // SAFETY: made by `create`, given back once.
         let run = || unsafe { stop(self.data) };
         let done = registry.watched(kind.plugin, Call::Stop, &self.subject, run);
         done.map_err(|e| if e.code == "E111" { Error { code: "E323", ..e } } else { e })
@@ -91,6 +110,14 @@ impl Running {
 
     fn info<'r>(&self, registry: &'r Registry) -> &'r ServiceKind {
         &registry.services[self.kind]
+    }
+
+    /// Runs something that is noted as this service's.
+    pub fn noted<T>(&self, world: &WorldCell, f: impl FnOnce() -> T) -> T {
+        world.watch.subject(&self.subject);
+        let done = f();
+        world.watch.subject("");
+        done
     }
 
     /// Whether commands that it calls may wait.
@@ -147,21 +174,44 @@ impl Running {
         Some(out)
     }
 
+    /// Runs a call with an error object; `None`: it does not work any more. After a failure it is switched off, and named.
+    fn ask(
+        &self,
+        world: &WorldCell,
+        call: Call,
+        f: impl FnOnce(&tatu_service, *mut c_void, *mut tatu_error) -> tatu_status,
+    ) -> Option<tatu_status> {
+        let mut error = ErrorSlot::new();
+        let told = error.raw();
+        let status = self.enter(world, call, |raw, data| f(raw, data, told))?;
+        let why = match status {
+            TATU_OK | TATU_HOLD if !self.state.borrow_mut().is_whole() => PAST_STATE.to_owned(),
+            TATU_OK => return Some(TATU_OK),
+            TATU_HOLD if call == Call::Barrier => return Some(TATU_HOLD),
+            ..0 if !error.has_said() => failure(status),
+            ..0 => error.text(),
+            n => format!("broke the contract: it answered {n}"),
+        };
+        self.switch_off(world, call, &why);
+        None
+    }
+
     /// Its turn at the barrier; whether it holds the world.
     pub fn barrier(&self, world: &WorldCell) -> bool {
         let step = world.clock.step.get();
-        let answer = self.enter(world, Call::Barrier, |raw, data| {
+        let answer = self.ask(world, Call::Barrier, |raw, data, error| {
             // SAFETY: by the contract; no borrow of the world is alive here.
-            raw.barrier.map_or(TATU_GO, |f| unsafe { f(data, world.raw(), step) })
+            raw.barrier.map_or(TATU_GO, |f| unsafe { f(data, world.raw(), step, error) })
         });
-        match answer {
-            None | Some(TATU_GO) => false,
-            Some(TATU_HOLD) => true,
-            Some(other) => {
-                self.switch_off(world, Call::Barrier, &breach(other));
-                false
-            }
-        }
+        answer == Some(TATU_HOLD)
+    }
+
+    /// The world ends: the last time that it is seen.
+    pub fn last(&self, world: &WorldCell) {
+        self.ask(world, Call::Last, |raw, data, error| {
+            // SAFETY: by the contract; no borrow of the world is alive here.
+            raw.last.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), error) })
+        });
     }
 
     /// Whether it subscribes to an event.
@@ -175,21 +225,18 @@ impl Running {
             return;
         }
         let payload = lay([payload]);
-        self.enter(world, Call::Event, |service, data| {
-            if let Some(f) = service.event {
-                // SAFETY: by the contract; name and payload live through the call.
-                unsafe { f(data, world.raw(), raw(name.as_bytes()), payload.0.as_ptr()) };
-            }
+        self.ask(world, Call::Event, |service, data, error| {
+            let name = raw(name.as_bytes());
+            // SAFETY: by the contract; name and payload live through the call.
+            service.event.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), name, payload.0.as_ptr(), error) })
         });
     }
 
     /// Hands it the end of a command that waited.
     pub fn resume(&self, world: &WorldCell, token: u64, status: tatu_status, frame: &tatu_call) {
-        self.enter(world, Call::ServiceResume, |service, data| {
-            if let Some(f) = service.resume {
-                // SAFETY: by the contract; the frame lives through the call.
-                unsafe { f(data, world.raw(), token, status, frame) };
-            }
+        self.ask(world, Call::ServiceResume, |service, data, error| {
+            // SAFETY: by the contract; the frame lives through the call.
+            service.resume.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), token, status, frame, error) })
         });
     }
 
@@ -205,11 +252,10 @@ impl Running {
     }
 }
 
-/// What an answer of a barrier that is neither go nor hold means.
-fn breach(answer: u32) -> String {
-    match answer as i32 {
+/// A failure without a sentence.
+fn failure(status: tatu_status) -> String {
+    match status {
         TATU_ERR_PANIC => "panicked".to_owned(),
-        status @ ..0 => format!("failed with status {status}"),
-        n => format!("answered {n}, neither go (0) nor hold (1),"),
+        _ => format!("failed with status {status}"),
     }
 }

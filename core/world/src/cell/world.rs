@@ -229,6 +229,7 @@ impl WorldCell {
             seed: self.seed_of(key),
             params: std::ptr::null(),
             state: std::ptr::null_mut(),
+            session: std::ptr::null_mut(),
         }
     }
     /// The seed of something, from the scene's seed and its key.

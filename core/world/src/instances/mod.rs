@@ -22,7 +22,7 @@ use crate::cell::WorldCell;
 
 pub(crate) use devices::{end_devices, make_device, make_devices, note_devices, remake_devices};
 pub use save::Missed;
-pub(crate) use save::{InstanceImage, load_instance, save_instance, state_of};
+pub(crate) use save::{load_instance, save_instance, state_of};
 
 /// What a plugin keeps for one device, and the state block that the host keeps for it.
 pub(crate) struct Made {
@@ -89,16 +89,16 @@ pub(crate) fn takes_changes(life: &tatu_life, declared: &[Declared], at: usize) 
     life.configure.is_some() && !rebuilds && at < 64
 }
 
-/// Hands an instance its parameters, of which the one at `at` has changed. Must be called without any borrow of the
-/// world.
+/// Hands an instance its parameters, of which the one at `at` has changed; whether it took them, or is to be made anew. Must
+/// be called without any borrow of the world.
 pub(crate) fn configure(
     world: &WorldCell,
     of: Living,
     life: &tatu_life,
     params: &[Value],
     at: usize,
-) -> Result<(), String> {
-    let Some(configure) = life.configure else { return Ok(()) };
+) -> Result<bool, String> {
+    let Some(configure) = life.configure else { return Ok(false) };
     // It may set parameters itself.
     let Some(_level) = world.calls.enter() else { return Err("calls nest too deep".to_owned()) };
     let (raw, _room) = laid(params);
@@ -107,11 +107,15 @@ pub(crate) fn configure(
     let run = || unsafe {
         answer(configure(of.data, raw.as_ptr(), raw.len() as u32, 1 << at, error.raw()), false, error.raw())
     };
-    if world.cross(of.plugin, Call::Configure, of.slot, run) < 0 {
+    let status = world.cross(of.plugin, Call::Configure, of.slot, run);
+    if status == TATU_ERR_UNSUPPORTED && !error.has_said() {
+        return Ok(false);
+    }
+    if status < 0 {
         let plugin = &world.registry.plugins[of.plugin].id;
         return Err(format!("plugin `{plugin}`: {} [{}]", error.text(), Call::Configure.text()));
     }
-    Ok(())
+    Ok(true)
 }
 
 /// Values of declared parameters from what a document gives, defaults filled in.

@@ -11,7 +11,7 @@ use tatu_plugins::{
 };
 
 use super::Living;
-use crate::cell::WorldCell;
+use crate::cell::{InstanceImage, WorldCell};
 
 /// An instance that could not be captured.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,17 +31,6 @@ impl std::fmt::Display for Missed {
             object => write!(f, "{object}: {}", self.reason),
         }
     }
-}
-
-/// What `save` of an instance wrote, and its state block.
-#[derive(Serialize, Deserialize, Default)]
-pub struct InstanceImage {
-    pub state: Vec<u64>,
-    pub saved: Vec<u8>,
-    /// The writer's version of both.
-    pub version: u32,
-    /// It could not be captured: `saved` is not to be loaded.
-    pub missed: bool,
 }
 
 unsafe extern "C" fn write(writer: *const tatu_writer, bytes: *const c_void, n: u64) {

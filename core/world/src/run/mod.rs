@@ -274,6 +274,7 @@ impl World {
             cell.phase.set(Phase::Stopped);
             barrier::stopped(cell);
         }
+        barrier::last(cell);
         end_devices(cell);
         self.end_instances();
         cell.restore_process_state("the end of the world");

@@ -6,14 +6,14 @@ use std::{
     sync::{Arc, atomic::AtomicBool},
 };
 
-use tatu_errors::{Error, Result};
+use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugins::Registry;
 use tatu_scene::document::ServiceSpec;
 
 use super::World;
 use crate::{
     cell::{Running, SessionCell, Wake},
-    session,
+    session, state,
 };
 
 /// Services and the worlds that they serve.
@@ -50,6 +50,10 @@ impl Session {
         worlds.retain(|w| w.strong_count() > 0 && !std::ptr::eq(w.as_ptr(), Rc::as_ptr(world.cell())));
         worlds.push(Rc::downgrade(world.cell()));
         world.cell().outside.join(&self.cell);
+        // A world from a snapshot brings what they kept of it.
+        if let Err(e) = state::restore::services(world.cell()) {
+            world.cell().report(Fault::new(FaultKind::Plugin, e.text));
+        }
     }
 
     /// A flag that ends every wait at the barrier when it is set, by a signal for instance. It is looked at ten times

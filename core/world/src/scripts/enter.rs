@@ -51,7 +51,7 @@ pub(crate) fn function_frame(args: &[tatu_value]) -> tatu_call {
         caller_script: 0,
         caller_dialect: tatu_str { ptr: std::ptr::null(), len: 0 },
         caller_kind: TATU_CALLER_HOST,
-        reserved: 0,
+        flags: 0,
     }
 }
 

@@ -218,7 +218,7 @@ impl Stage<'_> {
         script.kind != Kind::Main
             && script.initialised.get()
             && !script.cleaned.get()
-            && script.raw(&cell.registry).reserved & TATU_LANGUAGE_SIDE_BY_SIDE != 0
+            && script.raw(&cell.registry).flags & TATU_LANGUAGE_SIDE_BY_SIDE != 0
             && script.depth.get() == 0
             && script.asked.get() == ExitRequest::Nothing
             && !(self.waits && waits())

@@ -6,8 +6,8 @@ use tatu_errors::{Error, Place, Result};
 use tatu_scene::document::ScriptSpec;
 
 use crate::{
-    cell::{Kind, Script, Scripts, WorldCell},
-    instances::{InstanceImage, Living, load_instance},
+    cell::{InstanceImage, Kind, Script, Scripts, WorldCell},
+    instances::{Living, load_instance},
 };
 
 /// What an instance wrote of itself, or why it could not.

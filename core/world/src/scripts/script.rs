@@ -237,7 +237,7 @@ impl Script {
         let mark = world.calls.arena.borrow().mark();
         let mut room = enter::Room::new();
         let mut frame = room.frame(args);
-        frame.reserved = if world.worker.is_some() { TATU_CALL_SIDE_BY_SIDE } else { 0 };
+        frame.flags = if world.worker.is_some() { TATU_CALL_SIDE_BY_SIDE } else { 0 };
         // SAFETY: the frame lives through the call.
         let status =
             enter::enter(world, self, Call::ScriptCall, &mut frame, |data, frame, budget, used, error| unsafe {

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use tatu_errors::{Error, Result};
 
 use crate::{
-    cell::{CALLBACKS, Owner, Script, Scripts, WorldCell},
-    instances::{InstanceImage, Living, Missed, load_instance, save_instance},
+    cell::{CALLBACKS, InstanceImage, Owner, Script, Scripts, WorldCell},
+    instances::{Living, Missed, load_instance, save_instance},
 };
 
 /// A script.

@@ -17,6 +17,7 @@ pub static TABLE: tatu_host_commands = tatu_host_commands {
     size: size_of::<tatu_host_commands>() as u32,
     reserved: 0,
     find: Some(find),
+    is_name_space: Some(is_name_space),
     count: Some(count),
     describe: Some(describe),
     call: Some(call),
@@ -32,16 +33,22 @@ pub static TABLE: tatu_host_commands = tatu_host_commands {
     constant_name: Some(constant_name),
 };
 
-unsafe extern "C" fn find(w: *mut tatu_world, name: tatu_str) -> u32 {
+unsafe extern "C" fn find(w: *mut tatu_world, name: tatu_str, alias: *mut u32) -> u32 {
+    let Some(world) = here_now(w, Function::looks("commands.find")) else { return 0 };
     // SAFETY: by the contract, here and below: pointers are valid during the call.
-    unsafe {
-        let Some(world) = here_now(w, Function::looks("commands.find")) else { return 0 };
-        let name = text(name);
-        if name.ends_with('.') {
-            return u32::from(world.registry.has_namespace(&name));
-        }
-        world.registry.command(&name).map_or(0, |(id, alias)| id << 8 | alias)
+    let (name, alias) = unsafe { (text(name), alias.as_mut()) };
+    let Some((id, which)) = world.registry.command(&name) else { return 0 };
+    if let Some(alias) = alias {
+        *alias = which;
     }
+    id
+}
+
+unsafe extern "C" fn is_name_space(w: *mut tatu_world, name: tatu_str) -> u32 {
+    // SAFETY: by the contract: the text is valid during the call.
+    let name = unsafe { text(name) };
+    here_now(w, Function::looks("commands.is_name_space"))
+        .map_or(0, |world| u32::from(world.registry.has_namespace(&format!("{name}."))))
 }
 
 unsafe extern "C" fn count(w: *mut tatu_world) -> u32 {

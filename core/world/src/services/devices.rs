@@ -155,10 +155,12 @@ fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize)
     };
     let mut params = old.clone();
     params[at] = value;
-    if !takes_changes(&info.life, &info.params, at) {
+    let of = Living { plugin: info.plugin, slot, data };
+    if !takes_changes(&info.life, &info.params, at)
+        || !configure(world, of, &info.life, &params, at).map_err(Stop::Refused)?
+    {
         return new_sensor(world, whose, kind, params);
     }
-    configure(world, Living { plugin: info.plugin, slot, data }, &info.life, &params, at).map_err(Stop::Refused)?;
     let layout = match Layout::ask(world, kind, slot, data) {
         Ok(layout) => layout,
         // It has the new value, and no beams for it: back to what worked.
@@ -225,8 +227,10 @@ fn set_of_actuator(
         actuators.device(owner).map(|d| (d.params.clone(), d.data)).ok_or(Stop::Gone)?
     };
     params[at] = value;
-    if takes_changes(&info.life, &info.params, at) {
-        configure(world, Living { plugin: info.plugin, slot, data }, &info.life, &params, at).map_err(Stop::Refused)?;
+    let of = Living { plugin: info.plugin, slot, data };
+    if takes_changes(&info.life, &info.params, at)
+        && configure(world, of, &info.life, &params, at).map_err(Stop::Refused)?
+    {
         let mut actuators = world.actuators.try_borrow_mut().map_err(|_| Stop::Busy)?;
         let device = actuators.devices.iter_mut().find(|d| d.object == owner && d.data == data).ok_or(Stop::Gone)?;
         device.params[at] = params.swap_remove(at);

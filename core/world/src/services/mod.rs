@@ -18,6 +18,7 @@ mod session;
 mod shown;
 mod signals;
 mod solids;
+mod stand_ins;
 mod whole_parts;
 
 use std::ffi::{CStr, c_void};
@@ -36,6 +37,7 @@ pub fn host_tables() -> HostTables {
 fn table(id: &CStr) -> *const c_void {
     match id {
         id if id == TATU_HOST_SCENE => (&raw const scene::TABLE).cast(),
+        id if id == TATU_HOST_STAND_INS => (&raw const stand_ins::TABLE).cast(),
         id if id == TATU_HOST_READINGS => (&raw const readings::TABLE).cast(),
         id if id == TATU_HOST_BODIES => (&raw const bodies::TABLE).cast(),
         id if id == TATU_HOST_COMMANDS => (&raw const commands::TABLE).cast(),

@@ -11,11 +11,11 @@ use tatu_scene::{
 };
 
 use super::{
-    alone, busy, fill, give, here, list_of, needs, on,
+    busy, fill, give, here, list_of, needs, on,
     properties::{after_change, read, read_numbers, write, write_numbers},
     room_of, slot,
 };
-use crate::cell::{Function, Wish, WorldCell, stand_ins};
+use crate::cell::{Function, WorldCell};
 
 pub static TABLE: tatu_host_scene = tatu_host_scene {
     size: size_of::<tatu_host_scene>() as u32,
@@ -34,7 +34,6 @@ pub static TABLE: tatu_host_scene = tatu_host_scene {
     create: Some(create),
     remove: Some(remove),
     list: Some(list),
-    wanted: Some(wanted),
     copy: Some(super::whole_parts::copy),
     load: Some(super::whole_parts::load),
     save: Some(super::whole_parts::save),
@@ -361,50 +360,5 @@ unsafe extern "C" fn list(
             let ids: Vec<_> = slots.into_iter().filter(wanted).map(|s| scene.id(s)).collect();
             fill(&ids, out, cap, n)
         })
-    }
-}
-
-unsafe extern "C" fn wanted(
-    w: *mut tatu_world,
-    from: tatu_object,
-    name: tatu_str,
-    kind: *const c_char,
-    object: *mut tatu_object,
-) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        let Some(world) = alone(w, Function::acts("scene.wanted")).filter(|w| w.stand_ins.is_on()) else {
-            return TATU_ERR_MISSING;
-        };
-        let name = text(name);
-        if let Some(value) = name.strip_prefix('=') {
-            return if world.stand_ins.has_value(value) { TATU_OK } else { TATU_ERR_MISSING };
-        }
-        let kind = if kind.is_null() { "".into() } else { CStr::from_ptr(kind).to_string_lossy() };
-        let wish = match &*name {
-            ".." => Some(Wish::Parent),
-            "./" => Some(Wish::Child(kind.to_string())),
-            "@" => Some(Wish::Script),
-            _ => None,
-        };
-        if let Some(wish) = wish {
-            if let Some(id) = world.scene.try_borrow().ok().and_then(|s| Some(s.id(s.resolve(from).ok()?))) {
-                world.stand_ins.wish(id, wish);
-            }
-            return TATU_ERR_MISSING;
-        }
-        let mut found = from;
-        if !name.is_empty() {
-            let base = world.scene.try_borrow().ok().and_then(|s| s.resolve(from).ok()).unwrap_or(0);
-            match stand_ins::find_or_make(world, base, &name) {
-                Some(id) => found = id,
-                None => return TATU_ERR_MISSING,
-            }
-        }
-        let is_one = kind.is_empty() || stand_ins::becomes(world, found, &kind);
-        if let Some(object) = object.as_mut() {
-            *object = found;
-        }
-        if is_one || !name.is_empty() { TATU_OK } else { TATU_ERR_MISSING }
     }
 }

@@ -191,6 +191,18 @@ fn hand_over(world: &WorldCell, ended: Vec<Ended>) {
     }
 }
 
+/// The world ends: services see it for the last time.
+pub(crate) fn last(world: &WorldCell) {
+    let Some(session) = world.outside.session() else { return };
+    world.calls.caller.set(Caller::HOST);
+    let mut i = 0;
+    while let Some(service) = session.nth(i) {
+        i += 1;
+        service.last(world);
+    }
+    world.outside.leave();
+}
+
 /// The world has been stopped: commands that wait are cancelled, and services are notified.
 pub(crate) fn stopped(world: &WorldCell) {
     let waits = world.calls.waits.borrow_mut().take_remote(|_| true);

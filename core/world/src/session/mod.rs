@@ -13,5 +13,5 @@ pub(crate) mod functions;
 mod json;
 pub mod log;
 
-pub(crate) use barrier::{before_step, rest, stopped};
+pub(crate) use barrier::{before_step, last, rest, stopped};
 pub(crate) use log::outside_request;

@@ -5,7 +5,7 @@ use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::safe::Value;
 use tatu_scene::{Scene, document::Settings};
 
-use crate::{cell::Wait, instances::InstanceImage, sense::Memory};
+use crate::{cell::InstanceImage, cell::Wait, sense::Memory};
 
 /// A value of a signal or parameter.
 #[derive(Serialize, Deserialize)]

@@ -14,8 +14,8 @@ use super::{
 };
 use crate::{
     actuators::Actuator,
-    cell::{Record, Scripts, Signal, WorldCell, restore_inputs},
-    instances::{InstanceImage, Living, load_instance, state_of},
+    cell::{InstanceImage, Record, Scripts, Signal, WorldCell, restore_inputs},
+    instances::{Living, load_instance, state_of},
     scripts::ScriptImage,
     sense::Noise,
     session,
@@ -48,6 +48,8 @@ pub(crate) fn go_on(cell: &WorldCell, snapshot: &Snapshot) -> Result {
     core(cell, image)?;
     *cell.figures.borrow_mut() = snapshot.get("figures")?;
     plugins(cell, snapshot.get("plugins")?)?;
+    *cell.outside.saved_services.borrow_mut() = snapshot.get("services")?;
+    services(cell)?;
     Scripts::load(cell, snapshot.get("scripts")?)?;
     restore_inputs(cell, records(snapshot)?);
     let hash = hash_of(cell);
@@ -193,6 +195,27 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
         }
         let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
         load_instance(cell, &of, life, &image).map_err(|e| refused(format!("plugin `{id}`"), e))?;
+    }
+    Ok(())
+}
+
+/// Services take up what they kept of the world; of those that do not run nothing is missed. A world that is in no session yet
+/// keeps it until it joins one.
+pub(crate) fn services(cell: &WorldCell) -> Result {
+    let Some(session) = cell.outside.session() else { return Ok(()) };
+    for (id, image) in std::mem::take(&mut *cell.outside.saved_services.borrow_mut()) {
+        let mut running = (0..).map_while(|i| session.nth(i));
+        let Some(service) = running.find(|s| cell.registry.services[s.kind].id == id && !s.off.get()) else { continue };
+        let kind = &cell.registry.services[service.kind];
+        let block = state_of(&kind.life, &image);
+        let mut state = service.state.borrow_mut();
+        if state.len() == block.len() {
+            state.copy_from_slice(&block);
+        }
+        drop(state);
+        let of = Living { plugin: kind.plugin, slot: 0, data: service.data };
+        let load = || load_instance(cell, &of, &kind.life, &image);
+        service.noted(cell, load).map_err(|e| refused(format!("the service `{id}`"), e))?;
     }
     Ok(())
 }

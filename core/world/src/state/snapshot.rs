@@ -9,8 +9,8 @@ use super::{
     image::{ActuatorImage, CoreImage, DeviceImage},
 };
 use crate::{
-    cell::{Owner, Scripts, WorldCell},
-    instances::{InstanceImage, Living, Missed, save_instance},
+    cell::{InstanceImage, Owner, Scripts, WorldCell},
+    instances::{Living, Missed, save_instance},
     session,
 };
 
@@ -36,6 +36,7 @@ pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
     snapshot.put("sensors", &sensors(cell, &mut missed))?;
     snapshot.put("actuators", &actuators(cell, &mut missed))?;
     snapshot.put("plugins", &plugins(cell, &mut missed))?;
+    snapshot.put("services", &services(cell, &mut missed))?;
     snapshot.put("scripts", &Scripts::images(cell, &mut missed))?;
     if cell.outside.bus.has_listeners() {
         missed.push(Missed {
@@ -179,6 +180,30 @@ fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceI
         match save_instance(cell, &of, life, &state) {
             Ok(image) => out.push((id, image)),
             Err(reason) => missed.push(Missed { object: String::new(), plugin: id, reason }),
+        }
+    }
+    out
+}
+
+/// What services keep of the world, by service: only those that keep something.
+fn services(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceImage)> {
+    let Some(session) = cell.outside.session() else { return Vec::new() };
+    let (mut out, mut i) = (Vec::new(), 0);
+    while let Some(service) = session.nth(i) {
+        i += 1;
+        let kind = &cell.registry.services[service.kind];
+        let state = service.state.borrow().to_vec();
+        if service.off.get() || kind.life.save.is_none() && state.is_empty() {
+            continue;
+        }
+        let of = Living { plugin: kind.plugin, slot: 0, data: service.data };
+        match service.noted(cell, || save_instance(cell, &of, &kind.life, &state)) {
+            Ok(image) if image.saved.is_empty() && image.state.is_empty() => {}
+            Ok(image) => out.push((kind.id.clone(), image)),
+            Err(reason) => {
+                let plugin = cell.registry.plugins[kind.plugin].id.clone();
+                missed.push(Missed { object: format!("the service `{}`", kind.id), plugin, reason });
+            }
         }
     }
     out

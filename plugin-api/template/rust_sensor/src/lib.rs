@@ -61,10 +61,9 @@ impl Sensor for ExampleRange {
     }
 
     // Both may change while it lives. Without this, or with `.rebuilds()` in (3), a change makes a new sensor.
-    const CONFIGURES: bool = true;
-    fn configure(&mut self, params: &Params<'_>, _: u64) -> Result {
+    fn configure(&mut self, params: &Params<'_>, _: u64) -> Result<Change> {
         (self.range, self.step) = (params.f64("range")?, params.f64("step")?);
-        Ok(())
+        Ok(Change::Taken)
     }
 
     // (5) What it sends out: rays along unit vectors in its own frame, or a cone; +z is ahead.

@@ -132,7 +132,7 @@ fn files(offer: &mut Offer<Vrep>) {
                 let file = String::from_utf8_lossy(file).into_owned();
                 let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
                 let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
-                if let Some(made) = w.wanted(0, &format!("/{stem}"), "") {
+                if let Some(made) = w.stand_in(0, &format!("/{stem}"), "") {
                     c.ret(handle(made));
                     return Ok(());
                 }

@@ -49,7 +49,7 @@ pub(crate) fn find_or_ask(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
         return find_path_or_ask(c, name, None);
     }
     find(c, name).or_else(|e| {
-        let below = |e: Fail| c.world().wanted(above(c), &adjusted(name, suffix(c)?), "").ok_or(e);
+        let below = |e: Fail| c.world().stand_in(above(c), &adjusted(name, suffix(c)?), "").ok_or(e);
         if e.code() == TATU_ERR_MISSING { below(e) } else { Err(e) }
     })
 }
@@ -60,7 +60,7 @@ pub(crate) fn find_path_or_ask(c: &Ctx<'_>, path: &str, base: Option<tatu_object
         let ask = || {
             let (at, rest) = start(c, path, base).ok()?;
             let rest = if at == 0 { rest.into() } else { format!(".{rest}") };
-            c.world().wanted(at, &rest, "")
+            c.world().stand_in(at, &rest, "")
         };
         if e.code() == TATU_ERR_MISSING { ask().ok_or(e) } else { Err(e) }
     })
@@ -114,7 +114,7 @@ fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(t
         };
         if at == 0 {
             let e = Fail::missing(format!("`{path}` begins at the caller, which belongs to no object"));
-            at = c.world().wanted(0, "/model", "").ok_or(e)?;
+            at = c.world().stand_in(0, "/model", "").ok_or(e)?;
         }
     }
     for (i, step) in steps.iter().enumerate() {
@@ -127,7 +127,7 @@ fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(t
         let whole = *step == Step::Model && i + 1 == steps.len() && !rest.is_empty();
         if at == 0 && !whole {
             let e = Fail::missing(format!("`{path}` leads above the scene"));
-            at = c.world().wanted(0, "/above", "").ok_or(e)?;
+            at = c.world().stand_in(0, "/above", "").ok_or(e)?;
         }
     }
     // Nothing hangs below a script: "./x" can only mean a part of the object that it belongs to.

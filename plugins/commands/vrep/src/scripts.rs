@@ -198,7 +198,7 @@ fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object>
     let found = all.iter().find(of_kind).copied();
     if found.is_none() && owner != 0 && kind == "child" {
         // Without its scene an object has no script; if it is missed, the next run has one.
-        c.world().wanted(owner, "@", "");
+        c.world().missed_script(owner);
     }
     Ok(found.unwrap_or(0))
 }

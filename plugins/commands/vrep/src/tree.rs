@@ -12,7 +12,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let object = id(c, 0)?;
             let up = parent(c, object)?;
             if up == 0 {
-                c.world().wanted(object, "..", "");
+                c.world().missed_parent(object);
             }
             c.ret(handle(up));
             Ok(())
@@ -42,7 +42,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let below = c.world().list(base, 0, TATU_LIST_CHILDREN | TATU_LIST_SKIP_BASE)?;
             let child = index.and_then(|i| below.get(i).copied()).unwrap_or(0);
             if child == 0 {
-                c.world().wanted(base, "./", "");
+                c.world().missed_child(base, "");
             }
             c.ret(handle(child));
             Ok(())
@@ -67,7 +67,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             let all = typed(c, base, kind, flags)?;
             if let (true, Some((_, kind))) = (all.is_empty(), STAND_INS.iter().find(|(n, _)| *n == kind)) {
-                c.world().wanted(base, "./", kind);
+                c.world().missed_child(base, kind);
             }
             c.ret::<[i64]>(all.as_slice());
             Ok(())

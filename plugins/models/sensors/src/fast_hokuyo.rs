@@ -23,6 +23,7 @@ pub struct FastHokuyo;
 
 impl Model for FastHokuyo {
     type Plugin = Devices;
+    const CATEGORY: &'static str = "sensors";
     const ID: &'static str = "fast_hokuyo";
     const TEXT: &'static str = "fastHokuyo as in V-REP: two cameras of 256 x 1 pixels see 240 degrees to 5 m in each step, exactly; \
                                 its script tells points by a signal. Looks along +x.";

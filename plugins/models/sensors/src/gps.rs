@@ -23,6 +23,7 @@ pub struct Gps;
 
 impl Model for Gps {
     type Plugin = Devices;
+    const CATEGORY: &'static str = "sensors";
     const ID: &'static str = "gps";
     const TEXT: &'static str = "GPS as in V-REP: the position of its reference with an error at each reading and one that stays \
                                 for the run; its script tells it by a tube and by signals.";

@@ -32,6 +32,7 @@ pub struct Hokuyo;
 
 impl Model for Hokuyo {
     type Plugin = Devices;
+    const CATEGORY: &'static str = "sensors";
     const ID: &'static str = "hokuyo";
     const TEXT: &'static str = "Hokuyo_URG_04LX_UG01 as in V-REP: one ray turned by a joint, 684 directions over 240 degrees, \
                                 10 turns a second, with noise; its script tells points by signals. Looks along +x.";

@@ -58,6 +58,7 @@ pub struct Kinect;
 
 impl Model for Kinect {
     type Plugin = Devices;
+    const CATEGORY: &'static str = "sensors";
     const ID: &'static str = "kinect";
     const TEXT: &'static str = "Kinect as in V-REP: a bar on a tilting foot with a depth and a colour camera, 640 x 480 pixels, \
                                 57 degrees, to 3.5 m, without noise. Stands on z = 0, looks along +y.";

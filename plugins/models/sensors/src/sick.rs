@@ -39,6 +39,7 @@ pub struct Sick;
 
 impl Model for LaserScanner2d {
     type Plugin = Devices;
+    const CATEGORY: &'static str = "sensors";
     const ID: &'static str = "laser_scanner_2d";
     const TEXT: &'static str = TEXT;
 
@@ -52,6 +53,7 @@ impl Model for LaserScanner2d {
 
 impl Model for Sick {
     type Plugin = Devices;
+    const CATEGORY: &'static str = "sensors";
     const ID: &'static str = "sick";
     const TEXT: &'static str = TEXT;
 

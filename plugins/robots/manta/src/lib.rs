@@ -36,6 +36,7 @@ pub struct Manta;
 
 impl Model for Manta {
     type Plugin = Mantas;
+    const CATEGORY: &'static str = "mobile robots";
     const ID: &'static str = "manta";
     const TEXT: &'static str =
         "Manta: a small car, rear wheels driven, front wheels steered; stands on z = 0, heading +x.";

@@ -39,6 +39,7 @@ pub struct PioneerP3dx;
 
 impl Model for PioneerP3dx {
     type Plugin = Pioneers;
+    const CATEGORY: &'static str = "mobile robots";
     const ID: &'static str = "pioneer_p3dx";
     const TEXT: &'static str =
         "Pioneer P3-DX: two driven wheels, a caster, sixteen sonars; stands on z = 0, heading +x.";

@@ -95,7 +95,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
     frame.n_args = n as u32;
     frame.args = first;
     // In modern scripts, commands of old dialects raise errors as all others do.
-    frame.reserved = if s.old.get() { 0 } else { TATU_CALL_RAISE };
+    frame.flags = if s.old.get() { 0 } else { TATU_CALL_RAISE };
     if l != s.main && lua_isyieldable(l) != 0 {
         frame.wait_token = s.token.get() + 1;
         s.token.set(frame.wait_token);
@@ -197,7 +197,7 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
         lua_copy(l, 5, 4);
     }
     lua_settop(l, if is_prelude_constant { 4 } else { 3 });
-    let found = if is_prelude_constant { 0 } else { (s.commands.find)(s.world, abi_str(bytes(l, 3))) };
+    let found = if is_prelude_constant { 0 } else { s.commands.number(s.world, bytes(l, 3)) };
     let mut value = int_value(TATU_NIL, 0);
     if is_prelude_constant {
     } else if found != 0 {
@@ -207,13 +207,13 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     } else if (s.commands.constant)(s.world, abi_str(bytes(l, 3)), &mut value) == TATU_OK {
         convert::put(l, &value);
     } else {
-        lua_pushvalue(l, 3);
-        push(l, b".");
-        lua_concat(l, 2); // 4: the name as a prefix
-        if (s.commands.find)(s.world, abi_str(bytes(l, 4))) == 0 {
+        if (s.commands.is_name_space)(s.world, abi_str(bytes(l, 3))) == 0 {
             unresolved(s, bytes(l, 3));
             return 0;
         }
+        lua_pushvalue(l, 3);
+        push(l, b".");
+        lua_concat(l, 2); // 4: the name as a prefix
         scope(l, 4);
     }
     lua_pushvalue(l, 2);

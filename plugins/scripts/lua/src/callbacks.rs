@@ -107,7 +107,7 @@ pub(crate) fn enter(
     // SAFETY: the host's frame, valid during the call.
     unsafe {
         (*frame).n_results = 0;
-        s.parallel.set((*frame).reserved & TATU_CALL_SIDE_BY_SIDE != 0);
+        s.parallel.set((*frame).flags & TATU_CALL_SIDE_BY_SIDE != 0);
     }
     let entry = Entry::begin(s, budget);
     let mut flow = Flow::Done;

@@ -113,7 +113,7 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     s.single.set(rules.single);
     if !rules.switch.is_empty() {
         // SAFETY: the world is alive; the name is valid during the call.
-        s.slices.switch.set(unsafe { (s.commands.find)(s.world, abi_str(&rules.switch)) });
+        s.slices.switch.set(unsafe { s.commands.number(s.world, &rules.switch) });
     }
     if rules.functions.is_empty() {
         rules.functions.push((Vec::new(), Vec::new()));

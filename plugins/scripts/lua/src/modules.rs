@@ -170,11 +170,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
         }
     }
     lua_settop(l, 2);
-    lua_pushvalue(l, 1);
-    push(l, b".");
-    lua_concat(l, 2);
-    if (s.commands.find)(s.world, abi_str(bytes(l, 3))) != 0 {
-        lua_settop(l, 2);
+    if (s.commands.is_name_space)(s.world, abi_str(bytes(l, 1))) != 0 {
         lua_pushglobaltable(l);
         lua_pushvalue(l, 1);
         lua_gettable(l, 3);

@@ -56,7 +56,8 @@ pub(crate) mod reg {
 /// Functions of the commands service.
 #[derive(Clone, Copy)]
 pub(crate) struct Commands {
-    pub find: unsafe extern "C" fn(WorldPtr, tatu_str) -> u32,
+    find: unsafe extern "C" fn(WorldPtr, tatu_str, *mut u32) -> u32,
+    pub is_name_space: unsafe extern "C" fn(WorldPtr, tatu_str) -> u32,
     pub call: unsafe extern "C" fn(WorldPtr, *mut tatu_call) -> tatu_status,
     pub generation: unsafe extern "C" fn(WorldPtr) -> u64,
     pub constant: unsafe extern "C" fn(WorldPtr, tatu_str, *mut tatu_value) -> tatu_status,
@@ -64,6 +65,19 @@ pub(crate) struct Commands {
     pub alloc: unsafe extern "C" fn(WorldPtr, u64) -> *mut std::ffi::c_void,
     pub release: unsafe extern "C" fn(WorldPtr, u64),
     pub call_func: unsafe extern "C" fn(WorldPtr, tatu_func, *mut tatu_call) -> tatu_status,
+}
+
+impl Commands {
+    /// Id and alias of a name, in the one number that a bound function keeps: id << 8 | alias; 0: no such command. A command
+    /// has at most 255 names.
+    ///
+    /// # Safety
+    /// The world is that of a running call.
+    pub unsafe fn number(&self, world: WorldPtr, name: &[u8]) -> u32 {
+        let mut alias = 0;
+        // SAFETY: the caller promises it; the name is valid during the call.
+        unsafe { (self.find)(world, abi_str(name), &mut alias) << 8 | alias }
+    }
 }
 
 /// State of a script. Its address is stable: every Lua thread stores it in its extra space.
@@ -287,6 +301,7 @@ fn table(host: &Host) -> Option<Commands> {
     let t = host.commands_table()?;
     Some(Commands {
         find: t.find?,
+        is_name_space: t.is_name_space?,
         call: t.call?,
         generation: t.generation?,
         constant: t.constant?,

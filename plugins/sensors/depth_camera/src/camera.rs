@@ -66,8 +66,6 @@ impl Sensor for DepthCamera {
         ]
     }
 
-    const FINISHES: bool = true;
-
     fn create(_: &Host, _: Instance, params: &Params<'_>) -> Result<Self> {
         Ok(DepthCamera(Settings::read(params)?))
     }

@@ -75,7 +75,6 @@ impl Sensor for Gps {
     const SCHEMAS: &'static [&'static str] = &["gps/1"];
     const INPUTS: u32 = TATU_IN_POSE | TATU_IN_TWIST;
     const PRESETS: &'static [Preset] = presets::ALL;
-    const FINISHES: bool = true;
 
     fn params() -> Vec<Param> {
         vec![

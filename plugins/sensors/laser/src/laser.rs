@@ -84,8 +84,6 @@ impl Sensor for Laser {
     const SCHEMAS: &'static [&'static str] = &["range_scan/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_NORMAL | TATU_IN_COLOR | TATU_IN_POSE | TATU_IN_TWIST;
     const PRESETS: &'static [Preset] = presets::ALL;
-    const AIMS: bool = true;
-    const FINISHES: bool = true;
 
     fn params() -> Vec<Param> {
         params()

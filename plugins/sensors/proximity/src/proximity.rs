@@ -89,8 +89,6 @@ impl Sensor for Proximity {
     const TEXT: &'static str = "Finds the nearest surface along a ray or in a volume, as V-REP's proximity sensors do.";
     const SCHEMAS: &'static [&'static str] = &["proximity/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_POINT | TATU_IN_NORMAL | TATU_IN_OBJECT;
-    const AIMS: bool = true;
-    const FINISHES: bool = true;
 
     fn params() -> Vec<Param> {
         params()

@@ -20,7 +20,7 @@ const POSITION: usize = 8;
 const VALID: usize = 9;
 
 fn kind() -> SensorKind {
-    let field = |name: &str, elem, dims| FieldInfo { name: name.into(), elem, dims, unit: None, text: String::new() };
+    let field = |name: &str, elem, dims| FieldInfo { name: name.into(), elem, dims, ..FieldInfo::default() };
     let fields = vec![
         field("test.one", TATU_ELEM_F64, [1, 1, 1]),
         field("test.many", TATU_ELEM_F64, [0, 1, 1]),

@@ -126,16 +126,16 @@ impl Error {
 unsafe fn host<'a>(w: WorldPtr) -> &'a Host {
     &*w.cast::<Host>()
 }
-unsafe extern "C" fn find(w: WorldPtr, name: tatu_str) -> u32 {
+unsafe extern "C" fn find(w: WorldPtr, name: tatu_str, alias: *mut u32) -> u32 {
     let (h, name) = (host(w), text(name));
-    if name.ends_with('.') {
-        return u32::from(
-            h.names.borrow().iter().any(|n| n.0.starts_with(&name))
-                || h.constants.borrow().iter().any(|n| n.0.starts_with(&name)),
-        );
-    }
     let at = h.names.borrow().iter().position(|n| n.0 == name);
-    at.map_or(0, |i| ((i as u32 + 1) << 8) | 3)
+    *alias = 3;
+    at.map_or(0, |i| i as u32 + 1)
+}
+unsafe extern "C" fn is_name_space(w: WorldPtr, name: tatu_str) -> u32 {
+    let (h, name) = (host(w), format!("{}.", text(name)));
+    let names = h.names.borrow().iter().any(|n| n.0.starts_with(&name));
+    u32::from(names || h.constants.borrow().iter().any(|n| n.0.starts_with(&name)))
 }
 unsafe extern "C" fn call(w: WorldPtr, frame: *mut tatu_call) -> tatu_status {
     let (h, frame) = (host(w), &mut *frame);
@@ -205,6 +205,7 @@ static COMMANDS: tatu_host_commands = tatu_host_commands {
     size: size_of::<tatu_host_commands>() as u32,
     reserved: 0,
     find: Some(find),
+    is_name_space: Some(is_name_space),
     count: None,
     describe: None,
     call: Some(call),
@@ -360,6 +361,7 @@ impl Host {
             seed,
             params: null(),
             state: null_mut(),
+            session: std::ptr::null_mut(),
         };
         let (mut data, mut error) = (null_mut(), Error::new());
         let status = unsafe { life.create.unwrap()(self.plugin.get(), &info, &mut data, &mut error.raw) };
