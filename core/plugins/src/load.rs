@@ -27,6 +27,28 @@ pub struct Remarks {
     pub notes: Vec<String>,
 }
 
+/// Opens a library. All its symbols are bound now: one that is missing is a reason to refuse it, and not the end of the
+/// run at its first call.
+fn open_library(file: &Path) -> Result<Library, libloading::Error> {
+    #[cfg(unix)]
+    {
+        use libloading::os::unix::{Library as Unix, RTLD_LOCAL, RTLD_NOW};
+        // SAFETY: running a library's constructors is what loading a plugin means.
+        unsafe { Unix::open(Some(file), RTLD_NOW | RTLD_LOCAL) }.map(Library::from)
+    }
+    #[cfg(not(unix))]
+    // SAFETY: running a library's constructors is what loading a plugin means.
+    unsafe {
+        Library::new(file)
+    }
+}
+
+/// The symbol that is missing, from what the loader of the system says: ".../libtatu_x.so: undefined symbol: twice".
+fn undefined_symbol(reason: &str) -> Option<&str> {
+    let rest = reason.split_once("undefined symbol: ")?.1;
+    rest.split([',', ' ', '\n']).next().filter(|s| !s.is_empty())
+}
+
 const REBUILD: &str = "rebuild it against this release's plugin-api";
 
 /// A loaded and started plugin. Never unloaded: threads and thread-locals of the library may outlive any wish.
@@ -94,11 +116,19 @@ impl Loaded {
         let copy = copy.map_err(|e| fail(format!("it cannot be copied: {e}"), "free some space, or set TMPDIR"))?;
         let file = copy.as_deref().unwrap_or(path);
         super::elf::check(file).map_err(|unfit| fail(unfit.text, unfit.help))?;
-        // SAFETY: running a library's constructors is what loading a plugin means.
-        let library = unsafe { Library::new(file) }.map_err(|e| {
+        let library = open_library(file).map_err(|e| {
             // The loader's own words are behind libloading's.
             let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
-            fail(format!("{e}{reason}"), "build it again, for this system, and install the libraries that it needs")
+            match undefined_symbol(&reason) {
+                Some(symbol) => fail(
+                    format!("it uses the symbol `{symbol}`, which neither it nor a library that it names has"),
+                    "link it with the library that has the symbol, or compile the file that defines it into it",
+                ),
+                None => fail(
+                    format!("{e}{reason}"),
+                    "build it again, for this system, and install the libraries that it needs",
+                ),
+            }
         })?;
         // SAFETY: the symbol is a constant of this type by the contract.
         let descriptor: *const tatu_plugin_t =
