@@ -36,7 +36,7 @@ pub use live::Beside;
 pub use overrides::{Override, ScriptOverride};
 pub use presets::{Setting, settings as preset_settings};
 pub use services::{ServiceOverride, ServiceSpec};
-pub use settings::{FRICTION_RULES, FrictionPair, Settings};
+pub use settings::{FRICTION_RULES, FrictionPair, LONGEST, Settings};
 pub use sources::Sources;
 pub use toml::{Options, Written, folder_beside, load, load_part, plugin_folders, save, write};
 

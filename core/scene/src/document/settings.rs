@@ -124,7 +124,7 @@ impl Default for Settings {
 }
 
 /// Longest step, s.
-const LONGEST: f64 = 100.0;
+pub const LONGEST: f64 = 100.0;
 
 /// Most physics steps in a step: more would take minutes, and nobody could stop them.
 const MOST_PHYSICS_STEPS: f64 = 100_000.0;

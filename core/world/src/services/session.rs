@@ -9,6 +9,7 @@ use crate::{
     step::{self, Stage},
 };
 use tatu_plugins::border::text;
+use tatu_scene::document::LONGEST;
 
 pub static TABLE: tatu_host_session = tatu_host_session {
     size: size_of::<tatu_host_session>() as u32,
@@ -217,6 +218,10 @@ fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
     };
     if !(dt.is_finite() && dt >= 0.0) {
         return world.calls.refuse(TATU_ERR_ARGUMENT, &format!("a stage takes a finite time, not {dt} s"));
+    }
+    if dt > LONGEST {
+        let text = format!("a stage takes at most {LONGEST} s, as a step does, not {dt} s");
+        return world.calls.refuse(TATU_ERR_ARGUMENT, &text);
     }
     match step::run(world, stage, dt, world.caller_name()) {
         Ok(()) => TATU_OK,
