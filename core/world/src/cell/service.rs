@@ -35,6 +35,8 @@ pub(crate) struct Running {
     subject: String,
     /// It failed: it has no more turns, and holds nothing.
     pub off: Cell<bool>,
+    /// That it holds the session for long has been told.
+    pub hold_told: Cell<bool>,
 }
 
 /// Values in the border form, and the memory that their spans lie in.
@@ -95,7 +97,8 @@ impl Running {
             let text = format!("{subject} cannot be started: plugin `{}`: {PAST_STATE}", plugin.id);
             return Err(Error::new("E404", text).at(spec.place.clone()));
         }
-        Ok(Running { kind: spec.kind, number, data, state: state.into(), subject, off: Cell::new(false) })
+        let (off, hold_told) = (Cell::new(false), Cell::new(false));
+        Ok(Running { kind: spec.kind, number, data, state: state.into(), subject, off, hold_told })
     }
 
     /// Ends it; its threads are joined when this returns.
@@ -118,6 +121,11 @@ impl Running {
         let done = f();
         world.watch.subject("");
         done
+    }
+
+    /// How messages call it, with its plugin.
+    pub fn name(&self, registry: &Registry) -> String {
+        format!("{} (plugin `{}`)", self.subject, registry.plugins[self.info(registry).plugin].id)
     }
 
     /// Whether commands that it calls may wait.

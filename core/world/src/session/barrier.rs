@@ -8,7 +8,7 @@
 //! The order decides what a replay does: what happens once per step comes first, what depends on when messages arrive
 //! comes last and is written down.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::border::{ErrorSlot, copy_error};
@@ -23,6 +23,9 @@ use crate::{
 
 /// How long a held session sleeps before it looks at its interrupt flag.
 const SLICE: Duration = Duration::from_millis(100);
+
+/// How long one service holds a session before that is told.
+const LONG: Duration = Duration::from_secs(5);
 
 const START: u32 = 1 << TATU_REQUEST_START;
 const QUIT: u32 = 1 << TATU_REQUEST_QUIT;
@@ -71,14 +74,17 @@ fn stand(world: &WorldCell) {
 
 /// Turns of services until the world may go on, or a stop is asked for.
 fn pass(world: &WorldCell, session: &SessionCell) {
+    let mut holder = None;
     loop {
         if session.interrupted() {
             return world.requests.set(world.requests.get() | 1 << TATU_REQUEST_STOP);
         }
-        let held = turns(world, session);
+        let by = turns(world, session);
         if world.stop_requested() {
             return;
         }
+        tell_holder(session, by, &mut holder);
+        let held = by.is_some();
         let paused = world.phase.get() == Phase::Paused;
         // Whoever could lift a pause may have failed meanwhile.
         if !session.any_service() || !held && !paused {
@@ -92,6 +98,24 @@ fn pass(world: &WorldCell, session: &SessionCell) {
             continue;
         }
         session.wake.sleep(SLICE);
+    }
+}
+
+/// Tells, once in a session for each service, who holds it for long. `holder`: who has held it so far, and since when.
+///
+/// To the person who looks on, and at once, since the lines of the world come after the step. It is no warning: services
+/// hold as long as a client wants it, for instance while its user looks at a variable, and which of them wait for nobody
+/// the host cannot tell; a warning would end `--strict` runs that are all right.
+fn tell_holder(session: &SessionCell, by: Option<usize>, holder: &mut Option<(usize, Instant)>) {
+    let Some(i) = by else { return *holder = None };
+    let since = match *holder {
+        Some((same, since)) if same == i => since,
+        _ => holder.insert((i, Instant::now())).1,
+    };
+    let Some(service) = session.nth(i).filter(|_| since.elapsed() >= LONG) else { return };
+    if !service.hold_told.replace(true) {
+        let (who, long) = (service.name(&session.registry), LONG.as_secs());
+        tracing::info!("{who} has held the run for {long} s: time stands until it lets go (Ctrl-C ends the run)");
     }
 }
 
@@ -114,15 +138,17 @@ pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
     false
 }
 
-/// Events, then one turn of each service; whether any holds.
-fn turns(world: &WorldCell, session: &SessionCell) -> bool {
+/// Events, then one turn of each service; the first one that holds, by its place.
+fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
     while world.outside.has_events() {
         tell(world, session);
     }
-    let (mut held, mut i) = (false, 0);
+    let (mut held, mut i) = (None, 0);
     while let Some(service) = session.nth(i) {
+        if service.barrier(world) {
+            held = held.or(Some(i));
+        }
         i += 1;
-        held |= service.barrier(world);
     }
     held
 }
