@@ -189,6 +189,9 @@ pub struct Convert {
     pub output: PathBuf,
     #[command(flatten)]
     pub changes: Changes,
+    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
 }
 
 #[derive(clap::Args)]
@@ -200,6 +203,9 @@ pub struct Check {
     pub json: bool,
     #[command(flatten)]
     pub changes: Changes,
+    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
 }
 
 #[derive(clap::Args)]
@@ -272,6 +278,9 @@ pub struct List {
     /// As a JSON array.
     #[arg(long)]
     pub json: bool,
+    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
 }
 
 #[derive(clap::Args)]
@@ -294,6 +303,9 @@ pub struct Describe {
     /// In JSON.
     #[arg(long)]
     pub json: bool,
+    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
 }
 
 #[derive(Clone, Copy, ValueEnum)]

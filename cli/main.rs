@@ -3,6 +3,8 @@
 mod addons;
 mod args;
 mod commands;
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+mod crash;
 mod graphs;
 mod plot;
 mod report;
@@ -18,6 +20,8 @@ use clap::Parser;
 fn main() -> ExitCode {
     let args = args::Args::parse();
     report::listen();
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    crash::listen();
     report::finish(match args.command {
         args::Command::Run(run) => commands::run::run(&run),
         args::Command::Serve(serve) => commands::serve::serve(&serve),

@@ -1,4 +1,4 @@
-//! The end of a run in which a plugin call does not return: told, files closed, exit code.
+//! The end of a run in which a plugin call does not return: told, files closed, exit code. A crash ends it likewise.
 //!
 //! The thread that is stuck cannot be taken back, so all is done by another one, with what was left here for it.
 
@@ -11,9 +11,11 @@ use std::{
 
 use serde_json::json;
 use tatu_core::{
+    Lines, LogLine, World,
     errors::{Fault, FaultKind},
-    plugins::watchdog::{Stuck, Watches},
+    plugins::watchdog::{Stuck, Watches, peek},
 };
+use tatu_plugin_api::abi::*;
 
 use crate::report;
 
@@ -32,6 +34,10 @@ struct Known {
     time: f64,
     faults: Vec<Fault>,
     files: Vec<SharedFile>,
+    /// What the step that is running has told so far.
+    lines: Option<Lines>,
+    /// Lines of the status bar go to standard output.
+    prints: bool,
 }
 
 /// The watchdog of a run.
@@ -47,16 +53,23 @@ impl Watchdog {
     pub fn start(limit: f64, json: bool) -> Self {
         let new = Watchdog::default();
         new.known().json = json;
+        #[cfg(all(target_os = "linux", target_env = "gnu"))]
+        crate::crash::blame_on(&new);
         if limit > 0.0 {
-            let known = new.known.clone();
-            let end = move |stuck: Stuck| end(&stuck, limit, &lock(&known));
+            let run = new.clone();
+            let end = move |stuck: Stuck| run.end(&stuck, limit);
             // Without a thread for it there is only no watchdog.
             let _ = new.watches.guard(Duration::from_secs_f64(limit), end);
         }
         new
     }
     fn known(&self) -> MutexGuard<'_, Known> {
-        lock(&self.known)
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+    /// Whose lines are to be told; `prints`: those of the status bar on standard output.
+    pub fn world(&self, world: &World, prints: bool) {
+        let mut known = self.known();
+        (known.lines, known.prints) = (Some(world.lines()), prints);
     }
     /// The run begins; a file that it writes is to be whole whatever happens.
     pub fn begin(&self, file: Option<SharedFile>) {
@@ -76,34 +89,50 @@ impl Watchdog {
     pub fn told(&self) {
         self.known().told = true;
     }
-}
 
-fn lock(known: &Mutex<Known>) -> MutexGuard<'_, Known> {
-    known.lock().unwrap_or_else(PoisonError::into_inner)
-}
+    /// Tells what there is to tell and ends the process.
+    fn end(&self, stuck: &Stuck, limit: f64) {
+        let Stuck { plugin, object, call, .. } = stuck;
+        let text = format!("plugin `{plugin}` has not returned from {call} for {limit} s: the run ends here");
+        let mut fault = Fault::new(FaultKind::Stuck, text);
+        (fault.plugin, fault.object) = (Some(plugin.clone()), object.clone());
+        fault.help = Some("if it only takes long, allow more with `--watchdog S`; 0 waits for ever".into());
+        let place = object.as_ref().map_or(String::new(), |o| format!(" [{o}]"));
+        report::err!("error[{}]: {}{place} ({})", fault.code, fault.message, fault.help.as_deref().unwrap_or_default());
+        leave(self.close(&fault));
+    }
 
-/// Tells what there is to tell and ends the process.
-fn end(stuck: &Stuck, limit: f64, known: &Known) {
-    let Stuck { plugin, object, call } = stuck;
-    let text = format!("plugin `{plugin}` has not returned from {call} for {limit} s: the run ends here");
-    let mut fault = Fault::new(FaultKind::Stuck, text);
-    (fault.plugin, fault.object) = (Some(plugin.clone()), object.clone());
-    fault.help = Some("if it only takes long, allow more with `--watchdog S`; 0 waits for ever".into());
-    let place = object.as_ref().map_or(String::new(), |o| format!(" [{o}]"));
-    report::err!("error[{}]: {}{place} ({})", fault.code, fault.message, fault.help.as_deref().unwrap_or_default());
-    for file in &known.files {
-        // Whoever is stuck is in a plugin and not in the middle of a line; if not, the file ends there.
-        if let Ok(mut file) = file.try_lock() {
-            let _ = file.flush();
+    /// Writes all that was held back, with the fault that ends the run; the exit code. Nothing is waited for that a thread
+    /// which never goes on may hold.
+    pub fn close(&self, fault: &Fault) -> i32 {
+        let Some(known) = peek(&self.known) else { return 1 };
+        for file in &known.files {
+            // Whoever is stuck is in a plugin and not in the middle of a line; if not, the file ends there.
+            if let Some(mut file) = peek(file) {
+                let _ = file.flush();
+            }
         }
+        let lines = known.lines.as_ref().map(Lines::take_from_outside).unwrap_or_default();
+        lines.iter().for_each(|l| tell(l, known.prints));
+        if known.json && known.began && !known.told {
+            let errors: Vec<&Fault> = known.faults.iter().chain([fault]).collect();
+            let out = json!({ "steps": known.steps, "sim_time_s": known.time, "objects": {}, "errors": errors });
+            report::out!("{}", serde_json::to_string_pretty(&out).unwrap_or_default());
+        }
+        let _ = std::io::stdout().flush();
+        if known.began { 1 } else { 2 }
     }
-    if known.json && known.began && !known.told {
-        let errors: Vec<&Fault> = known.faults.iter().chain([&fault]).collect();
-        let out = json!({ "steps": known.steps, "sim_time_s": known.time, "objects": {}, "errors": errors });
-        report::out!("{}", serde_json::to_string_pretty(&out).unwrap_or_default());
+}
+
+/// A line as runs tell it.
+fn tell(line: &LogLine, prints: bool) {
+    match line.level {
+        TATU_LOG_ERROR => report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),
+        TATU_LOG_WARNING => report::err!("warning: {}", line.text),
+        TATU_LOG_DEBUG | TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => {}
+        _ if prints => report::out!("{}", line.text),
+        _ => report::err!("{}", line.text),
     }
-    let _ = std::io::stdout().flush();
-    leave(if known.began { 1 } else { 2 });
 }
 
 /// Ends the process at once: what libraries want done at exit could hang just as well.

@@ -9,24 +9,27 @@ use tatu_core::{
 };
 
 use super::describe::facts::to_json;
-use crate::{args::Check, report};
+use crate::{args::Check, report, watchdog::Watchdog};
 
 /// Exit code 0 if it would, else 2.
 pub fn check(args: &Check) -> ExitCode {
+    let watchdog = Watchdog::start(args.watchdog, false);
     let options = args.changes.options(&[]).map(|o| Options { describe: args.json, ..o });
-    let world = super::registry(Some(&args.scene), &Sources::default(), &args.changes.allow).and_then(|registry| {
-        let document = super::load(&args.scene, &options?, &registry)?;
-        let described = args.json.then(|| described(args, &document));
-        let world = World::new(document, registry)?;
-        // Told only of a scene that would start.
-        if let Some(json) = described {
-            report::out!("{json}");
-        }
-        Ok(world)
-    });
+    let world =
+        super::registry(Some(&args.scene), &Sources::default(), &args.changes.allow, &watchdog).and_then(|registry| {
+            let document = super::load(&args.scene, &options?, &registry)?;
+            let described = args.json.then(|| described(args, &document));
+            let world = World::new(document, registry)?;
+            // Told only of a scene that would start.
+            if let Some(json) = described {
+                report::out!("{json}");
+            }
+            Ok(world)
+        });
     match world {
         Ok(world) => {
             // A text that is no program does not keep a scene from starting; better told now than then.
+            watchdog.world(&world, false);
             world.start();
             world.mechanics().iter().for_each(|text| crate::report::err!("warning: {text}"));
             world.take_lines().iter().for_each(|l| crate::report::err!("warning: {}", l.text));

@@ -9,7 +9,7 @@ use tatu_core::{
     state::write_whole,
 };
 
-use crate::{args::Convert, report};
+use crate::{args::Convert, report, watchdog::Watchdog};
 
 /// Exit code 0 if it is written, else 2.
 pub fn convert(args: &Convert) -> ExitCode {
@@ -24,7 +24,8 @@ pub fn convert(args: &Convert) -> ExitCode {
 
 fn converted(args: &Convert) -> Result<(), Error> {
     check_name(&args.output)?;
-    let registry = super::registry(Some(&args.scene), &Sources::default(), &args.changes.allow)?;
+    let watchdog = Watchdog::start(args.watchdog, false);
+    let registry = super::registry(Some(&args.scene), &Sources::default(), &args.changes.allow, &watchdog)?;
     let document = super::load(&args.scene, &args.changes.options(&[])?, &registry)?;
     let written = document::write(&document, &registry, &document::folder_beside(&args.output))?;
     save(&args.output, &written)?;

@@ -12,11 +12,13 @@ use crate::{
     addons,
     args::{List, What},
     report,
+    watchdog::Watchdog,
 };
 
 /// Prints the list.
 pub fn list(args: &List) -> ExitCode {
-    let registry = match super::registry(args.scene.as_deref(), &Default::default(), &args.allow) {
+    let watchdog = Watchdog::start(args.watchdog, false);
+    let registry = match super::registry(args.scene.as_deref(), &Default::default(), &args.allow, &watchdog) {
         Ok(r) => r,
         Err(e) => {
             report::error(&e);

@@ -14,10 +14,10 @@ use std::{path::Path, sync::Arc};
 use tatu_core::{
     document::{self, Document, Options, Sources},
     errors::Error,
-    plugins::{Copies, Registry, Search, watchdog::Watches},
+    plugins::{Copies, Registry, Search},
 };
 
-use crate::report;
+use crate::{report, watchdog::Watchdog};
 
 /// Packages of plugins that belong to the program, as build.rs found them in the manifest.
 fn built() -> Vec<&'static str> {
@@ -25,16 +25,21 @@ fn built() -> Vec<&'static str> {
 }
 
 /// Loads every plugin that can be found, for a scene or for a list.
-pub fn registry(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Result<Arc<Registry>, Error> {
-    registry_watched(scene, sources, allow, Watches::default(), None)
-}
-
-/// The same under a watchdog; libraries are opened as copies if a folder for these is given.
-pub fn registry_watched(
+pub fn registry(
     scene: Option<&Path>,
     sources: &Sources,
     allow: &[String],
-    watches: Watches,
+    watchdog: &Watchdog,
+) -> Result<Arc<Registry>, Error> {
+    registry_of(scene, sources, allow, watchdog, None)
+}
+
+/// The same; libraries are opened as copies if a folder for these is given.
+pub fn registry_of(
+    scene: Option<&Path>,
+    sources: &Sources,
+    allow: &[String],
+    watchdog: &Watchdog,
     copies: Option<Copies>,
 ) -> Result<Arc<Registry>, Error> {
     let exe = std::env::current_exe().ok();
@@ -53,7 +58,7 @@ pub fn registry_watched(
             search.add_scene_folder(folder);
         }
     }
-    let registry = Registry::load_watched(search, tatu_core::host_tables(), watches);
+    let registry = Registry::load_watched(search, tatu_core::host_tables(), watchdog.watches.clone());
     registry.refused.iter().for_each(report::warning);
     registry.notes.iter().for_each(|n| report::note(n));
     missing(&registry);

@@ -57,13 +57,7 @@ pub fn serve(args: &Serve) -> ExitCode {
 
 fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let options = args.changes.options(&args.services)?;
-    let registry = super::registry_watched(
-        args.scene.as_deref(),
-        &options.sources,
-        &args.changes.allow,
-        watchdog.watches.clone(),
-        None,
-    )?;
+    let registry = super::registry(args.scene.as_deref(), &options.sources, &args.changes.allow, watchdog)?;
     let mut document = read(args, args.scene.as_deref(), &registry)?;
     if document.services.is_empty() {
         return Err(Error::new("E404", "nobody could start this scene: no service was named")
@@ -86,6 +80,7 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
         if let Some(folder) = &args.files {
             world.open_files_in(folder)?;
         }
+        watchdog.world(&world, false);
         world.take_scenes();
         world.set_interactive(true);
         session.join(&world);

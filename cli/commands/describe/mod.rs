@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use tatu_core::{document::Sources, errors::Error};
 
 use super::list::table;
-use crate::{args::Describe, report};
+use crate::{args::Describe, report, watchdog::Watchdog};
 
 /// Commands that are listed with their sentences; of more only the names.
 const FEW: usize = 20;
@@ -23,7 +23,8 @@ const WIDTH: usize = 100;
 
 /// Prints it; exit code 2 if there is no such id.
 pub fn describe(args: &Describe) -> ExitCode {
-    let registry = match super::registry(args.scene.as_deref(), &Sources::default(), &args.allow) {
+    let watchdog = Watchdog::start(args.watchdog, false);
+    let registry = match super::registry(args.scene.as_deref(), &Sources::default(), &args.allow, &watchdog) {
         Ok(r) => r,
         Err(e) => {
             report::error(&e);

@@ -37,13 +37,7 @@ pub fn look(args: &Look) -> ExitCode {
 fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
     let camera = camera(args)?;
     let options = args.changes.options(&[])?;
-    let registry = super::registry_watched(
-        Some(&args.scene),
-        &options.sources,
-        &args.changes.allow,
-        watchdog.watches.clone(),
-        None,
-    )?;
+    let registry = super::registry(Some(&args.scene), &options.sources, &args.changes.allow, watchdog)?;
     let document = super::load(&args.scene, &options, &registry)?;
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = args.threads.map_or(all, usize::from);
@@ -91,6 +85,7 @@ fn run(world: &World, args: &Look, watchdog: &Watchdog) {
     if args.at == 0.0 && least == 0 {
         return;
     }
+    watchdog.world(world, false);
     watchdog.begin(None);
     world.start();
     let to_do = |world: &World| world.steps() < least || world.time() < args.at - 1e-9;

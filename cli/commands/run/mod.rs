@@ -99,8 +99,7 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     }
     let copies = args.reload.then(Copies::new).transpose()?;
     let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref()).map(PathBuf::as_path);
-    let registry =
-        super::registry_watched(scene, &options.sources, &args.changes.allow, watchdog.watches.clone(), copies)?;
+    let registry = super::registry_of(scene, &options.sources, &args.changes.allow, watchdog, copies)?;
     let made;
     let mut values = replay.as_ref().and_then(|log| log.header.stand_ins.clone());
     let scene = match scene {
@@ -224,6 +223,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     }
     let bar = progress(args, steps);
     let mut clock = Clock::start();
+    watchdog.world(&world, !args.json);
     watchdog.begin(trace.shared());
     world.start();
     if args.strict {

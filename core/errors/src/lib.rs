@@ -123,6 +123,10 @@ pub enum FaultKind {
     Physics,
     /// A plugin call did not return.
     Stuck,
+    /// The program crashed, in a plugin or outside of any.
+    Crash,
+    /// A plugin ended the program.
+    Exit,
 }
 
 impl FaultKind {
@@ -152,6 +156,8 @@ impl FaultKind {
             FaultKind::Plugin => "F207",
             FaultKind::Physics => "F208",
             FaultKind::Stuck => "F210",
+            FaultKind::Crash => "F211",
+            FaultKind::Exit => "F212",
         }
     }
 }

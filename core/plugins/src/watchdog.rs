@@ -3,12 +3,16 @@
 //! The running thread notes each call by two stores of one word, a relaxed one on the way in and one on the way out. A
 //! [watchdog](Watches::guard) looks at the words now and then; one that stays the same for longer than the limit
 //! names the call. A wall clock only ever ends a run; it never decides what happens in one.
+//!
+//! Each thread knows the watch whose call it runs ([`here`]), so that a crash on it can be blamed on that call.
 
 use std::{
+    cell::Cell,
     collections::BTreeMap,
+    ptr,
     sync::{
-        Arc, Mutex, Weak,
-        atomic::{AtomicU64, Ordering::Relaxed},
+        Arc, Mutex, MutexGuard, TryLockError,
+        atomic::{AtomicU32, AtomicU64, Ordering::Relaxed},
     },
     thread,
     time::Duration,
@@ -85,10 +89,31 @@ const OBJECT: u32 = 20;
 const PLUGIN: u32 = 14;
 const COUNT: u32 = 40;
 
+thread_local! {
+    /// The watch of the innermost call on this thread. Constant at first and without a destructor: a signal handler may
+    /// read it at any time.
+    static HERE: Cell<*const Watch> = const { Cell::new(ptr::null()) };
+}
+
+/// The watch whose plugin call runs on this thread; null: none does. Signal handlers may ask; what it is, and whether it
+/// is there still, tells [`Watches::running`].
+pub fn here() -> *const Watch {
+    HERE.get()
+}
+
+/// What ran before a call: for [`Watch::leave`].
+#[derive(Debug, Clone, Copy)]
+pub struct Before {
+    word: u64,
+    outer: *const Watch,
+}
+
 /// What one thread of calls (a world, or the loading of plugins) is in. Written by that thread alone.
 #[derive(Default)]
 pub struct Watch {
     now: AtomicU64,
+    /// Instances of the call, where it is one for a batch; the note has the first one.
+    batch: AtomicU32,
     /// Names of objects, by slot.
     names: Arc<Mutex<BTreeMap<u32, String>>>,
     /// While nothing has an index yet: what is loaded or built. Within a service's turn: the service.
@@ -120,17 +145,23 @@ impl Watch {
     }
     /// Notes a call; gives what was noted before, for [`leave`](Self::leave).
     #[inline]
-    pub fn enter(&self, call: Call, plugin: usize, slot: u32) -> u64 {
-        let before = self.now.load(Relaxed);
+    pub fn enter(&self, call: Call, plugin: usize, slot: u32) -> Before {
+        let word = self.now.load(Relaxed);
         let plugin = (plugin as u64) & ((1 << PLUGIN) - 1);
         let object = u64::from(slot) & ((1 << OBJECT) - 1);
-        self.note(before, (call as u64) << (OBJECT + PLUGIN) | plugin << OBJECT | object);
-        before
+        self.note(word, (call as u64) << (OBJECT + PLUGIN) | plugin << OBJECT | object);
+        Before { word, outer: HERE.replace(self) }
+    }
+    /// The same for one call that is for several instances, of which `slot` is the first.
+    pub fn enter_batch(&self, call: Call, plugin: usize, slot: u32, instances: usize) -> Before {
+        self.batch.store(u32::try_from(instances).unwrap_or(u32::MAX), Relaxed);
+        self.enter(call, plugin, slot)
     }
     /// Notes that it has returned.
     #[inline]
-    pub fn leave(&self, before: u64) {
-        self.note(self.now.load(Relaxed), before);
+    pub fn leave(&self, before: Before) {
+        self.note(self.now.load(Relaxed), before.word);
+        HERE.set(before.outer);
     }
     /// The call that runs waits for something outside, and asks whether the run is to end: it is not stuck.
     pub fn waits(&self) {
@@ -163,15 +194,37 @@ impl Watch {
     }
 }
 
-/// A call that did not return.
+/// A call that does not return: it is stuck, or the program crashed in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stuck {
     /// Id of the plugin; its file while it is being loaded.
     pub plugin: String,
     /// Path of the object whose instance it is, or that called.
     pub object: Option<String>,
+    /// How many more instances the call is for.
+    pub others: u32,
     /// The function.
     pub call: &'static str,
+}
+
+/// How often, each a millisecond later, a lock is tried whose holder may never give it back.
+const TRIES: usize = 100;
+
+/// Locks something that a thread which is stuck, or has crashed, may hold: `None` then.
+pub fn peek<T>(of: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
+    for _ in 0..TRIES {
+        match of.try_lock() {
+            Ok(guard) => return Some(guard),
+            Err(TryLockError::Poisoned(guard)) => return Some(guard.into_inner()),
+            Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(1)),
+        }
+    }
+    None
+}
+
+/// Whether a watch is anybody's but the list's.
+fn is_used(watch: &Arc<Watch>) -> bool {
+    Arc::strong_count(watch) > 1
 }
 
 /// The notes of all worlds that share a set of plugins.
@@ -180,7 +233,9 @@ pub struct Watches(Arc<Inner>);
 
 #[derive(Default)]
 struct Inner {
-    all: Mutex<Vec<Weak<Watch>>>,
+    /// Held by the list, too: an exception that leaves a plugin may take the world away before it ends the program, and
+    /// whose call it was must still be known then.
+    all: Mutex<Vec<Arc<Watch>>>,
     /// Ids, by index.
     plugins: Mutex<Vec<String>>,
 }
@@ -193,8 +248,8 @@ impl Watches {
     fn add(&self, watch: Watch) -> Arc<Watch> {
         let new = Arc::new(watch);
         if let Ok(mut all) = self.0.all.lock() {
-            all.retain(|w| w.strong_count() > 0);
-            all.push(Arc::downgrade(&new));
+            all.retain(|w| is_used(w) || !w.is_idle());
+            all.push(new.clone());
         }
         new
     }
@@ -215,8 +270,12 @@ impl Watches {
             let mut seen: BTreeMap<*const Watch, (u64, Duration)> = BTreeMap::new();
             loop {
                 thread::sleep(pause);
-                let all: Vec<Arc<Watch>> =
-                    watches.0.all.lock().map(|all| all.iter().filter_map(Weak::upgrade).collect()).unwrap_or_default();
+                let all: Vec<Arc<Watch>> = watches
+                    .0
+                    .all
+                    .lock()
+                    .map(|all| all.iter().filter(|w| is_used(w)).cloned().collect())
+                    .unwrap_or_default();
                 let mut next = BTreeMap::new();
                 for watch in &all {
                     let key = Arc::as_ptr(watch);
@@ -237,18 +296,27 @@ impl Watches {
         thread::Builder::new().name("watchdog".into()).spawn(run).map(drop)
     }
 
+    /// The call that runs on the thread whose [`here`] this is; `None`: none does.
+    pub fn running(&self, here: *const Watch) -> Option<Stuck> {
+        let watch = peek(&self.0.all)?.iter().find(|w| ptr::eq(Arc::as_ptr(w), here))?.clone();
+        let word = watch.now.load(Relaxed);
+        (word & ((1 << COUNT) - 1) != 0).then(|| self.describe(&watch, word))
+    }
+
     fn describe(&self, watch: &Watch, word: u64) -> Stuck {
         let part = |from: u32, bits: u32| (word >> from & ((1 << bits) - 1)) as usize;
         let (slot, plugin) = (part(0, OBJECT) as u32, part(OBJECT, PLUGIN));
         let call = Call::TEXTS.get(part(OBJECT + PLUGIN, COUNT - OBJECT - PLUGIN)).copied().unwrap_or("a function");
-        let subject = watch.subject.lock().map(|s| s.clone()).unwrap_or_default();
-        let id = self.0.plugins.lock().ok().and_then(|p| p.get(plugin).cloned());
-        let name = || watch.names.lock().ok().and_then(|n| n.get(&slot).cloned());
+        let subject = peek(&watch.subject).map(|s| s.clone()).unwrap_or_default();
+        let id = peek(&self.0.plugins).and_then(|p| p.get(plugin).cloned());
+        let name = || peek(&watch.names).and_then(|n| n.get(&slot).cloned());
         let object = match slot {
             0 => (!subject.is_empty() && id.is_some()).then(|| subject.clone()),
             _ => Some(name().unwrap_or_else(|| format!("object {slot}"))),
         };
-        Stuck { plugin: id.unwrap_or(subject), object, call }
+        let batch = [Call::Aim, Call::Measure, Call::Finish, Call::Apply].map(Call::text).contains(&call);
+        let others = if batch { watch.batch.load(Relaxed).saturating_sub(1) } else { 0 };
+        Stuck { plugin: id.unwrap_or(subject), object, others, call }
     }
 }
 
@@ -277,9 +345,28 @@ mod tests {
                 break stuck;
             }
         };
-        let wanted = Stuck { plugin: "org.b".into(), object: Some("/robot".into()), call: "tatu_command.call" };
+        let object = Some("/robot".into());
+        let wanted = Stuck { plugin: "org.b".into(), object, others: 0, call: "tatu_command.call" };
         assert_eq!(stuck, wanted);
-        assert_eq!(outer & ((1 << COUNT) - 1), 0, "nothing was noted before");
+        assert_eq!(outer.word & ((1 << COUNT) - 1), 0, "nothing was noted before");
+    }
+
+    #[test]
+    fn a_thread_knows_the_innermost_call_that_it_runs() {
+        let watches = Watches::default();
+        watches.plugins(vec!["org.a".into(), "org.b".into()]);
+        let (world, loading) = (watches.watch(), watches.watch());
+        let of_here = || watches.running(here()).map(|s| (s.plugin, s.others));
+        assert_eq!(of_here(), None);
+        let outer = world.enter_batch(Call::Measure, 0, 7, 3);
+        assert_eq!(of_here(), Some(("org.a".into(), 2)));
+        let inner = loading.enter(Call::Import, 1, 0);
+        assert_eq!(of_here(), Some(("org.b".into(), 0)));
+        assert!(thread::spawn(|| here().is_null()).join().unwrap());
+        loading.leave(inner);
+        assert_eq!(of_here(), Some(("org.a".into(), 2)));
+        world.leave(outer);
+        assert!(here().is_null());
     }
 
     #[test]

@@ -182,7 +182,7 @@ fn apply(
     let table = s.batch(seats.len(), when);
     let mut error = ErrorSlot::new();
     let me = registry.plugins[info.plugin].me;
-    let before = watch.enter(Call::Apply, info.plugin, devices[seats[0].device].slot);
+    let before = watch.enter_batch(Call::Apply, info.plugin, devices[seats[0].device].slot, seats.len());
     // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
     let run = || info.raw.apply.map_or(TATU_OK, |f| unsafe { answer(f(me, &table, error.raw()), false, error.raw()) });
     let (status, moved) = guard::watched(run);

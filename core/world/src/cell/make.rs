@@ -54,7 +54,7 @@ impl WorldCell {
             next_replacement: Cell::new(1 << 31),
             instances: RefCell::new(Vec::new()),
             faults: RefCell::new(Vec::new()),
-            lines: RefCell::new(Vec::new()),
+            lines: Default::default(),
             reaped: Cell::new(0),
             figures: RefCell::new(Figures::default()),
             initial: RefCell::new(None),

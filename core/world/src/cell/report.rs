@@ -1,8 +1,11 @@
 //! What a world tells: lines, faults, who called.
 
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
 use serde::Serialize;
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::watchdog::peek;
 use tatu_scene::{Scene, rows::kind_name};
 
 use super::{Script, payload};
@@ -17,6 +20,24 @@ pub struct LogLine {
     pub code: Option<&'static str>,
     /// The text.
     pub text: String,
+}
+
+/// Lines that are kept until somebody takes them. Only the thread of the world adds to them.
+#[derive(Debug, Clone, Default)]
+pub struct Lines(Arc<Mutex<Vec<LogLine>>>);
+
+impl Lines {
+    pub(crate) fn hold(&self) -> MutexGuard<'_, Vec<LogLine>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+    /// Takes all there are.
+    pub(crate) fn take(&self) -> Vec<LogLine> {
+        std::mem::take(&mut *self.hold())
+    }
+    /// The same from another thread, when that of the world may never go on; none while it holds them.
+    pub fn take_from_outside(&self) -> Vec<LogLine> {
+        peek(&self.0).map(|mut lines| std::mem::take(&mut *lines)).unwrap_or_default()
+    }
 }
 
 /// Lines that are kept between two looks at them: a script that prints in an endless loop must not fill the memory.
@@ -72,9 +93,7 @@ impl WorldCell {
         self.tell_line(TATU_LOG_ERROR, &text);
         faults.push(fault);
         drop(faults);
-        if let Ok(mut lines) = self.lines.try_borrow_mut() {
-            lines.push(LogLine { level: TATU_LOG_ERROR, code, text });
-        }
+        self.lines.hold().push(LogLine { level: TATU_LOG_ERROR, code, text });
     }
     /// Keeps a line until `take_lines` is called.
     pub fn log(&self, level: u32, text: &str) {
@@ -82,7 +101,7 @@ impl WorldCell {
             return worker.note(DeferredEffect::Line(level, text.to_owned()));
         }
         self.tell_line(level, text);
-        let Ok(mut lines) = self.lines.try_borrow_mut() else { return };
+        let mut lines = self.lines.hold();
         if lines.is_empty() {
             self.line_bytes.set(0);
         }

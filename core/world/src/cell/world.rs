@@ -29,7 +29,7 @@ use crate::{
     actuators::Actuators,
     cell::{
         CallbackMask, Calls, Due, Noted, Outside, Scripts, Signals,
-        report::LogLine,
+        report::Lines,
         script_worker::{ScriptWorker, WorkerView},
     },
     figures::Figures,
@@ -87,7 +87,7 @@ pub(crate) struct WorldCell {
     pub(crate) next_replacement: Cell<u64>,
     pub(crate) instances: RefCell<Vec<Option<Instance>>>,
     pub(crate) faults: RefCell<Vec<Fault>>,
-    pub(crate) lines: RefCell<Vec<LogLine>>,
+    pub(crate) lines: Lines,
     /// The version of the tree at which scripts and devices of objects that are gone were ended last.
     pub reaped: Cell<u64>,
     /// Graphs and drawings.

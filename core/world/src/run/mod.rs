@@ -24,7 +24,7 @@ pub use reading::{Field, Reading};
 pub use replay::replay_to;
 
 use crate::{
-    cell::{self, InputLog, Instance, LogLine, Phase, Record, Scripts, StandIn, Wish, WorldCell, pool_of},
+    cell::{self, InputLog, Instance, Lines, LogLine, Phase, Record, Scripts, StandIn, Wish, WorldCell, pool_of},
     figures::Figures,
     instances::{end_devices, make_devices},
     session as barrier,
@@ -199,7 +199,11 @@ impl World {
     }
     /// Lines told since the last call.
     pub fn take_lines(&self) -> Vec<LogLine> {
-        std::mem::take(&mut *self.cell.lines.borrow_mut())
+        self.cell.lines.take()
+    }
+    /// Where its lines are kept: whoever ends the program while a step is running takes them from there.
+    pub fn lines(&self) -> Lines {
+        self.cell.lines.clone()
     }
     /// Path and pose (m, quaternion x y z w) of every model base, in order of slots.
     pub fn model_bases(&self) -> Vec<(String, [f64; 7])> {

@@ -252,7 +252,7 @@ fn hand_over(
     // Who failed in an earlier call; hardly ever anybody.
     let known = if before.iter().any(|s| *s < 0) { before.to_vec() } else { Vec::new() };
     let first = job.devices.first().map_or(0, |i| all[*i].slot);
-    let before = around.watch.enter(call, kind_info.plugin, first);
+    let before = around.watch.enter_batch(call, kind_info.plugin, first, job.devices.len());
     // Here and not around all of this: the mode belongs to the thread that measures.
     // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
     let (told, moved) = guard::watched(|| unsafe { function(me, batch, error.raw()) });

@@ -180,7 +180,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     cell.calls.waits.borrow_mut().restore(image.waits);
     *cell.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
     // What starting told has been told by the run that wrote the snapshot.
-    cell.lines.borrow_mut().clear();
+    cell.lines.hold().clear();
     // What beams see is made anew of the scene.
     cell.sensing.borrow_mut().forget_scene();
     Ok(())

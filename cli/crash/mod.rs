@@ -1,0 +1,253 @@
+//! Faults that end the process: a crash, or a plugin that calls `exit`. The plugin, its function and the instance are
+//! named, and what was printed and traced so far is written.
+//!
+//! A crash stops one thread in a signal handler, where nearly nothing is allowed. So the handler only notes what it knows,
+//! wakes a thread that waits for nothing else, and gives it some time; then the process ends by the same signal, for
+//! shells, debuggers and core files. `blame` finds the words.
+//!
+//! Native stack overflow is seen because every thread of the program has another stack for signals: Rust's standard
+//! library makes one for each thread that it starts. Threads that a plugin starts by other means have none; an overflow
+//! there ends the program without a word. Nothing of this is done on other systems than Linux.
+
+mod blame;
+
+use std::{
+    io,
+    sync::{
+        OnceLock,
+        atomic::{
+            AtomicBool, AtomicI32, AtomicPtr, AtomicUsize,
+            Ordering::{Acquire, Relaxed, Release},
+        },
+    },
+};
+
+use libc::{c_int, c_void};
+use tatu_core::{
+    errors::{Fault, FaultKind},
+    plugins::watchdog::{Stuck, Watch, here},
+};
+
+use crate::watchdog::{Watchdog, leave};
+
+/// Faults of the processor, and `abort`.
+const SIGNALS: [c_int; 5] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL, libc::SIGABRT];
+/// How long the handler waits for the words, in parts of this many.
+const PARTS: u32 = 300;
+const PART_NS: libc::c_long = 10_000_000;
+/// Bytes of a stack for signals where the thread has none.
+const STACK: usize = 64 << 10;
+
+/// What the run has told of itself.
+static RUN: OnceLock<Watchdog> = OnceLock::new();
+
+/// The process that handlers were installed in: a child that a plugin forks inherits them, and dies by itself.
+static PROCESS: AtomicI32 = AtomicI32::new(0);
+/// The end of the pipe that the handler writes to.
+static WAKE: AtomicI32 = AtomicI32::new(-1);
+/// A thread has crashed, or a plugin has called `exit`: the rest is for it alone.
+static TAKEN: AtomicBool = AtomicBool::new(false);
+/// All is told.
+static TOLD: AtomicBool = AtomicBool::new(false);
+
+// What the handler notes.
+static SIGNAL: AtomicI32 = AtomicI32::new(0);
+static THREAD: AtomicI32 = AtomicI32::new(0);
+/// The process that sent the signal, if another one did.
+static SENDER: AtomicI32 = AtomicI32::new(0);
+static AT: AtomicPtr<Watch> = AtomicPtr::new(std::ptr::null_mut());
+/// The address that could not be accessed, the instruction, and the stack.
+static ADDRESS: AtomicUsize = AtomicUsize::new(0);
+static INSTRUCTION: AtomicUsize = AtomicUsize::new(0);
+static STACK_AT: AtomicUsize = AtomicUsize::new(0);
+
+/// A crash, as the handler saw it.
+struct Crash {
+    signal: c_int,
+    thread: i32,
+    sender: i32,
+    address: usize,
+    instruction: usize,
+    stack: usize,
+    /// The plugin call that ran on the thread.
+    call: Option<Stuck>,
+}
+
+/// Whose calls are blamed, and what is written.
+pub fn blame_on(run: &Watchdog) {
+    // A process runs one command; another one would only not be blamed.
+    let _ = RUN.set(run.clone());
+}
+
+/// Begins to watch. What cannot be installed only leaves a crash without words.
+pub fn listen() {
+    let mut ends = [0; 2];
+    // SAFETY: room for two numbers.
+    if unsafe { libc::pipe2(ends.as_mut_ptr(), libc::O_CLOEXEC) } != 0 {
+        return;
+    }
+    let [read, write] = ends;
+    WAKE.store(write, Relaxed);
+    PROCESS.store(std::process::id().cast_signed(), Relaxed);
+    if std::thread::Builder::new().name("crashes".into()).spawn(move || wait(read)).is_err() {
+        return;
+    }
+    give_stack();
+    // SAFETY: a structure of numbers and pointers, for which zero is a value; the handler has the type that SA_SIGINFO
+    // tells, and does only what is allowed in one.
+    unsafe {
+        let mut action: libc::sigaction = std::mem::zeroed();
+        let handler: extern "C" fn(c_int, *mut libc::siginfo_t, *mut c_void) = caught;
+        action.sa_sigaction = handler as usize;
+        action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
+        libc::sigemptyset(&raw mut action.sa_mask);
+        for signal in SIGNALS {
+            libc::sigaction(signal, &raw const action, std::ptr::null_mut());
+        }
+        libc::atexit(exited);
+    }
+}
+
+/// A stack for signals for this thread, should the standard library have made none.
+fn give_stack() {
+    // SAFETY: asks for the present one, then hands over memory that is never freed.
+    unsafe {
+        let mut now: libc::stack_t = std::mem::zeroed();
+        if libc::sigaltstack(std::ptr::null(), &raw mut now) == 0 && now.ss_flags & libc::SS_DISABLE != 0 {
+            let room = Box::leak(vec![0_u8; STACK].into_boxed_slice());
+            let new = libc::stack_t { ss_sp: room.as_mut_ptr().cast(), ss_flags: 0, ss_size: STACK };
+            libc::sigaltstack(&raw const new, std::ptr::null_mut());
+        }
+    }
+}
+
+/// The handler. Only functions that POSIX allows in one, atomics, and a thread-local without a destructor.
+extern "C" fn caught(signal: c_int, info: *mut libc::siginfo_t, context: *mut c_void) {
+    // SAFETY: the system gives both, and these functions may be called here.
+    unsafe {
+        if libc::getpid() == PROCESS.load(Relaxed) {
+            if !TAKEN.swap(true, Acquire) {
+                note(signal, &*info, context);
+                let byte = 1_u8;
+                libc::write(WAKE.load(Relaxed), (&raw const byte).cast(), 1);
+            }
+            // Another thread that crashes meanwhile waits, too: the first one ends the process.
+            let part = libc::timespec { tv_sec: 0, tv_nsec: PART_NS };
+            for _ in 0..PARTS {
+                if TOLD.load(Acquire) {
+                    break;
+                }
+                libc::nanosleep(&raw const part, std::ptr::null_mut());
+            }
+        }
+        // The signal is held back until this returns, and then ends the process where it crashed.
+        libc::signal(signal, libc::SIG_DFL);
+        libc::raise(signal);
+    }
+}
+
+/// Keeps what only this thread knows.
+///
+/// # Safety
+/// Both are what the system gave the handler.
+unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
+    SIGNAL.store(signal, Relaxed);
+    AT.store(here().cast_mut(), Relaxed);
+    // SAFETY: gettid has no conditions; the fields belong to these sorts of signals; the context is one of this
+    // architecture.
+    unsafe {
+        THREAD.store(libc::gettid(), Relaxed);
+        if info.si_code == libc::SI_USER {
+            SENDER.store(info.si_pid(), Relaxed);
+        } else if info.si_code > 0 {
+            ADDRESS.store(info.si_addr() as usize, Relaxed);
+        }
+        let (instruction, stack) = registers(&(*context.cast::<libc::ucontext_t>()).uc_mcontext);
+        INSTRUCTION.store(instruction, Relaxed);
+        STACK_AT.store(stack, Relaxed);
+    }
+}
+
+/// Where the thread was, and its stack.
+#[cfg(target_arch = "x86_64")]
+fn registers(of: &libc::mcontext_t) -> (usize, usize) {
+    (of.gregs[libc::REG_RIP as usize] as usize, of.gregs[libc::REG_RSP as usize] as usize)
+}
+#[cfg(target_arch = "aarch64")]
+fn registers(of: &libc::mcontext_t) -> (usize, usize) {
+    (of.pc as usize, of.sp as usize)
+}
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+fn registers(_: &libc::mcontext_t) -> (usize, usize) {
+    (0, 0)
+}
+
+/// Waits for a crash and tells of it.
+fn wait(read: c_int) {
+    // A signal from outside goes to a thread that can wait for this one, and a crash here ends the process at once.
+    // SAFETY: a set of numbers, filled before it is used; one byte has room in `byte`.
+    unsafe {
+        let mut all: libc::sigset_t = std::mem::zeroed();
+        libc::sigfillset(&raw mut all);
+        libc::pthread_sigmask(libc::SIG_BLOCK, &raw const all, std::ptr::null_mut());
+        let mut byte = 0_u8;
+        while libc::read(read, (&raw mut byte).cast(), 1) < 0 {
+            if io::Error::last_os_error().kind() != io::ErrorKind::Interrupted {
+                return;
+            }
+        }
+    }
+    let crash = Crash {
+        signal: SIGNAL.load(Relaxed),
+        thread: THREAD.load(Relaxed),
+        sender: SENDER.load(Relaxed),
+        address: ADDRESS.load(Relaxed),
+        instruction: INSTRUCTION.load(Relaxed),
+        stack: STACK_AT.load(Relaxed),
+        call: running(AT.load(Relaxed)),
+    };
+    let mut fault = Fault::new(FaultKind::Crash, blame::of_crash(&crash));
+    if crash.sender == 0 || crash.sender == PROCESS.load(Relaxed) {
+        fault.help = Some(blame::HELP.to_owned());
+    }
+    tell(fault, crash.call.as_ref());
+    TOLD.store(true, Release);
+}
+
+/// The call that runs on the thread with this watch.
+fn running(at: *const Watch) -> Option<Stuck> {
+    RUN.get()?.watches.running(at)
+}
+
+/// Writes the line first, since anything else may wait for what the crashed thread holds; then all that was held back.
+/// The exit code for it.
+fn tell(mut fault: Fault, call: Option<&Stuck>) -> i32 {
+    if let Some(call) = call {
+        (fault.plugin, fault.object) = (blame::id(call), call.object.clone());
+    }
+    let line = format!("error[{}]: {} ({})\n", fault.code, fault.message, fault.help.as_deref().unwrap_or("see above"));
+    // SAFETY: so many bytes of the line. Not through the standard library, whose lock may be held.
+    unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), line.len()) };
+    let code = RUN.get().map_or(2, |run| run.close(&fault));
+    // What plugins in C printed.
+    // SAFETY: null stands for all files of the C library.
+    unsafe { libc::fflush(std::ptr::null_mut()) };
+    code
+}
+
+/// At the end of the process, on the thread that ends it: from within a plugin's call that is the plugin's fault.
+extern "C" fn exited() {
+    // SAFETY: these have no conditions.
+    let (process, thread) = unsafe { (libc::getpid(), libc::gettid()) };
+    if process != PROCESS.load(Relaxed) {
+        return;
+    }
+    let call = running(here());
+    // The program ends on its first thread.
+    if call.is_none() && thread == process || TAKEN.swap(true, Acquire) {
+        return;
+    }
+    let mut fault = Fault::new(FaultKind::Exit, blame::of_exit(call.as_ref(), thread));
+    fault.help = Some("a plugin returns an error instead".into());
+    leave(tell(fault, call.as_ref()));
+}
