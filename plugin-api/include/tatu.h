@@ -48,7 +48,8 @@
  *
  * RULES
  *   No exception, panic or longjmp may leave a plugin function. No function may change floating-point mode, locale
- *   or signal handlers. A plugin keeps no globals: it may be started several times in a process.
+ *   or signal handlers, or end the process (exit, abort). A plugin keeps no globals: it may be started several times in
+ *   a process.
  */
 #ifndef TATU_H
 #define TATU_H

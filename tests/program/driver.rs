@@ -301,6 +301,7 @@ fn a_plugin_runs_stages_and_is_refused_those_that_run() {
             refused('there is no stage 9', 9, 0)
             refused('finite time', 2, 0 / 0)
             refused('finite time', 2, -1)
+            refused('at most 100 s', 2, 1e6)
             -- Physics once more than the step itself.
             stage.run(2, sim.getSimulationTimeStep())
         end

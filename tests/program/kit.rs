@@ -28,6 +28,8 @@ pub fn shared(path: &str) -> PathBuf {
 /// What the program did.
 pub struct Done {
     pub code: i32,
+    /// The signal that ended it, if one did.
+    pub signal: Option<i32>,
     pub out: String,
     pub err: String,
 }
@@ -84,9 +86,19 @@ pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> D
     };
     Done {
         code: output.status.code().unwrap_or(-1),
+        signal: signal(output.status),
         out: String::from_utf8_lossy(&output.stdout).into_owned(),
         err: String::from_utf8_lossy(&output.stderr).into_owned(),
     }
+}
+
+#[cfg(unix)]
+fn signal(status: std::process::ExitStatus) -> Option<i32> {
+    std::os::unix::process::ExitStatusExt::signal(&status)
+}
+#[cfg(not(unix))]
+fn signal(_: std::process::ExitStatus) -> Option<i32> {
+    None
 }
 
 /// The program under test.

@@ -17,6 +17,7 @@ mod compat;
 mod configure;
 mod convert;
 mod course;
+mod crashes;
 mod crowd;
 mod damaged;
 mod declarations;

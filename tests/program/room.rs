@@ -23,7 +23,12 @@ fn orders(place: &Place, mb: usize) -> (Vec<String>, Done) {
     let line = format!("ulimit -v {}; exec \"$0\" run scene.toml --steps 2", mb << 10);
     let output = Command::new("sh").args(["-c", &line]).arg(program()).current_dir(place.path()).output().unwrap();
     let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
-    let done = Done { code: output.status.code().unwrap_or(-1), out: text(&output.stdout), err: text(&output.stderr) };
+    let done = Done {
+        code: output.status.code().unwrap_or(-1),
+        signal: None,
+        out: text(&output.stdout),
+        err: text(&output.stderr),
+    };
     let all = done.out.clone() + &done.err;
     (all.lines().filter(|l| l.starts_with("> ")).map(str::to_owned).collect(), done)
 }

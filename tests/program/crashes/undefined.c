@@ -1,0 +1,5 @@
+/* No harm, but a function that nobody has. */
+void nobody_has_this(const char *how);
+void harm(const char *how) {
+  if (how[0] == '!') nobody_has_this(how);
+}
