@@ -112,6 +112,10 @@ impl Watchdog {
                 let _ = file.flush();
             }
         }
+        // A run that takes keys has changed the terminal.
+        if crossterm::terminal::is_raw_mode_enabled().unwrap_or(false) {
+            let _ = crossterm::terminal::disable_raw_mode();
+        }
         let lines = known.lines.as_ref().map(Lines::take_from_outside).unwrap_or_default();
         lines.iter().for_each(|l| tell(l, known.prints));
         if known.json && known.began && !known.told {

@@ -81,6 +81,7 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
             world.open_files_in(folder)?;
         }
         watchdog.world(&world, false);
+        watchdog.begin(None);
         world.take_scenes();
         world.set_interactive(true);
         session.join(&world);

@@ -12,13 +12,14 @@
 mod blame;
 
 use std::{
-    io,
+    io::{self, IsTerminal},
     sync::{
         OnceLock,
         atomic::{
             AtomicBool, AtomicI32, AtomicPtr, AtomicUsize,
             Ordering::{Acquire, Relaxed, Release},
         },
+        mpsc,
     },
 };
 
@@ -89,7 +90,10 @@ pub fn listen() {
     let [read, write] = ends;
     WAKE.store(write, Relaxed);
     PROCESS.store(std::process::id().cast_signed(), Relaxed);
-    if std::thread::Builder::new().name("crashes".into()).spawn(move || wait(read)).is_err() {
+    let (ready, waits) = mpsc::channel();
+    let run = move || wait(read, &ready);
+    // A thread that begins takes locks of the system's loader, which a crash in a constructor would hold.
+    if std::thread::Builder::new().name("crashes".into()).spawn(run).is_err() || waits.recv().is_err() {
         return;
     }
     give_stack();
@@ -183,13 +187,16 @@ fn registers(_: &libc::mcontext_t) -> (usize, usize) {
 }
 
 /// Waits for a crash and tells of it.
-fn wait(read: c_int) {
+fn wait(read: c_int, ready: &mpsc::Sender<()>) {
     // A signal from outside goes to a thread that can wait for this one, and a crash here ends the process at once.
     // SAFETY: a set of numbers, filled before it is used; one byte has room in `byte`.
     unsafe {
         let mut all: libc::sigset_t = std::mem::zeroed();
         libc::sigfillset(&raw mut all);
         libc::pthread_sigmask(libc::SIG_BLOCK, &raw const all, std::ptr::null_mut());
+        if ready.send(()).is_err() {
+            return;
+        }
         let mut byte = 0_u8;
         while libc::read(read, (&raw mut byte).cast(), 1) < 0 {
             if io::Error::last_os_error().kind() != io::ErrorKind::Interrupted {
@@ -225,7 +232,10 @@ fn tell(mut fault: Fault, call: Option<&Stuck>) -> i32 {
     if let Some(call) = call {
         (fault.plugin, fault.object) = (blame::id(call), call.object.clone());
     }
-    let line = format!("error[{}]: {} ({})\n", fault.code, fault.message, fault.help.as_deref().unwrap_or("see above"));
+    let help = fault.help.as_ref().map_or(String::new(), |help| format!(" ({help})"));
+    // A progress bar may stand in the line.
+    let clear = if io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
+    let line = format!("{clear}error[{}]: {}{help}\n", fault.code, fault.message);
     // SAFETY: so many bytes of the line. Not through the standard library, whose lock may be held.
     unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), line.len()) };
     let code = RUN.get().map_or(2, |run| run.close(&fault));

@@ -5,6 +5,7 @@
 
 use std::{
     io::{BufRead, BufReader},
+    os::unix::process::ExitStatusExt,
     path::Path,
     process::{Command, Stdio},
     sync::OnceLock,
@@ -151,6 +152,36 @@ fn a_crash_before_there_is_a_world_names_the_file() {
             crashed(&run(program(), place.path(), args, &env), SIGSEGV, &["`tatu_plugin.init`", ID]);
         }
     }
+}
+
+#[test]
+fn a_plugin_that_crashes_or_exits_at_its_end_is_named() {
+    let (place, file) = (scene(), library("tatu_crashes"));
+    let env = |how| [("TATU_PLUGIN_PATH", in_c().to_str().unwrap()), ("CRASH_AT", "shutdown"), ("CRASH_HOW", how)];
+    for args in [&["list", "plugins"][..], &["check", "scene.toml"], &["run", "scene.toml", "--steps", "1"]] {
+        let words = ["`tatu_plugin.shutdown`", ID, &file];
+        crashed(&run(program(), place.path(), args, &env("null")), SIGSEGV, &words);
+        let done = run(program(), place.path(), args, &env("exit"));
+        assert_eq!(done.code, if args[0] == "run" { 1 } else { 2 }, "{}", done.err);
+        assert!(words.iter().all(|w| line(&done, "F212").contains(w)), "{}", done.err);
+    }
+}
+
+#[test]
+fn a_signal_from_outside_is_told_as_such() {
+    let place = Place::scene("");
+    let mut running = Command::new(program())
+        .args(["run", "scene.toml", "--service", "jsonl:port=0,wait_for=1"])
+        .current_dir(place.path())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(running.stderr.take().unwrap()).lines().map_while(Result::ok);
+    assert!(lines.any(|l| l.contains("listening")));
+    succeed(Command::new("kill").args(["-ABRT", &running.id().to_string()]));
+    let told = lines.find(|l| l.contains("F211")).unwrap();
+    assert!(told.contains("ended from outside") && told.contains("SIGABRT"), "{told}");
+    assert_eq!(running.wait().unwrap().signal(), Some(SIGABRT));
 }
 
 #[test]

@@ -70,6 +70,8 @@ pub struct Loaded {
     raw: tatu_plugin_t,
     /// The host's tables, to which the plugin keeps pointers.
     _host: Arc<HostTables>,
+    /// Where its end is noted.
+    watch: Arc<Watch>,
 }
 
 // SAFETY: tables are constant after loading; which thread may call what is told by the header's tags.
@@ -85,7 +87,7 @@ impl Loaded {
         path: &Path,
         copies: Option<&Copies>,
         host: &Arc<HostTables>,
-        watch: &Watch,
+        watch: &Arc<Watch>,
         remarks: &mut Remarks,
     ) -> Result<Self> {
         let home = ProcessState::now();
@@ -106,7 +108,7 @@ impl Loaded {
         path: &Path,
         copies: Option<&Copies>,
         host: &Arc<HostTables>,
-        watch: &Watch,
+        watch: &Arc<Watch>,
         remarks: &mut Remarks,
     ) -> Result<Self> {
         let fail = |text: String, help: &str| {
@@ -199,6 +201,7 @@ impl Loaded {
             me,
             raw,
             _host: host.clone(),
+            watch: watch.clone(),
         };
         loaded.check_layouts().map_err(|text| fail(text, REBUILD))?;
         let (others, heard) = guard::capture_errors(|| drafts::offered(|id| !loaded.extension::<u8>(id).is_null()));
@@ -271,7 +274,12 @@ impl Loaded {
         let Some(shutdown) = self.raw.shutdown.take() else { return Vec::new() };
         let home = ProcessState::now();
         // SAFETY: by the contract; once.
-        let ((), heard) = guard::capture_errors(|| unsafe { shutdown(self.me) });
+        let run = || unsafe { shutdown(self.me) };
+        self.watch.subject(&format!("{} ({})", self.id, self.path.display()));
+        let before = self.watch.enter(Call::Shutdown, usize::MAX, 0);
+        let ((), heard) = guard::capture_errors(run);
+        self.watch.leave(before);
+        self.watch.subject("");
         let changed = home.restore().map(|what| format!("changed {what}"));
         let told = heard.into_iter().chain(changed);
         let whose = format!("the plugin `{}` ({})", self.id, self.path.display());

@@ -77,6 +77,10 @@ static tatu_status TATU_CALL init(const tatu_host *host, void **self, tatu_error
   at("init");
   return TATU_OK;
 }
+static void TATU_CALL ended(void *self) {
+  (void)self;
+  at("shutdown");
+}
 static const void *TATU_CALL extension(void *self, const char *id) {
   (void)self;
   if (strcmp(id, TATU_COMMAND) == 0) return &command_offer;
@@ -86,4 +90,4 @@ static const void *TATU_CALL extension(void *self, const char *id) {
 }
 TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t), .abi_major = TATU_ABI_MAJOR,
   .abi_minor = TATU_ABI_MINOR, .id = "org.example.crashes", .name = "Crashes", .version = "1.0.0", .licence = "MIT",
-  .init = init, .extension = extension};
+  .init = init, .shutdown = ended, .extension = extension};

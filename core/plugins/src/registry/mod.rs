@@ -199,10 +199,8 @@ impl Registry {
     /// Ends all plugins, when no world uses them any more; what went wrong. Without it they are ended silently.
     pub fn end(mut self) -> Vec<Error> {
         let mut out = Vec::new();
-        for (i, plugin) in self.plugins.iter_mut().enumerate().rev() {
-            let before = self.setup.enter(Call::Shutdown, i, 0);
+        for plugin in self.plugins.iter_mut().rev() {
             out.extend(Arc::get_mut(plugin).map(Plugin::end).unwrap_or_default());
-            self.setup.leave(before);
         }
         out
     }
