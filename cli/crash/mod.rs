@@ -21,6 +21,7 @@ use std::{
         },
         mpsc,
     },
+    time::Duration,
 };
 
 use libc::{c_int, c_void};
@@ -36,6 +37,8 @@ const SIGNALS: [c_int; 5] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SI
 /// How long the handler waits for the words, in parts of this many.
 const PARTS: u32 = 300;
 const PART_NS: libc::c_long = 10_000_000;
+/// How long the end of the process waits for one who has crashed.
+const LONGEST: Duration = Duration::from_secs(4);
 /// Bytes of a stack for signals where the thread has none.
 const STACK: usize = 64 << 10;
 
@@ -254,7 +257,13 @@ extern "C" fn exited() {
     }
     let call = running(here());
     // The program ends on its first thread.
-    if call.is_none() && thread == process || TAKEN.swap(true, Acquire) {
+    let in_order = call.is_none() && thread == process;
+    let taken = if in_order { TAKEN.load(Acquire) } else { TAKEN.swap(true, Acquire) };
+    if taken {
+        // Another thread has crashed, and ends the process as soon as that is told.
+        std::thread::sleep(LONGEST);
+    }
+    if in_order || taken {
         return;
     }
     let mut fault = Fault::new(FaultKind::Exit, blame::of_exit(call.as_ref(), thread));
