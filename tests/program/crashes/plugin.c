@@ -53,19 +53,20 @@ static const tatu_ext_sensor sensor_offer = {.size = sizeof(tatu_ext_sensor), .k
 
 /* ---- a service: crash_service */
 
-static tatu_status TATU_CALL start(void *self, tatu_session *session, const tatu_value *params, void **data, tatu_error *error) {
-  (void)self; (void)session; (void)params; (void)error;
+static tatu_status TATU_CALL start(void *self, const tatu_instance *instance, void **data, tatu_error *error) {
+  (void)self; (void)instance; (void)error;
   *data = NULL;
   return TATU_OK;
 }
 static void TATU_CALL stop(void *data) { (void)data; }
-static uint32_t TATU_CALL barrier(void *data, tatu_world *world, uint64_t step) {
-  (void)data; (void)world;
+static const tatu_life service_life = {.size = sizeof(tatu_life), .create = start, .destroy = stop};
+static tatu_status TATU_CALL barrier(void *data, tatu_world *world, uint64_t step, tatu_error *error) {
+  (void)data; (void)world; (void)error;
   if (step >= 3) at("barrier");
   return TATU_GO;
 }
 static const tatu_service service = {.size = sizeof(tatu_service), .id = "crash_service", .text = "Does harm.",
-  .start = start, .stop = stop, .barrier = barrier};
+  .life = &service_life, .barrier = barrier};
 static const tatu_service *const services[] = {&service, NULL};
 static const tatu_ext_service service_offer = {.size = sizeof(tatu_ext_service), .services = services};
 

@@ -240,10 +240,10 @@ impl Remote {
             // What it gives interests nobody any more, and who has gone needs no answer.
             let _ = self.call_back(turn, Place::Running(at), &name, &args);
         }
-        let bound = request.args.iter_mut().filter(|_| request.uuid.is_some());
         let bound = {
             let functions = &mut self.state()?.functions;
-            bound.map(|arg| functions.bind(&key, arg, &|number| turn.function(number))).collect::<Result<()>>()
+            let mut args = request.args.iter_mut().filter(|_| request.uuid.is_some());
+            args.try_for_each(|arg| functions.bind(&key, arg, &|number| turn.function(number)))
         };
         let done = bound.and_then(|()| self.act(turn, step, at, &request)).and_then(|done| match done {
             Done::Command => self.call(turn, at, &request),
