@@ -6,7 +6,11 @@ use tatu_errors::Error;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{Declared, Registry, check_value, schemas};
-use crate::units;
+use crate::{names, units};
+
+/// Types that a parameter can have: numbers come as F64S in whatever width they are given.
+const KINDS: &[u32] =
+    &[TATU_BOOL, TATU_I64, TATU_F64, TATU_TEXT, TATU_BYTES, TATU_F64S, TATU_LIST, TATU_MAP, TATU_FUNC, TATU_OBJECT];
 
 /// What is wrong with declarations, one sentence each. `in_files`: they are written as keys of scene files.
 pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
@@ -18,6 +22,8 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
         let mut say = |text: String| out.push(format!("{name} {text}"));
         if p.key.is_empty() {
             say("has no key".into());
+        } else if let Some(flaw) = names::flaw(&p.key).filter(|_| !in_files) {
+            say(format!("cannot be called so: the key {flaw}"));
         } else if !keys.insert(p.key.as_str()) {
             say("is declared twice; the first one counts".into());
         }
@@ -26,8 +32,8 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
             say("cannot be written in a scene file: a key has letters, digits, `_` and `-`".into());
         }
         let any = p.flags & TATU_PARAM_ANY != 0;
-        if !any && !(TATU_BOOL..=TATU_OBJECT).contains(&p.kind) {
-            say(format!("has the unknown type {}", p.kind));
+        if !any && !KINDS.contains(&p.kind) {
+            say(format!("has the unknown type {}; see tatu_param.type", p.kind));
             continue;
         }
         if let Some(unit) = p.unit.as_deref().filter(|u| in_files && !units::is_known(u)) {
@@ -80,6 +86,9 @@ impl Registry {
             let name = c.names.first().map_or("", |n| n.name.as_str());
             add(c.plugin, format!("the command `{name}`"), parameters(&c.params, false));
         }
+        for (e, plugin) in self.events.iter().filter_map(|e| Some((e, e.plugin?))) {
+            add(plugin, format!("the event `{}`", e.name), parameters(&e.fields, false));
+        }
         for (plugin, text) in all {
             let p = &self.plugins[plugin];
             let text = format!("plugin `{}` ({}): {text}", p.id, p.path.display());
@@ -121,6 +130,7 @@ mod tests {
             (Declared { kind: TATU_F64S, count: 3, fallback: Value::Floats(vec![1.0]), ..good() }, "default"),
             (Declared { kind: 77, ..good() }, "unknown type 77"),
             (Declared { kind: TATU_NIL, ..good() }, "unknown type 0"),
+            (Declared { kind: TATU_U8S, ..good() }, "unknown type 10"),
             (Declared { unit: Some("furlong".into()), ..good() }, "unknown unit `furlong`"),
             (Declared { choices: vec!["a".into()], ..good() }, "choices"),
             (param(""), "its parameter 1 has no key"),
@@ -137,6 +147,7 @@ mod tests {
         let whole =
             Declared { unit: Some("m".into()), lowest: 0.0, highest: 5.0, fallback: Value::Int(1), ..param("b") };
         assert_eq!(parameters(&[rest, whole, Declared { unit: Some("1".into()), ..param("c") }], true), [""; 0]);
-        assert_eq!(parameters(&[param("a b")], false), [""; 0], "commands are not written in scene files");
+        assert_eq!(parameters(&[param("größe")], false), [""; 0], "commands are not written in scene files");
+        assert_eq!(parameters(&[param("a b"), param("a\\n")], false).len(), 2);
     }
 }

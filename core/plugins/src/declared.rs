@@ -45,7 +45,7 @@ impl Declared {
         // SAFETY: texts of a declaration live as long as its plugin.
         unsafe {
             Declared {
-                key: tables::text(raw.key).unwrap_or_default(),
+                key: tables::label(raw.key).unwrap_or_default(),
                 kind: raw.type_,
                 count: raw.count,
                 flags: raw.flags,

@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeMap,
     ffi::{CStr, CString, c_char, c_void},
-    sync::Mutex,
+    sync::{Mutex, PoisonError},
 };
 
 use tatu_plugin_api::abi::*;
@@ -15,8 +15,9 @@ pub type FindTable = fn(&CStr) -> *const c_void;
 
 /// The tables that plugins of one host get, and the keys that they interned.
 pub struct HostTables {
-    raw: Box<tatu_host>,
     shared: Box<Shared>,
+    /// One for each plugin that was started, also where its start failed: a thread of it may still have the pointer.
+    owned: Mutex<Vec<Box<OwnHost>>>,
 }
 
 /// What the host's entry function needs.
@@ -25,10 +26,31 @@ struct Shared {
     keys: Mutex<Interner>,
 }
 
-// SAFETY: the raw table is constant after `new`; the keys are behind a lock.
-unsafe impl Send for HostTables {}
-// SAFETY: the raw table is constant after `new`; the keys are behind a lock.
-unsafe impl Sync for HostTables {}
+/// Whose host pointer it is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Holder {
+    /// Id of the plugin.
+    pub plugin: String,
+    /// Whether it comes with the program, whose plugins say themselves who speaks.
+    pub of_program: bool,
+}
+
+/// The host as one plugin sees it: its pointer tells whose it is, on whatever thread it comes back.
+struct OwnHost {
+    raw: tatu_host,
+    shared: *const Shared,
+    holder: Holder,
+}
+
+// SAFETY: it is constant once it is made, and what it points to is behind a lock.
+unsafe impl Send for OwnHost {}
+
+/// # Safety
+/// `host` is null or one that living [`HostTables`] gave out.
+unsafe fn own<'a>(host: *const tatu_host) -> Option<&'a OwnHost> {
+    // SAFETY: the context of such a host is the `OwnHost` that it lies in.
+    unsafe { host.as_ref()?.ctx.cast::<OwnHost>().as_ref() }
+}
 
 /// Keys and their numbers; those of the core's rows come first, in their order.
 #[derive(Default)]
@@ -58,17 +80,22 @@ impl HostTables {
         for key in keys {
             interner.number(key);
         }
-        let shared = Box::new(Shared { find, keys: Mutex::new(interner) });
-        let raw = Box::new(tatu_host {
+        HostTables { shared: Box::new(Shared { find, keys: Mutex::new(interner) }), owned: Mutex::default() }
+    }
+    /// The host for a plugin; lives as long as these tables.
+    pub(crate) fn own(&self, plugin: &str, of_program: bool) -> *const tatu_host {
+        let raw = tatu_host {
             size: size_of::<tatu_host>() as u32,
             abi_minor: TATU_ABI_MINOR.into(),
-            ctx: (&raw const *shared).cast_mut().cast(),
+            ctx: std::ptr::null_mut(),
             service: Some(service),
-        });
-        HostTables { raw, shared }
-    }
-    pub(crate) fn raw(&self) -> *const tatu_host {
-        &raw const *self.raw
+        };
+        let holder = Holder { plugin: plugin.to_owned(), of_program };
+        let mut new = Box::new(OwnHost { raw, shared: &raw const *self.shared, holder });
+        new.raw.ctx = (&raw mut *new).cast();
+        let host = &raw const new.raw;
+        self.owned.lock().unwrap_or_else(PoisonError::into_inner).push(new);
+        host
     }
     /// A table, or null.
     pub(crate) fn find(&self, id: &str) -> *const c_void {
@@ -98,8 +125,16 @@ impl HostTables {
     /// # Safety
     /// `host` is null or one that living [`HostTables`] gave out.
     pub unsafe fn number_at(host: *const tatu_host, key: &str) -> Option<u32> {
-        // SAFETY: the context of such a host is its `Shared`, which lives as long.
-        Some(unsafe { host.as_ref()?.ctx.cast::<Shared>().as_ref() }?.number(key))
+        // SAFETY: the caller promises it; what it points to lives as long.
+        Some(unsafe { own(host)?.shared.as_ref() }?.number(key))
+    }
+    /// Whose a host pointer is; `None` for null.
+    ///
+    /// # Safety
+    /// As for [`number_at`](Self::number_at); not beyond the call that it came with.
+    pub unsafe fn holder_at<'a>(host: *const tatu_host) -> Option<&'a Holder> {
+        // SAFETY: the caller promises it.
+        Some(&unsafe { own(host) }?.holder)
     }
 }
 
@@ -110,8 +145,8 @@ impl Shared {
 }
 
 unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *const c_void {
-    // SAFETY: the plugin passes the host that it got, whose context is its `Shared`.
-    let shared = unsafe { host.as_ref().and_then(|h| h.ctx.cast::<Shared>().as_ref()) };
+    // SAFETY: the plugin passes the host that it got; what it points to lives as long.
+    let shared = unsafe { own(host).and_then(|h| h.shared.as_ref()) };
     let Some(shared) = shared.filter(|_| !id.is_null()) else { return std::ptr::null() };
     // SAFETY: NUL-terminated, by the contract.
     let id = unsafe { CStr::from_ptr(id) };

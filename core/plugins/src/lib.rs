@@ -8,6 +8,8 @@
 //! - [`guard`]: floating-point mode and locale, which plugins must leave alone;
 //! - [`watchdog`]: which plugin call is running, and for how long;
 //! - `declared`: declarations (parameters, commands) as Rust types; `checks`: those that contradict themselves;
+//!   `names`: what can be a name, and whose name space it stands in;
+//! - [`texts`]: what plugins say, as people may see it;
 //! - [`schemas`]: what readings mean; [`events`]: the events of the host itself; [`units`]: units in keys;
 //! - [`border`]: texts and error objects as they cross the border.
 //!
@@ -22,19 +24,21 @@ pub mod events;
 pub mod guard;
 mod host_tables;
 mod load;
+mod names;
 mod registry;
 pub mod schemas;
 mod search;
 pub mod state_block;
 pub mod tables;
+pub mod texts;
 pub mod thread_grant;
 pub mod units;
 pub mod watchdog;
 
-pub use declared::{Declared, check_value};
-pub use host_tables::HostTables;
+pub use declared::{Declared, check_value, describe};
+pub use host_tables::{Holder, HostTables};
 pub use registry::{
-    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, KindMark, Language, Model,
-    NameEntry, Plugin, Prelude, PresetInfo, Registry, SensorKind, ServiceKind, Status,
+    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, KindMark, Language, MOST_ELEMENTS,
+    Model, NameEntry, Plugin, Prelude, PresetInfo, Registry, SensorKind, ServiceKind, Status,
 };
 pub use search::{Copies, Search, Source};

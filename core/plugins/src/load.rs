@@ -11,9 +11,9 @@ use tatu_errors::{Error, Result};
 use tatu_plugin_api::abi::*;
 
 use super::{
-    Copies, drafts,
+    Search, drafts,
     guard::{self, ProcessState},
-    tables,
+    names, tables,
     watchdog::{Call, Watch},
 };
 use crate::{HostTables, border::answer};
@@ -82,10 +82,10 @@ unsafe impl Sync for Loaded {}
 impl Loaded {
     /// Opens and starts a plugin. Faults that are no reason to refuse it are added to `remarks`.
     ///
-    /// With `copies` the library is a copy of the file; messages name the file.
+    /// Where `search` has a folder for copies, the library is a copy of the file; messages name the file.
     pub fn open(
         path: &Path,
-        copies: Option<&Copies>,
+        search: &Search,
         host: &Arc<HostTables>,
         watch: &Arc<Watch>,
         remarks: &mut Remarks,
@@ -94,7 +94,7 @@ impl Loaded {
         watch.subject(&path.display().to_string());
         // Beyond any index: the plugin has none yet.
         let outside = watch.enter(Call::Load, usize::MAX, 0);
-        let opened = Self::open_watched(path, copies, host, watch, remarks);
+        let opened = Self::open_watched(path, search, host, watch, remarks);
         watch.leave(outside);
         watch.subject("");
         if let Some(what) = home.restore() {
@@ -106,7 +106,7 @@ impl Loaded {
 
     fn open_watched(
         path: &Path,
-        copies: Option<&Copies>,
+        search: &Search,
         host: &Arc<HostTables>,
         watch: &Arc<Watch>,
         remarks: &mut Remarks,
@@ -114,7 +114,7 @@ impl Loaded {
         let fail = |text: String, help: &str| {
             Error::new("E301", format!("cannot load the plugin {}: {text}", path.display())).help(help)
         };
-        let copy = copies.map(|c| c.copy(path)).transpose();
+        let copy = search.copies.as_ref().map(|c| c.copy(path)).transpose();
         let copy = copy.map_err(|e| fail(format!("it cannot be copied: {e}"), "free some space, or set TMPDIR"))?;
         let file = copy.as_deref().unwrap_or(path);
         super::elf::check(file).map_err(|unfit| fail(unfit.text, unfit.help))?;
@@ -158,12 +158,20 @@ impl Loaded {
         if let Some(lack) = tables::lacking(raw.size, &needed) {
             return Err(fail(format!("its descriptor `tatu_plugin` {lack}"), tables::HELP));
         }
-        // SAFETY: strings of the descriptor live as long as the library.
+        // SAFETY: strings of the descriptor live as long as the library, here and below.
         let text = |p| unsafe { tables::text(p) };
-        let id = text(raw.id).filter(|s| !s.is_empty()).ok_or_else(|| {
+        // SAFETY: likewise.
+        let id = unsafe { tables::label(raw.id) }.filter(|s| !s.is_empty()).ok_or_else(|| {
             fail("its id is empty".into(), "give `tatu_plugin.id` a name of your own, such as \"org.example.gripper\"")
         })?;
+        if let Some(flaw) = names::flaw(&id) {
+            return Err(fail(
+                format!("its id `{id}` {flaw}"),
+                "give `tatu_plugin.id` a name such as \"org.example.gripper\"",
+            ));
+        }
         watch.subject(&format!("{id} ({})", path.display()));
+        let own = host.own(&id, search.is_of_program(path));
         Self::check_needs(&raw, host, path, remarks).map_err(|text| fail(text, REBUILD))?;
         let mut me = std::ptr::null_mut();
         let mut error = crate::border::ErrorSlot::new();
@@ -171,7 +179,7 @@ impl Loaded {
         if let Some(init) = raw.init {
             watch.enter(Call::Init, usize::MAX, 0);
             // SAFETY: by the contract; the host's table lives as long as `_host`.
-            let status = unsafe { answer(init(host.raw(), &mut me, error.raw()), false, error.raw()) };
+            let status = unsafe { answer(init(own, &mut me, error.raw()), false, error.raw()) };
             watch.enter(Call::Extension, usize::MAX, 0);
             if status < 0 {
                 let said = error.text();

@@ -24,6 +24,12 @@ pub enum Source {
     Scene,
 }
 
+/// The name of a library that may be a plugin, without what the system puts around it.
+fn stem(name: &str) -> Option<&str> {
+    let stem = name.strip_suffix(std::env::consts::DLL_SUFFIX)?;
+    Some(stem.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(stem)).filter(|s| s.starts_with("tatu_"))
+}
+
 /// The folders that are searched, in order: the first that has an id wins it.
 #[derive(Debug, Clone, Default)]
 pub struct Search {
@@ -84,6 +90,22 @@ impl Search {
         self.folders.push((folder, Source::Scene));
     }
 
+    /// Whether a file comes with the program. Who does not is blamed where two do not go together. Where nobody told what
+    /// the program has, all do but those of a scene.
+    pub fn is_of_program(&self, file: &Path) -> bool {
+        let known = || file.file_name().and_then(|n| n.to_str()).and_then(stem).is_some_and(|s| self.is_built(s));
+        !self.is_of_scene(file) && (self.built.is_empty() || known())
+    }
+
+    /// Whether a file lies in a folder that a scene names.
+    pub fn is_of_scene(&self, file: &Path) -> bool {
+        self.folders.iter().any(|(f, s)| *s == Source::Scene && file.starts_with(f))
+    }
+
+    fn is_built(&self, stem: &str) -> bool {
+        self.built.iter().any(|b| b == stem)
+    }
+
     /// Files that may be plugins, in order of folders, then of names.
     pub fn candidates(&self) -> Vec<PathBuf> {
         let mut out = Vec::new();
@@ -99,14 +121,7 @@ impl Search {
 
     fn may_be_plugin(&self, path: &Path, source: Source) -> bool {
         let Some(name) = path.file_name().and_then(|n| n.to_str()) else { return false };
-        let Some(stem) = name
-            .strip_suffix(std::env::consts::DLL_SUFFIX)
-            .map(|s| s.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(s))
-            .filter(|s| s.starts_with("tatu_"))
-        else {
-            return false;
-        };
-        source != Source::Built || self.built.iter().any(|b| b == stem)
+        stem(name).is_some_and(|stem| source != Source::Built || self.is_built(stem))
     }
 
     /// The folders as a list for messages, with what is wrong with each.

@@ -4,6 +4,8 @@ use std::ffi::{CStr, c_char};
 
 use tatu_plugin_api::abi::*;
 
+use crate::texts;
+
 /// A table of the border: begins with its size, and is valid when all of it is zero.
 ///
 /// # Safety
@@ -134,11 +136,20 @@ pub unsafe fn pointers<T>(list: *const *const T) -> Vec<*const T> {
     out
 }
 
-/// A NUL-terminated text, copied.
+/// A NUL-terminated text for people, copied: what a terminal would act on is written out.
 ///
 /// # Safety
 /// `s` is null or NUL-terminated.
 pub unsafe fn text(s: *const c_char) -> Option<String> {
     // SAFETY: the caller promises it.
-    (!s.is_null()).then(|| unsafe { CStr::from_ptr(s) }.to_string_lossy().into_owned())
+    (!s.is_null()).then(|| texts::clean(&unsafe { CStr::from_ptr(s) }.to_string_lossy()).into_owned())
+}
+
+/// A NUL-terminated name, copied as [`texts::label`] shows it: [`names`](crate::names) tells whether it can be one.
+///
+/// # Safety
+/// `s` is null or NUL-terminated.
+pub unsafe fn label(s: *const c_char) -> Option<String> {
+    // SAFETY: the caller promises it.
+    (!s.is_null()).then(|| texts::label(unsafe { CStr::from_ptr(s) }.to_bytes()))
 }

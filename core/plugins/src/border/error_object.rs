@@ -6,6 +6,7 @@ use tatu_plugin_api::abi::*;
 
 use crate::{
     border::{bytes, raw},
+    texts,
     watchdog::Call,
 };
 
@@ -157,7 +158,7 @@ unsafe extern "C" fn say(error: *mut tatu_error, code: tatu_status, text: tatu_s
         let texts = &mut *e.ctx.cast::<Texts>();
         e.code = if code < 0 { code } else { TATU_ERR };
         // The text may be the object's own: copy before it is overwritten.
-        let new = bytes(text).to_vec();
+        let new = texts::of_error(bytes(text));
         texts.text = new;
         e.text = raw(&texts.text);
         (e.help, e.file, e.traceback, e.line) = (EMPTY, EMPTY, EMPTY, 0);
@@ -169,7 +170,7 @@ unsafe extern "C" fn add(error: *mut tatu_error, part: u32, text: tatu_str, line
     unsafe {
         let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
         let texts = &mut *e.ctx.cast::<Texts>();
-        let new = bytes(text).to_vec();
+        let new = texts::of_error(bytes(text));
         match part {
             TATU_PART_HELP => {
                 texts.help = new;

@@ -31,6 +31,7 @@ use crate::HostTables;
 pub use actuators::{ActuatorKind, DeviceKind};
 pub use importers::{Choice, Importer};
 pub use kinds::KindMark;
+pub use read::MOST_ELEMENTS;
 pub use services::ServiceKind;
 use tatu_errors::{Error, Result};
 pub use types::{
@@ -107,7 +108,7 @@ impl Registry {
         }
         for path in search.candidates() {
             let mut remarks = Remarks::default();
-            let opened = Plugin::open(&path, search.copies.as_deref(), &host, &setup, &mut remarks);
+            let opened = Plugin::open(&path, &search, &host, &setup, &mut remarks);
             closest.extend(
                 opened.as_ref().err().into_iter().chain(&remarks.warnings).map(|e| (path.clone(), e.text.clone())),
             );
@@ -133,10 +134,10 @@ impl Registry {
                 Err(e) => refused.push(e),
             }
         }
-        // By id, not by folder or time; those that a scene brings come last, so that none takes a name from the others.
-        let of_scene =
-            |p: &Arc<Plugin>| search.folders.iter().any(|(f, s)| *s == Source::Scene && p.path.starts_with(f));
-        plugins.sort_by(|a, b| (of_scene(a), &a.id).cmp(&(of_scene(b), &b.id)));
+        // By id, not by folder or time; those of the program come first and those that a scene brings last, so that none
+        // takes a name from the ones before.
+        let rank = |p: &Arc<Plugin>| (!search.is_of_program(&p.path), search.is_of_scene(&p.path));
+        plugins.sort_by(|a, b| (rank(a), &a.id).cmp(&(rank(b), &b.id)));
         let mut registry = Registry { refused, closest, notes, ..Self::of(plugins, search, setup, watches, host) };
         registry.read();
         registry.services.sort_by(|a, b| a.id.cmp(&b.id));
@@ -203,6 +204,11 @@ impl Registry {
             out.extend(Arc::get_mut(plugin).map(Plugin::end).unwrap_or_default());
         }
         out
+    }
+
+    /// Whether a plugin comes with the program.
+    pub fn is_of_program(&self, plugin: usize) -> bool {
+        self.search.is_of_program(&self.plugins[plugin].path)
     }
 
     /// The tables that its plugins got.

@@ -12,10 +12,13 @@ use super::{
     Status, types::version,
 };
 use crate::{
-    Declared,
+    Declared, names,
     tables::{self, Required},
     watchdog::Call,
 };
+
+/// Elements that one field of a reading may have.
+pub const MOST_ELEMENTS: u64 = 1 << 28;
 
 impl Registry {
     /// The id of something that a plugin offers, if all that is required is there; else the plugin is told.
@@ -28,16 +31,17 @@ impl Registry {
         needed: &[Required],
     ) -> Option<String> {
         // SAFETY: NUL-terminated or null, by the contract.
-        let id = unsafe { tables::text(id) }.filter(|id| !id.is_empty());
+        let id = unsafe { tables::label(id) }.filter(|id| !id.is_empty());
         let lack = tables::lacking(size, needed).or_else(|| id.is_none().then(|| "has an empty `id`".to_owned()));
-        match lack {
-            None => id,
-            Some(lack) => {
-                let name = id.map_or(String::new(), |id| format!(" `{id}`"));
-                self.refuse(plugin, format!("its {what}{name} {lack}"), tables::HELP);
-                None
-            }
-        }
+        let flaw = id.as_deref().and_then(names::flaw).map(|flaw| format!("cannot be called so: the name {flaw}"));
+        let (why, help) = match (lack, flaw) {
+            (None, None) => return id,
+            (Some(lack), _) => (lack, tables::HELP),
+            (None, Some(flaw)) => (flaw, names::HELP),
+        };
+        let name = id.map_or(String::new(), |id| format!(" `{id}`"));
+        self.refuse(plugin, format!("its {what}{name} {why}"), help);
+        None
     }
 
     /// Tells of an extension whose table lacks its list.
@@ -78,7 +82,7 @@ impl Registry {
                 let fields: Vec<FieldInfo> = tables::list(raw.fields)
                     .into_iter()
                     .map(|(_, f)| FieldInfo {
-                        name: tables::text(f.name).unwrap_or_default(),
+                        name: tables::label(f.name).unwrap_or_default(),
                         elem: f.elem,
                         dims: f.dims,
                         unit: tables::text(f.unit),
@@ -91,6 +95,19 @@ impl Registry {
                     let text = format!("the field `{}` of its sensor `{id}` has elements of type {}", f.name, f.elem);
                     self.refuse(plugin, text, "use one of TATU_ELEM_*");
                     continue;
+                }
+                if let Some((f, (flaw, help))) = fields.iter().find_map(|f| Some((f, field_flaw(f)?))) {
+                    self.refuse(plugin, format!("the field `{}` of its sensor `{id}` {flaw}", f.name), help);
+                    continue;
+                }
+                let (schemas, flawed): (Vec<_>, Vec<_>) =
+                    labels(raw.schemas).into_iter().partition(|s| names::flaw(s).is_none());
+                for schema in flawed {
+                    let flaw = names::flaw(&schema).unwrap_or_default();
+                    let text = format!(
+                        "its sensor `{id}` claims the schema `{schema}`, which there cannot be: the name {flaw}"
+                    );
+                    self.refuse(plugin, text, "call it `mine/1`");
                 }
                 let mut presets: Vec<PresetInfo> = Vec::new();
                 for (_, p) in tables::list(raw.presets) {
@@ -112,7 +129,7 @@ impl Registry {
                     plugin,
                     id,
                     text: tables::text(raw.text).unwrap_or_default(),
-                    schemas: tables::pointers(raw.schemas).into_iter().filter_map(|s| tables::text(s)).collect(),
+                    schemas,
                     params: Declared::read_list(raw.params),
                     field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
                     fields,
@@ -141,8 +158,8 @@ impl Registry {
                     id,
                     text: tables::text(raw.text).unwrap_or_default(),
                     params: Declared::read_list(raw.params),
-                    category: tables::text(raw.category).unwrap_or_default(),
-                    slots: tables::pointers(raw.slots).into_iter().filter_map(|s| tables::text(s)).collect(),
+                    category: tables::label(raw.category).unwrap_or_default(),
+                    slots: labels(raw.slots),
                     raw,
                 });
             }
@@ -201,9 +218,24 @@ impl Registry {
             }
             for (_, raw) in tables::list(ext.commands) {
                 let id = self.commands.len() as u32 + 1;
+                let given = tables::list(raw.names);
+                let first = given.first().and_then(|(_, n)| tables::label(n.name)).unwrap_or_default();
+                let needed = tables::required!(raw, tatu_command: names, call);
+                let lack = tables::lacking(raw.size, &needed);
+                if let Some(lack) = lack.or_else(|| given.is_empty().then(|| "has no name".to_owned())) {
+                    let name = if first.is_empty() { String::new() } else { format!(" `{first}`") };
+                    self.refuse(plugin, format!("its command{name} {lack}"), tables::HELP);
+                    continue;
+                }
+                if given.len() > names::MOST_NAMES {
+                    let most = names::MOST_NAMES;
+                    let text = format!("its command `{first}` has {} names; a command has at most {most}", given.len());
+                    self.refuse(plugin, text, "make two commands of it");
+                    continue;
+                }
                 let mut names = Vec::new();
-                for (alias, (_, n)) in tables::list(raw.names).into_iter().enumerate() {
-                    let Some(name) = tables::text(n.name) else { continue };
+                for (alias, (_, n)) in given.into_iter().enumerate() {
+                    let name = tables::label(n.name).unwrap_or_default();
                     let on_error = (n.flags & TATU_NAME_OLD_ERRORS != 0).then(|| {
                         ValueRef::slice(n.on_error, n.n_on_error as usize)
                             .iter()
@@ -211,33 +243,12 @@ impl Registry {
                             .collect()
                     });
                     let until = tables::text(n.on_error_until).map(|u| version(u.as_bytes()));
-                    names.push(NameEntry { name: name.clone(), on_error, until });
-                    if let Some((other, _)) = self.names.get(&name) {
-                        let owner = self.commands.get(*other as usize - 1).map_or(plugin, |c| c.plugin);
-                        let (text, help) = match owner == plugin {
-                            true => (
-                                format!("it offers the command `{name}` twice; the first one is used"),
-                                "give each a name of its own",
-                            ),
-                            false => (
-                                format!("its command `{name}` is already offered by `{}`", self.plugins[owner].id),
-                                "give the command a name space of its own: `mine.name`",
-                            ),
-                        };
-                        self.refuse(plugin, text, help);
-                    } else {
-                        self.names.insert(name, (id, alias as u32));
+                    match self.unusable(plugin, &name) {
+                        Some((why, help)) => self.refuse(plugin, why, help),
+                        None => _ = self.names.insert(name.clone(), (id, alias as u32)),
                     }
-                }
-                let needed = tables::required!(raw, tatu_command: names, call);
-                let lack = tables::lacking(raw.size, &needed);
-                if let Some(lack) = lack.or_else(|| names.is_empty().then(|| "has no name".to_owned())) {
-                    let name = names.first().map_or(String::new(), |n| format!(" `{}`", n.name));
-                    self.refuse(plugin, format!("its command{name} {lack}"), tables::HELP);
-                    for n in &names {
-                        self.names.remove(&n.name);
-                    }
-                    continue;
+                    // Also a name that is not used has its place: the plugin counts all of them.
+                    names.push(NameEntry { name, on_error, until });
                 }
                 self.commands.push(CommandEntry {
                     plugin,
@@ -260,10 +271,13 @@ impl Registry {
                 });
             }
             for (_, raw) in tables::list(ext.constants) {
-                if let Some(name) = tables::text(raw.name) {
-                    self.constants.entry(name).or_insert(Constant { plugin, raw: raw.value });
+                let name = tables::label(raw.name).unwrap_or_default();
+                match self.unusable_constant(plugin, &name) {
+                    Some((why, help)) => self.refuse(plugin, why, help),
+                    None => _ = self.constants.entry(name).or_insert(Constant { plugin, raw: raw.value }),
                 }
             }
+            self.tell_foreign_names(plugin);
             for (_, raw) in tables::list(ext.preludes) {
                 self.preludes.push(Prelude {
                     plugin,
@@ -282,6 +296,31 @@ impl Registry {
             }
         }
     }
+}
+
+/// The names of a null-terminated list, as [`names::flaw`] judges them.
+///
+/// # Safety
+/// As for [`tables::pointers`].
+unsafe fn labels(list: *const *const c_char) -> Vec<String> {
+    // SAFETY: the caller promises it.
+    unsafe { tables::pointers(list).into_iter().filter_map(|s| tables::label(s)).collect() }
+}
+
+/// Why a field cannot be one, and what to do.
+fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
+    if let Some(flaw) = names::flaw(&f.name) {
+        return Some((format!("cannot be called so: the name {flaw}"), "call it `schema.field`"));
+    }
+    // What an instance decides counts as nothing here, and is looked at when there is one.
+    let open = |d: u32| d == 0 || (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) || d >= TATU_DIM_COLUMNS;
+    let fixed = f.dims.iter().filter(|d| !open(**d)).map(|d| u64::from(*d));
+    let elements = fixed.fold(1u64, u64::saturating_mul);
+    (elements > MOST_ELEMENTS).then(|| {
+        let [a, b, c] = f.dims;
+        let text = format!("has {a} x {b} x {c} elements; there are at most {MOST_ELEMENTS}");
+        (text, "set unused `dims` to 1")
+    })
 }
 
 pub(super) const NO_LIFE: tatu_life = tatu_life {

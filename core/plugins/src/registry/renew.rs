@@ -38,7 +38,7 @@ impl Registry {
     pub fn renewed(&self, plugin: usize) -> Result<Registry> {
         let old = &self.plugins[plugin];
         let mut remarks = Remarks::default();
-        let new = Plugin::open(&old.path, self.search.copies.as_deref(), &self.host, &self.setup, &mut remarks)?;
+        let new = Plugin::open(&old.path, &self.search, &self.host, &self.setup, &mut remarks)?;
         let file = old.path.display();
         if new.id != old.id {
             let text = format!("the plugin {file} is called `{}` now, and was `{}`", new.id, old.id);

@@ -4,7 +4,7 @@ use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
-    FieldInfo, SensorKind,
+    FieldInfo, MOST_ELEMENTS, SensorKind,
     state_block::{GUARD, PAST_STATE, StateBlock},
 };
 
@@ -281,12 +281,9 @@ impl Layout {
 
 /// Elements of a field; an error where no memory could hold them.
 fn length(field: &FieldInfo, dims: &[u32; 3]) -> Result<usize, String> {
-    let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d as usize)).filter(|n| *n <= MAX_ELEMENTS);
+    let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d as usize)).filter(|n| *n as u64 <= MOST_ELEMENTS);
     n.ok_or_else(|| format!("its field `{}` of {dims:?} elements is too large", field.name))
 }
-
-/// Elements that one field of a reading may have.
-const MAX_ELEMENTS: usize = 1 << 28;
 
 fn element_size(elem: u32) -> usize {
     match elem {

@@ -1,7 +1,12 @@
 //! `tatu.host.log`: lines, and why a service refused.
+//!
+//! A line tells whose it is. The program's own plugins do so themselves; before that of any other stands its id, which the host
+//! pointer leads to, on whatever thread. What scripts print, and what goes to status bars and consoles, stays as it is.
+
+use std::borrow::Cow;
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::{border::text, guard};
+use tatu_plugins::{HostTables, border::text, guard, texts::clean, watchdog::Call};
 
 use crate::cell::WorldCell;
 
@@ -12,21 +17,62 @@ pub static TABLE: tatu_host_log = tatu_host_log {
     last_error: Some(last_error),
 };
 
-unsafe extern "C" fn write(_: *const tatu_host, w: *mut tatu_world, level: u32, line: tatu_str) {
+unsafe extern "C" fn write(host: *const tatu_host, w: *mut tatu_world, level: u32, line: tatu_str) {
     // SAFETY: by the contract: the text is valid during the call.
     unsafe {
         let line = text(line);
-        match WorldCell::at(w) {
-            Some(world) => world.log(level, &line),
-            None => match level {
-                // The host tells it once, with the function that it was in.
-                TATU_LOG_ERROR if guard::say(&line) => {}
-                TATU_LOG_ERROR => tracing::error!("{line}"),
-                TATU_LOG_WARNING => tracing::warn!("{line}"),
-                TATU_LOG_DEBUG => tracing::debug!("{line}"),
-                _ => tracing::info!("{line}"),
-            },
+        let Some(world) = WorldCell::at(w) else { return outside(host, level, &clean(&line)) };
+        match (TATU_LOG_ERROR..=TATU_LOG_DEBUG).contains(&level) && !prints(world) {
+            true => world.log(level, &signed(host, Some(world), &line)),
+            false => world.log(level, &line),
         }
+    }
+}
+
+/// Whether the call that runs is one of a script: then the line is what the script prints.
+fn prints(world: &WorldCell) -> bool {
+    use Call::{CallFunc, ScriptCall, ScriptLoad, ScriptResume};
+    matches!(world.watch.call(), Some(ScriptLoad | ScriptCall | ScriptResume | CallFunc))
+}
+
+/// A line of a plugin, with its id before it.
+///
+/// # Safety
+/// `host` is null, or one that a living plugin has.
+unsafe fn signed<'a>(host: *const tatu_host, world: Option<&WorldCell>, line: &'a str) -> Cow<'a, str> {
+    // SAFETY: the caller promises it.
+    let (id, of_program) = match (unsafe { HostTables::holder_at(host) }, world) {
+        (Some(holder), _) => (holder.plugin.as_str(), holder.of_program),
+        (None, Some(world)) => match world.registry.plugins.get(world.watch.plugin()) {
+            Some(running) if world.watch.call().is_some() => {
+                (running.id.as_str(), world.registry.is_of_program(world.watch.plugin()))
+            }
+            _ => return clean(line),
+        },
+        (None, None) => return clean(line),
+    };
+    match of_program {
+        true => Cow::Borrowed(line),
+        false => format!("plugin `{id}`: {}", clean(line)).into(),
+    }
+}
+
+/// A line that belongs to no world.
+///
+/// # Safety
+/// As for [`signed`].
+unsafe fn outside(host: *const tatu_host, level: u32, line: &str) {
+    // The host tells an error once, with the plugin and the function that it was in.
+    if level == TATU_LOG_ERROR && guard::say(line) {
+        return;
+    }
+    // SAFETY: the caller promises it.
+    let line = unsafe { signed(host, None, line) };
+    match level {
+        TATU_LOG_ERROR => tracing::error!("{line}"),
+        TATU_LOG_WARNING => tracing::warn!("{line}"),
+        TATU_LOG_DEBUG => tracing::debug!("{line}"),
+        _ => tracing::info!("{line}"),
     }
 }
 

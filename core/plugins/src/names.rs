@@ -1,0 +1,146 @@
+//! Names that plugins declare: what can be one, and whose name space it stands in.
+
+use std::collections::BTreeMap;
+
+use tatu_errors::Error;
+
+use super::Registry;
+
+/// Most names of a command: its number and the name's share one word.
+pub(super) const MOST_NAMES: usize = 255;
+
+/// What to do about it, for messages.
+pub(super) const HELP: &str = "use letters, digits, `_` and dots: `mine.name`";
+
+const SPACE: &str = "give it a name space of its own: `mine.name`";
+
+/// Why a name cannot be one. It is given as [`label`](crate::texts::label) shows it, in which a backslash stands for what
+/// cannot be shown.
+pub(super) fn flaw(name: &str) -> Option<&'static str> {
+    match name {
+        "" => Some("is empty"),
+        _ if name.contains('\\') => Some("holds control characters, backslashes or bytes that are no UTF-8"),
+        _ if name.contains(char::is_whitespace) => Some("holds a space"),
+        _ => None,
+    }
+}
+
+impl Registry {
+    /// Whose a command or constant is; beyond any plugin: that of the command whose names are being read.
+    fn owner(&self, name: &str) -> Option<usize> {
+        let command = self.names.get(name).map(|(id, _)| self.commands.get(*id as usize - 1));
+        let command = command.map(|c| c.map_or(usize::MAX, |c| c.plugin));
+        command.or_else(|| self.constants.get(name).map(|c| c.plugin))
+    }
+
+    /// The names that begin with a prefix, in order.
+    fn below<'a>(&'a self, prefix: &'a str) -> impl Iterator<Item = &'a str> {
+        let names = self.names.range(prefix.to_owned()..).map(|(n, _)| n.as_str());
+        let constants = self.constants.range(prefix.to_owned()..).map(|(n, _)| n.as_str());
+        let here = move |n: &&str| n.starts_with(prefix);
+        names.take_while(here).chain(constants.take_while(here))
+    }
+
+    /// Why a command cannot be called so, and what to do.
+    pub(super) fn unusable(&self, plugin: usize, name: &str) -> Option<(String, &'static str)> {
+        if let Some(flaw) = flaw(name) {
+            return Some((format!("its command `{name}` cannot be called so: the name {flaw}"), HELP));
+        }
+        if let Some(owner) = self.owner(name) {
+            return Some(match self.plugins.get(owner).filter(|_| owner != plugin) {
+                None => (
+                    format!("it offers the command `{name}` twice; the first one is used"),
+                    "give each a name of its own",
+                ),
+                Some(other) => (format!("its command `{name}` is already offered by `{}`", other.id), SPACE),
+            });
+        }
+        self.hides(plugin, name).map(|why| (format!("its command `{name}` {why}"), SPACE))
+    }
+
+    /// The same of a constant. Several commands and constants of one plugin may well give one name twice.
+    pub(super) fn unusable_constant(&self, plugin: usize, name: &str) -> Option<(String, &'static str)> {
+        if let Some(flaw) = flaw(name) {
+            return Some((format!("its constant `{name}` cannot be called so: the name {flaw}"), HELP));
+        }
+        if let Some(owner) = self.owner(name) {
+            let other = &self.plugins.get(owner).filter(|_| owner != plugin)?.id;
+            return Some((format!("its constant `{name}` is already offered by `{other}`"), SPACE));
+        }
+        self.hides(plugin, name).map(|why| (format!("its constant `{name}` {why}"), SPACE))
+    }
+
+    /// Why a name cannot stand beside those that are there: `reg` and `reg.b` cannot both be reached, since what is called
+    /// `reg` cannot be a name space, too.
+    fn hides(&self, plugin: usize, name: &str) -> Option<String> {
+        let of = |other: &str| match self.owner(other) {
+            Some(owner) if owner != plugin && owner < self.plugins.len() => {
+                format!("`{other}` of `{}`", self.plugins[owner].id)
+            }
+            _ => format!("`{other}` of the same plugin"),
+        };
+        if let Some(other) = self.below(&format!("{name}.")).next() {
+            return Some(format!("is also the name space of {}, which it would hide", of(other)));
+        }
+        let mut above = name.match_indices('.').map(|(at, _)| &name[..at]);
+        let other = above.find(|n| self.names.contains_key(*n) || self.constants.contains_key(*n))?;
+        Some(format!("could not be reached: {} is no name space", of(other)))
+    }
+
+    /// Tells, once for each name space, that a plugin which does not come with the program has put names into that of
+    /// another. It may be meant so.
+    pub(super) fn tell_foreign_names(&mut self, plugin: usize) {
+        if self.is_of_program(plugin) {
+            return;
+        }
+        let mine = |name: &str| self.owner(name) == Some(plugin);
+        let mut found: BTreeMap<&str, (Vec<&str>, usize)> = BTreeMap::new();
+        for name in self.names.keys().chain(self.constants.keys()).filter(|n| mine(n)) {
+            let Some((space, _)) = name.split_once('.') else { continue };
+            if let Some((names, _)) = found.get_mut(space) {
+                names.push(name);
+                continue;
+            }
+            let prefix = format!("{space}.");
+            let other = self.below(&prefix).filter_map(|n| self.owner(n)).find(|owner| *owner != plugin);
+            if let Some(other) = other {
+                found.insert(space, (vec![name], other));
+            }
+        }
+        let p = &self.plugins[plugin];
+        let tell = |(space, (names, other)): (&str, (Vec<&str>, usize))| {
+            let more = match names.len() {
+                1 => String::new(),
+                n => format!(" and {} more", n - 1),
+            };
+            let text = format!(
+                "plugin `{}` ({}): its `{}`{more} stands in the name space `{space}` of `{}`",
+                p.id,
+                p.path.display(),
+                names[0],
+                self.plugins[other].id
+            );
+            Error::new("E310", text)
+                .help("nothing, if it is meant so; else give it a name space of its own: `mine.name`")
+        };
+        let told: Vec<Error> = found.into_iter().map(tell).collect();
+        self.refused.extend(told);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::flaw;
+
+    #[test]
+    fn names_hold_what_can_be_seen() {
+        for good in ["sim.getObject", "proximity/1", "a-b", "größe", "_"] {
+            assert_eq!(flaw(good), None, "{good}");
+        }
+        for (bad, why) in
+            [("", "empty"), ("a b", "space"), ("a\u{a0}b", "space"), ("a\\n", "control"), ("\\xff", "UTF-8")]
+        {
+            assert!(flaw(bad).is_some_and(|f| f.contains(why)), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Texts of plugins on their way to people: what a terminal would act on is shown, what has no end is cut.
+
+use std::{borrow::Cow, fmt::Write};
+
+/// Most bytes of one part of an error text.
+pub const MOST_BYTES: usize = 16 << 10;
+
+/// Room for what the host adds to a text that was cut already: it is not cut again for that.
+const SLACK: usize = 1 << 10;
+
+/// Whether a terminal may act on a character, or show the ones behind it in another order.
+fn acts(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// A text for people: control characters but tab and newline are written out, as `\u{1b}`.
+pub fn clean(text: &str) -> Cow<'_, str> {
+    let wrong = |c: char| acts(c) && c != '\n' && c != '\t';
+    if !text.contains(wrong) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    let mut all = text.chars().peekable();
+    while let Some(c) = all.next() {
+        match wrong(c) {
+            // The end of a line as some systems write it.
+            true if c == '\r' && all.peek() == Some(&'\n') => {}
+            true => out.extend(c.escape_default()),
+            false => out.push(c),
+        }
+    }
+    Cow::Owned(out)
+}
+
+/// The same for bytes; those that are no UTF-8 stay as they are.
+fn clean_bytes(bytes: &[u8]) -> Cow<'_, [u8]> {
+    // ASCII without control characters, which is nearly every text.
+    if bytes.iter().all(|b| matches!(b, b' '..=b'~' | b'\n' | b'\t')) {
+        return Cow::Borrowed(bytes);
+    }
+    let mut out = Vec::with_capacity(bytes.len() + 16);
+    for chunk in bytes.utf8_chunks() {
+        out.extend_from_slice(clean(chunk.valid()).as_bytes());
+        out.extend_from_slice(chunk.invalid());
+    }
+    Cow::Owned(out)
+}
+
+/// A text of an error: clean, and no longer than people can read. What was cut is counted.
+pub(crate) fn of_error(bytes: &[u8]) -> Vec<u8> {
+    if bytes.len() <= MOST_BYTES + SLACK {
+        return clean_bytes(bytes).into_owned();
+    }
+    // Back to where a character begins; one has at most four bytes.
+    let begins = |at: &usize| bytes[*at] & 0xC0 != 0x80;
+    let at = (MOST_BYTES - 3..=MOST_BYTES).rev().find(begins).unwrap_or(MOST_BYTES);
+    let mut out = clean_bytes(&bytes[..at]).into_owned();
+    out.extend_from_slice(format!("... ({} more bytes are left out)", bytes.len() - at).as_bytes());
+    out
+}
+
+/// A name as people may see it, all that is no part of a name written out: control characters, bytes that are no UTF-8.
+pub fn label(bytes: &[u8]) -> String {
+    let mut out = String::with_capacity(bytes.len());
+    for chunk in bytes.utf8_chunks() {
+        for c in chunk.valid().chars() {
+            match acts(c) {
+                true => out.extend(c.escape_default()),
+                false => out.push(c),
+            }
+        }
+        for b in chunk.invalid() {
+            // Writing to a text cannot fail.
+            let _ = write!(out, "\\x{b:02x}");
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_acts_on_is_written_out() {
+        for (text, shown) in [
+            ("plain\ttext\n", "plain\ttext\n"),
+            ("größe", "größe"),
+            ("\u{1b}[31mred\u{7}", "\\u{1b}[31mred\\u{7}"),
+            ("a\r\nb\rc", "a\nb\\rc"),
+            ("\u{9b}2J \u{202e}", "\\u{9b}2J \\u{202e}"),
+            ("\0", "\\u{0}"),
+        ] {
+            assert_eq!(clean(text), shown);
+            assert_eq!(*clean_bytes(text.as_bytes()), *shown.as_bytes());
+        }
+        assert_eq!(*clean_bytes(b"\xff\x1b"), *b"\xff\\u{1b}", "texts of scripts need not be UTF-8");
+        assert_eq!(label(b"a\n\xffb c"), "a\\n\\xffb c");
+    }
+
+    #[test]
+    fn long_texts_are_cut_where_a_character_begins() {
+        let text = format!("{}{}", "x".repeat(MOST_BYTES - 1), "ö".repeat(2000));
+        let cut = String::from_utf8(of_error(text.as_bytes())).unwrap();
+        assert_eq!(cut, format!("{}... (4000 more bytes are left out)", "x".repeat(MOST_BYTES - 1)));
+        // Once is enough, also where the host puts its own words before it.
+        let longer = format!("plugin `x` failed: {cut}");
+        assert_eq!(of_error(longer.as_bytes()), longer.as_bytes());
+        assert!(of_error(&[0x80; 40000]).len() < MOST_BYTES + 100);
+    }
+}
