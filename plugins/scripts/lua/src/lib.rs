@@ -22,6 +22,7 @@ mod field_names;
 mod files;
 mod functions;
 mod gc;
+mod hidden;
 mod hints;
 mod io;
 mod lexer;

@@ -279,6 +279,7 @@ impl Script {
             budget::arm(main);
             script.budget.locate_countdown(main);
         }
+        crate::hidden::tell(&script, world);
         Ok(script)
     }
 }
