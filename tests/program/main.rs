@@ -49,6 +49,7 @@ mod library;
 mod lives;
 mod look;
 mod made;
+mod made_wrong;
 mod manta;
 mod masters;
 mod mirror;

@@ -32,6 +32,9 @@ pub struct Declared {
     pub text: String,
 }
 
+/// Among the flags of a declaration, the host's own: its default could not be read.
+pub(super) const NO_SUCH_DEFAULT: u32 = 1 << 31;
+
 impl Declared {
     /// # Safety
     /// The list and its tables are as the header tells.
@@ -44,15 +47,17 @@ impl Declared {
         let unset = raw.lowest == 0.0 && raw.highest == 0.0;
         // SAFETY: texts of a declaration live as long as its plugin.
         unsafe {
+            let fallback = ValueRef::new(raw.fallback).to_value();
+            let unreadable = if fallback.is_err() { NO_SUCH_DEFAULT } else { 0 };
             Declared {
                 key: tables::label(raw.key).unwrap_or_default(),
                 kind: raw.type_,
                 count: raw.count,
-                flags: raw.flags,
+                flags: raw.flags & !NO_SUCH_DEFAULT | unreadable,
                 unit: tables::text(raw.unit),
                 lowest: if unset { f64::NEG_INFINITY } else { raw.lowest },
                 highest: if unset { f64::INFINITY } else { raw.highest },
-                fallback: ValueRef::new(raw.fallback).to_value().unwrap_or_default(),
+                fallback: fallback.unwrap_or_default(),
                 choices: tables::pointers(raw.choices).into_iter().filter_map(|c| tables::text(c)).collect(),
                 text: tables::text(raw.text).unwrap_or_default(),
             }
@@ -147,7 +152,9 @@ pub fn check_value(declared: &Declared, value: Value) -> Result<Value, String> {
             (declared.count == 0 || f.len() == declared.count as usize)
                 && f.iter().all(|x| *x >= declared.lowest && *x <= declared.highest)
         }
-        Value::Text(t) => declared.choices.is_empty() || declared.choices.iter().any(|c| c.as_bytes() == t),
+        Value::Text(t) | Value::Bytes(t) => {
+            declared.choices.is_empty() || declared.choices.iter().any(|c| c.as_bytes() == t)
+        }
         _ => true,
     };
     if matches!(&value, Value::Floats(f) if f.iter().any(|x| x.is_nan())) {

@@ -47,6 +47,7 @@ pub use force_sensor::ForceSensor;
 pub use forms::{collision_parts, default_inertia, default_mass, is_endless, visible_parts};
 pub use mechanics::mechanics;
 pub use moves::Moves;
+pub use names::{ALIAS, is_alias};
 pub use object::{
     ActuatorData, Body, Control, Data, Joint, JointSolver, JointType, Object, Primitive, SensorData, Shape, ShapePart,
 };

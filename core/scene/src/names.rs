@@ -4,6 +4,14 @@ use std::collections::BTreeMap;
 
 use super::{Object, Scene};
 
+/// What an alias is made of, for messages.
+pub const ALIAS: &str = "text without `/` and control characters";
+
+/// Whether an object can have an alias: paths are made of them, and lists show them.
+pub fn is_alias(text: &str) -> bool {
+    !text.is_empty() && !text.contains(|c: char| c == '/' || c.is_control())
+}
+
 impl Scene {
     /// Where an object stands: `/robot[1]/arm`; an index where siblings share its alias.
     pub fn path(&self, slot: u32) -> String {

@@ -6,11 +6,12 @@ use nalgebra::{Isometry3, Point3};
 use tatu_errors::{Error, Place, Result};
 use tatu_geometry::Mesh;
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::{Declared, Registry, SensorKind};
+use tatu_plugins::{Declared, Registry, SensorKind, texts::label};
 use toml_edit::Item;
 
 use super::{DeviceSpec, Document, MAIN, Made, ObjectSpec, ScriptSpec, keys, presets};
 use crate::{
+    names::{ALIAS, is_alias},
     noise::NoiseSpec,
     rows::{KINDS, ROWS, Row, kind_name, rows_of},
 };
@@ -52,8 +53,8 @@ impl<'a> Builder<'a> {
             return Err(Error::new("E110", format!("the parent of `{alias}` is not there")));
         }
         let alias = if alias.is_empty() { kind } else { alias };
-        if alias.contains('/') {
-            return Err(Error::new("E102", format!("`{alias}` cannot be an alias")).expected("text without `/`"));
+        if !is_alias(alias) {
+            return Err(Error::new("E102", format!("`{}` cannot be an alias", label(alias.as_bytes()))).expected(ALIAS));
         }
         if self.document.objects.len() >= MOST_OBJECTS {
             return Err(Error::new("E124", format!("the scene has more than {MOST_OBJECTS} objects")));

@@ -12,6 +12,7 @@ use tatu_plugin_api::{
 use tatu_plugins::{
     Declared,
     border::{ErrorSlot, answer, bytes, text},
+    texts,
     watchdog::Call,
 };
 
@@ -59,11 +60,19 @@ pub(super) fn run_model(
     let source = Source { name: None, roots: folder.iter().cloned().collect(), folder, whole: false };
     let me = registry.plugins[info.plugin].me;
     let asked = Asked { plugin: info.plugin, call: Call::Build, subject: &format!("the model `{}`", info.id) };
+    let first = builder.document.objects.len();
     let done = run(builder, asked, source, (&info.params, params), parent, |table, params, error| {
         // SAFETY: by the contract; the table and the parameters live through the call.
         info.raw.build.map_or(TATU_OK, |f| unsafe { f(me, table, params, error) })
     });
     let plugin = &registry.plugins[info.plugin].id;
+    let built = builder.document.objects.get(first..).unwrap_or_default();
+    let lost = info.slots.iter().find(|s| !built.iter().any(|o| o.alias == **s)).filter(|_| done.is_ok());
+    if let Some(slot) = lost {
+        let text = format!("the model `{}`: it builds no object `{slot}`, which it declares as a slot", info.id);
+        return Err(Error::new("E111", format!("{text} [{} of `{plugin}`]", Call::Build.text()))
+            .help("build it, or take it out of `tatu_model.slots`; report it to the plugin's authors"));
+    }
     done.map_err(|failed| match failed {
         Failed::Breach(e) => e,
         Failed::Refused(e) => {
@@ -163,7 +172,7 @@ unsafe fn c_text(s: *const c_char) -> String {
         return String::new();
     }
     // SAFETY: the caller promises it.
-    unsafe { std::ffi::CStr::from_ptr(s) }.to_string_lossy().into_owned()
+    texts::clean(&unsafe { std::ffi::CStr::from_ptr(s) }.to_string_lossy()).into_owned()
 }
 
 /// The index of an object that a plugin names by its number in the build. Whether it is there yet, the builder tells.
@@ -244,7 +253,7 @@ unsafe extern "C" fn script(
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         let (language, dialect, kind) = (c_text(language), c_text(dialect), c_text(kind));
-        let (name, source) = (text(name).into_owned(), bytes(source).to_vec());
+        let (name, source) = (texts::clean(&text(name)).into_owned(), bytes(source).to_vec());
         with(t, |build, b| {
             let owner = index(build, owner)?;
             let language = b
@@ -284,7 +293,7 @@ unsafe extern "C" fn device(t: *const tatu_builder, object: u32, kind: *const c_
 unsafe extern "C" fn report(t: *const tatu_builder, severity: u32, object: u32, said: tatu_str) {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
-        let said = text(said).into_owned();
+        let said = texts::clean(&text(said)).into_owned();
         with(t, |build, b| {
             if severity == TATU_REPORT_ERROR {
                 return Err(Error::new("E111", said));

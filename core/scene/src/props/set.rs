@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::texts::label;
 
 use super::{
     super::{
@@ -16,8 +17,10 @@ use super::{
     values::{notes, parse_part, surface},
 };
 use crate::{
+    ALIAS,
     force_sensor::MOST_SAMPLES as MOST_SAMPLES_OF_FORCE,
     graph::{CurveSpec, GraphSpec, MOST_SAMPLES, StreamSpec},
+    is_alias,
     noise::NoiseSpec,
 };
 
@@ -162,15 +165,18 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
                 false => refuse(TATU_ERR_ARGUMENT, "an object cannot hang below itself"),
             };
         }
-        Row::Alias if text.is_empty() || text.contains('/') => {
-            return refuse(TATU_ERR_ARGUMENT, format!("`{text}` cannot be an alias: expected text without `/`"));
+        Row::Alias if !is_alias(&text) => {
+            let shown = label(text.as_bytes());
+            return refuse(TATU_ERR_ARGUMENT, format!("`{shown}` cannot be an alias: expected {ALIAS}"));
         }
         Row::Name => {
             if scene.find_name(&text).is_some_and(|s| s != slot) {
                 return refuse(TATU_ERR_ARGUMENT, format!("the name `{text}` is taken"));
             }
             let (alias, suffix) = text.split_once('#').map_or((text.as_str(), Ok(-1)), |(a, n)| (a, n.parse()));
-            let Ok(suffix) = suffix else { return refuse(TATU_ERR_ARGUMENT, format!("`{text}` is not a name")) };
+            let Some(suffix) = suffix.ok().filter(|_| is_alias(alias)) else {
+                return refuse(TATU_ERR_ARGUMENT, format!("`{}` is not a name", label(text.as_bytes())));
+            };
             scene.set_name(slot, alias, suffix);
             return Ok(Changed::Value);
         }

@@ -7,6 +7,7 @@ use tatu_plugin_api::{
 };
 use tatu_plugins::{
     border::{raw, text},
+    describe,
     events::ALL,
 };
 
@@ -37,9 +38,11 @@ unsafe extern "C" fn publish(w: *mut tatu_world, name: tatu_str, payload: *const
             }
             let payload = payload.as_ref().map_or(ValueRef::NIL, |p| ValueRef::new(*p));
             // An empty table of a script may look like a list.
-            let nothing = payload.is_nil() || payload.tag() != TATU_MAP && payload.is_empty();
+            let nothing = payload.is_nil() || (TATU_F64S..=TATU_LIST).contains(&payload.tag()) && payload.is_empty();
             if !nothing && payload.tag() != TATU_MAP {
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a payload is a table with names"));
+                let found = payload.to_value().map_or("a broken value".into(), |v| describe(&v));
+                let said = format!("the payload of `{name}` is {found}; a payload is a table with names");
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &said));
             }
             if !world.outside.wants(&name) {
                 return Ok(());

@@ -4,9 +4,9 @@ use std::ffi::{CStr, c_char};
 
 use nalgebra::Isometry3;
 use tatu_plugin_api::{abi::*, safe::ValueRef};
-use tatu_plugins::{HostTables, border::text};
+use tatu_plugins::{HostTables, border::text, texts::label};
 use tatu_scene::{
-    Changed, Data, Joint, Scene, Shape, pose_from_array, pose_to_array,
+    ALIAS, Changed, Data, Joint, Scene, Shape, is_alias, pose_from_array, pose_to_array,
     rows::{KINDS, kind_name},
 };
 
@@ -293,6 +293,11 @@ unsafe extern "C" fn create(
             let parent = if parent == 0 { 0 } else { slot(world, &scene, parent)? };
             let alias = text(alias);
             let alias = if alias.is_empty() { kind } else { alias };
+            if !is_alias(&alias) {
+                let shown = label(alias.as_bytes());
+                let said = format!("`scene.create`: `{shown}` cannot be an alias: expected {ALIAS}");
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &said));
+            }
             match scene.add(parent, &alias, Isometry3::identity(), data) {
                 Some(s) => {
                     scene.make_unique(&[s]);

@@ -39,7 +39,7 @@ pub(crate) fn tell(script: &Script, world: &World<'_>) {
             continue;
         }
         // SAFETY: as above. A name that the host has refused is not in its way.
-        if unsafe { (script.commands.find)(script.world, abi_str(name.as_bytes())) } == 0 {
+        if unsafe { script.commands.number(script.world, name.as_bytes()) } == 0 {
             continue;
         }
         let text = format!(
