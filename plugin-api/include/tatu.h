@@ -14,6 +14,8 @@
  *   [any]       any thread, any time.
  *   Pointers:   whatever a call is given is valid during that call only, unless its sentence says otherwise.
  *   Text:       pointer and length, UTF-8 by intention, not by guarantee; `const char *` is NUL-terminated.
+ *               People see control characters of it written out, but for tab and newline.
+ *   Names:      UTF-8 without spaces, control characters and backslashes; `a` and `a.b` exclude each other.
  *   Units:      metres, seconds, kilograms, radians, newtons; world frame with z up, unless a name says otherwise.
  *   Pose:       7 doubles: x y z, then the unit quaternion x y z w. Twist: 6 doubles: m/s, then rad/s.
  *
@@ -197,7 +199,8 @@ struct tatu_error {
   uint32_t size;
   int32_t code; /* TATU_OK while nothing has been said */
   void *ctx;    /* the host's */
-  /* [any] Fills the error: code (negative) and one sentence: what, where, what was expected. */
+  /* [any] Fills the error: code (negative) and one sentence: what, where, what was expected. What is longer than 16 KiB is
+   * cut, here and in `add`. */
   void(TATU_CALL *say)(tatu_error *, tatu_status code, tatu_str text);
   /* [any] Adds a part: TATU_PART_*; `line` counts from 1 and belongs to TATU_PART_FILE. */
   void(TATU_CALL *add)(tatu_error *, uint32_t part, tatu_str text, uint64_t line);
@@ -415,7 +418,7 @@ enum {
 typedef struct tatu_command {
   uint32_t size;
   uint32_t flags;                    /* TATU_COMMAND_* */
-  const tatu_name *const *names;     /* at least one */
+  const tatu_name *const *names;     /* at least one, at most 255 */
   const tatu_param *const *params;   /* null: none */
   const tatu_param *const *returns;  /* for people and docs; may be null */
   const char *text;                  /* what it does, one sentence */
@@ -1307,7 +1310,7 @@ enum {
 typedef struct tatu_host_log {
   uint32_t size;
   uint32_t reserved;
-  /* [any] One line. `world` may be null. */
+  /* [any] One line; the host says whose it is, by its first argument. `world` may be null. */
   void(TATU_CALL *write)(const tatu_host *, tatu_world *, uint32_t level, tatu_str text);
   /* [step] What the last refusal of a service said; never null. */
   const tatu_error *(TATU_CALL *last_error)(tatu_world *);

@@ -113,6 +113,13 @@ static const tatu_ext_command with_constant = {{.size = sizeof(tatu_ext_command)
     source.id = "\"org.test.a b\"".into();
     compile(&base, "bad", &source.text());
     told_once(&base.run(&["--steps", "1"]).good(), &["[E301]", "its id `org.test.a b` holds a space"]);
+    // A suffix with which every name of a file ends.
+    let base = place("");
+    let suffix = all("end", "a").text().replace("\".tongue\"", "\"\"").replace("\".scroll\"", "\".a b\"");
+    compile(&base, "end", &suffix);
+    let done = base.run(&["--steps", "1"]).good();
+    told_once(&done, &["[E303]", "`org.test.end`", "its language `tongue` has the suffix ``, which is empty"]);
+    told_once(&done, &["[E303]", "`org.test.end`", "its importer `reader` has the suffix `.a b`, which holds a space"]);
     // Schemas, fields and keys.
     let table = ", .fields = fields, .params = params";
     let fields = |field: &str| {

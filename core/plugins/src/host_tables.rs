@@ -17,6 +17,7 @@ pub type FindTable = fn(&CStr) -> *const c_void;
 pub struct HostTables {
     shared: Box<Shared>,
     /// One for each plugin that was started, also where its start failed: a thread of it may still have the pointer.
+    #[allow(clippy::vec_box, reason = "plugins keep pointers to them, so they must not move")]
     owned: Mutex<Vec<Box<OwnHost>>>,
 }
 

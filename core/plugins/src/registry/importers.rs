@@ -66,11 +66,12 @@ impl Registry {
                 if !self.is_own(plugin, "importer", &id, &claimed) {
                     continue;
                 }
+                let suffixes = self.suffixes(plugin, &format!("importer `{id}`"), raw.suffixes);
                 self.importers.push(Importer {
                     plugin,
                     id,
                     text: tables::text(raw.text).unwrap_or_default(),
-                    suffixes: tables::pointers(raw.suffixes).into_iter().filter_map(|s| tables::text(s)).collect(),
+                    suffixes,
                     params: Declared::read_list(raw.params),
                     raw,
                 });

@@ -68,6 +68,8 @@ pub struct Registry {
     pub events: Vec<crate::events::EventInfo>,
     /// Libraries and parts of them that could not be loaded, and why.
     pub refused: Vec<Error>,
+    /// What was found when the tables of all plugins were read: it is no news when one of them is read again.
+    known: Vec<String>,
     /// Files that could not be loaded, or only in part, and why: where something is missing, one of them may be meant.
     closest: Vec<(PathBuf, String)>,
     /// What is only good to know.
@@ -168,6 +170,7 @@ impl Registry {
             services: Vec::new(),
             events: crate::events::of_host(),
             refused: Vec::new(),
+            known: Vec::new(),
             closest: Vec::new(),
             notes: Vec::new(),
             search,
@@ -195,6 +198,7 @@ impl Registry {
             }
         }
         self.check_declarations();
+        self.known = self.refused.iter().map(|e| e.text.clone()).collect();
     }
 
     /// Ends all plugins, when no world uses them any more; what went wrong. Without it they are ended silently.

@@ -53,6 +53,18 @@ impl Registry {
         }
     }
 
+    /// Endings of file names, but for those that are none: every name ends with an empty one.
+    pub(super) unsafe fn suffixes(&mut self, plugin: usize, whose: &str, list: *const *const c_char) -> Vec<String> {
+        // SAFETY: a null-terminated list, by the contract.
+        let mut all = unsafe { labels(list) };
+        all.retain(|suffix| {
+            let Some(flaw) = names::flaw(suffix) else { return true };
+            self.refuse(plugin, format!("its {whose} has the suffix `{suffix}`, which {flaw}"), "call it `.mine`");
+            false
+        });
+        all
+    }
+
     /// The life of something: whole, or none at all. `None`: it is broken, and the plugin has been told.
     pub(super) unsafe fn life(&mut self, plugin: usize, whose: &str, life: *const tatu_life) -> Option<tatu_life> {
         // SAFETY: a table or null, by the contract.
@@ -183,11 +195,12 @@ impl Registry {
                 if !self.is_own(plugin, "language", &id, &claimed) {
                     continue;
                 }
+                let suffixes = self.suffixes(plugin, &format!("language `{id}`"), raw.suffixes);
                 self.languages.push(Language {
                     plugin,
                     id,
                     text: tables::text(raw.text).unwrap_or_default(),
-                    suffixes: tables::pointers(raw.suffixes).into_iter().filter_map(|s| tables::text(s)).collect(),
+                    suffixes,
                     raw,
                     life,
                 });

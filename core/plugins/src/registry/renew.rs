@@ -49,7 +49,7 @@ impl Registry {
         let (search, watches) = (self.search.clone(), self.watches.clone());
         let mut registry = Self::of(plugins, search, self.setup.clone(), watches, self.host.clone());
         registry.read();
-        if let Some(why) = registry.refused.iter().find(|e| !self.refused.iter().any(|known| known.text == e.text)) {
+        if let Some(why) = registry.refused.iter().find(|e| !self.known.contains(&e.text)) {
             return Err(why.clone());
         }
         registry.take_places(self).map_err(|lost| {

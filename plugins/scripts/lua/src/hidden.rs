@@ -11,7 +11,7 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     hints,
-    state::{Script, abi_str, push},
+    state::{Script, push},
 };
 
 /// What has been looked at and told in this process.
