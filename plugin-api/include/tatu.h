@@ -366,7 +366,7 @@ struct tatu_call {
   uint32_t n_results;     /* how many there are; never padded */
   tatu_world *world;
   void *self;             /* of the called plugin */
-  void *instance;         /* its instance in this world; null if it has none */
+  void *instance;         /* its instance in this world; null if it has none, and in calls side by side with others */
   void *state;            /* the instance's state block */
   const void *user;       /* tatu_command.user */
   const tatu_call_api *api;

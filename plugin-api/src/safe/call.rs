@@ -3,6 +3,7 @@
 use super::value::Room;
 use super::{
     Fail, Plugin, Result, Value, ValueRef, World,
+    command::Run,
     fail::{bytes_of, text_raw},
     guard,
     plugin::Started,
@@ -118,9 +119,13 @@ impl<'a, P: Plugin> Call<'a, P> {
         // SAFETY: the host calls commands in `[step]` of this world.
         unsafe { World::new(self.raw.world, &self.started.host) }
     }
-    /// What the plugin keeps for this world.
+    /// What the plugin keeps for this world. Not in a command that a script calls beside those of other threads: the call fails.
+    ///
+    /// # Panics
+    /// In such a call, since what is kept for a world belongs to one thread. The panic becomes the error of the call.
     pub fn instance(&self) -> &'a P::World {
-        // SAFETY: made by `Plugin::world`; lives until the world ends.
+        assert!(!self.raw.instance.is_null(), "a command that runs side by side with others has no instance to use");
+        // SAFETY: made by `Plugin::world`; lives until the world ends, and the host gives it to the world's own thread alone.
         unsafe { &*self.raw.instance.cast::<P::World>() }
     }
     /// Which of the command's names was used: 0 for the first.
@@ -302,7 +307,7 @@ pub(crate) unsafe extern "C" fn trampoline<P: Plugin>(raw: *mut tatu_call) -> ta
     let error = raw.error;
     guard::run(error, || {
         // SAFETY: `user` is a boxed `Run<P>` that lives until shutdown.
-        let run = unsafe { &*raw.user.cast::<Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome>>>() };
+        let run = unsafe { &*raw.user.cast::<Run<P>>() };
         let mut call = Call { raw, started, overflow: false };
         let outcome = run(&mut call)?;
         if call.overflow {

@@ -5,7 +5,8 @@ use std::ptr::null;
 use super::{Call, IntoResult, Outcome, Param, Plugin, Result, Value, call::trampoline, offer::Keep};
 use crate::abi::*;
 
-type Run<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome>>;
+/// Worlds on several threads call it at once.
+pub(crate) type Run<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome> + Send + Sync>;
 
 /// A command.
 pub struct Command<P: Plugin> {
@@ -46,7 +47,7 @@ impl<P: Plugin> Command<P> {
     /// A command with its first name and its function.
     pub fn new<T: IntoResult + 'static>(
         name: impl Into<String>,
-        run: impl Fn(&mut Call<'_, P>) -> Result<T> + 'static,
+        run: impl Fn(&mut Call<'_, P>) -> Result<T> + Send + Sync + 'static,
     ) -> Self {
         Command {
             names: vec![Name { name: name.into(), on_error: None, until: None }],

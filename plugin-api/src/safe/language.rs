@@ -92,9 +92,6 @@ pub trait Language: Sized + 'static {
     fn place(&self) -> Option<Fail> {
         None
     }
-    /// Whether its scripts may be called on any thread, and several at once, each on one thread at a time: they share nothing
-    /// that changes.
-    const SIDE_BY_SIDE: bool = false;
     /// A number for something callable, or 0: `TATU_FIND_*`.
     fn find(&self, how: u32, name: &[u8]) -> u32;
     /// Calls it; `used` counts instructions.
@@ -138,10 +135,10 @@ struct Data<L> {
     dialect: Mutex<CString>,
 }
 
-pub(crate) fn table<L: Language>(keep: &mut Keep) -> *const tatu_language {
+pub(crate) fn table<L: Language>(keep: &mut Keep, flags: u32) -> *const tatu_language {
     let raw = tatu_language {
         size: size_of::<tatu_language>() as u32,
-        flags: if L::SIDE_BY_SIDE { TATU_LANGUAGE_SIDE_BY_SIDE } else { 0 },
+        flags,
         id: keep.text(L::ID),
         text: keep.text(L::TEXT),
         suffixes: keep.texts(L::SUFFIXES),

@@ -176,7 +176,13 @@ impl<P: Plugin> Offer<P> {
     }
     /// A script language.
     pub fn language<L: Language<Plugin = P>>(&mut self) {
-        let raw = super::language::table::<L>(&mut self.keep);
+        let raw = super::language::table::<L>(&mut self.keep, 0);
+        self.languages.push(raw);
+    }
+    /// A script language whose scripts may be called on any thread, and several at once, each on one thread at a time: a script
+    /// can be sent to another thread, and scripts share nothing that changes.
+    pub fn language_side_by_side<L: Language<Plugin = P> + Send>(&mut self) {
+        let raw = super::language::table::<L>(&mut self.keep, TATU_LANGUAGE_SIDE_BY_SIDE);
         self.languages.push(raw);
     }
 

@@ -8,7 +8,6 @@
 
 use std::{
     cell::{Cell, Ref, RefCell},
-    ffi::c_void,
     ops::Deref,
     ptr::null,
 };
@@ -56,8 +55,6 @@ pub(crate) struct ScriptWorker(Box<WorldCell>);
 /// The part of a cell that makes it a worker.
 pub(crate) struct WorkerView {
     world: Cell<*const WorldCell>,
-    /// Instances of plugins, and their state blocks.
-    instances: RefCell<Vec<(*mut c_void, *mut c_void)>>,
     effects: RefCell<Vec<DeferredEffect>>,
     /// What the running script has set: each number once.
     own: RefCell<Vec<(tatu_object, Row, f64)>>,
@@ -78,7 +75,6 @@ impl ScriptWorker {
         cell.watch = world.watch.beside(&world.registry.watches);
         cell.worker = Some(Box::new(WorkerView {
             world: Cell::new(null()),
-            instances: RefCell::default(),
             effects: RefCell::default(),
             own: RefCell::default(),
             lines: Cell::new(0),
@@ -109,13 +105,6 @@ impl ScriptWorker {
         cell.suspicious.set(world.suspicious.get());
         let Some(worker) = &cell.worker else { return };
         worker.world.set(world);
-        let instances = world.instances.borrow();
-        let places = instances
-            .iter()
-            .map(|i| i.as_ref().map_or((std::ptr::null_mut(), std::ptr::null_mut()), |i| (i.data, i.state.place())));
-        let mut own = worker.instances.borrow_mut();
-        own.clear();
-        own.extend(places);
         worker.effects.borrow_mut().clear();
         worker.chunks.borrow_mut().clear();
     }
@@ -160,11 +149,6 @@ impl WorkerView {
     /// The world itself, for plugins to know it by.
     pub fn world(&self) -> *const WorldCell {
         self.world.get()
-    }
-    /// The data and the state block of a plugin's instance.
-    pub fn instance(&self, plugin: usize) -> (*mut c_void, *mut c_void) {
-        let none = (std::ptr::null_mut(), std::ptr::null_mut());
-        self.instances.borrow().get(plugin).copied().unwrap_or(none)
     }
     /// The next scripts are those of a chunk.
     pub fn begin_chunk(&self, chunk: usize) {

@@ -236,12 +236,9 @@ impl WorldCell {
     pub fn seed_of(&self, key: &str) -> u64 {
         xxhash_rust::xxh3::xxh3_64_with_seed(key.as_bytes(), self.settings.borrow().seed)
     }
-    /// The data and the state block of a plugin's instance in this world.
+    /// The data and the state block of a plugin's instance in this world; null in a worker: they belong to the world's thread.
     #[inline]
     pub fn instance(&self, plugin: usize) -> (*mut c_void, *mut c_void) {
-        if let Some(worker) = &self.worker {
-            return worker.instance(plugin);
-        }
         let all = self.instances.try_borrow();
         let one = all.as_ref().ok().and_then(|all| all.get(plugin)?.as_ref());
         let none = (std::ptr::null_mut(), std::ptr::null_mut());

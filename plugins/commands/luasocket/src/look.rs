@@ -111,7 +111,7 @@ pub(crate) fn give(c: &mut Ctx<'_>, values: Vec<Value>) {
 /// A command that looks outside.
 pub(crate) fn command(
     name: &'static str,
-    look: impl Fn(&Ctx<'_>, &mut Sockets, &dyn Fn() -> bool) -> Result<Vec<Value>> + 'static,
+    look: impl Fn(&Ctx<'_>, &mut Sockets, &dyn Fn() -> bool) -> Result<Vec<Value>> + Send + Sync + 'static,
 ) -> Command<LuaSocket> {
     Command::new(name, move |c| {
         let found = observe(c, name, |c| look(c, &mut *open(c)?, &|| c.world().is_interrupted()))?;

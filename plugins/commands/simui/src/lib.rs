@@ -39,7 +39,7 @@ const OLD_NAMES_RAISE: &str = "4.2";
 fn both<T: tatu_plugin_api::safe::IntoResult + 'static>(
     name: &str,
     on_error: [Value; 1],
-    f: impl Fn(&mut Ctx<'_>) -> Result<T> + 'static,
+    f: impl Fn(&mut Ctx<'_>) -> Result<T> + Send + Sync + 'static,
 ) -> Cmd {
     Cmd::new(name, f).old_name(name.replace("simUI.", "simExtCustomUI_"), on_error)
 }

@@ -133,7 +133,7 @@ props! {
 pub(crate) fn both<T: IntoResult + 'static>(
     name: &str,
     on_error: [Value; 1],
-    run: impl Fn(&mut Ctx<'_>) -> Result<T> + 'static,
+    run: impl Fn(&mut Ctx<'_>) -> Result<T> + Send + Sync + 'static,
 ) -> Cmd {
     Cmd::new(name, run).old_name(flat_name(name), on_error)
 }

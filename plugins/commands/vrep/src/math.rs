@@ -35,10 +35,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// A command of this file: an old name only where there was one.
-fn command(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + 'static) -> Cmd {
+fn command(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + Send + Sync + 'static) -> Cmd {
     both(name, NIL, run).side_by_side()
 }
-fn modern(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + 'static) -> Cmd {
+fn modern(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + Send + Sync + 'static) -> Cmd {
     Cmd::new(name, run).side_by_side()
 }
 fn matrix(key: &str) -> Param {

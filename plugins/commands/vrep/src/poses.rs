@@ -146,7 +146,7 @@ enum Frame {
     Base(tatu_object),
 }
 
-fn getter(name: &str, give: impl Fn(&mut Ctx<'_>, &Pose) + 'static) -> Cmd {
+fn getter(name: &str, give: impl Fn(&mut Ctx<'_>, &Pose) + Send + Sync + 'static) -> Cmd {
     both(name, NIL, move |c| {
         let id = id(c, 0)?;
         let frame = frame(c, c.arg(1), 1, id)?;
@@ -160,7 +160,11 @@ fn getter(name: &str, give: impl Fn(&mut Ctx<'_>, &Pose) + 'static) -> Cmd {
 }
 
 /// A setter: `put` reads the value, argument `i`, into the pose that the object has now.
-fn setter(name: &str, value: &str, put: impl Fn(&Ctx<'_>, ValueRef<'_>, usize, &mut Pose) -> Result + 'static) -> Cmd {
+fn setter(
+    name: &str,
+    value: &str,
+    put: impl Fn(&Ctx<'_>, ValueRef<'_>, usize, &mut Pose) -> Result + Send + Sync + 'static,
+) -> Cmd {
     both(name, MINUS, move |c| {
         let id = id(c, 0)?;
         // The new order puts the value first.

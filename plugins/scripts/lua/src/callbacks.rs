@@ -3,7 +3,7 @@
 //! The style is decided after the text has run once, in the callback `init`: either there is a function per callback,
 //! or the whole text is run again for each callback with a global that names it.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
@@ -232,7 +232,7 @@ pub(crate) fn call(s: &Script, callable: u32, frame: &mut Frame<'_>, budget: Bud
         (how, name, text.style, text.rules.clone(), text.may_rerun)
     };
     let name: &[u8] = &name;
-    let rules: &Rc<Rules> = &rules;
+    let rules: &Arc<Rules> = &rules;
     let mut missing = false;
     // SAFETY: runs in a protected call; everything with a destructor belongs to this function, which no Lua error
     // unwinds.

@@ -62,7 +62,7 @@ impl Plugin for Lua {
         Ok(())
     }
     fn offer(offer: &mut Offer<Self>) {
-        offer.language::<state::Script>();
+        offer.language_side_by_side::<state::Script>();
     }
 }
 
@@ -78,8 +78,6 @@ impl Language for state::Script {
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
         load::load(self, text, chunk, dialect)
     }
-    // A state belongs to its script alone and to no thread.
-    const SIDE_BY_SIDE: bool = true;
     fn traits(&self) -> u32 {
         traits::traits(self)
     }

@@ -1,6 +1,6 @@
 //! Loading of a script's text: preludes, dialect, compilation.
 
-use std::{collections::VecDeque, ffi::CString, rc::Rc};
+use std::{collections::VecDeque, ffi::CString, sync::Arc};
 
 use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
@@ -50,14 +50,14 @@ pub(crate) struct Rules {
 #[derive(Default)]
 pub(crate) struct Text {
     chunk: String,
-    pub rules: Rc<Rules>,
+    pub rules: Arc<Rules>,
     pub style: Style,
     /// Whether the text may have the style `Rerun`.
     pub may_rerun: bool,
     /// The clean-up has run; nothing is called any more.
     pub over: bool,
     /// Callables that were looked up: (`TATU_FIND_*`, name).
-    pub names: Vec<(u32, Rc<[u8]>)>,
+    pub names: Vec<(u32, Arc<[u8]>)>,
 }
 
 impl Text {
@@ -125,7 +125,7 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     let may_rerun = rules.rerun.as_ref().is_some_and(|r| old || words.binary_search(&r.variable).is_ok());
     *s.text.borrow_mut() = Text {
         chunk: chunk.to_owned(),
-        rules: Rc::new(rules),
+        rules: Arc::new(rules),
         style: Style::NotRun,
         may_rerun,
         over: false,

@@ -202,6 +202,11 @@ pub(crate) struct Script {
     state: Box<State>,
 }
 
+// SAFETY: what its pointers lead to (the Lua state, its memory, its files) belongs to this script alone, and is used by whoever
+// has the script, one thread at a time. Nothing in Lua or in this plugin is shared between scripts but what never changes and
+// what stands behind a lock. The world's pointer is handed to functions of the host only, which know on which thread they run.
+unsafe impl Send for Script {}
+
 impl Deref for Script {
     type Target = State;
     fn deref(&self) -> &State {

@@ -105,7 +105,7 @@ pub(crate) fn split(seconds: f64) -> Value {
 pub(crate) fn add<T: IntoResult + 'static>(
     offer: &mut Offer<Plugin>,
     names: [&str; 2],
-    f: impl Fn(&mut Ctx<'_>, Ros) -> Result<T> + Copy + 'static,
+    f: impl Fn(&mut Ctx<'_>, Ros) -> Result<T> + Copy + Send + Sync + 'static,
     finish: impl Fn(Cmd, Ros) -> Cmd,
 ) {
     for (module, name, ros) in [("simROS", names[0], Ros::One), ("simROS2", names[1], Ros::Two)] {
