@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn names_hold_what_can_be_seen() {
-        for good in ["sim.getObject", "gauge/1", "a-b", "größe", "_"] {
+        for good in ["mine.getObject", "smell/1", "a-b", "größe", "_"] {
             assert_eq!(flaw(good), None, "{good}");
         }
         for (bad, why) in
