@@ -149,6 +149,9 @@ const PROBE: &str = r#"
 #ifndef CREATE
 #define CREATE TATU_OK
 #endif
+#ifndef ANOTHER
+#define ANOTHER "probe.another"
+#endif
 typedef struct { uint64_t calls; } state;
 static tatu_status count(tatu_call *call) {
   state *s = call->state;
@@ -159,7 +162,7 @@ static const tatu_name old_name = {.size = sizeof old_name, .name = "probe.old"}
 static const tatu_name *const old_names[] = {&old_name, 0};
 static const tatu_command old = {.size = sizeof old, .flags = TATU_COMMAND_RAW, .names = old_names, .call = count};
 #else
-static const tatu_name new_name = {.size = sizeof new_name, .name = "probe.another"};
+static const tatu_name new_name = {.size = sizeof new_name, .name = ANOTHER};
 static const tatu_name *const new_names[] = {&new_name, 0};
 static const tatu_command new = {.size = sizeof new, .flags = TATU_COMMAND_RAW, .names = new_names, .call = count};
 #endif
@@ -303,6 +306,28 @@ fn a_changed_plugin_takes_the_place_of_the_old_one() {
     }
     let gone = lines[13].status()[1].to_owned();
     assert!(gone.contains("probe.old") && gone.contains("its new version has no such command"), "{gone}");
+}
+
+#[test]
+fn what_was_told_at_the_start_keeps_no_new_version_out() {
+    let place = two_robots("plugins = [\"plugins\"]\n", "");
+    let file = place.path().join("plugins").join(library("tatu_probe"));
+    fs::create_dir_all(place.path().join("plugins")).unwrap();
+    // A name that is none: told when the run begins, and just as wrong in every version.
+    let [second, third] = ["-DVERSION=2", "-DVERSION=3"].map(|v| probe(&place, &[v, "-DANOTHER=\"pro be\""]));
+    fs::write(&file, &second).unwrap();
+    let mut held = Held::start(&place, &["--reload"]);
+    for bytes in [&third, &second] {
+        held.steps(2);
+        fs::write(&file, bytes).unwrap();
+        thread::sleep(Duration::from_millis(250));
+    }
+    held.steps(2);
+    let (summary, ended) = held.end();
+    let ended = ended.good();
+    assert_eq!(summary["reloads"], 2, "{}", ended.err);
+    assert!(!ended.err.contains("pro be"), "what was told before the first step is no news: {}", ended.err);
+    place.run(&["--steps", "1"]).good().tells(&["E303", "`pro be` cannot be called so"]);
 }
 
 #[test]
