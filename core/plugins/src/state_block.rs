@@ -27,6 +27,12 @@ impl StateBlock {
         if self.is_empty() { std::ptr::null_mut() } else { self.0.as_ptr().cast_mut().cast() }
     }
 
+    /// Whether nobody has written past its end.
+    #[inline]
+    pub fn is_intact(&self) -> bool {
+        self.0.last() == Some(&GUARD)
+    }
+
     /// Whether nobody has written past its end since the last time it was asked.
     #[inline]
     pub fn is_whole(&mut self) -> bool {

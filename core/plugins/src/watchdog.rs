@@ -29,7 +29,7 @@ macro_rules! calls {
         impl Call {
             const TEXTS: &[&str] = &["nothing", $($text),*];
             /// By number, as a note has it.
-            const ALL: [Option<Call>; 64] = {
+            pub const ALL: [Option<Call>; 64] = {
                 let mut all = [None; 64];
                 $(all[Call::$name as usize] = Some(Call::$name);)*
                 all
@@ -131,9 +131,13 @@ impl Watch {
         self.now.load(Relaxed) & ((1 << COUNT) - 1) == 0
     }
     /// The call that runs, the innermost one; none: none does.
-    #[inline]
     pub fn call(&self) -> Option<Call> {
-        Call::ALL[(self.now.load(Relaxed) >> (OBJECT + PLUGIN)) as usize & ((1 << (COUNT - OBJECT - PLUGIN)) - 1)]
+        Call::ALL[self.call_number()]
+    }
+    /// Its number: a place in [`Call::ALL`].
+    #[inline]
+    pub fn call_number(&self) -> usize {
+        (self.now.load(Relaxed) >> (OBJECT + PLUGIN)) as usize & (Call::ALL.len() - 1)
     }
     /// The index of its plugin.
     pub fn plugin(&self) -> usize {

@@ -173,8 +173,8 @@ impl Turn<'_> {
             return Err(Fail::unsupported("this host cannot call commands"));
         };
         let world = self.world.raw();
-        // SAFETY: the world of this turn; the name is valid during the call.
         let mut alias = 0;
+        // SAFETY: the world of this turn; the name is valid during the call.
         let command = unsafe { find(world, text_raw(name), &mut alias) };
         if command == 0 {
             return Err(Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`")));

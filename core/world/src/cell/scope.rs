@@ -42,8 +42,8 @@ impl Function {
     }
 }
 
-/// What a call may use.
-#[derive(Clone, Copy, PartialEq, Eq)]
+/// What a call may use: each has what those before it have.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Scope {
     /// Nothing that needs a world.
     Nothing,
@@ -53,7 +53,18 @@ enum Scope {
     Act,
 }
 
-fn scope(call: Option<Call>) -> Scope {
+/// By the number of a call, as a note has it.
+static SCOPES: [Scope; Call::ALL.len()] = {
+    let mut all = [Scope::Nothing; Call::ALL.len()];
+    let mut i = 0;
+    while i < all.len() {
+        all[i] = scope(Call::ALL[i]);
+        i += 1;
+    }
+    all
+};
+
+const fn scope(call: Option<Call>) -> Scope {
     match call {
         // Several at once, on any thread, while the world is in the middle of a stage.
         Some(Call::Aim | Call::Measure | Call::Finish | Call::Apply) | None => Scope::Nothing,
@@ -89,6 +100,11 @@ pub(crate) fn strike(world: *const WorldCell) {
     let _ = LAST.try_with(|last| last.set(null()));
 }
 
+/// The thread enters a worker: what it found last is looked up anew.
+pub(crate) fn forget() {
+    LAST.set(null());
+}
+
 #[cold]
 fn among_living(world: *const WorldCell) -> bool {
     let found = LIVING.with_borrow(|all| all.contains(&world));
@@ -103,13 +119,17 @@ impl WorldCell {
     /// has that address. On a thread that runs scripts beside others it is the thread's own cell.
     #[inline]
     pub fn at<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
+        let world = ptr.cast::<WorldCell>().cast_const();
+        if LAST.get() == world && !ptr.is_null() {
+            // SAFETY: it lives, on this thread, which is in no worker: whoever ends it or enters a worker forgets it.
+            return unsafe { world.as_ref() };
+        }
         match script_worker::of_this_thread() {
-            None => {
-                let world = ptr.cast::<WorldCell>().cast_const();
-                let known = LAST.get() == world || among_living(world);
+            None if among_living(world) => {
                 // SAFETY: it lives, and on this thread: the list says so.
-                if known { unsafe { world.as_ref() } } else { None }
+                unsafe { world.as_ref() }
             }
+            None => None,
             // Nothing else is to be touched from here.
             Some(cell) => (cell.raw() == ptr).then_some(cell),
         }
@@ -119,10 +139,9 @@ impl WorldCell {
     #[inline]
     pub fn admit<'a>(ptr: *mut tatu_world, function: Function) -> Result<&'a WorldCell, tatu_status> {
         let Some(world) = Self::at(ptr) else { return Err(refuse_stranger(ptr, function)) };
-        match (scope(world.watch.call()), function.acts) {
-            (Scope::Act, _) | (Scope::Look, false) => Ok(world),
-            (scope, _) => Err(refuse(world, scope, function)),
-        }
+        let has = SCOPES[world.watch.call_number()];
+        let needs = if function.acts { Scope::Act } else { Scope::Look };
+        if has >= needs { Ok(world) } else { Err(refuse(world, has, function)) }
     }
 }
 

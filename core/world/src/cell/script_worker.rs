@@ -122,6 +122,7 @@ impl ScriptWorker {
             }
         }
         let worker = self.0.worker.as_deref()?;
+        super::scope::forget();
         let _inside = Inside(WORKER.replace(&raw const *self.0));
         Some(f(&self.0, worker))
     }

@@ -94,22 +94,26 @@ impl Device {
         self.fields = words;
     }
 
-    /// Empties its fields for a measure.
-    pub(super) fn clear_fields(&mut self) {
-        self.fields.fill(0);
-        for end in self.layout.ends() {
-            self.fields[end] = GUARD;
-        }
+    /// After a call of its plugin: whether it kept within its fields and its state block.
+    #[inline]
+    pub(super) fn kept_within(&self) -> bool {
+        let fields = &*self.fields;
+        self.layout.ends.iter().all(|end| fields[*end as usize] == GUARD) && self.state.is_intact()
     }
 
-    /// After a call of its plugin: what it wrote past, if it did. Behind each field is nothing any more.
-    pub(super) fn wrote_too_far(&mut self, kind: &SensorKind) -> Option<String> {
-        let past = self.layout.ends().position(|end| self.fields[end] != GUARD);
-        let told = past.map(|field| {
-            let name = &kind.fields[field].name;
-            format!("broke the contract: it wrote past the end of the field `{name}`")
-        });
-        told.or_else(|| (!self.state.is_whole()).then(|| PAST_STATE.to_owned()))
+    /// What it wrote past.
+    #[cold]
+    pub(super) fn wrote_too_far(&mut self, kind: &SensorKind) -> String {
+        match self.layout.ends.iter().position(|end| self.fields[*end as usize] != GUARD) {
+            Some(field) => {
+                let name = &kind.fields[field].name;
+                format!("broke the contract: it wrote past the end of the field `{name}`")
+            }
+            None => {
+                self.state.is_whole();
+                PAST_STATE.to_owned()
+            }
+        }
     }
 
     /// There is no reading any more, nor one under way.
@@ -248,11 +252,13 @@ pub(crate) struct Layout {
     /// Of each field, its shape.
     dims: Vec<[u32; 3]>,
     words: usize,
+    /// Of each field, the word behind its last one.
+    ends: Vec<u32>,
 }
 
 impl Default for Layout {
     fn default() -> Self {
-        Layout { plan: BeamPlan::NONE, spans: Vec::new(), dims: Vec::new(), words: 0 }
+        Layout { plan: BeamPlan::NONE, spans: Vec::new(), dims: Vec::new(), words: 0, ends: Vec::new() }
     }
 }
 
@@ -267,15 +273,18 @@ impl Layout {
             // One word more, to tell who writes too far.
             words += (elements * element_size(f.elem)).div_ceil(8).max(1) + 1;
         }
-        Ok(Layout { plan, spans, dims, words })
+        let begins = spans.iter().skip(1).map(|(first, _)| *first).chain((!spans.is_empty()).then_some(words));
+        let ends = begins.map(|next| (next - 1) as u32).collect();
+        Ok(Layout { plan, spans, dims, words, ends })
     }
-}
 
-impl Layout {
-    /// Of each field, the word behind its last one.
-    fn ends(&self) -> impl Iterator<Item = usize> {
-        let begins = self.spans.iter().skip(1).map(|(first, _)| *first);
-        begins.chain((!self.spans.is_empty()).then_some(self.words)).map(|next| next - 1)
+    /// Empties the fields of a reading for a measure.
+    #[inline]
+    pub(super) fn clear(&self, fields: &mut [u64]) {
+        fields.fill(0);
+        for end in &self.ends {
+            fields[*end as usize] = GUARD;
+        }
     }
 }
 

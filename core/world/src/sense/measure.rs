@@ -151,8 +151,8 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     for i in devices {
         let d = &mut all[*i];
         s.shown.push(d.keep_shown());
-        let layout = d.layout.clone();
-        let Layout { plan, spans, .. } = &*layout;
+        let layout = &*d.layout;
+        let Layout { plan, spans, .. } = layout;
         let world = scene.world(d.slot);
         let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
         let limits = Limits::of(plan, options.limits);
@@ -163,7 +163,7 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
         s.data.push(d.data);
         s.state.push(d.state.place());
         s.sensor.push(scene.id(d.slot));
-        d.clear_fields();
+        layout.clear(&mut d.fields);
         s.fields.extend(spans.iter().map(|(first, _)| d.fields[*first..].as_mut_ptr().cast::<c_void>()));
         if inputs & TATU_IN_POSE != 0 {
             s.pose.push(pose_to_array(&world));
@@ -277,9 +277,9 @@ fn hand_over(
             // SAFETY: the host's own error object and plugin data, which live through the call.
             *status = unsafe { answer(*status, false, error.raw()) };
         }
-        let text = if let Some(told) = d.wrote_too_far(kind_info) {
+        let text = if !d.kept_within() {
             *status = TATU_ERR;
-            told
+            d.wrote_too_far(kind_info)
         } else if *status < 0 {
             error.text()
         } else if let Some(field) = d.not_a_number(kind_info) {

@@ -115,23 +115,29 @@ unsafe fn room_of<'a, T>(world: &WorldCell, what: &str, pointer: *mut T, n: u32)
 }
 
 /// The frame of a call, if its caller knew all of it.
+#[inline]
 fn needs_frame(world: &WorldCell, frame: *const tatu_call) -> Done {
-    needs(world, "a frame", frame)?;
-    // SAFETY: a frame begins with its size.
-    match unsafe { (*frame).size } as usize >= size_of::<tatu_call>() {
-        true => {
-            // SAFETY: it has all fields, as its size tells.
-            let frame = unsafe { &*frame };
-            let lacks = frame.n_args > 0 && frame.args.is_null() || frame.results_cap > 0 && frame.results.is_null();
-            if !lacks {
-                return Ok(());
-            }
-            Err(world.calls.refuse(TATU_ERR_ARGUMENT, "arguments, and room for results, are expected, found null"))
+    // SAFETY: null, or a frame, which begins with its size; the other fields are looked at only if they lie within.
+    let fits = unsafe {
+        !frame.is_null()
+            && (*frame).size as usize >= size_of::<tatu_call>()
+            && ((*frame).n_args == 0 || !(*frame).args.is_null())
+            && ((*frame).results_cap == 0 || !(*frame).results.is_null())
+    };
+    if fits { Ok(()) } else { Err(refuse_frame(world, frame)) }
+}
+
+#[cold]
+fn refuse_frame(world: &WorldCell, frame: *const tatu_call) -> tatu_status {
+    let text = match frame.is_null() {
+        true => "a frame is expected, found null",
+        // SAFETY: a frame begins with its size.
+        false if (unsafe { (*frame).size } as usize) < size_of::<tatu_call>() => {
+            "the size of the frame is that of no version of `tatu_call`"
         }
-        false => {
-            Err(world.calls.refuse(TATU_ERR_ARGUMENT, "the size of the frame is that of no version of `tatu_call`"))
-        }
-    }
+        false => "arguments, and room for results, are expected, found null",
+    };
+    world.calls.refuse(TATU_ERR_ARGUMENT, text)
 }
 
 /// A status that something else gave, done or not.
