@@ -595,7 +595,7 @@ typedef struct tatu_sensor_batch {
   const double *normal;           /* per beam, 3 */
   const tatu_object *object;      /* per beam */
   const double *pose;             /* [n], 7 each */
-  const double *twist;            /* [n], 6 each */
+  const double *twist;            /* [n], 6 each: mean motion over the last step, from the difference of its poses */
   void *const *fields;            /* [n * n_fields] where to write; host-owned, zeroed */
   tatu_status *status;            /* [n] TATU_OK; set where one instance fails: it is switched off and named */
   const uint8_t *color;           /* per beam, 3: red green blue of the surface, unshaded; 0 0 0: nothing */

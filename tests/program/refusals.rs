@@ -189,6 +189,18 @@ fn files_that_are_no_whole_library_are_refused() {
 }
 
 #[test]
+fn folders_that_are_missing_and_libraries_of_other_names_are_told() {
+    let place = place("");
+    compile(&place, "good", &Source::new("good").text());
+    let from = place.path().join("mine").join(library("tatu_good"));
+    fs::copy(&from, place.path().join("mine").join(library("good"))).unwrap();
+    let env = [("TATU_PLUGIN_PATH", "nowhere")];
+    let done = run(program(), place.path(), &["run", "scene.toml", "--json", "--steps", "1"], &env).good();
+    done.tells(&["E311", "TATU_PLUGIN_PATH names the folder nowhere", "is a library, but no plugin by its name"]);
+    done.tells(&[&library("good"), &library("tatu_NAME")]);
+}
+
+#[test]
 fn a_library_without_the_symbol_is_refused() {
     let place = place("");
     compile(&place, "mute", "int nothing(void);\nint nothing(void) { return 0; }\n");

@@ -106,6 +106,19 @@ impl Search {
         self.built.iter().any(|b| b == stem)
     }
 
+    /// Libraries in folders that somebody named for plugins, whose names are not those of plugins.
+    pub fn misnamed(&self) -> Vec<PathBuf> {
+        let named = self.folders.iter().filter(|(_, s)| matches!(s, Source::Environment | Source::Scene));
+        let entries = named.filter_map(|(folder, _)| std::fs::read_dir(folder).ok()).flatten();
+        let other = |p: &PathBuf| {
+            let name = p.file_name().and_then(|n| n.to_str()).unwrap_or_default();
+            name.ends_with(std::env::consts::DLL_SUFFIX) && stem(name).is_none()
+        };
+        let mut files: Vec<_> = entries.filter_map(|e| e.ok().map(|e| e.path())).filter(other).collect();
+        files.sort();
+        files
+    }
+
     /// Files that may be plugins, in order of folders, then of names.
     pub fn candidates(&self) -> Vec<PathBuf> {
         let mut out = Vec::new();

@@ -108,6 +108,15 @@ impl Registry {
             let text = format!("the scene names the plugin folder {}, which is not there", folder.display());
             refused.push(Error::new("E311", text).help("paths in `plugins` start from the folder of the scene"));
         }
+        for folder in search.folders.iter().filter(|(f, s)| *s == Source::Environment && !f.is_dir()).map(|(f, _)| f) {
+            let text = format!("TATU_PLUGIN_PATH names the folder {}, which is not there", folder.display());
+            refused.push(Error::new("E311", text).help("its folders stand one after the other, as in PATH"));
+        }
+        for file in search.misnamed() {
+            let text = format!("{} is a library, but no plugin by its name", file.display());
+            let name = format!("{}tatu_NAME{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+            notes.push(format!("{text}: those are called {name}"));
+        }
         for path in search.candidates() {
             let mut remarks = Remarks::default();
             let opened = Plugin::open(&path, &search, &host, &setup, &mut remarks);

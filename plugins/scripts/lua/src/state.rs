@@ -76,7 +76,10 @@ impl Commands {
     pub unsafe fn number(&self, world: WorldPtr, name: &[u8]) -> u32 {
         let mut alias = 0;
         // SAFETY: the caller promises it; the name is valid during the call.
-        unsafe { (self.find)(world, abi_str(name), &mut alias) << 8 | alias }
+        match unsafe { (self.find)(world, abi_str(name), &mut alias) } {
+            0 => 0,
+            id => id << 8 | alias,
+        }
     }
 }
 

@@ -40,7 +40,7 @@ pub fn info(turn: &Turn<'_>, name: &str) -> Result<Cbor> {
     for (own, value) in turn.constants()? {
         if let Some(rest) = own.strip_prefix(&begin) {
             // A table of constants is a name space.
-            match cbor::write(&value) {
+            match cbor::write(value) {
                 Cbor::Map(entries) => {
                     for (key, value) in entries {
                         if let Cbor::Text(key) = key {

@@ -81,23 +81,21 @@ fn array(values: Vec<Value>) -> Value {
     }
 }
 
-/// A value as clients read it: bytes are bytes, texts that are none are bytes, too.
-pub fn write(value: &Value) -> Cbor {
+/// A value as clients read it: bytes are bytes, texts that are none are bytes, too. Bytes are moved, not copied: they may be
+/// images.
+pub fn write(value: Value) -> Cbor {
     match value {
         Value::Nil | Value::Func(_) => Cbor::Null,
-        Value::Bool(b) => Cbor::Bool(*b),
-        Value::Int(i) => Cbor::Integer((*i).into()),
-        Value::Float(x) => Cbor::Float(*x),
-        Value::Text(t) => match std::str::from_utf8(t) {
-            Ok(text) => Cbor::Text(text.to_owned()),
-            Err(_) => Cbor::Bytes(t.clone()),
-        },
-        Value::Bytes(b) => Cbor::Bytes(b.clone()),
-        Value::Floats(all) => Cbor::Array(all.iter().map(|x| Cbor::Float(*x)).collect()),
-        Value::Ints(all) => Cbor::Array(all.iter().map(|i| Cbor::Integer((*i).into())).collect()),
-        Value::List(all) => Cbor::Array(all.iter().map(write).collect()),
-        Value::Map(all) => Cbor::Map(all.iter().map(|(k, v)| (write(k), write(v))).collect()),
-        Value::Object(o) => Cbor::Integer((*o & 0xF_FFFF).into()),
+        Value::Bool(b) => Cbor::Bool(b),
+        Value::Int(i) => Cbor::Integer(i.into()),
+        Value::Float(x) => Cbor::Float(x),
+        Value::Text(t) => String::from_utf8(t).map_or_else(|e| Cbor::Bytes(e.into_bytes()), Cbor::Text),
+        Value::Bytes(b) => Cbor::Bytes(b),
+        Value::Floats(all) => Cbor::Array(all.into_iter().map(Cbor::Float).collect()),
+        Value::Ints(all) => Cbor::Array(all.into_iter().map(|i| Cbor::Integer(i.into())).collect()),
+        Value::List(all) => Cbor::Array(all.into_iter().map(write).collect()),
+        Value::Map(all) => Cbor::Map(all.into_iter().map(|(k, v)| (write(k), write(v))).collect()),
+        Value::Object(o) => Cbor::Integer((o & 0xF_FFFF).into()),
     }
 }
 
@@ -120,7 +118,7 @@ pub fn results(values: Vec<Cbor>, first: bool) -> Vec<u8> {
 
 /// A call of a function of a client.
 pub fn call(name: &str, args: &[Value]) -> Vec<u8> {
-    let args = args.iter().map(write).collect();
+    let args = args.iter().cloned().map(write).collect();
     bytes(vec![("func", Cbor::Text(name.to_owned())), ("args", Cbor::Array(args))])
 }
 

@@ -188,7 +188,7 @@ impl Service for Remote {
     fn resume(&self, _: &Turn<'_>, token: u64, result: Result<&[ValueRef<'_>]>) {
         let Ok(mut state) = self.state() else { return };
         let Some(pending) = state.waits.remove(&token) else { return };
-        pending.reply(result.and_then(|all| all.iter().map(|v| Ok(cbor::write(&v.to_value()?))).collect()));
+        pending.reply(result.and_then(|all| all.iter().map(|v| Ok(cbor::write(v.to_value()?))).collect()));
     }
 
     fn call_func(&self, turn: &Turn<'_>, local: u32, args: &[ValueRef<'_>]) -> Result<Vec<Value>> {
@@ -330,7 +330,7 @@ impl Remote {
             if state.talks > 0 { 0 } else { state.next_token }
         };
         match turn.call(&request.func, &request.args, token)? {
-            Called::Done(values) => Ok(Done::Now(values.iter().map(cbor::write).collect())),
+            Called::Done(values) => Ok(Done::Now(values.into_iter().map(cbor::write).collect())),
             Called::Waits => {
                 let state = &mut *self.state()?;
                 state.next_token += 1;

@@ -146,9 +146,7 @@ fn serve(mut stream: TcpStream, kind: Kind, number: u64, shared: &Shared, events
             shared.waiting.fetch_sub(size, Ordering::AcqRel);
         }
         let Some(body) = body else { return Ok(()) };
-        // The delimiter and a short body fit into one packet.
-        let mut bytes = Vec::with_capacity(body.len() + 11);
-        bytes.extend_from_slice(&[MORE, 0]);
+        let mut bytes = vec![MORE, 0];
         match u8::try_from(body.len()) {
             Ok(len) => bytes.extend_from_slice(&[0, len]),
             Err(_) => {
@@ -156,8 +154,14 @@ fn serve(mut stream: TcpStream, kind: Kind, number: u64, shared: &Shared, events
                 bytes.extend_from_slice(&(body.len() as u64).to_be_bytes());
             }
         }
-        bytes.extend_from_slice(&body);
-        stream.write_all(&bytes)?;
+        // What is small goes into one packet; what is large, such as an image, is not copied once more.
+        if body.len() <= SMALL {
+            bytes.extend_from_slice(&body);
+            stream.write_all(&bytes)?;
+        } else {
+            stream.write_all(&bytes)?;
+            stream.write_all(&body)?;
+        }
     }
 }
 
