@@ -145,7 +145,7 @@ pub unsafe fn text(s: *const c_char) -> Option<String> {
     (!s.is_null()).then(|| texts::clean(&unsafe { CStr::from_ptr(s) }.to_string_lossy()).into_owned())
 }
 
-/// A NUL-terminated name, copied as [`texts::label`] shows it: [`names`](crate::names) tells whether it can be one.
+/// A NUL-terminated name, copied as [`texts::label`] shows it: `names` tells whether it can be one.
 ///
 /// # Safety
 /// `s` is null or NUL-terminated.
