@@ -278,7 +278,7 @@ typedef struct tatu_param {
   uint32_t flags;      /* TATU_PARAM_* */
   const char *key;     /* "range" */
   const char *unit;    /* "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz", "1"; null: none */
-  double lowest;       /* least value; -HUGE_VAL: no bound. Both bounds 0: none at all */
+  double lowest;       /* least value; -HUGE_VAL: no bound. Both bounds 0: no bounds */
   double highest;      /* greatest value; HUGE_VAL: no bound */
   tatu_value fallback; /* the default; nil: must be given (or may be missing, if optional) */
   const char *const *choices; /* allowed texts, null-terminated; null: any */
@@ -901,7 +901,7 @@ typedef struct tatu_service {
    * `save` and `load` [step]: what of it belongs to a world, for snapshots of that world; a world that goes on from one where the
    * service does not run goes on without. `configure` is not called. */
   const tatu_life *life;
-  /* [step] Before each step, and while stopped or paused: executes what is queued, never blocks, answers TATU_GO or
+  /* [step] Before each step, and while stopped or paused, but not in the passes that follow a stop: executes what is queued, never blocks, answers TATU_GO or
    * TATU_HOLD. While any service holds, the session sleeps until session.wake, at most 0.1 s, and asks all again. */
   tatu_status(TATU_CALL *barrier)(void *data, tatu_world *, uint64_t step, tatu_error *);
   /* [step] Something happened: a name and a payload, both valid during the call. Told at the barrier: "started",

@@ -138,3 +138,20 @@ fn a_command_that_writes_past_its_state_fails() {
     end";
     place(0, script).run(&["--steps", "2"]).good();
 }
+
+#[test]
+fn a_field_is_valid_by_another_of_its_kind() {
+    let place = place(0, "");
+    let text = WRITER.replace("\"One.\", 0, 0}", "\"One.\", \"writer.z\", 0}");
+    assert_ne!(text, WRITER);
+    place.write("mine/writer.c", &text).write("scene.toml", "format = 1\n[scene]\nplugins = [\"mine\"]\n");
+    succeed(
+        Command::new(compiler("cc"))
+            .args(["-std=c11", "-shared", "-fPIC", "-I"])
+            .arg(root().join("plugin-api/include"))
+            .args(["writer.c", "-o", &library("tatu_writer"), "-lm"])
+            .current_dir(place.path().join("mine")),
+    );
+    let done = place.run(&["--steps", "1"]).good();
+    done.tells(&["the field `writer.y` of its sensor `writer` is valid by `writer.z`, which it has not"]);
+}

@@ -60,6 +60,7 @@ mod nesting;
 mod noise;
 mod order;
 mod outputs;
+mod outside;
 mod page;
 mod plugins;
 mod processors;

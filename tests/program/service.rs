@@ -553,9 +553,9 @@ fn a_service_in_c_that_fails_is_switched_off_and_named_once() {
     let place = Place::scene(&format!("plugins = [\"plugins\"]\n{}", watcher("d", "")));
     odd(&place);
     for (how, words) in [
-        (1, "answered 7 in tatu_service.barrier"),
-        (2, "failed with status -1 in tatu_service.barrier"),
-        (5, "the wire broke in tatu_service.barrier"),
+        (1, "it answered 7 [tatu_service.barrier]"),
+        (2, "failed with status -1 [tatu_service.barrier]"),
+        (5, "`odd`: the wire broke [tatu_service.barrier]"),
     ] {
         let done = place.run(&["--steps", "10", "--service", &format!("odd:how={how}")]);
         let errors = done.errors();

@@ -186,7 +186,7 @@ void refuse(tatu_call &call) {
 
 // ---------------------------------------------------------------- (4) What the host is told -------------------------
 
-// A parameter or result. Numbers need their bounds: a table without them allows only 0.
+// A parameter or result, without bounds.
 constexpr tatu_param param(uint32_t type, const char *key, const char *unit, const char *text) {
   tatu_param p{};
   p.size = sizeof p;

@@ -108,6 +108,16 @@ impl Registry {
                     self.refuse(plugin, text, "use one of TATU_ELEM_*");
                     continue;
                 }
+                let lost = fields.iter().find_map(|f| {
+                    let valid = f.valid.as_ref().filter(|v| !fields.iter().any(|other| other.name == **v))?;
+                    Some((f, valid))
+                });
+                if let Some((f, valid)) = lost {
+                    let text =
+                        format!("the field `{}` of its sensor `{id}` is valid by `{valid}`, which it has not", f.name);
+                    self.refuse(plugin, text, "name another field of the kind, whole: `schema.field`");
+                    continue;
+                }
                 if let Some((f, (flaw, help))) = fields.iter().find_map(|f| Some((f, field_flaw(f)?))) {
                     self.refuse(plugin, format!("the field `{}` of its sensor `{id}` {flaw}", f.name), help);
                     continue;

@@ -193,12 +193,12 @@ impl Running {
         let told = error.raw();
         let status = self.enter(world, call, |raw, data| f(raw, data, told))?;
         let why = match status {
-            TATU_OK | TATU_HOLD if !self.state.borrow_mut().is_whole() => PAST_STATE.to_owned(),
+            TATU_OK | TATU_HOLD if !self.state.borrow_mut().is_whole() => format!(": {PAST_STATE}"),
             TATU_OK => return Some(TATU_OK),
             TATU_HOLD if call == Call::Barrier => return Some(TATU_HOLD),
             ..0 if !error.has_said() => failure(status),
-            ..0 => error.text(),
-            n => format!("broke the contract: it answered {n}"),
+            ..0 => format!(": {}", error.text()),
+            n => format!(": broke the contract: it answered {n}"),
         };
         self.switch_off(world, call, &why);
         None
@@ -248,12 +248,13 @@ impl Running {
         });
     }
 
-    /// It failed, and has no more turns; `how` begins with a verb.
+    /// It failed, and has no more turns; `how` begins with a verb, or with a colon.
     fn switch_off(&self, world: &WorldCell, call: Call, how: &str) {
         self.off.set(true);
         let info = self.info(&world.registry);
         let plugin = &world.registry.plugins[info.plugin].id;
-        let text = format!("plugin `{plugin}`: {} {how} in {}; it is switched off", self.subject, call.text());
+        let gap = if how.starts_with(':') { "" } else { " " };
+        let text = format!("plugin `{plugin}`: {}{gap}{how} [{}]; it is switched off", self.subject, call.text());
         let mut fault = Fault::new(FaultKind::Plugin, text);
         fault.plugin = Some(plugin.clone());
         world.report(fault);

@@ -1,0 +1,10 @@
+-- Checks that the count of `counter` goes through a snapshot. Without tatu.on: subscriptions are not in snapshots.
+step = 0
+
+function sysCall_actuation()
+    step = step + 1
+    local ticks, due = sim.getInt32Signal('ticks'), math.min(step, 40)
+    assert(ticks == due, 'step ' .. step .. ', but ' .. tostring(ticks) .. ' ticks')
+end
+
+function sysCall_cleanup() print('steps', step); assert(step >= 40) end

@@ -1,0 +1,73 @@
+//! Plugins as authors outside of this repository write them: each builds by the line at its top, and its scene checks it.
+
+use std::{fs, process::Command};
+
+use crate::kit::*;
+
+/// A copy of one of them, built by its own line.
+fn built(name: &str) -> Place {
+    let place = Place::new();
+    let from = root().join("tests/outside").join(name);
+    copy(&from, place.path());
+    let source = if from.join(format!("{name}.c")).is_file() { format!("{name}.c") } else { format!("{name}.cpp") };
+    let text = fs::read_to_string(from.join(&source)).unwrap();
+    let line = text.lines().find_map(|l| l.strip_prefix("// Build: ")).expect("it has a line to build it");
+    let include = root().join("plugin-api/include").display().to_string();
+    let words = line.split_whitespace().map(|w| match w {
+        w if w.ends_with("plugin-api/include") => include.clone(),
+        w if w.starts_with("libtatu_") => library(&format!("tatu_{name}")),
+        w => w.to_owned(),
+    });
+    let words: Vec<String> = words.collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    succeed(Command::new(compiler(words[0])).args(&words[1..]).current_dir(place.path()));
+    place
+}
+
+/// Its scene runs to the end, and its script's checks hold; equal hashes on one thread and on two.
+fn works(place: &Place, scene: &str, more: &[&str]) {
+    let env = [("TATU_PLUGIN_PATH", ".")];
+    let hash = |threads| {
+        let args = [&["run", scene, "--json", "--threads", threads], more].concat();
+        run(program(), place.path(), &args, &env).good().json()["hash"].clone()
+    };
+    assert_eq!(hash("1"), hash("2"));
+}
+
+#[test]
+fn commands_that_call_functions_and_wait() {
+    works(&built("fleet"), "scene.toml", &["--steps", "60"]);
+}
+
+#[test]
+fn a_sensor_with_a_schema_and_a_preset() {
+    works(&built("lamp"), "scene.toml", &["--steps", "40"]);
+}
+
+#[test]
+fn a_robot_with_a_drive() {
+    works(&built("cart"), "scene.toml", &["--steps", "120"]);
+}
+
+#[test]
+fn a_service_with_state_in_snapshots() {
+    let place = built("counter");
+    works(&place, "scene.toml", &["--steps", "40"]);
+    let env = [("TATU_PLUGIN_PATH", ".")];
+    let of = |more: &[&str]| {
+        let args = [&["run", "snapshot.toml", "--json", "--steps", "40"], more].concat();
+        run(program(), place.path(), &args, &env)
+    };
+    of(&["--snapshot-at", "1", "half.snapshot"]).good();
+    of(&["--from", "half.snapshot"]).good();
+    let args = ["run", "scene.toml", "--json", "--steps", "40", "--service", "counter:most=20"];
+    let errors = run(program(), place.path(), &args, &env).errors();
+    let told = errors[0]["message"].as_str().unwrap();
+    assert!(told.contains("the service `counter`: ") && told.contains("tatu_service.barrier"), "{told}");
+}
+
+#[test]
+#[cfg_attr(no_cxx, ignore = "there is no C++ compiler")]
+fn exceptions_stay_inside() {
+    works(&built("guard"), "scene.toml", &["--allow", "plugins", "--steps", "5"]);
+}
