@@ -2,13 +2,14 @@
 //!
 //! - `zmtp`: sockets and ZeroMQ's framing; `cbor`: messages; `catalogue`: what a name space offers;
 //! - `clients`: who is there, and how each stands to the steps; `functions`: what clients give to be called back;
-//! - `service`: what is done at the barrier.
+//! - `state`: what waits for its turn or an answer; `service`: what is done at the barrier.
 
 mod catalogue;
 mod cbor;
 mod clients;
 mod functions;
 mod service;
+mod state;
 mod zmtp;
 
 use tatu_plugin_api::{

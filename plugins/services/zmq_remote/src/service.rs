@@ -3,8 +3,6 @@
 use std::{
     cell::{RefCell, RefMut},
     collections::{BTreeMap, VecDeque},
-    sync::mpsc::Receiver,
-    time::Duration,
 };
 
 use ciborium::Value as Cbor;
@@ -16,17 +14,16 @@ use tatu_plugin_api::{
 use crate::{
     ZmqRemote, catalogue,
     cbor::{self, Request},
-    clients::{Answer, Clients},
+    clients::Clients,
     functions::Functions,
-    zmtp::{Event, Kind, Listener},
+    state::{Done, Pending, Place, State, Waiting, gone},
+    zmtp::{Kind, Listener},
 };
 
 /// Requests that are handled in one turn.
 const AT_ONCE: usize = 2000;
 /// How a client answers when a function of it has returned.
 const EXECUTED: &str = "_*executed*_";
-/// How long a client is waited for before it is asked whether the run goes on.
-const PATIENCE: Duration = Duration::from_millis(20);
 /// The port that clients ask when they are told none.
 const PORT: i64 = 23000;
 
@@ -34,72 +31,6 @@ const PORT: i64 = 23000;
 pub struct Remote {
     session: Session,
     state: RefCell<State>,
-}
-
-struct State {
-    clients: Clients,
-    requests: VecDeque<Waiting>,
-    /// Requests whose commands run now, the outermost first: a function of a client may be called in any of them.
-    running: Vec<Pending>,
-    /// Functions of clients that have been called and have not returned.
-    talks: u32,
-    /// Requests whose commands wait, by token.
-    waits: BTreeMap<u64, Pending>,
-    next_token: u64,
-    functions: Functions,
-    /// The step that listeners of the first protocol were told last.
-    told: Option<u64>,
-    events: Receiver<Event>,
-    /// Last, so that what waits is let go before connections end.
-    _listener: Listener,
-    counter: Option<Listener>,
-}
-
-/// A request that waits for its turn.
-struct Waiting {
-    connection: u64,
-    answer: Answer,
-    asked: Result<Request>,
-}
-
-/// A request that is not answered yet.
-#[derive(Clone)]
-struct Pending {
-    connection: u64,
-    /// Of its client.
-    key: String,
-    answer: Answer,
-    /// What it calls.
-    name: String,
-    /// It is of the first protocol.
-    first: bool,
-}
-
-impl Pending {
-    /// Answers; who has gone needs none.
-    fn reply(&self, result: Result<Vec<Cbor>>) {
-        let bytes = match result {
-            Ok(values) => cbor::results(values, self.first),
-            Err(fail) => cbor::failed(&format!("{} (in function '{}')", fail.text(), self.name), self.first),
-        };
-        let _ = self.answer.send(bytes);
-    }
-}
-
-/// Where the answer of a client's function goes: to a command that runs, or to one that waits.
-#[derive(Clone, Copy)]
-enum Place {
-    Running(usize),
-    Waits(u64),
-}
-
-/// What becomes of a request.
-enum Done {
-    Now(Vec<Cbor>),
-    /// It is answered later.
-    Later,
-    /// It is a command of the world, to be called.
-    Command,
 }
 
 impl Service for Remote {
@@ -203,10 +134,6 @@ impl Service for Remote {
             }
         }
     }
-}
-
-fn gone() -> Fail {
-    Fail::with_code(TATU_ERR_GONE, "the function's client has gone")
 }
 
 impl Remote {
@@ -383,78 +310,5 @@ impl Remote {
                 None => {}
             }
         }
-    }
-}
-
-impl State {
-    /// What connections told.
-    fn hear(&mut self, session: &Session) {
-        while let Ok(event) = self.events.try_recv() {
-            self.take(session, event);
-        }
-    }
-
-    /// Waits a little for what connections tell.
-    fn wait(&mut self, session: &Session) {
-        if let Ok(event) = self.events.recv_timeout(PATIENCE) {
-            self.take(session, event);
-        }
-    }
-
-    fn take(&mut self, session: &Session, event: Event) {
-        match event {
-            Event::Request { connection, body, answer } => {
-                self.requests.push_back(Waiting { connection, answer, asked: cbor::read(&body) });
-            }
-            Event::Gone(connection) => {
-                self.requests.retain(|r| r.connection != connection);
-                for key in self.clients.gone(connection) {
-                    self.functions.gone(&key);
-                }
-            }
-            Event::Refused(text) => session.log(TATU_LOG_WARNING, &format!("zmq_remote: {text}")),
-        }
-    }
-
-    /// A client says that it goes.
-    fn end(&mut self, key: &str) {
-        self.clients.end(key);
-        self.functions.gone(key);
-    }
-
-    /// The request of a client that a function of it can answer now: the innermost that runs, else the last that waits.
-    fn place_of(&self, client: &str) -> Option<Place> {
-        let running = self.running.iter().rposition(|p| p.key == client).map(Place::Running);
-        running.or_else(|| self.waits.iter().rfind(|(_, p)| p.key == client).map(|(token, _)| Place::Waits(*token)))
-    }
-
-    fn pending(&mut self, place: Place) -> Option<&mut Pending> {
-        match place {
-            Place::Running(at) => self.running.get_mut(at),
-            Place::Waits(token) => self.waits.get_mut(&token),
-        }
-    }
-
-    /// Answers those whose steps are over. While time stands a step is over at once.
-    fn stepped(&mut self, turn: &Turn<'_>, step: u64) {
-        let stands = turn.state() != TATU_RUNNING;
-        for client in self.clients.iter_mut() {
-            client.until.retain(|(until, answer)| {
-                let over = stands || *until <= step;
-                if let (true, Some(answer)) = (over, answer) {
-                    let _ = answer.send(cbor::results(Vec::new(), false));
-                }
-                !over
-            });
-        }
-    }
-}
-
-impl Drop for State {
-    fn drop(&mut self) {
-        // Their answers will not come: connections that wait for them end.
-        self.requests.clear();
-        self.waits.clear();
-        self.clients = Clients::default();
     }
 }
