@@ -423,7 +423,7 @@ typedef struct tatu_command {
   const tatu_param *const *returns;  /* for people and docs; may be null */
   const char *text;                  /* what it does, one sentence */
   const char *example;               /* a script in Lua that raises where the effect is not there */
-  const char *no_wait;               /* what to do where waiting is not possible; null: a general sentence */
+  const char *no_wait;               /* the whole sentence where waiting is not possible; null: a general one */
   const void *user;                  /* handed back as tatu_call.user */
   /* [step] Runs it. May call any service; may be entered again before it returns. */
   tatu_status(TATU_CALL *call)(tatu_call *);
