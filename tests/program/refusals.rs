@@ -139,6 +139,7 @@ fn every_required_function_is_asked_for() {
         ".suffixes = endings, .load = read",
         ", .life = &butlers",
         ", .barrier = barrier",
+        ", .destroy = stop",
     ] {
         let source = all("parts", "a").with(|s| {
             assert!(s.before.contains(from), "{from}");

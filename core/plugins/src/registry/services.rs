@@ -37,7 +37,7 @@ impl Registry {
             for (_, raw) in tables::list(ext.services) {
                 let needed = tables::required!(raw, tatu_service: id, life, barrier);
                 let Some(id) = self.named(plugin, "service", raw.id, raw.size, &needed) else { continue };
-                let Some(life) = tables::read(raw.life) else { continue };
+                let Some(life) = self.life(plugin, &format!("service `{id}`"), raw.life) else { continue };
                 let claimed: Vec<usize> = self.services.iter().filter(|s| s.id == id).map(|s| s.plugin).collect();
                 if !self.is_own(plugin, "service", &id, &claimed) {
                     continue;
