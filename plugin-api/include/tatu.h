@@ -607,6 +607,7 @@ typedef struct tatu_sensor_batch {
   const tatu_object *pixel_object; /* per pixel; 0: nothing. TATU_IN_OBJECT */
   const tatu_random *random;
   double *const *rays;            /* [n] with TATU_BEAMS_AIMED: 6 per ray, where it begins (m) and points; else null */
+  const uint64_t *const *lengths; /* [n] the number of elements of each field, n_fields each */
 } tatu_sensor_batch;
 
 /* Settings under a name: what a scene would write in the object of a sensor, as lines of TOML ("range_m = 5.6"), its noise

@@ -79,7 +79,7 @@ fn works_or_is_refused(place: &Place, revision: &Path, prefix: &str) {
     place.write("scene.toml", &format!("format = 1\n[scene]\nplugins = [\"mine\"]\n{}", watcher("d", "")));
     let told = format!("built for draft {} of `tatu.", draft(revision));
     let done = place.run(&["--steps", "1"]).good();
-    // In C it needs a service, and is not loaded; in Rust it is, and nothing that it offers is used.
+    // Where it needs a service it is not loaded; else it is, and nothing that it offers is used.
     done.tells(&[&told, &format!("this host has draft {}", ours()), "rebuild it"]);
 }
 
@@ -94,8 +94,33 @@ fn an_older_plugin_in_c_works_or_is_refused_by_its_draft() {
 }
 
 #[test]
-fn an_older_plugin_in_rust_works_or_is_refused_by_its_draft() {
+fn an_older_plugin_that_needs_no_service_works_or_is_refused_by_its_draft() {
     for revision in revisions() {
+        let place = Place::new();
+        fs::create_dir(place.path().join("mine")).unwrap();
+        let mut text = fs::read_to_string(revision.join("plugin.c")).unwrap();
+        let without = [
+            (".needs = needs, ", ""),
+            (
+                "TATU_HAS(scene, find) ? TATU_OK : tatu_fail(error, TATU_ERR, \"this host has no scene\")",
+                "(void)scene, (void)error, TATU_OK",
+            ),
+        ];
+        for (from, to) in without {
+            assert!(text.contains(from), "{from}");
+            text = text.replace(from, to);
+        }
+        place.write("plugin.c", &text);
+        let to = place.path().join("mine").join(library("tatu_old"));
+        compile(&place.path().join("plugin.c"), &revision, &to);
+        works_or_is_refused(&place, &revision, "oldc");
+    }
+}
+
+/// Drafts that this host does not take any more have no copy in Rust.
+#[test]
+fn an_older_plugin_in_rust_works() {
+    for revision in revisions().into_iter().filter(|r| r.join("plugin/src/lib.rs").is_file()) {
         let file = library(&format!("tatu_compat_{}", name(&revision)));
         let place = Place::new();
         fs::create_dir(place.path().join("mine")).unwrap();

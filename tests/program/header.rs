@@ -143,7 +143,8 @@ fn constants() -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
     for file in ["frozen", "types", "ext", "host"] {
         let text = fs::read_to_string(root().join(format!("plugin-api/src/abi/{file}.rs"))).unwrap();
-        for line in text.lines().filter_map(|l| l.trim().strip_prefix("pub const ")) {
+        for line in text.lines().filter_map(|l| l.trim().strip_prefix("pub const ").filter(|l| l.starts_with("TATU_")))
+        {
             let (name, rest) = line.split_once(':').unwrap();
             let value = rest.split_once(" = ").unwrap().1.trim_end_matches(';');
             let value = value.trim_start_matches("c\"").trim_end_matches('"');

@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeMap,
     ffi::{CStr, CString, c_char, c_void},
-    sync::{Mutex, PoisonError},
+    sync::{Arc, Mutex, Weak},
 };
 
 use tatu_plugin_api::abi::*;
@@ -15,10 +15,7 @@ pub type FindTable = fn(&CStr) -> *const c_void;
 
 /// The tables that plugins of one host get, and the keys that they interned.
 pub struct HostTables {
-    shared: Box<Shared>,
-    /// One for each plugin that was started, also where its start failed: a thread of it may still have the pointer.
-    #[allow(clippy::vec_box, reason = "plugins keep pointers to them, so they must not move")]
-    owned: Mutex<Vec<Box<OwnHost>>>,
+    shared: Arc<Shared>,
 }
 
 /// What the host's entry function needs.
@@ -36,19 +33,17 @@ pub struct Holder {
     pub of_program: bool,
 }
 
-/// The host as one plugin sees it: its pointer tells whose it is, on whatever thread it comes back.
+/// The host as one plugin sees it: its pointer tells whose it is, on whatever thread it comes back. It is never given back, for
+/// a thread of the plugin may have the pointer for as long as the process lives.
 struct OwnHost {
     raw: tatu_host,
-    shared: *const Shared,
+    shared: Weak<Shared>,
     holder: Holder,
 }
 
-// SAFETY: it is constant once it is made, and what it points to is behind a lock.
-unsafe impl Send for OwnHost {}
-
 /// # Safety
-/// `host` is null or one that living [`HostTables`] gave out.
-unsafe fn own<'a>(host: *const tatu_host) -> Option<&'a OwnHost> {
+/// `host` is null or one that [`HostTables`] gave out.
+unsafe fn own(host: *const tatu_host) -> Option<&'static OwnHost> {
     // SAFETY: the context of such a host is the `OwnHost` that it lies in.
     unsafe { host.as_ref()?.ctx.cast::<OwnHost>().as_ref() }
 }
@@ -81,9 +76,9 @@ impl HostTables {
         for key in keys {
             interner.number(key);
         }
-        HostTables { shared: Box::new(Shared { find, keys: Mutex::new(interner) }), owned: Mutex::default() }
+        HostTables { shared: Arc::new(Shared { find, keys: Mutex::new(interner) }) }
     }
-    /// The host for a plugin; lives as long as these tables.
+    /// The host for a plugin.
     pub(crate) fn own(&self, plugin: &str, of_program: bool) -> *const tatu_host {
         let raw = tatu_host {
             size: size_of::<tatu_host>() as u32,
@@ -92,11 +87,12 @@ impl HostTables {
             service: Some(service),
         };
         let holder = Holder { plugin: plugin.to_owned(), of_program };
-        let mut new = Box::new(OwnHost { raw, shared: &raw const *self.shared, holder });
-        new.raw.ctx = (&raw mut *new).cast();
-        let host = &raw const new.raw;
-        self.owned.lock().unwrap_or_else(PoisonError::into_inner).push(new);
-        host
+        let new = Box::into_raw(Box::new(OwnHost { raw, shared: Arc::downgrade(&self.shared), holder }));
+        // SAFETY: just made, and never given back.
+        unsafe {
+            (*new).raw.ctx = new.cast();
+            &raw const (*new).raw
+        }
     }
     /// A table, or null.
     pub(crate) fn find(&self, id: &str) -> *const c_void {
@@ -124,16 +120,16 @@ impl HostTables {
     /// The number of a key, by the host pointer that plugins hold; `None` for null.
     ///
     /// # Safety
-    /// `host` is null or one that living [`HostTables`] gave out.
+    /// `host` is null or one that [`HostTables`] gave out.
     pub unsafe fn number_at(host: *const tatu_host, key: &str) -> Option<u32> {
-        // SAFETY: the caller promises it; what it points to lives as long.
-        Some(unsafe { own(host)?.shared.as_ref() }?.number(key))
+        // SAFETY: the caller promises it.
+        Some(unsafe { own(host) }?.shared.upgrade()?.number(key))
     }
     /// Whose a host pointer is; `None` for null.
     ///
     /// # Safety
-    /// As for [`number_at`](Self::number_at); not beyond the call that it came with.
-    pub unsafe fn holder_at<'a>(host: *const tatu_host) -> Option<&'a Holder> {
+    /// As for [`number_at`](Self::number_at).
+    pub unsafe fn holder_at(host: *const tatu_host) -> Option<&'static Holder> {
         // SAFETY: the caller promises it.
         Some(&unsafe { own(host) }?.holder)
     }
@@ -146,8 +142,8 @@ impl Shared {
 }
 
 unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *const c_void {
-    // SAFETY: the plugin passes the host that it got; what it points to lives as long.
-    let shared = unsafe { own(host).and_then(|h| h.shared.as_ref()) };
+    // SAFETY: the plugin passes the host that it got.
+    let shared = unsafe { own(host) }.and_then(|h| h.shared.upgrade());
     let Some(shared) = shared.filter(|_| !id.is_null()) else { return std::ptr::null() };
     // SAFETY: NUL-terminated, by the contract.
     let id = unsafe { CStr::from_ptr(id) };

@@ -1,8 +1,11 @@
 //! Sections 5 to 10 of the header: what plugins offer.
 
-use core::ffi::{CStr, c_char, c_void};
+use core::{
+    ffi::{CStr, c_char, c_void},
+    ptr::{null, null_mut},
+};
 
-use super::{frozen::*, types::*};
+use super::{args::*, frozen::*, types::*};
 
 pub const TATU_COMMAND: &CStr = c"tatu.command/draft.4";
 pub const TATU_SENSOR: &CStr = c"tatu.sensor/draft.4";
@@ -57,6 +60,37 @@ pub struct tatu_call {
     pub caller_dialect: tatu_str,
     pub caller_kind: u32,
     pub flags: u32,
+}
+
+impl tatu_call {
+    /// Of no size, with nothing in it.
+    pub const fn empty() -> tatu_call {
+        tatu_call {
+            size: 0,
+            command: 0,
+            alias: 0,
+            n_args: 0,
+            args: null(),
+            results: null_mut(),
+            results_cap: 0,
+            n_results: 0,
+            world: null_mut(),
+            self_: null_mut(),
+            instance: null_mut(),
+            state: null_mut(),
+            user: null(),
+            api: null(),
+            error: null_mut(),
+            wait_token: 0,
+            resume: 0,
+            caller: 0,
+            caller_object: 0,
+            caller_script: 0,
+            caller_dialect: tatu_str { ptr: null(), len: 0 },
+            caller_kind: 0,
+            flags: 0,
+        }
+    }
 }
 
 pub const TATU_CALL_RAISE: u32 = 1;
@@ -214,6 +248,23 @@ pub struct tatu_field {
     pub nothing: *const c_char,
 }
 
+impl tatu_field {
+    /// Of no size, with nothing in it.
+    pub const fn empty() -> tatu_field {
+        tatu_field {
+            size: 0,
+            elem: 0,
+            dims: [0; 3],
+            flags: 0,
+            name: null(),
+            unit: null(),
+            text: null(),
+            valid: null(),
+            nothing: null(),
+        }
+    }
+}
+
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tatu_random {
@@ -254,6 +305,7 @@ pub struct tatu_sensor_batch {
     pub pixel_object: *const tatu_object,
     pub random: *const tatu_random,
     pub rays: *const *mut f64,
+    pub lengths: *const *const u64,
 }
 
 #[repr(C)]
@@ -347,25 +399,17 @@ pub struct tatu_builder {
     pub size: u32,
     pub reserved: u32,
     pub ctx: *mut c_void,
-    pub object: Option<unsafe extern "C" fn(*const tatu_builder, *const c_char, u32, tatu_str) -> u32>,
-    pub set: Option<unsafe extern "C" fn(*const tatu_builder, u32, *const c_char, *const tatu_value) -> tatu_status>,
-    pub mesh: Option<unsafe extern "C" fn(*const tatu_builder, *const f64, u64, *const u32, u64) -> u64>,
-    pub image: Option<unsafe extern "C" fn(*const tatu_builder, *const u8, u32, u32) -> u64>,
+    pub object: Option<extern "C" fn(Option<&tatu_builder>, LentCStr<'_>, u32, Lent<'_>) -> u32>,
+    pub set: Option<extern "C" fn(Option<&tatu_builder>, u32, LentCStr<'_>, Option<&ValueRef<'_>>) -> tatu_status>,
+    pub mesh: Option<unsafe extern "C" fn(Option<&tatu_builder>, *const f64, u64, *const u32, u64) -> u64>,
+    pub image: Option<unsafe extern "C" fn(Option<&tatu_builder>, *const u8, u32, u32) -> u64>,
     pub script: Option<
-        unsafe extern "C" fn(
-            *const tatu_builder,
-            u32,
-            *const c_char,
-            *const c_char,
-            *const c_char,
-            tatu_str,
-            tatu_str,
-        ) -> u32,
+        extern "C" fn(Option<&tatu_builder>, u32, LentCStr<'_>, LentCStr<'_>, LentCStr<'_>, Lent<'_>, Lent<'_>) -> u32,
     >,
-    pub device: Option<unsafe extern "C" fn(*const tatu_builder, u32, *const c_char) -> tatu_status>,
-    pub report: Option<unsafe extern "C" fn(*const tatu_builder, u32, u32, tatu_str)>,
-    pub file: Option<unsafe extern "C" fn(*const tatu_builder, tatu_str, *mut tatu_str) -> tatu_status>,
-    pub describe: Option<unsafe extern "C" fn(*const tatu_builder, *const tatu_value) -> tatu_status>,
+    pub device: Option<extern "C" fn(Option<&tatu_builder>, u32, LentCStr<'_>) -> tatu_status>,
+    pub report: Option<extern "C" fn(Option<&tatu_builder>, u32, u32, Lent<'_>)>,
+    pub file: Option<for<'a> extern "C" fn(Option<&'a tatu_builder>, Lent<'_>, Option<&mut Lent<'a>>) -> tatu_status>,
+    pub describe: Option<extern "C" fn(Option<&tatu_builder>, Option<&ValueRef<'_>>) -> tatu_status>,
 }
 
 #[repr(C)]

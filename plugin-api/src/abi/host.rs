@@ -1,8 +1,8 @@
 //! Section 11 of the header: what the host offers.
 
-use core::ffi::{CStr, c_char, c_void};
+use core::ffi::{CStr, c_void};
 
-use super::{ext::*, frozen::*, types::*};
+use super::{args::*, ext::*, frozen::*, types::*};
 
 pub const TATU_KIND_SHAPE: i32 = 0;
 pub const TATU_KIND_JOINT: i32 = 1;
@@ -33,36 +33,46 @@ pub const TATU_HOST_LOG: &CStr = c"tatu.host.log/draft.4";
 pub const TATU_HOST_FILES: &CStr = c"tatu.host.files/draft.4";
 pub const TATU_HOST_FIGURES: &CStr = c"tatu.host.figures/draft.4";
 
-pub type WorldPtr = *mut tatu_world;
-
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tatu_host_scene {
     pub size: u32,
     pub reserved: u32,
-    pub prop: Option<unsafe extern "C" fn(*const tatu_host, *const c_char) -> tatu_prop>,
-    pub get: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *mut tatu_value) -> tatu_status>,
-    pub set: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *const tatu_value) -> tatu_status>,
-    pub get_f64: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *mut f64, u32) -> tatu_status>,
-    pub set_f64: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *const f64, u32) -> tatu_status>,
+    pub prop: Option<unsafe extern "C" fn(*const tatu_host, LentCStr<'_>) -> tatu_prop>,
+    pub get:
+        Option<for<'a> extern "C" fn(WorldRef<'a>, tatu_object, tatu_prop, Option<&mut ValueRef<'a>>) -> tatu_status>,
+    pub set: Option<extern "C" fn(WorldRef<'_>, tatu_object, tatu_prop, Option<&ValueRef<'_>>) -> tatu_status>,
+    pub get_f64: Option<unsafe extern "C" fn(WorldRef<'_>, tatu_object, tatu_prop, *mut f64, u32) -> tatu_status>,
+    pub set_f64: Option<unsafe extern "C" fn(WorldRef<'_>, tatu_object, tatu_prop, *const f64, u32) -> tatu_status>,
     pub get_f64_many:
-        Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32, tatu_prop, *mut f64, u32) -> tatu_status>,
+        Option<unsafe extern "C" fn(WorldRef<'_>, *const tatu_object, u32, tatu_prop, *mut f64, u32) -> tatu_status>,
     pub set_f64_many:
-        Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32, tatu_prop, *const f64, u32) -> tatu_status>,
-    pub pose: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_object, *mut f64) -> tatu_status>,
-    pub set_pose: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_object, *const f64) -> tatu_status>,
-    pub look: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_object, *mut i32) -> tatu_status>,
-    pub find: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *mut tatu_object) -> tatu_status>,
-    pub create:
-        Option<unsafe extern "C" fn(WorldPtr, *const c_char, tatu_object, tatu_str, *mut tatu_object) -> tatu_status>,
-    pub remove: Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32) -> tatu_status>,
-    pub list:
-        Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, u32, *mut tatu_object, u32, *mut u32) -> tatu_status>,
-    pub copy: Option<unsafe extern "C" fn(WorldPtr, *const tatu_object, u32, *mut tatu_object) -> tatu_status>,
-    pub load: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_object, *mut tatu_object) -> tatu_status>,
-    pub save: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_object) -> tatu_status>,
-    pub row: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *mut tatu_value) -> tatu_status>,
-    pub model: Option<unsafe extern "C" fn(WorldPtr, u32, *mut tatu_value) -> tatu_status>,
+        Option<unsafe extern "C" fn(WorldRef<'_>, *const tatu_object, u32, tatu_prop, *const f64, u32) -> tatu_status>,
+    pub pose: Option<extern "C" fn(WorldRef<'_>, tatu_object, tatu_object, Option<&mut [f64; 7]>) -> tatu_status>,
+    pub set_pose: Option<extern "C" fn(WorldRef<'_>, tatu_object, tatu_object, Option<&[f64; 7]>) -> tatu_status>,
+    pub look:
+        Option<extern "C" fn(WorldRef<'_>, tatu_object, Option<&mut tatu_object>, Option<&mut i32>) -> tatu_status>,
+    pub find: Option<extern "C" fn(WorldRef<'_>, tatu_object, Lent<'_>, Option<&mut tatu_object>) -> tatu_status>,
+    pub create: Option<
+        extern "C" fn(WorldRef<'_>, LentCStr<'_>, tatu_object, Lent<'_>, Option<&mut tatu_object>) -> tatu_status,
+    >,
+    pub remove: Option<unsafe extern "C" fn(WorldRef<'_>, *const tatu_object, u32) -> tatu_status>,
+    pub list: Option<
+        unsafe extern "C" fn(
+            WorldRef<'_>,
+            tatu_object,
+            u32,
+            u32,
+            *mut tatu_object,
+            u32,
+            Option<&mut u32>,
+        ) -> tatu_status,
+    >,
+    pub copy: Option<unsafe extern "C" fn(WorldRef<'_>, *const tatu_object, u32, *mut tatu_object) -> tatu_status>,
+    pub load: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, tatu_object, Option<&mut tatu_object>) -> tatu_status>,
+    pub save: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, tatu_object) -> tatu_status>,
+    pub row: Option<for<'a> extern "C" fn(WorldRef<'a>, tatu_object, u32, Option<&mut ValueRef<'a>>) -> tatu_status>,
+    pub model: Option<for<'a> extern "C" fn(WorldRef<'a>, u32, Option<&mut ValueRef<'a>>) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -80,14 +90,15 @@ pub struct tatu_look {
 pub struct tatu_host_stand_ins {
     pub size: u32,
     pub reserved: u32,
-    pub made: Option<unsafe extern "C" fn(WorldPtr) -> tatu_status>,
-    pub object:
-        Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *const c_char, *mut tatu_object) -> tatu_status>,
-    pub used: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const c_char) -> tatu_status>,
-    pub parent: Option<unsafe extern "C" fn(WorldPtr, tatu_object) -> tatu_status>,
-    pub child: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const c_char) -> tatu_status>,
-    pub script: Option<unsafe extern "C" fn(WorldPtr, tatu_object) -> tatu_status>,
-    pub value: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str) -> tatu_status>,
+    pub made: Option<extern "C" fn(WorldRef<'_>) -> tatu_status>,
+    pub object: Option<
+        extern "C" fn(WorldRef<'_>, tatu_object, Lent<'_>, LentCStr<'_>, Option<&mut tatu_object>) -> tatu_status,
+    >,
+    pub used: Option<extern "C" fn(WorldRef<'_>, tatu_object, LentCStr<'_>) -> tatu_status>,
+    pub parent: Option<extern "C" fn(WorldRef<'_>, tatu_object) -> tatu_status>,
+    pub child: Option<extern "C" fn(WorldRef<'_>, tatu_object, LentCStr<'_>) -> tatu_status>,
+    pub script: Option<extern "C" fn(WorldRef<'_>, tatu_object) -> tatu_status>,
+    pub value: Option<extern "C" fn(WorldRef<'_>, tatu_object, Lent<'_>) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -95,12 +106,14 @@ pub struct tatu_host_stand_ins {
 pub struct tatu_host_readings {
     pub size: u32,
     pub reserved: u32,
-    pub field: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_prop, *mut tatu_field_view) -> tatu_status>,
-    pub sense_now: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_object) -> tatu_status>,
-    pub reset: Option<unsafe extern "C" fn(WorldPtr, tatu_object) -> tatu_status>,
-    pub list: Option<unsafe extern "C" fn(WorldPtr, *const c_char, *mut tatu_object, u32, *mut u32) -> tatu_status>,
-    pub describe: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *mut tatu_field) -> tatu_status>,
-    pub look: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const tatu_look) -> tatu_status>,
+    pub field: Option<extern "C" fn(WorldRef<'_>, tatu_object, tatu_prop, Option<&mut tatu_field_view>) -> tatu_status>,
+    pub sense_now: Option<extern "C" fn(WorldRef<'_>, tatu_object, tatu_object) -> tatu_status>,
+    pub reset: Option<extern "C" fn(WorldRef<'_>, tatu_object) -> tatu_status>,
+    pub list: Option<
+        unsafe extern "C" fn(WorldRef<'_>, LentCStr<'_>, *mut tatu_object, u32, Option<&mut u32>) -> tatu_status,
+    >,
+    pub describe: Option<unsafe extern "C" fn(WorldRef<'_>, tatu_object, u32, *mut tatu_field) -> tatu_status>,
+    pub look: Option<unsafe extern "C" fn(WorldRef<'_>, tatu_object, *const tatu_look) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -108,25 +121,28 @@ pub struct tatu_host_readings {
 pub struct tatu_host_bodies {
     pub size: u32,
     pub reserved: u32,
-    pub twist: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut f64) -> tatu_status>,
-    pub set_twist: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const f64) -> tatu_status>,
-    pub push: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const f64, *const f64) -> tatu_status>,
-    pub impulse: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *const f64, *const f64) -> tatu_status>,
-    pub contacts: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_contact, u32, *mut u32) -> tatu_status>,
+    pub twist: Option<extern "C" fn(WorldRef<'_>, tatu_object, Option<&mut [f64; 6]>) -> tatu_status>,
+    pub set_twist: Option<extern "C" fn(WorldRef<'_>, tatu_object, Option<&[f64; 6]>) -> tatu_status>,
+    pub push: Option<extern "C" fn(WorldRef<'_>, tatu_object, Option<&[f64; 3]>, Option<&[f64; 3]>) -> tatu_status>,
+    pub impulse: Option<extern "C" fn(WorldRef<'_>, tatu_object, Option<&[f64; 3]>, Option<&[f64; 3]>) -> tatu_status>,
+    pub contacts: Option<
+        unsafe extern "C" fn(WorldRef<'_>, tatu_object, *mut tatu_contact, u32, Option<&mut u32>) -> tatu_status,
+    >,
     pub closest: Option<
         unsafe extern "C" fn(
-            WorldPtr,
+            WorldRef<'_>,
             *const tatu_object,
             u32,
             *const tatu_object,
             u32,
             f64,
-            *mut f64,
-            *mut tatu_object,
+            Option<&mut [f64; 6]>,
+            Option<&mut [tatu_object; 2]>,
         ) -> tatu_status,
     >,
-    pub is_dynamic: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut u32) -> tatu_status>,
-    pub frictions: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut f64, u32, *mut u32) -> tatu_status>,
+    pub is_dynamic: Option<extern "C" fn(WorldRef<'_>, tatu_object, Option<&mut u32>) -> tatu_status>,
+    pub frictions:
+        Option<unsafe extern "C" fn(WorldRef<'_>, tatu_object, *mut f64, u32, Option<&mut u32>) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -134,22 +150,29 @@ pub struct tatu_host_bodies {
 pub struct tatu_host_commands {
     pub size: u32,
     pub reserved: u32,
-    pub find: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *mut u32) -> u32>,
-    pub is_name_space: Option<unsafe extern "C" fn(WorldPtr, tatu_str) -> u32>,
-    pub count: Option<unsafe extern "C" fn(WorldPtr) -> u32>,
-    pub describe: Option<unsafe extern "C" fn(WorldPtr, u32) -> *const tatu_command>,
-    pub call: Option<unsafe extern "C" fn(WorldPtr, *mut tatu_call) -> tatu_status>,
-    pub generation: Option<unsafe extern "C" fn(WorldPtr) -> u64>,
-    pub constant: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *mut tatu_value) -> tatu_status>,
-    pub prelude:
-        Option<unsafe extern "C" fn(WorldPtr, *const c_char, u32, *mut tatu_str, *mut tatu_str) -> tatu_status>,
-    pub mark: Option<unsafe extern "C" fn(WorldPtr) -> u64>,
-    pub alloc: Option<unsafe extern "C" fn(WorldPtr, u64) -> *mut c_void>,
-    pub release: Option<unsafe extern "C" fn(WorldPtr, u64)>,
-    pub retain: Option<unsafe extern "C" fn(WorldPtr, tatu_func, *mut tatu_func) -> tatu_status>,
-    pub drop: Option<unsafe extern "C" fn(WorldPtr, tatu_func)>,
-    pub call_func: Option<unsafe extern "C" fn(WorldPtr, tatu_func, *mut tatu_call) -> tatu_status>,
-    pub constant_name: Option<unsafe extern "C" fn(WorldPtr, u32, *mut tatu_str) -> tatu_status>,
+    pub find: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, Option<&mut u32>) -> u32>,
+    pub is_name_space: Option<extern "C" fn(WorldRef<'_>, Lent<'_>) -> u32>,
+    pub count: Option<extern "C" fn(WorldRef<'_>) -> u32>,
+    pub describe: Option<extern "C" fn(WorldRef<'_>, u32) -> *const tatu_command>,
+    pub call: Option<unsafe extern "C" fn(WorldRef<'_>, *mut tatu_call) -> tatu_status>,
+    pub generation: Option<extern "C" fn(WorldRef<'_>) -> u64>,
+    pub constant: Option<for<'a> extern "C" fn(WorldRef<'a>, Lent<'_>, Option<&mut ValueRef<'a>>) -> tatu_status>,
+    pub prelude: Option<
+        for<'a> extern "C" fn(
+            WorldRef<'a>,
+            LentCStr<'_>,
+            u32,
+            Option<&mut Lent<'a>>,
+            Option<&mut Lent<'a>>,
+        ) -> tatu_status,
+    >,
+    pub mark: Option<extern "C" fn(WorldRef<'_>) -> u64>,
+    pub alloc: Option<extern "C" fn(WorldRef<'_>, u64) -> *mut c_void>,
+    pub release: Option<unsafe extern "C" fn(WorldRef<'_>, u64)>,
+    pub retain: Option<extern "C" fn(WorldRef<'_>, tatu_func, Option<&mut tatu_func>) -> tatu_status>,
+    pub drop: Option<extern "C" fn(WorldRef<'_>, tatu_func)>,
+    pub call_func: Option<unsafe extern "C" fn(WorldRef<'_>, tatu_func, *mut tatu_call) -> tatu_status>,
+    pub constant_name: Option<for<'a> extern "C" fn(WorldRef<'a>, u32, Option<&mut Lent<'a>>) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -157,26 +180,29 @@ pub struct tatu_host_commands {
 pub struct tatu_host_scripts {
     pub size: u32,
     pub reserved: u32,
-    pub list: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_object, u32, *mut u32) -> tatu_status>,
-    pub call: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str, *mut tatu_call) -> tatu_status>,
-    pub broadcast: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *const tatu_value, u32, tatu_object) -> tatu_status>,
-    pub options: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_value) -> tatu_status>,
+    pub list:
+        Option<unsafe extern "C" fn(WorldRef<'_>, tatu_object, *mut tatu_object, u32, Option<&mut u32>) -> tatu_status>,
+    pub call: Option<unsafe extern "C" fn(WorldRef<'_>, tatu_object, Lent<'_>, *mut tatu_call) -> tatu_status>,
+    pub broadcast:
+        Option<unsafe extern "C" fn(WorldRef<'_>, Lent<'_>, *const tatu_value, u32, tatu_object) -> tatu_status>,
+    pub options: Option<for<'a> extern "C" fn(WorldRef<'a>, tatu_object, Option<&mut ValueRef<'a>>) -> tatu_status>,
     pub add: Option<
-        unsafe extern "C" fn(
-            WorldPtr,
+        extern "C" fn(
+            WorldRef<'_>,
             tatu_object,
-            tatu_str,
-            tatu_str,
-            tatu_str,
-            tatu_str,
-            tatu_str,
-            *mut tatu_object,
+            Lent<'_>,
+            Lent<'_>,
+            Lent<'_>,
+            Lent<'_>,
+            Lent<'_>,
+            Option<&mut tatu_object>,
         ) -> tatu_status,
     >,
-    pub call_below:
-        Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *const tatu_value, u32, *mut u32) -> tatu_status>,
-    pub text: Option<unsafe extern "C" fn(WorldPtr, tatu_object, *mut tatu_value) -> tatu_status>,
-    pub change: Option<unsafe extern "C" fn(WorldPtr, tatu_object, tatu_str) -> tatu_status>,
+    pub call_below: Option<
+        unsafe extern "C" fn(WorldRef<'_>, tatu_object, u32, *const tatu_value, u32, Option<&mut u32>) -> tatu_status,
+    >,
+    pub text: Option<for<'a> extern "C" fn(WorldRef<'a>, tatu_object, Option<&mut ValueRef<'a>>) -> tatu_status>,
+    pub change: Option<extern "C" fn(WorldRef<'_>, tatu_object, Lent<'_>) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -184,11 +210,12 @@ pub struct tatu_host_scripts {
 pub struct tatu_host_events {
     pub size: u32,
     pub reserved: u32,
-    pub publish: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *const tatu_value) -> tatu_status>,
-    pub subscribe: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_func, *mut u64) -> tatu_status>,
-    pub unsubscribe: Option<unsafe extern "C" fn(WorldPtr, u64) -> tatu_status>,
-    pub wanted: Option<unsafe extern "C" fn(WorldPtr, tatu_str) -> u32>,
-    pub declared: Option<unsafe extern "C" fn(WorldPtr, u32, *mut tatu_str, *mut tatu_str) -> tatu_status>,
+    pub publish: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, Option<&ValueRef<'_>>) -> tatu_status>,
+    pub subscribe: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, tatu_func, Option<&mut u64>) -> tatu_status>,
+    pub unsubscribe: Option<extern "C" fn(WorldRef<'_>, u64) -> tatu_status>,
+    pub wanted: Option<extern "C" fn(WorldRef<'_>, Lent<'_>) -> u32>,
+    pub declared:
+        Option<for<'a> extern "C" fn(WorldRef<'a>, u32, Option<&mut Lent<'a>>, Option<&mut Lent<'a>>) -> tatu_status>,
 }
 
 #[repr(C)]
@@ -196,10 +223,10 @@ pub struct tatu_host_events {
 pub struct tatu_host_signals {
     pub size: u32,
     pub reserved: u32,
-    pub get: Option<unsafe extern "C" fn(WorldPtr, u32, tatu_str, *mut tatu_value) -> tatu_status>,
-    pub set: Option<unsafe extern "C" fn(WorldPtr, u32, tatu_str, *const tatu_value) -> tatu_status>,
-    pub clear: Option<unsafe extern "C" fn(WorldPtr, u32, tatu_str) -> u32>,
-    pub name: Option<unsafe extern "C" fn(WorldPtr, u32, u32, *mut tatu_str) -> tatu_status>,
+    pub get: Option<for<'a> extern "C" fn(WorldRef<'a>, u32, Lent<'_>, Option<&mut ValueRef<'a>>) -> tatu_status>,
+    pub set: Option<extern "C" fn(WorldRef<'_>, u32, Lent<'_>, Option<&ValueRef<'_>>) -> tatu_status>,
+    pub clear: Option<extern "C" fn(WorldRef<'_>, u32, Lent<'_>) -> u32>,
+    pub name: Option<for<'a> extern "C" fn(WorldRef<'a>, u32, u32, Option<&mut Lent<'a>>) -> tatu_status>,
 }
 
 pub const TATU_REQUEST_STOP: u32 = 1;
@@ -212,18 +239,20 @@ pub const TATU_REQUEST_QUIT: u32 = 4;
 pub struct tatu_host_session {
     pub size: u32,
     pub reserved: u32,
-    pub request: Option<unsafe extern "C" fn(WorldPtr, u32) -> tatu_status>,
+    pub request: Option<extern "C" fn(WorldRef<'_>, u32) -> tatu_status>,
     pub wake: Option<unsafe extern "C" fn(*mut tatu_session)>,
-    pub worlds: Option<unsafe extern "C" fn(*mut tatu_session, *mut WorldPtr, u32, *mut u32) -> tatu_status>,
-    pub client: Option<unsafe extern "C" fn(WorldPtr, u64) -> tatu_status>,
-    pub state: Option<unsafe extern "C" fn(WorldPtr) -> u32>,
-    pub input: Option<unsafe extern "C" fn(WorldPtr, u64, *mut tatu_str, *mut tatu_str) -> tatu_status>,
-    pub put_in: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_str) -> tatu_status>,
-    pub open: Option<unsafe extern "C" fn(WorldPtr, tatu_str) -> tatu_status>,
-    pub observed: Option<unsafe extern "C" fn(WorldPtr, tatu_str, *mut tatu_str) -> tatu_status>,
-    pub observe: Option<unsafe extern "C" fn(WorldPtr, tatu_str, tatu_str) -> tatu_status>,
-    pub interrupted: Option<unsafe extern "C" fn(WorldPtr) -> u32>,
-    pub function: Option<unsafe extern "C" fn(WorldPtr, u32, *mut tatu_func) -> tatu_status>,
+    pub worlds:
+        Option<unsafe extern "C" fn(*mut tatu_session, *mut *mut tatu_world, u32, Option<&mut u32>) -> tatu_status>,
+    pub client: Option<extern "C" fn(WorldRef<'_>, u64) -> tatu_status>,
+    pub state: Option<extern "C" fn(WorldRef<'_>) -> u32>,
+    pub input:
+        Option<for<'a> extern "C" fn(WorldRef<'a>, u64, Option<&mut Lent<'a>>, Option<&mut Lent<'a>>) -> tatu_status>,
+    pub put_in: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, Lent<'_>) -> tatu_status>,
+    pub open: Option<extern "C" fn(WorldRef<'_>, Lent<'_>) -> tatu_status>,
+    pub observed: Option<for<'a> extern "C" fn(WorldRef<'a>, Lent<'_>, Option<&mut Lent<'a>>) -> tatu_status>,
+    pub observe: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, Lent<'_>) -> tatu_status>,
+    pub interrupted: Option<extern "C" fn(WorldRef<'_>) -> u32>,
+    pub function: Option<extern "C" fn(WorldRef<'_>, u32, Option<&mut tatu_func>) -> tatu_status>,
 }
 
 pub const TATU_STOPPED: u32 = 0;
@@ -249,7 +278,7 @@ pub const TATU_STAGE_CLEAN: u32 = 5;
 pub struct tatu_host_stage {
     pub size: u32,
     pub reserved: u32,
-    pub run: Option<unsafe extern "C" fn(WorldPtr, u32, f64) -> tatu_status>,
+    pub run: Option<extern "C" fn(WorldRef<'_>, u32, f64) -> tatu_status>,
 }
 
 pub const TATU_LOG_ERROR: u32 = 1;
@@ -266,8 +295,8 @@ pub const TATU_LOG_CONSOLE_CLEAR: u32 = 8;
 pub struct tatu_host_log {
     pub size: u32,
     pub reserved: u32,
-    pub write: Option<unsafe extern "C" fn(*const tatu_host, WorldPtr, u32, tatu_str)>,
-    pub last_error: Option<unsafe extern "C" fn(WorldPtr) -> *const tatu_error>,
+    pub write: Option<unsafe extern "C" fn(*const tatu_host, WorldRef<'_>, u32, Lent<'_>)>,
+    pub last_error: Option<unsafe extern "C" fn(WorldRef<'_>) -> *const tatu_error>,
 }
 
 pub const TATU_FILE_READ: u32 = 1;
@@ -278,7 +307,7 @@ pub const TATU_FILE_WRITE: u32 = 2;
 pub struct tatu_host_files {
     pub size: u32,
     pub reserved: u32,
-    pub resolve: Option<unsafe extern "C" fn(WorldPtr, tatu_str, u32, *mut tatu_str) -> tatu_status>,
+    pub resolve: Option<for<'a> extern "C" fn(WorldRef<'a>, Lent<'_>, u32, Option<&mut Lent<'a>>) -> tatu_status>,
 }
 
 pub const TATU_FIGURE_STREAM: u32 = 1;
@@ -291,11 +320,15 @@ pub const TATU_FIGURE_DRAWING: u32 = 4;
 pub struct tatu_host_figures {
     pub size: u32,
     pub reserved: u32,
-    pub add: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *const tatu_value, *mut i64) -> tatu_status>,
-    pub change: Option<unsafe extern "C" fn(WorldPtr, tatu_object, i64, *const tatu_value) -> tatu_status>,
-    pub put: Option<unsafe extern "C" fn(WorldPtr, tatu_object, i64, *const f64, u64, *mut u64) -> tatu_status>,
-    pub record: Option<unsafe extern "C" fn(WorldPtr, tatu_object, f64) -> tatu_status>,
-    pub list: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *mut i64, u32, *mut u32) -> tatu_status>,
-    pub get: Option<unsafe extern "C" fn(WorldPtr, tatu_object, i64, u32, *mut tatu_value) -> tatu_status>,
-    pub part: Option<unsafe extern "C" fn(WorldPtr, tatu_object, u32, *mut tatu_value) -> tatu_status>,
+    pub add:
+        Option<extern "C" fn(WorldRef<'_>, tatu_object, u32, Option<&ValueRef<'_>>, Option<&mut i64>) -> tatu_status>,
+    pub change: Option<extern "C" fn(WorldRef<'_>, tatu_object, i64, Option<&ValueRef<'_>>) -> tatu_status>,
+    pub put:
+        Option<unsafe extern "C" fn(WorldRef<'_>, tatu_object, i64, *const f64, u64, Option<&mut u64>) -> tatu_status>,
+    pub record: Option<extern "C" fn(WorldRef<'_>, tatu_object, f64) -> tatu_status>,
+    pub list:
+        Option<unsafe extern "C" fn(WorldRef<'_>, tatu_object, u32, *mut i64, u32, Option<&mut u32>) -> tatu_status>,
+    pub get:
+        Option<for<'a> extern "C" fn(WorldRef<'a>, tatu_object, i64, u32, Option<&mut ValueRef<'a>>) -> tatu_status>,
+    pub part: Option<for<'a> extern "C" fn(WorldRef<'a>, tatu_object, u32, Option<&mut ValueRef<'a>>) -> tatu_status>,
 }

@@ -6,11 +6,13 @@
 #![allow(non_camel_case_types, reason = "names as in the header")]
 #![allow(missing_docs, reason = "the header is the manual; a second copy of its sentences would drift")]
 
+mod args;
 mod ext;
 mod frozen;
 mod host;
 mod types;
 
+pub use args::*;
 pub use ext::*;
 pub use frozen::*;
 pub use host::*;

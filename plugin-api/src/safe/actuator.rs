@@ -1,9 +1,13 @@
 //! Actuator kinds: motion and commands in, wrench and effort out.
 
-use std::{cell::RefCell, ffi::c_void};
+use std::{cell::RefCell, ffi::c_void, sync::Arc};
 
 use super::{
-    Change, Fail, Host, Instance, Param, Params, Plugin, Result, ValueRef, guard, offer::Keep, plugin::Started,
+    Change, Fail, Instance, Param, Params, Plugin, Result, SharedWorld, ValueRef, guard,
+    life::{self, Info, Life},
+    offer::Keep,
+    once::once,
+    plugin::Started,
 };
 use crate::abi::*;
 
@@ -15,6 +19,11 @@ pub struct Drive<'a> {
 }
 
 impl<'a> Drive<'a> {
+    /// The value of this instance in an array that has one for each.
+    fn own<T: Copy>(&self, array: *const T) -> T {
+        // SAFETY: the host's arrays have one for each instance.
+        unsafe { *array.add(self.i) }
+    }
     /// Simulation time, s.
     pub fn time(&self) -> f64 {
         self.batch.time
@@ -25,13 +34,11 @@ impl<'a> Drive<'a> {
     }
     /// The actuator.
     pub fn actuator(&self) -> tatu_object {
-        // SAFETY: one per instance.
-        unsafe { *self.batch.actuator.add(self.i) }
+        self.own(self.batch.actuator)
     }
     /// The mount's pose in the world: x y z, quaternion x y z w.
     pub fn pose(&self) -> [f64; 7] {
-        // SAFETY: 7 per instance.
-        unsafe { *self.batch.pose.cast::<[f64; 7]>().add(self.i) }
+        self.own(self.batch.pose.cast())
     }
     /// A direction of the mount's frame, in the world.
     pub fn to_world(&self, v: [f64; 3]) -> [f64; 3] {
@@ -45,13 +52,11 @@ impl<'a> Drive<'a> {
     }
     /// The mount's twist: m/s, then rad/s, world.
     pub fn twist(&self) -> [f64; 6] {
-        // SAFETY: 6 per instance.
-        unsafe { *self.batch.twist.cast::<[f64; 6]>().add(self.i) }
+        self.own(self.batch.twist.cast())
     }
     /// Position and velocity of the joint it sits on: rad or m; 0 without one.
     pub fn joint(&self) -> [f64; 2] {
-        // SAFETY: 2 per instance.
-        unsafe { *self.batch.joint.cast::<[f64; 2]>().add(self.i) }
+        self.own(self.batch.joint.cast())
     }
     /// What it is told to do, in the order of [`Actuator::commands`].
     pub fn commands(&self) -> &'a [f64] {
@@ -88,8 +93,8 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     fn params() -> Vec<Param>;
     /// What it may be told to do: floats, which scenes set like parameters and scripts at any time.
     fn commands() -> Vec<Param>;
-    /// Makes one.
-    fn create(host: &Host, instance: Instance, params: &Params<'_>) -> Result<Self>;
+    /// Makes one. `world` can be looked at.
+    fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
     /// Takes new values of live parameters: `changed` has a bit for each, in the order of declaration; what it remembers stays.
     /// After an error it is as if nothing had changed. A parameter with [`Param::rebuilds`] never comes here.
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
@@ -101,8 +106,8 @@ pub trait Actuator: Sized + Send + Sync + 'static {
 }
 
 pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
-    let params = A::params().iter().map(|p| p.keep(keep)).collect();
-    let commands: Vec<_> = A::commands().iter().map(|p| p.keep(keep)).collect();
+    let params = params_of::<A>().iter().map(|p| p.keep(keep)).collect();
+    let commands: Vec<_> = commands_of::<A>().iter().map(|p| p.keep(keep)).collect();
     let raw = tatu_actuator {
         size: size_of::<tatu_actuator>() as u32,
         flags: if A::EVERY_SUBSTEP { TATU_ACTUATOR_EVERY_SUBSTEP } else { 0 },
@@ -112,17 +117,7 @@ pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
         text: keep.text(A::TEXT),
         params: keep.list(params),
         commands: keep.list(commands),
-        life: keep.table(tatu_life {
-            size: size_of::<tatu_life>() as u32,
-            state_bytes: (A::STATE * size_of::<f64>()) as u32,
-            create: Some(create::<A>),
-            destroy: Some(destroy::<A>),
-            configure: Some(configure::<A>),
-            save: None,
-            load: None,
-            version: 0,
-            reserved: 0,
-        }),
+        life: keep.table(life::table::<Data<A>>(A::STATE * size_of::<f64>())),
         apply: Some(apply::<A>),
     };
     keep.table(raw)
@@ -133,54 +128,37 @@ struct Data<A> {
     /// In a cell: while it is configured nothing else may use it, not even what it calls itself. Each instance is used
     /// by one thread at a time.
     actuator: RefCell<A>,
+    /// As many as the host was told.
     n_commands: usize,
 }
 
-unsafe extern "C" fn create<A: Actuator>(
-    me: *mut c_void,
-    info: *const tatu_instance,
-    data: *mut *mut c_void,
-    error: *mut tatu_error,
-) -> tatu_status {
-    guard::run(error, || {
-        // SAFETY: `me` was made by `init`; the host gives valid pointers.
-        unsafe {
-            let (started, info) = (&*me.cast::<Started<A::Plugin>>(), &*info);
-            let declared = A::params();
-            let values = ValueRef::slice(info.params, info.n_params as usize);
-            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed, world: info.world };
-            let actuator = A::create(&started.host, instance, &Params::new(values, &declared))?;
-            *data = Box::into_raw(Box::new(Data { actuator: actuator.into(), n_commands: A::commands().len() })).cast();
-        }
-        Ok(TATU_OK)
-    })
+struct OfActuator<A>(A);
+struct Commands<A>(A);
+
+fn params_of<A: Actuator>() -> Arc<[Param]> {
+    once::<OfActuator<A>, _>(A::params)
+}
+fn commands_of<A: Actuator>() -> Arc<[Param]> {
+    once::<Commands<A>, _>(A::commands)
 }
 
-unsafe extern "C" fn configure<A: Actuator>(
-    data: *mut c_void,
-    params: *const tatu_value,
-    n: u32,
-    changed: u64,
-    error: *mut tatu_error,
-) -> tatu_status {
-    guard::run(error, || {
-        let declared = A::params();
-        // SAFETY: made by `create`; the host gives one value per declared parameter.
-        let (data, values) = unsafe { (&*data.cast::<Data<A>>(), ValueRef::slice(params, n as usize)) };
-        let mut actuator = data.actuator.try_borrow_mut().map_err(|_| in_use())?;
-        Ok(actuator.configure(&Params::new(values, &declared), changed)?.status())
-    })
-}
-
+#[cold]
 fn in_use() -> Fail {
     Fail::with_code(TATU_ERR_BUSY, "the actuator is being configured")
 }
 
-unsafe extern "C" fn destroy<A: Actuator>(data: *mut c_void) {
-    guard::quiet(|| {
-        // SAFETY: made by `create`, given back once.
-        drop(unsafe { Box::from_raw(data.cast::<Data<A>>()) });
-    });
+impl<A: Actuator> Life for Data<A> {
+    type Plugin = A::Plugin;
+    const SAVES: bool = false;
+
+    fn create(_: &Started<A::Plugin>, info: &Info<'_>) -> Result<Self> {
+        let actuator = A::create(&info.world, info.instance, &Params::new(info.params, &params_of::<A>()))?;
+        Ok(Data { actuator: actuator.into(), n_commands: commands_of::<A>().len() })
+    }
+    fn configure(&self, params: &[ValueRef<'_>], changed: u64) -> Result<Change> {
+        let mut actuator = self.actuator.try_borrow_mut().map_err(|_| in_use())?;
+        actuator.configure(&Params::new(params, &params_of::<A>()), changed)
+    }
 }
 
 unsafe extern "C" fn apply<A: Actuator>(
@@ -197,7 +175,7 @@ unsafe extern "C" fn apply<A: Actuator>(
             // SAFETY: one entry per instance in each array, as many commands as declared, and a state block as large as
             // told, whose alignment is that of the host's numbers of 8 bytes.
             unsafe {
-                let data = &*(*batch.data.add(i)).cast::<Data<A>>();
+                let data = life::of::<Data<A>>(*batch.data.add(i));
                 // Null where it has no bytes.
                 let block = (*batch.state.add(i)).cast::<f64>();
                 if A::STATE > 0 {

@@ -1,13 +1,18 @@
 //! A running command: its arguments, results and waits.
 
-use super::value::Room;
+use std::{
+    mem::MaybeUninit,
+    ops::{Deref, DerefMut},
+    ptr::{NonNull, null_mut},
+};
+
 use super::{
-    Fail, Plugin, Result, Value, ValueRef, World,
-    command::Run,
+    Called, Fail, Plugin, Result, SharedWorld, Value, ValueRef, World,
     fail::{bytes_of, text_raw},
-    guard,
-    plugin::Started,
-    value::{raw_int, type_name},
+    guard, life, outgoing,
+    plugin::{Kept, Started},
+    shared_world::service,
+    value::{Room, raw_int, raw_span, type_name},
 };
 use crate::abi::*;
 
@@ -37,96 +42,114 @@ impl IntoResult for Outcome {
     }
 }
 
-/// One call of a command.
-pub struct Call<'a, P: Plugin> {
+/// One call of a command that others may run beside, on other threads: what is its own, what never changes in its plugin, and
+/// a world that is only looked at. [`Call`] has more.
+pub struct SharedCall<'a, P: Plugin> {
     raw: &'a mut tatu_call,
     started: &'a Started<P>,
     overflow: bool,
 }
 
+/// One call of a command, which has the world alone.
+pub struct Call<'a, P: Plugin>(SharedCall<'a, P>);
+
+impl<'a, P: Plugin> Deref for Call<'a, P> {
+    type Target = SharedCall<'a, P>;
+    fn deref(&self) -> &SharedCall<'a, P> {
+        &self.0
+    }
+}
+
+impl<P: Plugin> DerefMut for Call<'_, P> {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.0
+    }
+}
+
 /// A result that a command returns.
 pub trait Return {
-    /// The border form; spans go into memory of the call.
-    fn to_raw(&self, alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value>;
+    /// The border form; what it points to goes into memory of the call.
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value>;
 }
 impl Return for f64 {
-    fn to_raw(&self, _: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
+    fn to_raw(&self, _: &mut dyn Room) -> Option<tatu_value> {
         Some(tatu_value { tag: TATU_F64, reserved: 0, u: tatu_payload { f: *self } })
     }
 }
 impl Return for i64 {
-    fn to_raw(&self, _: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
+    fn to_raw(&self, _: &mut dyn Room) -> Option<tatu_value> {
         Some(raw_int(TATU_I64, *self))
     }
 }
 impl Return for bool {
-    fn to_raw(&self, _: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
+    fn to_raw(&self, _: &mut dyn Room) -> Option<tatu_value> {
         Some(raw_int(TATU_BOOL, i64::from(*self)))
     }
 }
 impl Return for Value {
-    fn to_raw(&self, alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
-        Value::to_raw(self, alloc)
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
+        Value::to_raw(self, room)
     }
-}
-fn span_return<T: Copy>(tag: u32, data: &[T], alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
-    let to = alloc(size_of_val(data).max(1)).cast::<T>();
-    if to.is_null() {
-        return None;
-    }
-    // SAFETY: `alloc` gave room for exactly this, 8-byte aligned.
-    unsafe { std::ptr::copy_nonoverlapping(data.as_ptr(), to, data.len()) };
-    Some(tatu_value { tag, reserved: 0, u: tatu_payload { s: tatu_span_t { ptr: to.cast(), len: data.len() as u64 } } })
 }
 impl Return for [f64] {
-    fn to_raw(&self, alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
-        span_return(TATU_F64S, self, alloc)
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
+        raw_span(TATU_F64S, self, room)
     }
 }
 impl<const N: usize> Return for [f64; N] {
-    fn to_raw(&self, alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
-        span_return(TATU_F64S, self, alloc)
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
+        raw_span(TATU_F64S, self, room)
     }
 }
 impl Return for [i64] {
-    fn to_raw(&self, alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
-        span_return(TATU_I64S, self, alloc)
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
+        raw_span(TATU_I64S, self, room)
     }
 }
 impl Return for str {
-    fn to_raw(&self, alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
-        span_return(TATU_TEXT, self.as_bytes(), alloc)
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
+        raw_span(TATU_TEXT, self.as_bytes(), room)
     }
 }
 impl Return for [u8] {
-    fn to_raw(&self, alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
-        span_return(TATU_TEXT, self, alloc)
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
+        raw_span(TATU_TEXT, self, room)
     }
 }
 impl Return for ValueRef<'_> {
-    fn to_raw(&self, alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
-        self.to_value().ok()?.to_raw(alloc)
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
+        self.to_value().ok()?.to_raw(room)
     }
 }
 
-impl<'a, P: Plugin> Call<'a, P> {
+/// Memory of a call, which lives until its results have been read; 8-byte aligned; null: no room.
+pub(super) fn alloc(call: &mut tatu_call, bytes: usize) -> *mut u8 {
+    // SAFETY: the api table lives as long as the call, whose frame this is.
+    unsafe { call.api.as_ref().and_then(|a| a.alloc).map_or(null_mut(), |f| f(call, bytes as u64).cast()) }
+}
+
+struct CallRoom<'a>(&'a mut tatu_call);
+
+impl Room for CallRoom<'_> {
+    fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
+        let at = NonNull::new(alloc(self.0, 8 * n))?;
+        // SAFETY: the host gave room for as many words, to this call alone.
+        Some(unsafe { std::slice::from_raw_parts_mut(at.cast().as_ptr(), n) })
+    }
+}
+
+impl<'a, P: Plugin> SharedCall<'a, P> {
     /// The plugin.
     pub fn plugin(&self) -> &'a P {
         &self.started.plugin
     }
-    /// The world.
-    pub fn world(&self) -> World<'a> {
-        // SAFETY: the host calls commands in `[step]` of this world.
-        unsafe { World::new(self.raw.world, &self.started.host) }
+    /// The world, to be looked at.
+    pub fn world(&self) -> SharedWorld<'a> {
+        *self.whole_world()
     }
-    /// What the plugin keeps for this world. Not in a command that a script calls beside those of other threads: the call fails.
-    ///
-    /// # Panics
-    /// In such a call, since what is kept for a world belongs to one thread. The panic becomes the error of the call.
-    pub fn instance(&self) -> &'a P::World {
-        assert!(!self.raw.instance.is_null(), "a command that runs side by side with others has no instance to use");
-        // SAFETY: made by `Plugin::world`; lives until the world ends, and the host gives it to the world's own thread alone.
-        unsafe { &*self.raw.instance.cast::<P::World>() }
+    fn whole_world(&self) -> World<'a> {
+        // SAFETY: the host gives the world to the call, which 'a is.
+        unsafe { World::new(self.raw.world, &self.started.host) }
     }
     /// Which of the command's names was used: 0 for the first.
     pub fn alias(&self) -> u32 {
@@ -193,17 +216,7 @@ impl<'a, P: Plugin> Call<'a, P> {
         self.push(value.borrow());
     }
     fn push<R: Return + ?Sized>(&mut self, value: &R) {
-        let call: *mut tatu_call = self.raw;
-        let alloc = self.raw.api;
-        let mut alloc = |bytes: usize| {
-            // SAFETY: the api table lives as long as the call.
-            let f = unsafe { alloc.as_ref() }.and_then(|a| a.alloc);
-            f.map_or(std::ptr::null_mut(), |f| {
-                // SAFETY: `call` is the running call.
-                unsafe { f(call, bytes as u64) }.cast()
-            })
-        };
-        match value.to_raw(&mut alloc) {
+        match value.to_raw(&mut CallRoom(self.raw)) {
             Some(v) if self.raw.n_results < self.raw.results_cap => {
                 // SAFETY: the caller's array has room for `results_cap`.
                 unsafe { *self.raw.results.add(self.raw.n_results as usize) = v };
@@ -212,27 +225,45 @@ impl<'a, P: Plugin> Call<'a, P> {
             _ => self.overflow = true,
         }
     }
+}
+
+impl<'a, P: Plugin> Call<'a, P> {
+    /// Adds a result.
+    #[inline]
+    pub fn ret<R: Return + ?Sized>(&mut self, value: impl std::borrow::Borrow<R>) {
+        // Here too, so that an argument may ask the call: `c.ret(2.0 * c.f64(0)?)`.
+        self.0.ret(value);
+    }
+    /// The world.
+    pub fn world(&self) -> World<'a> {
+        self.whole_world()
+    }
+    /// What the plugin keeps for this world.
+    pub fn instance(&self) -> &'a P::World {
+        assert!(!self.0.raw.instance.is_null(), "the host gave no instance");
+        // SAFETY: the host gives the instance to every command that runs alone; it lives until the world ends.
+        unsafe { &life::of::<Kept<P>>(self.0.raw.instance).0 }
+    }
 
     /// Whether this caller can wait.
     pub fn can_wait(&self) -> bool {
-        self.raw.wait_token != 0
+        self.0.raw.wait_token != 0
     }
     /// Not 0: a wait is over, and this is the word that was given to it.
     pub fn resumed(&self) -> u64 {
-        self.raw.resume
+        self.0.raw.resume
     }
     fn wait(&mut self, until: u32, value: f64, name: &str, resume: u64) -> Result<Outcome> {
-        // SAFETY: the api table lives as long as the call.
-        let wait = unsafe { self.raw.api.as_ref() }
-            .and_then(|a| a.wait)
-            .ok_or_else(|| Fail::unsupported("this host cannot wait"))?;
-        // SAFETY: the running call.
-        let status = unsafe { wait(self.raw, until, value, text_raw(name), resume) };
-        if status < 0 {
-            // SAFETY: the host's error of this call.
-            return Err(unsafe { Fail::read(status, self.raw.error) });
+        let call = &mut *self.0.raw;
+        // SAFETY: the api table lives as long as the call, whose frame and error this is.
+        unsafe {
+            let wait = call.api.as_ref().and_then(|a| a.wait);
+            let wait = wait.ok_or_else(|| Fail::unsupported("this host cannot wait"))?;
+            match wait(call, until, value, text_raw(name), resume) {
+                status if status < 0 => Err(Fail::read(status, call.error)),
+                _ => Ok(Outcome::Waiting),
+            }
         }
-        Ok(Outcome::Waiting)
     }
     /// Goes on `steps` steps later: `Ok(c.wait_steps(1, word)?)`.
     pub fn wait_steps(&mut self, steps: u32, resume: u64) -> Result<Outcome> {
@@ -253,63 +284,46 @@ impl<'a, P: Plugin> Call<'a, P> {
 
     /// Makes a function that a script gave last until it is dropped or its script ends.
     pub fn keep_func(&self, func: tatu_func) -> Result<tatu_func> {
-        let Some(retain) = self.started.host.commands.and_then(|t| t.retain) else {
-            return Err(Fail::unsupported("this host cannot keep functions"));
-        };
-        let mut kept = 0;
-        // SAFETY: the running call's world.
-        match unsafe { retain(self.raw.world, func, &mut kept) } {
+        let (world, mut kept) = (self.world(), 0);
+        match service!(world.commands.retain)(world.raw(), func, Some(&mut kept)) {
             TATU_OK => Ok(kept),
             status => Err(Fail::with_code(status, "the function cannot be kept")),
         }
     }
     /// Gives a kept function up.
     pub fn drop_func(&self, func: tatu_func) {
-        if let Some(drop) = self.started.host.commands.and_then(|t| t.drop) {
-            // SAFETY: the running call's world.
-            unsafe { drop(self.raw.world, func) };
+        if let Some(drop) = self.world().host().commands.and_then(|t| t.drop) {
+            drop(self.world().raw(), func);
         }
     }
     /// Calls a function that a script gave; its results.
     pub fn call_func(&mut self, func: tatu_func, args: &[Value]) -> Result<Vec<Value>> {
-        let commands = self.started.host.commands;
-        let (Some(call), Some(mark), Some(release)) =
-            (commands.and_then(|t| t.call_func), commands.and_then(|t| t.mark), commands.and_then(|t| t.release))
-        else {
-            return Err(Fail::unsupported("this host cannot call functions"));
-        };
-        let mut room = Room::default();
-        let args = room.all(args);
-        let mut results = [ValueRef::NIL.raw(); 16];
-        // SAFETY: an all-zero frame is a valid empty one.
-        let mut frame: tatu_call = unsafe { std::mem::zeroed() };
-        frame.size = size_of::<tatu_call>() as u32;
-        (frame.args, frame.n_args) = (args.as_ptr(), args.len() as u32);
-        (frame.results, frame.results_cap) = (results.as_mut_ptr(), results.len() as u32);
-        // SAFETY: the frame and its arrays live through the call; results are copied before the release.
-        unsafe {
-            let here = mark(self.raw.world);
-            let status = call(self.raw.world, func, &mut frame);
-            let out = if status < 0 {
-                Err(Fail::read(status, frame.error))
-            } else {
-                ValueRef::slice(frame.results, frame.n_results as usize).iter().map(|v| v.to_value()).collect()
-            };
-            release(self.raw.world, here);
-            out
-        }
+        let world = self.world();
+        let call = service!(world.commands.call_func);
+        // SAFETY: the frame is whole.
+        let call = |world: WorldRef<'_>, frame: &mut tatu_call| unsafe { call(world, func, frame) };
+        outgoing::call(&world, tatu_call::empty(), args, call).map(Called::done)
     }
 }
 
-pub(crate) unsafe extern "C" fn trampoline<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
-    // SAFETY: the host gives a live call, `self` as made by `init`, and `user` as declared.
-    let (raw, started) = unsafe { (&mut *raw, &*(*raw).self_.cast::<Started<P>>()) };
-    let error = raw.error;
-    guard::run(error, || {
-        // SAFETY: `user` is a boxed `Run<P>` that lives until shutdown.
-        let run = unsafe { &*raw.user.cast::<Run<P>>() };
-        let mut call = Call { raw, started, overflow: false };
-        let outcome = run(&mut call)?;
+/// The function of a command.
+pub(super) enum Run<P: Plugin> {
+    /// It has the world alone.
+    Alone(Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome> + Send + Sync>),
+    /// Others may run beside it.
+    Shared(Box<dyn Fn(&mut SharedCall<'_, P>) -> Result<Outcome> + Send + Sync>),
+}
+
+pub(super) unsafe extern "C" fn trampoline<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
+    // SAFETY: the host gives a live call, `self` as made by `init`, and `user` as declared, which lives until shutdown.
+    let (raw, started, run) =
+        unsafe { (&mut *raw, &*(*raw).self_.cast::<Started<P>>(), &*(*raw).user.cast::<Run<P>>()) };
+    guard::run(raw.error, || {
+        let mut call = Call(SharedCall { raw, started, overflow: false });
+        let outcome = match run {
+            Run::Alone(run) => run(&mut call)?,
+            Run::Shared(run) => run(&mut call.0)?,
+        };
         if call.overflow {
             return Err(Fail::with_code(TATU_ERR_SPACE, "the results do not fit"));
         }

@@ -1,12 +1,8 @@
 //! What commands and constants there are: for services that tell their clients.
 
-use std::ffi::CStr;
+use std::ffi::{CStr, c_char};
 
-use super::{
-    Result, Value, ValueRef, World,
-    fail::{bytes_of, bytes_raw},
-    world::service,
-};
+use super::{Result, Value, ValueRef, World, shared_world::service};
 use crate::abi::*;
 
 /// What a command is, in short.
@@ -23,32 +19,14 @@ pub struct About {
 impl World<'_> {
     /// All commands, in the order in which they were declared. Cost: a copy of their names.
     pub fn commands(&self) -> Vec<About> {
-        let Some(table) = self.host.commands else { return Vec::new() };
+        let Some(table) = self.host().commands else { return Vec::new() };
         let (Some(count), Some(describe)) = (table.count, table.describe) else { return Vec::new() };
-        let text = |p: *const std::ffi::c_char| -> String {
-            // SAFETY: declarations of the host are texts that end with 0 and live as long as the host.
-            if p.is_null() { String::new() } else { unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned() }
-        };
-        // SAFETY: the world of the running call.
-        let n = unsafe { count(self.raw()) };
-        let all = (1..=n).filter_map(|id| {
-            // SAFETY: the declaration is the host's own copy; its lists end with null.
-            unsafe {
-                let command = describe(self.raw(), id).as_ref()?;
-                let mut params = Vec::new();
-                let mut at = command.params;
-                while !at.is_null() && !(*at).is_null() {
-                    params.push(text((**at).key));
-                    at = at.add(1);
-                }
-                let mut names = Vec::new();
-                let mut at = command.names;
-                while !at.is_null() && !(*at).is_null() {
-                    names.push(text((**at).name));
-                    at = at.add(1);
-                }
-                Some(About { names, params, text: text(command.text) })
-            }
+        // SAFETY: declarations of the host and their texts live as long as the host, and their lists end with null.
+        let all = (1..=count(self.raw())).filter_map(|id| unsafe {
+            let command = describe(self.raw(), id).as_ref()?;
+            let names = list(command.names).iter().map(|n| text((**n).name)).collect();
+            let params = list(command.params).iter().map(|p| text((**p).key)).collect();
+            Some(About { names, params, text: text(command.text) })
         });
         all.collect()
     }
@@ -58,18 +36,33 @@ impl World<'_> {
         let (name_of, value_of) = (service!(self.commands.constant_name), service!(self.commands.constant));
         let mut all = Vec::new();
         loop {
-            let mut name = bytes_raw(&[]);
-            let mut value = ValueRef::NIL.raw();
-            // SAFETY: the world is that of the running call, and what is passed lives until it returns; names and values are
-            // copied at once.
-            unsafe {
-                match name_of(self.raw(), all.len() as u32, &mut name) {
-                    TATU_ERR_MISSING => return Ok(all),
-                    status => self.check(status)?,
-                }
-                self.check(value_of(self.raw(), name, &mut value))?;
-                all.push((String::from_utf8_lossy(bytes_of(name)).into_owned(), ValueRef::new(value).to_value()?));
+            let (mut name, mut value) = (Lent::EMPTY, ValueRef::NIL);
+            let status = name_of(self.raw(), all.len() as u32, Some(&mut name));
+            if self.found(status, ())?.is_none() {
+                return Ok(all);
             }
+            self.check(value_of(self.raw(), name, Some(&mut value)))?;
+            all.push((name.text().into_owned(), value.to_value()?));
         }
+    }
+}
+
+/// # Safety
+/// Null, or a text that ends with 0.
+unsafe fn text(p: *const c_char) -> String {
+    // SAFETY: the caller promises it.
+    if p.is_null() { String::new() } else { unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned() }
+}
+
+/// # Safety
+/// Null, or a list that ends with null and lives for `'a`.
+unsafe fn list<'a, T>(first: *const *const T) -> &'a [*const T] {
+    if first.is_null() {
+        return &[];
+    }
+    // SAFETY: the caller promises it.
+    unsafe {
+        let n = (0..).take_while(|i| !(*first.add(*i)).is_null()).count();
+        std::slice::from_raw_parts(first, n)
     }
 }

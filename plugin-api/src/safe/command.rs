@@ -2,11 +2,12 @@
 
 use std::ptr::null;
 
-use super::{Call, IntoResult, Outcome, Param, Plugin, Result, Value, call::trampoline, offer::Keep};
+use super::{
+    Call, IntoResult, Param, Plugin, Result, SharedCall, Value,
+    call::{Run, trampoline},
+    offer::Keep,
+};
 use crate::abi::*;
-
-/// Worlds on several threads call it at once.
-pub(crate) type Run<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome> + Send + Sync>;
 
 /// A command.
 pub struct Command<P: Plugin> {
@@ -17,7 +18,6 @@ pub struct Command<P: Plugin> {
     example: String,
     no_wait: Option<String>,
     raw: bool,
-    side_by_side: bool,
     status: Status,
     notes: String,
     subject: String,
@@ -44,24 +44,34 @@ struct Name {
 }
 
 impl<P: Plugin> Command<P> {
-    /// A command with its first name and its function.
+    /// A command with its first name and its function, which worlds on several threads call at once.
     pub fn new<T: IntoResult + 'static>(
         name: impl Into<String>,
         run: impl Fn(&mut Call<'_, P>) -> Result<T> + Send + Sync + 'static,
     ) -> Self {
+        Self::with(name.into(), Run::Alone(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
+    }
+    /// One that scripts which run side by side may call too, on several threads at once. What it has of the world can be looked
+    /// at; of what [`SharedWorld::set`](super::SharedWorld::set) could change, drives of joints only.
+    pub fn side_by_side<T: IntoResult + 'static>(
+        name: impl Into<String>,
+        run: impl Fn(&mut SharedCall<'_, P>) -> Result<T> + Send + Sync + 'static,
+    ) -> Self {
+        Self::with(name.into(), Run::Shared(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
+    }
+    fn with(name: String, run: Run<P>) -> Self {
         Command {
-            names: vec![Name { name: name.into(), on_error: None, until: None }],
+            names: vec![Name { name, on_error: None, until: None }],
             params: Vec::new(),
             returns: Vec::new(),
             text: String::new(),
             example: String::new(),
             no_wait: None,
             raw: false,
-            side_by_side: false,
             status: Status::Full,
             notes: String::new(),
             subject: String::new(),
-            run: Box::new(move |call| run(call).map(IntoResult::into_outcome)),
+            run,
         }
     }
     /// Another name.
@@ -122,13 +132,6 @@ impl<P: Plugin> Command<P> {
         self.raw = true;
         self
     }
-    /// Scripts that run side by side may call it, on several threads at once: its function uses its arguments, what never
-    /// changes in its plugin (not [`Call::instance`]), and only looks at the world, but for the drives of joints, which it
-    /// may set.
-    pub fn side_by_side(mut self) -> Self {
-        self.side_by_side = true;
-        self
-    }
     /// The next result.
     pub fn returns(mut self, param: Param) -> Self {
         self.returns.push(param);
@@ -172,7 +175,7 @@ impl<P: Plugin> Command<P> {
         let raw = tatu_command {
             size: size_of::<tatu_command>() as u32,
             flags: if self.raw { TATU_COMMAND_RAW } else { 0 }
-                | if self.side_by_side { TATU_COMMAND_SIDE_BY_SIDE } else { 0 },
+                | if matches!(self.run, Run::Shared(_)) { TATU_COMMAND_SIDE_BY_SIDE } else { 0 },
             names: keep.list(names),
             params: keep.list(params),
             returns: keep.list(returns),

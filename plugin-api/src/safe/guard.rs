@@ -2,12 +2,11 @@
 
 use std::{
     any::Any,
-    ffi::c_void,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::OnceLock,
 };
 
-use super::{Fail, Host, Plugin, Result, World, fail::bytes_of, plugin::Started};
+use super::{Fail, Host, Result};
 use crate::abi::*;
 
 /// Runs `f`; an error or panic is written into the host's error object.
@@ -65,79 +64,4 @@ pub fn set_panic_hook(host: &Host) {
             }
         }));
     }
-}
-
-/// The life of a plugin's world instances.
-pub(crate) fn life<P: Plugin>() -> tatu_life {
-    tatu_life {
-        size: size_of::<tatu_life>() as u32,
-        state_bytes: 0,
-        create: Some(create::<P>),
-        destroy: Some(destroy::<P>),
-        configure: None,
-        save: Some(save::<P>),
-        load: Some(load::<P>),
-        version: P::STATE_VERSION,
-        reserved: 0,
-    }
-}
-
-unsafe extern "C" fn create<P: Plugin>(
-    me: *mut c_void,
-    info: *const tatu_instance,
-    data: *mut *mut c_void,
-    error: *mut tatu_error,
-) -> tatu_status {
-    run(error, || {
-        // SAFETY: `me` was made by `init`; the host gives valid pointers.
-        unsafe {
-            let started = &*me.cast::<Started<P>>();
-            let world = World::new((*info).world, &started.host);
-            let instance: P::World = started.plugin.world(&world)?;
-            *data = Box::into_raw(Box::new(instance)).cast();
-        }
-        Ok(TATU_OK)
-    })
-}
-
-unsafe extern "C" fn save<P: Plugin>(
-    data: *mut c_void,
-    writer: *const tatu_writer,
-    error: *mut tatu_error,
-) -> tatu_status {
-    // SAFETY: made by `create`; the host gives a valid writer.
-    run(error, || unsafe { write(writer, &P::save(&*data.cast::<P::World>())?) })
-}
-
-unsafe extern "C" fn load<P: Plugin>(
-    data: *mut c_void,
-    bytes: tatu_str,
-    version: u32,
-    error: *mut tatu_error,
-) -> tatu_status {
-    run(error, || {
-        // SAFETY: made by `create`; the bytes are valid during the call.
-        unsafe { P::load(&*data.cast::<P::World>(), bytes_of(bytes), version)? };
-        Ok(TATU_OK)
-    })
-}
-
-/// Hands what an instance saved to the host.
-///
-/// # Safety
-/// The writer is the host's.
-pub(crate) unsafe fn write(writer: *const tatu_writer, bytes: &[u8]) -> Result<tatu_status> {
-    // SAFETY: the caller promises it.
-    let write = unsafe { writer.as_ref() }.and_then(|w| w.write);
-    let write = write.ok_or_else(|| Fail::new("the host gave no writer"))?;
-    // SAFETY: the caller promises it; the bytes are copied.
-    unsafe { write(writer, bytes.as_ptr().cast(), bytes.len() as u64) };
-    Ok(TATU_OK)
-}
-
-unsafe extern "C" fn destroy<P: Plugin>(data: *mut c_void) {
-    quiet(|| {
-        // SAFETY: made by `create`, given back once.
-        drop(unsafe { Box::from_raw(data.cast::<P::World>()) });
-    });
 }

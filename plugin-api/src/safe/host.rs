@@ -1,8 +1,7 @@
 //! The host's services, found once at start.
 
-use std::ffi::{CStr, CString, c_char};
+use std::ffi::{CStr, CString, c_void};
 
-use super::fail::text_raw;
 use crate::abi::*;
 
 /// The number of an interned key.
@@ -37,41 +36,33 @@ impl Host {
     /// # Safety
     /// `raw` is null, or a host that lives until the plugin's shutdown.
     pub unsafe fn new(raw: *const tatu_host) -> Option<Self> {
-        // SAFETY: the caller promises it; a service's table lives as long as the host, and has the size it tells. Drafts match
-        // only their own number, so a table that is found is at least as large as ours.
-        unsafe {
-            let service = raw.as_ref()?.service?;
-            unsafe fn table<T>(
-                raw: *const tatu_host,
-                service: unsafe extern "C" fn(*const tatu_host, *const c_char) -> *const std::ffi::c_void,
-                id: &CStr,
-            ) -> Option<&'static T> {
-                // SAFETY: the host's entry function, called with the host it belongs to.
-                let ptr = unsafe { service(raw, id.as_ptr()) };
-                // SAFETY: every table begins with its size.
-                let size = unsafe { ptr.cast::<u32>().as_ref() }.copied().unwrap_or(0);
-                // SAFETY: the table is as large as it tells, and lives as long as the host.
-                (size as usize >= size_of::<T>()).then(|| unsafe { &*ptr.cast::<T>() })
-            }
-            let host = Host {
+        // SAFETY: the caller promises it.
+        let service = unsafe { raw.as_ref() }?.service?;
+        let find = |id: &CStr| {
+            // SAFETY: the host's entry function, called with the host it belongs to.
+            unsafe { service(raw, id.as_ptr()) }
+        };
+        // SAFETY: a table lives as long as the host, and is as large as it tells in its first word.
+        let host = unsafe {
+            Host {
                 raw,
-                scene: table(raw, service, TATU_HOST_SCENE),
-                stand_ins: table(raw, service, TATU_HOST_STAND_INS),
-                readings: table(raw, service, TATU_HOST_READINGS),
-                bodies: table(raw, service, TATU_HOST_BODIES),
-                commands: table(raw, service, TATU_HOST_COMMANDS),
-                scripts: table(raw, service, TATU_HOST_SCRIPTS),
-                signals: table(raw, service, TATU_HOST_SIGNALS),
-                events: table(raw, service, TATU_HOST_EVENTS),
-                session: table(raw, service, TATU_HOST_SESSION),
-                stage: table(raw, service, TATU_HOST_STAGE),
-                log: table(raw, service, TATU_HOST_LOG),
-                files: table(raw, service, TATU_HOST_FILES),
-                figures: table(raw, service, TATU_HOST_FIGURES),
-            };
-            super::guard::set_panic_hook(&host);
-            Some(host)
-        }
+                scene: table(find(TATU_HOST_SCENE)),
+                stand_ins: table(find(TATU_HOST_STAND_INS)),
+                readings: table(find(TATU_HOST_READINGS)),
+                bodies: table(find(TATU_HOST_BODIES)),
+                commands: table(find(TATU_HOST_COMMANDS)),
+                scripts: table(find(TATU_HOST_SCRIPTS)),
+                signals: table(find(TATU_HOST_SIGNALS)),
+                events: table(find(TATU_HOST_EVENTS)),
+                session: table(find(TATU_HOST_SESSION)),
+                stage: table(find(TATU_HOST_STAGE)),
+                log: table(find(TATU_HOST_LOG)),
+                files: table(find(TATU_HOST_FILES)),
+                figures: table(find(TATU_HOST_FIGURES)),
+            }
+        };
+        super::guard::set_panic_hook(&host);
+        Some(host)
     }
 
     /// The raw table, for what these wrappers lack.
@@ -85,18 +76,33 @@ impl Host {
     /// Interns a key: "joint.position", "proximity.distance".
     pub fn prop(&self, key: &str) -> Prop {
         let key = CString::new(key).unwrap_or_default();
-        // SAFETY: the key is NUL-terminated.
-        Prop(self.scene.and_then(|s| s.prop).map_or(0, |f| unsafe { f(self.raw, key.as_ptr()) }))
+        // SAFETY: the host's own pointer.
+        Prop(self.scene.and_then(|s| s.prop).map_or(0, |f| unsafe { f(self.raw, key.as_c_str().into()) }))
     }
     /// Writes a line to the log: one of `TATU_LOG_*`.
     pub fn log(&self, level: u32, text: &str) {
+        self.write(std::ptr::null_mut(), level, text.as_bytes());
+    }
+    pub(super) fn write(&self, world: *mut tatu_world, level: u32, text: &[u8]) {
         if let Some(write) = self.log.and_then(|l| l.write) {
-            // SAFETY: the text is valid during the call.
-            unsafe { write(self.raw, std::ptr::null_mut(), level, text_raw(text)) };
+            // SAFETY: the host's own pointer; it looks at that of the world, which may be null.
+            unsafe { write(self.raw, WorldRef::new(world), level, text.into()) };
         }
     }
     pub(crate) fn logger(&self) -> impl Fn(u32, &str) + Send + Sync + 'static {
         let host = *self;
         move |level, text| host.log(level, text)
+    }
+}
+
+/// A table of a host, if it is as large as ours at least: drafts match only their own number, but a host may be older.
+///
+/// # Safety
+/// `table` is null, or lives as long as the host and begins with its size.
+unsafe fn table<T>(table: *const c_void) -> Option<&'static T> {
+    // SAFETY: the caller promises it.
+    unsafe {
+        let size = *table.cast::<u32>().as_ref()?;
+        (size as usize >= size_of::<T>()).then(|| &*table.cast::<T>())
     }
 }

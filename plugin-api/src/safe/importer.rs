@@ -1,8 +1,8 @@
 //! Importers: from the bytes of a file to objects.
 
-use std::ffi::c_void;
+use std::{ffi::c_void, sync::Arc};
 
-use super::{Builder, Param, Params, Plugin, Result, ValueRef, fail::bytes_of, guard, offer::Keep};
+use super::{Builder, Param, Params, Plugin, Result, ValueRef, fail::bytes_of, guard, offer::Keep, once::once};
 use crate::abi::*;
 
 /// An importer.
@@ -25,8 +25,14 @@ pub trait Importer: Sized + 'static {
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result;
 }
 
+struct OfImporter<I>(I);
+
+fn params_of<I: Importer>() -> Arc<[Param]> {
+    once::<OfImporter<I>, _>(I::params)
+}
+
 pub(crate) fn table<I: Importer>(keep: &mut Keep) -> *const tatu_importer {
-    let params = I::params().iter().map(|p| p.keep(keep)).collect();
+    let params = params_of::<I>().iter().map(|p| p.keep(keep)).collect();
     let raw = tatu_importer {
         size: size_of::<tatu_importer>() as u32,
         reserved: 0,
@@ -53,7 +59,7 @@ unsafe extern "C" fn load<I: Importer>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
-        let declared = I::params();
+        let declared = params_of::<I>();
         // SAFETY: the host gives live bytes, a live builder and one value per declared parameter.
         let (bytes, raw, values) = unsafe { (bytes_of(bytes), &*builder, ValueRef::slice(params, declared.len())) };
         I::load(bytes, &Builder::new(raw), &Params::new(values, &declared))?;

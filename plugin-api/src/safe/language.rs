@@ -6,7 +6,12 @@ use std::{
 };
 
 use super::{
-    Fail, Host, Instance, Plugin, Result, ValueRef, World, fail::bytes_of, guard, offer::Keep, plugin::Started,
+    Fail, Instance, Plugin, Result, ValueRef, World, call,
+    fail::bytes_of,
+    guard,
+    life::{self, Info, Life},
+    offer::Keep,
+    plugin::Started,
 };
 use crate::abi::*;
 
@@ -35,7 +40,7 @@ pub struct Frame<'a> {
 
 impl<'a> Frame<'a> {
     /// The C frame.
-    pub fn raw(&mut self) -> &mut tatu_call {
+    pub fn raw(&mut self) -> *mut tatu_call {
         self.raw
     }
     /// The arguments.
@@ -43,8 +48,11 @@ impl<'a> Frame<'a> {
         // SAFETY: the host gives `n_args` values, valid during the call.
         unsafe { ValueRef::slice(self.raw.args, self.raw.n_args as usize) }
     }
-    /// Adds a result; what it points to must live until the caller has read it.
-    pub fn push(&mut self, value: tatu_value) -> Result {
+    /// Adds a result.
+    ///
+    /// # Safety
+    /// What it points to lives until the caller has read it.
+    pub unsafe fn push(&mut self, value: tatu_value) -> Result {
         if self.raw.n_results >= self.raw.results_cap {
             return Err(Fail::with_code(TATU_ERR_SPACE, "too many results"));
         }
@@ -55,12 +63,7 @@ impl<'a> Frame<'a> {
     }
     /// Memory that lives until the caller has read the results; 8-byte aligned; null: no room.
     pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
-        // SAFETY: the api table lives as long as the call.
-        let alloc = unsafe { self.raw.api.as_ref() }.and_then(|a| a.alloc);
-        alloc.map_or(std::ptr::null_mut(), |f| {
-            // SAFETY: the running call.
-            unsafe { f(self.raw, bytes as u64) }.cast()
-        })
+        call::alloc(self.raw, bytes)
     }
 }
 
@@ -75,8 +78,9 @@ pub trait Language: Sized + 'static {
     /// ".lua"
     const SUFFIXES: &'static [&'static str];
 
-    /// Makes the state of a script; no text yet. `world` and `host` may be kept (raw) for later calls.
-    fn create(host: &Host, world: &World<'_>, instance: Instance) -> Result<Self>;
+    /// Makes the state of a script; no text yet. Who keeps the world for later calls does so at his own risk, see
+    /// [`World::new`].
+    fn create(world: &World<'_>, instance: Instance) -> Result<Self>;
     /// Takes the text; `dialect` may be empty. Returns the dialect chosen.
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String>;
     /// What the host must know of it, once its text is loaded: `TATU_SCRIPT_*`.
@@ -135,6 +139,30 @@ struct Data<L> {
     dialect: Mutex<CString>,
 }
 
+impl<L: Language> Life for Data<L> {
+    type Plugin = L::Plugin;
+    const STATE_VERSION: u32 = L::STATE_VERSION;
+
+    fn create(_: &Started<L::Plugin>, info: &Info<'_>) -> Result<Self> {
+        Ok(Data { language: L::create(&info.world, info.instance)?, dialect: Mutex::default() })
+    }
+    fn save(&self) -> Result<Vec<u8>> {
+        self.language.save()
+    }
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        self.language.restore(bytes, version)
+    }
+}
+
+/// The script of a call.
+///
+/// # Safety
+/// `data` is what the host was given for it, and it is not destroyed within `'a`.
+unsafe fn script<'a, L: Language>(data: *mut c_void) -> &'a L {
+    // SAFETY: the caller promises it.
+    unsafe { &life::of::<Data<L>>(data).language }
+}
+
 pub(crate) fn table<L: Language>(keep: &mut Keep, flags: u32) -> *const tatu_language {
     let raw = tatu_language {
         size: size_of::<tatu_language>() as u32,
@@ -142,17 +170,7 @@ pub(crate) fn table<L: Language>(keep: &mut Keep, flags: u32) -> *const tatu_lan
         id: keep.text(L::ID),
         text: keep.text(L::TEXT),
         suffixes: keep.texts(L::SUFFIXES),
-        life: keep.table(tatu_life {
-            size: size_of::<tatu_life>() as u32,
-            state_bytes: 0,
-            create: Some(create::<L>),
-            destroy: Some(destroy::<L>),
-            configure: None,
-            save: Some(save::<L>),
-            load: Some(restore::<L>),
-            version: L::STATE_VERSION,
-            reserved: 0,
-        }),
+        life: keep.table(life::table::<Data<L>>(0)),
         load: Some(load::<L>),
         find: Some(find::<L>),
         call: Some(call::<L>),
@@ -181,54 +199,6 @@ unsafe extern "C" fn knows_dialect<L: Language>(
     })
 }
 
-unsafe extern "C" fn create<L: Language>(
-    me: *mut c_void,
-    info: *const tatu_instance,
-    data: *mut *mut c_void,
-    error: *mut tatu_error,
-) -> tatu_status {
-    guard::run(error, || {
-        // SAFETY: `me` was made by `init`; the host gives valid pointers.
-        unsafe {
-            let (started, info) = (&*me.cast::<Started<L::Plugin>>(), &*info);
-            let world = World::new(info.world, &started.host);
-            let instance = Instance { owner: info.owner, id: info.id, seed: info.seed, world: info.world };
-            let language = L::create(&started.host, &world, instance)?;
-            *data = Box::into_raw(Box::new(Data { language, dialect: Mutex::default() })).cast();
-        }
-        Ok(TATU_OK)
-    })
-}
-
-unsafe extern "C" fn destroy<L: Language>(data: *mut c_void) {
-    guard::quiet(|| {
-        // SAFETY: made by `create`, given back once.
-        drop(unsafe { Box::from_raw(data.cast::<Data<L>>()) });
-    });
-}
-
-unsafe extern "C" fn save<L: Language>(
-    data: *mut c_void,
-    writer: *const tatu_writer,
-    error: *mut tatu_error,
-) -> tatu_status {
-    // SAFETY: made by `create`; the host gives a valid writer.
-    guard::run(error, || unsafe { guard::write(writer, &(*data.cast::<Data<L>>()).language.save()?) })
-}
-
-unsafe extern "C" fn restore<L: Language>(
-    data: *mut c_void,
-    bytes: tatu_str,
-    version: u32,
-    error: *mut tatu_error,
-) -> tatu_status {
-    guard::run(error, || {
-        // SAFETY: made by `create`; the bytes are valid during the call.
-        unsafe { (*data.cast::<Data<L>>()).language.restore(bytes_of(bytes), version)? };
-        Ok(TATU_OK)
-    })
-}
-
 unsafe extern "C" fn load<L: Language>(
     data: *mut c_void,
     text: tatu_str,
@@ -240,7 +210,7 @@ unsafe extern "C" fn load<L: Language>(
     guard::run(error, || {
         // SAFETY: made by `create`; texts are valid during the call.
         let (data, text, chunk, dialect) =
-            unsafe { (&*data.cast::<Data<L>>(), bytes_of(text), bytes_of(chunk), bytes_of(dialect)) };
+            unsafe { (life::of::<Data<L>>(data), bytes_of(text), bytes_of(chunk), bytes_of(dialect)) };
         let (chunk, dialect) = (String::from_utf8_lossy(chunk), String::from_utf8_lossy(dialect));
         let result = CString::new(data.language.load(text, &chunk, &dialect)?).unwrap_or_default();
         let len = result.as_bytes().len() as u64;
@@ -254,28 +224,28 @@ unsafe extern "C" fn load<L: Language>(
 
 unsafe extern "C" fn traits<L: Language>(data: *mut c_void) -> u32 {
     // SAFETY: made by `create`.
-    guard::quiet(|| unsafe { (*data.cast::<Data<L>>()).language.traits() })
+    guard::quiet(|| unsafe { script::<L>(data).traits() })
 }
 
 unsafe extern "C" fn order<L: Language>(data: *mut c_void, dialect: tatu_str, modern: u32) -> u32 {
     guard::quiet(|| {
         // SAFETY: made by `create`; the text is valid during the call.
-        let (data, dialect) = unsafe { (&*data.cast::<Data<L>>(), bytes_of(dialect)) };
-        data.language.order(&String::from_utf8_lossy(dialect), modern != 0)
+        let (script, dialect) = unsafe { (script::<L>(data), bytes_of(dialect)) };
+        script.order(&String::from_utf8_lossy(dialect), modern != 0)
     })
 }
 
 unsafe extern "C" fn place<L: Language>(data: *mut c_void, error: *mut tatu_error) {
     guard::run(error, || {
         // SAFETY: made by `create`.
-        unsafe { (*data.cast::<Data<L>>()).language.place() }.map_or(Ok(TATU_OK), Err)
+        unsafe { script::<L>(data).place() }.map_or(Ok(TATU_OK), Err)
     });
 }
 
 unsafe extern "C" fn find<L: Language>(data: *mut c_void, how: u32, name: tatu_str) -> u32 {
     guard::quiet(|| {
         // SAFETY: `data` was made by `create` and is in use by this call alone.
-        unsafe { (*data.cast::<Data<L>>()).language.find(how, bytes_of(name)) }
+        unsafe { script::<L>(data).find(how, bytes_of(name)) }
     })
 }
 
@@ -290,9 +260,9 @@ fn enter<L: Language>(
 ) -> tatu_status {
     guard::run(error, || {
         // SAFETY: made by `create`; the host gives valid pointers.
-        let (data, raw, budget, used) = unsafe { (&*data.cast::<Data<L>>(), &mut *frame, &*budget, &mut *used) };
+        let (script, raw, budget, used) = unsafe { (script::<L>(data), &mut *frame, &*budget, &mut *used) };
         let budget = Budget { instructions: budget.instructions, memory: budget.memory };
-        let flow = f(&data.language, &mut Frame { raw }, budget, used)?;
+        let flow = f(script, &mut Frame { raw }, budget, used)?;
         Ok(if flow == Flow::Waiting { TATU_WAIT } else { TATU_OK })
     })
 }
@@ -326,12 +296,12 @@ unsafe extern "C" fn resume<L: Language>(
 
 unsafe extern "C" fn keep_func<L: Language>(data: *mut c_void, local: u32) -> u32 {
     // SAFETY: `data` was made by `create` and is in use by this call alone.
-    guard::quiet(|| unsafe { (*data.cast::<Data<L>>()).language.keep_func(local) })
+    guard::quiet(|| unsafe { script::<L>(data).keep_func(local) })
 }
 
 unsafe extern "C" fn drop_func<L: Language>(data: *mut c_void, local: u32) {
     // SAFETY: `data` was made by `create` and is in use by this call alone.
-    guard::quiet(|| unsafe { (*data.cast::<Data<L>>()).language.drop_func(local) });
+    guard::quiet(|| unsafe { script::<L>(data).drop_func(local) });
 }
 
 unsafe extern "C" fn call_func<L: Language>(

@@ -17,21 +17,26 @@ mod guard;
 mod host;
 mod importer;
 mod language;
+mod life;
 mod model;
 mod offer;
+mod once;
+mod outgoing;
 mod param;
 mod plugin;
+mod reading;
 mod sample;
 mod sensor;
 mod sensor_table;
 mod service;
+mod shared_world;
 mod stand_ins;
 mod talk;
 mod value;
 mod world;
 
 pub use actuator::{Actuator, Drive, Output};
-pub use call::{Call, IntoResult, Outcome};
+pub use call::{Call, IntoResult, Outcome, SharedCall};
 pub use catalogue::About;
 pub use command::{Command, Constant, Status};
 pub use event::Event;
@@ -43,13 +48,18 @@ pub use importer::Importer;
 pub use language::{Budget, Flow, Frame, Language};
 pub use model::{Builder, Model, Node};
 pub use offer::Offer;
+pub use outgoing::Called;
 pub use param::{Param, Params};
 pub use plugin::{Instance, Plugin};
+pub use reading::Reading;
 pub use sample::{Readout, Sample};
 pub use sensor::{Beams, Change, Field, Form, Preset, Sensor};
-pub use service::{Answer, Called, Service, Session, Turn};
-pub use value::{MAX_DEPTH, Value, ValueRef};
-pub use world::{Closest, Contact, Object, Reading, World};
+pub use service::{Answer, Service, Session, Turn};
+pub use shared_world::{Object, SharedWorld};
+pub use value::{MAX_DEPTH, Owned, Room, Value};
+pub use world::{Closest, Contact, World};
+
+pub use crate::abi::ValueRef;
 
 #[doc(hidden)]
 pub mod macro_support {

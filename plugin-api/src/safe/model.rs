@@ -1,14 +1,11 @@
 //! Models: functions from parameters to objects.
 
-use std::ffi::{CString, c_void};
-
-use super::value::Room;
-use super::{
-    Fail, Param, Params, Plugin, Result, Value, ValueRef,
-    fail::{bytes_of, bytes_raw, text_raw},
-    guard,
-    offer::Keep,
+use std::{
+    ffi::{CString, c_void},
+    sync::Arc,
 };
+
+use super::{Fail, Param, Params, Plugin, Result, Value, ValueRef, guard, offer::Keep, once::once, value::Owned};
 use crate::abi::*;
 
 /// A model.
@@ -56,32 +53,27 @@ impl<'a> Builder<'a> {
     pub fn object(&self, kind: &str, parent: Option<Node<'a>>, alias: &str) -> Result<Node<'a>> {
         let text = CString::new(kind).unwrap_or_default();
         let parent = parent.map_or(0, |p| p.id);
-        // SAFETY: valid pointers during the call, here and below.
-        let id = self.raw.object.map_or(0, |f| unsafe { f(self.raw, text.as_ptr(), parent, text_raw(alias)) });
-        if id == 0 {
-            return Err(Fail::new(format!("the host refused the {kind} `{alias}`")));
+        match self.raw.object.map_or(0, |f| f(Some(self.raw), text.as_c_str().into(), parent, alias.into())) {
+            0 => Err(Fail::new(format!("the host refused the {kind} `{alias}`"))),
+            id => Ok(Node { builder: *self, id }),
         }
-        Ok(Node { builder: *self, id })
     }
     /// Adds a triangle mesh; its number for the property "mesh".
     pub fn mesh(&self, points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<i64> {
         let (n, m) = (points.len() as u64, triangles.len() as u64);
-        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
-        let id = self
-            .raw
-            .mesh
-            .map_or(0, |f| unsafe { f(self.raw, points.as_ptr().cast(), n, triangles.as_ptr().cast(), m) });
-        if id == 0 { Err(Fail::new("the host refused a mesh")) } else { Ok(id as i64) }
+        let (points, triangles) = (points.as_ptr().cast(), triangles.as_ptr().cast());
+        // SAFETY: 3 numbers for each of as many as the slices have.
+        match self.raw.mesh.map_or(0, |f| unsafe { f(Some(self.raw), points, n, triangles, m) }) {
+            0 => Err(Fail::new("the host refused a mesh")),
+            id => Ok(id as i64),
+        }
     }
     /// Reads a file beside the source; the bytes live as long as the build. `None`: there is none. Leaving the folders
     /// that may be read is an error of the build.
     pub fn file(&self, relative: &str) -> Option<&'a [u8]> {
-        let mut out = tatu_str { ptr: std::ptr::null(), len: 0 };
-        // SAFETY: the world is that of the running call, and what is passed lives until it returns; the host's bytes live as long as the build, and so does the table.
-        unsafe {
-            let status = self.raw.file.map_or(TATU_ERR_UNSUPPORTED, |f| f(self.raw, text_raw(relative), &mut out));
-            (status >= 0).then(|| bytes_of(out))
-        }
+        let mut out = Lent::EMPTY;
+        let status = self.raw.file?(Some(self.raw), relative.into(), Some(&mut out));
+        (status >= 0).then(|| out.bytes())
     }
     /// Sets a number of the world, "scene.dt", or its free data, "scene.data"; SI units. It has an effect where an
     /// importer's file stands in place of a scene.
@@ -90,20 +82,12 @@ impl<'a> Builder<'a> {
     }
     /// Whether somebody wants to know what the source holds: [`Builder::describe`].
     pub fn is_asked(&self) -> bool {
-        self.describing().is_some()
-    }
-    fn describing(&self) -> Option<unsafe extern "C" fn(*const tatu_builder, *const tatu_value) -> tatu_status> {
-        // Hosts of before have a shorter table.
-        let end = std::mem::offset_of!(tatu_builder, describe) + size_of::<usize>();
-        if (self.raw.size as usize) < end { None } else { self.raw.describe }
+        self.raw.describe.is_some()
     }
     /// Tells what the source holds: a map with texts as keys.
     pub fn describe(&self, map: &Value) -> Result {
-        let Some(f) = self.describing() else { return Ok(()) };
-        let mut room = Room::default();
-        let raw = room.raw(map);
-        // SAFETY: the table is that of the running call, and `room` outlives it.
-        match unsafe { f(self.raw, &raw) } {
+        let Some(f) = self.raw.describe else { return Ok(()) };
+        match f(Some(self.raw), Some(&Owned::default().value(map))) {
             status if status < 0 => Err(Fail::with_code(status, "the host refused the description")),
             _ => Ok(()),
         }
@@ -111,8 +95,7 @@ impl<'a> Builder<'a> {
     /// Tells something about the source: `TATU_REPORT_*`.
     pub fn report(&self, severity: u32, node: Option<Node<'a>>, text: &str) {
         if let Some(f) = self.raw.report {
-            // SAFETY: the world is that of the running call, and what is passed lives until it returns.
-            unsafe { f(self.raw, severity, node.map_or(0, |n| n.id), text_raw(text)) };
+            f(Some(self.raw), severity, node.map_or(0, |n| n.id), text.into());
         }
     }
 }
@@ -124,51 +107,46 @@ impl<'a> Node<'a> {
     }
     /// Sets a property: "mass", "position", "color"; SI units. Gives the node back.
     pub fn set(self, key: &str, value: impl Into<Value>) -> Result<Self> {
-        let mut room = Room::default();
-        let value = room.raw(&value.into());
         let text = CString::new(key).unwrap_or_default();
-        let raw = self.builder.raw;
-        // SAFETY: the world is that of the running call, and what is passed lives until it returns; `room` outlives the call.
-        let status = raw.set.map_or(TATU_ERR_UNSUPPORTED, |f| unsafe { f(raw, self.id, text.as_ptr(), &value) });
-        if status < 0 {
-            return Err(Fail::with_code(status, format!("the host refused the property `{key}`")));
+        let (raw, mut owned) = (self.builder.raw, Owned::default());
+        let value = owned.value(&value.into());
+        match raw.set.map_or(TATU_ERR_UNSUPPORTED, |f| f(Some(raw), self.id, text.as_c_str().into(), Some(&value))) {
+            status if status < 0 => Err(Fail::with_code(status, format!("the host refused the property `{key}`"))),
+            _ => Ok(self),
         }
-        Ok(self)
     }
     /// Makes a "sensor" or "actuator" object one of a kind or schema.
     pub fn device(self, kind_or_schema: &str) -> Result<Self> {
         let text = CString::new(kind_or_schema).unwrap_or_default();
         let raw = self.builder.raw;
-        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
-        let status = raw.device.map_or(TATU_ERR_UNSUPPORTED, |f| unsafe { f(raw, self.id, text.as_ptr()) });
-        if status < 0 {
-            return Err(Fail::with_code(status, format!("the host refused the device `{kind_or_schema}`")));
+        match raw.device.map_or(TATU_ERR_UNSUPPORTED, |f| f(Some(raw), self.id, text.as_c_str().into())) {
+            status if status < 0 => {
+                Err(Fail::with_code(status, format!("the host refused the device `{kind_or_schema}`")))
+            }
+            _ => Ok(self),
         }
-        Ok(self)
     }
     /// Adds a script; language by id, dialect or "" for "from the text", kind "child", "customization" or "main".
     pub fn script(self, language: &str, dialect: &str, kind: &str, name: &str, text: &[u8]) -> Result<Self> {
-        let c = |s: &str| CString::new(s).unwrap_or_default();
-        let (language, dialect, kind) = (c(language), c(dialect), c(kind));
+        let [language, dialect, kind] = [language, dialect, kind].map(|s| CString::new(s).unwrap_or_default());
         let raw = self.builder.raw;
-        // SAFETY: the world is that of the running call, and what is passed lives until it returns.
-        let id = raw.script.map_or(0, |f| unsafe {
-            f(
-                raw,
-                self.id,
-                language.as_ptr(),
-                if dialect.is_empty() { std::ptr::null() } else { dialect.as_ptr() },
-                kind.as_ptr(),
-                text_raw(name),
-                bytes_raw(text),
-            )
-        });
-        if id == 0 { Err(Fail::new("the host refused a script")) } else { Ok(self) }
+        let dialect = if dialect.is_empty() { LentCStr::NULL } else { dialect.as_c_str().into() };
+        let (language, kind) = (language.as_c_str().into(), kind.as_c_str().into());
+        match raw.script.map_or(0, |f| f(Some(raw), self.id, language, dialect, kind, name.into(), text.into())) {
+            0 => Err(Fail::new("the host refused a script")),
+            _ => Ok(self),
+        }
     }
 }
 
+struct OfModel<M>(M);
+
+fn params_of<M: Model>() -> Arc<[Param]> {
+    once::<OfModel<M>, _>(M::params)
+}
+
 pub(crate) fn table<M: Model>(keep: &mut Keep) -> *const tatu_model {
-    let params = M::params().iter().map(|p| p.keep(keep)).collect();
+    let params = params_of::<M>().iter().map(|p| p.keep(keep)).collect();
     let raw = tatu_model {
         size: size_of::<tatu_model>() as u32,
         flags: 0,
@@ -189,7 +167,7 @@ unsafe extern "C" fn build<M: Model>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
-        let declared = M::params();
+        let declared = params_of::<M>();
         // SAFETY: the host gives a live builder and one value per declared parameter.
         let (raw, values) = unsafe { (&*builder, ValueRef::slice(params, declared.len())) };
         M::build(&Builder::new(raw), &Params::new(values, &declared))?;

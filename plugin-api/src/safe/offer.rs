@@ -7,51 +7,55 @@ use std::{
     ptr::null,
 };
 
-use super::{Actuator, Command, Constant, Event, Importer, Language, Model, Plugin, Sensor, Service, Value, guard};
+use super::{
+    Actuator, Command, Constant, Event, Importer, Language, Model, Plugin, Sensor, Service, Value, fail::bytes_raw,
+    life, plugin, value::Owned,
+};
 use crate::abi::*;
 
 /// Owns everything that the plugin's tables point to, until shutdown.
 #[derive(Default)]
-pub(crate) struct Keep(Vec<Box<dyn Any>>);
+pub(crate) struct Keep(Vec<Kept>);
+
+/// One thing, by its pointer: a box that is moved may not be pointed into.
+struct Kept(*mut dyn Any);
+
+impl Drop for Kept {
+    fn drop(&mut self) {
+        // SAFETY: made of a box by `Keep::own`, given back once.
+        drop(unsafe { Box::from_raw(self.0) });
+    }
+}
 
 impl Keep {
+    /// Takes something; where it is.
+    fn own<T: 'static>(&mut self, thing: T) -> &mut T {
+        let ptr = Box::into_raw(Box::new(thing));
+        self.0.push(Kept(ptr));
+        // SAFETY: just made, and nobody else has it before this borrow ends.
+        unsafe { &mut *ptr }
+    }
     pub(crate) fn table<T: 'static>(&mut self, table: T) -> *const T {
-        let boxed = Box::new(table);
-        let ptr: *const T = &raw const *boxed;
-        self.0.push(boxed);
-        ptr
+        self.own(table)
     }
     pub(crate) fn text(&mut self, text: &str) -> *const c_char {
         // A NUL inside a declared text would only cut it: leave it out.
-        let text = CString::new(text.replace('\0', "")).unwrap_or_default();
-        let ptr = text.as_ptr();
-        self.0.push(Box::new(text));
-        ptr
+        self.own(CString::new(text.replace('\0', "")).unwrap_or_default()).as_ptr()
     }
     pub(crate) fn list<T: 'static>(&mut self, mut items: Vec<*const T>) -> *const *const T {
         items.push(null());
-        let ptr = items.as_ptr();
-        self.0.push(Box::new(items));
-        ptr
+        self.own(items).as_ptr()
     }
     pub(crate) fn texts<S: AsRef<str>>(&mut self, items: &[S]) -> *const *const c_char {
         let items = items.iter().map(|s| self.text(s.as_ref())).collect();
         self.list(items)
     }
     pub(crate) fn value(&mut self, value: &Value) -> tatu_value {
-        let mut alloc = |bytes: usize| {
-            let mut room = vec![0u64; bytes.div_ceil(8).max(1)];
-            let ptr = room.as_mut_ptr().cast();
-            self.0.push(Box::new(room));
-            ptr
-        };
-        value.to_raw(&mut alloc).unwrap_or(super::value::raw_int(TATU_NIL, 0))
+        self.own(Owned::default()).raw(value)
     }
     pub(crate) fn values(&mut self, values: &[Value]) -> *const tatu_value {
         let raw: Vec<_> = values.iter().map(|v| self.value(v)).collect();
-        let ptr = raw.as_ptr();
-        self.0.push(Box::new(raw));
-        ptr
+        self.own(raw).as_ptr()
     }
 }
 
@@ -127,15 +131,13 @@ impl<P: Plugin> Offer<P> {
     }
     /// Text for a script language: module "" runs in every new script state, others are found by `require`.
     pub fn prelude(&mut self, language: &str, module: &str, text: &str) {
-        let owned = self.keep.table(text.as_bytes().to_vec());
-        // SAFETY: `keep` owns the bytes until shutdown.
-        let bytes: &[u8] = unsafe { (*owned).as_slice() };
+        let text = bytes_raw(self.keep.own(text.as_bytes().to_vec()));
         let raw = tatu_prelude {
             size: size_of::<tatu_prelude>() as u32,
             reserved: 0,
             language: self.keep.text(language),
             module: self.keep.text(module),
-            text: super::fail::bytes_raw(bytes),
+            text,
         };
         let raw = self.keep.table(raw);
         self.preludes.push(raw);
@@ -199,8 +201,7 @@ impl<P: Plugin> Offer<P> {
 
     pub(crate) fn finish(mut self) -> Tables {
         let keep = &mut self.keep;
-        let life = guard::life::<P>();
-        let life = keep.table(life);
+        let life = keep.table(life::table::<plugin::Kept<P>>(0));
         let command =
             (!self.commands.is_empty() || !self.constants.is_empty() || !self.preludes.is_empty()).then(|| {
                 let table = tatu_ext_command {

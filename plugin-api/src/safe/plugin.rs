@@ -2,7 +2,11 @@
 
 use std::ffi::{CStr, c_char, c_void};
 
-use super::{Fail, Host, Offer, Result, World, guard, offer::Tables};
+use super::{
+    Fail, Host, Offer, Result, World, guard,
+    life::{Info, Life},
+    offer::Tables,
+};
 use crate::abi::*;
 
 /// A plugin. One value per host; it has no globals, and its world instances hold what belongs to a world.
@@ -43,15 +47,23 @@ pub struct Instance {
     pub id: u64,
     /// From the scene's seed and the owner: the same in every run.
     pub seed: u64,
-    /// For [`Instance::world`].
-    pub(crate) world: *mut tatu_world,
 }
 
-impl Instance {
-    /// The world that it is made for, for a look at properties; `None` outside of any.
-    pub fn world<'a>(&self, host: &'a Host) -> Option<World<'a>> {
-        // SAFETY: the host's world, which lives longer than the call that makes the instance.
-        (!self.world.is_null()).then(|| unsafe { World::new(self.world, host) })
+/// What a plugin keeps for a world.
+pub(crate) struct Kept<P: Plugin>(pub(crate) P::World);
+
+impl<P: Plugin> Life for Kept<P> {
+    type Plugin = P;
+    const STATE_VERSION: u32 = P::STATE_VERSION;
+
+    fn create(started: &Started<P>, info: &Info<'_>) -> Result<Self> {
+        started.plugin.world(&info.world).map(Kept)
+    }
+    fn save(&self) -> Result<Vec<u8>> {
+        P::save(&self.0)
+    }
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        P::load(&self.0, bytes, version)
     }
 }
 

@@ -1,26 +1,49 @@
 //! What a measure of a sensor gets and fills: one sensor of a batch.
 
+use std::ffi::c_void;
+
 use super::sensor::Field;
 use crate::abi::*;
 
 /// What one sensor of a batch sees.
 pub struct Sample<'a> {
-    pub(super) batch: &'a tatu_sensor_batch,
-    pub(super) i: usize,
+    batch: &'a tatu_sensor_batch,
+    i: usize,
+    /// Whether rays have been aimed and cast.
+    cast: bool,
 }
 
 impl<'a> Sample<'a> {
-    pub(super) fn beams(&self) -> (usize, usize) {
-        // SAFETY: `first_beam` has n + 1 entries.
-        unsafe { (*self.batch.first_beam.add(self.i) as usize, *self.batch.first_beam.add(self.i + 1) as usize) }
+    /// # Safety
+    /// The batch is the host's, for `'a`, and has this instance.
+    pub(super) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize) -> Self {
+        Sample { batch, i, cast: true }
     }
-    fn per_beam<T>(&self, ptr: *const T) -> &'a [T] {
-        let (from, to) = self.beams();
-        if ptr.is_null() || from == to {
+    /// The same while rays are aimed, which it does not show.
+    pub(super) fn before_the_cast(&self) -> Sample<'a> {
+        Sample { cast: false, ..*self }
+    }
+    /// The value of this instance in an array that has one for each; `None` where there is no such array.
+    fn own<T: Copy>(&self, array: *const T) -> Option<T> {
+        // SAFETY: the host's arrays are null or have one for each instance.
+        (!array.is_null()).then(|| unsafe { *array.add(self.i) })
+    }
+    /// The part of this instance in an array of parts, whose ends another array tells.
+    fn part<T>(&self, ends: *const u64, array: *const T) -> &'a [T] {
+        if ends.is_null() || array.is_null() {
             return &[];
         }
-        // SAFETY: the host's arrays hold all beams of the batch.
-        unsafe { std::slice::from_raw_parts(ptr.add(from), to - from) }
+        // SAFETY: the host tells n + 1 ends, and its arrays hold all parts of the batch.
+        unsafe {
+            let (from, to) = (*ends.add(self.i) as usize, *ends.add(self.i + 1) as usize);
+            std::slice::from_raw_parts(array.add(from), to - from)
+        }
+    }
+    fn per_beam<T>(&self, array: *const T) -> &'a [T] {
+        self.part(self.batch.first_beam, array)
+    }
+    fn per_pixel<T>(&self, array: *const T) -> &'a [T] {
+        self.part(self.batch.first_pixel, array)
     }
     /// Simulation time, s.
     pub fn time(&self) -> f64 {
@@ -28,8 +51,7 @@ impl<'a> Sample<'a> {
     }
     /// The sensor.
     pub fn sensor(&self) -> tatu_object {
-        // SAFETY: one per instance.
-        unsafe { *self.batch.sensor.add(self.i) }
+        self.own(self.batch.sensor).unwrap_or_default()
     }
     /// Per beam: distance, m; infinity: nothing. Asked for with `TATU_IN_DISTANCE`.
     pub fn distances(&self) -> &'a [f64] {
@@ -56,21 +78,6 @@ impl<'a> Sample<'a> {
         self.per_beam(self.batch.primitive)
     }
 
-    fn pixels(&self) -> (usize, usize) {
-        if self.batch.first_pixel.is_null() {
-            return (0, 0);
-        }
-        // SAFETY: `first_pixel` has n + 1 entries.
-        unsafe { (*self.batch.first_pixel.add(self.i) as usize, *self.batch.first_pixel.add(self.i + 1) as usize) }
-    }
-    fn per_pixel<T>(&self, ptr: *const T) -> &'a [T] {
-        let (from, to) = self.pixels();
-        if ptr.is_null() || from == to {
-            return &[];
-        }
-        // SAFETY: the host's arrays hold all pixels of the batch.
-        unsafe { std::slice::from_raw_parts(ptr.add(from), to - from) }
-    }
     /// Per pixel, the lowest row first: m along +z; infinity: nothing. `TATU_IN_DISTANCE`.
     pub fn depths(&self) -> &'a [f32] {
         self.per_pixel(self.batch.depth)
@@ -90,21 +97,22 @@ impl<'a> Sample<'a> {
 
     /// Per beam: where it begins and points, in the sensor's frame; empty if they are not aimed.
     pub fn rays(&self) -> &'a [[f64; 6]] {
-        let (from, to) = self.beams();
-        match self.ray_list() {
-            // SAFETY: 6 numbers per ray of this instance.
-            Some(rays) => unsafe { std::slice::from_raw_parts(rays, to - from) },
-            None => &[],
-        }
+        // SAFETY: nobody changes them after the cast.
+        if self.cast { unsafe { self.rays_to_aim() } } else { &[] }
     }
-    pub(super) fn ray_list(&self) -> Option<*mut [f64; 6]> {
-        // An older host has no such list.
-        if (self.batch.size as usize) < size_of::<tatu_sensor_batch>() || self.batch.rays.is_null() {
-            return None;
+    /// # Safety
+    /// Nobody else has them meanwhile.
+    pub(super) unsafe fn rays_to_aim(&self) -> &'a mut [[f64; 6]] {
+        let rays = self.own(self.batch.rays).unwrap_or(std::ptr::null_mut());
+        let ends = self.batch.first_beam;
+        if rays.is_null() || ends.is_null() {
+            return &mut [];
         }
-        // SAFETY: one entry per instance.
-        let rays = unsafe { *self.batch.rays.add(self.i) };
-        (!rays.is_null()).then_some(rays.cast())
+        // SAFETY: 6 numbers for each ray of this instance; the caller promises the rest.
+        unsafe {
+            let n = *ends.add(self.i + 1) - *ends.add(self.i);
+            std::slice::from_raw_parts_mut(rays.cast(), n as usize)
+        }
     }
 
     fn draw(
@@ -132,45 +140,46 @@ impl<'a> Sample<'a> {
 
     /// The sensor's pose in the world. `TATU_IN_POSE`.
     pub fn pose(&self) -> Option<[f64; 7]> {
-        // SAFETY: 7 per instance, if asked for.
-        (!self.batch.pose.is_null()).then(|| unsafe { *self.batch.pose.cast::<[f64; 7]>().add(self.i) })
+        self.own(self.batch.pose.cast())
     }
     /// The twist of its mount. `TATU_IN_TWIST`.
     pub fn twist(&self) -> Option<[f64; 6]> {
-        // SAFETY: 6 per instance, if asked for.
-        (!self.batch.twist.is_null()).then(|| unsafe { *self.batch.twist.cast::<[f64; 6]>().add(self.i) })
+        self.own(self.batch.twist.cast())
     }
 }
 
 /// Where a sensor writes its fields, in the order of declaration.
 pub struct Readout<'a> {
-    pub(super) sample: &'a Sample<'a>,
-    pub(super) fields: &'a [Field],
-    /// Rows and columns of the sensor's image.
-    pub(super) image: (u32, u32),
-    pub(super) own: [u32; 4],
+    /// Where each lies, and how many elements it has.
+    places: &'a [*mut c_void],
+    lengths: &'a [u64],
+    fields: &'a [Field],
+}
+
+impl<'a> Readout<'a> {
+    /// # Safety
+    /// The batch is the host's, for `'a`, and has this instance, whose fields nobody else uses.
+    pub(super) unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field]) -> Self {
+        let n = batch.n_fields as usize;
+        if n == 0 {
+            return Readout { places: &[], lengths: &[], fields };
+        }
+        // SAFETY: one place and one length per instance and field.
+        unsafe {
+            let places = std::slice::from_raw_parts(batch.fields.add(i * n), n);
+            Readout { places, lengths: std::slice::from_raw_parts(*batch.lengths.add(i), n), fields }
+        }
+    }
 }
 
 impl Readout<'_> {
     fn slice<T>(&mut self, k: usize, elem: u32) -> &mut [T] {
-        let Some(field) = self.fields.get(k).filter(|f| f.elem == elem) else {
+        let declared = self.fields.get(k).filter(|f| f.elem == elem);
+        let (Some(_), Some(place), Some(n)) = (declared, self.places.get(k), self.lengths.get(k)) else {
             return &mut [];
         };
-        let count = |(from, to): (usize, usize)| to - from;
-        let all = count(self.sample.beams()) + count(self.sample.pixels());
-        let dim = |d: &u32| match *d {
-            0 => all,
-            TATU_DIM_ROWS => self.image.0 as usize,
-            TATU_DIM_COLUMNS => self.image.1 as usize,
-            d if (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) => self.own[(d - TATU_DIM_OWN) as usize] as usize,
-            n => n as usize,
-        };
-        let len: usize = field.dims.iter().map(dim).product();
-        // SAFETY: the host gives one buffer per instance and field, as large as declared.
-        unsafe {
-            let at = *self.sample.batch.fields.add(self.sample.i * self.sample.batch.n_fields as usize + k);
-            std::slice::from_raw_parts_mut(at.cast(), len)
-        }
+        // SAFETY: the host gives each field room for as many elements of the declared type, to this instance alone.
+        unsafe { std::slice::from_raw_parts_mut(place.cast(), *n as usize) }
     }
     /// Field `k`, declared with [`Field::f64`].
     pub fn f64(&mut self, k: usize) -> &mut [f64] {

@@ -4,7 +4,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::{
-    Fail, Host, Instance, Param, Params, Plugin, Result,
+    Fail, Instance, Param, Params, Plugin, Result, SharedWorld,
     offer::Keep,
     sample::{Readout, Sample},
 };
@@ -199,16 +199,6 @@ pub enum Change {
     Rebuild,
 }
 
-impl Change {
-    /// As the host is told.
-    pub(crate) fn status(self) -> tatu_status {
-        match self {
-            Change::Taken => TATU_OK,
-            Change::Rebuild => TATU_ERR_UNSUPPORTED,
-        }
-    }
-}
-
 /// A kind of sensor. One value per sensor in a world.
 pub trait Sensor: Sized + Send + Sync + 'static {
     /// The plugin that offers it.
@@ -228,8 +218,8 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     fn fields() -> Vec<Field>;
     /// Settings under a name.
     const PRESETS: &'static [Preset] = &[];
-    /// Makes one.
-    fn create(host: &Host, instance: Instance, params: &Params<'_>) -> Result<Self>;
+    /// Makes one. `world` can be looked at.
+    fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
     /// Takes new values of live parameters: `changed` has a bit for each, in the order of declaration. It is then asked for its
     /// beams. After an error it is as if nothing had changed. A parameter with [`Param::rebuilds`] never comes here.
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
@@ -251,8 +241,8 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     }
     /// Turns what was seen into a reading. Must not block; runs on several threads.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result;
-    /// Moves and turns rays of instances whose [`Beams::aimed`] asks for it, before they are cast: origin (m) and unit direction of each, in the sensor's frame. Of the
-    /// sample, what was met is not there yet.
+    /// Moves and turns rays of instances whose [`Beams::aimed`] asks for it, before they are cast: origin (m) and unit direction
+    /// of each, in the sensor's frame. Of the sample, the rays and what they met are not there yet.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let _ = (sample, rays);
         Ok(())

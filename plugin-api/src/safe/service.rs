@@ -1,11 +1,24 @@
 //! Services: what lives beside worlds, with threads of its own.
 
-use std::{ffi::c_void, ops::Deref};
+use std::{
+    ffi::c_void,
+    mem::MaybeUninit,
+    ops::Deref,
+    ptr::NonNull,
+    sync::{Arc, Mutex, PoisonError, atomic::AtomicPtr},
+};
 
-use super::value::Room;
 use super::{
-    Fail, Host, Param, Params, Plugin, Result, Value, ValueRef, World, fail::bytes_of, fail::text_raw, guard,
-    offer::Keep, plugin::Started,
+    Called, Fail, Host, Param, Params, Plugin, Result, Value, ValueRef, World,
+    fail::bytes_of,
+    guard,
+    life::{self, Info, Life},
+    offer::Keep,
+    once::once,
+    outgoing,
+    plugin::Started,
+    shared_world::service,
+    value::Room,
 };
 use crate::abi::*;
 
@@ -73,34 +86,32 @@ pub enum Answer {
     Hold,
 }
 
-/// How a call went.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Called {
-    /// Its results.
-    Done(Vec<Value>),
-    /// It goes on later; [`Service::resume`] will have its token.
-    Waits,
-}
-
-/// The session, as the threads of a service may use it.
-#[derive(Clone, Copy)]
+/// The session, as the threads of a service may use it. After the service has ended it does nothing.
+#[derive(Clone)]
 pub struct Session {
-    raw: *mut tatu_session,
+    /// Null once the service has ended.
+    raw: Arc<Mutex<AtomicPtr<tatu_session>>>,
     host: Host,
 }
 
-// SAFETY: from other threads only `wake` is called, which is for any thread.
-unsafe impl Send for Session {}
-// SAFETY: the session and the world of this turn live through the call.
-unsafe impl Sync for Session {}
-
 impl Session {
-    /// Wakes a session that waits at its barrier. Until the service has ended.
+    fn new(raw: *mut tatu_session, host: Host) -> Self {
+        Session { raw: Arc::new(Mutex::new(raw.into())), host }
+    }
+    /// Uses the session, which does not end meanwhile; `None`: it has ended.
+    fn with<T>(&self, f: impl FnOnce(*mut tatu_session) -> T) -> Option<T> {
+        let mut raw = self.raw.lock().unwrap_or_else(PoisonError::into_inner);
+        let session = *raw.get_mut();
+        (!session.is_null()).then(|| f(session))
+    }
+    fn end(&self) {
+        *self.raw.lock().unwrap_or_else(PoisonError::into_inner) = AtomicPtr::default();
+    }
+    /// Wakes a session that waits at its barrier.
     pub fn wake(&self) {
-        if let Some(wake) = self.host.session.and_then(|s| s.wake) {
-            // SAFETY: the session lives as long as the service.
-            unsafe { wake(self.raw) };
-        }
+        let Some(wake) = self.host.session.and_then(|s| s.wake) else { return };
+        // SAFETY: the session lives as long as the service, and this only while it has not ended.
+        self.with(|session| unsafe { wake(session) });
     }
     /// Writes a line to the host's log: `TATU_LOG_*`.
     pub fn log(&self, level: u32, text: &str) {
@@ -111,7 +122,7 @@ impl Session {
 /// A world while it is a service's turn.
 pub struct Turn<'a> {
     world: World<'a>,
-    session: Session,
+    session: &'a Session,
 }
 
 impl<'a> Deref for Turn<'a> {
@@ -124,120 +135,104 @@ impl<'a> Deref for Turn<'a> {
 impl Turn<'_> {
     /// For which client the calls that follow are made, by a number of the service's choice: for the input log.
     pub fn client(&self, client: u64) {
-        if let Some(f) = self.session.host.session.and_then(|s| s.client) {
-            // SAFETY: the world of this turn.
-            unsafe { f(self.world.raw(), client) };
+        if let Some(f) = self.host().session.and_then(|s| s.client) {
+            f(self.raw(), client);
         }
     }
     /// A function of a client as an argument for commands: [`Value::Func`]. Who calls it comes to [`Service::call_func`] with
     /// this number.
     pub fn function(&self, local: u32) -> Result<Value> {
-        let Some(function) = self.session.host.session.and_then(|s| s.function) else {
-            return Err(Fail::unsupported("this host takes no functions of clients"));
-        };
         let mut func = 0;
-        // SAFETY: the world of this turn; a place for the function.
-        match unsafe { function(self.world.raw(), local, &mut func) } {
+        match service!(self.session.function)(self.raw(), local, Some(&mut func)) {
             TATU_OK => Ok(Value::Func(func)),
             status => Err(Fail::with_code(status, "functions of clients are given in the turn of a service")),
         }
     }
     /// `TATU_STOPPED`, `TATU_RUNNING` or `TATU_PAUSED`.
     pub fn state(&self) -> u32 {
-        // SAFETY: the session and the world of this turn live through the call.
-        self.session.host.session.and_then(|s| s.state).map_or(TATU_RUNNING, |f| unsafe { f(self.world.raw()) })
+        self.host().session.and_then(|s| s.state).map_or(TATU_RUNNING, |f| f(self.raw()))
     }
     /// The place of this world among those of its session, from 0, and how many these are.
     pub fn worlds(&self) -> (usize, usize) {
-        let Some(worlds) = self.session.host.session.and_then(|s| s.worlds) else { return (0, 1) };
-        let (mut all, mut n) = (vec![std::ptr::null_mut(); 64], 0_u32);
-        loop {
-            // SAFETY: as much room as is told; the session lives as long as the service.
-            unsafe { worlds(self.session.raw, all.as_mut_ptr(), all.len() as u32, &mut n) };
-            if n as usize <= all.len() {
-                break;
+        let Some(worlds) = self.host().session.and_then(|s| s.worlds) else { return (0, 1) };
+        let all = self.session.with(|session| {
+            let (mut all, mut n) = (vec![std::ptr::null_mut(); 64], 0_u32);
+            loop {
+                // SAFETY: as much room as is told; the session has not ended.
+                unsafe { worlds(session, all.as_mut_ptr(), all.len() as u32, Some(&mut n)) };
+                if n as usize <= all.len() {
+                    all.truncate(n as usize);
+                    return all;
+                }
+                all.resize(n as usize, std::ptr::null_mut());
             }
-            all.resize(n as usize, std::ptr::null_mut());
-        }
-        (all.iter().take(n as usize).position(|w| *w == self.world.raw()).unwrap_or(0), n as usize)
+        });
+        let all = all.unwrap_or_default();
+        (all.iter().position(|w| *w == self.raw().ptr()).unwrap_or(0), all.len().max(1))
     }
     /// Calls a command by any of its names. `token` 0: it is not to wait; else it may, and comes back by this token.
     pub fn call(&self, name: &str, args: &[Value], token: u64) -> Result<Called> {
-        let commands = self.session.host.commands;
-        let (Some(find), Some(call), Some(mark), Some(release)) = (
-            commands.and_then(|t| t.find),
-            commands.and_then(|t| t.call),
-            commands.and_then(|t| t.mark),
-            commands.and_then(|t| t.release),
-        ) else {
-            return Err(Fail::unsupported("this host cannot call commands"));
-        };
-        let world = self.world.raw();
+        let (find, call) = (service!(self.commands.find), service!(self.commands.call));
         let mut alias = 0;
-        // SAFETY: the world of this turn; the name is valid during the call.
-        let command = unsafe { find(world, text_raw(name), &mut alias) };
+        let command = find(self.raw(), name.into(), Some(&mut alias));
         if command == 0 {
             return Err(Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`")));
         }
-        let mut room = Room::default();
-        let args = room.all(args);
-        let mut results = [ValueRef::NIL.raw(); 64];
-        // SAFETY: an all-zero frame is a valid empty one.
-        let mut frame: tatu_call = unsafe { std::mem::zeroed() };
-        frame.size = size_of::<tatu_call>() as u32;
-        (frame.command, frame.alias, frame.wait_token) = (command, alias, token);
-        (frame.args, frame.n_args) = (args.as_ptr(), args.len() as u32);
-        (frame.results, frame.results_cap) = (results.as_mut_ptr(), results.len() as u32);
-        // SAFETY: the frame and its arrays live through the call; results are copied before the release.
-        unsafe {
-            let here = mark(world);
-            let out = match call(world, &mut frame) {
-                TATU_WAIT => Ok(Called::Waits),
-                status if status < 0 => Err(Fail::read(status, frame.error)),
-                _ => {
-                    let results = ValueRef::slice(frame.results, frame.n_results as usize);
-                    results.iter().map(|v| v.to_value()).collect::<Result<_>>().map(Called::Done)
-                }
-            };
-            release(world, here);
-            out
-        }
+        let frame = tatu_call { command, alias, wait_token: token, ..tatu_call::empty() };
+        // SAFETY: the frame is whole.
+        outgoing::call(&self.world, frame, args, |world, frame| unsafe { call(world, frame) })
     }
 }
 
 struct Data<S> {
+    /// Ends before its session does.
     service: S,
-    session: Session,
+    session: Ending,
 }
 
-impl<S> Data<S> {
-    /// # Safety
-    /// `world` is a living world of the session, in whose thread this is called.
-    unsafe fn turn(&self, world: *mut tatu_world) -> Turn<'_> {
-        // SAFETY: the caller promises it.
-        Turn { world: unsafe { World::new(world, &self.session.host) }, session: self.session }
+/// The session of a service, which ends with it.
+struct Ending(Session);
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        self.0.end();
+    }
+}
+
+struct OfService<S>(S);
+
+fn params_of<S: Service>() -> Arc<[Param]> {
+    once::<OfService<S>, _>(S::params)
+}
+
+impl<S: Service> Life for Data<S> {
+    type Plugin = S::Plugin;
+    const STATE_VERSION: u32 = S::STATE_VERSION;
+
+    fn create(started: &Started<S::Plugin>, info: &Info<'_>) -> Result<Self> {
+        let session = Ending(Session::new(info.session, started.host));
+        let params = params_of::<S>();
+        let params = Params::new(info.params, &params);
+        let service = S::start(&started.plugin, &started.host, session.0.clone(), &params)?;
+        Ok(Data { service, session })
+    }
+    fn save(&self) -> Result<Vec<u8>> {
+        self.service.save()
+    }
+    fn load(&self, bytes: &[u8], version: u32) -> Result {
+        self.service.load(bytes, version)
     }
 }
 
 pub(crate) fn table<S: Service>(keep: &mut Keep) -> *const tatu_service {
-    let params = S::params().iter().map(|p| p.keep(keep)).collect();
+    let params = params_of::<S>().iter().map(|p| p.keep(keep)).collect();
     let raw = tatu_service {
         size: size_of::<tatu_service>() as u32,
         flags: 0,
         id: keep.text(S::ID),
         text: keep.text(S::TEXT),
         params: keep.list(params),
-        life: keep.table(tatu_life {
-            size: size_of::<tatu_life>() as u32,
-            state_bytes: 0,
-            create: Some(start::<S>),
-            destroy: Some(stop::<S>),
-            configure: None,
-            save: Some(save::<S>),
-            load: Some(load::<S>),
-            version: S::STATE_VERSION,
-            reserved: 0,
-        }),
+        life: keep.table(life::table::<Data<S>>(0)),
         barrier: Some(barrier::<S>),
         event: Some(event::<S>),
         resume: Some(resume::<S>),
@@ -246,55 +241,6 @@ pub(crate) fn table<S: Service>(keep: &mut Keep) -> *const tatu_service {
         last: Some(last::<S>),
     };
     keep.table(raw)
-}
-
-unsafe extern "C" fn start<S: Service>(
-    me: *mut c_void,
-    info: *const tatu_instance,
-    data: *mut *mut c_void,
-    error: *mut tatu_error,
-) -> tatu_status {
-    guard::run(error, || {
-        let declared = S::params();
-        // SAFETY: `me` was made by `init`; the host gives valid pointers, and one value per declared parameter.
-        let (started, info) = unsafe { (&*me.cast::<Started<S::Plugin>>(), &*info) };
-        // SAFETY: as many values as the host tells.
-        let values = unsafe { ValueRef::slice(info.params, info.n_params as usize) };
-        let session = Session { raw: info.session, host: started.host };
-        let service = S::start(&started.plugin, &started.host, session, &Params::new(values, &declared))?;
-        // SAFETY: the host gives a place for the pointer.
-        unsafe { *data = Box::into_raw(Box::new(Data { service, session })).cast() };
-        Ok(TATU_OK)
-    })
-}
-
-unsafe extern "C" fn stop<S: Service>(data: *mut c_void) {
-    guard::quiet(|| {
-        // SAFETY: made by `start`, given back once.
-        drop(unsafe { Box::from_raw(data.cast::<Data<S>>()) });
-    });
-}
-
-unsafe extern "C" fn save<S: Service>(
-    data: *mut c_void,
-    writer: *const tatu_writer,
-    error: *mut tatu_error,
-) -> tatu_status {
-    // SAFETY: made by `start`; the host gives a valid writer.
-    guard::run(error, || unsafe { guard::write(writer, &(*data.cast::<Data<S>>()).service.save()?) })
-}
-
-unsafe extern "C" fn load<S: Service>(
-    data: *mut c_void,
-    bytes: tatu_str,
-    version: u32,
-    error: *mut tatu_error,
-) -> tatu_status {
-    guard::run(error, || {
-        // SAFETY: made by `start`; the bytes are valid during the call.
-        unsafe { (*data.cast::<Data<S>>()).service.load(bytes_of(bytes), version)? };
-        Ok(TATU_OK)
-    })
 }
 
 /// Runs a call that gets a world.
@@ -309,8 +255,11 @@ unsafe fn enter<S: Service>(
 ) -> tatu_status {
     guard::run(error, || {
         // SAFETY: the caller promises it.
-        let (data, turn) = unsafe { (&*data.cast::<Data<S>>(), (*data.cast::<Data<S>>()).turn(world)) };
-        f(&data.service, &turn)
+        let (Data { service, session }, world) = unsafe {
+            let data = life::of::<Data<S>>(data);
+            (data, World::new(world, &data.session.0.host))
+        };
+        f(service, &Turn { world, session: &session.0 })
     })
 }
 
@@ -383,22 +332,30 @@ unsafe extern "C" fn call_func<S: Service>(
     local: u32,
     frame: *mut tatu_call,
 ) -> tatu_status {
-    // SAFETY: the session and the world of this turn live through the call, and so does the frame, with its error object.
+    // SAFETY: by the contract: the frame is whole, with an error object and room for as many results as it tells.
     unsafe {
-        guard::run((*frame).error, || {
-            let data = &*data.cast::<Data<S>>();
-            let turn = data.turn(world);
+        enter(data, world, (*frame).error, |service: &S, turn| {
             let args = ValueRef::slice((*frame).args, (*frame).n_args as usize);
-            let results = data.service.call_func(&turn, local, args)?;
-            let alloc = data.session.host.commands.and_then(|t| t.alloc);
-            let mut alloc = |n: usize| alloc.map_or(std::ptr::null_mut(), |f| f(world, n as u64).cast());
-            for value in results.iter().take((*frame).results_cap as usize) {
-                let raw = value.to_raw(&mut alloc);
+            let mut room = WorldRoom(turn);
+            for value in service.call_func(turn, local, args)?.iter().take((*frame).results_cap as usize) {
+                let raw = value.to_raw(&mut room);
                 let raw = raw.ok_or_else(|| Fail::with_code(TATU_ERR_SPACE, "the results do not fit into memory"))?;
                 *(*frame).results.add((*frame).n_results as usize) = raw;
                 (*frame).n_results += 1;
             }
             Ok(TATU_OK)
         })
+    }
+}
+
+/// Memory of the world, which lives until the caller of a function has read its results.
+struct WorldRoom<'a>(&'a World<'a>);
+
+impl Room for WorldRoom<'_> {
+    fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
+        let alloc = self.0.host().commands.and_then(|t| t.alloc)?;
+        let at = NonNull::new(alloc(self.0.raw(), 8 * n as u64))?;
+        // SAFETY: the host gave room for as many words, to this call alone.
+        Some(unsafe { std::slice::from_raw_parts_mut(at.cast().as_ptr(), n) })
     }
 }

@@ -1,8 +1,8 @@
 //! Values: a view of one at the border, and one of our own.
 
-use std::{borrow::Cow, marker::PhantomData};
+use std::{borrow::Cow, mem::MaybeUninit};
 
-use super::{Fail, Result, fail::bytes_of};
+use super::{Fail, Result, ValueRef};
 use crate::abi::*;
 
 /// Lists and maps nest at most this deep.
@@ -44,42 +44,26 @@ impl Value {
         Value::Text(s.as_ref().to_vec())
     }
 
-    /// The border form; spans are put into memory that `alloc` gives (8-byte aligned), which must outlive the use.
-    /// `None` when there is no memory.
-    pub fn to_raw(&self, alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<tatu_value> {
-        let span = |tag, ptr: *const u8, len: usize| tatu_value {
-            tag,
-            reserved: 0,
-            u: tatu_payload { s: tatu_span_t { ptr: ptr.cast(), len: len as u64 } },
-        };
-        fn put<T: Copy>(data: &[T], alloc: &mut dyn FnMut(usize) -> *mut u8) -> Option<*const u8> {
-            let to = alloc(size_of_val(data).max(1)).cast::<T>();
-            if to.is_null() {
-                return None;
-            }
-            // SAFETY: `alloc` gave room for exactly this, aligned for every type used here.
-            unsafe { std::ptr::copy_nonoverlapping(data.as_ptr(), to, data.len()) };
-            Some(to.cast())
-        }
+    /// The border form; what it points to is put into `room`, and must not be read for longer than that stays. `None` when
+    /// there is no more room.
+    pub fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         Some(match self {
             Value::Nil => raw_int(TATU_NIL, 0),
             Value::Bool(b) => raw_int(TATU_BOOL, i64::from(*b)),
             Value::Int(i) => raw_int(TATU_I64, *i),
             Value::Float(f) => tatu_value { tag: TATU_F64, reserved: 0, u: tatu_payload { f: *f } },
-            Value::Text(t) => span(TATU_TEXT, put(t, alloc)?, t.len()),
-            Value::Bytes(t) => span(TATU_BYTES, put(t, alloc)?, t.len()),
-            Value::Floats(t) => span(TATU_F64S, put(t, alloc)?, t.len()),
-            Value::Ints(t) => span(TATU_I64S, put(t, alloc)?, t.len()),
+            Value::Text(t) => raw_span(TATU_TEXT, t, room)?,
+            Value::Bytes(t) => raw_span(TATU_BYTES, t, room)?,
+            Value::Floats(t) => raw_span(TATU_F64S, t, room)?,
+            Value::Ints(t) => raw_span(TATU_I64S, t, room)?,
             Value::List(items) => {
-                let raw = items.iter().map(|v| v.to_raw(alloc)).collect::<Option<Vec<_>>>()?;
-                span(TATU_LIST, put(&raw, alloc)?, raw.len())
+                let raw = items.iter().map(|v| v.to_raw(room)).collect::<Option<Vec<_>>>()?;
+                raw_span(TATU_LIST, &raw, room)?
             }
             Value::Map(items) => {
-                let raw = items
-                    .iter()
-                    .map(|(k, v)| Some(tatu_pair { key: k.to_raw(alloc)?, value: v.to_raw(alloc)? }))
-                    .collect::<Option<Vec<_>>>()?;
-                span(TATU_MAP, put(&raw, alloc)?, raw.len())
+                let pair = |(k, v): &(Value, Value)| Some(tatu_pair { key: k.to_raw(room)?, value: v.to_raw(room)? });
+                let raw = items.iter().map(pair).collect::<Option<Vec<_>>>()?;
+                raw_span(TATU_MAP, &raw, room)?
             }
             Value::Func(f) => tatu_value { tag: TATU_FUNC, reserved: 0, u: tatu_payload { u: *f } },
             Value::Object(o) => tatu_value { tag: TATU_OBJECT, reserved: 0, u: tatu_payload { u: *o } },
@@ -87,23 +71,54 @@ impl Value {
     }
 }
 
-/// Memory for what values point to in the form of the border; it must outlive their use.
-#[derive(Default)]
-pub(crate) struct Room(Vec<Vec<u64>>);
+/// Where that is put which values point to. It stays where it is as long as they are used, whatever else is put there.
+pub trait Room {
+    /// Room for `n` words of 8 bytes; `None`: there is no more.
+    fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]>;
+}
 
-impl Room {
+/// Room of one's own, without an end.
+#[derive(Default)]
+pub struct Owned(Vec<Vec<MaybeUninit<u64>>>);
+
+impl Room for Owned {
+    fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
+        self.0.push(vec![MaybeUninit::uninit(); n]);
+        self.0.last_mut().map(Vec::as_mut_slice)
+    }
+}
+
+impl Owned {
     /// A value in the form of the border.
-    pub(crate) fn raw(&mut self, value: &Value) -> tatu_value {
-        let raw = value.to_raw(&mut |bytes| {
-            self.0.push(vec![0; bytes.div_ceil(8).max(1)]);
-            self.0.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-        });
-        raw.unwrap_or(raw_int(TATU_NIL, 0))
+    pub fn value(&mut self, value: &Value) -> ValueRef<'_> {
+        let raw = self.raw(value);
+        // SAFETY: what it points to lies here, and nothing here is given up while it is borrowed.
+        unsafe { ValueRef::new(raw) }
     }
     /// Several of them.
-    pub(crate) fn all(&mut self, values: &[Value]) -> Vec<tatu_value> {
-        values.iter().map(|v| self.raw(v)).collect()
+    pub fn values(&mut self, values: &[Value]) -> Vec<ValueRef<'_>> {
+        let raw: Vec<_> = values.iter().map(|v| self.raw(v)).collect();
+        // SAFETY: as for one.
+        raw.into_iter().map(|raw| unsafe { ValueRef::new(raw) }).collect()
     }
+    /// The same for a table of the border: what it points to must not be read for longer than this lives.
+    pub fn raw(&mut self, value: &Value) -> tatu_value {
+        value.to_raw(self).unwrap_or(raw_int(TATU_NIL, 0))
+    }
+}
+
+/// A value of a tag whose elements are of this type.
+pub(crate) fn raw_span<T: Copy>(tag: u32, data: &[T], room: &mut dyn Room) -> Option<tatu_value> {
+    let bytes = size_of_val(data);
+    let words = room.words(bytes.div_ceil(8).max(1)).filter(|words| size_of_val(*words) >= bytes)?;
+    let to = words.as_mut_ptr();
+    // SAFETY: there is room for as many bytes, and both are different memory.
+    unsafe { std::ptr::copy_nonoverlapping(data.as_ptr().cast::<u8>(), to.cast::<u8>(), bytes) };
+    Some(tatu_value {
+        tag,
+        reserved: 0,
+        u: tatu_payload { s: tatu_span_t { ptr: to.cast_const().cast(), len: data.len() as u64 } },
+    })
 }
 
 impl From<f64> for Value {
@@ -146,76 +161,49 @@ pub(crate) fn raw_int(tag: u32, i: i64) -> tatu_value {
     tatu_value { tag, reserved: 0, u: tatu_payload { i } }
 }
 
-/// A value at the border, valid for `'a`.
-#[derive(Clone, Copy)]
-#[repr(transparent)]
-pub struct ValueRef<'a> {
-    raw: tatu_value,
-    life: PhantomData<&'a ()>,
-}
-
 impl<'a> ValueRef<'a> {
-    /// Nothing.
-    pub const NIL: ValueRef<'static> =
-        ValueRef { raw: tatu_value { tag: TATU_NIL, reserved: 0, u: tatu_payload { i: 0 } }, life: PhantomData };
-
-    /// Wraps a border value.
-    ///
-    /// # Safety
-    /// Whatever `raw` points to must be valid for `'a`.
-    pub unsafe fn new(raw: tatu_value) -> Self {
-        ValueRef { raw, life: PhantomData }
+    /// The payload of what is no span.
+    fn bits(self) -> u64 {
+        // SAFETY: all other members are 8 bytes of plain numbers, whatever the tag says.
+        unsafe { self.raw().u.u }
     }
-    /// A slice of border values as views.
-    ///
-    /// # Safety
-    /// `ptr` points to `n` values, valid for `'a` with all they point to; or `n` is 0.
-    pub unsafe fn slice(ptr: *const tatu_value, n: usize) -> &'a [ValueRef<'a>] {
-        if ptr.is_null() || n == 0 {
-            return &[];
+    /// The elements, whose type goes with the tag.
+    fn span<T>(self) -> &'a [T] {
+        // SAFETY: callers ask by the tag, which says that the span is set and what its elements are; they live for 'a.
+        unsafe {
+            match self.raw().u.s {
+                s if s.ptr.is_null() || s.len == 0 => &[],
+                s => std::slice::from_raw_parts(s.ptr.cast(), s.len as usize),
+            }
         }
-        // SAFETY: `ValueRef` is transparent over `tatu_value`.
-        unsafe { std::slice::from_raw_parts(ptr.cast(), n) }
-    }
-    /// The border form.
-    pub fn raw(self) -> tatu_value {
-        self.raw
     }
     /// One of `TATU_NIL` .. `TATU_OBJECT`.
     pub fn tag(self) -> u32 {
-        self.raw.tag
+        self.raw().tag
     }
     /// Whether it is nothing.
     pub fn is_nil(self) -> bool {
-        self.raw.tag == TATU_NIL
+        self.tag() == TATU_NIL
     }
     /// A number: float or integer.
     pub fn as_f64(self) -> Option<f64> {
-        // SAFETY: the tag says which member is set.
-        unsafe {
-            match self.raw.tag {
-                TATU_F64 => Some(self.raw.u.f),
-                TATU_I64 => Some(self.raw.u.i as f64),
-                _ => None,
-            }
+        match self.tag() {
+            TATU_F64 => Some(f64::from_bits(self.bits())),
+            TATU_I64 => Some(self.bits() as i64 as f64),
+            _ => None,
         }
     }
     /// An integer; floats are truncated toward zero.
     pub fn as_i64(self) -> Option<i64> {
-        // SAFETY: the tag says which member is set.
-        unsafe {
-            match self.raw.tag {
-                TATU_F64 => Some(self.raw.u.f as i64),
-                TATU_I64 => Some(self.raw.u.i),
-                _ => None,
-            }
+        match self.tag() {
+            TATU_F64 => Some(f64::from_bits(self.bits()) as i64),
+            TATU_I64 => Some(self.bits() as i64),
+            _ => None,
         }
     }
     /// A truth value.
     pub fn as_bool(self) -> Option<bool> {
-        // SAFETY: all members are plain numbers, whatever the tag says.
-        let i = unsafe { self.raw.u.i };
-        (self.raw.tag == TATU_BOOL).then_some(i != 0)
+        (self.tag() == TATU_BOOL).then(|| self.bits() != 0)
     }
     /// What scripts take for true: anything but nil and false.
     pub fn truthy(self) -> bool {
@@ -223,29 +211,18 @@ impl<'a> ValueRef<'a> {
     }
     /// An object: an object value, or the number of one as a script gives it.
     pub fn as_object(self) -> Option<tatu_object> {
-        // SAFETY: all members are plain numbers, whatever the tag says.
-        let id = unsafe { self.raw.u.u };
-        match self.raw.tag {
-            TATU_OBJECT => Some(id),
+        match self.tag() {
+            TATU_OBJECT => Some(self.bits()),
             _ => self.as_i64().and_then(|i| u64::try_from(i).ok()),
         }
     }
     /// A function.
     pub fn as_func(self) -> Option<tatu_func> {
-        // SAFETY: all members are plain numbers, whatever the tag says.
-        let func = unsafe { self.raw.u.u };
-        (self.raw.tag == TATU_FUNC).then_some(func)
+        (self.tag() == TATU_FUNC).then(|| self.bits())
     }
     /// Text or bytes.
     pub fn as_bytes(self) -> Option<&'a [u8]> {
-        if !matches!(self.raw.tag, TATU_TEXT | TATU_BYTES) {
-            return None;
-        }
-        // SAFETY: spans are valid for 'a.
-        unsafe {
-            let s = self.raw.u.s;
-            Some(bytes_of(tatu_str { ptr: s.ptr.cast(), len: s.len }))
-        }
+        matches!(self.tag(), TATU_TEXT | TATU_BYTES).then(|| self.span())
     }
     /// Text; bytes that are not UTF-8 are replaced.
     pub fn as_str(self) -> Option<Cow<'a, str>> {
@@ -253,9 +230,14 @@ impl<'a> ValueRef<'a> {
     }
     /// How many elements an array, list or map has.
     pub fn len(self) -> usize {
-        match self.raw.tag {
-            // SAFETY: the tag says which member is set.
-            TATU_TEXT..=TATU_MAP if !unsafe { self.raw.u.s.ptr }.is_null() => unsafe { self.raw.u.s.len as usize },
+        match self.tag() {
+            TATU_F64S => self.span::<f64>().len(),
+            TATU_I64S => self.span::<i64>().len(),
+            TATU_F32S => self.span::<f32>().len(),
+            TATU_I32S => self.span::<i32>().len(),
+            TATU_TEXT | TATU_BYTES | TATU_U8S => self.span::<u8>().len(),
+            TATU_LIST => self.span::<ValueRef<'a>>().len(),
+            TATU_MAP => self.span::<[ValueRef<'a>; 2]>().len(),
             _ => 0,
         }
     }
@@ -265,26 +247,19 @@ impl<'a> ValueRef<'a> {
     }
     /// Element `i` of a numeric array, or of a list, if it is a number.
     pub fn number(self, i: usize) -> Option<f64> {
-        if i >= self.len() {
-            return None;
-        }
-        // SAFETY: `i` lies within the span, whose elements the tag names.
-        unsafe {
-            let p = self.raw.u.s.ptr;
-            Some(match self.raw.tag {
-                TATU_F64S => *p.cast::<f64>().add(i),
-                TATU_F32S => f64::from(*p.cast::<f32>().add(i)),
-                TATU_I64S => *p.cast::<i64>().add(i) as f64,
-                TATU_I32S => f64::from(*p.cast::<i32>().add(i)),
-                TATU_U8S => f64::from(*p.cast::<u8>().add(i)),
-                TATU_LIST => return ValueRef::new(*p.cast::<tatu_value>().add(i)).as_f64(),
-                _ => return None,
-            })
+        match self.tag() {
+            TATU_F64S => self.span().get(i).copied(),
+            TATU_F32S => self.span::<f32>().get(i).map(|x| f64::from(*x)),
+            TATU_I64S => self.span::<i64>().get(i).map(|x| *x as f64),
+            TATU_I32S => self.span::<i32>().get(i).map(|x| f64::from(*x)),
+            TATU_U8S => self.span::<u8>().get(i).map(|x| f64::from(*x)),
+            TATU_LIST => self.span::<ValueRef<'a>>().get(i)?.as_f64(),
+            _ => None,
         }
     }
     /// All numbers of an array, or of a list of numbers.
     pub fn numbers(self) -> Option<Vec<f64>> {
-        matches!(self.raw.tag, TATU_F64S..=TATU_LIST).then(|| (0..self.len()).map(|i| self.number(i)).collect())?
+        matches!(self.tag(), TATU_F64S..=TATU_LIST).then(|| (0..self.len()).map(|i| self.number(i)).collect())?
     }
     /// Exactly `N` numbers.
     pub fn array<const N: usize>(self) -> Option<[f64; N]> {
@@ -299,27 +274,15 @@ impl<'a> ValueRef<'a> {
     }
     /// The values of a list.
     pub fn list(self) -> Option<&'a [ValueRef<'a>]> {
-        // SAFETY: spans are valid for 'a.
-        (self.raw.tag == TATU_LIST).then(|| unsafe { Self::slice(self.raw.u.s.ptr.cast(), self.len()) })
+        (self.tag() == TATU_LIST).then(|| self.span())
     }
-    /// The entries of a map.
-    pub fn map(self) -> Option<&'a [tatu_pair]> {
-        if self.raw.tag != TATU_MAP || self.is_empty() {
-            return (self.raw.tag == TATU_MAP).then_some(&[]);
-        }
-        // SAFETY: spans are valid for 'a.
-        Some(unsafe { std::slice::from_raw_parts(self.raw.u.s.ptr.cast(), self.len()) })
+    /// The entries of a map: keys and values.
+    pub fn map(self) -> Option<&'a [[ValueRef<'a>; 2]]> {
+        (self.tag() == TATU_MAP).then(|| self.span())
     }
     /// The value of a text key of a map.
     pub fn get(self, key: &str) -> Option<ValueRef<'a>> {
-        let pairs = self.map()?;
-        // SAFETY: keys and values of a map are valid as long as the map.
-        unsafe {
-            pairs
-                .iter()
-                .find(|p| ValueRef::new(p.key).as_bytes() == Some(key.as_bytes()))
-                .map(|p| ValueRef::new(p.value))
-        }
+        self.map()?.iter().find(|[k, _]| k.as_bytes() == Some(key.as_bytes())).map(|[_, v]| *v)
     }
     /// A copy of our own. Fails when it is nested too deep or has an unknown tag.
     pub fn to_value(self) -> Result<Value> {
@@ -330,41 +293,31 @@ impl<'a> ValueRef<'a> {
         if depth > MAX_DEPTH {
             return Err(Fail::argument(format!("a table is nested deeper than {MAX_DEPTH}")));
         }
-        // SAFETY: the tag says which member is set; spans are valid for 'a.
-        unsafe {
-            Ok(match self.raw.tag {
-                TATU_NIL => Value::Nil,
-                TATU_BOOL => Value::Bool(self.raw.u.i != 0),
-                TATU_I64 => Value::Int(self.raw.u.i),
-                TATU_F64 => Value::Float(self.raw.u.f),
-                TATU_TEXT => Value::Text(self.as_bytes().unwrap_or_default().to_vec()),
-                TATU_BYTES => Value::Bytes(self.as_bytes().unwrap_or_default().to_vec()),
-                TATU_F64S | TATU_F32S => Value::Floats(self.numbers().unwrap_or_default()),
-                TATU_I64S | TATU_I32S | TATU_U8S => {
-                    let p = self.raw.u.s.ptr;
-                    let at = |i: usize| match self.raw.tag {
-                        TATU_I64S => *p.cast::<i64>().add(i),
-                        TATU_I32S => i64::from(*p.cast::<i32>().add(i)),
-                        _ => i64::from(*p.cast::<u8>().add(i)),
-                    };
-                    Value::Ints((0..self.len()).map(at).collect())
-                }
-                TATU_LIST => {
-                    let items = self.list().unwrap_or_default();
-                    Value::List(items.iter().map(|v| v.copy(depth + 1)).collect::<Result<_>>()?)
-                }
-                TATU_MAP => Value::Map(
-                    self.map()
-                        .unwrap_or_default()
-                        .iter()
-                        .map(|p| Ok((ValueRef::new(p.key).copy(depth + 1)?, ValueRef::new(p.value).copy(depth + 1)?)))
-                        .collect::<Result<_>>()?,
-                ),
-                TATU_FUNC => Value::Func(self.raw.u.u),
-                TATU_OBJECT => Value::Object(self.raw.u.u),
-                tag => return Err(Fail::argument(format!("a value has the unknown tag {tag}"))),
-            })
-        }
+        Ok(match self.tag() {
+            TATU_NIL => Value::Nil,
+            TATU_BOOL => Value::Bool(self.bits() != 0),
+            TATU_I64 => Value::Int(self.bits() as i64),
+            TATU_F64 => Value::Float(f64::from_bits(self.bits())),
+            TATU_TEXT => Value::Text(self.span().to_vec()),
+            TATU_BYTES => Value::Bytes(self.span().to_vec()),
+            TATU_F64S => Value::Floats(self.span().to_vec()),
+            TATU_F32S => Value::Floats(self.span::<f32>().iter().map(|x| f64::from(*x)).collect()),
+            TATU_I64S => Value::Ints(self.span().to_vec()),
+            TATU_I32S => Value::Ints(self.span::<i32>().iter().map(|x| i64::from(*x)).collect()),
+            TATU_U8S => Value::Ints(self.span::<u8>().iter().map(|x| i64::from(*x)).collect()),
+            TATU_LIST => {
+                let items = self.span::<ValueRef<'a>>();
+                Value::List(items.iter().map(|v| v.copy(depth + 1)).collect::<Result<_>>()?)
+            }
+            TATU_MAP => {
+                let pairs = self.span::<[ValueRef<'a>; 2]>();
+                let copy = |[k, v]: &[ValueRef<'a>; 2]| Ok((k.copy(depth + 1)?, v.copy(depth + 1)?));
+                Value::Map(pairs.iter().map(copy).collect::<Result<_>>()?)
+            }
+            TATU_FUNC => Value::Func(self.bits()),
+            TATU_OBJECT => Value::Object(self.bits()),
+            tag => return Err(Fail::argument(format!("a value has the unknown tag {tag}"))),
+        })
     }
 }
 

@@ -74,9 +74,9 @@ unsafe extern "C" fn use_function(call: *mut tatu_call) -> tatu_status {
         guarded((*call).error, || {
             let c = &*call;
             let commands = commands(Plan::of(c.self_))?;
-            let mut kept = 0;
+            let (mut kept, world) = (0, WorldRef::new(c.world));
             let retain = commands.retain.ok_or_else(|| Fail::new("no retain"))?;
-            if retain(c.world, (*c.args).u.u, &mut kept) < 0 {
+            if retain(world, (*c.args).u.u, Some(&mut kept)) < 0 {
                 // Told by whoever did not keep it.
                 return Ok(TATU_OK);
             }
@@ -90,9 +90,9 @@ unsafe extern "C" fn use_function(call: *mut tatu_call) -> tatu_status {
                 wait_token: 0,
                 ..*c
             };
-            let status = commands.call_func.map_or(TATU_ERR, |f| f(c.world, kept, &mut frame));
+            let status = commands.call_func.map_or(TATU_ERR, |f| f(world, kept, &mut frame));
             if let Some(drop) = commands.drop {
-                drop(c.world, kept);
+                drop(world, kept);
             }
             if status < 0 { Err(said(&frame)) } else { Ok(TATU_OK) }
         })

@@ -24,14 +24,13 @@ const FUNCTION: u32 = 5;
 /// Calls a command by name, with a function as its argument.
 fn call_command(data: &Data, caller: &tatu_call, name: &str, wait_token: u64) -> Result<tatu_status> {
     let commands = commands(data.plan())?;
-    let name = tatu_str { ptr: name.as_ptr().cast(), len: name.len() as u64 };
     let argument =
         tatu_value { tag: TATU_FUNC, reserved: 0, u: tatu_payload { u: data.id << 32 | u64::from(FUNCTION) } };
     let mut room = [hollow(TATU_NIL, 0); 16];
     // SAFETY: the frame and what it points to live through the calls.
     unsafe {
-        let mut alias = 0;
-        let command = commands.find.map_or(0, |f| f(data.world, name, &mut alias));
+        let (mut alias, world) = (0, WorldRef::new(data.world));
+        let command = commands.find.map_or(0, |f| f(world, name.into(), Some(&mut alias)));
         let mut frame = tatu_call {
             size: size::<tatu_call>(),
             command,
@@ -43,7 +42,7 @@ fn call_command(data: &Data, caller: &tatu_call, name: &str, wait_token: u64) ->
             wait_token,
             ..*caller
         };
-        let status = commands.call.map_or(TATU_ERR, |f| f(data.world, &mut frame));
+        let status = commands.call.map_or(TATU_ERR, |f| f(world, &mut frame));
         if status < 0 { Err(said(&frame)) } else { Ok(status) }
     }
 }

@@ -17,20 +17,20 @@ pub unsafe fn dummy(builder: *const tatu_builder, nonsense: bool) -> Result<tatu
     // SAFETY: as promised.
     unsafe {
         let b = &*builder;
-        let alias = tatu_str { ptr: c"built".as_ptr(), len: 5 };
+        let (builder, broken) = (Some(b), |len| Lent::new(tatu_str { ptr: null(), len }));
         let object = b.object.ok_or_else(|| Fail::new("no objects"))?;
-        if object(builder, c"dummy".as_ptr(), 0, alias) == 0 {
+        if object(builder, c"dummy".into(), 0, "built".into()) == 0 {
             return Err(Fail::new("the host refused a dummy"));
         }
         if nonsense {
-            let nothing = hollow(99, 1 << 60);
-            object(builder, null(), 4_000_000_000, tatu_str { ptr: null(), len: 1 << 60 });
-            b.set.map(|set| set(builder, 4_000_000_000, c"mass".as_ptr(), &nothing));
-            b.set.map(|set| set(builder, 1, null(), &nothing));
+            let nothing = ValueRef::new(hollow(99, 1 << 60));
+            object(builder, LentCStr::NULL, 4_000_000_000, broken(1 << 60));
+            b.set.map(|set| set(builder, 4_000_000_000, c"mass".into(), Some(&nothing)));
+            b.set.map(|set| set(builder, 1, LentCStr::NULL, Some(&nothing)));
             b.mesh.map(|mesh| mesh(builder, null(), 1 << 60, null(), 1 << 60));
-            b.device.map(|device| device(builder, 4_000_000_000, c"misbehaves".as_ptr()));
+            b.device.map(|device| device(builder, 4_000_000_000, c"misbehaves".into()));
             if let Some(report) = b.report {
-                report(builder, 77, 4_000_000_000, tatu_str { ptr: null(), len: 9 });
+                report(builder, 77, 4_000_000_000, broken(9));
             }
             return Ok(77);
         }

@@ -80,9 +80,8 @@ impl Plan {
         unsafe {
             let Some(service) = (*self.host).service else { return };
             let log = service(self.host, TATU_HOST_LOG.as_ptr()).cast::<tatu_host_log>();
-            let text = tatu_str { ptr: text.as_ptr().cast(), len: text.len() as u64 };
             if let Some(write) = log.as_ref().and_then(|l| l.write) {
-                write(self.host, std::ptr::null_mut(), TATU_LOG_ERROR, text);
+                write(self.host, WorldRef::new(std::ptr::null_mut()), TATU_LOG_ERROR, text.into());
             }
         }
     }

@@ -27,10 +27,9 @@ unsafe extern "C" fn barrier(
                 && let Ok(commands) = commands(plan)
             {
                 let mut room = [hollow(TATU_NIL, 0); 16];
-                let mut frame: tatu_call = std::mem::zeroed();
-                let name = c"misbehaves.wait";
-                let name = tatu_str { ptr: name.as_ptr(), len: 15 };
-                frame.command = commands.find.map_or(0, |f| f(world, name, &mut frame.alias));
+                let (mut frame, world) = (tatu_call::empty(), WorldRef::new(world));
+                let alias = &mut frame.alias;
+                frame.command = commands.find.map_or(0, |f| f(world, "misbehaves.wait".into(), Some(alias)));
                 frame.size = size::<tatu_call>();
                 (frame.results, frame.results_cap, frame.wait_token) = (room.as_mut_ptr(), 16, 3);
                 commands.call.map(|call| call(world, &mut frame));
@@ -45,15 +44,15 @@ unsafe extern "C" fn barrier(
 ///
 /// # Safety
 /// A world of this session, in the service's turn.
-unsafe fn call_own(plan: &Plan, commands: &tatu_host_commands, world: *mut tatu_world) {
+unsafe fn call_own(plan: &Plan, commands: &tatu_host_commands, world: WorldRef<'_>) {
     // SAFETY: as promised; the tables live as long as the host, the frame through the call.
     unsafe {
         let Some(service) = (*plan.host).service else { return };
         let session = service(plan.host, TATU_HOST_SESSION.as_ptr()).cast::<tatu_host_session>();
         let mut func = 0;
-        session.as_ref().and_then(|s| s.function).map(|f| f(world, 1, &mut func));
+        session.as_ref().and_then(|s| s.function).map(|f| f(world, 1, Some(&mut func)));
         let mut room = [hollow(TATU_NIL, 0); 16];
-        let mut frame: tatu_call = std::mem::zeroed();
+        let mut frame = tatu_call::empty();
         frame.size = size::<tatu_call>();
         (frame.results, frame.results_cap) = (room.as_mut_ptr(), 16);
         if commands.call_func.map_or(TATU_ERR, |f| f(world, func, &mut frame)) < 0 {

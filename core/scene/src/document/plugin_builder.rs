@@ -1,17 +1,17 @@
 //! The builder as plugins see it.
 
-use std::{cell::RefCell, ffi::c_char, path::PathBuf};
+use std::{cell::RefCell, path::PathBuf};
 
 use nalgebra::Point3;
 use tatu_errors::{Error, Result};
 use tatu_geometry::Mesh;
 use tatu_plugin_api::{
     abi::*,
-    safe::{Value, ValueRef},
+    safe::{Owned, Value},
 };
 use tatu_plugins::{
     Declared,
-    border::{ErrorSlot, answer, bytes, text},
+    border::{ErrorSlot, answer},
     texts,
     watchdog::Call,
 };
@@ -96,18 +96,10 @@ pub(super) fn run(
     call: impl FnOnce(*const tatu_builder, *const tatu_value, *mut tatu_error) -> tatu_status,
 ) -> Result<(), Failed> {
     let registry = builder.registry;
-    let mut room: Vec<Vec<u64>> = Vec::new();
-    let raw: Vec<tatu_value> = declared
-        .iter()
-        .map(|p| {
-            let given = params.iter().rev().find(|(k, _)| *k == p.key).map_or(&p.fallback, |(_, v)| v);
-            let mut alloc = |n: usize| {
-                room.push(vec![0; n.div_ceil(8).max(1)]);
-                room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-            };
-            given.to_raw(&mut alloc).unwrap_or(ValueRef::NIL.raw())
-        })
-        .collect();
+    let given = |p: &Declared| params.iter().rev().find(|(k, _)| *k == p.key).map_or(&p.fallback, |(_, v)| v).clone();
+    let given: Vec<Value> = declared.iter().map(given).collect();
+    let mut owned = Owned::default();
+    let raw = owned.values(&given);
     let builder_describes = builder.document.describe;
     let build = Build {
         first: builder.document.objects.len(),
@@ -134,7 +126,7 @@ pub(super) fn run(
     let mut slot = ErrorSlot::new();
     // SAFETY: the host's own error object.
     let answered = registry.watched(asked.plugin, asked.call, asked.subject, || unsafe {
-        answer(call(&table, raw.as_ptr(), slot.raw()), false, slot.raw())
+        answer(call(&table, raw.as_ptr().cast(), slot.raw()), false, slot.raw())
     });
     let refused = build.error.into_inner();
     match (answered, refused) {
@@ -146,12 +138,9 @@ pub(super) fn run(
 }
 
 /// Runs one function of the table; an error is kept for the end of the build, the first one.
-///
-/// # Safety
-/// `table` is one that [`run`] made, during its build.
-unsafe fn with<T>(table: *const tatu_builder, f: impl FnOnce(&Build, &mut Builder<'_>) -> Result<T>) -> Option<T> {
-    // SAFETY: the caller promises it.
-    let build = unsafe { &*(*table).ctx.cast::<Build<'_, '_>>() };
+fn with<T>(table: Option<&tatu_builder>, f: impl FnOnce(&Build, &mut Builder<'_>) -> Result<T>) -> Option<T> {
+    // SAFETY: a table of a builder is one that `run` made, and its build lives through the plugin's call.
+    let build = unsafe { &*table?.ctx.cast::<Build<'_, '_>>() };
     let mut guard = build.builder.try_borrow_mut().ok()?;
     match f(build, &mut guard) {
         Ok(t) => Some(t),
@@ -165,14 +154,8 @@ unsafe fn with<T>(table: *const tatu_builder, f: impl FnOnce(&Build, &mut Builde
     }
 }
 
-/// # Safety
-/// `s` is null or NUL-terminated.
-unsafe fn c_text(s: *const c_char) -> String {
-    if s.is_null() {
-        return String::new();
-    }
-    // SAFETY: the caller promises it.
-    texts::clean(&unsafe { std::ffi::CStr::from_ptr(s) }.to_string_lossy()).into_owned()
+fn clean(text: LentCStr<'_>) -> String {
+    texts::clean(&text.text()).into_owned()
 }
 
 /// The index of an object that a plugin names by its number in the build. Whether it is there yet, the builder tells.
@@ -183,39 +166,31 @@ fn index(build: &Build, object: u32) -> Result<usize> {
     }
 }
 
-unsafe extern "C" fn object(t: *const tatu_builder, kind: *const c_char, parent: u32, alias: tatu_str) -> u32 {
-    // SAFETY: by the contract; likewise in all functions below.
-    unsafe {
-        let (kind, alias) = (c_text(kind), text(alias));
-        with(t, |build, b| {
-            let parent = if parent == 0 { build.parent } else { Some(index(build, parent)?) };
-            Ok((b.object(&kind, parent, &alias)? - build.first + 1) as u32)
-        })
-        .unwrap_or(0)
-    }
+extern "C" fn object(t: Option<&tatu_builder>, kind: LentCStr<'_>, parent: u32, alias: Lent<'_>) -> u32 {
+    let made = with(t, |build, b| {
+        let parent = if parent == 0 { build.parent } else { Some(index(build, parent)?) };
+        Ok((b.object(&clean(kind), parent, &alias.text())? - build.first + 1) as u32)
+    });
+    made.unwrap_or(0)
 }
 
-unsafe extern "C" fn set(
-    t: *const tatu_builder,
+extern "C" fn set(
+    t: Option<&tatu_builder>,
     object: u32,
-    key: *const c_char,
-    value: *const tatu_value,
+    key: LentCStr<'_>,
+    value: Option<&ValueRef<'_>>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        let key = c_text(key);
-        let Some(value) = value.as_ref() else { return TATU_ERR_ARGUMENT };
-        let value = ValueRef::new(*value).to_value().unwrap_or_default();
-        with(t, |build, b| match object {
-            0 if key.starts_with("scene.") => b.setting(&key, value, build.source.whole),
-            n => b.set(index(build, n)?, &key, value),
-        })
-        .map_or(TATU_ERR_ARGUMENT, |()| TATU_OK)
-    }
+    let Some(value) = value else { return TATU_ERR_ARGUMENT };
+    let (key, value) = (clean(key), value.to_value().unwrap_or_default());
+    let done = with(t, |build, b| match object {
+        0 if key.starts_with("scene.") => b.setting(&key, value, build.source.whole),
+        n => b.set(index(build, n)?, &key, value),
+    });
+    done.map_or(TATU_ERR_ARGUMENT, |()| TATU_OK)
 }
 
 unsafe extern "C" fn mesh(
-    t: *const tatu_builder,
+    t: Option<&tatu_builder>,
     points: *const f64,
     n_points: u64,
     triangles: *const u32,
@@ -225,120 +200,93 @@ unsafe extern "C" fn mesh(
         return 0;
     }
     // SAFETY: by the contract, what a plugin passes is valid during the call; 3 numbers per point and triangle.
-    unsafe {
-        let points = std::slice::from_raw_parts(points.cast::<[f64; 3]>(), n_points as usize);
-        let triangles = std::slice::from_raw_parts(triangles.cast::<[u32; 3]>(), n_triangles as usize);
-        let mesh = Mesh { vertices: points.iter().map(|p| Point3::from(*p)).collect(), triangles: triangles.to_vec() };
-        with(t, |_, b| b.mesh(mesh)).unwrap_or(0) as u64
-    }
+    let (points, triangles) = unsafe {
+        (
+            std::slice::from_raw_parts(points.cast::<[f64; 3]>(), n_points as usize),
+            std::slice::from_raw_parts(triangles.cast::<[u32; 3]>(), n_triangles as usize),
+        )
+    };
+    let mesh = Mesh { vertices: points.iter().map(|p| Point3::from(*p)).collect(), triangles: triangles.to_vec() };
+    with(t, |_, b| b.mesh(mesh)).unwrap_or(0) as u64
 }
 
-unsafe extern "C" fn image(t: *const tatu_builder, _: *const u8, _: u32, _: u32) -> u64 {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        with(t, |_, _| Err::<(), _>(Error::new("E112", "this host does not draw images on shapes yet")));
-    }
+unsafe extern "C" fn image(t: Option<&tatu_builder>, _: *const u8, _: u32, _: u32) -> u64 {
+    with(t, |_, _| Err::<(), _>(Error::new("E112", "this host does not draw images on shapes yet")));
     0
 }
 
-unsafe extern "C" fn script(
-    t: *const tatu_builder,
+extern "C" fn script(
+    t: Option<&tatu_builder>,
     owner: u32,
-    language: *const c_char,
-    dialect: *const c_char,
-    kind: *const c_char,
-    name: tatu_str,
-    source: tatu_str,
+    language: LentCStr<'_>,
+    dialect: LentCStr<'_>,
+    kind: LentCStr<'_>,
+    name: Lent<'_>,
+    source: Lent<'_>,
 ) -> u32 {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        let (language, dialect, kind) = (c_text(language), c_text(dialect), c_text(kind));
-        let (name, source) = (texts::clean(&text(name)).into_owned(), bytes(source).to_vec());
-        with(t, |build, b| {
-            let owner = index(build, owner)?;
-            let language = b
-                .registry
-                .language(if language.is_empty() { &name } else { &language }, &b.document.settings.providers)?;
-            let kind = if kind.is_empty() { "child".into() } else { kind };
-            if !SCRIPT_KINDS.contains(&kind.as_str()) {
-                let error = Error::new("E102", format!("a script of kind `{kind}`"));
-                return Err(error.expected(SCRIPT_KINDS.join(", ")));
-            }
-            b.registry.check_dialect(Some(language), &dialect)?;
-            b.script(
-                owner,
-                ScriptSpec {
-                    language,
-                    dialect,
-                    kind,
-                    priority: crate::document::NORMAL,
-                    side_by_side: false,
-                    name,
-                    text: source,
-                },
-            )
-        })
-        .map_or(0, |()| 1)
-    }
-}
-
-unsafe extern "C" fn device(t: *const tatu_builder, object: u32, kind: *const c_char) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        let kind = c_text(kind);
-        with(t, |build, b| b.device(index(build, object)?, &kind)).map_or(TATU_ERR_MISSING, |()| TATU_OK)
-    }
-}
-
-unsafe extern "C" fn report(t: *const tatu_builder, severity: u32, object: u32, said: tatu_str) {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        let said = texts::clean(&text(said)).into_owned();
-        with(t, |build, b| {
-            if severity == TATU_REPORT_ERROR {
-                return Err(Error::new("E111", said));
-            }
-            let whose = index(build, object).ok().and_then(|i| b.document.objects.get(i)).map(|o| o.alias.clone());
-            let said = whose.map_or(said.clone(), |w| format!("`{w}`: {said}"));
-            b.document.reports.push(build.source.name.as_ref().map_or(said.clone(), |f| format!("{f}: {said}")));
-            Ok(())
-        });
-    }
-}
-
-unsafe extern "C" fn describe(t: *const tatu_builder, map: *const tatu_value) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        let Some(map) = map.as_ref() else { return TATU_ERR_ARGUMENT };
-        let map = ValueRef::new(*map).to_value().unwrap_or_default();
-        with(t, |_, b| match map {
-            Value::Map(_) => {
-                b.document.description = Some(map);
-                Ok(())
-            }
-            _ => Err(Error::new("E102", "the description of a file is no map")),
-        })
-        .map_or(TATU_ERR_ARGUMENT, |()| TATU_OK)
-    }
-}
-
-unsafe extern "C" fn file(t: *const tatu_builder, relative: tatu_str, out: *mut tatu_str) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        let name = text(relative).into_owned();
-        let read = with(t, |build, b| {
-            let Some(bytes) = build.source.read(&name, &b.document.sources)? else { return Ok(None) };
-            let mut files = build.files.borrow_mut();
-            files.push(bytes);
-            // The bytes of a vector stay where they are when the vector of vectors grows.
-            Ok(files.last().map(|b| tatu_plugins::border::raw(b)))
-        });
-        match read.flatten() {
-            Some(s) => {
-                *out = s;
-                TATU_OK
-            }
-            None => TATU_ERR_MISSING,
+    let (language, dialect, kind) = (clean(language), clean(dialect), clean(kind));
+    let (name, text) = (texts::clean(&name.text()).into_owned(), source.bytes().to_vec());
+    let added = with(t, |build, b| {
+        let owner = index(build, owner)?;
+        let language =
+            b.registry.language(if language.is_empty() { &name } else { &language }, &b.document.settings.providers)?;
+        let kind = if kind.is_empty() { "child".into() } else { kind };
+        if !SCRIPT_KINDS.contains(&kind.as_str()) {
+            let error = Error::new("E102", format!("a script of kind `{kind}`"));
+            return Err(error.expected(SCRIPT_KINDS.join(", ")));
         }
+        b.registry.check_dialect(Some(language), &dialect)?;
+        let priority = crate::document::NORMAL;
+        b.script(owner, ScriptSpec { language, dialect, kind, priority, side_by_side: false, name, text })
+    });
+    added.map_or(0, |()| 1)
+}
+
+extern "C" fn device(t: Option<&tatu_builder>, object: u32, kind: LentCStr<'_>) -> tatu_status {
+    with(t, |build, b| b.device(index(build, object)?, &clean(kind))).map_or(TATU_ERR_MISSING, |()| TATU_OK)
+}
+
+extern "C" fn report(t: Option<&tatu_builder>, severity: u32, object: u32, said: Lent<'_>) {
+    let said = texts::clean(&said.text()).into_owned();
+    with(t, |build, b| {
+        if severity == TATU_REPORT_ERROR {
+            return Err(Error::new("E111", said));
+        }
+        let whose = index(build, object).ok().and_then(|i| b.document.objects.get(i)).map(|o| o.alias.clone());
+        let said = whose.map_or(said.clone(), |w| format!("`{w}`: {said}"));
+        b.document.reports.push(build.source.name.as_ref().map_or(said.clone(), |f| format!("{f}: {said}")));
+        Ok(())
+    });
+}
+
+extern "C" fn describe(t: Option<&tatu_builder>, map: Option<&ValueRef<'_>>) -> tatu_status {
+    let Some(map) = map else { return TATU_ERR_ARGUMENT };
+    let told = with(t, |_, b| match map.to_value().unwrap_or_default() {
+        map @ Value::Map(_) => {
+            b.document.description = Some(map);
+            Ok(())
+        }
+        _ => Err(Error::new("E102", "the description of a file is no map")),
+    });
+    told.map_or(TATU_ERR_ARGUMENT, |()| TATU_OK)
+}
+
+extern "C" fn file<'a>(t: Option<&'a tatu_builder>, relative: Lent<'_>, out: Option<&mut Lent<'a>>) -> tatu_status {
+    let name = relative.text();
+    let read = with(t, |build, b| {
+        let Some(bytes) = build.source.read(&name, &b.document.sources)? else { return Ok(None) };
+        let mut files = build.files.borrow_mut();
+        files.push(bytes);
+        // The bytes of a vector stay where they are when the vector of vectors grows.
+        Ok(files.last().map(|b| tatu_plugins::border::raw(b)))
+    });
+    match (read.flatten(), out) {
+        (Some(bytes), Some(out)) => {
+            // SAFETY: the build keeps them, which lives as long as its table.
+            *out = unsafe { Lent::new(bytes) };
+            TATU_OK
+        }
+        (Some(_), None) => TATU_ERR_ARGUMENT,
+        (None, _) => TATU_ERR_MISSING,
     }
 }

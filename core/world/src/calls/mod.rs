@@ -28,16 +28,18 @@ pub(crate) static CALL_API: tatu_call_api =
     tatu_call_api { size: size_of::<tatu_call_api>() as u32, reserved: 0, alloc: Some(alloc), wait: Some(wait) };
 
 unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
-    // SAFETY: by the contract, a running call.
-    let world = unsafe { call.as_ref() }.map(|call| WorldCell::admit(call.world, Function::looks("call.alloc")));
+    // SAFETY: by the contract, null or a running call, with its world.
+    let world = unsafe { call.as_ref().map(|call| WorldRef::new(call.world)) };
+    let world = world.map(|world| WorldCell::admit(world, Function::looks("call.alloc")));
     let Some(Ok(world)) = world else { return std::ptr::null_mut() };
     world.calls.arena.borrow_mut().alloc(n as usize).cast()
 }
 
 unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: tatu_str, resume: u64) -> tatu_status {
-    // SAFETY: by the contract, a running call, and a name that is valid during it.
+    // SAFETY: by the contract, null or a running call, and a name that is valid during it.
     let (Some(call), name) = (unsafe { (call.as_mut(), bytes(name)) }) else { return TATU_ERR_ARGUMENT };
-    let world = match WorldCell::admit(call.world, Function::acts("call.wait")) {
+    // SAFETY: the call's own world.
+    let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, Function::acts("call.wait")) {
         Ok(world) => world,
         Err(status) => return status,
     };
@@ -275,7 +277,6 @@ fn convert_args(
 ) -> Result<(*const tatu_value, u32), String> {
     let mut out: Vec<tatu_value> = args.iter().map(|a| a.raw()).collect();
     let mut arena = world.calls.arena.borrow_mut();
-    let mut alloc = |n: usize| arena.alloc(n);
     let space = || "the arguments are too large".to_owned();
     for (i, p) in entry.params.iter().enumerate() {
         let given = args.get(i).copied().unwrap_or(ValueRef::NIL);
@@ -285,7 +286,7 @@ fn convert_args(
                 while out.len() <= i {
                     out.push(ValueRef::NIL.raw());
                 }
-                out[i] = p.fallback.to_raw(&mut alloc).ok_or_else(space)?;
+                out[i] = p.fallback.to_raw(&mut *arena).ok_or_else(space)?;
             } else if p.flags & MAY_LACK == 0 {
                 return Err(if i >= args.len() {
                     format!("{}: expected {}, but only {} were given", name(), p.expectation(), args.len())
@@ -302,11 +303,11 @@ fn convert_args(
                 other => other,
             };
             let value = check_value(p, value).map_err(|e| format!("{}: {e}", name()))?;
-            out[i] = value.to_raw(&mut alloc).ok_or_else(space)?;
+            out[i] = value.to_raw(&mut *arena).ok_or_else(space)?;
         }
     }
     let n = out.len();
-    let room = alloc(n * size_of::<tatu_value>()).cast::<tatu_value>();
+    let room = arena.alloc(n * size_of::<tatu_value>()).cast::<tatu_value>();
     if room.is_null() {
         return Err(space());
     }
@@ -376,7 +377,7 @@ fn give_back(world: &WorldCell, f: &mut tatu_call, values: &[Value]) {
     let mut arena = world.calls.arena.borrow_mut();
     f.n_results = 0;
     for v in values.iter().take(f.results_cap as usize) {
-        if let Some(raw) = v.to_raw(&mut |n| arena.alloc(n)) {
+        if let Some(raw) = v.to_raw(&mut *arena) {
             // SAFETY: within the caller's array.
             unsafe { *f.results.add(f.n_results as usize) = raw };
             f.n_results += 1;

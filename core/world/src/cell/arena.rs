@@ -3,6 +3,10 @@
 //! How much fits is counted by what is in flight now, not by the chunks that there are: it depends neither on earlier calls nor
 //! on whether the world was restored from a snapshot.
 
+use std::{mem::MaybeUninit, ptr::NonNull};
+
+use tatu_plugin_api::safe::Room;
+
 /// Bytes of a chunk.
 const CHUNK: usize = 64 * 1024;
 /// Bytes that values in flight may take together, each rounded up to 16.
@@ -17,8 +21,9 @@ pub struct Arena {
     used: usize,
 }
 
-/// 16-byte aligned words, and how many are in flight in the chunks before.
-struct Chunk(Box<[u128]>, usize);
+/// 16-byte aligned words, and how many are in flight in the chunks before. A `Vec`, for its pointer is taken without a borrow of
+/// the words, which others use.
+struct Chunk(Vec<u128>, usize);
 
 impl Arena {
     /// `bytes` bytes, 16-byte aligned; null when values in flight would take too much.
@@ -34,14 +39,14 @@ impl Arena {
             if !fits(self.chunks.get(next), 0) {
                 // What follows holds nothing, and is too small.
                 self.chunks.truncate(next);
-                self.chunks.push(Chunk(vec![0u128; words.max(CHUNK / 16)].into_boxed_slice(), before));
+                self.chunks.push(Chunk(vec![0; words.max(CHUNK / 16)], before));
             }
             (self.chunk, self.used) = (next, 0);
             self.chunks[next].1 = before;
         }
         let at = self.used;
         self.used += words;
-        self.chunks[self.chunk].0[at..].as_mut_ptr().cast()
+        self.chunks[self.chunk].0.as_mut_ptr().wrapping_add(at).cast()
     }
 
     /// The place to which a release goes back.
@@ -55,6 +60,14 @@ impl Arena {
         if (chunk, used) <= (self.chunk, self.used) {
             (self.chunk, self.used) = (chunk, used);
         }
+    }
+}
+
+impl Room for Arena {
+    fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
+        let at = NonNull::new(self.alloc(8 * n))?;
+        // SAFETY: room for as many words, which nobody else has until a release.
+        Some(unsafe { std::slice::from_raw_parts_mut(at.cast().as_ptr(), n) })
     }
 }
 

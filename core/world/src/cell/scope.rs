@@ -137,8 +137,9 @@ impl WorldCell {
 
     /// The same for a function of the host: the call that runs must allow it. `Err`: the status, whose sentence has been told.
     #[inline]
-    pub fn admit<'a>(ptr: *mut tatu_world, function: Function) -> Result<&'a WorldCell, tatu_status> {
-        let Some(world) = Self::at(ptr) else { return Err(refuse_stranger(ptr, function)) };
+    pub fn admit<'a>(world: WorldRef<'a>, function: Function) -> Result<&'a WorldCell, tatu_status> {
+        let Some(cell) = Self::at(world.ptr()) else { return Err(refuse_stranger(world.ptr(), function)) };
+        let world: &'a WorldCell = cell;
         let has = SCOPES[world.watch.call_number()];
         let needs = if function.acts { Scope::Act } else { Scope::Look };
         if has >= needs { Ok(world) } else { Err(refuse(world, has, function)) }

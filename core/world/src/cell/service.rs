@@ -8,7 +8,7 @@ use std::{
 use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{
     abi::*,
-    safe::{Value, ValueRef},
+    safe::{Owned, Value},
 };
 use tatu_plugins::{
     Registry, ServiceKind,
@@ -40,16 +40,12 @@ pub(crate) struct Running {
 }
 
 /// Values in the border form, and the memory that their spans lie in.
-struct Laid(Vec<tatu_value>, #[allow(dead_code, reason = "keeps the spans alive")] Vec<Vec<u64>>);
+struct Laid(Vec<tatu_value>, #[allow(dead_code, reason = "keeps the spans alive")] Owned);
 
 fn lay<'v>(values: impl IntoIterator<Item = &'v Value>) -> Laid {
-    let mut room: Vec<Vec<u64>> = Vec::new();
-    let mut alloc = |n: usize| {
-        room.push(vec![0; n.div_ceil(8).max(1)]);
-        room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-    };
-    let raw = values.into_iter().map(|v| v.to_raw(&mut alloc).unwrap_or(ValueRef::NIL.raw())).collect();
-    Laid(raw, room)
+    let mut owned = Owned::default();
+    let raw = values.into_iter().map(|v| owned.raw(v)).collect();
+    Laid(raw, owned)
 }
 
 impl Running {

@@ -72,9 +72,8 @@ fn call(world: &WorldCell, id: u64, handler: tatu_func, name: &str, payload: &Va
     let payload = if *payload == Value::Nil { &empty } else { payload };
     let args: Vec<tatu_value> = {
         let mut arena = world.calls.arena.borrow_mut();
-        let mut alloc = |n: usize| arena.alloc(n);
         let name = Value::text(name);
-        [payload, &name].into_iter().map(|v| v.to_raw(&mut alloc).unwrap_or(ValueRef::NIL.raw())).collect()
+        [payload, &name].into_iter().map(|v| v.to_raw(&mut *arena).unwrap_or(ValueRef::NIL.raw())).collect()
     };
     let mut room = Room::new();
     let mut frame = room.frame(&args);

@@ -10,7 +10,10 @@ mod save;
 
 use std::ffi::c_void;
 
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Owned, Value},
+};
 use tatu_plugins::{
     Declared,
     border::{ErrorSlot, answer},
@@ -33,18 +36,9 @@ pub(crate) struct Made {
 }
 
 /// Values as they cross the border, and the memory that their spans lie in.
-fn laid(params: &[Value]) -> (Vec<tatu_value>, Vec<Vec<u64>>) {
-    let mut room: Vec<Vec<u64>> = Vec::new();
-    let raw = params
-        .iter()
-        .filter_map(|p| {
-            p.to_raw(&mut |n| {
-                room.push(vec![0; n.div_ceil(8).max(1)]);
-                room.last_mut().map_or(std::ptr::null_mut(), |r| r.as_mut_ptr().cast())
-            })
-        })
-        .collect();
-    (raw, room)
+fn laid(params: &[Value]) -> (Vec<tatu_value>, Owned) {
+    let mut owned = Owned::default();
+    (params.iter().map(|p| owned.raw(p)).collect(), owned)
 }
 
 /// Makes an instance with the values of its declared parameters. Must be called without any borrow of the world.

@@ -199,7 +199,7 @@ impl Scripts {
         let mark = world.calls.arena.borrow().mark();
         let raw = {
             let mut arena = world.calls.arena.borrow_mut();
-            payload.to_raw(&mut |n| arena.alloc(n))
+            payload.to_raw(&mut *arena)
         };
         if let Some(raw) = raw {
             f(raw);

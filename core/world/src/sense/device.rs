@@ -252,13 +252,22 @@ pub(crate) struct Layout {
     /// Of each field, its shape.
     dims: Vec<[u32; 3]>,
     words: usize,
+    /// Of each field, how many elements it has, as the border tells it.
+    pub lengths: Vec<u64>,
     /// Of each field, the word behind its last one.
     ends: Vec<u32>,
 }
 
 impl Default for Layout {
     fn default() -> Self {
-        Layout { plan: BeamPlan::NONE, spans: Vec::new(), dims: Vec::new(), words: 0, ends: Vec::new() }
+        Layout {
+            plan: BeamPlan::NONE,
+            spans: Vec::new(),
+            dims: Vec::new(),
+            words: 0,
+            lengths: Vec::new(),
+            ends: Vec::new(),
+        }
     }
 }
 
@@ -275,7 +284,8 @@ impl Layout {
         }
         let begins = spans.iter().skip(1).map(|(first, _)| *first).chain((!spans.is_empty()).then_some(words));
         let ends = begins.map(|next| (next - 1) as u32).collect();
-        Ok(Layout { plan, spans, dims, words, ends })
+        let lengths = spans.iter().map(|(_, n)| *n as u64).collect();
+        Ok(Layout { plan, spans, dims, words, lengths, ends })
     }
 
     /// Empties the fields of a reading for a measure.

@@ -34,6 +34,7 @@ pub(crate) struct MeasureScratch {
     state: Vec<*mut c_void>,
     sensor: Vec<tatu_object>,
     fields: Vec<*mut c_void>,
+    lengths: Vec<*const u64>,
     status: Vec<tatu_status>,
     keys: Vec<Key>,
     /// Of each sensor, the reading that stays to be seen, if readings are delayed.
@@ -165,6 +166,7 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
         s.sensor.push(scene.id(d.slot));
         layout.clear(&mut d.fields);
         s.fields.extend(spans.iter().map(|(first, _)| d.fields[*first..].as_mut_ptr().cast::<c_void>()));
+        s.lengths.push(layout.lengths.as_ptr());
         if inputs & TATU_IN_POSE != 0 {
             s.pose.push(pose_to_array(&world));
         }
@@ -305,6 +307,7 @@ impl MeasureScratch {
         self.state.clear();
         self.sensor.clear();
         self.fields.clear();
+        self.lengths.clear();
         self.status.clear();
         self.keys.clear();
         self.shown.clear();
@@ -342,6 +345,7 @@ impl MeasureScratch {
             pixel_object: some(&self.frames.object),
             random: std::ptr::null(),
             rays: some(&self.aims.places),
+            lengths: some(&self.lengths),
         }
     }
 }

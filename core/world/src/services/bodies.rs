@@ -5,7 +5,7 @@ use tatu_physics::{BodyId, Contact, Twist};
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Scene, rows::kind_name};
 
-use super::{busy, fill, here, list_of, on, room_of, slot};
+use super::{busy, fill, here, on, place, slot};
 use crate::cell::{Function, WorldCell, stand_ins};
 
 pub static TABLE: tatu_host_bodies = tatu_host_bodies {
@@ -21,18 +21,15 @@ pub static TABLE: tatu_host_bodies = tatu_host_bodies {
     frictions: Some(frictions),
 };
 
-unsafe extern "C" fn twist(w: *mut tatu_world, object: tatu_object, out: *mut f64) -> tatu_status {
-    // SAFETY: by the contract, here and below: pointers are valid during the call.
-    unsafe {
-        here(w, Function::looks("bodies.twist"), |world| {
-            let (Some(scene), Some(dynamics)) = (world.see(|w| &w.scene), world.see(|w| &w.dynamics)) else {
-                return Err(busy(world));
-            };
-            let s = slot(world, &scene, object)?;
-            room_of(world, "room for 6 numbers", out, 6)?.copy_from_slice(&world.twist(&scene, &dynamics, s));
-            Ok(())
-        })
-    }
+extern "C" fn twist(w: WorldRef<'_>, object: tatu_object, out: Option<&mut [f64; 6]>) -> tatu_status {
+    here(w, Function::looks("bodies.twist"), |world| {
+        let (Some(scene), Some(dynamics)) = (world.see(|w| &w.scene), world.see(|w| &w.dynamics)) else {
+            return Err(busy(world));
+        };
+        let s = slot(world, &scene, object)?;
+        *place(world, "room for 6 numbers", out)? = world.twist(&scene, &dynamics, s);
+        Ok(())
+    })
 }
 
 /// The body of a dynamic shape, made now if its shape is new; with its mass and inertia.
@@ -60,97 +57,81 @@ fn body_now(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_statu
 }
 
 /// Three numbers, or zeros for null; `None` if one is not finite.
-///
-/// # Safety
-/// `p` is null or has 3 numbers.
-unsafe fn three(p: *const f64) -> Option<Vector3<f64>> {
-    if p.is_null() {
-        return Some(Vector3::zeros());
-    }
-    // SAFETY: the caller promises it.
-    let v = unsafe { *p.cast::<[f64; 3]>() };
+fn three(v: Option<&[f64; 3]>) -> Option<Vector3<f64>> {
+    let v = v.copied().unwrap_or_default();
     v.iter().all(|x| x.is_finite()).then(|| Vector3::from(v))
 }
 
-unsafe extern "C" fn set_twist(w: *mut tatu_world, object: tatu_object, twist: *const f64) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, Function::acts("bodies.set_twist"), |world| {
-            let twist = list_of(world, "a velocity", twist, 6)?.as_ptr();
-            let (Some(linear), Some(angular)) = (three(twist), three(twist.add(3))) else {
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a velocity is 6 finite numbers"));
-            };
-            match body(world, object) {
-                Ok(b) => {
-                    world.dynamics.borrow_mut().set_twist(b, &Twist { linear, angular });
-                    Ok(())
-                }
-                Err(status) => Err(status),
+extern "C" fn set_twist(w: WorldRef<'_>, object: tatu_object, twist: Option<&[f64; 6]>) -> tatu_status {
+    on(w, Function::acts("bodies.set_twist"), |world| {
+        let (linear, angular) = place(world, "a velocity", twist)?.split_at(3);
+        let (Some(linear), Some(angular)) = (three(linear.first_chunk()), three(angular.first_chunk())) else {
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a velocity is 6 finite numbers"));
+        };
+        match body(world, object) {
+            Ok(b) => {
+                world.dynamics.borrow_mut().set_twist(b, &Twist { linear, angular });
+                Ok(())
             }
-        })
-    }
+            Err(status) => Err(status),
+        }
+    })
 }
 
-unsafe extern "C" fn push(
-    w: *mut tatu_world,
+extern "C" fn push(
+    w: WorldRef<'_>,
     object: tatu_object,
-    force: *const f64,
-    torque: *const f64,
+    force: Option<&[f64; 3]>,
+    torque: Option<&[f64; 3]>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, Function::acts("bodies.push"), |world| {
-            let (Some(force), Some(torque)) = (three(force), three(torque)) else {
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a force and a torque are 3 finite numbers each"));
-            };
-            match body(world, object) {
-                Ok(b) => {
-                    world.dynamics.borrow_mut().push(b, force, torque);
-                    Ok(())
-                }
-                Err(status) => Err(status),
+    on(w, Function::acts("bodies.push"), |world| {
+        let (Some(force), Some(torque)) = (three(force), three(torque)) else {
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a force and a torque are 3 finite numbers each"));
+        };
+        match body(world, object) {
+            Ok(b) => {
+                world.dynamics.borrow_mut().push(b, force, torque);
+                Ok(())
             }
-        })
-    }
+            Err(status) => Err(status),
+        }
+    })
 }
 
-unsafe extern "C" fn impulse(
-    w: *mut tatu_world,
+extern "C" fn impulse(
+    w: WorldRef<'_>,
     object: tatu_object,
-    linear: *const f64,
-    angular: *const f64,
+    linear: Option<&[f64; 3]>,
+    angular: Option<&[f64; 3]>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, Function::acts("bodies.impulse"), |world| {
-            let (Some(linear), Some(angular)) = (three(linear), three(angular)) else {
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "an impulse is 3 finite numbers"));
-            };
-            let b = body(world, object)?;
-            let (Ok(scene), Ok(mut dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow_mut()) else {
-                return Err(busy(world));
-            };
-            let Some((s, shape)) = scene.resolve(object).ok().and_then(|s| Some((s, scene.get(s)?.shape()?))) else {
-                return Err(busy(world));
-            };
-            let props = tatu_scene::mass_props(shape);
-            let r = scene.world(s).rotation.to_rotation_matrix();
-            let inertia = r.matrix() * props.inertia * r.matrix().transpose();
-            let mut t = dynamics.twist(shape).unwrap_or_default();
-            t.linear += linear / props.mass;
-            t.angular += inertia.try_inverse().map_or(Vector3::zeros(), |i| i * angular);
-            dynamics.set_twist(b, &t);
-            Ok(())
-        })
-    }
+    on(w, Function::acts("bodies.impulse"), |world| {
+        let (Some(linear), Some(angular)) = (three(linear), three(angular)) else {
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "an impulse is 3 finite numbers"));
+        };
+        let b = body(world, object)?;
+        let (Ok(scene), Ok(mut dynamics)) = (world.scene.try_borrow(), world.dynamics.try_borrow_mut()) else {
+            return Err(busy(world));
+        };
+        let Some((s, shape)) = scene.resolve(object).ok().and_then(|s| Some((s, scene.get(s)?.shape()?))) else {
+            return Err(busy(world));
+        };
+        let props = tatu_scene::mass_props(shape);
+        let r = scene.world(s).rotation.to_rotation_matrix();
+        let inertia = r.matrix() * props.inertia * r.matrix().transpose();
+        let mut t = dynamics.twist(shape).unwrap_or_default();
+        t.linear += linear / props.mass;
+        t.angular += inertia.try_inverse().map_or(Vector3::zeros(), |i| i * angular);
+        dynamics.set_twist(b, &t);
+        Ok(())
+    })
 }
 
 unsafe extern "C" fn contacts(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     object: tatu_object,
     out: *mut tatu_contact,
     cap: u32,
-    n: *mut u32,
+    n: Option<&mut u32>,
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
@@ -167,11 +148,11 @@ unsafe extern "C" fn contacts(
 }
 
 unsafe extern "C" fn frictions(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     object: tatu_object,
     out: *mut f64,
     cap: u32,
-    n: *mut u32,
+    n: Option<&mut u32>,
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {

@@ -1,11 +1,10 @@
 //! `tatu.host.commands`: every command of every plugin, constants, preludes, the arena, functions.
 
-use std::ffi::{CStr, c_char, c_void};
+use std::ffi::c_void;
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::border::{raw, text};
 
-use super::{alone, here, here_now, needs, needs_frame, on, passed};
+use super::{alone, here, here_now, needs_frame, on, passed, place};
 use crate::{
     calls::call_command,
     cell::{Function, WorldCell},
@@ -33,38 +32,33 @@ pub static TABLE: tatu_host_commands = tatu_host_commands {
     constant_name: Some(constant_name),
 };
 
-unsafe extern "C" fn find(w: *mut tatu_world, name: tatu_str, alias: *mut u32) -> u32 {
+extern "C" fn find(w: WorldRef<'_>, name: Lent<'_>, alias: Option<&mut u32>) -> u32 {
     let Some(world) = here_now(w, Function::looks("commands.find")) else { return 0 };
-    // SAFETY: by the contract, here and below: pointers are valid during the call.
-    let (name, alias) = unsafe { (text(name), alias.as_mut()) };
-    let Some((id, which)) = world.registry.command(&name) else { return 0 };
+    let Some((id, which)) = world.registry.command(&name.text()) else { return 0 };
     if let Some(alias) = alias {
         *alias = which;
     }
     id
 }
 
-unsafe extern "C" fn is_name_space(w: *mut tatu_world, name: tatu_str) -> u32 {
-    // SAFETY: by the contract: the text is valid during the call.
-    let name = unsafe { text(name) };
+extern "C" fn is_name_space(w: WorldRef<'_>, name: Lent<'_>) -> u32 {
+    let name = name.text();
     here_now(w, Function::looks("commands.is_name_space"))
         .map_or(0, |world| u32::from(world.registry.has_namespace(&format!("{name}."))))
 }
 
-unsafe extern "C" fn count(w: *mut tatu_world) -> u32 {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+extern "C" fn count(w: WorldRef<'_>) -> u32 {
     here_now(w, Function::looks("commands.count")).map_or(0, |world| world.registry.commands.len() as u32)
 }
 
-unsafe extern "C" fn describe(w: *mut tatu_world, id: u32) -> *const tatu_command {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+extern "C" fn describe(w: WorldRef<'_>, id: u32) -> *const tatu_command {
     let world = here_now(w, Function::looks("commands.describe"));
     world
         .and_then(|world| world.registry.commands.get((id as usize).wrapping_sub(1)))
         .map_or(std::ptr::null(), |c| &c.raw)
 }
 
-unsafe extern "C" fn call(w: *mut tatu_world, frame: *mut tatu_call) -> tatu_status {
+unsafe extern "C" fn call(w: WorldRef<'_>, frame: *mut tatu_call) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         here(w, Function::acts("commands.call"), |world| {
@@ -74,83 +68,72 @@ unsafe extern "C" fn call(w: *mut tatu_world, frame: *mut tatu_call) -> tatu_sta
     }
 }
 
-unsafe extern "C" fn generation(w: *mut tatu_world) -> u64 {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+extern "C" fn generation(w: WorldRef<'_>) -> u64 {
     here_now(w, Function::looks("commands.generation")).map_or(1, |world| world.registry.generation)
 }
 
-unsafe extern "C" fn constant(w: *mut tatu_world, name: tatu_str, out: *mut tatu_value) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; a constant's value lives as long as its plugin.
-    unsafe {
-        here(w, Function::looks("commands.constant"), |world| {
-            needs(world, "a place for the value", out)?;
-            let name = text(name);
-            match world.registry.constants.get(name.as_ref()) {
-                Some(c) => {
-                    *out = c.raw;
-                    Ok(())
-                }
-                // Asked for often by scripts that test names: no sentence.
-                None => Err(TATU_ERR_MISSING),
+extern "C" fn constant<'a>(w: WorldRef<'a>, name: Lent<'_>, out: Option<&mut ValueRef<'a>>) -> tatu_status {
+    here(w, Function::looks("commands.constant"), |world| {
+        let out = place(world, "a place for the value", out)?;
+        let name = name.text();
+        match world.registry.constants.get(name.as_ref()) {
+            Some(c) => {
+                // SAFETY: the registry's own value, which lives as long as the registry.
+                *out = unsafe { ValueRef::new(c.raw) };
+                Ok(())
             }
-        })
-    }
+            // Asked for often by scripts that test names: no sentence.
+            None => Err(TATU_ERR_MISSING),
+        }
+    })
 }
 
-unsafe extern "C" fn constant_name(w: *mut tatu_world, index: u32, out: *mut tatu_str) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; names live as long as the registry.
-    unsafe {
-        here(w, Function::looks("commands.constant_name"), |world| {
-            let name = world.registry.constants.keys().nth(index as usize).ok_or(TATU_ERR_MISSING)?;
-            if let Some(out) = out.as_mut() {
-                *out = raw(name.as_bytes());
-            }
-            Ok(())
-        })
-    }
+extern "C" fn constant_name<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
+    here(w, Function::looks("commands.constant_name"), |world| {
+        let name = world.registry.constants.keys().nth(index as usize).ok_or(TATU_ERR_MISSING)?;
+        if let Some(out) = out {
+            *out = name.as_str().into();
+        }
+        Ok(())
+    })
 }
 
-unsafe extern "C" fn prelude(
-    w: *mut tatu_world,
-    language: *const c_char,
+extern "C" fn prelude<'a>(
+    w: WorldRef<'a>,
+    language: LentCStr<'_>,
     index: u32,
-    module: *mut tatu_str,
-    out: *mut tatu_str,
+    module: Option<&mut Lent<'a>>,
+    out: Option<&mut Lent<'a>>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; preludes live as long as the registry.
-    unsafe {
-        here(w, Function::looks("commands.prelude"), |world| {
-            needs(world, "a place for the module", module)?;
-            needs(world, "a place for the text", out)?;
-            let language = if language.is_null() { "".into() } else { CStr::from_ptr(language).to_string_lossy() };
-            match world.registry.preludes.iter().filter(|p| p.language == language).nth(index as usize) {
-                Some(p) => {
-                    *module = raw(p.module.as_bytes());
-                    *out = raw(&p.text);
-                    Ok(())
-                }
-                None => Err(TATU_ERR_MISSING),
+    here(w, Function::looks("commands.prelude"), |world| {
+        let module = place(world, "a place for the module", module)?;
+        let out = place(world, "a place for the text", out)?;
+        let language = language.text();
+        match world.registry.preludes.iter().filter(|p| p.language == language).nth(index as usize) {
+            Some(p) => {
+                *module = p.module.as_str().into();
+                *out = p.text.as_slice().into();
+                Ok(())
             }
-        })
-    }
+            None => Err(TATU_ERR_MISSING),
+        }
+    })
 }
 
-unsafe extern "C" fn mark(w: *mut tatu_world) -> u64 {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+extern "C" fn mark(w: WorldRef<'_>) -> u64 {
     here_now(w, Function::looks("commands.mark"))
         .and_then(|world| Some(world.calls.arena.try_borrow().ok()?.mark()))
         .unwrap_or(0)
 }
 
-unsafe extern "C" fn alloc(w: *mut tatu_world, bytes: u64) -> *mut c_void {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+extern "C" fn alloc(w: WorldRef<'_>, bytes: u64) -> *mut c_void {
     let world = here_now(w, Function::looks("commands.alloc"));
     world
         .and_then(|world| Some(world.calls.arena.try_borrow_mut().ok()?.alloc(bytes as usize)))
         .map_or(std::ptr::null_mut(), <*mut u8>::cast)
 }
 
-unsafe extern "C" fn release(w: *mut tatu_world, mark: u64) {
+unsafe extern "C" fn release(w: WorldRef<'_>, mark: u64) {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     if let Some(mut arena) =
         here_now(w, Function::looks("commands.release")).and_then(|world| world.calls.arena.try_borrow_mut().ok())
@@ -159,33 +142,29 @@ unsafe extern "C" fn release(w: *mut tatu_world, mark: u64) {
     }
 }
 
-unsafe extern "C" fn retain(w: *mut tatu_world, func: tatu_func, kept: *mut tatu_func) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        let last = |world: &WorldCell| match functions::is_of_client(func) {
-            // They last as long as their client.
-            true => functions::is_there(world, func).then_some(func),
-            false => scripts::keep_func(world, func),
-        };
-        on(w, Function::acts("commands.retain"), |world| match last(world) {
-            Some(f) => {
-                needs(world, "a place for the function", kept)?;
-                *kept = f;
-                Ok(())
-            }
-            None => Err(world.calls.refuse(TATU_ERR_GONE, "the function is gone: its call or its script has ended")),
-        })
-    }
+extern "C" fn retain(w: WorldRef<'_>, func: tatu_func, kept: Option<&mut tatu_func>) -> tatu_status {
+    let last = |world: &WorldCell| match functions::is_of_client(func) {
+        // They last as long as their client.
+        true => functions::is_there(world, func).then_some(func),
+        false => scripts::keep_func(world, func),
+    };
+    on(w, Function::acts("commands.retain"), |world| match last(world) {
+        Some(f) => {
+            let kept = place(world, "a place for the function", kept)?;
+            *kept = f;
+            Ok(())
+        }
+        None => Err(world.calls.refuse(TATU_ERR_GONE, "the function is gone: its call or its script has ended")),
+    })
 }
 
-unsafe extern "C" fn drop_func(w: *mut tatu_world, func: tatu_func) {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+extern "C" fn drop_func(w: WorldRef<'_>, func: tatu_func) {
     if let Some(world) = alone(w, Function::looks("commands.drop")).filter(|_| !functions::is_of_client(func)) {
         scripts::drop_func(world, func);
     }
 }
 
-unsafe extern "C" fn call_func(w: *mut tatu_world, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
+unsafe extern "C" fn call_func(w: WorldRef<'_>, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, Function::acts("commands.call_func"), |world| {

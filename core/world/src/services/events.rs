@@ -1,15 +1,8 @@
 //! `tatu.host.events`: publishing what happened, and listening to it.
 
 use tatu_errors::nearest;
-use tatu_plugin_api::{
-    abi::*,
-    safe::{Value, ValueRef},
-};
-use tatu_plugins::{
-    border::{raw, text},
-    describe,
-    events::ALL,
-};
+use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugins::{describe, events::ALL};
 
 use super::{Done, alone, busy, on};
 use crate::{
@@ -27,54 +20,48 @@ pub static TABLE: tatu_host_events = tatu_host_events {
     declared: Some(declared),
 };
 
-unsafe extern "C" fn publish(w: *mut tatu_world, name: tatu_str, payload: *const tatu_value) -> tatu_status {
-    // SAFETY: by the contract, here and below: pointers are valid during the call.
-    unsafe {
-        on(w, Function::acts("events.publish"), |world| {
-            let name = text(name);
-            if !name.contains('.') {
-                let said = format!("`{name}` is no event to publish: names without a dot belong to the host");
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &said));
+extern "C" fn publish(w: WorldRef<'_>, name: Lent<'_>, payload: Option<&ValueRef<'_>>) -> tatu_status {
+    on(w, Function::acts("events.publish"), |world| {
+        let name = name.text();
+        if !name.contains('.') {
+            let said = format!("`{name}` is no event to publish: names without a dot belong to the host");
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &said));
+        }
+        let payload = payload.copied().unwrap_or(ValueRef::NIL);
+        // An empty table of a script may look like a list.
+        let nothing = payload.is_nil() || (TATU_F64S..=TATU_LIST).contains(&payload.tag()) && payload.is_empty();
+        if !nothing && payload.tag() != TATU_MAP {
+            let found = payload.to_value().map_or("a broken value".into(), |v| describe(&v));
+            let said = format!("the payload of `{name}` is {found}; a payload is a table with names");
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &said));
+        }
+        if !world.outside.wants(&name) {
+            return Ok(());
+        }
+        match if nothing { Ok(Value::Nil) } else { payload.to_value() } {
+            Ok(value) if !world.outside.bus.has_room(bytes_of(&value), world.store_room()) => {
+                return Err(world.no_room("events"));
             }
-            let payload = payload.as_ref().map_or(ValueRef::NIL, |p| ValueRef::new(*p));
-            // An empty table of a script may look like a list.
-            let nothing = payload.is_nil() || (TATU_F64S..=TATU_LIST).contains(&payload.tag()) && payload.is_empty();
-            if !nothing && payload.tag() != TATU_MAP {
-                let found = payload.to_value().map_or("a broken value".into(), |v| describe(&v));
-                let said = format!("the payload of `{name}` is {found}; a payload is a table with names");
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &said));
-            }
-            if !world.outside.wants(&name) {
-                return Ok(());
-            }
-            match if nothing { Ok(Value::Nil) } else { payload.to_value() } {
-                Ok(value) if !world.outside.bus.has_room(bytes_of(&value), world.store_room()) => {
-                    return Err(world.no_room("events"));
-                }
-                Ok(value) => world.outside.publish(&name, || value),
-                Err(e) => return Err(world.calls.refuse(e.code(), e.text())),
-            }
-            Ok(())
-        })
-    }
+            Ok(value) => world.outside.publish(&name, || value),
+            Err(e) => return Err(world.calls.refuse(e.code(), e.text())),
+        }
+        Ok(())
+    })
 }
 
-unsafe extern "C" fn subscribe(w: *mut tatu_world, name: tatu_str, handler: tatu_func, id: *mut u64) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, Function::acts("events.subscribe"), |world| {
-            let name = text(name);
-            check(world, &name)?;
-            if scripts::owner_of_func(world, handler).is_none() {
-                return Err(world.calls.refuse(TATU_ERR_GONE, "the function is gone: its script has ended"));
-            }
-            let given = world.outside.bus.subscribe(&name, handler).ok_or_else(|| busy(world))?;
-            if let Some(id) = id.as_mut() {
-                *id = given;
-            }
-            Ok(())
-        })
-    }
+extern "C" fn subscribe(w: WorldRef<'_>, name: Lent<'_>, handler: tatu_func, id: Option<&mut u64>) -> tatu_status {
+    on(w, Function::acts("events.subscribe"), |world| {
+        let name = name.text();
+        check(world, &name)?;
+        if scripts::owner_of_func(world, handler).is_none() {
+            return Err(world.calls.refuse(TATU_ERR_GONE, "the function is gone: its script has ended"));
+        }
+        let given = world.outside.bus.subscribe(&name, handler).ok_or_else(|| busy(world))?;
+        if let Some(id) = id {
+            *id = given;
+        }
+        Ok(())
+    })
 }
 
 /// Whether a name can be one of an event.
@@ -88,7 +75,7 @@ fn check(world: &WorldCell, name: &str) -> Done {
     Err(world.calls.refuse(TATU_ERR_MISSING, &format!("there is no event `{name}`{near}")))
 }
 
-unsafe extern "C" fn unsubscribe(w: *mut tatu_world, id: u64) -> tatu_status {
+extern "C" fn unsubscribe(w: WorldRef<'_>, id: u64) -> tatu_status {
     on(w, Function::looks("events.unsubscribe"), |world| match world.outside.bus.unsubscribe(id) {
         Some(handler) => {
             scripts::drop_func(world, handler);
@@ -98,25 +85,26 @@ unsafe extern "C" fn unsubscribe(w: *mut tatu_world, id: u64) -> tatu_status {
     })
 }
 
-unsafe extern "C" fn wanted(w: *mut tatu_world, name: tatu_str) -> u32 {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe { alone(w, Function::looks("events.wanted")).map_or(0, |world| world.outside.wants(&text(name)).into()) }
+extern "C" fn wanted(w: WorldRef<'_>, name: Lent<'_>) -> u32 {
+    alone(w, Function::looks("events.wanted")).map_or(0, |world| world.outside.wants(&name.text()).into())
 }
 
-unsafe extern "C" fn declared(w: *mut tatu_world, index: u32, name: *mut tatu_str, out: *mut tatu_str) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; the declarations live as long as the registry.
-    unsafe {
-        on(w, Function::looks("events.declared"), |world| match world.registry.events.get(index as usize) {
-            Some(e) => {
-                if let Some(name) = name.as_mut() {
-                    *name = raw(e.name.as_bytes());
-                }
-                if let Some(out) = out.as_mut() {
-                    *out = raw(e.text.as_bytes());
-                }
-                Ok(())
+extern "C" fn declared<'a>(
+    w: WorldRef<'a>,
+    index: u32,
+    name: Option<&mut Lent<'a>>,
+    out: Option<&mut Lent<'a>>,
+) -> tatu_status {
+    on(w, Function::looks("events.declared"), |world| match world.registry.events.get(index as usize) {
+        Some(e) => {
+            if let Some(name) = name {
+                *name = e.name.as_str().into();
             }
-            None => Err(TATU_ERR_MISSING),
-        })
-    }
+            if let Some(out) = out {
+                *out = e.text.as_str().into();
+            }
+            Ok(())
+        }
+        None => Err(TATU_ERR_MISSING),
+    })
 }

@@ -2,16 +2,13 @@
 
 use nalgebra::Isometry3;
 use tatu_errors::Refusal;
-use tatu_plugin_api::{
-    abi::*,
-    safe::{Value, ValueRef},
-};
+use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::{
     Scene,
     graph::{CurveSpec, Graph, StreamSpec, keys_of},
 };
 
-use super::{Done, busy, fill, give, needs, on, properties::refusal, slot};
+use super::{Done, busy, fill, give, on, place, properties::refusal, slot};
 use crate::{
     cell::{Function, WorldCell},
     figures::{Drawing, Figures},
@@ -47,96 +44,83 @@ fn missing<T>(what: &str, id: i64) -> Result<T, Refusal> {
 }
 
 /// A map that a caller gave.
-///
-/// # Safety
-/// `raw` is null or a value that is valid during the call.
-unsafe fn keys(world: &WorldCell, raw: *const tatu_value) -> Result<Option<Value>, tatu_status> {
-    // SAFETY: the caller promises it.
-    let Some(raw) = (unsafe { raw.as_ref() }) else { return Ok(None) };
-    // SAFETY: the caller promises it.
-    let value = unsafe { ValueRef::new(*raw) }.to_value().map_err(|e| world.calls.refuse(e.code(), e.text()))?;
-    Ok(Some(value))
+fn keys(world: &WorldCell, map: Option<&ValueRef<'_>>) -> Result<Option<Value>, tatu_status> {
+    map.map(|map| map.to_value()).transpose().map_err(|e| world.calls.refuse(e.code(), e.text()))
 }
 
-unsafe extern "C" fn add(
-    w: *mut tatu_world,
+extern "C" fn add(
+    w: WorldRef<'_>,
     object: tatu_object,
     what: u32,
-    map: *const tatu_value,
-    out: *mut i64,
+    map: Option<&ValueRef<'_>>,
+    out: Option<&mut i64>,
 ) -> tatu_status {
-    // SAFETY: by the contract, here and below: pointers are valid during the call.
-    unsafe {
-        on(w, Function::acts("figures.add"), |world| {
-            needs(world, "a place for the number", out)?;
-            let Some(map) = keys(world, map)? else {
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a map of keys is expected, found null"));
-            };
-            let owner = if what == TATU_FIGURE_DRAWING { 0 } else { full(world, object)? };
-            let id = with(world, |scene, all| match what {
-                TATU_FIGURE_STREAM => all.graph(scene, owner)?.add_stream(StreamSpec::from_value(&map)?),
-                TATU_FIGURE_CURVE => all.graph(scene, owner)?.add_curve(CurveSpec::from_value(&map)?),
-                TATU_FIGURE_COPY => {
-                    let (name, curve) = keys_of(&map)?;
-                    all.graph(scene, owner)?.freeze(curve, &name)
+    on(w, Function::acts("figures.add"), |world| {
+        let out = place(world, "a place for the number", out)?;
+        let Some(map) = keys(world, map)? else {
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a map of keys is expected, found null"));
+        };
+        let owner = if what == TATU_FIGURE_DRAWING { 0 } else { full(world, object)? };
+        let id = with(world, |scene, all| match what {
+            TATU_FIGURE_STREAM => all.graph(scene, owner)?.add_stream(StreamSpec::from_value(&map)?),
+            TATU_FIGURE_CURVE => all.graph(scene, owner)?.add_curve(CurveSpec::from_value(&map)?),
+            TATU_FIGURE_COPY => {
+                let (name, curve) = keys_of(&map)?;
+                all.graph(scene, owner)?.freeze(curve, &name)
+            }
+            TATU_FIGURE_DRAWING => {
+                all.remove_orphans(scene);
+                let mut drawing = Drawing::from_value(&map)?;
+                if drawing.parent != 0 {
+                    let gone = |_| Refusal(TATU_ERR_GONE, "the parent of the drawing is not there".into());
+                    drawing.parent = scene.id(scene.resolve(drawing.parent).map_err(gone)?);
                 }
-                TATU_FIGURE_DRAWING => {
-                    all.remove_orphans(scene);
-                    let mut drawing = Drawing::from_value(&map)?;
-                    if drawing.parent != 0 {
-                        let gone = |_| Refusal(TATU_ERR_GONE, "the parent of the drawing is not there".into());
-                        drawing.parent = scene.id(scene.resolve(drawing.parent).map_err(gone)?);
-                    }
-                    all.draw(drawing)
-                }
-                _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("there is no sort {what} of figures"))),
-            })?;
-            *out = id;
-            Ok(())
-        })
-    }
+                all.draw(drawing)
+            }
+            _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("there is no sort {what} of figures"))),
+        })?;
+        *out = id;
+        Ok(())
+    })
 }
 
-unsafe extern "C" fn change(w: *mut tatu_world, object: tatu_object, id: i64, map: *const tatu_value) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, Function::acts("figures.change"), |world| {
-            let map = keys(world, map)?;
-            if object == 0 {
-                return with(world, |_, all| match (map, all.drawings.remove(&id)) {
-                    (None, Some(_)) => Ok(()),
-                    (None, None) => missing("drawing", id),
-                    (Some(_), found) => {
-                        found.map(|d| all.drawings.insert(id, d));
-                        Err(Refusal(TATU_ERR_UNSUPPORTED, "a drawing is removed and made anew, not changed".into()))
-                    }
-                });
-            }
-            let owner = full(world, object)?;
-            with(world, |scene, all| {
-                let graph = all.graph(scene, owner)?;
-                match map {
-                    Some(map) => {
-                        let stream = graph.stream(id)?;
-                        stream.spec = StreamSpec { name: stream.spec.name.clone(), ..stream.spec.with(&map)? };
-                        stream.color = stream.spec.color.unwrap_or(stream.color);
-                        Ok(())
-                    }
-                    None if graph.remove(id) => Ok(()),
-                    None => missing("stream or curve", id),
+extern "C" fn change(w: WorldRef<'_>, object: tatu_object, id: i64, map: Option<&ValueRef<'_>>) -> tatu_status {
+    on(w, Function::acts("figures.change"), |world| {
+        let map = keys(world, map)?;
+        if object == 0 {
+            return with(world, |_, all| match (map, all.drawings.remove(&id)) {
+                (None, Some(_)) => Ok(()),
+                (None, None) => missing("drawing", id),
+                (Some(_), found) => {
+                    found.map(|d| all.drawings.insert(id, d));
+                    Err(Refusal(TATU_ERR_UNSUPPORTED, "a drawing is removed and made anew, not changed".into()))
                 }
-            })
+            });
+        }
+        let owner = full(world, object)?;
+        with(world, |scene, all| {
+            let graph = all.graph(scene, owner)?;
+            match map {
+                Some(map) => {
+                    let stream = graph.stream(id)?;
+                    stream.spec = StreamSpec { name: stream.spec.name.clone(), ..stream.spec.with(&map)? };
+                    stream.color = stream.spec.color.unwrap_or(stream.color);
+                    Ok(())
+                }
+                None if graph.remove(id) => Ok(()),
+                None => missing("stream or curve", id),
+            }
         })
-    }
+    })
 }
 
 unsafe extern "C" fn put(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     object: tatu_object,
     id: i64,
     numbers: *const f64,
     n: u64,
-    taken: *mut u64,
+    taken: Option<&mut u64>,
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
@@ -179,7 +163,7 @@ unsafe extern "C" fn put(
                 }
                 Ok(numbers.len())
             })?;
-            if let Some(taken) = taken.as_mut() {
+            if let Some(taken) = taken {
                 *taken = count as u64;
             }
             Ok(())
@@ -192,7 +176,7 @@ fn frame(scene: &Scene, drawing: &Drawing) -> Isometry3<f64> {
     scene.resolve(drawing.parent).map_or(Isometry3::identity(), |slot| scene.world(slot))
 }
 
-unsafe extern "C" fn record(w: *mut tatu_world, object: tatu_object, time: f64) -> tatu_status {
+extern "C" fn record(w: WorldRef<'_>, object: tatu_object, time: f64) -> tatu_status {
     on(w, Function::acts("figures.record"), |world| {
         if !time.is_finite() {
             return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "the time of a sample is finite"));
@@ -206,12 +190,12 @@ unsafe extern "C" fn record(w: *mut tatu_world, object: tatu_object, time: f64) 
 }
 
 unsafe extern "C" fn list(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     object: tatu_object,
     what: u32,
     out: *mut i64,
     cap: u32,
-    n: *mut u32,
+    n: Option<&mut u32>,
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
@@ -231,27 +215,24 @@ unsafe extern "C" fn list(
     }
 }
 
-unsafe extern "C" fn get(
-    w: *mut tatu_world,
+extern "C" fn get<'a>(
+    w: WorldRef<'a>,
     object: tatu_object,
     id: i64,
     numbers: u32,
-    out: *mut tatu_value,
+    out: Option<&mut ValueRef<'a>>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, Function::looks("figures.get"), |world| -> Done {
-            let owner = if object == 0 { 0 } else { full(world, object)? };
-            let value = with(world, |scene, all| match owner {
-                0 => match all.drawings.get(&id) {
-                    Some(d) => Ok(of_drawing(d, scene, numbers != 0)),
-                    None => missing("drawing", id),
-                },
-                _ => of_graph(all.graph(scene, owner)?, id, numbers != 0),
-            })?;
-            give(world, &value, out)
-        })
-    }
+    on(w, Function::looks("figures.get"), |world| -> Done {
+        let owner = if object == 0 { 0 } else { full(world, object)? };
+        let value = with(world, |scene, all| match owner {
+            0 => match all.drawings.get(&id) {
+                Some(d) => Ok(of_drawing(d, scene, numbers != 0)),
+                None => missing("drawing", id),
+            },
+            _ => of_graph(all.graph(scene, owner)?, id, numbers != 0),
+        })?;
+        give(world, &value, out)
+    })
 }
 
 /// A map with more entries.

@@ -3,40 +3,30 @@
 use std::path::{Component, Path, PathBuf};
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::border::text;
 
-use super::{busy, needs, on};
+use super::{lend, on, place};
 use crate::cell::{Function, WorldCell};
 
 pub static TABLE: tatu_host_files =
     tatu_host_files { size: size_of::<tatu_host_files>() as u32, reserved: 0, resolve: Some(resolve) };
 
-unsafe extern "C" fn resolve(w: *mut tatu_world, name: tatu_str, mode: u32, out: *mut tatu_str) -> tatu_status {
-    // SAFETY: by the contract: pointers are valid during the call.
-    unsafe {
-        on(w, Function::looks("files.resolve"), |world| {
-            needs(world, "a place for the path", out)?;
-            let name = text(name);
-            let path = match allowed(world, Path::new(name.as_ref()), mode) {
-                Ok(p) => p,
-                Err(why) => return Err(world.calls.refuse(TATU_ERR_MISSING, &why)),
-            };
-            if mode == TATU_FILE_READ {
-                world.outside.opened.borrow_mut().insert(name.clone().into_owned());
-            }
-            let Some(path) = path.to_str() else {
-                return Err(world.calls.refuse(TATU_ERR_MISSING, "the path is not UTF-8"));
-            };
-            let mut arena = world.calls.arena.try_borrow_mut().map_err(|_| busy(world))?;
-            let room = arena.alloc(path.len());
-            if room.is_null() {
-                return Err(TATU_ERR_SPACE);
-            }
-            std::ptr::copy_nonoverlapping(path.as_ptr(), room, path.len());
-            *out = tatu_str { ptr: room.cast(), len: path.len() as u64 };
-            Ok(())
-        })
-    }
+extern "C" fn resolve<'a>(w: WorldRef<'a>, name: Lent<'_>, mode: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
+    on(w, Function::looks("files.resolve"), |world| {
+        let out = place(world, "a place for the path", out)?;
+        let name = name.text();
+        let path = match allowed(world, Path::new(name.as_ref()), mode) {
+            Ok(p) => p,
+            Err(why) => return Err(world.calls.refuse(TATU_ERR_MISSING, &why)),
+        };
+        if mode == TATU_FILE_READ {
+            world.outside.opened.borrow_mut().insert(name.clone().into_owned());
+        }
+        let Some(path) = path.to_str() else {
+            return Err(world.calls.refuse(TATU_ERR_MISSING, "the path is not UTF-8"));
+        };
+        *out = lend(world, path.as_bytes())?;
+        Ok(())
+    })
 }
 
 fn allowed(world: &WorldCell, name: &Path, mode: u32) -> Result<PathBuf, String> {

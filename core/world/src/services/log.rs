@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::{HostTables, border::text, guard, texts::clean, watchdog::Call};
+use tatu_plugins::{Holder, HostTables, guard, texts::clean, watchdog::Call};
 
 use crate::cell::WorldCell;
 
@@ -17,15 +17,14 @@ pub static TABLE: tatu_host_log = tatu_host_log {
     last_error: Some(last_error),
 };
 
-unsafe extern "C" fn write(host: *const tatu_host, w: *mut tatu_world, level: u32, line: tatu_str) {
-    // SAFETY: by the contract: the text is valid during the call.
-    unsafe {
-        let line = text(line);
-        let Some(world) = WorldCell::at(w) else { return outside(host, level, &clean(&line)) };
-        match (TATU_LOG_ERROR..=TATU_LOG_DEBUG).contains(&level) && !prints(world) {
-            true => world.log(level, &signed(host, Some(world), &line)),
-            false => world.log(level, &line),
-        }
+unsafe extern "C" fn write(host: *const tatu_host, w: WorldRef<'_>, level: u32, line: Lent<'_>) {
+    let line = line.text();
+    // SAFETY: by the contract: null, or the host that the plugin got.
+    let host = unsafe { HostTables::holder_at(host) };
+    let Some(world) = WorldCell::at(w.ptr()) else { return outside(host, level, &clean(&line)) };
+    match (TATU_LOG_ERROR..=TATU_LOG_DEBUG).contains(&level) && !prints(world) {
+        true => world.log(level, &signed(host, Some(world), &line)),
+        false => world.log(level, &line),
     }
 }
 
@@ -36,12 +35,8 @@ fn prints(world: &WorldCell) -> bool {
 }
 
 /// A line of a plugin, with its id before it.
-///
-/// # Safety
-/// `host` is null, or one that a living plugin has.
-unsafe fn signed<'a>(host: *const tatu_host, world: Option<&WorldCell>, line: &'a str) -> Cow<'a, str> {
-    // SAFETY: the caller promises it.
-    let (id, of_program) = match (unsafe { HostTables::holder_at(host) }, world) {
+fn signed<'a>(holder: Option<&Holder>, world: Option<&WorldCell>, line: &'a str) -> Cow<'a, str> {
+    let (id, of_program) = match (holder, world) {
         (Some(holder), _) => (holder.plugin.as_str(), holder.of_program),
         (None, Some(world)) => match world.registry.plugins.get(world.watch.plugin()) {
             Some(running) if world.watch.call().is_some() => {
@@ -58,16 +53,12 @@ unsafe fn signed<'a>(host: *const tatu_host, world: Option<&WorldCell>, line: &'
 }
 
 /// A line that belongs to no world.
-///
-/// # Safety
-/// As for [`signed`].
-unsafe fn outside(host: *const tatu_host, level: u32, line: &str) {
+fn outside(holder: Option<&Holder>, level: u32, line: &str) {
     // The host tells an error once, with the plugin and the function that it was in.
     if level == TATU_LOG_ERROR && guard::say(line) {
         return;
     }
-    // SAFETY: the caller promises it.
-    let line = unsafe { signed(host, None, line) };
+    let line = signed(holder, None, line);
     match level {
         TATU_LOG_ERROR => tracing::error!("{line}"),
         TATU_LOG_WARNING => tracing::warn!("{line}"),
@@ -76,8 +67,8 @@ unsafe fn outside(host: *const tatu_host, level: u32, line: &str) {
     }
 }
 
-unsafe extern "C" fn last_error(w: *mut tatu_world) -> *const tatu_error {
-    let world = WorldCell::at(w);
+unsafe extern "C" fn last_error(w: WorldRef<'_>) -> *const tatu_error {
+    let world = WorldCell::at(w.ptr());
     world
         .and_then(|world| world.calls.last.try_borrow_mut().ok().map(|mut l| l.raw().cast_const()))
         .unwrap_or(std::ptr::null())

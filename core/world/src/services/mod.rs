@@ -23,7 +23,7 @@ mod whole_parts;
 
 use std::ffi::{CStr, c_void};
 
-use tatu_plugin_api::abi::*;
+use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::HostTables;
 use tatu_scene::rows::ROWS;
 
@@ -57,7 +57,7 @@ fn table(id: &CStr) -> *const c_void {
 type Done = Result<(), tatu_status>;
 
 /// Runs `f` on a world, if the call that runs may use the function.
-fn on(world: *mut tatu_world, function: Function, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
+fn on<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a WorldCell) -> Done) -> tatu_status {
     here(world, function, |world| match world.worker {
         None => f(world),
         Some(_) => Err(busy(world)),
@@ -66,25 +66,36 @@ fn on(world: *mut tatu_world, function: Function, f: impl FnOnce(&WorldCell) -> 
 
 /// The same for a service that only looks: scripts that run side by side may use it.
 #[inline]
-fn here(world: *mut tatu_world, function: Function, f: impl FnOnce(&WorldCell) -> Done) -> tatu_status {
+fn here<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a WorldCell) -> Done) -> tatu_status {
     WorldCell::admit(world, function).and_then(f).err().unwrap_or(TATU_OK)
 }
 
 /// The world of a function that has no status: none where it is refused.
-fn here_now<'a>(world: *mut tatu_world, function: Function) -> Option<&'a WorldCell> {
+fn here_now<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a WorldCell> {
     WorldCell::admit(world, function).ok()
 }
 
 /// The same; none on a thread that runs scripts beside others.
-fn alone<'a>(world: *mut tatu_world, function: Function) -> Option<&'a WorldCell> {
+fn alone<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a WorldCell> {
     here_now(world, function).filter(|cell| cell.worker.is_none())
 }
 
-/// Refuses null where a caller must give a value, or a place for one.
+/// What a caller must give, or a place for an answer; null is refused.
+#[inline]
+fn place<T>(world: &WorldCell, what: &str, given: Option<T>) -> Result<T, tatu_status> {
+    given.ok_or_else(|| refuse_null(world, what))
+}
+
+#[cold]
+fn refuse_null(world: &WorldCell, what: &str) -> tatu_status {
+    world.calls.refuse(TATU_ERR_ARGUMENT, &format!("{what} is expected, found null"))
+}
+
+/// The same for a list.
 fn needs<T>(world: &WorldCell, what: &str, pointer: *const T) -> Done {
     match pointer.is_null() {
         false => Ok(()),
-        true => Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("{what} is expected, found null"))),
+        true => Err(refuse_null(world, what)),
     }
 }
 
@@ -169,31 +180,40 @@ fn slot(world: &WorldCell, scene: &tatu_scene::Scene, object: tatu_object) -> Re
 /// Copies a list into a caller's array as far as it fits, and tells the full count.
 ///
 /// # Safety
-/// `out` has room for `cap`, or is null; `n` is null or writable.
-unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: *mut u32) -> Done {
-    // SAFETY: the caller promises it.
-    unsafe {
-        if !out.is_null() {
-            std::ptr::copy_nonoverlapping(all.as_ptr(), out, all.len().min(cap as usize));
-        }
-        if let Some(n) = n.as_mut() {
-            *n = all.len() as u32;
-        }
+/// `out` has room for `cap`, or is null.
+unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&mut u32>) -> Done {
+    if !out.is_null() {
+        // SAFETY: the caller promises it.
+        unsafe { std::ptr::copy_nonoverlapping(all.as_ptr(), out, all.len().min(cap as usize)) };
+    }
+    if let Some(n) = n {
+        *n = all.len() as u32;
     }
     Ok(())
 }
 
-/// Puts a value into the world's arena and writes its border form.
-///
-/// # Safety
-/// `out` is null or writable.
-unsafe fn give(world: &WorldCell, value: &tatu_plugin_api::safe::Value, out: *mut tatu_value) -> Done {
+/// Puts a text into the world's arena, where it lives until the plugin's call returns.
+fn lend<'a>(world: &'a WorldCell, text: &[u8]) -> Result<Lent<'a>, tatu_status> {
+    let mut arena = world.calls.arena.try_borrow_mut().map_err(|_| busy(world))?;
+    let room = arena.alloc(text.len());
+    if room.is_null() {
+        return Err(TATU_ERR_SPACE);
+    }
+    // SAFETY: there is room for as many bytes, which the arena keeps until the plugin's call returns or gives up a mark.
+    unsafe {
+        std::ptr::copy_nonoverlapping(text.as_ptr(), room, text.len());
+        Ok(Lent::new(tatu_str { ptr: room.cast(), len: text.len() as u64 }))
+    }
+}
+
+/// Puts a value into the world's arena, where it lives until the plugin's call returns, and writes its border form.
+fn give<'a>(world: &'a WorldCell, value: &Value, out: Option<&mut ValueRef<'a>>) -> Done {
     let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return Err(busy(world)) };
-    needs(world, "a place for the value", out)?;
-    match value.to_raw(&mut |n| arena.alloc(n)) {
+    let out = place(world, "a place for the value", out)?;
+    match value.to_raw(&mut *arena) {
         Some(raw) => {
-            // SAFETY: the caller promises it.
-            unsafe { *out = raw };
+            // SAFETY: it points into the arena, which keeps it until the plugin's call returns or gives up a mark.
+            *out = unsafe { ValueRef::new(raw) };
             Ok(())
         }
         None => Err(world.calls.refuse(TATU_ERR_SPACE, "the value does not fit into memory")),

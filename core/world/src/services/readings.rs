@@ -1,15 +1,12 @@
 //! `tatu.host.readings`: what sensors measured.
 
-use std::{
-    f64::consts::PI,
-    ffi::{CStr, c_char},
-};
+use std::f64::consts::PI;
 
 use ::tatu_beams::Faces;
 use tatu_plugin_api::abi::*;
 use tatu_plugins::tables;
 
-use super::{Done, busy, fill, here, needs, on, slot};
+use super::{Done, busy, fill, here, needs, on, place, slot};
 use crate::{
     cell::{Function, WorldCell},
     sense::{Limits, MeasureOptions},
@@ -39,64 +36,58 @@ fn device(world: &WorldCell, sensor: tatu_object) -> Result<usize, tatu_status> 
     })
 }
 
-unsafe extern "C" fn field(
-    w: *mut tatu_world,
+extern "C" fn field(
+    w: WorldRef<'_>,
     sensor: tatu_object,
     field: tatu_prop,
-    out: *mut tatu_field_view,
+    out: Option<&mut tatu_field_view>,
 ) -> tatu_status {
-    // SAFETY: by the contract, here and below: pointers are valid during the call.
-    unsafe {
-        here(w, Function::looks("readings.field"), |world| {
-            needs(world, "a place for the view", out)?;
-            let i = device(world, sensor)?;
-            let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
-            let d = &sensing.devices[i];
-            let kind = &world.registry.sensors[d.kind];
-            match kind.field_props.iter().position(|p| *p == field) {
-                Some(k) => {
-                    *out = d.view(kind, k);
-                    Ok(())
-                }
-                None => {
-                    let key = world.registry.host().key(field).unwrap_or_default();
-                    let text = format!("a sensor of kind `{}` has no field `{key}`", kind.id);
-                    Err(world.calls.refuse(TATU_ERR_MISSING, &text))
-                }
+    here(w, Function::looks("readings.field"), |world| {
+        let out = place(world, "a place for the view", out)?;
+        let i = device(world, sensor)?;
+        let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
+        let d = &sensing.devices[i];
+        let kind = &world.registry.sensors[d.kind];
+        match kind.field_props.iter().position(|p| *p == field) {
+            Some(k) => {
+                *out = d.view(kind, k);
+                Ok(())
             }
-        })
-    }
+            None => {
+                let key = world.registry.host().key(field).unwrap_or_default();
+                let text = format!("a sensor of kind `{}` has no field `{key}`", kind.id);
+                Err(world.calls.refuse(TATU_ERR_MISSING, &text))
+            }
+        }
+    })
 }
 
-unsafe extern "C" fn sense_now(w: *mut tatu_world, sensor: tatu_object, only: tatu_object) -> tatu_status {
+extern "C" fn sense_now(w: WorldRef<'_>, sensor: tatu_object, only: tatu_object) -> tatu_status {
     on(w, Function::acts("readings.sense_now"), |world| sense(world, sensor, only, None))
 }
 
-unsafe extern "C" fn look(w: *mut tatu_world, sensor: tatu_object, look: *const tatu_look) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; a caller's table has all fields of the first version.
-    unsafe {
-        on(w, Function::acts("readings.look"), |world| {
-            needs(world, "a look", look)?;
-            let look = &*look;
-            let (near, slant) = (look.far_m >= 0.0, (0.0..=PI).contains(&look.max_incidence));
-            let faces =
-                Faces { front: look.flags & TATU_BEAMS_NO_FRONT == 0, back: look.flags & TATU_BEAMS_NO_BACK == 0 };
-            if !near || !slant || !(faces.front || faces.back) {
-                let text = format!(
-                    "a look no farther than {} m at up to {} rad, flags {}; expected 0 m or more, 0 to pi, and faces to see",
-                    look.far_m, look.max_incidence, look.flags
-                );
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
-            }
-            let limits = Limits {
-                faces,
-                max_incidence: look.max_incidence,
-                reach: look.far_m,
-                occlude: look.flags & TATU_BEAMS_OCCLUDE != 0,
-            };
-            sense(world, sensor, look.only, Some(limits))
-        })
-    }
+unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tatu_look) -> tatu_status {
+    on(w, Function::acts("readings.look"), |world| {
+        needs(world, "a look", look)?;
+        // SAFETY: by the contract: it has all fields of the first version.
+        let look = unsafe { &*look };
+        let (near, slant) = (look.far_m >= 0.0, (0.0..=PI).contains(&look.max_incidence));
+        let faces = Faces { front: look.flags & TATU_BEAMS_NO_FRONT == 0, back: look.flags & TATU_BEAMS_NO_BACK == 0 };
+        if !near || !slant || !(faces.front || faces.back) {
+            let text = format!(
+                "a look no farther than {} m at up to {} rad, flags {}; expected 0 m or more, 0 to pi, and faces to see",
+                look.far_m, look.max_incidence, look.flags
+            );
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
+        }
+        let limits = Limits {
+            faces,
+            max_incidence: look.max_incidence,
+            reach: look.far_m,
+            occlude: look.flags & TATU_BEAMS_OCCLUDE != 0,
+        };
+        sense(world, sensor, look.only, Some(limits))
+    })
 }
 
 /// Handles a sensor now.
@@ -122,7 +113,7 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
     Ok(())
 }
 
-unsafe extern "C" fn reset(w: *mut tatu_world, sensor: tatu_object) -> tatu_status {
+extern "C" fn reset(w: WorldRef<'_>, sensor: tatu_object) -> tatu_status {
     on(w, Function::acts("readings.reset"), |world| {
         let i = device(world, sensor)?;
         let mut sensing = world.sensing.try_borrow_mut().map_err(|_| busy(world))?;
@@ -131,46 +122,42 @@ unsafe extern "C" fn reset(w: *mut tatu_world, sensor: tatu_object) -> tatu_stat
     })
 }
 
-unsafe extern "C" fn describe(
-    w: *mut tatu_world,
-    sensor: tatu_object,
-    index: u32,
-    out: *mut tatu_field,
-) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; a caller's table may be shorter than ours, so no more than its size is written.
-    unsafe {
-        here(w, Function::looks("readings.describe"), |world| {
-            needs(world, "a place for the declaration", out)?;
-            let i = device(world, sensor)?;
-            let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
-            let d = &sensing.devices[i];
-            let kind = &world.registry.sensors[d.kind];
-            // By the size that the plugin knew: it may be older than this host.
-            let declared = tables::list(kind.raw.fields).into_iter().nth(index as usize);
-            let Some((_, mut told)) = declared else {
-                let text = format!("a sensor of kind `{}` has {} fields", kind.id, kind.fields.len());
-                return Err(world.calls.refuse(TATU_ERR_MISSING, &text));
-            };
-            told.dims = d.layout.plan.shape(told.dims);
+unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, out: *mut tatu_field) -> tatu_status {
+    here(w, Function::looks("readings.describe"), |world| {
+        needs(world, "a place for the declaration", out)?;
+        let i = device(world, sensor)?;
+        let sensing = world.see(|w| &w.sensing).ok_or_else(|| busy(world))?;
+        let d = &sensing.devices[i];
+        let kind = &world.registry.sensors[d.kind];
+        // By the size that the plugin knew: it may be older than this host.
+        // SAFETY: a list of the plugin, which was looked at when it was loaded.
+        let declared = unsafe { tables::list(kind.raw.fields) }.into_iter().nth(index as usize);
+        let Some((_, mut told)) = declared else {
+            let text = format!("a sensor of kind `{}` has {} fields", kind.id, kind.fields.len());
+            return Err(world.calls.refuse(TATU_ERR_MISSING, &text));
+        };
+        told.dims = d.layout.plan.shape(told.dims);
+        // SAFETY: by the contract: as large as it tells, which may be less than ours.
+        unsafe {
             let size = (*out).size.min(size_of::<tatu_field>() as u32);
             std::ptr::copy_nonoverlapping((&raw const told).cast::<u8>(), out.cast::<u8>(), size as usize);
             (*out).size = size;
-            Ok(())
-        })
-    }
+        }
+        Ok(())
+    })
 }
 
 unsafe extern "C" fn list(
-    w: *mut tatu_world,
-    schema: *const c_char,
+    w: WorldRef<'_>,
+    schema: LentCStr<'_>,
     out: *mut tatu_object,
     cap: u32,
-    n: *mut u32,
+    n: Option<&mut u32>,
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
         on(w, Function::looks("readings.list"), |world| {
-            let schema = if schema.is_null() { "".into() } else { CStr::from_ptr(schema).to_string_lossy() };
+            let schema = schema.text();
             let (Ok(sensing), Ok(scene)) = (world.sensing.try_borrow(), world.scene.try_borrow()) else {
                 return Err(busy(world));
             };

@@ -1,17 +1,15 @@
 //! `tatu.host.scene`: objects and their properties.
 
-use std::ffi::{CStr, c_char};
-
 use nalgebra::Isometry3;
-use tatu_plugin_api::{abi::*, safe::ValueRef};
-use tatu_plugins::{HostTables, border::text, texts::label};
+use tatu_plugin_api::abi::*;
+use tatu_plugins::{HostTables, texts::label};
 use tatu_scene::{
     ALIAS, Changed, Data, Joint, Scene, Shape, is_alias, pose_from_array, pose_to_array,
     rows::{KINDS, kind_name},
 };
 
 use super::{
-    busy, fill, give, here, list_of, needs, on,
+    busy, fill, give, here, list_of, needs, on, place,
     properties::{after_change, read, read_numbers, write, write_numbers},
     room_of, slot,
 };
@@ -41,52 +39,35 @@ pub static TABLE: tatu_host_scene = tatu_host_scene {
     model: Some(super::shown::model),
 };
 
-unsafe extern "C" fn prop(host: *const tatu_host, key: *const c_char) -> tatu_prop {
-    // SAFETY: by the contract, here and below: pointers are valid during the call.
-    unsafe {
-        if key.is_null() {
-            return 0;
+unsafe extern "C" fn prop(host: *const tatu_host, key: LentCStr<'_>) -> tatu_prop {
+    // SAFETY: by the contract: null, or the host that the plugin got.
+    key.get().and_then(|key| unsafe { HostTables::number_at(host, &key.to_string_lossy()) }).unwrap_or(0)
+}
+
+extern "C" fn get<'a>(
+    w: WorldRef<'a>,
+    object: tatu_object,
+    prop: tatu_prop,
+    out: Option<&mut ValueRef<'a>>,
+) -> tatu_status {
+    here(w, Function::looks("scene.get"), |world| {
+        let value = read(world, object, prop)?;
+        give(world, &value, out)
+    })
+}
+
+extern "C" fn set(w: WorldRef<'_>, object: tatu_object, prop: tatu_prop, value: Option<&ValueRef<'_>>) -> tatu_status {
+    here(w, Function::acts("scene.set"), |world| {
+        let value = place(world, "a value", value)?;
+        match value.to_value() {
+            Ok(v) => write(world, object, prop, v),
+            Err(e) => Err(world.calls.refuse(e.code(), e.text())),
         }
-        HostTables::number_at(host, &CStr::from_ptr(key).to_string_lossy()).unwrap_or(0)
-    }
-}
-
-unsafe extern "C" fn get(
-    w: *mut tatu_world,
-    object: tatu_object,
-    prop: tatu_prop,
-    out: *mut tatu_value,
-) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        here(w, Function::looks("scene.get"), |world| {
-            let value = read(world, object, prop)?;
-            give(world, &value, out)
-        })
-    }
-}
-
-unsafe extern "C" fn set(
-    w: *mut tatu_world,
-    object: tatu_object,
-    prop: tatu_prop,
-    value: *const tatu_value,
-) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        here(w, Function::acts("scene.set"), |world| {
-            needs(world, "a value", value)?;
-            let raw = &*value;
-            match ValueRef::new(*raw).to_value() {
-                Ok(v) => write(world, object, prop, v),
-                Err(e) => Err(world.calls.refuse(e.code(), e.text())),
-            }
-        })
-    }
+    })
 }
 
 unsafe extern "C" fn get_f64(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     object: tatu_object,
     prop: tatu_prop,
     out: *mut f64,
@@ -101,7 +82,7 @@ unsafe extern "C" fn get_f64(
 }
 
 unsafe extern "C" fn set_f64(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     object: tatu_object,
     prop: tatu_prop,
     values: *const f64,
@@ -116,7 +97,7 @@ unsafe extern "C" fn set_f64(
 }
 
 unsafe extern "C" fn get_f64_many(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     objects: *const tatu_object,
     count: u32,
     prop: tatu_prop,
@@ -139,7 +120,7 @@ unsafe extern "C" fn get_f64_many(
 }
 
 unsafe extern "C" fn set_f64_many(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     objects: *const tatu_object,
     count: u32,
     prop: tatu_prop,
@@ -170,148 +151,138 @@ fn frame_of(world: &WorldCell, scene: &Scene, frame: tatu_object) -> Result<Isom
     Ok(scene.frame(slot))
 }
 
-unsafe extern "C" fn pose(w: *mut tatu_world, object: tatu_object, frame: tatu_object, out: *mut f64) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; `out` has room for 7.
-    unsafe {
-        here(w, Function::looks("scene.pose"), |world| {
-            let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
-            let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
-                (Ok(s), Ok(f)) => (s, f),
-                (Err(status), _) | (_, Err(status)) => return Err(status),
-            };
-            let world_pose = scene.world(s);
-            let relative = if frame == 0 { world_pose } else { f.inverse() * world_pose };
-            room_of(world, "room for 7 numbers", out, 7)?.copy_from_slice(&pose_to_array(&relative));
-            Ok(())
-        })
-    }
-}
-
-unsafe extern "C" fn set_pose(
-    w: *mut tatu_world,
+extern "C" fn pose(
+    w: WorldRef<'_>,
     object: tatu_object,
     frame: tatu_object,
-    pose: *const f64,
+    out: Option<&mut [f64; 7]>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; `pose` has 7.
-    unsafe {
-        on(w, Function::acts("scene.set_pose"), |world| {
-            needs(world, "a pose of 7 numbers", pose)?;
-            let Some(p) = pose_from_array(&*pose.cast::<[f64; 7]>()) else {
-                let text = "a pose is 7 finite numbers with a quaternion that is not 0";
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, text));
-            };
-            let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
-            let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
-                (Ok(s), Ok(f)) => (s, f),
-                (Err(status), _) | (_, Err(status)) => return Err(status),
-            };
-            scene.set_world(s, f * p);
-            after_change(world, s, Changed::Moved)
-        })
-    }
+    here(w, Function::looks("scene.pose"), |world| {
+        let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+        let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
+            (Ok(s), Ok(f)) => (s, f),
+            (Err(status), _) | (_, Err(status)) => return Err(status),
+        };
+        let world_pose = scene.world(s);
+        let relative = if frame == 0 { world_pose } else { f.inverse() * world_pose };
+        *place(world, "room for 7 numbers", out)? = pose_to_array(&relative);
+        Ok(())
+    })
 }
 
-unsafe extern "C" fn look(
-    w: *mut tatu_world,
+extern "C" fn set_pose(
+    w: WorldRef<'_>,
     object: tatu_object,
-    full: *mut tatu_object,
-    kind: *mut i32,
+    frame: tatu_object,
+    pose: Option<&[f64; 7]>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        here(w, Function::looks("scene.look"), |world| {
-            let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
-            match slot(world, &scene, object) {
-                Ok(s) => {
-                    if let Some(full) = full.as_mut() {
-                        *full = scene.id(s);
-                    }
-                    if let Some(kind) = kind.as_mut() {
-                        *kind = scene.get(s).map_or(-1, |o| o.kind());
-                    }
-                    Ok(())
-                }
-                Err(status) => Err(status),
-            }
-        })
-    }
+    on(w, Function::acts("scene.set_pose"), |world| {
+        let pose = place(world, "a pose of 7 numbers", pose)?;
+        let Some(p) = pose_from_array(pose) else {
+            let text = "a pose is 7 finite numbers with a quaternion that is not 0";
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, text));
+        };
+        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
+            (Ok(s), Ok(f)) => (s, f),
+            (Err(status), _) | (_, Err(status)) => return Err(status),
+        };
+        scene.set_world(s, f * p);
+        after_change(world, s, Changed::Moved)
+    })
 }
 
-unsafe extern "C" fn find(w: *mut tatu_world, from: tatu_object, path: tatu_str, out: *mut tatu_object) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, Function::looks("scene.find"), |world| {
-            needs(world, "a place for the object", out)?;
-            let path = text(path);
-            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-            let base = scene.resolve(from).unwrap_or(0);
-            match scene.find(base, &path) {
-                Some(s) => {
-                    *out = scene.id(s);
-                    Ok(())
+extern "C" fn look(
+    w: WorldRef<'_>,
+    object: tatu_object,
+    full: Option<&mut tatu_object>,
+    kind: Option<&mut i32>,
+) -> tatu_status {
+    here(w, Function::looks("scene.look"), |world| {
+        let scene = world.see(|w| &w.scene).ok_or_else(|| busy(world))?;
+        match slot(world, &scene, object) {
+            Ok(s) => {
+                if let Some(full) = full {
+                    *full = scene.id(s);
                 }
-                None => {
-                    let near = scene.nearest(&path).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-                    Err(world.calls.refuse(TATU_ERR_MISSING, &format!("there is no object `{path}`{near}")))
+                if let Some(kind) = kind {
+                    *kind = scene.get(s).map_or(-1, |o| o.kind());
                 }
+                Ok(())
             }
-        })
-    }
+            Err(status) => Err(status),
+        }
+    })
 }
 
-unsafe extern "C" fn create(
-    w: *mut tatu_world,
-    kind: *const c_char,
+extern "C" fn find(w: WorldRef<'_>, from: tatu_object, path: Lent<'_>, out: Option<&mut tatu_object>) -> tatu_status {
+    on(w, Function::looks("scene.find"), |world| {
+        let out = place(world, "a place for the object", out)?;
+        let path = path.text();
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let base = scene.resolve(from).unwrap_or(0);
+        match scene.find(base, &path) {
+            Some(s) => {
+                *out = scene.id(s);
+                Ok(())
+            }
+            None => {
+                let near = scene.nearest(&path).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+                Err(world.calls.refuse(TATU_ERR_MISSING, &format!("there is no object `{path}`{near}")))
+            }
+        }
+    })
+}
+
+extern "C" fn create(
+    w: WorldRef<'_>,
+    kind: LentCStr<'_>,
     parent: tatu_object,
-    alias: tatu_str,
-    out: *mut tatu_object,
+    alias: Lent<'_>,
+    out: Option<&mut tatu_object>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, Function::acts("scene.create"), |world| {
-            needs(world, "a place for the object", out)?;
-            let kind = if kind.is_null() { "".into() } else { CStr::from_ptr(kind).to_string_lossy() };
-            let data = match KINDS.iter().find(|(n, _)| *n == kind).map(|(_, k)| *k) {
-                Some(TATU_KIND_SHAPE) => Data::Shape(Box::<Shape>::default()),
-                Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
-                Some(TATU_KIND_DUMMY) => Data::Dummy(None),
-                Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor(Box::default()),
-                Some(TATU_KIND_GRAPH) => Data::Graph(Box::default()),
-                Some(TATU_KIND_CAMERA) => Data::Camera(Box::default()),
-                Some(TATU_KIND_LIGHT) => Data::Light(Box::default()),
-                Some(TATU_KIND_PATH) => Data::Path(Box::default()),
-                Some(k) => {
-                    let text = format!("an object of kind {} is not made while the world lives", kind_name(k));
-                    return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
-                }
-                None => {
-                    return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no kind of object `{kind}`")));
-                }
-            };
-            let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
-            let parent = if parent == 0 { 0 } else { slot(world, &scene, parent)? };
-            let alias = text(alias);
-            let alias = if alias.is_empty() { kind } else { alias };
-            if !is_alias(&alias) {
-                let shown = label(alias.as_bytes());
-                let said = format!("`scene.create`: `{shown}` cannot be an alias: expected {ALIAS}");
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &said));
+    on(w, Function::acts("scene.create"), |world| {
+        let out = place(world, "a place for the object", out)?;
+        let kind = kind.text();
+        let data = match KINDS.iter().find(|(n, _)| *n == kind).map(|(_, k)| *k) {
+            Some(TATU_KIND_SHAPE) => Data::Shape(Box::<Shape>::default()),
+            Some(TATU_KIND_JOINT) => Data::Joint(Box::<Joint>::default()),
+            Some(TATU_KIND_DUMMY) => Data::Dummy(None),
+            Some(TATU_KIND_FORCE_SENSOR) => Data::ForceSensor(Box::default()),
+            Some(TATU_KIND_GRAPH) => Data::Graph(Box::default()),
+            Some(TATU_KIND_CAMERA) => Data::Camera(Box::default()),
+            Some(TATU_KIND_LIGHT) => Data::Light(Box::default()),
+            Some(TATU_KIND_PATH) => Data::Path(Box::default()),
+            Some(k) => {
+                let text = format!("an object of kind {} is not made while the world lives", kind_name(k));
+                return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
             }
-            match scene.add(parent, &alias, Isometry3::identity(), data) {
-                Some(s) => {
-                    scene.make_unique(&[s]);
-                    *out = scene.id(s);
-                    world.tell_object("object_added", &scene, s);
-                    Ok(())
-                }
-                None => Err(world.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")),
+            None => {
+                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &format!("there is no kind of object `{kind}`")));
             }
-        })
-    }
+        };
+        let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        let parent = if parent == 0 { 0 } else { slot(world, &scene, parent)? };
+        let alias = alias.text();
+        let alias = if alias.is_empty() { kind } else { alias };
+        if !is_alias(&alias) {
+            let shown = label(alias.as_bytes());
+            let said = format!("`scene.create`: `{shown}` cannot be an alias: expected {ALIAS}");
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &said));
+        }
+        match scene.add(parent, &alias, Isometry3::identity(), data) {
+            Some(s) => {
+                scene.make_unique(&[s]);
+                *out = scene.id(s);
+                world.tell_object("object_added", &scene, s);
+                Ok(())
+            }
+            None => Err(world.calls.refuse(TATU_ERR_SPACE, "the world holds a million objects, and no more")),
+        }
+    })
 }
 
-unsafe extern "C" fn remove(w: *mut tatu_world, objects: *const tatu_object, n: u32) -> tatu_status {
+unsafe extern "C" fn remove(w: WorldRef<'_>, objects: *const tatu_object, n: u32) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; `objects` has `n`.
     unsafe {
         on(w, Function::acts("scene.remove"), |world| {
@@ -339,13 +310,13 @@ unsafe extern "C" fn remove(w: *mut tatu_world, objects: *const tatu_object, n: 
 }
 
 unsafe extern "C" fn list(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     base: tatu_object,
     kinds: u32,
     flags: u32,
     out: *mut tatu_object,
     cap: u32,
-    n: *mut u32,
+    n: Option<&mut u32>,
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {

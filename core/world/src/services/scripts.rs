@@ -1,10 +1,9 @@
 //! `tatu.host.scripts`: scripts of objects, and calls of their functions.
 
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::border::{bytes, text};
 use tatu_scene::document::ScriptSpec;
 
-use super::{busy, fill, give, list_of, needs, needs_frame, on, passed, slot};
+use super::{busy, fill, give, list_of, needs_frame, on, passed, place, slot};
 use crate::{cell::Function, scripts as inner};
 
 pub static TABLE: tatu_host_scripts = tatu_host_scripts {
@@ -21,11 +20,11 @@ pub static TABLE: tatu_host_scripts = tatu_host_scripts {
 };
 
 unsafe extern "C" fn list(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     owner: tatu_object,
     out: *mut tatu_object,
     cap: u32,
-    n: *mut u32,
+    n: Option<&mut u32>,
 ) -> tatu_status {
     // SAFETY: by the contract, here and below: pointers are valid during the call.
     unsafe {
@@ -42,9 +41,9 @@ unsafe extern "C" fn list(
 }
 
 unsafe extern "C" fn call(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     script: tatu_object,
-    function: tatu_str,
+    function: Lent<'_>,
     frame: *mut tatu_call,
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
@@ -55,14 +54,14 @@ unsafe extern "C" fn call(
                 let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
                 slot(world, &scene, script)?
             };
-            passed(inner::call_function(world, s, bytes(function), frame))
+            passed(inner::call_function(world, s, function.bytes(), frame))
         })
     }
 }
 
 unsafe extern "C" fn broadcast(
-    w: *mut tatu_world,
-    callback: tatu_str,
+    w: WorldRef<'_>,
+    callback: Lent<'_>,
     args: *const tatu_value,
     n_args: u32,
     except: tatu_object,
@@ -71,79 +70,71 @@ unsafe extern "C" fn broadcast(
     unsafe {
         on(w, Function::acts("scripts.broadcast"), |world| {
             let args = list_of(world, "a list of arguments", args, n_args)?;
-            crate::cell::Scripts::broadcast(world, bytes(callback), args, (except & 0xF_FFFF) as u32);
+            crate::cell::Scripts::broadcast(world, callback.bytes(), args, (except & 0xF_FFFF) as u32);
             Ok(())
         })
     }
 }
 
-unsafe extern "C" fn options(w: *mut tatu_world, script: tatu_object, out: *mut tatu_value) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, Function::looks("scripts.options"), |world| {
-            let s = {
-                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-                slot(world, &scene, script)?
-            };
-            let options = world.outside.options.try_borrow().map_err(|_| busy(world))?;
-            give(world, options.get(&s).unwrap_or(&Value::Map(Vec::new())), out)
-        })
-    }
+extern "C" fn options<'a>(w: WorldRef<'a>, script: tatu_object, out: Option<&mut ValueRef<'a>>) -> tatu_status {
+    on(w, Function::looks("scripts.options"), |world| {
+        let s = {
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            slot(world, &scene, script)?
+        };
+        let options = world.outside.options.try_borrow().map_err(|_| busy(world))?;
+        give(world, options.get(&s).unwrap_or(&Value::Map(Vec::new())), out)
+    })
 }
 
-unsafe extern "C" fn add(
-    w: *mut tatu_world,
+extern "C" fn add(
+    w: WorldRef<'_>,
     owner: tatu_object,
-    language: tatu_str,
-    dialect: tatu_str,
-    kind: tatu_str,
-    name: tatu_str,
-    source: tatu_str,
-    out: *mut tatu_object,
+    language: Lent<'_>,
+    dialect: Lent<'_>,
+    kind: Lent<'_>,
+    name: Lent<'_>,
+    source: Lent<'_>,
+    out: Option<&mut tatu_object>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, Function::acts("scripts.add"), |world| {
-            needs(world, "a place for the script", out)?;
-            let refuse = |text: String| world.calls.refuse(TATU_ERR_ARGUMENT, &text);
-            let owner = {
-                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-                slot(world, &scene, owner)?
-            };
-            let providers = world.settings.try_borrow().map_err(|_| busy(world))?.providers.clone();
-            let language = world.registry.language(&text(language), &providers).map_err(|e| refuse(e.text))?;
-            let (dialect, kind) = (text(dialect).into_owned(), text(kind).into_owned());
-            world.registry.check_dialect(Some(language), &dialect).map_err(|e| refuse(e.text))?;
-            if !["child", "customization", "threaded"].contains(&kind.as_str()) {
-                return Err(refuse(format!("a script of kind `{kind}`; expected child, threaded or customization")));
-            }
-            let (name, text) = (text(name).into_owned(), bytes(source).to_vec());
-            let spec = ScriptSpec {
-                language,
-                dialect,
-                kind,
-                priority: tatu_scene::document::NORMAL,
-                side_by_side: false,
-                name,
-                text,
-            };
-            let Some(slot) = crate::cell::Scripts::add(world, owner, &spec) else { return Err(busy(world)) };
-            let id = world.scene.try_borrow().map_err(|_| busy(world))?.id(slot);
-            if let Some(out) = out.as_mut() {
-                *out = id;
-            }
-            Ok(())
-        })
-    }
+    on(w, Function::acts("scripts.add"), |world| {
+        let out = place(world, "a place for the script", out)?;
+        let refuse = |text: String| world.calls.refuse(TATU_ERR_ARGUMENT, &text);
+        let owner = {
+            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+            slot(world, &scene, owner)?
+        };
+        let providers = world.settings.try_borrow().map_err(|_| busy(world))?.providers.clone();
+        let language = world.registry.language(&language.text(), &providers).map_err(|e| refuse(e.text))?;
+        let (dialect, kind) = (dialect.text().into_owned(), kind.text().into_owned());
+        world.registry.check_dialect(Some(language), &dialect).map_err(|e| refuse(e.text))?;
+        if !["child", "customization", "threaded"].contains(&kind.as_str()) {
+            return Err(refuse(format!("a script of kind `{kind}`; expected child, threaded or customization")));
+        }
+        let (name, text) = (name.text().into_owned(), source.bytes().to_vec());
+        let spec = ScriptSpec {
+            language,
+            dialect,
+            kind,
+            priority: tatu_scene::document::NORMAL,
+            side_by_side: false,
+            name,
+            text,
+        };
+        let Some(slot) = crate::cell::Scripts::add(world, owner, &spec) else { return Err(busy(world)) };
+        let id = world.scene.try_borrow().map_err(|_| busy(world))?.id(slot);
+        *out = id;
+        Ok(())
+    })
 }
 
 unsafe extern "C" fn call_below(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     above: tatu_object,
     stage: u32,
     args: *const tatu_value,
     n_args: u32,
-    n: *mut u32,
+    n: Option<&mut u32>,
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call; `args` has `n_args`.
     unsafe {
@@ -154,7 +145,7 @@ unsafe extern "C" fn call_below(
             };
             let args = list_of(world, "a list of arguments", args, n_args)?;
             let called = crate::cell::Scripts::call_below(world, above, stage, args);
-            if let Some(n) = n.as_mut() {
+            if let Some(n) = n {
                 *n = called;
             }
             Ok(())

@@ -2,13 +2,12 @@
 
 use tatu_plugin_api::abi::*;
 
-use super::{alone, busy, fill, on, passed};
+use super::{alone, fill, lend, on, passed};
 use crate::{
     cell::{Function, Phase, SessionCell, WorldCell},
     session::functions,
     step::{self, Stage},
 };
-use tatu_plugins::border::text;
 use tatu_scene::document::LONGEST;
 
 pub static TABLE: tatu_host_session = tatu_host_session {
@@ -31,7 +30,7 @@ pub static TABLE: tatu_host_session = tatu_host_session {
 pub static STAGE: tatu_host_stage =
     tatu_host_stage { size: size_of::<tatu_host_stage>() as u32, reserved: 0, run: Some(run) };
 
-unsafe extern "C" fn request(w: *mut tatu_world, what: u32) -> tatu_status {
+extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
     on(w, Function::acts("session.request"), |world| {
         let running = world.running();
         match what {
@@ -58,7 +57,7 @@ unsafe extern "C" fn worlds(
     session: *mut tatu_session,
     out: *mut *mut tatu_world,
     cap: u32,
-    n: *mut u32,
+    n: Option<&mut u32>,
 ) -> tatu_status {
     // SAFETY: by the contract, what a plugin passes is valid during the call.
     unsafe {
@@ -67,7 +66,7 @@ unsafe extern "C" fn worlds(
     }
 }
 
-unsafe extern "C" fn client(w: *mut tatu_world, client: u64) -> tatu_status {
+extern "C" fn client(w: WorldRef<'_>, client: u64) -> tatu_status {
     on(w, Function::acts("session.client"), |world| match world.calls.caller.get().kind {
         TATU_CALLER_REMOTE => {
             world.outside.client.set(client);
@@ -77,8 +76,7 @@ unsafe extern "C" fn client(w: *mut tatu_world, client: u64) -> tatu_status {
     })
 }
 
-unsafe extern "C" fn state(w: *mut tatu_world) -> u32 {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
+extern "C" fn state(w: WorldRef<'_>) -> u32 {
     match alone(w, Function::looks("session.state")) {
         Some(world) => match world.phase.get() {
             Phase::Stopped => TATU_STOPPED,
@@ -89,66 +87,57 @@ unsafe extern "C" fn state(w: *mut tatu_world) -> u32 {
     }
 }
 
-unsafe extern "C" fn input(w: *mut tatu_world, index: u64, kind: *mut tatu_str, text: *mut tatu_str) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; both are writable.
-    unsafe {
-        let Some(world) = alone(w, Function::looks("session.input")) else { return TATU_ERR_ARGUMENT };
-        let inputs = world.outside.inputs.borrow();
-        let Some(found) = usize::try_from(index).ok().and_then(|i| inputs.get(i)) else { return TATU_ERR_MISSING };
-        if kind.is_null() || text.is_null() {
-            return world.calls.refuse(TATU_ERR_ARGUMENT, "places for kind and text are expected, found null");
+extern "C" fn input<'a>(
+    w: WorldRef<'a>,
+    index: u64,
+    kind: Option<&mut Lent<'a>>,
+    text: Option<&mut Lent<'a>>,
+) -> tatu_status {
+    let Some(world) = alone(w, Function::looks("session.input")) else { return TATU_ERR_ARGUMENT };
+    let inputs = world.outside.inputs.borrow();
+    let Some(found) = usize::try_from(index).ok().and_then(|i| inputs.get(i)) else { return TATU_ERR_MISSING };
+    let (Some(kind), Some(text)) = (kind, text) else {
+        return world.calls.refuse(TATU_ERR_ARGUMENT, "places for kind and text are expected, found null");
+    };
+    match (lend(world, found.0.as_bytes()), lend(world, found.1.as_bytes())) {
+        (Ok(a), Ok(b)) => {
+            (*kind, *text) = (a, b);
+            TATU_OK
         }
-        let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return busy(world) };
-        for (from, to) in [(&found.0, kind), (&found.1, text)] {
-            let room = arena.alloc(from.len());
-            if room.is_null() {
-                return TATU_ERR_SPACE;
-            }
-            std::ptr::copy_nonoverlapping(from.as_ptr(), room, from.len());
-            *to = tatu_str { ptr: room.cast(), len: from.len() as u64 };
-        }
-        TATU_OK
+        (Err(status), _) | (_, Err(status)) => status,
     }
 }
 
-unsafe extern "C" fn observed(w: *mut tatu_world, kind: tatu_str, out: *mut tatu_str) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call, and `out` is writable.
-    unsafe {
-        let Some(world) = alone(w, Function::acts("session.observed")) else { return TATU_ERR_ARGUMENT };
-        if out.is_null() {
-            return world.calls.refuse(TATU_ERR_ARGUMENT, "a place for the text is expected, found null");
+extern "C" fn observed<'a>(w: WorldRef<'a>, kind: Lent<'_>, out: Option<&mut Lent<'a>>) -> tatu_status {
+    let Some(world) = alone(w, Function::acts("session.observed")) else { return TATU_ERR_ARGUMENT };
+    let Some(out) = out else {
+        return world.calls.refuse(TATU_ERR_ARGUMENT, "a place for the text is expected, found null");
+    };
+    let found = match crate::cell::observed(world, &kind.text()) {
+        None => return TATU_ERR_MISSING,
+        Some(None) => {
+            let told = "the run that is repeated looked outside less often: this run goes another way";
+            return world.calls.refuse(TATU_ERR_GONE, told);
         }
-        let found = match crate::cell::observed(world, &text(kind)) {
-            None => return TATU_ERR_MISSING,
-            Some(None) => {
-                let told = "the run that is repeated looked outside less often: this run goes another way";
-                return world.calls.refuse(TATU_ERR_GONE, told);
-            }
-            Some(Some(found)) => found,
-        };
-        let Ok(mut arena) = world.calls.arena.try_borrow_mut() else { return busy(world) };
-        let room = arena.alloc(found.len());
-        if room.is_null() {
-            return TATU_ERR_SPACE;
+        Some(Some(found)) => found,
+    };
+    match lend(world, found.as_bytes()) {
+        Ok(found) => {
+            *out = found;
+            TATU_OK
         }
-        std::ptr::copy_nonoverlapping(found.as_ptr(), room, found.len());
-        *out = tatu_str { ptr: room.cast(), len: found.len() as u64 };
-        TATU_OK
+        Err(status) => status,
     }
 }
 
-unsafe extern "C" fn observe(w: *mut tatu_world, kind: tatu_str, found: tatu_str) -> tatu_status {
-    // SAFETY: by the contract: both texts are valid during the call.
-    unsafe {
-        on(w, Function::acts("session.observe"), |world| {
-            crate::cell::observe(world, &text(kind), &text(found));
-            Ok(())
-        })
-    }
+extern "C" fn observe(w: WorldRef<'_>, kind: Lent<'_>, found: Lent<'_>) -> tatu_status {
+    on(w, Function::acts("session.observe"), |world| {
+        crate::cell::observe(world, &kind.text(), &found.text());
+        Ok(())
+    })
 }
 
-unsafe extern "C" fn interrupted(w: *mut tatu_world) -> u32 {
-    // SAFETY: by the contract: a world, in its thread.
+extern "C" fn interrupted(w: WorldRef<'_>) -> u32 {
     let world = alone(w, Function::looks("session.interrupted"));
     let session = world.and_then(|w| w.outside.session());
     if let Some(world) = world {
@@ -157,58 +146,48 @@ unsafe extern "C" fn interrupted(w: *mut tatu_world) -> u32 {
     u32::from(session.is_some_and(|s| s.interrupted()) || world.is_some_and(|w| w.stop_requested()))
 }
 
-unsafe extern "C" fn function(w: *mut tatu_world, local: u32, out: *mut tatu_func) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call; `out` is null or writable.
-    unsafe {
-        on(w, Function::acts("session.function"), |world| {
-            let caller = world.calls.caller.get();
-            let running = world.outside.session().and_then(|s| s.nth((caller.service as usize).wrapping_sub(1)));
-            let gives =
-                caller.kind == TATU_CALLER_REMOTE && running.is_some_and(|s| s.gives_functions(&world.registry));
-            match out.as_mut() {
-                None => Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a place for the function is expected, found null")),
-                Some(_) if !gives => {
-                    let text = "only a service that has `call_func` gives functions, in its turn at the barrier";
-                    Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text))
-                }
-                Some(out) => {
-                    *out = functions::of_client(caller.service, local);
-                    Ok(())
-                }
+extern "C" fn function(w: WorldRef<'_>, local: u32, out: Option<&mut tatu_func>) -> tatu_status {
+    on(w, Function::acts("session.function"), |world| {
+        let caller = world.calls.caller.get();
+        let running = world.outside.session().and_then(|s| s.nth((caller.service as usize).wrapping_sub(1)));
+        let gives = caller.kind == TATU_CALLER_REMOTE && running.is_some_and(|s| s.gives_functions(&world.registry));
+        match out {
+            None => Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a place for the function is expected, found null")),
+            Some(_) if !gives => {
+                let text = "only a service that has `call_func` gives functions, in its turn at the barrier";
+                Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text))
             }
-        })
-    }
-}
-
-unsafe extern "C" fn put_in(w: *mut tatu_world, kind: tatu_str, what: tatu_str) -> tatu_status {
-    // SAFETY: by the contract: both texts are valid during the call.
-    unsafe {
-        on(w, Function::acts("session.put_in"), |world| {
-            world.outside.take_in(&text(kind), &text(what));
-            Ok(())
-        })
-    }
-}
-
-unsafe extern "C" fn open(w: *mut tatu_world, file: tatu_str) -> tatu_status {
-    // SAFETY: by the contract: the text is valid during the call.
-    unsafe {
-        on(w, Function::acts("session.open"), |world| {
-            if !world.outside.takes_scenes.get() {
-                let text =
-                    "this program runs one scene, and no other: `tatu serve` and `tatu open` go from one to the next";
-                return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text));
+            Some(out) => {
+                *out = functions::of_client(caller.service, local);
+                Ok(())
             }
-            let file = text(file).into_owned();
-            *world.outside.next_scene.borrow_mut() = Some(file.into());
-            let ends = if world.running() { TATU_REQUEST_STOP } else { TATU_REQUEST_QUIT };
-            world.requests.set(world.requests.get() | 1 << ends);
-            Ok(())
-        })
-    }
+        }
+    })
 }
 
-unsafe extern "C" fn run(w: *mut tatu_world, stage: u32, dt: f64) -> tatu_status {
+extern "C" fn put_in(w: WorldRef<'_>, kind: Lent<'_>, what: Lent<'_>) -> tatu_status {
+    on(w, Function::acts("session.put_in"), |world| {
+        world.outside.take_in(&kind.text(), &what.text());
+        Ok(())
+    })
+}
+
+extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>) -> tatu_status {
+    on(w, Function::acts("session.open"), |world| {
+        if !world.outside.takes_scenes.get() {
+            let text =
+                "this program runs one scene, and no other: `tatu serve` and `tatu open` go from one to the next";
+            return Err(world.calls.refuse(TATU_ERR_UNSUPPORTED, text));
+        }
+        let file = file.text().into_owned();
+        *world.outside.next_scene.borrow_mut() = Some(file.into());
+        let ends = if world.running() { TATU_REQUEST_STOP } else { TATU_REQUEST_QUIT };
+        world.requests.set(world.requests.get() | 1 << ends);
+        Ok(())
+    })
+}
+
+extern "C" fn run(w: WorldRef<'_>, stage: u32, dt: f64) -> tatu_status {
     on(w, Function::acts("stage.run"), |world| passed(run_stage(world, stage, dt)))
 }
 

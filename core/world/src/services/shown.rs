@@ -34,29 +34,23 @@ fn told(p: &Declared, prefix: &str, settable: bool) -> Value {
     ])
 }
 
-pub(super) unsafe extern "C" fn row(
-    w: *mut tatu_world,
+pub(super) extern "C" fn row<'a>(
+    w: WorldRef<'a>,
     object: tatu_object,
     index: u32,
-    out: *mut tatu_value,
+    out: Option<&mut ValueRef<'a>>,
 ) -> tatu_status {
-    // SAFETY: by the contract: `out` is writable.
-    unsafe {
-        on(w, Function::looks("scene.row"), |world| {
-            let found = nth_row(world, object, index as usize)?.ok_or(TATU_ERR_MISSING)?;
-            give(world, &found, out)
-        })
-    }
+    on(w, Function::looks("scene.row"), |world| {
+        let found = nth_row(world, object, index as usize)?.ok_or(TATU_ERR_MISSING)?;
+        give(world, &found, out)
+    })
 }
 
-pub(super) unsafe extern "C" fn model(w: *mut tatu_world, index: u32, out: *mut tatu_value) -> tatu_status {
-    // SAFETY: by the contract: `out` is writable.
-    unsafe {
-        on(w, Function::looks("scene.model"), |world| {
-            let found = world.registry.models.get(index as usize).ok_or(TATU_ERR_MISSING)?;
-            give(world, &map([("id", Value::text(&found.id)), ("text", Value::text(&found.text))]), out)
-        })
-    }
+pub(super) extern "C" fn model<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut ValueRef<'a>>) -> tatu_status {
+    on(w, Function::looks("scene.model"), |world| {
+        let found = world.registry.models.get(index as usize).ok_or(TATU_ERR_MISSING)?;
+        give(world, &map([("id", Value::text(&found.id)), ("text", Value::text(&found.text))]), out)
+    })
 }
 
 fn nth_row(world: &WorldCell, object: tatu_object, index: usize) -> Result<Option<Value>, tatu_status> {
@@ -77,19 +71,16 @@ fn nth_row(world: &WorldCell, object: tatu_object, index: usize) -> Result<Optio
     Ok(params.get(index - rows.len()).map(|p| told(p, id, p.flags & TATU_PARAM_READ_ONLY == 0)))
 }
 
-pub(super) unsafe extern "C" fn part(
-    w: *mut tatu_world,
+pub(super) extern "C" fn part<'a>(
+    w: WorldRef<'a>,
     object: tatu_object,
     index: u32,
-    out: *mut tatu_value,
+    out: Option<&mut ValueRef<'a>>,
 ) -> tatu_status {
-    // SAFETY: by the contract: `out` is writable.
-    unsafe {
-        on(w, Function::looks("figures.part"), |world| {
-            let found = nth_part(world, object, index as usize)?.ok_or(TATU_ERR_MISSING)?;
-            give(world, &found, out)
-        })
-    }
+    on(w, Function::looks("figures.part"), |world| {
+        let found = nth_part(world, object, index as usize)?.ok_or(TATU_ERR_MISSING)?;
+        give(world, &found, out)
+    })
 }
 
 fn nth_part(world: &WorldCell, object: tatu_object, index: usize) -> Result<Option<Value>, tatu_status> {
@@ -125,14 +116,11 @@ fn nth_part(world: &WorldCell, object: tatu_object, index: usize) -> Result<Opti
     Ok(Some(Value::Map(entries)))
 }
 
-pub(super) unsafe extern "C" fn text(w: *mut tatu_world, script: tatu_object, out: *mut tatu_value) -> tatu_status {
-    // SAFETY: by the contract: `out` is writable.
-    unsafe {
-        on(w, Function::looks("scripts.text"), |world| {
-            let found = script_at(world, script)?;
-            give(world, &Value::Bytes(found.text.to_vec()), out)
-        })
-    }
+pub(super) extern "C" fn text<'a>(w: WorldRef<'a>, script: tatu_object, out: Option<&mut ValueRef<'a>>) -> tatu_status {
+    on(w, Function::looks("scripts.text"), |world| {
+        let found = script_at(world, script)?;
+        give(world, &Value::Bytes(found.text.to_vec()), out)
+    })
 }
 
 /// The script that a caller names.
@@ -145,16 +133,13 @@ fn script_at(world: &WorldCell, script: tatu_object) -> Result<std::rc::Rc<crate
     found.ok_or_else(|| world.calls.refuse(TATU_ERR_ARGUMENT, &format!("object {slot} is no script")))
 }
 
-pub(super) unsafe extern "C" fn change(w: *mut tatu_world, script: tatu_object, text: tatu_str) -> tatu_status {
-    // SAFETY: by the contract: the text is valid during the call.
-    unsafe {
-        on(w, Function::acts("scripts.change"), |world| {
-            let found = script_at(world, script)?;
-            let text = tatu_plugins::border::bytes(text).to_vec();
-            reload::change_script(world, &found, text).map_err(|e| {
-                let place = e.place.as_ref().map_or(String::new(), |p| format!("{}:{}: ", p.file.display(), p.line));
-                world.calls.refuse(TATU_ERR_ARGUMENT, &format!("{place}{}", e.text))
-            })
+pub(super) extern "C" fn change(w: WorldRef<'_>, script: tatu_object, text: Lent<'_>) -> tatu_status {
+    on(w, Function::acts("scripts.change"), |world| {
+        let found = script_at(world, script)?;
+        let text = text.bytes().to_vec();
+        reload::change_script(world, &found, text).map_err(|e| {
+            let place = e.place.as_ref().map_or(String::new(), |p| format!("{}:{}: ", p.file.display(), p.line));
+            world.calls.refuse(TATU_ERR_ARGUMENT, &format!("{place}{}", e.text))
         })
-    }
+    })
 }

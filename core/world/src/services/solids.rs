@@ -3,20 +3,20 @@
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Data, collision_parts};
 
-use super::{busy, list_of, needs, on, room_of, slot};
+use super::{busy, list_of, on, place, slot};
 use crate::cell::Function;
 
 /// The shortest way between any shape of one list and any of another; an empty second list: all other shapes.
 #[allow(clippy::too_many_arguments, reason = "the contract's")]
 pub(super) unsafe extern "C" fn closest(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     a: *const tatu_object,
     n_a: u32,
     b: *const tatu_object,
     n_b: u32,
     limit: f64,
-    points: *mut f64,
-    pair: *mut tatu_object,
+    points: Option<&mut [f64; 6]>,
+    pair: Option<&mut [tatu_object; 2]>,
 ) -> tatu_status {
     // SAFETY: by the contract: the lists have as many as told, `points` room for 6, `pair` for 2.
     unsafe {
@@ -47,27 +47,24 @@ pub(super) unsafe extern "C" fn closest(
             }
             let Some((p, q, sa, sb)) = best else { return Err(TATU_ERR_MISSING) };
             let numbers = [p.x, p.y, p.z, q.x, q.y, q.z];
-            room_of(world, "room for 6 numbers", points, 6)?.copy_from_slice(&numbers);
-            room_of(world, "room for 2 objects", pair, 2)?.copy_from_slice(&[scene.id(sa), scene.id(sb)]);
+            *place(world, "room for 6 numbers", points)? = numbers;
+            *place(world, "room for 2 objects", pair)? = [scene.id(sa), scene.id(sb)];
             Ok(())
         })
     }
 }
 
 /// Whether physics moves an object now: dynamic shapes, and joints that tie two bodies of the engine.
-pub(super) unsafe extern "C" fn is_dynamic(w: *mut tatu_world, object: tatu_object, out: *mut u32) -> tatu_status {
-    // SAFETY: by the contract.
-    unsafe {
-        on(w, Function::looks("bodies.is_dynamic"), |world| {
-            needs(world, "a place for the answer", out)?;
-            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-            let s = slot(world, &scene, object)?;
-            *out = u32::from(match scene.get(s).map(|o| &o.data) {
-                Some(Data::Shape(s)) => s.dynamic && s.body.0.is_some(),
-                Some(Data::Joint(j)) => j.id.is_some(),
-                _ => false,
-            });
-            Ok(())
-        })
-    }
+pub(super) extern "C" fn is_dynamic(w: WorldRef<'_>, object: tatu_object, out: Option<&mut u32>) -> tatu_status {
+    on(w, Function::looks("bodies.is_dynamic"), |world| {
+        let out = place(world, "a place for the answer", out)?;
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        let s = slot(world, &scene, object)?;
+        *out = u32::from(match scene.get(s).map(|o| &o.data) {
+            Some(Data::Shape(s)) => s.dynamic && s.body.0.is_some(),
+            Some(Data::Joint(j)) => j.id.is_some(),
+            _ => false,
+        });
+        Ok(())
+    })
 }

@@ -8,7 +8,7 @@ use tatu_scene::{
     document::{self, MAIN, ScriptSpec},
 };
 
-use super::{busy, list_of, needs, on, room_of, slot};
+use super::{busy, list_of, on, place, room_of, slot};
 use crate::{
     cell::{Function, Kind, Scripts, WorldCell},
     instances::make_device,
@@ -20,7 +20,7 @@ use crate::{
 
 /// Copies objects: with their place in the world; below the copy of their parent if that is copied too, else below none.
 pub(super) unsafe extern "C" fn copy(
-    w: *mut tatu_world,
+    w: WorldRef<'_>,
     objects: *const tatu_object,
     n: u32,
     out: *mut tatu_object,
@@ -62,82 +62,76 @@ pub(super) unsafe extern "C" fn copy(
 }
 
 /// Reads a file into the world.
-pub(super) unsafe extern "C" fn load(
-    w: *mut tatu_world,
-    file: tatu_str,
+pub(super) extern "C" fn load(
+    w: WorldRef<'_>,
+    file: Lent<'_>,
     parent: tatu_object,
-    out: *mut tatu_object,
+    out: Option<&mut tatu_object>,
 ) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, Function::acts("scene.load"), |world| {
-            needs(world, "a place for the object", out)?;
-            let path = PathBuf::from(tatu_plugins::border::text(file).into_owned());
-            let parent = match parent {
-                0 => 0,
-                parent => {
-                    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-                    slot(world, &scene, parent)?
-                }
-            };
-            let refuse = |e: tatu_errors::Error| {
-                let help = e.help.map_or(String::new(), |h| format!(" ({h})"));
-                world.calls.refuse(TATU_ERR_ARGUMENT, &format!("{}{help}", e.text))
-            };
-            free(world)?;
-            let read = document::load_part(&path, &world.registry).map_err(refuse)?;
-            for text in &read.reports {
-                world.log(TATU_LOG_DEBUG, text);
+    on(w, Function::acts("scene.load"), |world| {
+        let out = place(world, "a place for the object", out)?;
+        let path = PathBuf::from(file.text().into_owned());
+        let parent = match parent {
+            0 => 0,
+            parent => {
+                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                slot(world, &scene, parent)?
             }
-            let slots = {
-                let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
-                let slots = read.plant(&mut scene, parent);
-                if slots.contains(&0) {
-                    return Err(full(world));
-                }
-                scene.make_unique(&slots);
-                slots
-            };
-            for (spec, slot) in read.objects.iter().zip(&slots) {
-                if let Some(device) = &spec.device {
-                    make_device(world, *slot, device, None).map_err(refuse)?;
-                }
-                add_scripts(world, *slot, &spec.scripts);
+        };
+        let refuse = |e: tatu_errors::Error| {
+            let help = e.help.map_or(String::new(), |h| format!(" ({h})"));
+            world.calls.refuse(TATU_ERR_ARGUMENT, &format!("{}{help}", e.text))
+        };
+        free(world)?;
+        let read = document::load_part(&path, &world.registry).map_err(refuse)?;
+        for text in &read.reports {
+            world.log(TATU_LOG_DEBUG, text);
+        }
+        let slots = {
+            let mut scene = world.scene.try_borrow_mut().map_err(|_| busy(world))?;
+            let slots = read.plant(&mut scene, parent);
+            if slots.contains(&0) {
+                return Err(full(world));
             }
-            let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-            for s in &slots {
-                world.tell_object("object_added", &scene, *s);
+            scene.make_unique(&slots);
+            slots
+        };
+        for (spec, slot) in read.objects.iter().zip(&slots) {
+            if let Some(device) = &spec.device {
+                make_device(world, *slot, device, None).map_err(refuse)?;
             }
-            *out = slots.first().map_or(0, |s| scene.id(*s));
-            Ok(())
-        })
-    }
+            add_scripts(world, *slot, &spec.scripts);
+        }
+        let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+        for s in &slots {
+            world.tell_object("object_added", &scene, *s);
+        }
+        *out = slots.first().map_or(0, |s| scene.id(*s));
+        Ok(())
+    })
 }
 
 /// Writes an object and all below it, or the whole scene.
-pub(super) unsafe extern "C" fn save(w: *mut tatu_world, file: tatu_str, base: tatu_object) -> tatu_status {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
-    unsafe {
-        on(w, Function::acts("scene.save"), |world| {
-            let path = PathBuf::from(tatu_plugins::border::text(file).into_owned());
-            let fail = |text: String| world.calls.refuse(TATU_ERR, &text);
-            if path.extension().is_none_or(|e| e != "toml") {
-                let text = format!("`{}` does not end with `.toml`, by which scene files are known", path.display());
-                return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
+pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object) -> tatu_status {
+    on(w, Function::acts("scene.save"), |world| {
+        let path = PathBuf::from(file.text().into_owned());
+        let fail = |text: String| world.calls.refuse(TATU_ERR, &text);
+        if path.extension().is_none_or(|e| e != "toml") {
+            let text = format!("`{}` does not end with `.toml`, by which scene files are known", path.display());
+            return Err(world.calls.refuse(TATU_ERR_ARGUMENT, &text));
+        }
+        let base = match base {
+            0 => 0,
+            base => {
+                let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
+                slot(world, &scene, base)?
             }
-            let base = match base {
-                0 => 0,
-                base => {
-                    let scene = world.scene.try_borrow().map_err(|_| busy(world))?;
-                    slot(world, &scene, base)?
-                }
-            };
-            free(world)?;
-            let written = document::write(&document_of(world, base), &world.registry, &document::folder_beside(&path));
-            let written = written.map_err(|e| fail(e.text))?;
-            document::save(&path, &written, &write_whole).map_err(|e| fail(e.text))
-        })
-    }
+        };
+        free(world)?;
+        let written = document::write(&document_of(world, base), &world.registry, &document::folder_beside(&path));
+        let written = written.map_err(|e| fail(e.text))?;
+        document::save(&path, &written, &write_whole).map_err(|e| fail(e.text))
+    })
 }
 
 /// Nothing of the world is in use by a caller further up.

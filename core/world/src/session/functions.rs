@@ -117,7 +117,7 @@ fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
 fn give(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> tatu_status {
     let mut arena = world.calls.arena.borrow_mut();
     for value in values.iter().take(f.results_cap as usize) {
-        let Some(raw) = value.to_raw(&mut |n| arena.alloc(n)) else {
+        let Some(raw) = value.to_raw(&mut *arena) else {
             drop(arena);
             return say(f.error, TATU_ERR_SPACE, "what the function gave does not fit into memory");
         };

@@ -97,8 +97,7 @@ fn feed_one(world: &WorldCell, record: Record) {
                 let mark = world.calls.arena.borrow().mark();
                 let args: Vec<tatu_value> = {
                     let mut arena = world.calls.arena.borrow_mut();
-                    let mut alloc = |n: usize| arena.alloc(n);
-                    args.iter().map(|v| v.to_raw(&mut alloc).unwrap_or(ValueRef::NIL.raw())).collect()
+                    args.iter().map(|v| v.to_raw(&mut *arena).unwrap_or(ValueRef::NIL.raw())).collect()
                 };
                 let mut room = Room::new();
                 let mut frame = room.frame(&args);

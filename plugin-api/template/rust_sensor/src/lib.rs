@@ -56,7 +56,7 @@ impl Sensor for ExampleRange {
         ]
     }
 
-    fn create(_: &Host, _: Instance, params: &Params<'_>) -> Result<Self> {
+    fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
         Ok(ExampleRange { range: params.f64("range")?, step: params.f64("step")? })
     }
 

@@ -1,6 +1,6 @@
 //! The actuator kinds "thruster" and "thruster_substep", which differ in how often they are asked.
 
-use tatu_plugin_api::safe::{Actuator, Drive, Fail, Host, Instance, Output, Param, Params, Result};
+use tatu_plugin_api::safe::{Actuator, Drive, Fail, Instance, Output, Param, Params, Result, SharedWorld};
 
 use crate::Thrusters;
 
@@ -57,7 +57,7 @@ impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
         vec![Param::float("thrust").unit("N").default(0.0).text("Wanted force along +z, held within `max_force`.")]
     }
 
-    fn create(_: &Host, _: Instance, params: &Params<'_>) -> Result<Self> {
+    fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
         let (max_force, time_constant) = (params.f64("max_force")?, params.f64("time_constant")?);
         if !(max_force.is_finite() && time_constant.is_finite()) {
             return Err(Fail::argument("`max_force` and `time_constant` must be finite"));

@@ -12,13 +12,15 @@ mod read;
 mod save;
 mod scenes;
 
-use tatu_plugin_api::safe::{Call, Command, Host, Offer, Plugin, Result, World};
+use tatu_plugin_api::safe::{Call, Command, Host, Offer, Plugin, Result, SharedCall, World};
 
 /// The plugin; it keeps nothing.
 pub struct Tatu;
 
 /// A running command of this plugin.
 type Ctx<'a> = Call<'a, Tatu>;
+/// One that others may run beside.
+type Shared<'a> = SharedCall<'a, Tatu>;
 /// A command of this plugin.
 type Cmd = Command<Tatu>;
 

@@ -99,6 +99,8 @@ fn kind(default: &Value) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use tatu_plugin_api::safe::Owned;
+
     use super::*;
 
     fn pairs(all: &[(&str, Value)]) -> Vec<(Value, Value)> {
@@ -119,13 +121,8 @@ mod tests {
     #[test]
     fn an_option_that_is_not_there_is_told_with_those_that_are() {
         let defaults = Value::Map(pairs(&[("period", Value::Float(0.5)), ("file", Value::text("a.csv"))]));
-        let mut room: Vec<Vec<u64>> = Vec::new();
-        let raw = defaults.to_raw(&mut |n| {
-            room.push(vec![0; n.div_ceil(8).max(1)]);
-            room.last_mut().unwrap().as_mut_ptr().cast()
-        });
-        // SAFETY: the room lives as long as the test.
-        let defaults = unsafe { ValueRef::new(raw.unwrap()) };
+        let mut owned = Owned::default();
+        let defaults = owned.value(&defaults);
         let out = merged(defaults, &pairs(&[("period", Value::text("2"))])).unwrap();
         assert!(out.contains(&(Value::text("period"), Value::Float(2.0))));
         assert!(out.contains(&(Value::text("file"), Value::text("a.csv"))));

@@ -5,16 +5,15 @@ use tatu_plugin_api::{
     safe::{Fail, Offer, Param, Reading, Result, Value},
 };
 
-use crate::{Cmd, Ctx, Tatu};
+use crate::{Cmd, Shared, Tatu};
 
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(
-        Cmd::new("tatu.read", |c| {
+        Cmd::side_by_side("tatu.read", |c| {
             let out = read(c)?;
             c.ret::<Value>(Value::Map(out));
             Ok(())
         })
-        .side_by_side()
         .param(Param::int("sensor").text("a handle"))
         .returns(Param::map("reading").text(
             "time in s, sequence (0: never measured), and each field by its name without the schema; where two have the \
@@ -35,12 +34,12 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
 
 type Entries = Vec<(Value, Value)>;
 
-fn read(c: &Ctx<'_>) -> Result<Entries> {
+fn read(c: &Shared<'_>) -> Result<Entries> {
     let world = c.world();
     let o = world.look(c.i64(0)? as u64)?;
     let mut out = Vec::new();
     let mut image = None;
-    let mut last: Option<Reading<'_>> = None;
+    let mut last: Option<Reading> = None;
     for index in 0.. {
         let Some((name, dims)) = world.field_of(o.id, index) else { break };
         let reading = world.reading(o.id, world.host().prop(name))?;
@@ -83,7 +82,7 @@ fn named(fields: Vec<(&str, Value)>) -> Entries {
 }
 
 /// A field as scripts get it, and whether it is packed.
-fn value(r: &Reading<'_>, dims: [u32; 3]) -> (Value, bool) {
+fn value(r: &Reading, dims: [u32; 3]) -> (Value, bool) {
     if dims[1] != 1 || dims[2] != 1 {
         return (Value::Bytes(bytes(r)), true);
     }
@@ -105,7 +104,7 @@ fn value(r: &Reading<'_>, dims: [u32; 3]) -> (Value, bool) {
 }
 
 /// All elements, packed.
-pub(crate) fn bytes(r: &Reading<'_>) -> Vec<u8> {
+pub(crate) fn bytes(r: &Reading) -> Vec<u8> {
     match r.elem() {
         TATU_ELEM_F64 => r.f64s().iter().flat_map(|x| x.to_le_bytes()).collect(),
         TATU_ELEM_F32 => r.f32s().iter().flat_map(|x| x.to_le_bytes()).collect(),

@@ -84,7 +84,7 @@ fn broken(file: &str, e: impl Display) -> Fail {
 }
 
 /// A field as a picture, if it is one: lengths in 32-bit floats, or three bytes a pixel.
-fn picture(r: &Reading<'_>, [rows, columns, each]: [u32; 3]) -> Option<Picture> {
+fn picture(r: &Reading, [rows, columns, each]: [u32; 3]) -> Option<Picture> {
     let columns = columns as usize;
     if rows == 0 || columns == 0 {
         return None;

@@ -11,20 +11,19 @@ use crate::{Vrep, kit::*, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        Cmd::new("sim.addStatusbarMessage", |c| {
+        Cmd::side_by_side("sim.addStatusbarMessage", |c| {
             say(c, TATU_LOG_STATUS, 0)?;
             c.ret(1_i64);
             Ok(())
         })
         .old_name("simAddStatusbarMessage", MINUS)
-        .side_by_side()
         .param(Param::string("text").optional().text("nil: empties the status bar"))
         .returns(Param::int("done"))
         .text("Writes a line to the status bar.")
         .example("sim.addStatusbarMessage('ready')"),
     );
     offer.command(
-        Cmd::new("sim.addLog", |c| {
+        Cmd::side_by_side("sim.addLog", |c| {
             let level = c.i64(0)? & 0xFFF;
             say(c, log_level(level), 1)?;
             if level == SCRIPT_ERROR && c.has(1) {
@@ -32,7 +31,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             Ok(())
         })
-        .side_by_side()
         .param(Param::int("verbosity").text("sim.verbosity_...; sim.verbosity_scripterrors also raises an error"))
         .param(Param::string("text").optional().text("nil: empties the status bar"))
         .text("Writes a line to the log.")
@@ -121,7 +119,7 @@ fn log_level(verbosity: i64) -> u32 {
 }
 
 /// Writes argument `i`, or empties the status bar without it.
-fn say(c: &Ctx<'_>, level: u32, i: usize) -> Result {
+fn say(c: &Shared<'_>, level: u32, i: usize) -> Result {
     if c.has(i) {
         c.world().log(level, c.bytes(i)?);
     } else {

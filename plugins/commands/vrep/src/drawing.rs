@@ -81,13 +81,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 /// Numbers of an item of a drawing.
 fn stride(drawing: ValueRef<'_>) -> Option<usize> {
-    let entries = drawing.map()?;
-    let found = entries.iter().find(|e| {
-        // SAFETY: keys of a map live as long as the map.
-        unsafe { ValueRef::new(e.key) }.as_str() == Some("stride".into())
-    })?;
-    // SAFETY: likewise its values.
-    unsafe { ValueRef::new(found.value) }.as_f64().map(|x| x as usize).filter(|n| *n > 0)
+    drawing.get("stride")?.as_f64().map(|x| x as usize).filter(|n| *n > 0)
 }
 
 fn keys_of(form: &str, more: Vec<(&str, Value)>) -> Value {

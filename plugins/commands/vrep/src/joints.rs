@@ -6,14 +6,13 @@ use crate::{Vrep, algebra as al, kit::*};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let get = |name: &str, prop: fn(&Props) -> Prop, what: &str, text: &str| {
-        both(name, NIL, move |c| {
+        both_beside(name, NIL, move |c| {
             let x = read(c, prop(&c.plugin().p))?;
             c.ret(x);
             Ok(())
         })
         .param(flagged("joint"))
         .returns(Param::float(what).text("of a turning joint in rad, of a sliding one in m"))
-        .side_by_side()
         .text(text)
         .example(format!("x = {name}(joint)"))
     };
@@ -61,12 +60,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 
     let set = |name: &str, prop: fn(&Props) -> Prop, what: &str, text: &str| {
-        both(name, MINUS, move |c| {
+        both_beside(name, MINUS, move |c| {
             write(c, prop(&c.plugin().p), c.f64(1)?)?;
             c.ret(1_i64);
             Ok(())
         })
-        .side_by_side()
         .param(object("joint"))
         .param(Param::float(what))
         .returns(Param::int("done"))
@@ -250,13 +248,13 @@ fn motion() -> Param {
 }
 
 #[inline]
-fn read(c: &Ctx<'_>, prop: Prop) -> Result<f64> {
+fn read(c: &Shared<'_>, prop: Prop) -> Result<f64> {
     let joint = id(c, 0)?;
     c.world().f64(joint, prop).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
 }
 
 #[inline]
-fn write(c: &Ctx<'_>, prop: Prop, x: f64) -> Result {
+fn write(c: &Shared<'_>, prop: Prop, x: f64) -> Result {
     let joint = id(c, 0)?;
     c.world().set_f64s(joint, prop, &[x]).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
 }

@@ -8,6 +8,9 @@ use crate::Vrep;
 /// A running command of this plugin.
 pub(crate) type Ctx<'a> = Call<'a, Vrep>;
 
+/// One that others may run beside.
+pub(crate) type Shared<'a> = SharedCall<'a, Vrep>;
+
 /// A command of this plugin.
 pub(crate) type Cmd = Command<Vrep>;
 
@@ -137,6 +140,14 @@ pub(crate) fn both<T: IntoResult + 'static>(
 ) -> Cmd {
     Cmd::new(name, run).old_name(flat_name(name), on_error)
 }
+/// The same for one that others may run beside.
+pub(crate) fn both_beside<T: IntoResult + 'static>(
+    name: &str,
+    on_error: [Value; 1],
+    run: impl Fn(&mut Shared<'_>) -> Result<T> + Send + Sync + 'static,
+) -> Cmd {
+    Cmd::side_by_side(name, run).old_name(flat_name(name), on_error)
+}
 /// `sim.abc` -> `simAbc`
 pub(crate) fn flat_name(name: &str) -> String {
     let rest = name.strip_prefix("sim.").unwrap_or(name);
@@ -174,7 +185,7 @@ pub(crate) fn table(key: &str, text: &str) -> Param {
 
 /// The object that argument `i` names.
 #[inline]
-pub(crate) fn id(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
+pub(crate) fn id(c: &Shared<'_>, i: usize) -> Result<tatu_object> {
     id_of(c.arg(i), i)
 }
 /// The object that a value names: an object, or a number whose flags are dropped.
@@ -191,19 +202,19 @@ pub(crate) fn id_of(v: ValueRef<'_>, i: usize) -> Result<tatu_object> {
     Ok(id)
 }
 /// The object that argument `i` names, which must exist.
-pub(crate) fn living(c: &Ctx<'_>, i: usize) -> Result<Object> {
+pub(crate) fn living(c: &Shared<'_>, i: usize) -> Result<Object> {
     let id = id(c, i)?;
     c.world().look(id).map_err(|e| no_object(id, &e))
 }
 /// The object that argument `i` names, which must be of a kind.
-pub(crate) fn of_kind(c: &Ctx<'_>, i: usize, kind: i32) -> Result<tatu_object> {
+pub(crate) fn of_kind(c: &Shared<'_>, i: usize, kind: i32) -> Result<tatu_object> {
     let o = living(c, i)?;
     if o.kind == kind || c.world().used_as(o.id, kind_key(kind)) { Ok(o.id) } else { Err(wrong_kind(c, o, kind)) }
 }
 fn no_object(id: tatu_object, why: &Fail) -> Fail {
     Fail::with_code(why.code(), format!("there is no object {}", handle(id)))
 }
-fn wrong_kind(c: &Ctx<'_>, o: Object, wanted: i32) -> Fail {
+fn wrong_kind(c: &Shared<'_>, o: Object, wanted: i32) -> Fail {
     Fail::argument(format!(
         "object {} `{}` is {}, not {}",
         o.handle(),
@@ -214,7 +225,7 @@ fn wrong_kind(c: &Ctx<'_>, o: Object, wanted: i32) -> Fail {
 }
 /// Why an access failed: no such object, not of that kind, or what the host says.
 #[cold]
-pub(crate) fn explain(c: &Ctx<'_>, id: tatu_object, wanted: i32, fail: Fail) -> Fail {
+pub(crate) fn explain(c: &Shared<'_>, id: tatu_object, wanted: i32, fail: Fail) -> Fail {
     match c.world().look(id) {
         Err(e) => no_object(id, &e),
         Ok(o) if o.kind != wanted => {
@@ -226,7 +237,7 @@ pub(crate) fn explain(c: &Ctx<'_>, id: tatu_object, wanted: i32, fail: Fail) -> 
 }
 /// Likewise where any kind will do.
 #[cold]
-pub(crate) fn explain_any(c: &Ctx<'_>, id: tatu_object, fail: Fail) -> Fail {
+pub(crate) fn explain_any(c: &Shared<'_>, id: tatu_object, fail: Fail) -> Fail {
     match c.world().look(id) {
         Err(e) => no_object(id, &e),
         Ok(_) => fail,
@@ -266,30 +277,30 @@ fn kind_name(kind: i32) -> &'static str {
     }
 }
 /// The path of an object, for messages.
-pub(crate) fn path(c: &Ctx<'_>, id: tatu_object) -> String {
+pub(crate) fn path(c: &Shared<'_>, id: tatu_object) -> String {
     text_of(c, id, c.plugin().p.path).unwrap_or_default()
 }
 /// A property that is a text.
-pub(crate) fn text_of(c: &Ctx<'_>, id: tatu_object, prop: Prop) -> Result<String> {
+pub(crate) fn text_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<String> {
     let v = c.world().get(id, prop).map_err(|e| explain_any(c, id, e))?;
     v.as_str().map(|s| s.into_owned()).ok_or_else(|| Fail::new("the host gave no text"))
 }
 /// A property that is true or false.
-pub(crate) fn bool_of(c: &Ctx<'_>, id: tatu_object, prop: Prop) -> Result<bool> {
+pub(crate) fn bool_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<bool> {
     Ok(c.world().get(id, prop)?.truthy())
 }
 /// A property that is an integer.
-pub(crate) fn int_of(c: &Ctx<'_>, id: tatu_object, prop: Prop) -> Result<i64> {
+pub(crate) fn int_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<i64> {
     c.world().get(id, prop)?.as_i64().ok_or_else(|| Fail::new("the host gave no integer"))
 }
 /// The parent; 0: none.
-pub(crate) fn parent(c: &Ctx<'_>, id: tatu_object) -> Result<tatu_object> {
+pub(crate) fn parent(c: &Shared<'_>, id: tatu_object) -> Result<tatu_object> {
     let v = c.world().get(id, c.plugin().p.parent).map_err(|e| explain_any(c, id, e))?;
     Ok(v.as_object().unwrap_or(0))
 }
 
 /// The first `N` numbers of argument `i`, a table that may be longer.
-pub(crate) fn numbers<const N: usize>(c: &Ctx<'_>, i: usize) -> Result<[f64; N]> {
+pub(crate) fn numbers<const N: usize>(c: &Shared<'_>, i: usize) -> Result<[f64; N]> {
     numbers_of(c.arg(i), i)
 }
 /// Likewise of a value that stands at place `i`.
@@ -318,12 +329,12 @@ pub(crate) fn is_table(v: ValueRef<'_>) -> bool {
 pub(crate) const STAND_IN: &[u8] = &[0; 512];
 
 /// An integer argument, or what stands for it when it is not given.
-pub(crate) fn int_or(c: &Ctx<'_>, i: usize, otherwise: i64) -> Result<i64> {
+pub(crate) fn int_or(c: &Shared<'_>, i: usize, otherwise: i64) -> Result<i64> {
     if c.has(i) { c.i64(i) } else { Ok(otherwise) }
 }
 
 /// The version whose manners the calling script was written for; without one, the newest.
-pub(crate) fn version(c: &Ctx<'_>) -> (u32, u32) {
+pub(crate) fn version(c: &Shared<'_>) -> (u32, u32) {
     version_of(c.caller_dialect())
 }
 pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
@@ -343,15 +354,15 @@ pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
     }
 }
 /// Whether the command was called by a flat name; for commands that have no other names than `sim.x` and flat ones.
-pub(crate) fn flat(c: &Ctx<'_>) -> bool {
+pub(crate) fn flat(c: &Shared<'_>) -> bool {
     c.alias() > 0
 }
 /// Whether the caller expects what scripts of before 4.2 got; who has no version, by the name that was called.
-pub(crate) fn old_era(c: &Ctx<'_>) -> bool {
+pub(crate) fn old_era(c: &Shared<'_>) -> bool {
     if c.caller_dialect().is_empty() { flat(c) } else { version(c) < (4, 2) }
 }
 /// A setter has done its work: 1 in the old days, nothing since.
-pub(crate) fn done(c: &mut Ctx<'_>) -> Result {
+pub(crate) fn done(c: &mut Shared<'_>) -> Result {
     if old_era(c) {
         c.ret(1_i64);
     }

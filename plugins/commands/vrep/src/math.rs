@@ -17,12 +17,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ("sim.boolXor32", "simBoolXor16", "xor", |a, b| a ^ b),
     ] {
         offer.command(
-            Cmd::new(name, move |c| {
+            Cmd::side_by_side(name, move |c| {
                 let bits = run(c.i64(0)?, c.i64(1)?);
                 c.ret(bits);
                 Ok(())
             })
-            .side_by_side()
             .old_name(short, MINUS)
             .old_name(flat_name(name), MINUS)
             .param(Param::int("a"))
@@ -35,11 +34,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// A command of this file: an old name only where there was one.
-fn command(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + Send + Sync + 'static) -> Cmd {
-    both(name, NIL, run).side_by_side()
+fn command(name: &str, run: impl Fn(&mut Shared<'_>) -> Result + Send + Sync + 'static) -> Cmd {
+    both_beside(name, NIL, run)
 }
-fn modern(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + Send + Sync + 'static) -> Cmd {
-    Cmd::new(name, run).side_by_side()
+fn modern(name: &str, run: impl Fn(&mut Shared<'_>) -> Result + Send + Sync + 'static) -> Cmd {
+    Cmd::side_by_side(name, run)
 }
 fn matrix(key: &str) -> Param {
     table(key, "12 numbers: rows of {x axis, y axis, z axis, position}")
@@ -47,12 +46,12 @@ fn matrix(key: &str) -> Param {
 fn pose(key: &str) -> Param {
     table(key, "{x, y, z, qx, qy, qz, qw}")
 }
-fn give<const N: usize>(c: &mut Ctx<'_>, numbers: [f64; N]) -> Result {
+fn give<const N: usize>(c: &mut Shared<'_>, numbers: [f64; N]) -> Result {
     c.ret::<[f64]>(&numbers[..]);
     Ok(())
 }
 /// A pose whose quaternion has the length 1.
-fn read_pose(c: &Ctx<'_>, i: usize) -> Result<Pose> {
+fn read_pose(c: &Shared<'_>, i: usize) -> Result<Pose> {
     let p: Pose = numbers(c, i)?;
     Ok(al::pose(al::position(&p), unit(al::rotation(&p), i)?))
 }
@@ -196,7 +195,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
     );
 }
 
-fn multiply_vector(c: &mut Ctx<'_>) -> Result {
+fn multiply_vector(c: &mut Shared<'_>) -> Result {
     let m: Matrix = match c.arg(0).len() {
         7 => al::matrix(&read_pose(c, 0)?),
         _ => numbers(c, 0)?,

@@ -40,13 +40,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("h = sim.getObjectHandle_noErrorNoSuffixAdjustment('Cuboid#0')"),
     );
     offer.command(
-        Cmd::new("sim.getObjectType", |c| {
+        Cmd::side_by_side("sim.getObjectType", |c| {
             let o = living(c, 0)?;
             let kind = type_of(c, o);
             c.ret(kind);
             Ok(())
         })
-        .side_by_side()
         .old_name("simGetObjectType", MINUS)
         .param(object("object"))
         .returns(Param::int("type").text("sim.object_..._type; -1 for objects that V-REP does not know"))
@@ -65,12 +64,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("if sim.isHandle(h) then sim.removeObjects({h}) end"),
     );
     offer.command(
-        Cmd::new("sim.isHandleValid", |c| {
+        Cmd::side_by_side("sim.isHandleValid", |c| {
             let there = exists(c);
             c.ret(i64::from(there));
             Ok(())
         })
-        .side_by_side()
         .old_name("simIsHandleValid", MINUS)
         .param(Param::any("handle"))
         .param(Param::int("type").default(-1).optional().text("ignored: all handles are of objects"))
@@ -172,13 +170,13 @@ fn answer(c: &mut Ctx<'_>, found: Result<tatu_object>, silent: bool) -> Result {
     Ok(())
 }
 
-fn exists(c: &Ctx<'_>) -> bool {
+fn exists(c: &Shared<'_>) -> bool {
     let flags = c.arg(0).as_i64().is_some_and(|n| n > HANDLE_BITS);
     !flags && id(c, 0).is_ok_and(|id| c.world().look(id).is_ok())
 }
 
 /// The number of an object's type.
-pub(crate) fn type_of(c: &Ctx<'_>, o: Object) -> i64 {
+pub(crate) fn type_of(c: &Shared<'_>, o: Object) -> i64 {
     match o.kind {
         TATU_KIND_SHAPE => 0,
         TATU_KIND_JOINT => 1,

@@ -198,7 +198,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// Whether a dummy was made a path.
-pub(crate) fn is_path(c: &Ctx<'_>, id: tatu_object) -> bool {
+pub(crate) fn is_path(c: &Shared<'_>, id: tatu_object) -> bool {
     tags::private(c, id, "path").is_ok_and(|p| p.is_some())
 }
 

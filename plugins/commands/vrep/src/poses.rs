@@ -118,7 +118,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("sim.setObjectPose(box, {0, 0, 1, 0, 0, 0, 1})"),
     );
     offer.command(
-        Cmd::new("sim.getObjectVelocity", |c| {
+        Cmd::side_by_side("sim.getObjectVelocity", |c| {
             let id = id(c, 0)?;
             let t = c.world().twist(id).map_err(|e| explain_any(c, id, e))?;
             c.ret::<[f64]>(&t[..3]);
@@ -126,7 +126,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simGetObjectVelocity", NIL)
-        .side_by_side()
         .param(flagged("object"))
         .returns(Param::floats("linear", 3).unit("m/s"))
         .returns(Param::floats("angular", 3).unit("rad/s"))
@@ -146,15 +145,14 @@ enum Frame {
     Base(tatu_object),
 }
 
-fn getter(name: &str, give: impl Fn(&mut Ctx<'_>, &Pose) + Send + Sync + 'static) -> Cmd {
-    both(name, NIL, move |c| {
+fn getter(name: &str, give: impl Fn(&mut Shared<'_>, &Pose) + Send + Sync + 'static) -> Cmd {
+    both_beside(name, NIL, move |c| {
         let id = id(c, 0)?;
         let frame = frame(c, c.arg(1), 1, id)?;
         let pose = pose(c, id, &frame)?;
         give(c, &pose);
         Ok(())
     })
-    .side_by_side()
     .param(flagged("object"))
     .param(frame_param())
 }
@@ -188,7 +186,7 @@ fn setter(
 }
 
 /// The frame that argument `i` asks for, for a pose of `of`.
-fn frame(c: &Ctx<'_>, v: ValueRef<'_>, i: usize, of: tatu_object) -> Result<Frame> {
+fn frame(c: &Shared<'_>, v: ValueRef<'_>, i: usize, of: tatu_object) -> Result<Frame> {
     match v.as_i64() {
         None if v.is_nil() => Ok(Frame::Of(0)),
         Some(-1) => Ok(Frame::Of(0)),
@@ -198,7 +196,7 @@ fn frame(c: &Ctx<'_>, v: ValueRef<'_>, i: usize, of: tatu_object) -> Result<Fram
     }
 }
 
-fn pose(c: &Ctx<'_>, id: tatu_object, frame: &Frame) -> Result<Pose> {
+fn pose(c: &Shared<'_>, id: tatu_object, frame: &Frame) -> Result<Pose> {
     let w = c.world();
     match *frame {
         Frame::Of(f) => w.pose(id, f).map_err(|e| {

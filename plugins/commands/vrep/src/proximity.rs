@@ -18,14 +18,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .returns(Param::floats("normal", 3).text("of the surface, sensor frame"))
     };
     offer.command(
-        answers(command("sim.readProximitySensor", |c| {
+        answers(both_beside("sim.readProximitySensor", MINUS, |c| {
             let sensor = id(c, 0)?;
             let sight = last(c, sensor)?;
             give(c, sight);
             Ok(())
         }))
         .param(object("sensor"))
-        .side_by_side()
         .text("Gives what a proximity sensor saw when it was last handled.")
         .example("result, distance = sim.readProximitySensor(sonar)"),
     );
@@ -136,7 +135,7 @@ fn shape(short: bool, sight: Sight) -> (i64, Option<Rest>) {
     }
 }
 
-fn give(c: &mut Ctx<'_>, sight: Sight) {
+fn give(c: &mut Shared<'_>, sight: Sight) {
     let (first, rest) = shape(old_era(c), sight);
     c.ret(first);
     if let Some((distance, point, object, normal)) = rest {
@@ -148,7 +147,7 @@ fn give(c: &mut Ctx<'_>, sight: Sight) {
 }
 
 /// The last reading of a sensor.
-fn last(c: &Ctx<'_>, sensor: tatu_object) -> Result<Sight> {
+fn last(c: &Shared<'_>, sensor: tatu_object) -> Result<Sight> {
     let (w, p) = (c.world(), &c.plugin().p);
     let detected = w.reading(sensor, p.detected).map_err(|e| not_proximity(c, sensor, e))?;
     if detected.sequence() == 0 {
@@ -216,7 +215,7 @@ fn sensors(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
 
 /// Why a reading could not be had.
 #[cold]
-fn not_proximity(c: &Ctx<'_>, sensor: tatu_object, fail: Fail) -> Fail {
+fn not_proximity(c: &Shared<'_>, sensor: tatu_object, fail: Fail) -> Fail {
     let p = &c.plugin().p;
     c.world().used_as(sensor, "proximity/1");
     match c.world().look(sensor) {

@@ -312,17 +312,9 @@ fn call(c: &mut Ctx<'_>) -> Result {
     }
     // The arguments go on as they came, the results are copied into the memory of this call.
     let args = c.args().get(2..).unwrap_or_default();
-    let mut results = [ValueRef::NIL.raw(); 16];
-    // SAFETY: an all-zero frame is a valid empty one.
-    let mut frame: tatu_call = unsafe { std::mem::zeroed() };
-    frame.size = size_of::<tatu_call>() as u32;
-    (frame.args, frame.n_args) = (args.as_ptr().cast(), args.len() as u32);
-    (frame.results, frame.results_cap) = (results.as_mut_ptr(), results.len() as u32);
-    // SAFETY: both arrays outlive the call, and are as long as told; `ValueRef` is transparent over `tatu_value`.
-    unsafe { c.world().call_script(script, function, &mut frame)? };
-    // SAFETY: the results live until our own call returns.
-    for v in unsafe { ValueRef::slice(frame.results, frame.n_results as usize) } {
-        c.ret::<ValueRef<'_>>(*v);
+    let args: Vec<Value> = args.iter().map(|v| v.to_value()).collect::<Result<_>>()?;
+    for value in c.world().call_function(script, function, &args)? {
+        c.ret::<Value>(value);
     }
     Ok(())
 }

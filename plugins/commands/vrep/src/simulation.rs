@@ -4,36 +4,33 @@ use crate::{Vrep, kit::*};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        Cmd::new("sim.getSimulationTime", |c| {
+        Cmd::side_by_side("sim.getSimulationTime", |c| {
             let t = c.world().f64(0, c.plugin().p.time)?;
             c.ret(t);
             Ok(())
         })
-        .side_by_side()
         .old_name("simGetSimulationTime", NIL)
         .returns(Param::float("time").unit("s"))
         .text("Gives the simulation time: 0 in the first step.")
         .example("t = sim.getSimulationTime()"),
     );
     offer.command(
-        Cmd::new("sim.getSimulationTimeStep", |c| {
+        Cmd::side_by_side("sim.getSimulationTimeStep", |c| {
             let dt = c.world().f64(0, c.plugin().p.dt)?;
             c.ret(dt);
             Ok(())
         })
-        .side_by_side()
         .old_name("simGetSimulationTimeStep", NIL)
         .returns(Param::float("dt").unit("s"))
         .text("Gives by how much the time grows with each step.")
         .example("dt = sim.getSimulationTimeStep()"),
     );
     offer.command(
-        Cmd::new("sim.getSimulationState", |c| {
+        Cmd::side_by_side("sim.getSimulationState", |c| {
             let state = state_now(c)?;
             c.ret(state);
             Ok(())
         })
-        .side_by_side()
         .old_name("simGetSimulationState", MINUS)
         .returns(Param::int("state").text("sim.simulation_..."))
         .text(
@@ -43,13 +40,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("if sim.getSimulationState() == sim.simulation_advancing_running then end"),
     );
     offer.command(
-        Cmd::new("sim.getSimulationStopping", |c| {
+        Cmd::side_by_side("sim.getSimulationStopping", |c| {
             let p = &c.plugin().p;
             let stopping = bool_of(c, 0, p.stopping)? || !bool_of(c, 0, p.running)?;
             c.ret(stopping);
             Ok(())
         })
-        .side_by_side()
         .returns(Param::bool("stopping"))
         .text("Whether the simulation is about to stop, or has.")
         .example("while not sim.getSimulationStopping() do sim.step() end"),
@@ -128,7 +124,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// The phase of the world, in the numbers that the original had for it.
-fn state_now(c: &Ctx<'_>) -> Result<i64> {
+fn state_now(c: &Shared<'_>) -> Result<i64> {
     Ok(match int_of(c, 0, c.plugin().p.phase)? as u32 {
         TATU_PHASE_FIRST => 16,
         TATU_PHASE_RUNNING => 17,

@@ -9,18 +9,15 @@ use crate::kit::*;
 pub(crate) const OWN: u8 = 1;
 
 /// All data of an object; 0: of the scene.
-pub(crate) fn all(c: &Ctx<'_>, id: tatu_object) -> Result<Vec<(Vec<u8>, Vec<u8>)>> {
+pub(crate) fn all(c: &Shared<'_>, id: tatu_object) -> Result<Vec<(Vec<u8>, Vec<u8>)>> {
     let p = &c.plugin().p;
     let v = c.world().get(id, if id == 0 { p.scene_data } else { p.object_data }).map_err(|e| explain_any(c, id, e))?;
-    let bytes = |raw: tatu_value| {
-        // SAFETY: keys and values of a map live as long as the map.
-        unsafe { ValueRef::new(raw) }.as_bytes().unwrap_or_default().to_vec()
-    };
-    Ok(v.map().unwrap_or_default().iter().map(|pair| (bytes(pair.key), bytes(pair.value))).collect())
+    let bytes = |v: &ValueRef<'_>| v.as_bytes().unwrap_or_default().to_vec();
+    Ok(v.map().unwrap_or_default().iter().map(|[key, value]| (bytes(key), bytes(value))).collect())
 }
 
 /// The data of a tag.
-pub(crate) fn get(c: &Ctx<'_>, id: tatu_object, tag: &[u8]) -> Result<Option<Vec<u8>>> {
+pub(crate) fn get(c: &Shared<'_>, id: tatu_object, tag: &[u8]) -> Result<Option<Vec<u8>>> {
     Ok(all(c, id)?.into_iter().find(|(k, _)| k == tag).map(|(_, v)| v))
 }
 
@@ -57,7 +54,7 @@ pub(crate) fn set_number(c: &Ctx<'_>, id: tatu_object, name: &str, x: f64) -> Re
 }
 
 /// Data of this plugin's own.
-pub(crate) fn private(c: &Ctx<'_>, id: tatu_object, name: &str) -> Result<Option<Vec<u8>>> {
+pub(crate) fn private(c: &Shared<'_>, id: tatu_object, name: &str) -> Result<Option<Vec<u8>>> {
     get(c, id, &own(name))
 }
 

@@ -9,9 +9,9 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
-    convert::{self, Allocator, Reader, int_value},
+    convert::{self, Allocator, Reader},
     errors, functions,
-    state::{self, State, abi_str, bytes, push, reg, registry},
+    state::{self, State, bytes, push, reg, registry},
     threads,
 };
 
@@ -67,7 +67,7 @@ pub(crate) unsafe fn wait(l: *mut lua_State, s: &State, packed: u32) -> u64 {
     s.token.set(frame.wait_token);
     (frame.command, frame.alias) = (packed >> 8, packed & 0xFF);
     let outer = s.running.replace(l);
-    let status = (s.commands.call)(s.world, &mut frame);
+    let status = (s.commands.call)(s.world_ref(), &mut frame);
     s.running.set(outer);
     if status == TATU_WAIT { frame.wait_token } else { 0 }
 }
@@ -109,9 +109,9 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
         Target::Command(packed) | Target::Single(packed) => {
             frame.command = packed >> 8;
             frame.alias = packed & 0xFF;
-            (s.commands.call)(s.world, &mut frame)
+            (s.commands.call)(s.world_ref(), &mut frame)
         }
-        Target::Function(func) => (s.commands.call_func)(s.world, func, &mut frame),
+        Target::Function(func) => (s.commands.call_func)(s.world_ref(), func, &mut frame),
     };
     s.running.set(outer);
     if status != TATU_OK {
@@ -131,7 +131,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
         }
     }
     if allocated {
-        (s.commands.release)(s.world, s.mark.get());
+        (s.commands.release)(s.world_ref(), s.mark.get());
     }
     if s.borrowed.get() != borrowed_before {
         functions::release_borrowed_since(l, s, borrowed_before);
@@ -143,7 +143,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
 #[cold]
 unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
     reader.allocated = true;
-    let memory = (reader.s.commands.alloc)(reader.s.world, (n * size_of::<tatu_value>()) as u64);
+    let memory = (reader.s.commands.alloc)(reader.s.world_ref(), (n * size_of::<tatu_value>()) as u64);
     if memory.is_null() {
         errors::raise(reader.l, Fail::with_code(TATU_ERR_SPACE, format!("{n} arguments are too many")));
     }
@@ -172,7 +172,7 @@ fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
     // SAFETY: the host's error lives until its next error.
     let fail = unsafe { Fail::read(status, frame.error) };
     // SAFETY: the error was copied above; the arena is released back to where this call began.
-    unsafe { (s.commands.release)(s.world, s.mark.get()) };
+    unsafe { (s.commands.release)(s.world_ref(), s.mark.get()) };
     fail
 }
 
@@ -197,17 +197,17 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
         lua_copy(l, 5, 4);
     }
     lua_settop(l, if is_prelude_constant { 4 } else { 3 });
-    let found = if is_prelude_constant { 0 } else { s.commands.number(s.world, bytes(l, 3)) };
-    let mut value = int_value(TATU_NIL, 0);
+    let found = if is_prelude_constant { 0 } else { s.commands.number(s.world_ref(), bytes(l, 3)) };
+    let mut value = ValueRef::NIL;
     if is_prelude_constant {
     } else if found != 0 {
         let exact = s.single.get() && s.text.borrow().rules.exact.iter().any(|e| e == bytes(l, 3));
         lua_pushinteger(l, i64::from(found) | if exact { EXACT } else { 0 });
         lua_pushcclosure(l, command, 1);
-    } else if (s.commands.constant)(s.world, abi_str(bytes(l, 3)), &mut value) == TATU_OK {
-        convert::put(l, &value);
+    } else if (s.commands.constant)(s.world_ref(), bytes(l, 3).into(), Some(&mut value)) == TATU_OK {
+        convert::put(l, &value.raw());
     } else {
-        if (s.commands.is_name_space)(s.world, abi_str(bytes(l, 3))) == 0 {
+        if (s.commands.is_name_space)(s.world_ref(), bytes(l, 3).into()) == 0 {
             unresolved(s, bytes(l, 3));
             return 0;
         }
@@ -286,7 +286,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 /// # Safety
 /// May raise.
 pub(crate) unsafe fn refresh(l: *mut lua_State, s: &State) {
-    let now = (s.commands.generation)(s.world);
+    let now = (s.commands.generation)(s.world_ref());
     if now == s.generation.get() {
         return;
     }

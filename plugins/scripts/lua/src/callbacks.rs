@@ -68,7 +68,7 @@ impl<'a> Entry<'a> {
         s.slot.set_limit(budget.memory);
         budget::charge_blocks(s);
         // SAFETY: the world is alive, since it makes this call.
-        let now = unsafe { (s.commands.mark)(s.world) };
+        let now = (s.commands.mark)(s.world_ref());
         Entry { s, outer: s.budget.begin(budget.instructions), mark: s.mark.replace(now), done: false }
     }
     fn end(mut self) -> u64 {

@@ -26,7 +26,7 @@ static TOLD: Mutex<Told> = Mutex::new(Told { looked_at: None, names: BTreeSet::n
 /// Looks at the names of all commands, once. The script is new: its globals are those of Lua alone.
 pub(crate) fn tell(script: &Script, world: &World<'_>) {
     // SAFETY: the world of the running call.
-    let generation = unsafe { (script.commands.generation)(script.world) };
+    let generation = (script.commands.generation)(script.world_ref());
     let now = Some((script.host.raw() as usize, generation));
     let mut told = TOLD.lock().unwrap_or_else(PoisonError::into_inner);
     if told.looked_at == now {
@@ -39,7 +39,7 @@ pub(crate) fn tell(script: &Script, world: &World<'_>) {
             continue;
         }
         // SAFETY: as above. A name that the host has refused is not in its way.
-        if unsafe { script.commands.number(script.world, name.as_bytes()) } == 0 {
+        if script.commands.number(script.world_ref(), name.as_bytes()) == 0 {
             continue;
         }
         let text = format!(

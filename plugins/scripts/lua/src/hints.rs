@@ -1,7 +1,5 @@
 //! Hints for frequent errors, in addition to Lua's own messages.
 
-use std::ffi::CStr;
-
 use mlua_sys::*;
 
 use crate::state::{State, bytes};
@@ -88,23 +86,7 @@ pub(crate) fn nearest(name: &str, all: impl Iterator<Item = String>) -> Option<S
 
 /// Names of all commands.
 pub(crate) fn commands(s: &State) -> Vec<String> {
-    let Some(table) = s.host.commands_table() else { return Vec::new() };
-    let (Some(count), Some(describe)) = (table.count, table.describe) else { return Vec::new() };
-    let mut out = Vec::new();
-    // SAFETY: the world is alive; lists of names end with null, and names with zero.
-    unsafe {
-        for id in 1..=count(s.world) {
-            let Some(command) = describe(s.world, id).as_ref() else { continue };
-            let mut at = command.names;
-            while let Some(name) = at.as_ref().and_then(|name| name.as_ref()) {
-                if !name.name.is_null() {
-                    out.push(CStr::from_ptr(name.name).to_string_lossy().into_owned());
-                }
-                at = at.add(1);
-            }
-        }
-    }
-    out
+    s.world().commands().into_iter().flat_map(|about| about.names).collect()
 }
 
 /// Names of the script's globals.

@@ -72,8 +72,8 @@ impl Language for state::Script {
     const TEXT: &'static str = "Lua 5.4, and Lua 5.1 for scripts of old dialects.";
     const SUFFIXES: &'static [&'static str] = &[".lua"];
 
-    fn create(host: &Host, world: &World<'_>, instance: Instance) -> Result<Self> {
-        state::Script::new(host, world, instance)
+    fn create(world: &World<'_>, instance: Instance) -> Result<Self> {
+        state::Script::new(world, instance)
     }
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
         load::load(self, text, chunk, dialect)

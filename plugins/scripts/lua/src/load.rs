@@ -11,7 +11,7 @@ use crate::{
     field_names::FieldNames,
     hints, lexer,
     rerun::Rerun,
-    state::{self, Script, State, abi_str, bytes, push, reg},
+    state::{self, Script, State, bytes, push, reg},
 };
 
 /// Rules that preludes declare for scripts.
@@ -113,7 +113,7 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     s.single.set(rules.single);
     if !rules.switch.is_empty() {
         // SAFETY: the world is alive; the name is valid during the call.
-        s.slices.switch.set(unsafe { s.commands.number(s.world, &rules.switch) });
+        s.slices.switch.set(s.commands.number(s.world_ref(), &rules.switch));
     }
     if rules.functions.is_empty() {
         rules.functions.push((Vec::new(), Vec::new()));
@@ -182,22 +182,17 @@ fn syntax(message: &[u8], chunk: &str) -> Fail {
 
 /// The script's kind: "child", "main", ...
 fn kind(s: &Script) -> Vec<u8> {
-    // SAFETY: the world is alive, since it makes this call.
-    let world = unsafe { World::from_raw(s.world, &s.host) };
-    let kind = world.get(s.instance.owner, s.host.prop("script.kind"));
+    let kind = s.world().get(s.instance.owner, s.host.prop("script.kind"));
     kind.ok().and_then(|v| v.as_bytes().map(<[u8]>::to_vec)).unwrap_or_default()
 }
 
 /// Module names and texts of all preludes.
-pub(crate) fn preludes(s: &State) -> impl Iterator<Item = (&'static [u8], &'static [u8])> {
+pub(crate) fn preludes(s: &State) -> impl Iterator<Item = (&[u8], &[u8])> {
     let next = s.host.commands_table().and_then(|t| t.prelude);
     (0..).map_while(move |index| {
-        let (mut module, mut text) = (abi_str(b""), abi_str(b""));
-        // SAFETY: valid pointers; texts of preludes live as long as their plugin.
-        unsafe {
-            let status = next?(s.world, c"lua".as_ptr(), index, &mut module, &mut text);
-            (status == TATU_OK).then(|| (bytes_of(module), bytes_of(text)))
-        }
+        let (mut module, mut text) = (Lent::EMPTY, Lent::EMPTY);
+        let status = next?(s.world_ref(), c"lua".into(), index, Some(&mut module), Some(&mut text));
+        (status == TATU_OK).then(|| (module.bytes(), text.bytes()))
     })
 }
 
@@ -228,15 +223,6 @@ fn run_preludes(s: &Script, dialect: Option<&str>, rules: &mut Rules) -> Result 
         })?;
     }
     Ok(())
-}
-
-/// # Safety
-/// The host's string lives for `'a`.
-unsafe fn bytes_of<'a>(s: tatu_str) -> &'a [u8] {
-    if s.ptr.is_null() {
-        return b"";
-    }
-    std::slice::from_raw_parts(s.ptr.cast(), s.len as usize)
 }
 
 /// Reads the list of strings on top.

@@ -6,7 +6,7 @@ use tatu_plugin_api::{abi::*, safe::*};
 use crate::{
     errors,
     load::preludes,
-    state::{self, State, abi_str, bytes, push, push_scratch, reg, registry},
+    state::{self, State, bytes, push, push_scratch, reg, registry},
     stdlib::set,
 };
 
@@ -170,7 +170,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
         }
     }
     lua_settop(l, 2);
-    if (s.commands.is_name_space)(s.world, abi_str(bytes(l, 1))) != 0 {
+    if (s.commands.is_name_space)(s.world_ref(), bytes(l, 1).into()) != 0 {
         lua_pushglobaltable(l);
         lua_pushvalue(l, 1);
         lua_gettable(l, 3);

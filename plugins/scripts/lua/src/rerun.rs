@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::*;
 use crate::{
     lexer,
     load::read_strings,
-    state::{Script, State, abi_str, bytes, push, reg, registry},
+    state::{Script, State, bytes, push, reg, registry},
 };
 
 /// Rules of texts that are run again for each callback.
@@ -141,9 +141,9 @@ fn number(s: &Script, word: &[u8]) -> Option<i64> {
                 return;
             }
         }
-        let mut value = crate::convert::int_value(TATU_NIL, 0);
-        if (s.commands.constant)(s.world, abi_str(word), &mut value) == TATU_OK && value.tag == TATU_I64 {
-            found = Some(value.u.i);
+        let mut value = ValueRef::NIL;
+        if (s.commands.constant)(s.world_ref(), word.into(), Some(&mut value)) == TATU_OK && value.tag() == TATU_I64 {
+            found = value.as_i64();
         }
     })
     .ok()?;

@@ -56,27 +56,23 @@ pub(crate) mod reg {
 /// Functions of the commands service.
 #[derive(Clone, Copy)]
 pub(crate) struct Commands {
-    find: unsafe extern "C" fn(WorldPtr, tatu_str, *mut u32) -> u32,
-    pub is_name_space: unsafe extern "C" fn(WorldPtr, tatu_str) -> u32,
-    pub call: unsafe extern "C" fn(WorldPtr, *mut tatu_call) -> tatu_status,
-    pub generation: unsafe extern "C" fn(WorldPtr) -> u64,
-    pub constant: unsafe extern "C" fn(WorldPtr, tatu_str, *mut tatu_value) -> tatu_status,
-    pub mark: unsafe extern "C" fn(WorldPtr) -> u64,
-    pub alloc: unsafe extern "C" fn(WorldPtr, u64) -> *mut std::ffi::c_void,
-    pub release: unsafe extern "C" fn(WorldPtr, u64),
-    pub call_func: unsafe extern "C" fn(WorldPtr, tatu_func, *mut tatu_call) -> tatu_status,
+    find: extern "C" fn(WorldRef<'_>, Lent<'_>, Option<&mut u32>) -> u32,
+    pub is_name_space: extern "C" fn(WorldRef<'_>, Lent<'_>) -> u32,
+    pub call: unsafe extern "C" fn(WorldRef<'_>, *mut tatu_call) -> tatu_status,
+    pub generation: extern "C" fn(WorldRef<'_>) -> u64,
+    pub constant: for<'a> extern "C" fn(WorldRef<'a>, Lent<'_>, Option<&mut ValueRef<'a>>) -> tatu_status,
+    pub mark: extern "C" fn(WorldRef<'_>) -> u64,
+    pub alloc: extern "C" fn(WorldRef<'_>, u64) -> *mut std::ffi::c_void,
+    pub release: unsafe extern "C" fn(WorldRef<'_>, u64),
+    pub call_func: unsafe extern "C" fn(WorldRef<'_>, tatu_func, *mut tatu_call) -> tatu_status,
 }
 
 impl Commands {
     /// Id and alias of a name, in the one number that a bound function keeps: id << 8 | alias; 0: no such command. A command
     /// has at most 255 names.
-    ///
-    /// # Safety
-    /// The world is that of a running call.
-    pub unsafe fn number(&self, world: WorldPtr, name: &[u8]) -> u32 {
+    pub fn number(&self, world: WorldRef<'_>, name: &[u8]) -> u32 {
         let mut alias = 0;
-        // SAFETY: the caller promises it; the name is valid during the call.
-        match unsafe { (self.find)(world, abi_str(name), &mut alias) } {
+        match (self.find)(world, name.into(), Some(&mut alias)) {
             0 => 0,
             id => id << 8 | alias,
         }
@@ -89,7 +85,7 @@ pub(crate) struct State {
     pub main: *mut lua_State,
     /// The running thread, on which nested calls run.
     pub running: Cell<*mut lua_State>,
-    pub world: *mut tatu_world,
+    world: *mut tatu_world,
     pub host: Host,
     pub instance: Instance,
     pub commands: Commands,
@@ -149,7 +145,12 @@ impl State {
     /// The world, as the safe API shows it.
     pub(crate) fn world(&self) -> World<'_> {
         // SAFETY: the world outlives its scripts, and every call here comes from a call of the host.
-        unsafe { World::from_raw(self.world, &self.host) }
+        unsafe { World::new(self.world, &self.host) }
+    }
+    /// The same as functions of the host get it.
+    #[inline]
+    pub(crate) fn world_ref(&self) -> WorldRef<'_> {
+        self.world().raw()
     }
     /// Writes a log line.
     pub(crate) fn log(&self, level: u32, text: &[u8]) {
@@ -218,7 +219,8 @@ impl Deref for Script {
 }
 
 impl Script {
-    pub(crate) fn new(host: &Host, world: &World<'_>, instance: Instance) -> Result<Self> {
+    pub(crate) fn new(world: &World<'_>, instance: Instance) -> Result<Self> {
+        let host = world.host();
         let commands =
             table(host).ok_or_else(|| Fail::unsupported("this host offers no commands, so scripts cannot run"))?;
         let slot = Slot::new(instance.seed);
@@ -236,7 +238,7 @@ impl Script {
         let state = Box::new(State {
             main,
             running: Cell::new(main),
-            world: world.raw(),
+            world: world.raw().ptr(),
             host: *host,
             instance,
             commands,
@@ -319,11 +321,6 @@ fn table(host: &Host) -> Option<Commands> {
         release: t.release?,
         call_func: t.call_func?,
     })
-}
-
-/// A string of the ABI.
-pub(crate) fn abi_str(bytes: &[u8]) -> tatu_str {
-    tatu_str { ptr: bytes.as_ptr().cast(), len: bytes.len() as u64 }
 }
 
 /// The bytes of the string or number at `idx`; converts a number in place. Empty for other types.

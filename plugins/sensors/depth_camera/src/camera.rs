@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::{
     abi::{TATU_DIM_COLUMNS, TATU_DIM_OWN, TATU_DIM_ROWS, TATU_IN_COLOR, TATU_IN_COSINE, TATU_IN_DISTANCE},
-    safe::{Beams, Field, Host, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor},
+    safe::{Beams, Field, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor, SharedWorld},
 };
 
 use crate::{
@@ -66,7 +66,7 @@ impl Sensor for DepthCamera {
         ]
     }
 
-    fn create(_: &Host, _: Instance, params: &Params<'_>) -> Result<Self> {
+    fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
         Ok(DepthCamera(Settings::read(params)?))
     }
 

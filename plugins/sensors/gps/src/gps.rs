@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::{
     abi::{TATU_IN_POSE, TATU_IN_TWIST},
-    safe::{Beams, Fail, Field, Form, Host, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor},
+    safe::{Beams, Fail, Field, Form, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor, SharedWorld},
 };
 
 use crate::{
@@ -100,11 +100,8 @@ impl Sensor for Gps {
         ]
     }
 
-    fn create(host: &Host, instance: Instance, params: &Params<'_>) -> Result<Self> {
-        let origin = match instance.world(host) {
-            Some(world) => world.f64s(0, host.prop("scene.origin"))?,
-            None => [0.0; 3],
-        };
+    fn create(world: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
+        let origin = world.f64s(0, world.host().prop("scene.origin"))?;
         Gps::new(params.array("antenna")?, origin)
     }
 

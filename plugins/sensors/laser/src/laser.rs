@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::{
     abi::{TATU_IN_COLOR, TATU_IN_DISTANCE, TATU_IN_NORMAL, TATU_IN_POSE, TATU_IN_TWIST, TATU_WAVES_LASER},
-    safe::{Beams, Fail, Field, Form, Host, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor},
+    safe::{Beams, Fail, Field, Form, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor, SharedWorld},
 };
 
 use crate::{
@@ -108,7 +108,7 @@ impl Sensor for Laser {
         ]
     }
 
-    fn create(_: &Host, _: Instance, params: &Params<'_>) -> Result<Self> {
+    fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
         Ok(Laser::new(Settings::read(params)?))
     }
 

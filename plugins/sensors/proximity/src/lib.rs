@@ -38,6 +38,3 @@ tatu_plugin! {
     version: env!("CARGO_PKG_VERSION"),
     licence: "MIT OR Apache-2.0",
 }
-
-#[cfg(test)]
-mod border_tests;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use tatu_plugin_api::{
     abi::{TATU_IN_DISTANCE, TATU_IN_NORMAL, TATU_IN_OBJECT, TATU_IN_POINT, tatu_object},
-    safe::{Beams, Field, Host, Instance, Param, Params, Readout, Result, Sample, Sensor},
+    safe::{Beams, Field, Instance, Param, Params, Readout, Result, Sample, Sensor, SharedWorld},
 };
 
 use crate::{
@@ -111,7 +111,7 @@ impl Sensor for Proximity {
         ]
     }
 
-    fn create(_: &Host, _: Instance, params: &Params<'_>) -> Result<Self> {
+    fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
         Settings::read(params)?.check()
     }
 

@@ -73,18 +73,19 @@ impl Listener {
     pub fn open(port: u16, token: String, session: Session) -> Result<Self> {
         let arrivals = Arc::<Mutex<Arrivals>>::default();
         let inside = arrivals.clone();
-        let serve = move |stream: TcpStream, number: u64| match Client::new(number, &stream, session) {
+        let of_clients = session.clone();
+        let serve = move |stream: TcpStream, number: u64| match Client::new(number, &stream, of_clients.clone()) {
             Ok((client, queue)) => {
                 let link = client.link.clone();
                 let mut arrivals = inside.lock().unwrap_or_else(PoisonError::into_inner);
                 if !arrivals.closed {
                     arrivals.clients.push(client);
                     drop(arrivals);
-                    session.wake();
-                    read(stream, &queue, &link, session, &token);
+                    of_clients.wake();
+                    read(stream, &queue, &link, &of_clients, &token);
                 }
             }
-            Err(e) => session.log(TATU_LOG_WARNING, &format!("jsonl: client {number}: {e}")),
+            Err(e) => of_clients.log(TATU_LOG_WARNING, &format!("jsonl: client {number}: {e}")),
         };
         let port = Port::open(port, "jsonl", MOST_CLIENTS, serve).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
@@ -166,7 +167,7 @@ fn write(mut stream: TcpStream, waiting: &Receiver<Vec<u8>>, link: &Link, sessio
 
 /// Puts lines into the queue until the client ends. One whose first line is no message is refused: a web page can make a
 /// browser send its own lines to any port, but not without the head of a request before them.
-fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: Session, token: &str) {
+fn read(stream: TcpStream, queue: &SyncSender<Message>, link: &Link, session: &Session, token: &str) {
     let mut first = true;
     let mut stream = BufReader::with_capacity(64 << 10, stream);
     let mut line = Vec::new();

@@ -84,7 +84,7 @@ impl Service for Jsonl {
     }
 
     fn start(plugin: &JsonLines, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
-        let listener = Listener::open(params.i64("port")? as u16, params.string("token")?, session)?;
+        let listener = Listener::open(params.i64("port")? as u16, params.string("token")?, session.clone())?;
         let state = State { clients: Vec::new(), threads: Vec::new(), waits: BTreeMap::new(), listener };
         Ok(Jsonl {
             state: RefCell::new(state),

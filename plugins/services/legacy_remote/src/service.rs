@@ -75,7 +75,7 @@ impl Service for Remote {
 
     fn start(_: &LegacyRemote, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let port = params.i64("port")? as u16;
-        let (ports, events) = Ports::new(session);
+        let (ports, events) = Ports::new(session.clone());
         let listener = ports.open(port).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
         })?;

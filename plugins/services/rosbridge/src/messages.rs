@@ -161,9 +161,10 @@ impl Source<'_> {
 
     fn scan(&self, s: &Sensor) -> Result<Value> {
         let distance = self.turn.reading(s.id, self.p.scan_distance)?;
-        let angle = self.turn.reading(s.id, self.p.scan_angle)?.f64s();
-        let limits = self.turn.reading(s.id, self.p.scan_limits)?.f64s();
-        let intensity = self.turn.reading(s.id, self.p.scan_intensity).map_or(&[][..], |r| r.f64s());
+        let (angle, limits) =
+            (self.turn.reading(s.id, self.p.scan_angle)?, self.turn.reading(s.id, self.p.scan_limits)?);
+        let (angle, limits) = (angle.f64s(), limits.f64s());
+        let intensity = self.turn.reading(s.id, self.p.scan_intensity);
         let (first, last) = (angle.first().copied().unwrap_or(0.0), angle.last().copied().unwrap_or(0.0));
         let step = (last - first) / (angle.len().max(2) - 1) as f64;
         let rate = self.turn.f64(s.id, self.p.rate).unwrap_or(0.0);
@@ -176,7 +177,7 @@ impl Source<'_> {
             ("range_min", Value::Float(limits.first().copied().unwrap_or(0.0))),
             ("range_max", Value::Float(limits.get(1).copied().unwrap_or(f64::INFINITY))),
             ("ranges", Value::Floats(distance.f64s().to_vec())),
-            ("intensities", Value::Floats(intensity.to_vec())),
+            ("intensities", Value::Floats(intensity.map_or(Vec::new(), |r| r.f64s().to_vec()))),
         ]))
     }
 
@@ -213,7 +214,7 @@ impl Source<'_> {
         ]))
     }
 
-    fn picture(&self, s: &Sensor, of: &Reading<'_>, encoding: &str, pixel: usize, data: Vec<u8>) -> Value {
+    fn picture(&self, s: &Sensor, of: &Reading, encoding: &str, pixel: usize, data: Vec<u8>) -> Value {
         let [rows, columns, _] = of.dims();
         keys([
             ("header", self.header(&s.frame, of.time())),
@@ -242,8 +243,8 @@ impl Source<'_> {
     }
 
     fn intrinsics(&self, s: &Sensor) -> Result<[f64; 4]> {
-        let all = self.turn.reading(s.id, self.p.intrinsics)?.f64s();
-        Ok(all.first_chunk::<4>().copied().unwrap_or([1.0, 1.0, 0.0, 0.0]))
+        let all = self.turn.reading(s.id, self.p.intrinsics)?;
+        Ok(all.f64s().first_chunk::<4>().copied().unwrap_or([1.0, 1.0, 0.0, 0.0]))
     }
 
     fn optics(&self, s: &Sensor) -> Result<Value> {
@@ -288,10 +289,10 @@ impl Source<'_> {
 
     fn layers(&self, s: &Sensor) -> Result<Value> {
         let distance = self.turn.reading(s.id, self.p.scan_distance)?;
-        let angle = self.turn.reading(s.id, self.p.scan_angle)?.f64s();
-        let elevation = self.turn.reading(s.id, self.p.scan_elevation)?.f64s();
+        let angle = self.turn.reading(s.id, self.p.scan_angle)?;
+        let elevation = self.turn.reading(s.id, self.p.scan_elevation)?;
         let mut data = Vec::with_capacity(distance.f64s().len() * 12);
-        for ((r, a), e) in distance.f64s().iter().zip(angle).zip(elevation) {
+        for ((r, a), e) in distance.f64s().iter().zip(angle.f64s()).zip(elevation.f64s()) {
             let r = if r.is_finite() { *r } else { f64::NAN };
             let ((sa, ca), (se, ce)) = (libm::sincos(*a), libm::sincos(*e));
             [r * ca * ce, r * sa * ce, r * se].iter().for_each(|v| data.extend_from_slice(&(*v as f32).to_le_bytes()));

@@ -92,7 +92,10 @@ impl Service for Rosbridge {
             origins: params.string("origins")?.split_whitespace().map(str::to_owned).collect(),
             most_message: MOST_MESSAGE,
             files: |_| None,
-            wake: Box::new(move || session.wake()),
+            wake: Box::new({
+                let session = session.clone();
+                move || session.wake()
+            }),
         };
         let listener = Listener::open(settings).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")

@@ -49,7 +49,8 @@ impl Service for Remote {
 
     fn start(_: &ZmqRemote, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let port = params.i64("port")? as u16;
-        let wake = move || session.wake();
+        let woken = session.clone();
+        let wake = move || woken.wake();
         let (listener, events) = Listener::open(Kind::Reply, port, Box::new(wake)).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}")).help("choose another `port`; 0 takes any")
         })?;

@@ -70,8 +70,8 @@ fn proximity(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Json> {
 }
 
 fn scan(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Json> {
-    let distance = turn.reading(id, p.scan_distance).ok()?.f64s();
-    let angle = turn.reading(id, p.scan_angle).ok()?.f64s();
+    let (distance, angle) = (turn.reading(id, p.scan_distance).ok()?, turn.reading(id, p.scan_angle).ok()?);
+    let (distance, angle) = (distance.f64s(), angle.f64s());
     let every = distance.len().div_ceil(MOST_BEAMS).max(1);
     let thin = |all: &[f64]| all.iter().step_by(every).map(|x| rounded(*x)).collect::<Vec<f64>>();
     let ends: Vec<Json> =

@@ -102,7 +102,10 @@ impl Service for Web {
             origins: Vec::new(),
             most_message: MOST_MESSAGE,
             files: files::page,
-            wake: Box::new(move || session.wake()),
+            wake: Box::new({
+                let session = session.clone();
+                move || session.wake()
+            }),
         };
         let listener = Listener::open(settings)
             .map_err(|e| Fail::new(format!("cannot listen on 127.0.0.1:{}: {e}", params.i64("port").unwrap_or(0))))?;

@@ -32,9 +32,9 @@ impl State {
         }
         self.last_frame = now;
         let ids = turn.list(0, 0, 0)?;
-        if self.world != turn.raw().addr() || self.whole.ids != ids {
+        if self.world != turn.raw().ptr().addr() || self.whole.ids != ids {
             self.whole = scene::read(turn, p)?;
-            self.world = turn.raw().addr();
+            self.world = turn.raw().ptr().addr();
             self.guests.iter_mut().for_each(|g| g.whole = false);
             self.sent = readings::Sent::default();
         }

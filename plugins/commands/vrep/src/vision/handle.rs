@@ -41,7 +41,7 @@ impl Seen {
     pub fn rgb<'a>(&'a self, c: &Ctx<'a>, view: &View) -> Cow<'a, [u8]> {
         match &self.rgb {
             Some(rgb) if rgb.len() == 3 * view.pixels() => Cow::Borrowed(rgb),
-            _ => view.rgb(c),
+            _ => Cow::Owned(view.rgb(c)),
         }
     }
     pub fn depth<'a>(&'a self, c: &Ctx<'a>, view: &View) -> Cow<'a, [f32]> {

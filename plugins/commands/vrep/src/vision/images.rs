@@ -54,7 +54,7 @@ fn depths(c: &Ctx<'_>, mut view: View, at: [i64; 2], size: [i64; 2], metres: boo
     let mut out = part.of(&image.depth(c, &view), view.columns, 1);
     if metres {
         // What could not be measured stays 0.
-        let lost = image.depth_as_taken().then(|| view.metres(c)).flatten().map(|z| part.of(z, view.columns, 1));
+        let lost = image.depth_as_taken().then(|| view.metres(c)).flatten().map(|z| part.of(&z, view.columns, 1));
         for (i, z) in out.iter_mut().enumerate() {
             let none = lost.as_ref().is_some_and(|l| l.get(i) == Some(&0.0));
             *z = if none { 0.0 } else { view.metres_of(*z) };

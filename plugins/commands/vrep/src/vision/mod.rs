@@ -38,7 +38,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// Whether an object is a vision sensor.
-pub(crate) fn is_one(c: &Ctx<'_>, object: tatu_object) -> bool {
+pub(crate) fn is_one(c: &Shared<'_>, object: tatu_object) -> bool {
     let p = &c.plugin().p;
     c.world().reading(object, p.depth).is_ok() || c.world().reading(object, p.rgb).is_ok()
 }

@@ -1,7 +1,5 @@
 //! What a sensor has seen, in its planes and units.
 
-use std::borrow::Cow;
-
 use super::{is_one, parameters, work::Lens};
 use crate::{kit::*, tags};
 
@@ -118,18 +116,18 @@ impl View {
     }
 
     /// The colours that it took, 3 bytes a pixel; black before the first time.
-    pub fn rgb<'a>(&self, c: &Ctx<'a>) -> Cow<'a, [u8]> {
+    pub fn rgb(&self, c: &Ctx<'_>) -> Vec<u8> {
         let taken = (!self.blind && self.sequence > 0).then(|| c.world().reading(self.id, c.plugin().p.rgb).ok());
-        match taken.flatten().map(|r| r.u8s()).filter(|r| r.len() == 3 * self.pixels()) {
-            Some(rgb) => Cow::Borrowed(rgb),
-            None => Cow::Owned(vec![0; 3 * self.pixels()]),
+        match taken.flatten().filter(|r| r.u8s().len() == 3 * self.pixels()) {
+            Some(rgb) => rgb.u8s().to_vec(),
+            None => vec![0; 3 * self.pixels()],
         }
     }
 
     /// The depths that it took, m; `None`: before the first time, or it takes none.
-    pub fn metres<'a>(&self, c: &Ctx<'a>) -> Option<&'a [f32]> {
+    pub fn metres(&self, c: &Ctx<'_>) -> Option<Vec<f32>> {
         let taken = (!self.blind && self.sequence > 0).then(|| c.world().reading(self.id, c.plugin().p.depth).ok());
-        taken.flatten().map(|r| r.f32s()).filter(|z| z.len() == self.pixels())
+        taken.flatten().map(|r| r.f32s().to_vec()).filter(|z| z.len() == self.pixels())
     }
 
     /// The same from 0 at the near plane to 1 at the far one, and 1 where nothing is.

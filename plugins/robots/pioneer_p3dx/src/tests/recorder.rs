@@ -7,7 +7,10 @@ use std::{
     ptr::null,
 };
 
-use tatu_plugin_api::{abi::*, safe::Value, safe::ValueRef};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Owned, Value},
+};
 
 /// An object as it was described.
 #[derive(Debug, Default)]
@@ -60,60 +63,44 @@ impl Record {
     }
 }
 
-unsafe fn record<'a>(b: *const tatu_builder) -> &'a RefCell<Record> {
+fn record(b: Option<&tatu_builder>) -> &RefCell<Record> {
     // SAFETY: `ctx` is the record of `build`, which outlives the builder.
-    unsafe { &*(*b).ctx.cast() }
+    unsafe { &*b.unwrap().ctx.cast() }
 }
 
-unsafe fn text(s: *const c_char) -> String {
-    // SAFETY: NUL-terminated, as the header says.
-    unsafe { CStr::from_ptr(s) }.to_string_lossy().into_owned()
+extern "C" fn object(b: Option<&tatu_builder>, kind: LentCStr<'_>, parent: u32, alias: Lent<'_>) -> u32 {
+    let mut r = record(b).borrow_mut();
+    let (kind, alias) = (kind.text().into_owned(), alias.text().into_owned());
+    r.objects.push(Object { kind, alias, parent: parent as usize, ..Object::default() });
+    r.objects.len() as u32
 }
 
-unsafe extern "C" fn object(b: *const tatu_builder, kind: *const c_char, parent: u32, alias: tatu_str) -> u32 {
-    // SAFETY: valid during the call, as the header says, here and below.
-    unsafe {
-        let alias = std::slice::from_raw_parts(alias.ptr.cast(), alias.len as usize);
-        let mut r = record(b).borrow_mut();
-        r.objects.push(Object {
-            kind: text(kind),
-            alias: String::from_utf8_lossy(alias).into_owned(),
-            parent: parent as usize,
-            ..Object::default()
-        });
-        r.objects.len() as u32
-    }
-}
-
-unsafe extern "C" fn set(
-    b: *const tatu_builder,
+extern "C" fn set(
+    b: Option<&tatu_builder>,
     object: u32,
-    key: *const c_char,
-    value: *const tatu_value,
+    key: LentCStr<'_>,
+    value: Option<&ValueRef<'_>>,
 ) -> tatu_status {
-    // SAFETY: the recorder outlives the call, and pointers of the builder are valid during it.
-    unsafe {
-        let value = ValueRef::new(*value).to_value().unwrap();
-        let mut r = record(b).borrow_mut();
-        r.objects[object as usize - 1].properties.insert(text(key), value);
-    }
+    let value = value.unwrap().to_value().unwrap();
+    record(b).borrow_mut().objects[object as usize - 1].properties.insert(key.text().into_owned(), value);
     TATU_OK
 }
 
-unsafe extern "C" fn mesh(b: *const tatu_builder, points: *const f64, n: u64, triangles: *const u32, m: u64) -> u64 {
-    // SAFETY: the recorder outlives the call, and pointers of the builder are valid during it.
-    unsafe {
-        let points = std::slice::from_raw_parts(points.cast(), n as usize).to_vec();
-        let triangles = std::slice::from_raw_parts(triangles.cast(), m as usize).to_vec();
-        let mut r = record(b).borrow_mut();
-        r.meshes.push((points, triangles));
-        r.meshes.len() as u64
-    }
+unsafe extern "C" fn mesh(b: Option<&tatu_builder>, points: *const f64, n: u64, triangles: *const u32, m: u64) -> u64 {
+    // SAFETY: as many as told, 3 numbers each.
+    let (points, triangles) = unsafe {
+        (
+            std::slice::from_raw_parts(points.cast(), n as usize).to_vec(),
+            std::slice::from_raw_parts(triangles.cast(), m as usize).to_vec(),
+        )
+    };
+    let mut r = record(b).borrow_mut();
+    r.meshes.push((points, triangles));
+    r.meshes.len() as u64
 }
 
-unsafe extern "C" fn device(b: *const tatu_builder, object: u32, kind: *const c_char) -> tatu_status {
-    // SAFETY: the recorder outlives the call, and pointers of the builder are valid during it.
-    unsafe { record(b).borrow_mut().objects[object as usize - 1].device = Some(text(kind)) };
+extern "C" fn device(b: Option<&tatu_builder>, object: u32, kind: LentCStr<'_>) -> tatu_status {
+    record(b).borrow_mut().objects[object as usize - 1].device = Some(kind.text().into_owned());
     TATU_OK
 }
 
@@ -168,7 +155,7 @@ pub fn build(given: &[(&str, Value)]) -> Result<Record, String> {
     };
     let plugin = &crate::tatu_plugin.0;
     let mut me = std::ptr::null_mut();
-    let mut room: Vec<Vec<u64>> = Vec::new();
+    let mut owned = Owned::default();
     // SAFETY: the calls follow the header: init, extension, build, shutdown; all tables live until the end.
     let status = unsafe {
         assert_eq!(plugin.init.unwrap()(&host, &mut me, &mut error), TATU_OK);
@@ -182,15 +169,9 @@ pub fn build(given: &[(&str, Value)]) -> Result<Record, String> {
             if param.is_null() {
                 break;
             }
-            let key = text((*param).key);
+            let key = CStr::from_ptr((*param).key).to_str().unwrap();
             let found = given.iter().find(|(k, _)| *k == key);
-            values.push(found.map_or((*param).fallback, |(_, v)| {
-                v.to_raw(&mut |bytes| {
-                    room.push(vec![0; bytes.div_ceil(8).max(1)]);
-                    room.last_mut().unwrap().as_mut_ptr().cast()
-                })
-                .unwrap()
-            }));
+            values.push(found.map_or((*param).fallback, |(_, v)| owned.raw(v)));
         }
         let status = model.build.unwrap()(me, &builder, values.as_ptr(), &mut error);
         plugin.shutdown.unwrap()(me);

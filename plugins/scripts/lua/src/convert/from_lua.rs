@@ -261,7 +261,7 @@ impl Reader<'_> {
         };
         let memory = match frame_alloc {
             Some((alloc, frame)) => alloc(frame, bytes),
-            None => (self.s.commands.alloc)(self.s.world, bytes),
+            None => (self.s.commands.alloc)(self.s.world_ref(), bytes),
         };
         if memory.is_null() {
             errors::raise(

@@ -123,73 +123,76 @@ impl Error {
     }
 }
 
-unsafe fn host<'a>(w: WorldPtr) -> &'a Host {
-    &*w.cast::<Host>()
+fn host<'a>(w: WorldRef<'a>) -> &'a Host {
+    // SAFETY: scripts of these tests have the host as their world.
+    unsafe { &*w.ptr().cast::<Host>() }
 }
-unsafe extern "C" fn find(w: WorldPtr, name: tatu_str, alias: *mut u32) -> u32 {
-    let (h, name) = (host(w), text(name));
+extern "C" fn find(w: WorldRef<'_>, name: Lent<'_>, alias: Option<&mut u32>) -> u32 {
+    let (h, name) = (host(w), name.text());
     let at = h.names.borrow().iter().position(|n| n.0 == name);
-    *alias = 3;
+    *alias.unwrap() = 3;
     at.map_or(0, |i| i as u32 + 1)
 }
-unsafe extern "C" fn is_name_space(w: WorldPtr, name: tatu_str) -> u32 {
-    let (h, name) = (host(w), format!("{}.", text(name)));
+extern "C" fn is_name_space(w: WorldRef<'_>, name: Lent<'_>) -> u32 {
+    let (h, name) = (host(w), format!("{}.", name.text()));
     let names = h.names.borrow().iter().any(|n| n.0.starts_with(&name));
     u32::from(names || h.constants.borrow().iter().any(|n| n.0.starts_with(&name)))
 }
-unsafe extern "C" fn call(w: WorldPtr, frame: *mut tatu_call) -> tatu_status {
+unsafe extern "C" fn call(w: WorldRef<'_>, frame: *mut tatu_call) -> tatu_status {
     let (h, frame) = (host(w), &mut *frame);
     assert_eq!(frame.alias, 3);
     let f = h.names.borrow()[frame.command as usize - 1].1;
-    frame.world = w;
+    frame.world = w.ptr();
     frame.api = &raw const API;
     f(h, frame)
 }
-unsafe extern "C" fn generation(w: WorldPtr) -> u64 {
+extern "C" fn generation(w: WorldRef<'_>) -> u64 {
     host(w).generation.get()
 }
-unsafe extern "C" fn constant(w: WorldPtr, name: tatu_str, out: *mut tatu_value) -> tatu_status {
-    let name = text(name);
+extern "C" fn constant<'a>(w: WorldRef<'a>, name: Lent<'_>, out: Option<&mut ValueRef<'a>>) -> tatu_status {
+    let name = name.text();
     match host(w).constants.borrow().iter().find(|c| c.0 == name) {
         Some(c) => {
-            *out = c.1;
+            // SAFETY: constants of tests are numbers.
+            *out.unwrap() = unsafe { ValueRef::new(c.1) };
             TATU_OK
         }
         None => TATU_ERR_MISSING,
     }
 }
-unsafe extern "C" fn prelude(
-    w: WorldPtr,
-    language: *const c_char,
+extern "C" fn prelude<'a>(
+    w: WorldRef<'a>,
+    language: LentCStr<'_>,
     index: u32,
-    module: *mut tatu_str,
-    out: *mut tatu_str,
+    module: Option<&mut Lent<'a>>,
+    out: Option<&mut Lent<'a>>,
 ) -> tatu_status {
-    assert_eq!(CStr::from_ptr(language), c"lua");
+    assert_eq!(language.get(), Some(c"lua"));
     match host(w).preludes.borrow().get(index as usize) {
         Some((m, t)) => {
-            (*module, *out) = (raw(m), raw(t));
+            // SAFETY: preludes of tests are static or leaked with their host.
+            (*module.unwrap(), *out.unwrap()) = unsafe { (Lent::new(raw(m)), Lent::new(raw(t))) };
             TATU_OK
         }
         None => TATU_ERR_MISSING,
     }
 }
-unsafe extern "C" fn mark(w: WorldPtr) -> u64 {
+extern "C" fn mark(w: WorldRef<'_>) -> u64 {
     host(w).arena.borrow().len() as u64
 }
-unsafe extern "C" fn alloc(w: WorldPtr, bytes: u64) -> *mut c_void {
+extern "C" fn alloc(w: WorldRef<'_>, bytes: u64) -> *mut c_void {
     let mut block = vec![0u64; (bytes as usize).div_ceil(8).max(1)].into_boxed_slice();
     let ptr = block.as_mut_ptr().cast();
     host(w).arena.borrow_mut().push(block);
     ptr
 }
-unsafe extern "C" fn release(w: WorldPtr, mark: u64) {
+unsafe extern "C" fn release(w: WorldRef<'_>, mark: u64) {
     host(w).arena.borrow_mut().truncate(mark as usize);
 }
 unsafe extern "C" fn frame_alloc(frame: *mut tatu_call, bytes: u64) -> *mut c_void {
-    alloc((*frame).world, bytes)
+    alloc(WorldRef::new((*frame).world), bytes)
 }
-unsafe extern "C" fn call_func(w: WorldPtr, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
+unsafe extern "C" fn call_func(w: WorldRef<'_>, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
     let s = &*host(w).script.get();
     assert_eq!(func >> 32, s.id);
     let mut error = Error::new();
@@ -220,14 +223,14 @@ static COMMANDS: tatu_host_commands = tatu_host_commands {
     call_func: Some(call_func),
     constant_name: None,
 };
-unsafe extern "C" fn prop(_: *const tatu_host, key: *const c_char) -> tatu_prop {
-    match CStr::from_ptr(key).to_bytes() {
-        b"scene.clock" => 1,
-        b"scene.epoch" => 2,
+unsafe extern "C" fn prop(_: *const tatu_host, key: LentCStr<'_>) -> tatu_prop {
+    match &*key.text() {
+        "scene.clock" => 1,
+        "scene.epoch" => 2,
         _ => 0,
     }
 }
-unsafe extern "C" fn get_f64(w: WorldPtr, _: tatu_object, p: tatu_prop, out: *mut f64, _: u32) -> tatu_status {
+unsafe extern "C" fn get_f64(w: WorldRef<'_>, _: tatu_object, p: tatu_prop, out: *mut f64, _: u32) -> tatu_status {
     // The first second of 2015, in universal time.
     *out = match p {
         1 => host(w).time.get(),
@@ -236,11 +239,11 @@ unsafe extern "C" fn get_f64(w: WorldPtr, _: tatu_object, p: tatu_prop, out: *mu
     };
     TATU_OK
 }
-unsafe extern "C" fn write(h: *const tatu_host, _: WorldPtr, level: u32, line: tatu_str) {
+unsafe extern "C" fn write(h: *const tatu_host, _: WorldRef<'_>, level: u32, line: Lent<'_>) {
     let h = &*(*h).ctx.cast::<Host>();
-    h.log.borrow_mut().push((level, text(line)));
+    h.log.borrow_mut().push((level, line.text().into_owned()));
 }
-unsafe extern "C" fn last_error(w: WorldPtr) -> *const tatu_error {
+unsafe extern "C" fn last_error(w: WorldRef<'_>) -> *const tatu_error {
     &raw const host(w).error.borrow().raw
 }
 static LOG: tatu_host_log = tatu_host_log {
@@ -249,13 +252,14 @@ static LOG: tatu_host_log = tatu_host_log {
     write: Some(write),
     last_error: Some(last_error),
 };
-unsafe extern "C" fn resolve(w: WorldPtr, name: tatu_str, _: u32, out: *mut tatu_str) -> tatu_status {
-    let (h, name) = (host(w), text(name));
+extern "C" fn resolve<'a>(w: WorldRef<'a>, name: Lent<'_>, _: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
+    let (h, name) = (host(w), name.text());
     if name.contains("..") || name.starts_with('/') {
         return h.refuse(TATU_ERR_UNSUPPORTED, "outside of the allowed folders");
     }
     *h.path.borrow_mut() = format!("{}/{name}", h.folder.borrow());
-    *out = raw(&h.path.borrow());
+    // SAFETY: the path stays until the next one is asked for.
+    *out.unwrap() = unsafe { Lent::new(raw(&h.path.borrow())) };
     TATU_OK
 }
 static FILES: tatu_host_files =
@@ -422,11 +426,11 @@ impl Script {
     ) -> Result<(i32, Vec<Value>), Box<Error>> {
         self.host.script.set(self);
         let before = self.host.arena_blocks() as u64;
-        let mut room = |bytes: usize| unsafe { alloc(self.world(), bytes as u64).cast::<u8>() };
-        let args: Vec<_> = args.iter().map(|a| a.to_raw(&mut room).unwrap()).collect();
+        let mut owned = Owned::default();
+        let args: Vec<_> = args.iter().map(|a| owned.raw(a)).collect();
         let mut results = [int(0); 32];
         let mut error = Error::new();
-        let mut frame = unsafe { std::mem::zeroed::<tatu_call>() };
+        let mut frame = tatu_call::empty();
         frame.size = size_of::<tatu_call>() as u32;
         frame.args = args.as_ptr();
         frame.n_args = args.len() as u32;
@@ -442,7 +446,7 @@ impl Script {
             .iter()
             .map(|v| unsafe { ValueRef::new(*v) }.to_value().unwrap())
             .collect();
-        unsafe { release(self.world(), before) };
+        unsafe { release(WorldRef::new(self.world()), before) };
         if status < 0 {
             assert_eq!(error.code, status);
             return Err(error);

@@ -1,4 +1,0 @@
-//! The reading schemas of the project, as they stand in `schemas/`: what sensors fill and readers look for.
-
-/// The text of each file, in TOML.
-pub const FILES: &[&str] = &[include_str!("../schemas/proximity.toml"), include_str!("../schemas/range_scan.toml")];
