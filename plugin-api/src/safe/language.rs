@@ -154,13 +154,14 @@ impl<L: Language> Life for Data<L> {
     }
 }
 
-/// The script of a call.
+/// Asks the script of a call something.
 ///
 /// # Safety
-/// `data` is what the host was given for it, and it is not destroyed within `'a`.
-unsafe fn script<'a, L: Language>(data: *mut c_void) -> &'a L {
+/// `data` is what the host was given for it.
+unsafe fn ask<L: Language, T: Default>(data: *mut c_void, ask: impl FnOnce(&L) -> T) -> T {
     // SAFETY: the caller promises it.
-    unsafe { &life::of::<Data<L>>(data).language }
+    let script = unsafe { &life::of::<Data<L>>(data).language };
+    guard::quiet(|| ask(script))
 }
 
 pub(crate) fn table<L: Language>(keep: &mut Keep, flags: u32) -> *const tatu_language {
@@ -223,30 +224,27 @@ unsafe extern "C" fn load<L: Language>(
 }
 
 unsafe extern "C" fn traits<L: Language>(data: *mut c_void) -> u32 {
-    // SAFETY: made by `create`.
-    guard::quiet(|| unsafe { script::<L>(data).traits() })
+    // SAFETY: by the contract; here and below.
+    unsafe { ask(data, L::traits) }
 }
 
 unsafe extern "C" fn order<L: Language>(data: *mut c_void, dialect: tatu_str, modern: u32) -> u32 {
-    guard::quiet(|| {
-        // SAFETY: made by `create`; the text is valid during the call.
-        let (script, dialect) = unsafe { (script::<L>(data), bytes_of(dialect)) };
-        script.order(&String::from_utf8_lossy(dialect), modern != 0)
-    })
+    // SAFETY: by the contract; the text is valid during the call.
+    unsafe { ask(data, |script: &L| script.order(&Lent::new(dialect).text(), modern != 0)) }
 }
 
 unsafe extern "C" fn place<L: Language>(data: *mut c_void, error: *mut tatu_error) {
-    guard::run(error, || {
-        // SAFETY: made by `create`.
-        unsafe { script::<L>(data).place() }.map_or(Ok(TATU_OK), Err)
-    });
+    // SAFETY: by the contract; the host's error object.
+    unsafe {
+        if let Some(place) = ask(data, L::place) {
+            place.write(error);
+        }
+    }
 }
 
 unsafe extern "C" fn find<L: Language>(data: *mut c_void, how: u32, name: tatu_str) -> u32 {
-    guard::quiet(|| {
-        // SAFETY: `data` was made by `create` and is in use by this call alone.
-        unsafe { script::<L>(data).find(how, bytes_of(name)) }
-    })
+    // SAFETY: by the contract; the name is valid during the call.
+    unsafe { ask(data, |script: &L| script.find(how, bytes_of(name))) }
 }
 
 /// Runs one entry into the script.
@@ -260,7 +258,8 @@ fn enter<L: Language>(
 ) -> tatu_status {
     guard::run(error, || {
         // SAFETY: made by `create`; the host gives valid pointers.
-        let (script, raw, budget, used) = unsafe { (script::<L>(data), &mut *frame, &*budget, &mut *used) };
+        let (script, raw, budget, used) =
+            unsafe { (&life::of::<Data<L>>(data).language, &mut *frame, &*budget, &mut *used) };
         let budget = Budget { instructions: budget.instructions, memory: budget.memory };
         let flow = f(script, &mut Frame { raw }, budget, used)?;
         Ok(if flow == Flow::Waiting { TATU_WAIT } else { TATU_OK })
@@ -295,13 +294,13 @@ unsafe extern "C" fn resume<L: Language>(
 }
 
 unsafe extern "C" fn keep_func<L: Language>(data: *mut c_void, local: u32) -> u32 {
-    // SAFETY: `data` was made by `create` and is in use by this call alone.
-    guard::quiet(|| unsafe { script::<L>(data).keep_func(local) })
+    // SAFETY: by the contract.
+    unsafe { ask(data, |script: &L| script.keep_func(local)) }
 }
 
 unsafe extern "C" fn drop_func<L: Language>(data: *mut c_void, local: u32) {
-    // SAFETY: `data` was made by `create` and is in use by this call alone.
-    guard::quiet(|| unsafe { script::<L>(data).drop_func(local) });
+    // SAFETY: by the contract.
+    unsafe { ask(data, |script: &L| script.drop_func(local)) };
 }
 
 unsafe extern "C" fn call_func<L: Language>(

@@ -69,8 +69,19 @@ impl ErrorSlot {
         unsafe { say(error, status, raw(text.as_bytes())) };
     }
     /// What was said, part by part.
-    pub fn parts(&self) -> &tatu_error {
-        &self.raw
+    pub fn said(&self) -> Said {
+        // SAFETY: an error object of ours, with texts of ours.
+        unsafe { Said::of(&*self.raw) }
+    }
+    /// As [`answer`], of the function that was given this object.
+    pub fn answer(&mut self, status: tatu_status, may_wait: bool) -> tatu_status {
+        // SAFETY: an error object of ours.
+        unsafe { answer(status, may_wait, self.raw()) }
+    }
+    /// As [`name_plugin`].
+    pub fn name_plugin(&mut self, status: tatu_status, plugin: &str, call: Call) {
+        // SAFETY: an error object of ours.
+        unsafe { name_plugin(status, self.raw(), plugin, call) };
     }
     /// Whether anything was said.
     pub fn has_said(&self) -> bool {
@@ -78,13 +89,42 @@ impl ErrorSlot {
     }
     /// The sentence, with its help.
     pub fn text(&self) -> String {
-        // SAFETY: the texts are ours.
-        let of = |s| unsafe { crate::border::text(s) };
-        let mut out = of(self.raw.text).into_owned();
-        if self.raw.help.len > 0 {
-            out += &format!(" ({})", of(self.raw.help));
+        let said = self.said();
+        let mut out = said.text.unwrap_or_default();
+        if let Some(help) = said.help {
+            out += &format!(" ({help})");
         }
         if out.is_empty() { "no reason was given".into() } else { out }
+    }
+}
+
+/// What an error object says, copied; empty parts are none.
+pub struct Said {
+    /// The sentence.
+    pub text: Option<String>,
+    /// What to do about it.
+    pub help: Option<String>,
+    /// The place in a text, a line of which counts from 1; 0: none.
+    pub file: Option<String>,
+    /// See `file`.
+    pub line: u64,
+    /// The chain of calls of a script.
+    pub traceback: Option<String>,
+}
+
+impl Said {
+    /// # Safety
+    /// An error object of the host, whose texts live.
+    pub unsafe fn of(error: &tatu_error) -> Self {
+        // SAFETY: the caller promises it.
+        let part = |s| Some(unsafe { crate::border::text(s) }.into_owned()).filter(|s| !s.is_empty());
+        Said {
+            text: part(error.text),
+            help: part(error.help),
+            file: part(error.file),
+            line: error.line,
+            traceback: part(error.traceback),
+        }
     }
 }
 

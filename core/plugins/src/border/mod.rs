@@ -4,7 +4,7 @@ mod error_object;
 
 use tatu_plugin_api::abi::*;
 
-pub use error_object::{ErrorSlot, answer, copy as copy_error, name_plugin};
+pub use error_object::{ErrorSlot, Said, answer, copy as copy_error, name_plugin};
 
 /// Bytes of a border text; empty for null.
 ///

@@ -7,7 +7,7 @@ use tatu_errors::{Error, Place, Result};
 use tatu_plugin_api::safe::Value;
 use tatu_plugins::{
     Choice,
-    border::{self},
+    border::{self, Said},
     watchdog::Call,
 };
 
@@ -90,26 +90,24 @@ impl Builder<'_> {
 /// The error of a failed import: the host's refusal, or what the plugin said; in the file and line that the plugin
 /// told. An empty file name, or none, is the import itself.
 fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>, failed: Failed) -> Error {
-    // SAFETY: the texts of the host's own error object.
-    let of = |s| unsafe { border::text(s) }.into_owned();
     let (refused, slot) = match failed {
         Failed::Breach(e) => return e,
         Failed::Refused(e) => (Some(e), None),
         Failed::Said(slot) => (None, Some(slot)),
     };
-    let said = slot.as_ref().map(|s| s.parts());
+    let said = slot.as_ref().map(|s| s.said());
+    let (named, line) = said.as_ref().map_or_else(Default::default, |s| (s.file.clone(), s.line as usize));
     let (text, help) = match (&refused, said) {
         (Some(e), _) => {
             (e.text.clone(), e.help.clone().or_else(|| e.expected.clone().map(|x| format!("expected {x}"))))
         }
-        (None, Some(s)) if s.text.len > 0 => (of(s.text), Some(of(s.help)).filter(|h| !h.is_empty())),
+        (None, Some(Said { text: Some(text), help, .. })) => (text, help),
         _ => (format!("`{id}` gave no reason"), None),
     };
-    let (named, line) = said.map_or((String::new(), 0), |s| (of(s.file), s.line as usize));
-    let place = match named.is_empty() {
-        true => Place { file: file.to_owned(), line, column: 1, span: span(bytes, line) },
+    let place = match named {
+        None => Place { file: file.to_owned(), line, column: 1, span: span(bytes, line) },
         // Beside it: without its bytes only the line is known.
-        false => Place { file: file.with_file_name(named), line, column: 1, span: 0..0 },
+        Some(named) => Place { file: file.with_file_name(named), line, column: 1, span: 0..0 },
     };
     // What has no place in the file may be the plugin's own error.
     let (line, who) = if line > 0 { (format!(":{line}"), String::new()) } else { (String::new(), format!(" [{who}]")) };

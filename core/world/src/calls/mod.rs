@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 };
 use tatu_plugins::{
     CommandEntry, Declared, NameEntry, Status,
-    border::{self, bytes},
+    border::{self, ErrorSlot, Said, bytes},
     check_value,
     state_block::PAST_STATE,
     watchdog::Call,
@@ -21,6 +21,45 @@ use crate::cell::{Caller, Function, Owner, Wait, WorldCell, parse_wait};
 pub(crate) fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
     // SAFETY: calls keep only error objects that the host made for them, which live as long as the call.
     unsafe { border::say(error, status, text) }
+}
+
+/// What an error object of a call says.
+pub(crate) fn said(error: *const tatu_error) -> Said {
+    // SAFETY: as above.
+    unsafe { Said::of(&*error) }
+}
+
+/// Keeps what an error object of a call says: the next call uses it again.
+pub(crate) fn kept(error: *const tatu_error) -> ErrorSlot {
+    let mut kept = ErrorSlot::new();
+    // SAFETY: as above.
+    unsafe { border::copy_error(error, kept.fresh()) };
+    kept
+}
+
+/// What a function of a plugin answered that was given an error object of a call: see [`border::answer`].
+pub(crate) fn answer(error: *mut tatu_error, status: tatu_status, may_wait: bool) -> tatu_status {
+    // SAFETY: as above.
+    unsafe { border::answer(status, may_wait, error) }
+}
+
+/// Names the plugin in an error object of a call: see [`border::name_plugin`].
+pub(crate) fn name_plugin(error: *mut tatu_error, status: tatu_status, plugin: &str, call: Call) {
+    // SAFETY: as above.
+    unsafe { border::name_plugin(status, error, plugin, call) };
+}
+
+/// Gives values back as results, as far as there is room for them; `Err`: they do not fit into memory.
+pub(crate) fn give_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> Result<(), tatu_status> {
+    let mut arena = world.calls.arena.borrow_mut();
+    f.n_results = 0;
+    for value in values.iter().take(f.results_cap as usize) {
+        let raw = value.to_raw(&mut *arena).ok_or(TATU_ERR_SPACE)?;
+        // SAFETY: within the caller's array.
+        unsafe { *f.results.add(f.n_results as usize) = raw };
+        f.n_results += 1;
+    }
+    Ok(())
 }
 
 /// What a running command may ask about its call.
@@ -91,7 +130,8 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     };
     let Some(call) = entry.raw.call else { return TATU_ERR_UNSUPPORTED };
     let caller = level.caller;
-    f.error = calls.error_at(level.depth);
+    let error = calls.error_at(level.depth);
+    f.error = error;
     f.world = world.raw();
     f.self_ = world.registry.plugins[entry.plugin].me;
     (f.instance, f.state) = world.instance(entry.plugin);
@@ -131,8 +171,9 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
         say(f.error, TATU_ERR, PAST_STATE);
         return failed(world, entry, f, TATU_ERR);
     }
-    // SAFETY: the error object of this call.
-    match unsafe { tatu_plugins::border::answer(status, true, f.error) } {
+    // Whatever the plugin wrote there.
+    f.error = error;
+    match answer(f.error, status, true) {
         TATU_WAIT => begin_wait(world, entry, f, caller),
         TATU_OK => match check_results(f) {
             Ok(()) => TATU_OK,
@@ -220,7 +261,7 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
     }
     // Names of old manners cut fractions off, as they did when scripts were written for them.
     // SAFETY: the dialect lives as long as the caller.
-    let dialect = unsafe { tatu_plugins::border::bytes(f.caller_dialect) };
+    let dialect = unsafe { bytes(f.caller_dialect) };
     let old = |n: &NameEntry| n.until.is_some() && !dialect.is_empty() && n.instead_of_error(dialect).is_some();
     let cuts = entry.names.get(f.alias as usize).is_some_and(|n| n.on_error.is_some()) || entry.names.iter().any(old);
     match convert_args(world, entry, args, cuts) {
@@ -322,65 +363,48 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
     let plugin = &world.registry.plugins[entry.plugin];
     let name = entry_name(entry, f.alias);
     // SAFETY: the host's own error objects.
-    let said = unsafe {
+    let text = unsafe {
         if (*f.error).code == TATU_OK {
             let last = world.calls.last.borrow_mut().raw();
             if (*last).code == status {
-                tatu_plugins::border::copy_error(last, f.error);
+                border::copy_error(last, f.error);
             }
         }
         match (*f.error).code {
             TATU_OK => "failed and gave no reason".to_owned(),
-            _ => tatu_plugins::border::text((*f.error).text).into_owned(),
+            _ => said(f.error).text.unwrap_or_default(),
         }
     };
     let text = match status {
-        _ if status == TATU_ERR_PANIC || said.starts_with("broke the contract") => {
-            format!("{name}: plugin `{}` {said}", plugin.id)
+        _ if status == TATU_ERR_PANIC || text.starts_with("broke the contract") => {
+            format!("{name}: plugin `{}` {text}", plugin.id)
         }
         // A chain of calls of one command names it once.
-        _ if said.starts_with(&format!("{name}: ")) => said,
-        _ => format!("{name}: {said}"),
+        _ if text.starts_with(&format!("{name}: ")) => text,
+        _ => format!("{name}: {text}"),
     };
-    // SAFETY: the host's own error object of this call; `add` copies the text.
-    let help = unsafe { tatu_plugins::border::text((*f.error).help).into_owned() };
+    let help = said(f.error).help;
     // SAFETY: the dialect lives as long as the caller.
-    let dialect = unsafe { tatu_plugins::border::bytes(f.caller_dialect) };
+    let dialect = unsafe { bytes(f.caller_dialect) };
     let old = entry.names.get(f.alias as usize).and_then(|n| n.instead_of_error(dialect));
     match old {
         Some(values) if status != TATU_ERR_PANIC && f.flags & TATU_CALL_RAISE == 0 => {
             let mut fault = Fault::new(FaultKind::of(status), text);
             fault.plugin = Some(plugin.id.clone());
-            fault.help = (!help.is_empty()).then_some(help);
+            fault.help = help;
             world.blame_caller(&mut fault);
             world.with_caller(|script| script.place(world, &mut fault));
             world.report(fault);
-            give_back(world, f, values);
-            TATU_OK
+            give_results(world, f, values).err().unwrap_or(TATU_OK)
         }
         _ => {
             *world.calls.blame.borrow_mut() = Some((text.clone(), plugin.id.clone()));
             say(f.error, status, &text);
-            if !help.is_empty() {
+            if let Some(help) = help {
                 // SAFETY: the host's own error object of this call; `add` copies the text.
-                if let Some(add) = unsafe { (*f.error).add } {
-                    // SAFETY: the host's own error object of this call; `add` copies the text.
-                    unsafe { add(f.error, TATU_PART_HELP, tatu_plugins::border::raw(help.as_bytes()), 0) };
-                }
+                unsafe { (*f.error).add.map(|add| add(f.error, TATU_PART_HELP, border::raw(help.as_bytes()), 0)) };
             }
             status
-        }
-    }
-}
-
-fn give_back(world: &WorldCell, f: &mut tatu_call, values: &[Value]) {
-    let mut arena = world.calls.arena.borrow_mut();
-    f.n_results = 0;
-    for v in values.iter().take(f.results_cap as usize) {
-        if let Some(raw) = v.to_raw(&mut *arena) {
-            // SAFETY: within the caller's array.
-            unsafe { *f.results.add(f.n_results as usize) = raw };
-            f.n_results += 1;
         }
     }
 }

@@ -12,7 +12,7 @@ use tatu_plugin_api::{
 };
 use tatu_plugins::{
     Registry, ServiceKind,
-    border::{ErrorSlot, answer, name_plugin, raw},
+    border::{ErrorSlot, answer, raw},
     events::covers,
     state_block::{PAST_STATE, StateBlock},
     watchdog::Call,
@@ -20,7 +20,10 @@ use tatu_plugins::{
 use tatu_scene::document::ServiceSpec;
 
 use super::SessionCell;
-use crate::cell::{Caller, WorldCell};
+use crate::{
+    calls,
+    cell::{Caller, WorldCell},
+};
 
 /// A service that has been started.
 pub(crate) struct Running {
@@ -146,14 +149,11 @@ impl Running {
         let status =
             world.cross(kind.plugin, Call::ServiceFunc, 0, || unsafe { call(self.data, world.raw(), local, f) });
         f.error = error;
-        // SAFETY: the host's own error object and plugin data, which live through the call.
-        unsafe {
-            let status = answer(status, false, error);
-            if status < 0 {
-                name_plugin(status, error, &world.registry.plugins[kind.plugin].id, Call::ServiceFunc);
-            }
-            status
+        let status = calls::answer(error, status, false);
+        if status < 0 {
+            calls::name_plugin(error, status, &world.registry.plugins[kind.plugin].id, Call::ServiceFunc);
         }
+        status
     }
 
     /// Runs a call into it: depth, caller and arena are afterwards as before.

@@ -65,8 +65,7 @@ pub(crate) fn save_instance(
     let mut error = ErrorSlot::new();
     // SAFETY: by the contract; the writer lives through the call.
     let status = world.cross(of.plugin, Call::Save, of.slot, || unsafe { save(of.data, &writer, error.raw()) });
-    // SAFETY: the host's own error object.
-    if unsafe { answer(status, false, error.raw()) } == TATU_OK {
+    if error.answer(status, false) == TATU_OK {
         return Ok(image);
     }
     if status == TATU_ERR_PANIC || !(TATU_ERR_MEMORY..0).contains(&status) {

@@ -3,13 +3,10 @@
 use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
-use tatu_plugins::{
-    border::{answer, name_plugin},
-    watchdog::Call,
-};
+use tatu_plugins::watchdog::Call;
 
 use crate::{
-    calls::{CALL_API, check_results, say},
+    calls::{CALL_API, answer, check_results, name_plugin, said, say},
     cell::{MAX_DEPTH, Script, WorldCell},
 };
 
@@ -30,28 +27,11 @@ impl Room {
 pub(crate) fn function_frame(args: &[tatu_value]) -> tatu_call {
     tatu_call {
         size: size_of::<tatu_call>() as u32,
-        command: 0,
-        alias: 0,
         n_args: args.len() as u32,
         args: args.as_ptr(),
-        results: std::ptr::null_mut(),
-        results_cap: 0,
-        n_results: 0,
-        world: std::ptr::null_mut(),
-        self_: std::ptr::null_mut(),
-        instance: std::ptr::null_mut(),
-        state: std::ptr::null_mut(),
-        user: std::ptr::null(),
         api: &raw const CALL_API,
-        error: std::ptr::null_mut(),
-        wait_token: 0,
-        resume: 0,
-        caller: 0,
-        caller_object: 0,
-        caller_script: 0,
-        caller_dialect: tatu_str { ptr: std::ptr::null(), len: 0 },
         caller_kind: TATU_CALLER_HOST,
-        flags: 0,
+        ..tatu_call::empty()
     }
 }
 
@@ -104,8 +84,7 @@ pub(super) fn enter_with_error(
     drop(level);
     script.instructions.set(script.instructions.get().saturating_add(used));
     frame.error = error;
-    // SAFETY: the error object of this call.
-    let status = unsafe { answer(status, true, error) };
+    let status = answer(error, status, true);
     let status = match if status < 0 { Ok(()) } else { check_results(frame) } {
         Ok(()) => status,
         Err(text) => {
@@ -114,8 +93,7 @@ pub(super) fn enter_with_error(
         }
     };
     if status < 0 {
-        // SAFETY: the host's own error object and plugin data, which live through the call.
-        unsafe { name_plugin(status, error, &world.registry.plugins[plugin].id, call) };
+        name_plugin(error, status, &world.registry.plugins[plugin].id, call);
     }
     status
 }
@@ -172,9 +150,7 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
         call(data, id, frame, budget, used, error)
     });
     if status < 0 {
-        // SAFETY: the host's own error object.
-        let text = unsafe { tatu_plugins::border::text((*f.error).text) }.into_owned();
-        world.calls.refuse(status, &text);
+        world.calls.refuse(status, &said(f.error).text.unwrap_or_default());
     }
     status
 }

@@ -13,14 +13,14 @@ use std::{
 };
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::{
-    border::{ErrorSlot, copy_error},
-    thread_grant::ThreadGrant,
-};
+use tatu_plugins::thread_grant::ThreadGrant;
 use tatu_scene::{Changed, set_numbers};
 
 use super::life::turn_of;
-use crate::cell::{Callback, DeferredEffect, ExitRequest, Kind, Owner, Script, ScriptWorker, WorkerView, WorldCell};
+use crate::{
+    calls::kept,
+    cell::{Callback, DeferredEffect, ExitRequest, Kind, Owner, Script, ScriptWorker, WorkerView, WorldCell},
+};
 
 /// Scripts that a thread takes at a time: neighbours are in each other's caches.
 const CHUNK: usize = 32;
@@ -196,9 +196,7 @@ impl Stage<'_> {
             return;
         }
         script.ask_and(cell, number, &[], |status, error| {
-            let mut kept = ErrorSlot::new();
-            // SAFETY: both are error objects of the host.
-            unsafe { copy_error(error, kept.fresh()) };
+            let kept = kept(error);
             let blame = cell.calls.blame.borrow_mut().take();
             // Its clean-up, which may come next, has the last word.
             worker.end_script();

@@ -6,13 +6,13 @@ use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
     Registry,
-    border::{ErrorSlot, answer, name_plugin, raw},
+    border::{ErrorSlot, Said, raw},
     watchdog::Call,
 };
 
 use super::enter;
 use crate::{
-    calls::call_command,
+    calls::{call_command, kept, said},
     cell::{CALLBACKS, Callback, Caller, ExitRequest, Kind, Order, Owner, Script, WorldCell},
 };
 
@@ -67,12 +67,10 @@ impl Script {
             world.watch.name(self.slot, scene.path(self.slot));
         }
         let status = world.cross(language.plugin, Call::Create, self.slot, create);
-        // SAFETY: the host's own error object.
-        let status = unsafe { answer(status, false, error.raw()) };
+        let status = error.answer(status, false);
         if status < 0 {
             world.calls.caller.set(Caller::HOST);
-            // SAFETY: the host's own error object and plugin data, which live through the call.
-            unsafe { name_plugin(status, error.raw(), &plugin.id, Call::Create) };
+            error.name_plugin(status, &plugin.id, Call::Create);
             return Err((status, error));
         }
         self.data.set(data);
@@ -90,13 +88,11 @@ impl Script {
             language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
         };
         let status = world.cross(language.plugin, Call::ScriptLoad, self.slot, load);
-        // SAFETY: the host's own error object and plugin data, which live through the call.
-        let status = unsafe { answer(status, false, error.raw()) };
+        let status = error.answer(status, false);
         world.calls.caller.set(Caller::HOST);
         if status < 0 {
             self.dead.set(true);
-            // SAFETY: the host's own error object and plugin data, which live through the call.
-            unsafe { name_plugin(status, error.raw(), &plugin.id, Call::ScriptLoad) };
+            error.name_plugin(status, &plugin.id, Call::ScriptLoad);
             return Err((status, error));
         }
         self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
@@ -142,12 +138,9 @@ impl Script {
         // SAFETY: by the contract; the error object lives through the call.
         world
             .cross_quietly(self.plugin(world), Call::ScriptPlace, self.slot, || unsafe { place(self.data.get(), raw) });
-        // SAFETY: the host's own error object.
-        unsafe {
-            let of = |s| Some(tatu_plugins::border::text(s).into_owned()).filter(|s: &String| !s.is_empty());
-            (fault.file, fault.traceback) = (of((*raw).file), of((*raw).traceback));
-            fault.line = Some((*raw).line).filter(|line| *line > 0);
-        }
+        let said = error.said();
+        (fault.file, fault.traceback) = (said.file, said.traceback);
+        fault.line = Some(said.line).filter(|line| *line > 0);
     }
 
     /// Its language told something that has no meaning; `what` begins with a verb.
@@ -284,11 +277,7 @@ impl Script {
         let results = unsafe { std::slice::from_raw_parts(done.results, done.n_results as usize) };
         let mut frame = room.frame(results);
         // The command's error object is used again by the call below: keep what it says.
-        let mut carried = ErrorSlot::new();
-        if failed < 0 {
-            // SAFETY: both are error objects of the host.
-            unsafe { tatu_plugins::border::copy_error(done.error, carried.fresh()) };
-        }
+        let mut carried = if failed < 0 { kept(done.error) } else { ErrorSlot::new() };
         let carried = carried.raw();
         let status = enter::enter_with_error(
             world,
@@ -360,12 +349,7 @@ impl Script {
 
     pub(crate) fn fault(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) -> Fault {
         let kind = FaultKind::of(status);
-        // SAFETY: an error object of the host.
-        let (text, help, file, traceback, line) = unsafe {
-            let e = &*error;
-            let of = |s| Some(tatu_plugins::border::text(s).into_owned()).filter(|s: &String| !s.is_empty());
-            (of(e.text), of(e.help), of(e.file), of(e.traceback), e.line)
-        };
+        let Said { text, help, file, traceback, line } = said(error);
         let mut fault = Fault::new(kind, text.unwrap_or_else(|| "failed and gave no reason".into()));
         let language = &world.registry.plugins[self.plugin(world)].id;
         if fault.message.starts_with(&format!("plugin `{language}` ")) {

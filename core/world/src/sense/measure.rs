@@ -5,7 +5,7 @@ use std::ffi::c_void;
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Registry,
-    border::{ErrorSlot, answer},
+    border::ErrorSlot,
     guard,
     watchdog::{Call, Watch},
 };
@@ -259,8 +259,7 @@ fn hand_over(
     // SAFETY: arrays are as large as the batch tells; the instances belong to this call.
     let (told, moved) = guard::watched(|| unsafe { function(me, batch, error.raw()) });
     around.watch.leave(before);
-    // SAFETY: the host's own error object.
-    let mut told = unsafe { answer(told, false, error.raw()) };
+    let mut told = error.answer(told, false);
     if moved && told >= 0 {
         told = TATU_ERR;
         error.set(told, &format!("{} changed {}: {}", call.text(), guard::MODE, guard::HELP));
@@ -276,8 +275,7 @@ fn hand_over(
         if told < 0 {
             *status = told;
         } else {
-            // SAFETY: the host's own error object and plugin data, which live through the call.
-            *status = unsafe { answer(*status, false, error.raw()) };
+            *status = error.answer(*status, false);
         }
         let text = if !d.kept_within() {
             *status = TATU_ERR;

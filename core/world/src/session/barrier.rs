@@ -11,11 +11,11 @@
 use std::time::{Duration, Instant};
 
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::border::{ErrorSlot, copy_error};
+use tatu_plugins::border::ErrorSlot;
 
 use super::log;
 use crate::{
-    calls::call_command,
+    calls::{call_command, kept},
     cell::{Caller, Owner, Phase, SessionCell, Wait, WorldCell},
     scripts::Room,
     step,
@@ -193,11 +193,7 @@ fn resume_waits(world: &WorldCell) {
         let status = unsafe { call_command(world, &mut frame, wait.resume) };
         world.calls.caller.set(Caller::HOST);
         if status != TATU_WAIT {
-            let mut error = ErrorSlot::new();
-            if status < 0 {
-                // SAFETY: both are error objects of the host; the first is used again by the next call.
-                unsafe { copy_error(frame.error, error.fresh()) };
-            }
+            let error = if status < 0 { kept(frame.error) } else { ErrorSlot::new() };
             ended.push(Ended { wait, status, frame, room, error });
         }
     }

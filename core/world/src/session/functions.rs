@@ -6,11 +6,10 @@ use tatu_plugin_api::{
     abi::*,
     safe::{Value, ValueRef},
 };
-use tatu_plugins::border::text;
 
 use super::{json, log};
 use crate::{
-    calls::{check_results, say},
+    calls::{check_results, give_results, said, say},
     cell::{self, WorldCell},
 };
 
@@ -79,7 +78,7 @@ fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tat
     }
     let found = if status < 0 {
         // SAFETY: the host's own error object of this call.
-        json!({ "status": status, "error": unsafe { text((*f.error).text) } })
+        json!({ "status": status, "error": said(f.error).text.unwrap_or_default() })
     } else {
         // SAFETY: as many results as the frame tells, within its room.
         let results = unsafe { ValueRef::slice(f.results, f.n_results as usize) };
@@ -115,15 +114,8 @@ fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
 }
 
 fn give(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> tatu_status {
-    let mut arena = world.calls.arena.borrow_mut();
-    for value in values.iter().take(f.results_cap as usize) {
-        let Some(raw) = value.to_raw(&mut *arena) else {
-            drop(arena);
-            return say(f.error, TATU_ERR_SPACE, "what the function gave does not fit into memory");
-        };
-        // SAFETY: within the caller's array.
-        unsafe { *f.results.add(f.n_results as usize) = raw };
-        f.n_results += 1;
+    match give_results(world, f, values) {
+        Ok(()) => TATU_OK,
+        Err(status) => say(f.error, status, "what the function gave does not fit into memory"),
     }
-    TATU_OK
 }
