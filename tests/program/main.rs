@@ -54,6 +54,7 @@ mod manta;
 mod masters;
 mod mirror;
 mod misbehaves;
+mod misbehaves_safely;
 mod models_at_run;
 mod names;
 mod nesting;

@@ -23,20 +23,22 @@ impl StateBlock {
     }
 
     /// As plugins get it: null if it has no bytes.
+    #[inline]
     pub fn place(&self) -> *mut c_void {
         if self.is_empty() { std::ptr::null_mut() } else { self.0.as_ptr().cast_mut().cast() }
     }
 
     /// Whether nobody has written past its end.
     #[inline]
-    pub fn is_intact(&self) -> bool {
+    pub fn is_whole(&self) -> bool {
         self.0.last() == Some(&GUARD)
     }
 
-    /// Whether nobody has written past its end since the last time it was asked.
-    #[inline]
-    pub fn is_whole(&mut self) -> bool {
-        self.0.last_mut().is_none_or(|guard| std::mem::replace(guard, GUARD) == GUARD)
+    /// It is whole again: what was written past its end has been told.
+    pub fn mend(&mut self) {
+        if let Some(guard) = self.0.last_mut() {
+            *guard = GUARD;
+        }
     }
 }
 
@@ -62,12 +64,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_word_too_far_is_noticed_once() {
+    fn a_word_too_far_is_noticed_until_it_is_mended() {
         let mut block = StateBlock::new(12);
         assert_eq!((block.len(), block.is_whole()), (2, true));
         let place = block.place().cast::<u64>();
         // SAFETY: the third word is the guard's.
         unsafe { place.add(2).write(1) };
-        assert!(!block.is_whole() && block.is_whole());
+        assert!(!block.is_whole());
+        block.mend();
+        assert!(block.is_whole());
     }
 }

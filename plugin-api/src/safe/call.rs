@@ -306,25 +306,40 @@ impl<'a, P: Plugin> Call<'a, P> {
     }
 }
 
-/// The function of a command.
-pub(super) enum Run<P: Plugin> {
-    /// It has the world alone.
-    Alone(Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome> + Send + Sync>),
-    /// Others may run beside it.
-    Shared(Box<dyn Fn(&mut SharedCall<'_, P>) -> Result<Outcome> + Send + Sync>),
+/// The function of a command that has the world alone.
+pub(super) type Run<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome> + Send + Sync>;
+/// Of one that others may run beside.
+pub(super) type RunShared<P> = Box<dyn Fn(&mut SharedCall<'_, P>) -> Result<Outcome> + Send + Sync>;
+
+/// # Safety
+/// `user` is a [`Run`] of the plugin.
+pub(super) unsafe extern "C" fn alone<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
+    // SAFETY: the caller promises it.
+    unsafe { enter(raw, |run: &Run<P>, call| run(call)) }
 }
 
-pub(super) unsafe extern "C" fn trampoline<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
+/// # Safety
+/// `user` is a [`RunShared`] of the plugin.
+pub(super) unsafe extern "C" fn shared<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
+    // SAFETY: the caller promises it.
+    unsafe { enter(raw, |run: &RunShared<P>, call: &mut Call<'_, P>| run(&mut call.0)) }
+}
+
+/// Runs a command.
+///
+/// # Safety
+/// `user` is an `R`.
+#[inline(always)]
+unsafe fn enter<P: Plugin, R>(
+    raw: *mut tatu_call,
+    f: impl FnOnce(&R, &mut Call<'_, P>) -> Result<Outcome>,
+) -> tatu_status {
     // SAFETY: the host gives a live call, `self` as made by `init`, and `user` as declared, which lives until shutdown.
-    let (raw, started, run) =
-        unsafe { (&mut *raw, &*(*raw).self_.cast::<Started<P>>(), &*(*raw).user.cast::<Run<P>>()) };
+    let (raw, started, run) = unsafe { (&mut *raw, &*(*raw).self_.cast::<Started<P>>(), &*(*raw).user.cast::<R>()) };
     guard::run(raw.error, || {
         let mut call = Call(SharedCall { raw, started, overflow: false });
-        let outcome = match run {
-            Run::Alone(run) => run(&mut call)?,
-            Run::Shared(run) => run(&mut call.0)?,
-        };
-        if call.overflow {
+        let outcome = f(run, &mut call)?;
+        if call.0.overflow {
             return Err(Fail::with_code(TATU_ERR_SPACE, "the results do not fit"));
         }
         Ok(if outcome == Outcome::Waiting { TATU_WAIT } else { TATU_OK })

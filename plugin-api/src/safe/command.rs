@@ -1,10 +1,10 @@
 //! Commands: declared once, callable from every script language, remote client and plugin.
 
-use std::ptr::null;
+use std::{ffi::c_void, ptr::null};
 
 use super::{
     Call, IntoResult, Param, Plugin, Result, SharedCall, Value,
-    call::{Run, trampoline},
+    call::{Run, RunShared, alone, shared},
     offer::Keep,
 };
 use crate::abi::*;
@@ -21,7 +21,12 @@ pub struct Command<P: Plugin> {
     status: Status,
     notes: String,
     subject: String,
-    run: Run<P>,
+    run: Function<P>,
+}
+
+enum Function<P: Plugin> {
+    Alone(Run<P>),
+    Shared(RunShared<P>),
 }
 
 /// How much of what is documented a command does.
@@ -49,7 +54,7 @@ impl<P: Plugin> Command<P> {
         name: impl Into<String>,
         run: impl Fn(&mut Call<'_, P>) -> Result<T> + Send + Sync + 'static,
     ) -> Self {
-        Self::with(name.into(), Run::Alone(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
+        Self::with(name.into(), Function::Alone(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
     }
     /// One that scripts which run side by side may call too, on several threads at once. What it has of the world can be looked
     /// at; of what [`SharedWorld::set`](super::SharedWorld::set) could change, drives of joints only.
@@ -57,9 +62,9 @@ impl<P: Plugin> Command<P> {
         name: impl Into<String>,
         run: impl Fn(&mut SharedCall<'_, P>) -> Result<T> + Send + Sync + 'static,
     ) -> Self {
-        Self::with(name.into(), Run::Shared(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
+        Self::with(name.into(), Function::Shared(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
     }
-    fn with(name: String, run: Run<P>) -> Self {
+    fn with(name: String, run: Function<P>) -> Self {
         Command {
             names: vec![Name { name, on_error: None, until: None }],
             params: Vec::new(),
@@ -172,18 +177,23 @@ impl<P: Plugin> Command<P> {
             .collect();
         let params = self.params.iter().map(|p| p.keep(keep)).collect();
         let returns = self.returns.iter().map(|p| p.keep(keep)).collect();
+        let side_by_side = matches!(self.run, Function::Shared(_));
+        let (user, call): (*const c_void, unsafe extern "C" fn(*mut tatu_call) -> tatu_status) = match self.run {
+            Function::Alone(run) => (keep.table::<Run<P>>(run).cast(), alone::<P>),
+            Function::Shared(run) => (keep.table::<RunShared<P>>(run).cast(), shared::<P>),
+        };
         let raw = tatu_command {
             size: size_of::<tatu_command>() as u32,
             flags: if self.raw { TATU_COMMAND_RAW } else { 0 }
-                | if matches!(self.run, Run::Shared(_)) { TATU_COMMAND_SIDE_BY_SIDE } else { 0 },
+                | if side_by_side { TATU_COMMAND_SIDE_BY_SIDE } else { 0 },
             names: keep.list(names),
             params: keep.list(params),
             returns: keep.list(returns),
             text: keep.text(&self.text),
             example: keep.text(&self.example),
             no_wait: self.no_wait.as_ref().map_or(null(), |t| keep.text(t)),
-            user: keep.table::<Run<P>>(self.run).cast(),
-            call: Some(trampoline::<P>),
+            user,
+            call: Some(call),
             status: self.status as u32,
             reserved: 0,
             notes: if self.notes.is_empty() { null() } else { keep.text(&self.notes) },

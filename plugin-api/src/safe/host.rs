@@ -95,7 +95,7 @@ impl Host {
     }
 }
 
-/// A table of a host, if it is as large as ours at least: drafts match only their own number, but a host may be older.
+/// A table of a host, if it has one of that id as large as ours.
 ///
 /// # Safety
 /// `table` is null, or lives as long as the host and begins with its size.

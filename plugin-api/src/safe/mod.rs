@@ -64,5 +64,5 @@ pub use crate::abi::ValueRef;
 #[doc(hidden)]
 pub mod macro_support {
     pub use super::guard::set_panic_hook;
-    pub use super::plugin::{Entry, extension, init, shutdown};
+    pub use super::plugin::{Entry, NEEDS, extension, init, shutdown};
 }

@@ -74,12 +74,23 @@ pub(crate) struct Started<P: Plugin> {
     tables: Tables,
 }
 
-/// The exported descriptor: a constant whose pointers lead to constants.
+/// A constant table whose pointers lead to constants.
 #[doc(hidden)]
 #[repr(transparent)]
-pub struct Entry(pub tatu_plugin_t);
+pub struct Entry<T>(pub T);
 // SAFETY: nobody writes through the pointers.
-unsafe impl Sync for Entry {}
+unsafe impl<T> Sync for Entry<T> {}
+
+/// A host at least as new as this crate: the traits read what it fills without asking how much it has.
+static HOST: Entry<tatu_need> = Entry(tatu_need {
+    size: size_of::<tatu_need>() as u32,
+    optional: 0,
+    id: TATU_HOST_LOG.as_ptr(),
+    bytes: 0,
+    minor: TATU_ABI_MINOR as u32,
+});
+#[doc(hidden)]
+pub static NEEDS: Entry<[*const tatu_need; 2]> = Entry([&raw const HOST.0, std::ptr::null()]);
 
 #[doc(hidden)]
 pub unsafe extern "C" fn init<P: Plugin>(
@@ -139,7 +150,7 @@ macro_rules! tatu_plugin {
         #[doc(hidden)]
         #[allow(non_upper_case_globals, missing_docs)]
         #[unsafe(no_mangle)]
-        pub static tatu_plugin: $crate::safe::macro_support::Entry =
+        pub static tatu_plugin: $crate::safe::macro_support::Entry<$crate::abi::tatu_plugin_t> =
             $crate::safe::macro_support::Entry($crate::abi::tatu_plugin_t {
                 size: ::core::mem::size_of::<$crate::abi::tatu_plugin_t>() as u32,
                 abi_major: $crate::abi::TATU_ABI_MAJOR,
@@ -148,7 +159,7 @@ macro_rules! tatu_plugin {
                 name: ::core::concat!($name, "\0").as_ptr().cast(),
                 version: ::core::concat!($version, "\0").as_ptr().cast(),
                 licence: ::core::concat!($licence, "\0").as_ptr().cast(),
-                needs: ::core::ptr::null(),
+                needs: (&raw const $crate::safe::macro_support::NEEDS.0).cast(),
                 init: ::core::option::Option::Some($crate::safe::macro_support::init::<$plugin>),
                 shutdown: ::core::option::Option::Some($crate::safe::macro_support::shutdown::<$plugin>),
                 extension: ::core::option::Option::Some($crate::safe::macro_support::extension::<$plugin>),

@@ -127,13 +127,7 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
         if beams.aimed {
             out.flags |= TATU_BEAMS_AIMED;
         }
-        // An older host has no place for these.
-        if out.size as usize >= std::mem::offset_of!(tatu_beams, reserved3) {
-            (out.own, out.without) = (beams.own, beams.without);
-        }
-        if out.size as usize >= std::mem::offset_of!(tatu_beams, reserved2) {
-            out.waves = beams.waves;
-        }
+        (out.own, out.without, out.waves) = (beams.own, beams.without, beams.waves);
         if !beams.faces.0 {
             out.flags |= TATU_BEAMS_NO_FRONT;
         }

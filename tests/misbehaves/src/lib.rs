@@ -105,7 +105,7 @@ unsafe extern "C" fn extension(me: *mut c_void, id: *const c_char) -> *const c_v
 
 #[unsafe(no_mangle)]
 #[allow(non_upper_case_globals)]
-pub static tatu_plugin: Entry = Entry(tatu_plugin_t {
+pub static tatu_plugin: Entry<tatu_plugin_t> = Entry(tatu_plugin_t {
     size: size::<tatu_plugin_t>(),
     abi_major: TATU_ABI_MAJOR,
     abi_minor: TATU_ABI_MINOR,

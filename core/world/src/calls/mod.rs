@@ -9,45 +9,14 @@ use tatu_plugin_api::{
 };
 use tatu_plugins::{
     CommandEntry, Declared, NameEntry, Status,
-    border::{self, ErrorSlot, Said, bytes},
+    border::{self, bytes},
     check_value,
     state_block::PAST_STATE,
     watchdog::Call,
 };
 
+pub(crate) use crate::cell::call_errors::{answer, kept, name_plugin, said, say};
 use crate::cell::{Caller, Function, Owner, Wait, WorldCell, parse_wait};
-
-/// Fills an error object; gives the status back. Those that cross the host's functions are null or the host's own.
-pub(crate) fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
-    // SAFETY: calls keep only error objects that the host made for them, which live as long as the call.
-    unsafe { border::say(error, status, text) }
-}
-
-/// What an error object of a call says.
-pub(crate) fn said(error: *const tatu_error) -> Said {
-    // SAFETY: as above.
-    unsafe { Said::of(&*error) }
-}
-
-/// Keeps what an error object of a call says: the next call uses it again.
-pub(crate) fn kept(error: *const tatu_error) -> ErrorSlot {
-    let mut kept = ErrorSlot::new();
-    // SAFETY: as above.
-    unsafe { border::copy_error(error, kept.fresh()) };
-    kept
-}
-
-/// What a function of a plugin answered that was given an error object of a call: see [`border::answer`].
-pub(crate) fn answer(error: *mut tatu_error, status: tatu_status, may_wait: bool) -> tatu_status {
-    // SAFETY: as above.
-    unsafe { border::answer(status, may_wait, error) }
-}
-
-/// Names the plugin in an error object of a call: see [`border::name_plugin`].
-pub(crate) fn name_plugin(error: *mut tatu_error, status: tatu_status, plugin: &str, call: Call) {
-    // SAFETY: as above.
-    unsafe { border::name_plugin(status, error, plugin, call) };
-}
 
 /// Gives values back as results, as far as there is room for them; `Err`: they do not fit into memory.
 pub(crate) fn give_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> Result<(), tatu_status> {
@@ -168,6 +137,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     // SAFETY: the frame again, after the plugin wrote its results.
     let f = unsafe { &mut *frame };
     if !f.state.is_null() && !world.state_is_whole(entry.plugin) {
+        world.mend_state(entry.plugin);
         say(f.error, TATU_ERR, PAST_STATE);
         return failed(world, entry, f, TATU_ERR);
     }

@@ -12,6 +12,7 @@
 //!   that ask for them.
 
 mod arena;
+pub(crate) mod call_errors;
 mod calls;
 mod clock;
 mod events;

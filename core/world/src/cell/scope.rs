@@ -138,17 +138,16 @@ impl WorldCell {
     /// The same for a function of the host: the call that runs must allow it. `Err`: the status, whose sentence has been told.
     #[inline]
     pub fn admit<'a>(world: WorldRef<'a>, function: Function) -> Result<&'a WorldCell, tatu_status> {
-        let Some(cell) = Self::at(world.ptr()) else { return Err(refuse_stranger(world.ptr(), function)) };
+        let Some(cell) = Self::at(world.ptr()) else { return Err(refuse_stranger(world.ptr(), function.name)) };
         let world: &'a WorldCell = cell;
         let has = SCOPES[world.watch.call_number()];
         let needs = if function.acts { Scope::Act } else { Scope::Look };
-        if has >= needs { Ok(world) } else { Err(refuse(world, has, function)) }
+        if has >= needs { Ok(world) } else { Err(refuse(world, has, function.name)) }
     }
 }
 
 #[cold]
-fn refuse(world: &WorldCell, scope: Scope, function: Function) -> tatu_status {
-    let name = function.name;
+fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
     let Some(call) = world.watch.call() else {
         let text = format!("`{name}` was called outside of any call of this world, and is refused");
         return world.calls.refuse(TATU_ERR_BUSY, &text);
@@ -169,8 +168,7 @@ fn refuse(world: &WorldCell, scope: Scope, function: Function) -> tatu_status {
 }
 
 #[cold]
-fn refuse_stranger(ptr: *mut tatu_world, function: Function) -> tatu_status {
-    let name = function.name;
+fn refuse_stranger(ptr: *mut tatu_world, name: &str) -> tatu_status {
     match ptr.is_null() {
         true => tracing::error!("`{name}`: a world is expected, found null; it is refused"),
         false => tracing::error!(

@@ -19,11 +19,8 @@ use tatu_plugins::{
 };
 use tatu_scene::document::ServiceSpec;
 
-use super::SessionCell;
-use crate::{
-    calls,
-    cell::{Caller, WorldCell},
-};
+use super::{SessionCell, call_errors};
+use crate::cell::{Caller, WorldCell};
 
 /// A service that has been started.
 pub(crate) struct Running {
@@ -69,7 +66,7 @@ impl Running {
         let params = lay(given);
         let plugin = &registry.plugins[kind.plugin];
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
-        let mut state = StateBlock::new(kind.life.state_bytes);
+        let state = StateBlock::new(kind.life.state_bytes);
         let info = tatu_instance {
             size: size_of::<tatu_instance>() as u32,
             n_params: params.0.len() as u32,
@@ -149,9 +146,9 @@ impl Running {
         let status =
             world.cross(kind.plugin, Call::ServiceFunc, 0, || unsafe { call(self.data, world.raw(), local, f) });
         f.error = error;
-        let status = calls::answer(error, status, false);
+        let status = call_errors::answer(error, status, false);
         if status < 0 {
-            calls::name_plugin(error, status, &world.registry.plugins[kind.plugin].id, Call::ServiceFunc);
+            call_errors::name_plugin(error, status, &world.registry.plugins[kind.plugin].id, Call::ServiceFunc);
         }
         status
     }
@@ -189,7 +186,7 @@ impl Running {
         let told = error.raw();
         let status = self.enter(world, call, |raw, data| f(raw, data, told))?;
         let why = match status {
-            TATU_OK | TATU_HOLD if !self.state.borrow_mut().is_whole() => format!(": {PAST_STATE}"),
+            TATU_OK | TATU_HOLD if !self.state.borrow().is_whole() => format!(": {PAST_STATE}"),
             TATU_OK => return Some(TATU_OK),
             TATU_HOLD if call == Call::Barrier => return Some(TATU_HOLD),
             ..0 if !error.has_said() => failure(status),

@@ -246,8 +246,17 @@ impl WorldCell {
     }
     /// Whether a plugin has kept within the state block of its instance in this world.
     pub fn state_is_whole(&self, plugin: usize) -> bool {
-        let Ok(mut all) = self.instances.try_borrow_mut() else { return true };
-        all.get_mut(plugin).and_then(Option::as_mut).is_none_or(|i| i.state.is_whole())
+        let Ok(all) = self.instances.try_borrow() else { return true };
+        all.get(plugin).and_then(Option::as_ref).is_none_or(|i| i.state.is_whole())
+    }
+    /// That one has not, has been told.
+    #[cold]
+    pub fn mend_state(&self, plugin: usize) {
+        if let Ok(mut all) = self.instances.try_borrow_mut()
+            && let Some(i) = all.get_mut(plugin).and_then(Option::as_mut)
+        {
+            i.state.mend();
+        }
     }
     /// Whether a wait is over.
     pub fn is_over(&self, due: &Due) -> bool {

@@ -51,7 +51,7 @@ pub(crate) fn make(
     params: &[Value],
 ) -> Result<Made, String> {
     let (raw, _room) = laid(params);
-    let mut state = StateBlock::new(life.state_bytes);
+    let state = StateBlock::new(life.state_bytes);
     let info = tatu_instance { n_params: raw.len() as u32, params: raw.as_ptr(), state: state.place(), ..instance };
     let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
     if let Some(create) = life.create {

@@ -98,7 +98,7 @@ impl Device {
     #[inline]
     pub(super) fn kept_within(&self) -> bool {
         let fields = &*self.fields;
-        self.layout.ends.iter().all(|end| fields[*end as usize] == GUARD) && self.state.is_intact()
+        self.layout.ends.iter().all(|end| fields[*end as usize] == GUARD) && self.state.is_whole()
     }
 
     /// What it wrote past.
@@ -110,7 +110,7 @@ impl Device {
                 format!("broke the contract: it wrote past the end of the field `{name}`")
             }
             None => {
-                self.state.is_whole();
+                self.state.mend();
                 PAST_STATE.to_owned()
             }
         }

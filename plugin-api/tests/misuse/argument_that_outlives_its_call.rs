@@ -1,0 +1,23 @@
+//! Arguments, values and texts live as long as the call that gave them.
+use tatu_plugin_api::safe::*;
+
+struct Mine;
+
+impl Plugin for Mine {
+    type World = std::cell::RefCell<Vec<f64>>;
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Mine)
+    }
+    fn world(&self, _: &World<'_>) -> Result<Self::World> {
+        Ok(Default::default())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        static LAST: std::sync::Mutex<&[u8]> = std::sync::Mutex::new(&[]);
+        offer.command(Command::new("mine.keep", |c| {
+            *LAST.lock().unwrap() = c.bytes(0)?;
+            Ok(())
+        }));
+    }
+}
+
+fn main() {}

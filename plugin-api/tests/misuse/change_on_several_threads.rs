@@ -1,0 +1,22 @@
+//! A command that runs side by side with others cannot change the scene.
+use tatu_plugin_api::safe::*;
+
+struct Mine;
+
+impl Plugin for Mine {
+    type World = std::cell::RefCell<Vec<f64>>;
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Mine)
+    }
+    fn world(&self, _: &World<'_>) -> Result<Self::World> {
+        Ok(Default::default())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.command(Command::side_by_side("mine.clear", |c| {
+            c.world().remove(&[c.arg(0).as_object().unwrap_or(0)])?;
+            Ok(())
+        }));
+    }
+}
+
+fn main() {}

@@ -1,0 +1,23 @@
+//! Worlds on several threads call a command's function: it cannot hold what belongs to one thread.
+use tatu_plugin_api::safe::*;
+
+struct Mine;
+
+impl Plugin for Mine {
+    type World = std::cell::RefCell<Vec<f64>>;
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Mine)
+    }
+    fn world(&self, _: &World<'_>) -> Result<Self::World> {
+        Ok(Default::default())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        let calls = std::rc::Rc::new(std::cell::Cell::new(0));
+        offer.command(Command::new("mine.count", move |_| {
+            calls.set(calls.get() + 1);
+            Ok(())
+        }));
+    }
+}
+
+fn main() {}

@@ -1,0 +1,22 @@
+//! A command that runs side by side with others has no instance: that belongs to the world's own thread.
+use tatu_plugin_api::safe::*;
+
+struct Mine;
+
+impl Plugin for Mine {
+    type World = std::cell::RefCell<Vec<f64>>;
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Mine)
+    }
+    fn world(&self, _: &World<'_>) -> Result<Self::World> {
+        Ok(Default::default())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.command(Command::side_by_side("mine.count", |c| {
+            c.instance().borrow_mut().push(1.0);
+            Ok(())
+        }));
+    }
+}
+
+fn main() {}

@@ -1,0 +1,39 @@
+//! Threads of a service put down what came in and wake the session; only its turns reach a world.
+use tatu_plugin_api::safe::*;
+
+struct Mine;
+
+impl Plugin for Mine {
+    type World = std::cell::RefCell<Vec<f64>>;
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Mine)
+    }
+    fn world(&self, _: &World<'_>) -> Result<Self::World> {
+        Ok(Default::default())
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.service::<Listener>();
+    }
+}
+
+struct Listener;
+
+impl Service for Listener {
+    type Plugin = Mine;
+    const ID: &'static str = "listener";
+    const TEXT: &'static str = "Listens.";
+    fn params() -> Vec<Param> {
+        Vec::new()
+    }
+    fn start(_: &Mine, _: &Host, _: Session, _: &Params<'_>) -> Result<Self> {
+        Ok(Listener)
+    }
+    fn barrier(&self, turn: &Turn<'_>, _: u64) -> Result<Answer> {
+        std::thread::scope(|s| {
+            s.spawn(|| turn.call("sim.getSimulationTime", &[], 0));
+        });
+        Ok(Answer::Go)
+    }
+}
+
+fn main() {}

@@ -1,0 +1,69 @@
+//! A plugin in Rust that does what the traits forbid in words only: nothing of it may touch memory that is not its own.
+//!
+//! `tests/program/misbehaves_safely.rs` runs it.
+
+mod devices;
+mod service;
+
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+use tatu_plugin_api::{abi::*, safe::*};
+
+/// The plugin.
+pub struct Misbehaves;
+
+impl Plugin for Misbehaves {
+    type World = ();
+
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Misbehaves)
+    }
+
+    fn world(&self, _: &World<'_>) -> Result<()> {
+        Ok(())
+    }
+
+    fn offer(offer: &mut Offer<Self>) {
+        offer.sensor::<devices::Grows>();
+        offer.sensor::<devices::Aims>();
+        offer.actuator::<devices::Pushes>();
+        offer.model::<devices::Builds>();
+        offer.service::<service::Lingers>();
+        offer.command(
+            Command::new("misbehaves_safely.hold", |c| {
+                let (world, sensor) = (c.world(), c.i64(0)? as tatu_object);
+                let field = world.host().prop("misbehaves_safely.grown");
+                let before = world.reading(sensor, field)?;
+                let held = before.f64s();
+                world.sense_now(sensor, 0)?;
+                world.remove(&[world.look(sensor)?.id])?;
+                let seen = held[0];
+                c.ret(seen);
+                Ok(())
+            })
+            .param(Param::int("sensor"))
+            .text("Gives what a reading said that it held while the sensor measured again and was removed."),
+        );
+        offer.command(
+            Command::side_by_side("misbehaves_safely.set", |c| {
+                let (world, object) = (c.world(), c.i64(0)? as tatu_object);
+                world.set(object, world.host().prop("object.alias"), &Value::text("other"))
+            })
+            .param(Param::int("object"))
+            .text("Renames an object, on whatever thread."),
+        );
+    }
+}
+
+/// More and more of something: the same is not told twice.
+fn more<T>(calls: &AtomicUsize, one: impl Fn(usize) -> T) -> Vec<T> {
+    (0..=calls.fetch_add(1, Relaxed)).map(one).collect()
+}
+
+tatu_plugin_api::tatu_plugin! {
+    plugin: Misbehaves,
+    id: "tatu.testing.misbehaves_safely",
+    name: "Misbehaves safely",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}
