@@ -42,6 +42,11 @@
 //! # fn main() {}
 //! ```
 
+/// The example of the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub mod abi;
 pub mod safe;
 pub mod schemas;
