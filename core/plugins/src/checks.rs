@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use tatu_errors::Error;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{Declared, Registry, check_value, declared::NO_SUCH_DEFAULT, schemas};
+use super::{Declared, Registry, check_value, schemas};
 use crate::{names, units};
 
 /// Types that a parameter can have: numbers come as F64S in whatever width they are given.
@@ -42,7 +42,7 @@ pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
                 units::KNOWN.join(", ")
             ));
         }
-        if p.flags & NO_SUCH_DEFAULT != 0 {
+        if p.unreadable_default {
             say("has a default that cannot be read: a value of a type that there is not, or nested too deep".into());
         }
         if p.lowest > p.highest || p.lowest.is_nan() || p.highest.is_nan() {
@@ -114,6 +114,7 @@ mod tests {
             lowest: f64::NEG_INFINITY,
             highest: f64::INFINITY,
             fallback: Value::Nil,
+            unreadable_default: false,
             choices: Vec::new(),
             text: String::new(),
         }
@@ -133,7 +134,7 @@ mod tests {
             (Declared { kind: TATU_F64S, count: 3, fallback: Value::Floats(vec![1.0]), ..good() }, "default"),
             (Declared { kind: 77, ..good() }, "unknown type 77"),
             (Declared { kind: TATU_NIL, ..good() }, "unknown type 0"),
-            (Declared { flags: NO_SUCH_DEFAULT, ..good() }, "a default that cannot be read"),
+            (Declared { unreadable_default: true, ..good() }, "a default that cannot be read"),
             (
                 Declared { kind: TATU_BYTES, choices: vec!["a".into()], fallback: Value::Bytes(vec![1]), ..good() },
                 "expected one of",

@@ -26,14 +26,13 @@ pub struct Declared {
     pub highest: f64,
     /// The default.
     pub fallback: Value,
+    /// The default was a value that cannot be read; `fallback` is none.
+    pub unreadable_default: bool,
     /// Allowed texts; empty: any.
     pub choices: Vec<String>,
     /// One sentence.
     pub text: String,
 }
-
-/// Among the flags of a declaration, the host's own: its default could not be read.
-pub(super) const NO_SUCH_DEFAULT: u32 = 1 << 31;
 
 impl Declared {
     /// # Safety
@@ -48,15 +47,15 @@ impl Declared {
         // SAFETY: texts of a declaration live as long as its plugin.
         unsafe {
             let fallback = ValueRef::new(raw.fallback).to_value();
-            let unreadable = if fallback.is_err() { NO_SUCH_DEFAULT } else { 0 };
             Declared {
                 key: tables::label(raw.key).unwrap_or_default(),
                 kind: raw.type_,
                 count: raw.count,
-                flags: raw.flags & !NO_SUCH_DEFAULT | unreadable,
+                flags: raw.flags,
                 unit: tables::text(raw.unit),
                 lowest: if unset { f64::NEG_INFINITY } else { raw.lowest },
                 highest: if unset { f64::INFINITY } else { raw.highest },
+                unreadable_default: fallback.is_err(),
                 fallback: fallback.unwrap_or_default(),
                 choices: tables::pointers(raw.choices).into_iter().filter_map(|c| tables::text(c)).collect(),
                 text: tables::text(raw.text).unwrap_or_default(),

@@ -101,6 +101,7 @@ pub fn of_host() -> Vec<EventInfo> {
         lowest: f64::NEG_INFINITY,
         highest: f64::INFINITY,
         fallback: Value::Nil,
+        unreadable_default: false,
         choices: Vec::new(),
         text: text.into(),
     };

@@ -247,6 +247,7 @@ impl RowInfo {
             lowest: f64::NEG_INFINITY,
             highest: f64::INFINITY,
             fallback: Value::Nil,
+            unreadable_default: false,
             choices: self.choices.iter().map(|s| (*s).to_owned()).collect(),
             text: self.text.to_owned(),
         }

@@ -157,6 +157,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
         lowest,
         highest: f64::INFINITY,
         fallback: Value::Nil,
+        unreadable_default: false,
         choices: Vec::new(),
         text: String::new(),
     };
