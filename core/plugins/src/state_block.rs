@@ -25,7 +25,7 @@ impl StateBlock {
     /// As plugins get it: null if it has no bytes.
     #[inline]
     pub fn place(&self) -> *mut c_void {
-        if self.is_empty() { std::ptr::null_mut() } else { self.0.as_ptr().cast_mut().cast() }
+        if self.0.len() == 1 { std::ptr::null_mut() } else { self.0.as_ptr().cast_mut().cast() }
     }
 
     /// Whether nobody has written past its end.
@@ -44,6 +44,7 @@ impl StateBlock {
 
 impl Deref for StateBlock {
     type Target = [u64];
+    #[inline]
     fn deref(&self) -> &[u64] {
         &self.0[..self.0.len() - 1]
     }

@@ -4,10 +4,7 @@
 //! A world belongs to the thread that made it. A pointer that no living world of this thread has is refused before anything is
 //! read through it: it came from a thread of the plugin's own, or was kept for longer than its world lived.
 
-use std::{
-    cell::{Cell, RefCell},
-    ptr::null,
-};
+use std::cell::{Cell, RefCell};
 
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::abi::*;
@@ -19,8 +16,12 @@ thread_local! {
     /// The worlds that were made on this thread and live.
     static LIVING: RefCell<Vec<*const WorldCell>> = const { RefCell::new(Vec::new()) };
     /// The one that was found last.
-    static LAST: Cell<*const WorldCell> = const { Cell::new(null()) };
+    static LAST: Cell<*const WorldCell> = const { Cell::new(NONE) };
 }
+
+/// Its address stands for no world: neither null nor any number that a plugin may make up, so that one comparison is enough.
+static NOBODY: u8 = 0;
+const NONE: *const WorldCell = (&raw const NOBODY).cast();
 
 /// A function of the host, for messages: "scene.pose", and whether it changes something.
 #[derive(Clone, Copy)]
@@ -97,12 +98,12 @@ pub(crate) fn enlist(world: &WorldCell) {
 pub(crate) fn strike(world: *const WorldCell) {
     // At the end of a thread there may be no list any more.
     let _ = LIVING.try_with(|all| all.borrow_mut().retain(|w| *w != world));
-    let _ = LAST.try_with(|last| last.set(null()));
+    let _ = LAST.try_with(|last| last.set(NONE));
 }
 
 /// The thread enters a worker: what it found last is looked up anew.
 pub(crate) fn forget() {
-    LAST.set(null());
+    LAST.set(NONE);
 }
 
 #[cold]
@@ -120,7 +121,7 @@ impl WorldCell {
     #[inline]
     pub fn at<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
         let world = ptr.cast::<WorldCell>().cast_const();
-        if LAST.get() == world && !ptr.is_null() {
+        if LAST.get() == world {
             // SAFETY: it lives, on this thread, which is in no worker: whoever ends it or enters a worker forgets it.
             return unsafe { world.as_ref() };
         }
