@@ -306,8 +306,8 @@ typedef struct tatu_writer {
   void(TATU_CALL *write)(const struct tatu_writer *, const void *bytes, uint64_t n);
 } tatu_writer;
 
-/* The life of instances. Every function but `create` and `destroy` may be null. When a world is stopped and reset, its
- * instances are destroyed and made anew. */
+/* The life of instances. Every function but `create` and `destroy` may be null, and these two together where `state_bytes` is
+ * all that is kept (not of languages). When a world is stopped and reset, its instances are destroyed and made anew. */
 typedef struct tatu_life {
   uint32_t size;
   uint32_t state_bytes; /* bytes of the state block: no pointers in it; copied by snapshots, zeroed at reset */

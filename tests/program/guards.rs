@@ -155,3 +155,43 @@ fn a_field_is_valid_by_another_of_its_kind() {
     let done = place.run(&["--steps", "1"]).good();
     done.tells(&["the field `writer.y` of its sensor `writer` is valid by `writer.z`, which it has not"]);
 }
+
+#[test]
+fn state_alone_needs_no_functions() {
+    let source = r#"
+#include <string.h>
+#include "tatu.h"
+static tatu_status TATU_CALL next(tatu_call *c) { return tatu_return(c, tatu_int(++*(int64_t *)c->state)); }
+static const tatu_life life = {.size = sizeof(tatu_life), .state_bytes = 8};
+static const tatu_name name = {.size = sizeof(tatu_name), .name = "plain.next"};
+static const tatu_name *const names[] = {&name, 0};
+static const tatu_command command = {.size = sizeof(tatu_command), .names = names, .text = "Counts.", .call = next};
+static const tatu_command *const commands[] = {&command, 0};
+static const tatu_ext_command offer = {.size = sizeof(tatu_ext_command), .commands = commands, .per_world = &life};
+static tatu_status TATU_CALL init(const tatu_host *h, void **me, tatu_error *e) { (void)h; (void)e; *me = 0; return TATU_OK; }
+static const void *TATU_CALL extension(void *me, const char *id) { (void)me; return strcmp(id, TATU_COMMAND) ? 0 : &offer; }
+TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t), .abi_major = TATU_ABI_MAJOR,
+  .abi_minor = TATU_ABI_MINOR, .id = "org.test.plain", .name = "Plain", .version = "1", .licence = "MIT",
+  .init = init, .extension = extension};
+"#;
+    let place = Place::new();
+    place.write("mine/plain.c", source);
+    let to = place.path().join("mine").join(library("tatu_plain"));
+    let include = root().join("plugin-api/include");
+    succeed(
+        Command::new(compiler("cc"))
+            .args(["-std=c11", "-Wall", "-Werror", "-shared", "-fPIC", "-fvisibility=hidden", "-I"])
+            .arg(include)
+            .arg("-o")
+            .args([to, place.path().join("mine/plain.c")]),
+    );
+    let script = "function sysCall_actuation()
+        local n = plain.next()
+        assert(n == 1 + math.floor(sim.getSimulationTime() / sim.getSimulationTimeStep() + 0.5), n)
+    end";
+    let scene = format!("format = 1\n[scene]\nplugins = [\"mine\"]\n{}", watcher("counter", script));
+    place.write("scene.toml", &scene);
+    let whole = place.run(&["--steps", "8"]).good().json()["hash"].clone();
+    place.run(&["--steps", "8", "--snapshot-at", "0.2", "state"]).good();
+    assert_eq!(place.run(&["--from", "state", "--steps", "8"]).good().json()["hash"], whole);
+}

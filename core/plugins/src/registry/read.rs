@@ -65,12 +65,15 @@ impl Registry {
         all
     }
 
-    /// The life of something: whole, or none at all. `None`: it is broken, and the plugin has been told.
+    /// The life of something: whole, none at all, or state that needs no functions. `None`: it is broken, and the plugin has
+    /// been told.
     pub(super) unsafe fn life(&mut self, plugin: usize, whose: &str, life: *const tatu_life) -> Option<tatu_life> {
         // SAFETY: a table or null, by the contract.
         let Some(life) = (unsafe { tables::read(life) }) else { return Some(NO_LIFE) };
-        let Some(lack) = tables::lacking(life.size, &tables::required!(life, tatu_life: create, destroy)) else {
-            return Some(life);
+        let lack = match tables::lacking(life.size, &tables::required!(life, tatu_life: create, destroy)) {
+            None => return Some(life),
+            Some(_) if life.state_bytes > 0 && life.create.is_none() && life.destroy.is_none() => return Some(life),
+            Some(lack) => lack,
         };
         self.refuse(plugin, format!("the `life` of its {whose} {lack}"), tables::HELP);
         None
