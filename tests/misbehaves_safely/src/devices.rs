@@ -111,7 +111,10 @@ impl Actuator for Pushes {
     }
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result {
         match drive.commands().len() {
-            1 => Ok(out.state.fill(1.0)),
+            1 => {
+                out.state.fill(1.0);
+                Ok(())
+            }
             n => Err(Fail::new(format!("{n} commands"))),
         }
     }

@@ -71,7 +71,7 @@ impl ErrorSlot {
     /// What was said, part by part.
     pub fn said(&self) -> Said {
         // SAFETY: an error object of ours, with texts of ours.
-        unsafe { Said::of(&*self.raw) }
+        unsafe { Said::of(&self.raw) }
     }
     /// As [`answer`], of the function that was given this object.
     pub fn answer(&mut self, status: tatu_status, may_wait: bool) -> tatu_status {

@@ -134,7 +134,6 @@ extern "C" fn alloc(w: WorldRef<'_>, bytes: u64) -> *mut c_void {
 }
 
 unsafe extern "C" fn release(w: WorldRef<'_>, mark: u64) {
-    // SAFETY: by the contract, what a plugin passes is valid during the call.
     if let Some(mut arena) =
         here_now(w, Function::looks("commands.release")).and_then(|world| world.calls.arena.try_borrow_mut().ok())
     {

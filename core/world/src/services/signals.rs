@@ -27,7 +27,6 @@ extern "C" fn get<'a>(w: WorldRef<'a>, kind: u32, name: Lent<'_>, out: Option<&m
 extern "C" fn set(w: WorldRef<'_>, kind: u32, name: Lent<'_>, value: Option<&ValueRef<'_>>) -> tatu_status {
     on(w, Function::acts("signals.set"), |world| {
         let value = place(world, "a value", value)?;
-        let value = &*value;
         let name = name.bytes();
         if name.is_empty() || kind > 255 {
             return Err(world.calls.refuse(TATU_ERR_ARGUMENT, "a signal has a name, and a kind below 256"));

@@ -67,7 +67,6 @@ impl<'a> Entry<'a> {
         s.depth.set(s.depth.get() + 1);
         s.slot.set_limit(budget.memory);
         budget::charge_blocks(s);
-        // SAFETY: the world is alive, since it makes this call.
         let now = (s.commands.mark)(s.world_ref());
         Entry { s, outer: s.budget.begin(budget.instructions), mark: s.mark.replace(now), done: false }
     }

@@ -25,7 +25,6 @@ static TOLD: Mutex<Told> = Mutex::new(Told { looked_at: None, names: BTreeSet::n
 
 /// Looks at the names of all commands, once. The script is new: its globals are those of Lua alone.
 pub(crate) fn tell(script: &Script, world: &World<'_>) {
-    // SAFETY: the world of the running call.
     let generation = (script.commands.generation)(script.world_ref());
     let now = Some((script.host.raw() as usize, generation));
     let mut told = TOLD.lock().unwrap_or_else(PoisonError::into_inner);
@@ -38,7 +37,6 @@ pub(crate) fn tell(script: &Script, world: &World<'_>) {
         if !is_global(script, first.as_bytes()) || told.names.contains(&name) {
             continue;
         }
-        // SAFETY: as above. A name that the host has refused is not in its way.
         if script.commands.number(script.world_ref(), name.as_bytes()) == 0 {
             continue;
         }

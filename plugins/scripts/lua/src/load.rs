@@ -112,7 +112,6 @@ pub(crate) fn load(s: &Script, text: &[u8], chunk: &str, dialect: &str) -> Resul
     let words = s.words.take();
     s.single.set(rules.single);
     if !rules.switch.is_empty() {
-        // SAFETY: the world is alive; the name is valid during the call.
         s.slices.switch.set(s.commands.number(s.world_ref(), &rules.switch));
     }
     if rules.functions.is_empty() {
