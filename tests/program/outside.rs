@@ -24,6 +24,15 @@ fn built(name: &str) -> Place {
     place
 }
 
+/// One in Rust, built as the tests were.
+fn in_rust(name: &str) -> Place {
+    let place = Place::new();
+    copy(&root().join("tests/outside").join(name), place.path());
+    let file = library(&format!("tatu_{name}"));
+    fs::copy(program().with_file_name("deps").join(&file), place.path().join(&file)).unwrap();
+    place
+}
+
 /// Its scene runs to the end, and its script's checks hold; equal hashes on one thread and on two.
 fn works(place: &Place, scene: &str, more: &[&str]) {
     let env = [("TATU_PLUGIN_PATH", ".")];
@@ -70,4 +79,23 @@ fn a_service_with_state_in_snapshots() {
 #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")]
 fn exceptions_stay_inside() {
     works(&built("guard"), "scene.toml", &["--allow", "plugins", "--steps", "5"]);
+}
+
+#[test]
+fn a_sensor_in_rust_with_a_schema_and_a_live_parameter() {
+    works(&in_rust("compass"), "scene.toml", &["--steps", "20"]);
+}
+
+#[test]
+fn commands_in_rust_that_keep_call_and_wait() {
+    let place = in_rust("tally");
+    works(&place, "scene.toml", &["--steps", "60"]);
+    works(&place, "side_by_side.toml", &["--steps", "60"]);
+    let env = [("TATU_PLUGIN_PATH", ".")];
+    let hash = |more: &[&str]| {
+        let args = [&["run", "scene.toml", "--json", "--steps", "60"], more].concat();
+        run(program(), place.path(), &args, &env).good().json()["hash"].clone()
+    };
+    let whole = hash(&["--snapshot-at", "1.5", "late"]);
+    assert_eq!(hash(&["--from", "late"]), whole);
 }

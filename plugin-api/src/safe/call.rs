@@ -66,10 +66,15 @@ impl<P: Plugin> DerefMut for Call<'_, P> {
     }
 }
 
-/// A result that a command returns.
+/// What a command returns as one result: numbers, truth values, texts, lists of numbers, a [`Value`], and references to these.
 pub trait Return {
-    /// The border form; what it points to goes into memory of the call.
+    /// The border form; what it points to goes into memory of the call. `None`: there is no room.
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value>;
+}
+impl<T: Return + ?Sized> Return for &T {
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
+        (**self).to_raw(room)
+    }
 }
 impl Return for f64 {
     fn to_raw(&self, _: &mut dyn Room) -> Option<tatu_value> {
@@ -79,6 +84,16 @@ impl Return for f64 {
 impl Return for i64 {
     fn to_raw(&self, _: &mut dyn Room) -> Option<tatu_value> {
         Some(raw_int(TATU_I64, *self))
+    }
+}
+impl Return for i32 {
+    fn to_raw(&self, _: &mut dyn Room) -> Option<tatu_value> {
+        Some(raw_int(TATU_I64, (*self).into()))
+    }
+}
+impl Return for u32 {
+    fn to_raw(&self, _: &mut dyn Room) -> Option<tatu_value> {
+        Some(raw_int(TATU_I64, (*self).into()))
     }
 }
 impl Return for bool {
@@ -91,6 +106,11 @@ impl Return for Value {
         Value::to_raw(self, room)
     }
 }
+impl Return for ValueRef<'_> {
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
+        self.to_value().ok()?.to_raw(room)
+    }
+}
 impl Return for [f64] {
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         raw_span(TATU_F64S, self, room)
@@ -101,7 +121,17 @@ impl<const N: usize> Return for [f64; N] {
         raw_span(TATU_F64S, self, room)
     }
 }
+impl Return for Vec<f64> {
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
+        raw_span(TATU_F64S, self, room)
+    }
+}
 impl Return for [i64] {
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
+        raw_span(TATU_I64S, self, room)
+    }
+}
+impl Return for Vec<i64> {
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         raw_span(TATU_I64S, self, room)
     }
@@ -111,14 +141,20 @@ impl Return for str {
         raw_span(TATU_TEXT, self.as_bytes(), room)
     }
 }
+impl Return for String {
+    fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
+        raw_span(TATU_TEXT, self.as_bytes(), room)
+    }
+}
+/// A text of any bytes.
 impl Return for [u8] {
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
         raw_span(TATU_TEXT, self, room)
     }
 }
-impl Return for ValueRef<'_> {
+impl Return for Vec<u8> {
     fn to_raw(&self, room: &mut dyn Room) -> Option<tatu_value> {
-        self.to_value().ok()?.to_raw(room)
+        raw_span(TATU_TEXT, self, room)
     }
 }
 
@@ -212,10 +248,7 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
 
     /// Adds a result.
     #[inline]
-    pub fn ret<R: Return + ?Sized>(&mut self, value: impl std::borrow::Borrow<R>) {
-        self.push(value.borrow());
-    }
-    fn push<R: Return + ?Sized>(&mut self, value: &R) {
+    pub fn ret(&mut self, value: impl Return) {
         match value.to_raw(&mut CallRoom(self.raw)) {
             Some(v) if self.raw.n_results < self.raw.results_cap => {
                 // SAFETY: the caller's array has room for `results_cap`.
@@ -230,7 +263,7 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
 impl<'a, P: Plugin> Call<'a, P> {
     /// Adds a result.
     #[inline]
-    pub fn ret<R: Return + ?Sized>(&mut self, value: impl std::borrow::Borrow<R>) {
+    pub fn ret(&mut self, value: impl Return) {
         // Here too, so that an argument may ask the call: `c.ret(2.0 * c.f64(0)?)`.
         self.0.ret(value);
     }
@@ -249,7 +282,8 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn can_wait(&self) -> bool {
         self.0.raw.wait_token != 0
     }
-    /// Not 0: a wait is over, and this is the word that was given to it.
+    /// Not 0: a wait is over, and this is the word that was given to it. There are no arguments any more: what is needed of them
+    /// is kept in the instance under that word. Whose script has ended is never called again: forget what is old.
     pub fn resumed(&self) -> u64 {
         self.0.raw.resume
     }
@@ -277,7 +311,7 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn wait_signal(&mut self, name: &str, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_SIGNAL, 0.0, name, resume)
     }
-    /// Is called again in each step.
+    /// Is called again in each step. As with all waits the word is not 0.
     pub fn wait_poll(&mut self, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_POLL, 0.0, "", resume)
     }

@@ -49,7 +49,23 @@ struct Name {
 }
 
 impl<P: Plugin> Command<P> {
-    /// A command with its first name and its function, which worlds on several threads call at once.
+    /// A command with its first name and its function, which worlds on several threads call at once. Where the function uses
+    /// [`Call::instance`] or [`Call::plugin`], the compiler must be told whose it is: `Command::<Self>::new(...)`.
+    ///
+    /// One that may wait gives [`Outcome::Waiting`](super::Outcome), as `wait_steps` and its like do, or `Done`:
+    ///
+    /// ```
+    /// # use tatu_plugin_api::safe::*;
+    /// # fn offer<P: Plugin>(offer: &mut Offer<P>) {
+    /// offer.command(Command::<P>::new("mine.later", |c| {
+    ///     if c.resumed() == 0 {
+    ///         return c.wait_steps(10, 1); // called again with this word, and without arguments
+    ///     }
+    ///     c.ret("ten steps later");
+    ///     Ok(Outcome::Done)
+    /// }));
+    /// # }
+    /// ```
     pub fn new<T: IntoResult + 'static>(
         name: impl Into<String>,
         run: impl Fn(&mut Call<'_, P>) -> Result<T> + Send + Sync + 'static,
@@ -152,7 +168,7 @@ impl<P: Plugin> Command<P> {
         self.example = example.into();
         self
     }
-    /// What to do where waiting is not possible.
+    /// The error where waiting is not possible, whole: what cannot be done, and what to do instead.
     pub fn no_wait(mut self, text: impl Into<String>) -> Self {
         self.no_wait = Some(text.into());
         self

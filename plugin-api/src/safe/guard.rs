@@ -2,6 +2,7 @@
 
 use std::{
     any::Any,
+    cell::RefCell,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::OnceLock,
 };
@@ -47,18 +48,24 @@ pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
 static LOG: OnceLock<Log> = OnceLock::new();
 type Log = Box<dyn Fn(u32, &str) + Send + Sync>;
 
-fn panic_text(panic: &(dyn Any + Send)) -> &str {
-    panic
-        .downcast_ref::<&str>()
-        .copied()
-        .or_else(|| panic.downcast_ref::<String>().map(String::as_str))
-        .unwrap_or("no text")
+thread_local! {
+    /// Where the last panic of this thread was, as ` at file:line`.
+    static PLACE: RefCell<String> = const { RefCell::new(String::new()) };
+}
+
+fn panic_text(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().copied();
+    let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no text");
+    text.to_owned() + &PLACE.take()
 }
 
 /// Sends panic messages to the host's log instead of the terminal. Each library has a panic hook of its own.
 pub fn set_panic_hook(host: &Host) {
     if LOG.set(Box::new(host.logger())).is_ok() {
         std::panic::set_hook(Box::new(|info| {
+            let place = info.location().map_or(String::new(), |at| format!(" at {}:{}", at.file(), at.line()));
+            // At the end of a thread there may be no room any more.
+            let _ = PLACE.try_with(|last| last.replace(place));
             if let Some(log) = LOG.get() {
                 log(TATU_LOG_DEBUG, &format!("plugin {info}"));
             }

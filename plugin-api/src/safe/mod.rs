@@ -36,7 +36,7 @@ mod value;
 mod world;
 
 pub use actuator::{Actuator, Drive, Output};
-pub use call::{Call, IntoResult, Outcome, SharedCall};
+pub use call::{Call, IntoResult, Outcome, Return, SharedCall};
 pub use catalogue::About;
 pub use command::{Command, Constant, Status};
 pub use event::Event;

@@ -57,6 +57,10 @@ impl Param {
     pub fn floats(key: &str, count: u32) -> Self {
         Param { count, ..Self::of(TATU_F64S, key) }
     }
+    /// `count` integers; 0: any number of them.
+    pub fn ints(key: &str, count: u32) -> Self {
+        Param { count, ..Self::of(TATU_I64S, key) }
+    }
     /// A function of a script.
     pub fn func(key: &str) -> Self {
         Self::of(TATU_FUNC, key)
@@ -87,7 +91,7 @@ impl Param {
         (self.lowest, self.highest) = (lowest, highest);
         self
     }
-    /// What it is when it is not given.
+    /// What it is when it is not given; it may be left out then, without [`Param::optional`].
     pub fn default(mut self, value: impl Into<Value>) -> Self {
         self.fallback = value.into();
         self

@@ -11,7 +11,8 @@ use crate::abi::*;
 
 /// A plugin. One value per host; it has no globals, and its world instances hold what belongs to a world.
 pub trait Plugin: Sized + Send + Sync + 'static {
-    /// What the plugin keeps per world; `()` if nothing. Re-entrant: commands get it as `&`.
+    /// What the plugin keeps per world; `()` if nothing. Commands get it as `&` and may be entered again while they call a
+    /// function: cells, borrowed for as short as can be.
     type World: 'static;
 
     /// Starts it. Services can be found now, and called once a world exists.

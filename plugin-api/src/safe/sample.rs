@@ -138,11 +138,11 @@ impl<'a> Sample<'a> {
         self.draw(|r| r.normal, first, out);
     }
 
-    /// The sensor's pose in the world. `TATU_IN_POSE`.
+    /// The sensor's pose in the world: x y z (m), quaternion x y z w. `None` without `TATU_IN_POSE` in its inputs.
     pub fn pose(&self) -> Option<[f64; 7]> {
         self.own(self.batch.pose.cast())
     }
-    /// The twist of its mount. `TATU_IN_TWIST`.
+    /// The twist of its mount: m/s, then rad/s, world. `None` without `TATU_IN_TWIST` in its inputs.
     pub fn twist(&self) -> Option<[f64; 6]> {
         self.own(self.batch.twist.cast())
     }
@@ -181,7 +181,7 @@ impl Readout<'_> {
         // SAFETY: the host gives each field room for as many elements of the declared type, to this instance alone.
         unsafe { std::slice::from_raw_parts_mut(place.cast(), *n as usize) }
     }
-    /// Field `k`, declared with [`Field::f64`].
+    /// Field `k`, counted from 0 in the order of declaration, declared with [`Field::f64`]; empty if it is of another type.
     pub fn f64(&mut self, k: usize) -> &mut [f64] {
         self.slice(k, TATU_ELEM_F64)
     }

@@ -220,7 +220,7 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     const PRESETS: &'static [Preset] = &[];
     /// Makes one. `world` can be looked at.
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
-    /// Takes new values of live parameters: `changed` has a bit for each, in the order of declaration. It is then asked for its
+    /// Takes new values of live parameters (a snapshot of a run in which one was changed is restored by replay): `changed` has a bit for each, in the order of declaration. It is then asked for its
     /// beams. After an error it is as if nothing had changed. A parameter with [`Param::rebuilds`] never comes here.
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);

@@ -146,6 +146,21 @@ impl From<&str> for Value {
         Value::text(x)
     }
 }
+impl From<u32> for Value {
+    fn from(x: u32) -> Self {
+        Value::Int(x.into())
+    }
+}
+impl From<String> for Value {
+    fn from(x: String) -> Self {
+        Value::Text(x.into_bytes())
+    }
+}
+impl From<Vec<i64>> for Value {
+    fn from(x: Vec<i64>) -> Self {
+        Value::Ints(x)
+    }
+}
 impl<const N: usize> From<[f64; N]> for Value {
     fn from(x: [f64; N]) -> Self {
         Value::Floats(x.to_vec())

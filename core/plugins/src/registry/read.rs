@@ -338,6 +338,9 @@ fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
     if let Some(flaw) = names::flaw(&f.name) {
         return Some((format!("cannot be called so: the name {flaw}"), "call it `schema.field`"));
     }
+    if !f.name.contains('.') {
+        return Some(("has no schema before its name, by which readers find it".into(), "call it `schema.field`"));
+    }
     // What an instance decides counts as nothing here, and is looked at when there is one.
     let open = |d: u32| d == 0 || (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) || d >= TATU_DIM_COLUMNS;
     let fixed = f.dims.iter().filter(|d| !open(**d)).map(|d| u64::from(*d));

@@ -105,7 +105,7 @@ pub(crate) fn observe(
 }
 
 pub(crate) fn give(c: &mut Ctx<'_>, values: Vec<Value>) {
-    values.into_iter().for_each(|v| c.ret::<Value>(v));
+    values.into_iter().for_each(|v| c.ret(v));
 }
 
 /// A command that looks outside.

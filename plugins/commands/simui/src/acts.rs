@@ -150,7 +150,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
                 };
                 all.open.iter().map(one).collect()
             };
-            c.ret::<Value>(value(&Json::Array(trees)));
+            c.ret(value(&Json::Array(trees)));
             Ok(())
         })
         .returns(Param::any("windows").text("of each a table: window, act, widgets, as the event `ui.window` tells them"))

@@ -121,7 +121,7 @@ fn ask(c: &mut Ctx<'_>, f: &'static Field) -> Result {
     check(c, at, f)?;
     let value = get(c, at, f.key)?;
     match f.holds {
-        Text => c.ret::<str>(value.as_str().unwrap_or("")),
+        Text => c.ret(value.as_str().unwrap_or("")),
         Truth => c.ret(value == Json::Bool(true)),
         Int => c.ret(value.as_f64().unwrap_or(0.0).round() as i64),
         Float => c.ret(value.as_f64().unwrap_or(0.0)),

@@ -181,7 +181,7 @@ fn boxes(add: &mut Adds<'_>) {
         |c| {
             let items = list(get(c, widget(c)?, "items")?);
             let at = place(c, 2, items.len())?;
-            c.ret::<str>(items[at].as_str().unwrap_or(""));
+            c.ret(items[at].as_str().unwrap_or(""));
             Ok(())
         },
     );
@@ -269,7 +269,7 @@ fn tables(add: &mut Adds<'_>) {
             let (mut rows, row, column) = (list(get(c, widget(c)?, "rows")?), count(c, 2)?, count(c, 3)?);
             let cell = cells(&mut rows, row, column);
             let cell = cell.ok_or_else(|| Fail::argument(format!("the table has no cell {row}, {column}")))?;
-            c.ret::<str>(cell.as_str().unwrap_or(""));
+            c.ret(cell.as_str().unwrap_or(""));
             Ok(())
         },
     );

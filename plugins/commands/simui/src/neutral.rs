@@ -91,9 +91,9 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             match gives {
                 Nothing => {}
                 Int(i) => c.ret(*i),
-                Text(t) => c.ret::<str>(*t),
-                Empty => c.ret::<Value>(Value::List(Vec::new())),
-                Zeros => c.ret::<[f64]>(&[0.0; 3][..]),
+                Text(t) => c.ret(*t),
+                Empty => c.ret(Value::List(Vec::new())),
+                Zeros => c.ret(&[0.0; 3][..]),
             }
             Ok(())
         })

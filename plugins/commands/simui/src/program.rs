@@ -93,7 +93,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
     offer.command(
         both("simUI.getTitle", NIL, |c| {
             let title = get(c, (window(c)?, 0), "title")?;
-            c.ret::<str>(title.as_str().unwrap_or(""));
+            c.ret(title.as_str().unwrap_or(""));
             Ok(())
         })
         .param(which())

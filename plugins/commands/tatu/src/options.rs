@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
                 defaults if defaults.is_nil() || defaults.tag() == TATU_LIST && defaults.is_empty() => given,
                 defaults => merged(defaults, &given)?,
             };
-            c.ret::<Value>(Value::Map(options));
+            c.ret(Value::Map(options));
             Ok(())
         })
         .param(

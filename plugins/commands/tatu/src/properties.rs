@@ -40,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
                 c.world().list(base, bits, if base == 0 { 0 } else { TATU_LIST_SKIP_BASE })?
             };
             let handles: Vec<i64> = all.iter().map(|o| (o & 0xF_FFFF) as i64).collect();
-            c.ret::<[i64]>(handles.as_slice());
+            c.ret(handles.as_slice());
             Ok(())
         })
         .param(
@@ -63,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
                 Value::Object(o) => Value::Int((o & 0xF_FFFF) as i64),
                 other => other,
             };
-            c.ret::<Value>(value);
+            c.ret(value);
             Ok(())
         })
         .param(Param::int("object").text("a handle; 0: the world"))

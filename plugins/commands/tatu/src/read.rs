@@ -11,7 +11,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(
         Cmd::side_by_side("tatu.read", |c| {
             let out = read(c)?;
-            c.ret::<Value>(Value::Map(out));
+            c.ret(Value::Map(out));
             Ok(())
         })
         .param(Param::int("sensor").text("a handle"))

@@ -27,7 +27,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             while let Some(row) = c.world().row(object, all.len() as u32)? {
                 all.push(row.to_value()?);
             }
-            c.ret::<Value>(Value::List(all));
+            c.ret(Value::List(all));
             Ok(())
         })
         .param(Param::int("object").text("a handle; 0: the world"))
@@ -41,7 +41,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             while let Some(model) = c.world().model(all.len() as u32)? {
                 all.push(model.to_value()?);
             }
-            c.ret::<Value>(Value::List(all));
+            c.ret(Value::List(all));
             Ok(())
         })
         .returns(Param::any("models").text("of each a table: id, text"))
@@ -70,7 +70,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(
         Cmd::new("tatu.getScript", |c| {
             let text = c.world().script_text(object(c, 0)?)?;
-            c.ret::<Value>(Value::Bytes(text));
+            c.ret(Value::Bytes(text));
             Ok(())
         })
         .param(Param::int("script").text("a handle: tatu.list('script')"))

@@ -68,7 +68,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 fn get_name(c: &mut Ctx<'_>) -> Result {
     let name = text_of(c, id(c, 0)?, c.plugin().p.name)?;
-    c.ret::<str>(name.as_str());
+    c.ret(name.as_str());
     Ok(())
 }
 
@@ -109,7 +109,7 @@ fn get_alias(c: &mut Ctx<'_>) -> Result {
             return Err(Fail::unsupported(format!("there is no form {n} of an alias: -1 to 6 are known")));
         }
     };
-    c.ret::<str>(text.as_str());
+    c.ret(text.as_str());
     Ok(())
 }
 
@@ -136,7 +136,7 @@ fn get_suffix(c: &mut Ctx<'_>) -> Result {
         let text = c.text(0)?;
         let (name, suffix) = names::split(&text);
         c.ret(suffix);
-        c.ret::<str>(name);
+        c.ret(name);
     } else {
         let suffix = names::suffix(c)?;
         c.ret(suffix);

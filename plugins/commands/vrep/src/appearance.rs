@@ -12,7 +12,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 (TATU_KIND_SHAPE, 0 | 1) => c.world().f64s::<3>(o.id, c.plugin().p.color)?,
                 _ => [0.0; 3],
             };
-            c.ret::<[f64]>(&own[..]);
+            c.ret(&own[..]);
             Ok(())
         })
         .param(object("object"))
@@ -54,7 +54,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 before.push(Value::Map(entry.map(|(k, v)| (Value::text(k), v)).to_vec()));
                 w.set_f64s(o, p.color, &rgb)?;
             }
-            c.ret::<Value>(Value::List(before));
+            c.ret(Value::List(before));
             Ok(())
         })
         .param(Param::int("entity").text("an object or a collection"))
@@ -105,7 +105,7 @@ fn texts(offer: &mut Offer<Vrep>) {
     let get = move |c: &mut Ctx<'_>| -> Result {
         let id = living(c, 0)?.id;
         if let Some(text) = tags::private(c, id, &key(c)?)? {
-            c.ret::<[u8]>(text.as_slice());
+            c.ret(text.as_slice());
         }
         Ok(())
     };

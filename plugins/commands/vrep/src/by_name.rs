@@ -48,7 +48,7 @@ fn family(
             let (id, key) = (target_of(c)?, c.text(1)?);
             let v = c.world().get(id, c.world().host().prop(&key))?;
             let v = read(v).ok_or_else(|| Fail::argument(format!("the property `{key}` is not of type {of}")))?;
-            c.ret::<Value>(v);
+            c.ret(v);
             Ok(())
         })
         .param(target())

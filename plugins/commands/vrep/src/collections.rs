@@ -101,7 +101,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.getCollectionObjects", NIL, |c| {
             let objects: Vec<i64> = objects(c, c.i64(0)?)?.into_iter().map(handle).collect();
-            c.ret::<[i64]>(&objects[..]);
+            c.ret(&objects[..]);
             Ok(())
         })
         .param(collection())
@@ -131,7 +131,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("sim.getCollectionName", NIL, |c| {
             let which = c.i64(0)?;
             let name = state(c)?.collections.all.get(&which).map(|k| k.name.clone()).ok_or_else(|| none(which))?;
-            c.ret::<str>(name.as_str());
+            c.ret(name.as_str());
             Ok(())
         })
         .param(collection())

@@ -9,7 +9,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let ids = handle_sets::list(c, 0)?;
             let options = int_or(c, 1, 0)?;
             let out = copy(c, &ids, options & 1 != 0)?;
-            c.ret::<[i64]>(&out[..]);
+            c.ret(&out[..]);
             Ok(())
         })
         .param(Param::list("objects").text("handles"))
@@ -46,7 +46,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("sim.getObjectSizeValues", NIL, |c| {
             let o = living(c, 0)?;
             let size = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
-            c.ret::<[f64]>(&[size; 3][..]);
+            c.ret(&[size; 3][..]);
             Ok(())
         })
         .param(object("object"))

@@ -34,10 +34,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 Err(_) => None,
             };
             match found {
-                Some(data) => c.ret::<[u8]>(data.as_slice()),
+                Some(data) => c.ret(data.as_slice()),
                 // Without its scene an object has none of the data that the scene gave it.
-                None if c.world().stands_in(0, &format!("data {}", c.text(1)?)) => c.ret::<[u8]>(STAND_IN),
-                None => c.ret::<Value>(Value::Nil),
+                None if c.world().stands_in(0, &format!("data {}", c.text(1)?)) => c.ret(STAND_IN),
+                None => c.ret(Value::Nil),
             }
             Ok(())
         })
@@ -51,7 +51,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Cmd::new(name, |c| {
                 let (id, tag) = place(c)?;
                 let data = tags::get(c, id, &tag)?.unwrap_or_default();
-                c.ret::<[u8]>(data.as_slice());
+                c.ret(data.as_slice());
                 Ok(())
             })
             .param(target())
@@ -83,7 +83,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 Some(data) => tables::unpack(&data)?,
                 None => Value::List(Vec::new()),
             };
-            c.ret::<Value>(table);
+            c.ret(table);
             Ok(())
         })
         .param(target())
@@ -96,7 +96,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("sim.readCustomDataBlockTags", NIL, |c| {
             let tags = tags(c)?;
             if !tags.is_empty() {
-                c.ret::<Value>(Value::List(tags));
+                c.ret(Value::List(tags));
             }
             Ok(())
         })
@@ -107,7 +107,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.readCustomDataTags", |c| {
             let tags = tags(c)?;
-            c.ret::<Value>(Value::List(tags));
+            c.ret(Value::List(tags));
             Ok(())
         })
         .param(target())
@@ -123,7 +123,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     out.push(handle(id));
                 }
             }
-            c.ret::<[i64]>(&out[..]);
+            c.ret(&out[..]);
             Ok(())
         })
         .param(tag())
@@ -162,7 +162,7 @@ fn headers(offer: &mut Offer<Vrep>) {
             object(both(get, NIL, move |c| {
                 let (id, tag) = (of(c)?, header(c.i64(at)?));
                 if let Some(data) = tags::get(c, id, &tag)? {
-                    c.ret::<[u8]>(data.as_slice());
+                    c.ret(data.as_slice());
                 }
                 Ok(())
             }))
@@ -196,7 +196,7 @@ fn persistent(offer: &mut Offer<Vrep>) {
             let name = key(c.bytes(0)?);
             let name = String::from_utf8_lossy(&name).into_owned();
             if let Some(data) = tags::private(c, 0, &name)? {
-                c.ret::<[u8]>(data.as_slice());
+                c.ret(data.as_slice());
             }
             Ok(())
         })

@@ -152,7 +152,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.getDialogInput", NIL, |c| {
             let dialog = find(c)?;
-            c.ret::<[u8]>(dialog.text.as_slice());
+            c.ret(dialog.text.as_slice());
             Ok(())
         })
         .param(which())
@@ -205,7 +205,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both("sim.fileDialog", NIL, |c| {
-            c.ret::<Value>(Value::Nil);
+            c.ret(Value::Nil);
             Ok(())
         })
         .param(Param::any("arguments").rest())

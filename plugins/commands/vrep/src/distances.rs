@@ -26,7 +26,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .filter(|d| d.length() == 0.0);
             c.ret(i64::from(touching.is_some()));
             if version(c) >= (4, 0) {
-                c.ret::<[i64]>(&touching.map_or([-1, -1], |d| d.0.pair.map(handle))[..]);
+                c.ret(&touching.map_or([-1, -1], |d| d.0.pair.map(handle))[..]);
             }
             Ok(())
         })
@@ -46,14 +46,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             match found {
                 Some(d) => {
                     let Closest { from: [a, b, x], to: [e, f, g], pair } = d.0;
-                    c.ret::<[f64]>(&[a, b, x, e, f, g, d.length()][..]);
+                    c.ret(&[a, b, x, e, f, g, d.length()][..]);
                     if modern {
-                        c.ret::<[i64]>(&pair.map(handle)[..]);
+                        c.ret(&pair.map(handle)[..]);
                     }
                 }
                 None if modern => {
-                    c.ret::<[f64]>(&[0.0; 7][..]);
-                    c.ret::<[i64]>(&[-1, -1][..]);
+                    c.ret(&[0.0; 7][..]);
+                    c.ret(&[-1_i64, -1][..]);
                 }
                 None => {}
             }

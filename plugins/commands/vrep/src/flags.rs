@@ -169,7 +169,7 @@ fn references(offer: &mut Offer<Vrep>) {
             let kept = String::from_utf8_lossy(&kept).into_owned();
             let ids = kept.split(' ').filter_map(|t| t.parse::<u64>().ok());
             let out: Vec<i64> = ids.map(|o| if o != 0 && c.world().look(o).is_ok() { handle(o) } else { -1 }).collect();
-            c.ret::<[i64]>(&out[..]);
+            c.ret(&out[..]);
             Ok(())
         })
         .param(object("object"))
@@ -199,7 +199,7 @@ fn references(offer: &mut Offer<Vrep>) {
             let tags = tags::all(c, id)?.into_iter();
             let tags = tags.filter_map(|(k, _)| k.strip_prefix(b"\x01handles ").map(<[u8]>::to_vec));
             let tags: Vec<Value> = tags.map(Value::Text).collect();
-            c.ret::<Value>(Value::List(tags));
+            c.ret(Value::List(tags));
             Ok(())
         })
         .param(object("object"))

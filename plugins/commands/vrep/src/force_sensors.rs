@@ -73,14 +73,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             if w.look(sensor)?.kind != TATU_KIND_FORCE_SENSOR || !bool_of(c, sensor, p.sensed)? {
                 // The original, asked before physics has anything to tell, answers so too.
                 c.ret(if version(c) >= (4, 2) { 2_i64 } else { 0 });
-                c.ret::<[f64]>(&[0.0; 3][..]);
-                c.ret::<[f64]>(&[0.0; 3][..]);
+                c.ret(&[0.0; 3][..]);
+                c.ret(&[0.0; 3][..]);
                 return Ok(());
             }
             let (force, torque) = (w.f64s::<3>(sensor, p.sensed_force)?, w.f64s::<3>(sensor, p.sensed_torque)?);
             c.ret(if bool_of(c, sensor, p.broken)? { 3_i64 } else { 1 });
-            c.ret::<[f64]>(&force[..]);
-            c.ret::<[f64]>(&torque[..]);
+            c.ret(&force[..]);
+            c.ret(&torque[..]);
             Ok(())
         })
         .param(object("sensor"))
@@ -178,7 +178,7 @@ fn child_poses(offer: &mut Offer<Vrep>) {
                 }
                 _ => al::IDENTITY,
             };
-            c.ret::<[f64]>(&pose[..]);
+            c.ret(&pose[..]);
             Ok(())
         })
         .param(object("object"))

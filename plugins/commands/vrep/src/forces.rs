@@ -47,8 +47,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getVelocity", |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let t = c.world().twist(shape)?;
-            c.ret::<[f64]>(&t[..3]);
-            c.ret::<[f64]>(&t[3..]);
+            c.ret(&t[..3]);
+            c.ret(&t[3..]);
             Ok(())
         })
         .old_name("simGetVelocity", NIL)
@@ -122,13 +122,13 @@ fn contact(c: &mut Ctx<'_>) -> Result {
     let Some(contact) = contacts.get(index as usize) else {
         return Ok(());
     };
-    c.ret::<[i64]>(&contact.shape.map(handle)[..]);
-    c.ret::<[f64]>(&contact.point[..]);
+    c.ret(&contact.shape.map(handle)[..]);
+    c.ret(&contact.point[..]);
     let friction = c.world().frictions(shape)?.get(index as usize).copied().unwrap_or_default();
     let force: [f64; 3] = std::array::from_fn(|i| contact.normal[i] * contact.force + friction[i]);
-    c.ret::<[f64]>(&force[..]);
+    c.ret(&force[..]);
     if extended || version(c).0 >= 4 {
-        c.ret::<[f64]>(&contact.normal[..]);
+        c.ret(&contact.normal[..]);
     }
     Ok(())
 }

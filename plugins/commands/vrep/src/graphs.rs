@@ -206,10 +206,10 @@ fn curves(offer: &mut Offer<Vrep>) {
             let graph = of_kind(c, 0, TATU_KIND_GRAPH)?;
             let color = |all: [f64; 3]| all;
             let title = text_of(c, graph, c.plugin().p.alias)?;
-            c.ret::<str>(title.as_str());
+            c.ret(title.as_str());
             c.ret(0_i64);
-            c.ret::<[f64]>(&color([1.0, 1.0, 1.0])[..]);
-            c.ret::<[f64]>(&color([0.0, 0.0, 0.0])[..]);
+            c.ret(&color([1.0, 1.0, 1.0])[..]);
+            c.ret(&color([0.0, 0.0, 0.0])[..]);
             Ok(())
         })
         .param(object("graph"))
@@ -320,13 +320,13 @@ fn get_curve(c: &mut Ctx<'_>) -> Result {
         })
         .collect();
     let (label, color) = (name_of(c, graph, id)?, numbers("color"));
-    c.ret::<str>(label.as_str());
+    c.ret(label.as_str());
     c.ret(kind);
-    c.ret::<[f64]>(&color[..]);
+    c.ret(&color[..]);
     for a in &axes {
-        c.ret::<[f64]>(&a[..]);
+        c.ret(&a[..]);
     }
-    c.ret::<[f64]>(&bounds[..]);
+    c.ret(&bounds[..]);
     c.ret(id);
     c.ret(2_i64);
     Ok(())

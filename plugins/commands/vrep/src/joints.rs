@@ -147,7 +147,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let cyclic = bool_of(c, joint, p.joint_cyclic)?;
             let [low, high] = if cyclic { [-PI, PI] } else { w.f64s(joint, p.joint_limits)? };
             c.ret(cyclic);
-            c.ret::<[f64]>(&[low, high - low][..]);
+            c.ret(&[low, high - low][..]);
             Ok(())
         })
         .old_name("simGetJointInterval", NIL)
@@ -231,7 +231,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 _ => al::pose([0.0; 3], al::from_euler([0.0, 0.0, x])),
             };
             let m = al::matrix(&pose);
-            c.ret::<[f64]>(&m[..]);
+            c.ret(&m[..]);
             Ok(())
         })
         .old_name("simGetJointMatrix", NIL)

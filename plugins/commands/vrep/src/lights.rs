@@ -14,9 +14,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("sim.getLightParameters", MINUS, |c| {
             let light = light(c, living(c, 0)?.id)?;
             c.ret(light[0] as i64);
-            c.ret::<[f64]>(&[0.0; 3][..]);
-            c.ret::<[f64]>(&light[1..4]);
-            c.ret::<[f64]>(&light[4..7]);
+            c.ret(&[0.0; 3][..]);
+            c.ret(&light[1..4]);
+            c.ret(&light[4..7]);
             Ok(())
         })
         .param(object("light"))

@@ -47,7 +47,7 @@ fn pose(key: &str) -> Param {
     table(key, "{x, y, z, qx, qy, qz, qw}")
 }
 fn give<const N: usize>(c: &mut Shared<'_>, numbers: [f64; N]) -> Result {
-    c.ret::<[f64]>(&numbers[..]);
+    c.ret(&numbers[..]);
     Ok(())
 }
 /// A pose whose quaternion has the length 1.
@@ -205,7 +205,7 @@ fn multiply_vector(c: &mut Shared<'_>) -> Result {
         numbers::<3>(c, 1)?;
     }
     let points: Vec<f64> = all.chunks_exact(3).flat_map(|p| al::multiply_vector(&m, [p[0], p[1], p[2]])).collect();
-    c.ret::<[f64]>(points.as_slice());
+    c.ret(points.as_slice());
     Ok(())
 }
 

@@ -65,9 +65,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let (points, places) = triangles(c, shape)?;
             let normals = normals(&points, &places);
-            c.ret::<[f64]>(&points[..]);
-            c.ret::<[i64]>(&places[..]);
-            c.ret::<[f64]>(&normals[..]);
+            c.ret(&points[..]);
+            c.ret(&places[..]);
+            c.ret(&normals[..]);
             Ok(())
         })
         .param(object("shape"))
@@ -93,7 +93,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             };
             c.ret(bits);
             c.ret(pure);
-            c.ret::<[f64]>(&[size[0], size[1], size[2], 0.0][..]);
+            c.ret(&[size[0], size[1], size[2], 0.0][..]);
             Ok(())
         })
         .param(object("shape"))
@@ -118,7 +118,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.ungroupShape", NIL, |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
-            c.ret::<[i64]>(&[handle(shape)][..]);
+            c.ret(&[handle(shape)][..]);
             Ok(())
         })
         .param(object("shape"))
@@ -146,8 +146,8 @@ fn mass(offer: &mut Offer<Vrep>) {
             let base = if c.has(1) { al::of_matrix(&numbers::<12>(c, 1)?) } else { al::IDENTITY };
             let to = al::compose(&al::inverse(&base), &frame);
             c.ret(m);
-            c.ret::<[f64]>(&turned(&inertia, al::rotation(&to))[..]);
-            c.ret::<[f64]>(&al::add(al::position(&to), al::rotate(al::rotation(&to), com))[..]);
+            c.ret(&turned(&inertia, al::rotation(&to))[..]);
+            c.ret(&al::add(al::position(&to), al::rotate(al::rotation(&to), com))[..]);
             Ok(())
         })
         .param(object("shape"))
@@ -186,8 +186,8 @@ fn mass(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getShapeInertia", move |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let (inertia, com) = (inertia_of(c, shape)?, c.world().f64s::<3>(shape, c.plugin().p.com)?);
-            c.ret::<[f64]>(&inertia[..]);
-            c.ret::<[f64]>(&al::matrix(&al::pose(com, [0.0, 0.0, 0.0, 1.0]))[..]);
+            c.ret(&inertia[..]);
+            c.ret(&al::matrix(&al::pose(com, [0.0, 0.0, 0.0, 1.0]))[..]);
             Ok(())
         })
         .param(object("shape"))

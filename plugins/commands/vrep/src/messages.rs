@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             match message {
                 Some((kind, aux)) => {
                     c.ret(kind);
-                    c.ret::<[i64]>(&aux[..]);
+                    c.ret(&aux[..]);
                 }
                 None => c.ret(-1_i64),
             }

@@ -77,7 +77,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         button(both("sim.getUIButtonLabel", NIL, |c| {
             let label = of_button(c, |b| b.labels[0].clone())?;
-            c.ret::<str>(label.as_str());
+            c.ret(label.as_str());
             Ok(())
         }))
         .returns(Param::string("label"))
@@ -127,7 +127,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let which = c.i64(0)?;
             of_window(c, which, |_| ())?;
             c.ret(-1_i64);
-            c.ret::<[i64]>(&[0, 0][..]);
+            c.ret(&[0_i64, 0][..]);
             Ok(())
         })
         .param(window())
@@ -207,7 +207,7 @@ fn properties(offer: &mut Offer<Vrep>) {
         both("sim.getUIPosition", NIL, |c| {
             let which = c.i64(0)?;
             let at = of_window(c, which, |w| w.position)?;
-            c.ret::<[i64]>(&at[..]);
+            c.ret(&at[..]);
             Ok(())
         })
         .param(Param::int("window"))

@@ -96,7 +96,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let range = part(v.len(), int_or(c, 1, 0)?, int_or(c, 2, 0)?);
                 let bytes = pack(e, range.map(|i| v.number(i).unwrap_or(0.0)));
                 if !bytes.is_empty() {
-                    c.ret::<[u8]>(bytes.as_slice());
+                    c.ret(bytes.as_slice());
                 }
                 Ok(())
             })
@@ -118,7 +118,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let stands_in = bytes == b"1" && c.world().makes_stand_ins();
                 let bytes = if stands_in { STAND_IN } else { bytes };
                 let values = unpack(e, bytes.get(skip..).unwrap_or_default(), start, count);
-                c.ret::<Value>(values);
+                c.ret(values);
                 Ok(())
             })
             .old_name(oldest_unpack, NIL)

@@ -164,7 +164,7 @@ fn handle_pairs(c: &mut Ctx<'_>, sort: Sort) -> Result {
 fn answer(c: &mut Ctx<'_>, sort: Sort, found: Option<Found>) -> Result {
     c.ret(i64::from(found.is_some()));
     match (sort, found) {
-        (Collision, found) => c.ret::<[i64]>(&found.map_or([-1, -1], |f| f.pair.map(handle))[..]),
+        (Collision, found) => c.ret(&found.map_or([-1, -1], |f| f.pair.map(handle))[..]),
         (Distance, Some(found)) => c.ret(found.length),
         (Distance, None) => {}
     }

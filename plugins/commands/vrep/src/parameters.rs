@@ -97,7 +97,7 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
     };
     let get = Cmd::new(getter.0, |c| {
         let v = read(c, family)?;
-        c.ret::<Value>(v);
+        c.ret(v);
         Ok(())
     });
     offer.command(

@@ -96,7 +96,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.getPositionOnPath", NIL, move |c| {
             let p = at(c)?;
-            c.ret::<[f64]>(&p[..3]);
+            c.ret(&p[..3]);
             Ok(())
         })
         .param(path())
@@ -108,7 +108,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.getOrientationOnPath", NIL, move |c| {
             let p = at(c)?;
-            c.ret::<[f64]>(&al::to_euler(al::rotation(&p))[..]);
+            c.ret(&al::to_euler(al::rotation(&p))[..]);
             Ok(())
         })
         .param(path())
@@ -121,7 +121,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("sim.getDataOnPath", NIL, |c| {
             of_path(c)?;
             c.ret(0_i64);
-            c.ret::<[f64]>(&[0.0; 4][..]);
+            c.ret(&[0.0; 4][..]);
             Ok(())
         })
         .param(path())

@@ -35,7 +35,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 };
                 out.push(sum);
             }
-            c.ret::<[f64]>(&out[..]);
+            c.ret(&out[..]);
             c.ret(sum);
             Ok(())
         })
@@ -50,7 +50,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getPathInterpolatedConfig", |c| {
             let (path, lengths, t) = (floats(c, 0)?, floats(c, 1)?, c.f64(2)?);
             let at = between(&path, &lengths, t, &c.arg(4).numbers().unwrap_or_default())?;
-            c.ret::<[f64]>(&at[..]);
+            c.ret(&at[..]);
             Ok(())
         })
         .param(path())
@@ -73,7 +73,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             for i in 0..n {
                 out.extend(between(&path, &lengths, total * i as f64 / (n - 1) as f64, &types)?);
             }
-            c.ret::<[f64]>(&out[..]);
+            c.ret(&out[..]);
             Ok(())
         })
         .param(path())

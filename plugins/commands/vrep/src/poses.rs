@@ -8,7 +8,7 @@ use crate::{
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        getter("sim.getObjectPosition", |c, p| c.ret::<[f64]>(&p[..3]))
+        getter("sim.getObjectPosition", |c, p| c.ret(&p[..3]))
             .returns(Param::floats("position", 3).unit("m"))
             .text("Gives where an object is: {x, y, z}.")
             .example("p = sim.getObjectPosition(robot, -1)"),
@@ -16,7 +16,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         getter("sim.getObjectOrientation", |c, p| {
             let e = al::to_euler(al::rotation(p));
-            c.ret::<[f64]>(&e[..]);
+            c.ret(&e[..]);
         })
         .returns(Param::floats("angles", 3).unit("rad"))
         .text(
@@ -30,7 +30,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let flags = c.arg(0).as_i64().unwrap_or(0);
             let [x, y, z, w] = al::rotation(p);
             let q = if flags & WXYZ != 0 { [w, x, y, z] } else { [x, y, z, w] };
-            c.ret::<[f64]>(&q[..]);
+            c.ret(&q[..]);
         })
         .returns(Param::floats("quaternion", 4))
         .text(
@@ -42,14 +42,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         getter("sim.getObjectMatrix", |c, p| {
             let m = al::matrix(p);
-            c.ret::<[f64]>(&m[..]);
+            c.ret(&m[..]);
         })
         .returns(Param::floats("matrix", 12))
         .text("Gives the frame of an object: 12 numbers, rows of {x axis, y axis, z axis, position}.")
         .example("m = sim.getObjectMatrix(robot, -1)"),
     );
     offer.command(
-        getter("sim.getObjectPose", |c, p| c.ret::<[f64]>(&p[..]))
+        getter("sim.getObjectPose", |c, p| c.ret(&p[..]))
             .returns(Param::floats("pose", 7))
             .text("Gives position and quaternion of an object: {x, y, z, qx, qy, qz, qw}.")
             .example("pose = sim.getObjectPose(robot)"),
@@ -121,8 +121,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::side_by_side("sim.getObjectVelocity", |c| {
             let id = id(c, 0)?;
             let t = c.world().twist(id).map_err(|e| explain_any(c, id, e))?;
-            c.ret::<[f64]>(&t[..3]);
-            c.ret::<[f64]>(&t[3..]);
+            c.ret(&t[..3]);
+            c.ret(&t[3..]);
             Ok(())
         })
         .old_name("simGetObjectVelocity", NIL)

@@ -81,7 +81,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let stepped = state(c)?.profiles.all.get_mut(&which).map(|p| p.step(dt));
             let (arrived, [at, v, a], over) = stepped.ok_or_else(|| none(which))?;
             c.ret(i64::from(arrived));
-            c.ret::<[f64]>(&[at, v, a].concat()[..]);
+            c.ret(&[at, v, a].concat()[..]);
             c.ret(over);
             Ok(())
         })

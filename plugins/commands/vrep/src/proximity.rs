@@ -140,9 +140,9 @@ fn give(c: &mut Shared<'_>, sight: Sight) {
     c.ret(first);
     if let Some((distance, point, object, normal)) = rest {
         c.ret(distance);
-        c.ret::<[f64]>(&point[..]);
+        c.ret(&point[..]);
         c.ret(object);
-        c.ret::<[f64]>(&normal[..]);
+        c.ret(&normal[..]);
     }
 }
 

@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     let good = matches!(results.first(), Some(Value::Bool(true)));
                     c.ret(if good { 0_i64 } else { -1 });
                     if let Some(v) = results.get(1) {
-                        c.ret::<Value>(v.clone());
+                        c.ret(v.clone());
                     }
                     Ok(())
                 }
@@ -51,7 +51,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             for _ in 0..=c.i64(3)?.clamp(0, 1_000_000) {
                 results = c.call_func(function, &args)?;
             }
-            results.iter().for_each(|r| c.ret::<Value>(r));
+            results.iter().for_each(|r| c.ret(r));
             Ok(())
         })
         .param(Param::any("a").optional().text("its first argument"))
@@ -64,7 +64,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getScriptFunctions", |c| {
             scripts::self_or(c, 0)?;
-            c.ret::<Value>(Value::Map(Vec::new()));
+            c.ret(Value::Map(Vec::new()));
             Ok(())
         })
         .param(Param::int("script"))
@@ -75,7 +75,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both("sim.invertMatrix", MINUS, |c| {
             let m = crate::algebra::invert(&numbers(c, 0)?);
-            c.ret::<[f64]>(&m[..]);
+            c.ret(&m[..]);
             Ok(())
         })
         .param(table("matrix", "12 numbers"))
@@ -98,7 +98,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("sim.getLastError", NIL, |c| {
             let text = std::mem::take(&mut state(c)?.last_error);
             if !text.is_empty() {
-                c.ret::<[u8]>(text.as_slice());
+                c.ret(text.as_slice());
             }
             Ok(())
         })
@@ -110,7 +110,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.copyTable", |c| {
             let v = c.arg(0).to_value()?;
-            c.ret::<Value>(v);
+            c.ret(v);
             Ok(())
         })
         .param(Param::any("table"))
@@ -182,7 +182,7 @@ fn parameters(offer: &mut Offer<Vrep>) {
         both("sim.getUserParameter", NIL, move |c| {
             if let Some(data) = tags::private(c, target(c)?, &name(c)?)? {
                 let value = tables::unpack(&data)?;
-                c.ret::<Value>(value);
+                c.ret(value);
             }
             Ok(())
         })

@@ -91,7 +91,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getScriptName", |c| {
             let script = self_or(c, 0)?;
             let name = text_of(c, parent(c, script)?, c.plugin().p.name)?;
-            c.ret::<str>(name.as_str());
+            c.ret(name.as_str());
             Ok(())
         })
         .old_name("simGetScriptName", NIL)
@@ -152,7 +152,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             if let Some(text) = found {
                 let value = if c.arg(2).truthy() { Value::Text(text) } else { typed(text) };
-                c.ret::<Value>(value);
+                c.ret(value);
             }
             Ok(())
         })
@@ -314,7 +314,7 @@ fn call(c: &mut Ctx<'_>) -> Result {
     let args = c.args().get(2..).unwrap_or_default();
     let args: Vec<Value> = args.iter().map(|v| v.to_value()).collect::<Result<_>>()?;
     for value in c.world().call_function(script, function, &args)? {
-        c.ret::<Value>(value);
+        c.ret(value);
     }
     Ok(())
 }

@@ -7,7 +7,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both("sim.getObjectSelection", NIL, |c| {
             let selected = selected(c)?;
             if !selected.is_empty() {
-                c.ret::<[i64]>(&selected[..]);
+                c.ret(&selected[..]);
             }
             Ok(())
         })
@@ -17,7 +17,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getObjectSel", |c| {
             let selected = selected(c)?;
-            c.ret::<[i64]>(&selected[..]);
+            c.ret(&selected[..]);
             Ok(())
         })
         .returns(Param::list("objects").text("empty if none is selected"))

@@ -104,8 +104,8 @@ fn facts(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getShapeBB", |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let size = c.world().f64s::<3>(shape, c.plugin().p.size)?;
-            c.ret::<[f64]>(&size[..]);
-            c.ret::<[f64]>(&al::IDENTITY[..]);
+            c.ret(&size[..]);
+            c.ret(&al::IDENTITY[..]);
             Ok(())
         })
         .param(object("shape"))
@@ -120,7 +120,7 @@ fn facts(offer: &mut Offer<Vrep>) {
             diffuse_only(c.i64(2)?)?;
             let rgb = c.world().f64s::<3>(shape, c.plugin().p.color)?;
             c.ret(1_i64);
-            c.ret::<[f64]>(&rgb[..]);
+            c.ret(&rgb[..]);
             Ok(())
         })
         .old_name("simGetShapeColor", MINUS)

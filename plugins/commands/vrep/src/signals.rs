@@ -18,7 +18,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 return Ok(());
             };
             if let Some(name) = c.world().signal_name(kind, index)? {
-                c.ret::<[u8]>(name.as_slice());
+                c.ret(name.as_slice());
             }
             Ok(())
         })
@@ -81,13 +81,13 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
         named(get, NIL, |c, kind| {
             let v = c.world().signal(kind, c.bytes(0)?)?;
             if !v.is_nil() {
-                c.ret::<ValueRef<'_>>(v);
+                c.ret(v);
             } else if c.world().stands_in(0, &format!("signal {kind} {}", c.text(0)?)) {
                 // Without its scene nobody sets it.
                 match kind {
                     0 => c.ret(1_i64),
                     1 => c.ret(1.0),
-                    _ => c.ret::<[u8]>(STAND_IN),
+                    _ => c.ret(STAND_IN),
                 }
             }
             Ok(())

@@ -227,8 +227,8 @@ fn add(offer: &mut Offer<Vrep>, name: &str, flat: Option<(&str, [Value; 1])>, gi
             Nothing => {}
             Int(i) => c.ret(i),
             Float(x) => c.ret(x),
-            Text(t) => c.ret::<str>(t),
-            Empty => c.ret::<Value>(Value::List(Vec::new())),
+            Text(t) => c.ret(t),
+            Empty => c.ret(Value::List(Vec::new())),
         }
         Ok(())
     });

@@ -11,7 +11,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 return Err(Fail::argument("argument 1: expected a table"));
             }
             let data = pack(&c.arg(0).to_value()?)?;
-            c.ret::<[u8]>(data.as_slice());
+            c.ret(data.as_slice());
             Ok(())
         })
         .param(Param::any("table"))
@@ -26,7 +26,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 b"" => Value::List(Vec::new()),
                 data => unpack(data)?,
             };
-            c.ret::<Value>(value);
+            c.ret(value);
             Ok(())
         })
         .param(Param::string("data").text("empty: an empty table"))

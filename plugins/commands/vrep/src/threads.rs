@@ -164,7 +164,7 @@ fn wait_for_signal(c: &mut Ctx<'_>) -> Result<Outcome> {
     for kind in KINDS {
         let v = c.world().signal(kind, &name)?;
         if !v.is_nil() {
-            c.ret::<ValueRef<'_>>(v);
+            c.ret(v);
             return Ok(Outcome::Done);
         }
     }

@@ -69,7 +69,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             if let (true, Some((_, kind))) = (all.is_empty(), STAND_INS.iter().find(|(n, _)| *n == kind)) {
                 c.world().missed_child(base, kind);
             }
-            c.ret::<[i64]>(all.as_slice());
+            c.ret(all.as_slice());
             Ok(())
         })
         .old_name("simGetObjectsInTree", NIL)

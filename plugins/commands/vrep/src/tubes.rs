@@ -94,7 +94,7 @@ fn read(c: &mut Ctx<'_>) -> Result<Outcome> {
     let blocking = c.resumed() != 0 || c.arg(1).truthy();
     let packet = state(c)?.tubes.read(tube);
     match packet {
-        Some(data) => c.ret::<[u8]>(data.as_slice()),
+        Some(data) => c.ret(data.as_slice()),
         None if blocking && tube >= 0 && c.can_wait() => return c.wait_poll(tube as u64 + 1),
         None => {}
     }

@@ -125,9 +125,9 @@ fn receive(c: &mut Ctx<'_>) -> Result {
     {
         l.read.insert(me);
     }
-    c.ret::<[u8]>(message.data.as_slice());
+    c.ret(message.data.as_slice());
     c.ret(handle(message.from));
     c.ret(message.header);
-    c.ret::<[u8]>(message.name.as_slice());
+    c.ret(message.name.as_slice());
     Ok(())
 }

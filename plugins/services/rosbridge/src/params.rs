@@ -1,6 +1,6 @@
 //! Parameters that scripts of a world share.
 
-use tatu_plugin_api::safe::{Offer, Param, Value};
+use tatu_plugin_api::safe::{Offer, Param};
 
 use crate::{
     Ros as Plugin,
@@ -17,8 +17,8 @@ pub(crate) fn params(offer: &mut Offer<Plugin>) {
                 let found = c.instance().all()?.params.get(&name).cloned();
                 c.ret(found.is_some());
                 match found {
-                    Some(value) => c.ret::<Value>(tatu_services_common::json::read(&value)?),
-                    None => c.ret::<Value>(c.arg(1).to_value()?),
+                    Some(value) => c.ret(tatu_services_common::json::read(&value)?),
+                    None => c.ret(c.arg(1).to_value()?),
                 }
                 Ok(())
             },

@@ -44,7 +44,7 @@ fn open(c: &mut Ctx<'_>, role: Role, ros: Ros, callback: Option<usize>) -> Resul
 /// What a service answered, as its caller gets it.
 fn response(c: &mut Ctx<'_>, client: &Endpoint, json: &Json) -> Result<Outcome> {
     let value = convert::value(json, &format!("{}Response", client.kind), client.ros())?;
-    c.ret::<Value>(value);
+    c.ret(value);
     Ok(Outcome::Done)
 }
 
@@ -364,7 +364,7 @@ fn between(offer: &mut Offer<Plugin>) {
             let (service, request) = (c.text(0)?, parse(c, 1)?);
             let response = c.instance().serve(c, &service, &request)?;
             let response = response.ok_or_else(|| Fail::missing(format!("there is no service {service}")))?;
-            c.ret::<Value>(Value::text(response.to_string()));
+            c.ret(Value::text(response.to_string()));
             Ok(())
         })
         .param(Param::string("service"))

@@ -1,7 +1,7 @@
 //! Times, and messages to fill in, for scripts.
 
 use serde_json::Value as Json;
-use tatu_plugin_api::safe::{Fail, Offer, Param, Value};
+use tatu_plugin_api::safe::{Fail, Offer, Param};
 
 use crate::{
     Ros as Plugin, convert,
@@ -39,7 +39,7 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
                     }
                     _ => time(c, "scene.time")?,
                 };
-                c.ret::<Value>(split(now));
+                c.ret(split(now));
                 Ok(())
             })
             .param(Param::any("clock").optional())
@@ -51,7 +51,7 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
     offer.command(
         Cmd::new("simROS2.timeFromFloat", |c| {
             let value = split(c.f64(0)?);
-            c.ret::<Value>(value);
+            c.ret(value);
             Ok(())
         })
         .param(Param::float("seconds").unit("s"))
@@ -76,7 +76,7 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
             if types::fields(&plain).is_none() {
                 return Err(Fail::missing(format!("the type `{plain}` is not known")));
             }
-            c.ret::<Value>(convert::value(&Json::Null, &plain, Ros::Two)?);
+            c.ret(convert::value(&Json::Null, &plain, Ros::Two)?);
             Ok(())
         })
         .param(Param::string("type").text("geometry_msgs/msg/Twist"))

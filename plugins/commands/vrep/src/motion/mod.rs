@@ -185,7 +185,7 @@ fn steps(offer: &mut Offer<Vrep>) {
             Cmd::new(begin, move |c| {
                 let motion = make(c)?;
                 let number = keep(c, motion)?;
-                c.ret::<Value>(Value::Map(vec![(Value::text("motion"), Value::Int(number))]));
+                c.ret(Value::Map(vec![(Value::text("motion"), Value::Int(number))]));
                 Ok(())
             })
             .param(Param::any("params").text(format!("as of {whole}")))
@@ -198,7 +198,7 @@ fn steps(offer: &mut Offer<Vrep>) {
                 let number = number_of(c)?;
                 let (arrived, answer) = advance(c, number)?;
                 c.ret(i64::from(arrived));
-                c.ret::<Value>(answer);
+                c.ret(answer);
                 Ok(())
             })
             .param(motion())
@@ -265,8 +265,8 @@ fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
     }
     finish(c, number)?;
     match answer {
-        Value::List(values) => values.into_iter().for_each(|v| c.ret::<Value>(v)),
-        v => c.ret::<Value>(v),
+        Value::List(values) => values.into_iter().for_each(|v| c.ret(v)),
+        v => c.ret(v),
     }
     Ok(Outcome::Done)
 }

@@ -233,10 +233,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let f = &chain[filter_at(c, &chain)?];
             c.ret(f.kind);
             c.ret(f.options);
-            c.ret::<[i64]>(&f.bytes[..]);
-            c.ret::<[i64]>(&f.ints[..]);
-            c.ret::<[f64]>(&f.floats[..]);
-            c.ret::<str>("");
+            c.ret(&f.bytes[..]);
+            c.ret(&f.ints[..]);
+            c.ret(&f.floats[..]);
+            c.ret("");
             Ok(())
         })
         .param(flagged("sensor"))

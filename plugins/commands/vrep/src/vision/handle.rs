@@ -167,9 +167,9 @@ fn take(c: &Ctx<'_>, id: tatu_object, only: tatu_object) -> Result<(View, Seen)>
 fn give(c: &mut Ctx<'_>, view: &View, seen: &Seen) {
     c.ret(i64::from(seen.trigger));
     let first = if view.blind { EMPTY } else { packet(&view.rgb(c), &view.depth(c)) };
-    c.ret::<[f64]>(&first[..]);
+    c.ret(&first[..]);
     for more in &seen.packets {
-        c.ret::<[f64]>(&more[..]);
+        c.ret(&more[..]);
     }
 }
 
@@ -298,7 +298,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             } else {
                 seen.depth(c, &view).iter().map(|x| f64::from(*x)).collect()
             };
-            c.ret::<[f64]>(out);
+            c.ret(out);
             Ok(())
         })
         .param(flagged("sensor"))

@@ -86,8 +86,8 @@ fn old(offer: &mut Offer<Vrep>) {
             let (at, size) = rect(c)?;
             let (out, _) = bytes(c, View::of(c, 0)?, at, size, one(c)?, None)?;
             match int_or(c, 5, 0)? {
-                0 => c.ret::<[f64]>(out.iter().map(|x| f64::from(*x) / 255.0).collect::<Vec<_>>()),
-                _ => c.ret::<[u8]>(out),
+                0 => c.ret(out.iter().map(|x| f64::from(*x) / 255.0).collect::<Vec<_>>()),
+                _ => c.ret(out),
             }
             Ok(())
         }))
@@ -103,7 +103,7 @@ fn old(offer: &mut Offer<Vrep>) {
             let most = if c.has(5) { c.f64(5)? } else { 0.0 };
             let alpha = (most != 0.0).then_some(most);
             let (out, size) = bytes(c, View::of(c, 0)?, at, size, one(c)?, alpha)?;
-            c.ret::<[u8]>(out);
+            c.ret(out);
             c.ret(size[0]);
             c.ret(size[1]);
             Ok(())
@@ -121,8 +121,8 @@ fn old(offer: &mut Offer<Vrep>) {
             let (at, size) = rect(c)?;
             let (out, _) = depths(c, View::of(c, 0)?, at, size, false)?;
             match c.i64(0)? & FLAG {
-                0 => c.ret::<[f64]>(out.iter().map(|x| f64::from(*x)).collect::<Vec<_>>()),
-                _ => c.ret::<[u8]>(packed(&out)),
+                0 => c.ret(out.iter().map(|x| f64::from(*x)).collect::<Vec<_>>()),
+                _ => c.ret(packed(&out)),
             }
             Ok(())
         }))
@@ -139,7 +139,7 @@ fn old(offer: &mut Offer<Vrep>) {
 
 fn resolution(c: &mut Ctx<'_>) -> Result {
     let view = View::of(c, 0)?;
-    c.ret::<[i64]>(&[view.columns as i64, view.rows as i64][..]);
+    c.ret(&[view.columns as i64, view.rows as i64][..]);
     Ok(())
 }
 
@@ -157,8 +157,8 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
             let most = if c.has(2) { c.f64(2)? } else { 0.0 };
             let alpha = if most != 0.0 { Some(most) } else { (options & 2 != 0).then_some(1.0) };
             let (out, size) = bytes(c, View::of(c, 0)?, pair(c, 3), pair(c, 4), options & 1 != 0, alpha)?;
-            c.ret::<[u8]>(out);
-            c.ret::<[i64]>(&size[..]);
+            c.ret(out);
+            c.ret(&size[..]);
             Ok(())
         })
         .param(flagged("sensor"))
@@ -176,8 +176,8 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getVisionSensorDepth", |c| {
             let options = int_or(c, 1, 0)?;
             let (out, size) = depths(c, View::of(c, 0)?, pair(c, 2), pair(c, 3), options & 1 != 0)?;
-            c.ret::<[u8]>(packed(&out));
-            c.ret::<[i64]>(&size[..]);
+            c.ret(packed(&out));
+            c.ret(&size[..]);
             Ok(())
         })
         .param(flagged("sensor"))

@@ -326,9 +326,9 @@ fn run(c: &mut Ctx<'_>, function: &Function) -> Result {
             into_world(&mut packet, &c.world().pose(view.id, 0)?);
         }
         c.ret(found.trigger);
-        c.ret::<[u8]>(packed(&packet.iter().map(|x| *x as f32).collect::<Vec<_>>()));
+        c.ret(packed(&packet.iter().map(|x| *x as f32).collect::<Vec<_>>()));
         if let Some(colors) = colors {
-            c.ret::<[u8]>(colors);
+            c.ret(colors);
         }
     }
     Ok(())

@@ -159,7 +159,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let content = encode(&picture, format_of(&name)?)?;
             // A name that is an ending alone asks for the content.
             if name.starts_with('.') && !name.contains(['/', '\\']) {
-                c.ret::<[u8]>(content);
+                c.ret(content);
                 return Ok(());
             }
             let path = c.world().file(name.as_bytes(), TATU_FILE_WRITE)?;
@@ -193,8 +193,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     std::fs::read(&path).map_err(|e| Fail::missing(format!("`{path}` cannot be read: {e}")))?;
                 decode(&content, each)?
             };
-            c.ret::<[u8]>(picture.bytes);
-            c.ret::<[i64]>(&[picture.columns as i64, picture.rows as i64][..]);
+            c.ret(picture.bytes);
+            c.ret(&[picture.columns as i64, picture.rows as i64][..]);
             Ok(())
         })
         .param(Param::int("options").text("1: with alpha"))
@@ -220,8 +220,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 w = ((picture.columns as f64 * scale).round() as usize).max(1);
                 h = ((picture.rows as f64 * scale).round() as usize).max(1);
             }
-            c.ret::<[u8]>(picture.scaled(w, h, options & 16 != 0));
-            c.ret::<[i64]>(&[w as i64, h as i64][..]);
+            c.ret(picture.scaled(w, h, options & 16 != 0));
+            c.ret(&[w as i64, h as i64][..]);
             Ok(())
         })
         .param(Param::string("image").text("bytes"))
@@ -239,7 +239,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let options = int_or(c, 2, 0)?;
             let picture = Picture::of(c, 0, each_of(options))?;
             c.ret(1_i64);
-            c.ret::<[u8]>(picture.flipped(options & 2 != 0, options & 4 != 0));
+            c.ret(picture.flipped(options & 2 != 0, options & 4 != 0));
             Ok(())
         })
         .param(Param::string("image").text("bytes"))
