@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 };
 use tatu_plugins::{
     CommandEntry, Declared, NameEntry, Status,
-    border::{self, bytes},
+    border::{self, Said, bytes},
     check_value,
     state_block::PAST_STATE,
     watchdog::Call,
@@ -345,6 +345,12 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
             _ => said(f.error).text.unwrap_or_default(),
         }
     };
+    let Said { file, line, help, .. } = said(f.error);
+    // A function that it called, or a file that it read, failed there.
+    let text = match file.filter(|_| line > 0) {
+        Some(file) => format!("{file}:{line}: {text}"),
+        None => text,
+    };
     let text = match status {
         _ if status == TATU_ERR_PANIC || text.starts_with("broke the contract") => {
             format!("{name}: plugin `{}` {text}", plugin.id)
@@ -353,7 +359,6 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
         _ if text.starts_with(&format!("{name}: ")) => text,
         _ => format!("{name}: {text}"),
     };
-    let help = said(f.error).help;
     // SAFETY: the dialect lives as long as the caller.
     let dialect = unsafe { bytes(f.caller_dialect) };
     let old = entry.names.get(f.alias as usize).and_then(|n| n.instead_of_error(dialect));
