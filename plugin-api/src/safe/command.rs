@@ -50,7 +50,7 @@ struct Name {
 
 impl<P: Plugin> Command<P> {
     /// A command with its first name and its function, which worlds on several threads call at once. Where the function uses
-    /// [`Call::instance`] or [`Call::plugin`], the compiler must be told whose it is: `Command::<Self>::new(...)`.
+    /// [`Call::instance`] or [`SharedCall::plugin`], the compiler must be told whose it is: `Command::<Self>::new(...)`.
     ///
     /// One that may wait gives [`Outcome::Waiting`](super::Outcome), as `wait_steps` and its like do, or `Done`:
     ///
